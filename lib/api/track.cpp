@@ -82,7 +82,7 @@ toliman_track_options known_options(const toliman_track_options *given) {
              kGroup);
     if (memchr(options.values, 0, sizeof options.values) == nullptr)
         fail(Status::argument, "{options->values}: must have at most %zu characters", sizeof options.values - 1);
-    if (options.capacity < 1 || options.capacity > track::FrameIndex::kMost)
+    if (options.capacity < 1 || options.capacity > track::FrameIndex::kMax)
         fail(Status::argument, "{options->capacity} = %lld: must be in [1, 2^28], or 0 for 2^20",
              static_cast<long long>(options.capacity));
     if (options.folder == nullptr && (options.flags & kOfFolder) != 0)
@@ -166,7 +166,7 @@ std::optional<track::Clock> clock_of(const toliman_track_options &options) {
 
 // Grid and clock of the options, else those of the folder. If the folder has records but has lost its setup file, both
 // must be given: a guess would silently shift all times.
-track::Setup setup_of(std::optional<period::Grid> grid, std::optional<track::Clock> clock, const track::Place &place) {
+track::Setup setup_of(std::optional<period::Grid> grid, std::optional<track::Clock> clock, const track::StateFolder &place) {
     const bool has_ledger = place.store && place.store->size(track::LedgerFile::kName) >= 0;
     if (place.setup && (has_ledger || !grid)) {
         grid = grid.value_or(place.setup->grid);
@@ -178,7 +178,7 @@ track::Setup setup_of(std::optional<period::Grid> grid, std::optional<track::Clo
              "{options->nf} = 0: must be at least 1: %s, which stores the grid, is missing or damaged", path.c_str());
     if (!grid)
         fail(Status::argument, "{options->nf} = 0: must be at least 1");
-    if (!clock && has_ledger && track::LedgerFile(*place.store).has_lines())
+    if (!clock && has_ledger && track::LedgerFile(*place.store).has_records())
         fail(Status::argument,
              "{options->clock} is NULL: %s, which stores the clock, is missing or damaged: give the clock, or the pair "
              "(0, 0) if camera times are TAI",
@@ -219,7 +219,7 @@ toliman_track_options options_of(Store &store) {
     const std::optional<track::Setup> setup = track::load_setup(store);
     const track::LedgerFile ledger(store);
     const auto lines = static_cast<int64_t>(ledger.count());
-    options.capacity = std::min(std::max(kCapacity, 2 * lines), track::FrameIndex::kMost);
+    options.capacity = std::min(std::max(kCapacity, 2 * lines), track::FrameIndex::kMax);
     set_terms(options, ledger.terms(), ledger.columns());
     if (setup)
         set_grid(options, setup->grid);
@@ -263,10 +263,10 @@ std::unique_ptr<toliman_track> make_track(const toliman_track_options &options) 
 
     const std::optional<period::Grid> grid = grid_of(options, plan.terms);
     const std::optional<track::Clock> clock = clock_of(options);
-    track::Place place;
+    track::StateFolder place;
     const Access access = (options.flags & TOLIMAN_TRACK_READ_ONLY) != 0 ? Access::read : Access::write;
     if (options.folder != nullptr) // opened after the checks above, since opening for writing creates it
-        place = track::open_place(open_folder(options.folder, access), access, plan.terms);
+        place = track::open_state_folder(open_folder(options.folder, access), access, plan.terms);
     place.log = {options.log, options.log_data};
     place.rebuild = (options.flags & TOLIMAN_TRACK_REBUILD) != 0;
     const track::Setup setup = setup_of(grid, clock, place);
@@ -342,7 +342,7 @@ track::Frame known_frame(const toliman_frame &given, size_t i, const track::Term
         refuse("dropped", given.dropped, "in [0, 65535]");
     if (given.sigma != 0 && !terms.allows_sigma(given.sigma))
         fail(Status::argument, "{frames[%zu].sigma} = %g: must be 0 or in [%g, %g], 1 to 32 times the tracker's", i,
-             given.sigma, terms.sigma, track::Terms::kMostSigmas * terms.sigma);
+             given.sigma, terms.sigma, track::Terms::kMaxSigmaRatio * terms.sigma);
     check_exposure(given, i);
     const Pixel pixel = kPixels.to_enum(given.pixel, "pixel");
     if (reinterpret_cast<uintptr_t>(given.pixels) % size_of(pixel) != 0)

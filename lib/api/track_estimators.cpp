@@ -97,7 +97,7 @@ track::Estimate estimate_of(const toliman_track_options &options, const track::T
     return [call = options.estimate, data = options.estimate_data, terms, count = columns.values()](
                double *image, const track::Frame &frame, int64_t tai_ns, unsigned, track::Estimated &estimated) {
         const toliman_estimate_input input = input_of(image, frame, tai_ns, terms);
-        double values[track::kMostValues], covariance[track::kMostValues * track::kMostValues];
+        double values[track::kMaxValues], covariance[track::kMaxValues * track::kMaxValues];
         std::fill_n(values, count, NAN);
         std::fill_n(covariance, count * count, NAN);
         toliman_estimate made = {};

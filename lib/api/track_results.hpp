@@ -86,7 +86,7 @@ inline toliman_track_info public_info(const track::Tracker &tracker, uint32_t fl
     info.missing = info.expected - counts.accepted - counts.outlier - counts.quarantined;
     info.dropped = counts.dropped;
     info.sessions = static_cast<int64_t>(tracker.stream_count());
-    info.records = static_cast<int64_t>(tracker.lines());
+    info.records = static_cast<int64_t>(tracker.records());
     info.committed = static_cast<int64_t>(tracker.committed());
     info.capacity = tracker.plan().capacity;
     info.estimator_id = tracker.plan().terms.estimator;

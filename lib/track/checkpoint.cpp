@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "track/sealed.hpp"
+#include "track/framing.hpp"
 
 namespace toliman::track {
 
@@ -14,14 +14,14 @@ constexpr size_t kBeforeSums = 4 + 4 + 8 + 8 + 8 + 4 + 4;
 constexpr int64_t kLargest = int64_t{1} << 35;
 
 Loaded read(const std::vector<uint8_t> &bytes) {
-    ByteReader in = unsealed(bytes, kMagic, kVersion, kKind);
+    ByteReader in = checked_content(bytes, kMagic, kVersion, kKind);
     Checkpoint checkpoint;
     checkpoint.salt = in.u64();
-    checkpoint.lines = in.u64();
+    checkpoint.records = in.u64();
     checkpoint.repeats = in.i64();
     checkpoint.chain = in.u32();
     checkpoint.setup = in.u32();
-    if (checkpoint.repeats < 0 || checkpoint.repeats > kMostRepeats)
+    if (checkpoint.repeats < 0 || checkpoint.repeats > kMaxRepeats)
         fail(Status::format, "%s: impossible counts", kKind);
     const size_t size = in.left();
     return {checkpoint, period::Stream::load(in.raw(size), size)};
@@ -30,18 +30,18 @@ Loaded read(const std::vector<uint8_t> &bytes) {
 } // namespace
 
 std::vector<uint8_t> to_bytes(const Checkpoint &checkpoint, const period::Stream &sums) {
-    ByteWriter out = begin_sealed(kMagic, kVersion);
+    ByteWriter out = begin_file(kMagic, kVersion);
     out.u64(checkpoint.salt);
-    out.u64(checkpoint.lines);
+    out.u64(checkpoint.records);
     out.i64(checkpoint.repeats);
     out.u32(checkpoint.chain);
     out.u32(checkpoint.setup);
     const std::vector<uint8_t> state = sums.save();
     out.raw(state.data(), state.size());
-    return sealed(std::move(out));
+    return finish_file(std::move(out));
 }
 
-// The header tells how long the file must be, before there is memory for it.
+// The size is checked against the header before memory is allocated for the whole file.
 std::optional<Loaded> load_checkpoint(Store &store) {
     uint8_t head[kBeforeSums + period::Stream::kHeaderSize];
     const int64_t size = store.size(Checkpoint::kName);
@@ -54,11 +54,11 @@ std::optional<Loaded> load_checkpoint(Store &store) {
     } catch (const Error &) {
         return std::nullopt;
     }
-    return read_if_whole(store, Checkpoint::kName, kSealSize, kLargest, read);
+    return read_if_whole(store, Checkpoint::kName, kFramingSize, kLargest, read);
 }
 
-int64_t unrecorded_repeats(const Checkpoint &checkpoint, const Merged &last) noexcept {
-    const bool is_later = last.repeats > 0 && static_cast<uint64_t>(last.lines) >= checkpoint.lines;
+int64_t unrecorded_repeats(const Checkpoint &checkpoint, const MergeMark &last) noexcept {
+    const bool is_later = last.repeats > 0 && static_cast<uint64_t>(last.records) >= checkpoint.records;
     return is_later ? 0 : checkpoint.repeats;
 }
 

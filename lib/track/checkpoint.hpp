@@ -1,5 +1,6 @@
-// The checkpoint: the periodogram's sums as of a line of the ledger, so that opening need not push all anew
-// (tools/docs/formats.md "TLMC"). Losing it costs time, and the proof that the ledger lost no record at its end.
+// Checkpoint: the periodogram's sums after a number of ledger records (tools/docs/formats.md, "TLMC"), so that resuming
+// need not push all samples again. Losing it costs time, and the means to detect a ledger truncated at a record
+// boundary.
 #pragma once
 #include <cstdint>
 #include <optional>
@@ -12,22 +13,22 @@ namespace toliman::track {
 
 struct Checkpoint {
     static constexpr const char *kName = "checkpoint.tlmc";
-    uint64_t salt = 0, lines = 0; // of the ledger, and how many of its lines the sums hold
-    uint32_t chain = 0;           // checksum of the last of them
-    uint32_t setup = 0;           // digest of what the sums were made with
-    int64_t repeats = 0;          // frames that came again, which these lines do not count
+    uint64_t salt = 0, records = 0; // of the ledger, and the number of its records in the sums
+    uint32_t chain = 0;             // checksum of the last one
+    uint32_t setup = 0;             // digest of the setup (grid and clock) of the sums
+    int64_t repeats = 0;            // repeated frames not counted by these records
 };
 
 std::vector<uint8_t> to_bytes(const Checkpoint &checkpoint, const period::Stream &sums);
 
-// What there is, or nothing if there is none or it is damaged.
+// A checkpoint with its sums. load_checkpoint() returns none if the file is missing or damaged.
 struct Loaded {
     Checkpoint checkpoint;
     period::Stream sums;
 };
 std::optional<Loaded> load_checkpoint(Store &store);
 
-// Repeats that a checkpoint of the ledger counts beyond the ledger's last record of them.
-int64_t unrecorded_repeats(const Checkpoint &checkpoint, const Merged &last) noexcept;
+// Returns the repeats that a checkpoint counts in addition to the last mark in its ledger.
+int64_t unrecorded_repeats(const Checkpoint &checkpoint, const MergeMark &last) noexcept;
 
 } // namespace toliman::track

@@ -1,5 +1,4 @@
-// Camera nanoseconds -> TAI nanoseconds: a table of pairs, straight lines between them, exact to the rounding of the
-// last nanosecond and therefore the same on every machine.
+// Clock: camera nanoseconds -> TAI nanoseconds by linear interpolation in a table, in exact integer arithmetic.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -17,10 +16,10 @@ struct ClockPoint {
 
 class Clock {
   public:
-    // No points: TAI is the camera's time. One: a constant difference. Two and more: camera and TAI times must both
-    // rise (Status::argument); before the first and after the last the nearest line goes on.
+    // No points: TAI equals the camera's time. One: a constant offset. Two or more: camera and TAI times must both
+    // increase (Status::argument); before the first and after the last point the nearest segment is extrapolated.
     explicit Clock(std::vector<ClockPoint> points = {});
-    // None where the result does not fit in 64 bits.
+    // Returns none if the result does not fit in 64 bits.
     std::optional<int64_t> tai_ns(int64_t camera_ns) const noexcept;
     const std::vector<ClockPoint> &points() const noexcept { return points_; }
 

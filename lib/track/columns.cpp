@@ -46,12 +46,12 @@ Columns::Columns(std::string_view further) {
         if (!is_column_name(name, kLongestValue) || name == kFirstValue || name.rfind(kCovariance, 0) == 0 ||
             find(name) < count())
             fail(Status::argument,
-                 "{options->values}: \"%.40s\": must be a name of 1 to %zu of a-z 0-9 _, of no other column, and "
-                 "neither "
-                 "\"value\" nor beginning with \"cov_\"",
+                 "{options->values}: \"%.40s\": must be a unique name of 1 to %zu characters a-z 0-9 _, not \"value\" "
+                 "and "
+                 "not beginning with \"cov_\"",
                  name.c_str(), kLongestValue);
-        if (values() == kMostValues)
-            fail(Status::argument, "{options->values}: must name at most %zu values beyond the first", kMostValues - 1);
+        if (values() == kMaxValues)
+            fail(Status::argument, "{options->values}: must name at most %zu values beyond the first", kMaxValues - 1);
         add(name, ColumnType::f64, ColumnRole::value);
     }
     names.insert(names.begin(), kFirstValue);
@@ -72,13 +72,13 @@ Columns Columns::load(ByteReader &in, size_t count) {
         std::memcpy(name, in.raw(kNameSize), kNameSize);
         const uint32_t type = in.u32(), role = in.u32();
         if (!is_column_name(name, kNameSize - 1) || columns.find(name) < columns.count())
-            fail(Status::format, "column %zu has no name of its own", i);
+            fail(Status::format, "column %zu: name is invalid or duplicate", i);
         if (type > 1 || role < 1 || role > 3)
-            fail(Status::format, "column %s: type %u, role %u: made by a later version?", name, type, role);
+            fail(Status::format, "column %s: type %u, role %u: written by a later version?", name, type, role);
         columns.add(name, static_cast<ColumnType>(type), static_cast<ColumnRole>(role));
     }
-    if (columns.values() > kMostValues)
-        fail(Status::format, "%zu values of an estimator, %zu are the most", columns.values(), kMostValues);
+    if (columns.values() > kMaxValues)
+        fail(Status::format, "%zu values of an estimator: must be at most %zu", columns.values(), kMaxValues);
     return columns;
 }
 
@@ -124,14 +124,14 @@ Cells Columns::empty() const noexcept {
 Arrangement::Arrangement(const Columns &from, const Columns &to) : empty_(to.empty()) {
     for (const Column &column : to.all()) {
         const size_t at = from.find(column.name);
-        from_.push_back(at < from.count() && from.all()[at].type == column.type ? at : kMostColumns);
+        from_.push_back(at < from.count() && from.all()[at].type == column.type ? at : kMaxColumns);
     }
 }
 
 Cells Arrangement::operator()(const Cells &cells) const noexcept {
     Cells arranged = empty_;
     for (size_t i = 0; i < from_.size(); i++)
-        if (from_[i] < kMostColumns)
+        if (from_[i] < kMaxColumns)
             arranged[i] = cells[from_[i]];
     return arranged;
 }

@@ -1,4 +1,4 @@
-// Columns that a ledger declares beyond the fixed members of its lines, by name (tools/docs/formats.md "TLML").
+// Named columns that a ledger declares in addition to the fixed members of its records (tools/docs/formats.md, "TLML").
 #pragma once
 #include <array>
 #include <cstddef>
@@ -12,43 +12,43 @@
 namespace toliman::track {
 
 enum class ColumnType : uint32_t { f64 = 0, i64 = 1 };
-// Who fills a column: the library, or the estimator with its second and later values and their covariances.
+// Origin of a column: the library; the second and later values of the estimator; covariances of its values.
 enum class ColumnRole : uint32_t { own = 1, value = 2, covariance = 3 };
 
-// Of every ledger that this version begins, in this order.
-enum class Own : size_t { chi_square, exposure_s, shift_s, window_row, window_col, flags };
-constexpr size_t kOwn = 6;
+// Columns of the library in every ledger that this version creates, in this order.
+enum class OwnColumn : size_t { chi_square, exposure_s, shift_s, window_row, window_col, flags };
+constexpr size_t kOwnColumns = 6;
 
-constexpr size_t kMostValues = 8; // of an estimator
-constexpr size_t kMostFurther = kMostValues - 1 + kMostValues * (kMostValues + 1) / 2 - 1;
-constexpr size_t kMostColumns = kOwn + kMostFurther;
+constexpr size_t kMaxValues = 8; // of an estimator
+constexpr size_t kMaxFurther = kMaxValues - 1 + kMaxValues * (kMaxValues + 1) / 2 - 1;
+constexpr size_t kMaxColumns = kOwnColumns + kMaxFurther;
 
-// One number of each column: the bits of a double or an int64.
-using Cells = std::array<uint64_t, kMostColumns>;
+// One cell per column: the bits of a double or an int64.
+using Cells = std::array<uint64_t, kMaxColumns>;
 
 struct Column {
     std::string name;
     ColumnType type;
     ColumnRole role;
-    uint64_t empty() const noexcept; // the cell where there is no number: NaN or 0
+    uint64_t empty() const noexcept; // the cell without a number: NaN or 0
     double number(uint64_t cell) const noexcept;
 };
 
 class Columns {
   public:
-    // Those of the library, then those of an estimator with these values beyond its first, separated by commas.
-    // Status::argument for names that are none, and for too many.
+    // The columns of the library, then those of an estimator with these further values (names separated by commas).
+    // Status::argument for invalid names and for too many.
     explicit Columns(std::string_view further = {});
-    // As in a file. Status::format.
+    // Reads the columns of a ledger header. Status::format if they are invalid.
     static Columns load(ByteReader &in, size_t count);
     void save(ByteWriter &out) const;
-    static constexpr size_t kSavedSize = 64; // of each column
+    static constexpr size_t kSavedSize = 64; // bytes per column
 
     const std::vector<Column> &all() const noexcept { return all_; }
     size_t count() const noexcept { return all_.size(); }
-    size_t find(std::string_view name) const noexcept; // count() if there is none
-    size_t values() const noexcept;                    // of the estimator, the first among them
-    std::string further() const;                       // as the constructor takes them
+    size_t find(std::string_view name) const noexcept; // returns count() if there is none
+    size_t values() const noexcept;                    // number of values of the estimator, including the first
+    std::string further() const;                       // names of the further values, as for the constructor
     Cells empty() const noexcept;
 
   private:
@@ -56,7 +56,7 @@ class Columns {
     std::vector<Column> all_;
 };
 
-// Cells by the columns of one ledger -> by those of another, which are found by name.
+// Maps cells in the columns of one ledger to those of another, matched by name and type.
 class Arrangement {
   public:
     Arrangement(const Columns &from, const Columns &to);
@@ -64,7 +64,7 @@ class Arrangement {
 
   private:
     Cells empty_;
-    std::vector<size_t> from_; // of each column where it comes from, or kMostColumns
+    std::vector<size_t> from_; // source of each column; kMaxColumns: none
 };
 
 } // namespace toliman::track

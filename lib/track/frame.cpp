@@ -1,3 +1,6 @@
+// Method: a frame is invalid if a pixel is not finite or exceeds the bit depth, or if consecutive zero pixels reach the
+// length of a lost packet. Most rows have neither: a branch-free pass per row, which vectorises, decides whether the
+// row needs the scan pixel by pixel. CRC32 covers the pixels row by row, so that the stride does not change it.
 #include "track/frame.hpp"
 
 #include <algorithm>
@@ -13,7 +16,7 @@ namespace toliman::track {
 
 namespace {
 
-// The largest pixel below 2^bit_depth, or of all.
+// Largest allowed pixel value: below 2^bit_depth, or the largest of the type.
 template <class T> T largest_pixel(uint32_t bit_depth) noexcept {
     const double end = std::ldexp(1.0, static_cast<int>(bit_depth)); // bit_depth = 0: not used
     const T largest = std::numeric_limits<T>::max();
@@ -25,33 +28,33 @@ template <class T> T largest_pixel(uint32_t bit_depth) noexcept {
         return static_cast<T>(end - 1);
 }
 
-// Whether no pixel of a row can be a flaw: a pass without branches, which most rows need no more than.
-template <class T> bool is_plain(const T *row, size_t cols, ValueOf<T> most) noexcept {
+// Returns whether no pixel of a row is zero, not finite or above the largest value; without branches.
+template <class T> bool has_no_flaw_candidate(const T *row, size_t cols, ValueOf<T> largest) noexcept {
     using Value = ValueOf<T>;
     int bad = 0;
     for (size_t c = 0; c < cols; c++)
-        bad |= static_cast<int>(!(row[c] <= most)) | static_cast<int>(row[c] == 0);
+        bad |= static_cast<int>(!(row[c] <= largest)) | static_cast<int>(row[c] == 0);
     if constexpr (std::is_floating_point_v<Value>)
         for (size_t c = 0; c < cols; c++)
             bad |= static_cast<int>(!(row[c] >= -std::numeric_limits<Value>::max()));
     return bad == 0;
 }
 
-// The first pixel that is not finite or above `most`, or that completes a run of zero pixels.
+// Returns the first pixel that is not finite or above the largest value, or that completes a run of zero pixels.
 template <class T> Flaw first_flaw(const T *pixels, const Frame &frame, const Geometry &geometry) noexcept {
-    const auto most = largest_pixel<ValueOf<T>>(geometry.bit_depth);
+    const auto largest = largest_pixel<ValueOf<T>>(geometry.bit_depth);
     const size_t zero_run = geometry.zero_run > 0 ? (geometry.zero_run + sizeof(T) - 1) / sizeof(T) : SIZE_MAX;
     size_t zeros = 0;
     for (size_t r = 0; r < frame.rows; r++) {
         const T *row = pixels + r * frame.stride;
-        if (is_plain(row, frame.cols, most)) {
+        if (has_no_flaw_candidate(row, frame.cols, largest)) {
             zeros = 0;
             continue;
         }
         for (size_t c = 0; c < frame.cols; c++) {
             const auto value = static_cast<double>(row[c]);
             zeros = value == 0 ? zeros + 1 : 0;
-            if (!(row[c] <= most) || !std::isfinite(value))
+            if (!(row[c] <= largest) || !std::isfinite(value))
                 return {std::isfinite(value) ? Reason::over_range : Reason::not_finite, r, c, value};
             if (zeros >= zero_run)
                 return {Reason::zero_run, r, c, value};
@@ -61,7 +64,7 @@ template <class T> Flaw first_flaw(const T *pixels, const Frame &frame, const Ge
 }
 
 template <class T>
-Flaw take_pixels(const T *pixels, const Frame &frame, const Geometry &geometry, double *out) noexcept {
+Flaw check_and_bin_pixels(const T *pixels, const Frame &frame, const Geometry &geometry, double *out) noexcept {
     const Flaw flaw = first_flaw(pixels, frame, geometry);
     if (flaw.reason != Reason::none)
         return flaw;
@@ -84,14 +87,14 @@ Flaw take_pixels(const T *pixels, const Frame &frame, const Geometry &geometry, 
 
 void Geometry::check() const {
     if (rows < 1 || cols < 1 || out_rows < 1 || out_cols < 1 || bin < 1)
-        fail(Status::argument, "{frames} of %zux%zu to %zux%zu by bin = %zu: all must be at least 1", rows, cols,
+        fail(Status::argument, "{frames}: %zux%zu pixels, image %zux%zu, bin = %zu: must be at least 1", rows, cols,
              out_rows, out_cols, bin);
     if (out_rows > rows / bin || out_cols > cols / bin || crop_row > rows - out_rows * bin ||
         crop_col > cols - out_cols * bin)
-        fail(Status::argument,
-             "{crop_row} = %zu, crop_col = %zu, bin = %zu: %zux%zu pixels for the estimator do not fit in frames of "
-             "%zux%zu",
-             crop_row, crop_col, bin, out_rows, out_cols, rows, cols);
+        fail(
+            Status::argument,
+            "{crop_row} = %zu, crop_col = %zu, bin = %zu: an image of %zux%zu pixels does not fit in frames of %zux%zu",
+            crop_row, crop_col, bin, out_rows, out_cols, rows, cols);
     if (bit_depth > 32)
         fail(Status::argument, "{bit_depth} = %u: must be at most 32, or 0 for any value", bit_depth);
 }
@@ -117,10 +120,10 @@ uint32_t content_of(const Frame &frame) noexcept {
                                 static_cast<uint64_t>(frame.window_row),
                                 static_cast<uint64_t>(frame.window_col),
                                 frame.interval_count};
-    uint8_t facts[sizeof numbers], *at = facts;
+    uint8_t bytes[sizeof numbers], *at = bytes;
     for (const uint64_t number : numbers)
         at = put_number(at, number, 8);
-    uint32_t crc = zip::crc32(facts, sizeof facts);
+    uint32_t crc = zip::crc32(bytes, sizeof bytes);
     if (frame.interval_count > 0)
         crc = zip::crc32(frame.intervals, frame.interval_count * 2 * sizeof(double), crc);
     const size_t width = size_of(frame.pixel);
@@ -132,10 +135,11 @@ uint32_t content_of(const Frame &frame) noexcept {
     return crc;
 }
 
-Flaw take(const Frame &frame, const Geometry &geometry, double *out) noexcept {
+Flaw check_and_bin(const Frame &frame, const Geometry &geometry, double *out) noexcept {
     if (frame.rows != geometry.rows || frame.cols != geometry.cols)
         return {Reason::shape, frame.rows, frame.cols, 0};
-    return with_pixels(frame.pixel, frame.pixels, [&](auto first) { return take_pixels(first, frame, geometry, out); });
+    return with_pixels(frame.pixel, frame.pixels,
+                       [&](auto first) { return check_and_bin_pixels(first, frame, geometry, out); });
 }
 
 } // namespace toliman::track

@@ -1,5 +1,4 @@
-// A frame as it comes off the downlink: whether it can be trusted, its identity, and its pixels as an estimator takes
-// them.
+// A frame from the downlink: validation, CRC32 of its content, cropped and binned pixels for the estimator.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -12,22 +11,22 @@ namespace toliman::track {
 struct Frame {
     const char *session, *roi;
     int64_t frame_id, camera_ns;
-    double sigma; // of its value; 0: as the terms have it
+    double sigma; // of its value; 0: the terms' sigma
     const void *pixels;
     size_t rows, cols, stride; // in pixels
     Pixel pixel;
     uint16_t dropped;
-    double exposure_s;              // 0: not known
-    const double *intervals;        // on the target: pairs of s from the start of the exposure, rising
-    size_t interval_count;          // pairs; 0: not known
+    double exposure_s;              // s; 0: unknown
+    const double *intervals;        // on target: pairs (start, end) in s from the start of the exposure, increasing
+    size_t interval_count;          // number of pairs; 0: unknown
     int64_t window_row, window_col; // of the first pixel on the detector
 };
 
-// Mean time of the intervals minus the middle of the exposure; 0 without intervals.
+// Returns the mean time of the intervals minus the middle of the exposure; 0 without intervals.
 double mean_shift_s(const Frame &frame) noexcept;
 
-// What frames must be like, and what becomes of them: rows x cols pixels; of these bin x bin pixels each are added up,
-// from the pixel (crop_row, crop_col) on, to out_rows x out_cols.
+// Required geometry of frames, rows x cols pixels, and of the estimator's image: from (crop_row, crop_col), blocks of
+// bin x bin pixels are summed to out_rows x out_cols.
 struct Geometry {
     size_t rows, cols, crop_row, crop_col, out_rows, out_cols, bin;
     uint32_t bit_depth; // 0: any value
@@ -35,17 +34,17 @@ struct Geometry {
     void check() const; // Status::argument
 };
 
-// Where a frame fails.
+// Why and where a frame is invalid.
 struct Flaw {
     Reason reason = Reason::none;
-    size_t row = 0, col = 0; // of shape: its rows and columns
+    size_t row = 0, col = 0; // of the pixel; of reason shape: the frame's rows and columns
     double value = 0;
 };
 
-// CRC32 of what must be the same when a frame comes again: all but its key and the stride.
+// CRC32 of everything that a duplicate has in common: all but the key and the stride.
 uint32_t content_of(const Frame &frame) noexcept;
 
-// The first flaw, or none and out [out_rows * out_cols].
-Flaw take(const Frame &frame, const Geometry &geometry, double *out) noexcept;
+// Returns the first flaw, or none after writing the image to out [out_rows * out_cols].
+Flaw check_and_bin(const Frame &frame, const Geometry &geometry, double *out) noexcept;
 
 } // namespace toliman::track

@@ -1,3 +1,6 @@
+// Method: open addressing with linear probing; all memory is allocated at creation, so that a push allocates nothing. A
+// frame is identified by the 64-bit FNV-1a digest of session, region and frame id, since packet counters wrap and times
+// repeat. The slot depends on a random secret (scatter.hpp): crafted keys cannot make all probes collide.
 #include "track/identity.hpp"
 
 #include "base/error.hpp"
@@ -14,7 +17,7 @@ void check_name(std::string_view name, const char *what) {
 
 uint64_t stream_digest(std::string_view session, std::string_view roi) noexcept {
     uint64_t hash = fnv1a(session.data(), session.size());
-    hash = fnv1a("", 1, hash); // the zero byte keeps "ab" + "c" from "a" + "bc"
+    hash = fnv1a("", 1, hash); // the zero byte separates "ab" + "c" from "a" + "bc"
     return fnv1a(roi.data(), roi.size(), hash);
 }
 
@@ -29,29 +32,29 @@ FrameIndex::FrameIndex(int64_t capacity)
     : slots_(static_cast<size_t>(capacity) + static_cast<size_t>(capacity) / 2 + 1), capacity_(capacity) {}
 
 size_t FrameIndex::slot_of(uint64_t key) const noexcept {
-    size_t at = scatter_.place(key, slots_.size());
-    while (slots_[at].fate() != Fate::none && slots_[at].key != key)
+    size_t at = scatter_.slot(key, slots_.size());
+    while (slots_[at].state() != FrameState::none && slots_[at].key != key)
         at = at + 1 < slots_.size() ? at + 1 : 0;
     return at;
 }
 
-const Seen *FrameIndex::find(uint64_t key) const noexcept {
-    const Seen &seen = slots_[slot_of(key)];
-    return seen.fate() != Fate::none ? &seen : nullptr;
+const KnownFrame *FrameIndex::find(uint64_t key) const noexcept {
+    const KnownFrame &seen = slots_[slot_of(key)];
+    return seen.state() != FrameState::none ? &seen : nullptr;
 }
 
-void FrameIndex::check_room() const {
+void FrameIndex::check_capacity() const {
     if (count_ == capacity_)
-        fail(Status::capacity, "the frame index is full: %lld frames, its capacity", static_cast<long long>(count_));
+        fail(Status::capacity, "the frame index is full: capacity = %lld frames", static_cast<long long>(count_));
 }
 
-void FrameIndex::add(uint64_t key, uint32_t content, uint64_t line, Fate fate) noexcept {
-    slots_[slot_of(key)] = {key, content, static_cast<uint32_t>(line << 2 | static_cast<uint32_t>(fate))};
+void FrameIndex::add(uint64_t key, uint32_t content, uint64_t record, FrameState state) noexcept {
+    slots_[slot_of(key)] = {key, content, static_cast<uint32_t>(record << 2 | static_cast<uint32_t>(state))};
     count_++;
 }
 
-void FrameIndex::quarantine(const Seen &seen) noexcept {
-    slots_[slot_of(seen.key)].place |= static_cast<uint32_t>(Fate::quarantined);
+void FrameIndex::quarantine(const KnownFrame &seen) noexcept {
+    slots_[slot_of(seen.key)].packed |= static_cast<uint32_t>(FrameState::quarantined);
 }
 
 } // namespace toliman::track

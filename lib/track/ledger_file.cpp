@@ -1,3 +1,8 @@
+// Method: fixed-size records after a header with a random salt. The checksum of a record continues that of the record
+// before it, back to the header, so that records of another file, of another place or of an earlier write are invalid.
+// Fixed sizes let salvage resume after a damaged record: the next one is checked against the checksum stored in the
+// damaged one.
+// CRC32 detects accidents, not forgery. Contents are checked against the terms even if the checksum is correct.
 #include "track/ledger_file.hpp"
 
 #include <algorithm>
@@ -12,20 +17,20 @@ namespace toliman::track {
 namespace {
 
 constexpr char kMagic[] = {'T', 'L', 'M', 'L'};
-constexpr uint32_t kVersion = 2, kFirstVersion = 1; // that of libtoliman 0.1
+constexpr uint32_t kVersion = 2, kFirstVersion = 1; // kFirstVersion: libtoliman 0.1
 constexpr size_t kBeforeColumns = 120;
 constexpr char kKind[] = "ledger";
-constexpr size_t kChunk = 1024; // lines read at once
+constexpr size_t kChunk = 1024; // records read at once
 
 } // namespace
 
-uint32_t LedgerFile::checksum_in(const uint8_t *line) const noexcept {
-    const uint8_t *at = line + (line_size() - 4);
+uint32_t LedgerFile::checksum_in(const uint8_t *bytes) const noexcept {
+    const uint8_t *at = bytes + (record_size() - 4);
     return static_cast<uint32_t>(take_number(at, 4));
 }
 
 void LedgerFile::begin(Store &store, const Terms &terms, const Columns &columns) {
-    std::random_device random; // tells this file from an older one of the same name
+    std::random_device random; // the salt distinguishes this file from an older one of the same name
     const TermsBytes bytes = to_bytes(terms);
     ByteWriter header;
     header.raw(kMagic, sizeof kMagic);
@@ -33,7 +38,7 @@ void LedgerFile::begin(Store &store, const Terms &terms, const Columns &columns)
     header.u64(static_cast<uint64_t>(random()) << 32 | random());
     header.raw(bytes.data(), bytes.size());
     header.u32(static_cast<uint32_t>(columns.count()));
-    header.u32(static_cast<uint32_t>(track::line_size(columns.count())));
+    header.u32(static_cast<uint32_t>(track::record_size(columns.count())));
     columns.save(header);
     header.u32(zip::crc32(header.bytes().data(), header.bytes().size()));
     replace_whole(store, kName, header.bytes());
@@ -50,21 +55,21 @@ LedgerFile::LedgerFile(Store &store) : store_(&store) {
     const uint32_t version = in.u32();
     if (version == kFirstVersion)
         fail(Status::format,
-             "{%s}: version 1, of libtoliman 0.1, this library reads %u only: give the frames again, into a new folder",
+             "{%s}: unsupported version 1, of libtoliman 0.1 (supported: %u): push the frames again into a new folder",
              path().c_str(), kVersion);
     if (version != kVersion)
-        fail(Status::format, "{%s}: version %u, this library reads %u only", path().c_str(), version, kVersion);
+        fail(Status::format, "{%s}: unsupported version %u (supported: %u)", path().c_str(), version, kVersion);
     in.raw(8 + kTermsSize);
-    const uint32_t columns = in.u32(), line = in.u32();
-    if (columns > kMostColumns || line != track::line_size(columns))
-        fail(Status::format, "{%s}: %u columns in lines of %u bytes: the header is damaged", path().c_str(), columns,
-             line);
+    const uint32_t columns = in.u32(), size_of_record = in.u32();
+    if (columns > kMaxColumns || size_of_record != track::record_size(columns))
+        fail(Status::format, "{%s}: %u columns, records of %u bytes: the header is damaged", path().c_str(), columns,
+             size_of_record);
     bytes.resize(header_size(columns));
     read_all(store, kName, 0, bytes.data(), bytes.size());
     read_header(bytes);
 }
 
-// Of a size that fits its number of columns.
+// Decodes the header, whose size matches its number of columns.
 void LedgerFile::read_header(const std::vector<uint8_t> &bytes) {
     ByteReader in(bytes.data(), bytes.size(), kKind);
     in.raw(8);
@@ -75,7 +80,7 @@ void LedgerFile::read_header(const std::vector<uint8_t> &bytes) {
     const uint8_t *const names = in.raw(columns * Columns::kSavedSize);
     chain_ = in.u32();
     if (chain_ != zip::crc32(bytes.data(), bytes.size() - 4))
-        fail(Status::format, "{%s}: checksum mismatch, the header is damaged", path().c_str());
+        fail(Status::format, "{%s}: checksum mismatch: the header is damaged", path().c_str());
     try {
         ByteReader from(names, columns * Columns::kSavedSize, kKind);
         columns_ = Columns::load(from, columns);
@@ -87,7 +92,7 @@ void LedgerFile::read_header(const std::vector<uint8_t> &bytes) {
 
 void LedgerFile::check_terms(const Terms &terms) const {
     if (to_bytes(terms_) != to_bytes(terms))
-        fail(Status::mismatch, "{%s}: made with %s", path().c_str(), difference(terms_, terms).c_str());
+        fail(Status::mismatch, "{%s}: written with %s", path().c_str(), difference(terms_, terms).c_str());
 }
 
 uint64_t LedgerFile::size() const {
@@ -95,28 +100,28 @@ uint64_t LedgerFile::size() const {
 }
 
 uint64_t LedgerFile::count() const {
-    const uint64_t bytes = size(), lines = (bytes - header_size()) / line_size();
-    if (lines > kMostLines)
-        fail(Status::format, "{%s}: %llu bytes: more than 2^30 lines", path().c_str(),
+    const uint64_t bytes = size(), records = (bytes - header_size()) / record_size();
+    if (records > kMaxRecords)
+        fail(Status::format, "{%s}: %llu bytes: must be at most 2^30 records", path().c_str(),
              static_cast<unsigned long long>(bytes));
-    return lines;
+    return records;
 }
 
-// False for a torn line.
-bool LedgerFile::decode(const uint8_t *line, uint64_t number, Tail &tail, Record &record) const {
-    const Line found = from_bytes(line, columns_.count(), record, tail.synced, tail.chain);
-    if (found == Line::impossible || (found == Line::whole && !terms_.allow(record)))
-        refuse(number, Status::format, "says what cannot be: made by another version?");
-    return found == Line::whole;
+// Returns false for a torn record. Fails for one that is valid but impossible.
+bool LedgerFile::decode(const uint8_t *bytes, uint64_t number, Tail &tail, Record &record) const {
+    const RecordStatus found = from_bytes(bytes, columns_.count(), record, tail.synced, tail.chain);
+    if (found == RecordStatus::impossible || (found == RecordStatus::whole && !terms_.allow(record)))
+        fail_at(number, Status::format, "is impossible: written by another version?");
+    return found == RecordStatus::whole;
 }
 
-uint64_t LedgerFile::scan(uint64_t first, uint64_t end, Tail &tail, const EachLine &each) const {
-    const size_t size = line_size();
+uint64_t LedgerFile::scan(uint64_t first, uint64_t end, Tail &tail, const EachRecord &each) const {
+    const size_t size = record_size();
     std::vector<uint8_t> chunk(kChunk * size);
     uint64_t number = first;
     while (number < end) {
         const size_t asked = std::min<uint64_t>(kChunk, end - number);
-        const size_t count = store_->read(kName, place_of(number), chunk.data(), asked * size) / size;
+        const size_t count = store_->read(kName, offset_of(number), chunk.data(), asked * size) / size;
         for (size_t i = 0; i < count; i++, number++) {
             Record record;
             if (!decode(chunk.data() + i * size, number, tail, record))
@@ -129,51 +134,51 @@ uint64_t LedgerFile::scan(uint64_t first, uint64_t end, Tail &tail, const EachLi
     return number;
 }
 
-uint64_t LedgerFile::salvage(const EachLine &each) const {
+uint64_t LedgerFile::salvage(const EachRecord &each) const {
     const uint64_t end = count();
     uint64_t lost = 0;
     Tail tail = start();
     for (uint64_t number = scan(0, end, tail, each); number < end; number = scan(number + 1, end, tail, each)) {
-        uint8_t line[kMostLineSize];
-        read(number, line);
-        tail.chain = checksum_in(line); // the next line goes on from what stood here
+        uint8_t bytes[kMaxRecordSize];
+        read(number, bytes);
+        tail.chain = checksum_in(bytes); // the next record continues the stored checksum
         lost++;
     }
     return lost;
 }
 
-// A crash loses lines that were not synced, in any order. A whole line behind the first bad one that was written when
-// the bad one was on the disk already tells that it is the disk that failed.
-bool LedgerFile::had(uint64_t bad) const {
+// A crash loses unsynced records, in any order. A valid record after `bad` that was written when `bad` was already
+// durable proves that the disk lost it. Durable counts are stored modulo 2^32, hence the differences.
+bool LedgerFile::was_durable(uint64_t bad) const {
     const uint64_t end = count();
-    const size_t size = line_size();
-    uint8_t pair[2 * kMostLineSize];
+    const size_t size = record_size();
+    uint8_t pair[2 * kMaxRecordSize];
     for (uint64_t number = bad + 1; number < end; number++) {
-        if (store_->read(kName, place_of(number - 1), pair, 2 * size) < 2 * size)
+        if (store_->read(kName, offset_of(number - 1), pair, 2 * size) < 2 * size)
             return false;
         uint32_t chain = checksum_in(pair);
         Record record;
         uint32_t synced;
-        if (from_bytes(pair + size, columns_.count(), record, synced, chain) != Line::torn &&
+        if (from_bytes(pair + size, columns_.count(), record, synced, chain) != RecordStatus::torn &&
             static_cast<uint32_t>(number) - synced < static_cast<uint32_t>(number - bad))
             return true;
     }
     return false;
 }
 
-void LedgerFile::read(uint64_t number, void *line) const {
-    read_all(*store_, kName, place_of(number), line, line_size());
+void LedgerFile::read(uint64_t number, void *bytes) const {
+    read_all(*store_, kName, offset_of(number), bytes, record_size());
 }
 
-Record LedgerFile::record(const uint8_t *line, uint64_t number, Tail &tail) const {
+Record LedgerFile::record(const uint8_t *bytes, uint64_t number, Tail &tail) const {
     Record record;
-    if (!decode(line, number, tail, record))
-        refuse(number, Status::format, "is damaged");
+    if (!decode(bytes, number, tail, record))
+        fail_at(number, Status::format, "is damaged");
     return record;
 }
 
-void LedgerFile::refuse(uint64_t number, Status status, const char *why) const {
-    fail(status, "{%s}: line %llu %s", path().c_str(), static_cast<unsigned long long>(number), why);
+void LedgerFile::fail_at(uint64_t number, Status status, const char *why) const {
+    fail(status, "{%s}: record %llu %s", path().c_str(), static_cast<unsigned long long>(number), why);
 }
 
 } // namespace toliman::track

@@ -11,8 +11,8 @@ namespace toliman::track {
 
 namespace {
 
-constexpr size_t kShortestLine = 1 + 2 * (1 + 1);                // without its end
-constexpr size_t kLongestLine = 16 + 2 * (1 + kLongestName) + 1; // with it
+constexpr size_t kShortestLine = 1 + 2 * (1 + 1);                // without its newline
+constexpr size_t kLongestLine = 16 + 2 * (1 + kLongestName) + 1; // with its newline
 
 } // namespace
 
@@ -39,7 +39,7 @@ void Names::begin() {
     store_.write(kName, static_cast<uint64_t>(std::max<int64_t>(0, store_.size(kName))), "", 0);
 }
 
-// A torn line before it is ended first.
+// If the last line is torn, begins with a newline.
 void Names::add(uint64_t stream, std::string_view session, std::string_view roi) {
     char line[kLongestLine + 2];
     const int64_t size = store_.size(kName);

@@ -1,5 +1,5 @@
-// Names of sessions and regions by their digests, a line each beside the ledger (tools/docs/formats.md "streams.txt"):
-// for people. What is lost of them costs no frame.
+// Names of sessions and regions by digest, one line each (tools/docs/formats.md, "streams.txt"); for display only:
+// losing them loses no frame.
 #pragma once
 #include <cstdint>
 #include <functional>
@@ -14,14 +14,14 @@ class Names {
   public:
     static constexpr const char *kName = "streams.txt";
     explicit Names(Store &store) : store_(store) {}
-    // Hands out every line that is whole.
+    // Calls each for every valid line.
     using Each = std::function<void(uint64_t stream, const std::string &session, const std::string &roi)>;
     void visit(const Each &each) const;
-    // Makes the file, so that adding to it allocates nothing.
+    // Creates the file, so that adding to it does not allocate.
     void begin();
     // Adds a line.
     void add(uint64_t stream, std::string_view session, std::string_view roi);
-    // Brings added lines to the disk.
+    // fsync's added lines.
     void sync();
 
   private:

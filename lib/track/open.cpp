@@ -1,4 +1,12 @@
-// Tracker: a folder is begun, or taken up, and what is damaged in it is told.
+// Tracker: creates a folder or resumes from it (recovery), and warns of damage.
+// Method: write-ahead log with checkpoint. Resuming reads the whole ledger into index and counts, loads the sums from
+// the checkpoint and pushes the records after it. Samples in the checkpoint whose keys a later record quarantines are
+// retracted. If the sums then have another number of samples than frames are accepted, they are recomputed from the
+// ledger.
+// A lost or damaged checkpoint costs time, never a frame, but without it a ledger truncated at a record boundary is not
+// detected.
+// Order of writes: the setup before the checkpoint computed with it, the ledger fsync'ed before the checkpoint that
+// counts it.
 #include <algorithm>
 #include <utility>
 
@@ -7,71 +15,72 @@
 
 namespace toliman::track {
 
-Place open_place(std::unique_ptr<Store> store, Access access, const Terms &terms) {
-    Place place;
-    place.access = access;
-    place.store = std::move(store);
+StateFolder open_state_folder(std::unique_ptr<Store> store, Access access, const Terms &terms) {
+    StateFolder folder;
+    folder.access = access;
+    folder.store = std::move(store);
     if (access == Access::write)
-        place.store->lock(LedgerFile::kName);
-    if (place.store->size(LedgerFile::kName) >= 0)
-        LedgerFile(*place.store).check_terms(terms);
-    place.setup = load_setup(*place.store);
-    if (place.setup && for_terms(place.setup->grid, terms).digest() != place.setup->grid.digest())
-        place.setup.reset();
-    place.has_checkpoint = place.store->size(Checkpoint::kName) >= 0;
-    place.loaded = load_checkpoint(*place.store);
-    return place;
+        folder.store->lock(LedgerFile::kName);
+    if (folder.store->size(LedgerFile::kName) >= 0)
+        LedgerFile(*folder.store).check_terms(terms);
+    folder.setup = load_setup(*folder.store);
+    if (folder.setup && for_terms(folder.setup->grid, terms).digest() != folder.setup->grid.digest())
+        folder.setup.reset();
+    folder.has_checkpoint = folder.store->size(Checkpoint::kName) >= 0;
+    folder.loaded = load_checkpoint(*folder.store);
+    return folder;
 }
 
-// The ledger is the first file of a folder, so that where it is missing beside any other it was lost.
-void Tracker::begin_ledger() {
+// The ledger is the first file of a folder: if it is missing although another one exists, it was lost.
+void Tracker::create_ledger() {
     for (const char *name : {Checkpoint::kName, Setup::kName, Names::kName})
         if (store_->size(name) >= 0)
-            fail(
-                Status::format,
-                "{%s}: is missing, though %s is there: what it knew of its frames is lost; give all frames again, into "
-                "a new folder",
-                store_->path(LedgerFile::kName).c_str(), name);
+            fail(Status::format,
+                 "{%s}: is missing although %s exists: the records of its frames are lost; push all frames again into "
+                 "a new "
+                 "folder",
+                 store_->path(LedgerFile::kName).c_str(), name);
     LedgerFile::begin(*store_, plan_.terms, plan_.columns);
 }
 
-// A reader, and who only merges, may know nothing of the estimator's values.
-void Tracker::take_columns(const LedgerFile &file) {
+// Readers, and trackers that only merge, need not name the estimator's values.
+void Tracker::adopt_columns(const LedgerFile &file) {
     const std::string there = file.columns().further(), here = plan_.columns.further();
     if ((estimate_ || !here.empty()) && there != here)
-        fail(Status::mismatch, "{%s}: made with values \"%s\", here \"%s\"", file.path().c_str(), there.c_str(),
-             here.c_str());
+        fail(Status::mismatch, "{%s}: written with values \"%s\", this tracker has \"%s\"", file.path().c_str(),
+             there.c_str(), here.c_str());
     columns_ = file.columns();
     arrange_ = Arrangement(plan_.columns, columns_);
 }
 
-// A changed setup is there before sums that were made with it, but not before there is memory for these.
-void Tracker::open(Place &place) {
+// A changed setup is written before the sums computed with it, but after memory for these is allocated.
+void Tracker::open(StateFolder &folder) {
     const bool writing = access_ == Access::write;
     if (writing && store_->size(LedgerFile::kName) < 0)
-        begin_ledger();
-    check_setup(place);
+        create_ledger();
+    check_setup(folder);
     const LedgerFile file(*store_);
-    take_columns(file);
-    const Checkpoint none, &point = place.loaded ? place.loaded->checkpoint : none;
+    adopt_columns(file);
+    const Checkpoint none, &point = folder.loaded ? folder.loaded->checkpoint : none;
     salt_ = file.salt();
     merged_[salt_].salt = salt_;
-    ledger_.emplace(*store_, access_, plan_.terms, plan_.group, plan_.sync, Held{point.salt, point.lines, point.chain},
-                    [this](const Record &record, uint64_t line) { note(record, line); });
+    ledger_.emplace(*store_, access_, plan_.terms, plan_.group, plan_.sync,
+                    CheckpointMark{point.salt, point.records, point.chain},
+                    [this](const Record &record, uint64_t number) { count_record(record, number); });
     names_.emplace(*store_);
     if (writing)
         names_->begin();
     names_->visit([this](uint64_t stream, const std::string &, const std::string &) { streams_.set_named(stream); });
-    tell_damage(place);
-    take_checkpoint(place);
+    warn_of_damage(folder);
+    resume_from_checkpoint(folder);
     const bool whole = sums_.totals().count == counts_.accepted;
     if (!whole) {
-        place.loaded.reset();
+        folder.loaded.reset();
         sums_.reset();
-        sum_up(0);
+        push_accepted_from(0);
     }
-    const bool changed = !place.setup || place.setup->digest() != setup().digest();
-    if (!writing || (whole && !changed && place.loaded))
+    const bool changed = !folder.setup || folder.setup->digest() != setup().digest();
+    if (!writing || (whole && !changed && folder.loaded))
         return;
     const std::vector<uint8_t> sums = checkpoint();
     if (changed)
@@ -80,67 +89,70 @@ void Tracker::open(Place &place) {
     replace_whole(*store_, Checkpoint::kName, sums);
 }
 
-void Tracker::take_checkpoint(Place &place) {
-    if (place.loaded && place.loaded->checkpoint.salt != salt_)
-        place.loaded.reset();
-    if (!place.loaded)
+void Tracker::resume_from_checkpoint(StateFolder &folder) {
+    if (folder.loaded && folder.loaded->checkpoint.salt != salt_)
+        folder.loaded.reset();
+    if (!folder.loaded)
         return;
-    const Checkpoint &point = place.loaded->checkpoint;
+    const Checkpoint &point = folder.loaded->checkpoint;
     count_repeats(unrecorded_repeats(point, merged_.at(salt_)));
-    if (place.rebuild || point.setup != setup().digest() || place.loaded->sums.grid().digest() != sums_.grid().digest())
+    if (folder.rebuild || point.setup != setup().digest() ||
+        folder.loaded->sums.grid().digest() != sums_.grid().digest())
         return;
-    sums_ = std::move(place.loaded->sums);
-    sum_up(point.lines);
+    sums_ = std::move(folder.loaded->sums);
+    push_accepted_from(point.records);
 }
 
-void Tracker::check_setup(const Place &place) const {
-    if (place.rebuild || !place.setup)
+void Tracker::check_setup(const StateFolder &folder) const {
+    if (folder.rebuild || !folder.setup)
         return;
     const std::string path = store_->path(Setup::kName);
-    if (place.setup->grid.digest() != sums_.grid().digest())
-        fail(Status::mismatch, "{%s}: of another grid of frequencies, time offset or unit: rebuild for this one",
+    if (folder.setup->grid.digest() != sums_.grid().digest())
+        fail(Status::mismatch, "{%s}: has another frequency grid, time offset or unit: rebuild to change it",
              path.c_str());
-    if (!(place.setup->clock.points() == plan_.clock.points()))
-        fail(Status::mismatch, "{%s}: of another clock: rebuild for this one", path.c_str());
+    if (!(folder.setup->clock.points() == plan_.clock.points()))
+        fail(Status::mismatch, "{%s}: has another clock: rebuild to change it", path.c_str());
 }
 
-// Pushes what is accepted of the lines from `first` on, and takes back what earlier ones brought and these deny. Frames
-// that are quarantined by now are never pushed.
-void Tracker::sum_up(uint64_t first) {
+// Pushes the accepted frames of the records from number `first`, and retracts the samples of earlier records whose keys
+// these quarantine. Frames of keys that are quarantined now are never pushed.
+void Tracker::push_accepted_from(uint64_t first) {
     ledger_->visit(first, ledger_->count(), [&](const Record &record, uint64_t) {
         if (record.kind != Kind::accepted && record.kind != Kind::quarantined)
             return;
-        const Seen &seen = *index_.find(key_of(record));
-        if (record.kind == Kind::accepted && seen.fate() == Fate::accepted)
+        const KnownFrame &known = *index_.find(key_of(record));
+        if (record.kind == Kind::accepted && known.state() == FrameState::accepted)
             sums_.push(*sample_of(record));
-        if (record.kind == Kind::quarantined && seen.line() < first)
-            if (const auto sample = sample_of(ledger_->read(seen.line())))
+        if (record.kind == Kind::quarantined && known.record() < first)
+            if (const auto sample = sample_of(ledger_->read(known.record())))
                 sums_.retract(*sample);
     });
 }
 
-// The first sign of a disk that fails, and what it costs.
-void Tracker::tell_damage(const Place &place) const {
+// Damage that is repaired or ignored may be the first sign of a failing disk.
+void Tracker::warn_of_damage(const StateFolder &folder) const {
     const std::string point = store_->path(Checkpoint::kName);
-    const char *const anew = "the sums are computed again from the ledger; records missing at its end are not detected";
+    const char *const recomputed =
+        "the sums are computed again from the ledger; records missing at its end are not detected";
     if (ledger_->torn() > 0)
-        place.log.warn("%s: %llu bytes behind %llu whole records are not whole and are %s, as after a crash or by a "
-                       "failing disk: give their frames again",
-                       store_->path(LedgerFile::kName).c_str(), static_cast<unsigned long long>(ledger_->torn()),
-                       static_cast<unsigned long long>(ledger_->count()),
-                       access_ == Access::write ? "cut off" : "ignored");
-    if (place.has_checkpoint && !place.loaded)
-        place.log.warn("%s: is damaged: %s", point.c_str(), anew);
-    else if (place.loaded && place.loaded->checkpoint.salt != salt_)
-        place.log.warn("%s: is of another ledger: %s", point.c_str(), anew);
-    else if (ledger_->count() > 0 && !place.loaded && store_->size(Checkpoint::kName) < 0)
-        place.log.warn("%s: is missing: %s", point.c_str(), anew);
+        folder.log.warn("%s: %llu bytes after %llu valid records are incomplete and were %s, as after a crash or by a "
+                        "failing disk: push their frames again",
+                        store_->path(LedgerFile::kName).c_str(), static_cast<unsigned long long>(ledger_->torn()),
+                        static_cast<unsigned long long>(ledger_->count()),
+                        access_ == Access::write ? "removed" : "ignored");
+    if (folder.has_checkpoint && !folder.loaded)
+        folder.log.warn("%s: is damaged: %s", point.c_str(), recomputed);
+    else if (folder.loaded && folder.loaded->checkpoint.salt != salt_)
+        folder.log.warn("%s: belongs to another ledger: %s", point.c_str(), recomputed);
+    else if (ledger_->count() > 0 && !folder.loaded && store_->size(Checkpoint::kName) < 0)
+        folder.log.warn("%s: is missing: %s", point.c_str(), recomputed);
     const std::vector<StreamCount> streams = streams_.all();
     const auto named = std::count_if(streams.begin(), streams.end(), [](const StreamCount &one) { return one.named; });
     if (static_cast<size_t>(named) < streams.size())
-        place.log.warn("%s: is damaged or incomplete: the names of %zu of %zu sessions and regions are not known "
-                       "until a frame of theirs comes again",
-                       store_->path(Names::kName).c_str(), streams.size() - static_cast<size_t>(named), streams.size());
+        folder.log.warn(
+            "%s: is damaged or incomplete: the names of %zu of %zu sessions and regions are unknown until one of "
+            "their frames is pushed again",
+            store_->path(Names::kName).c_str(), streams.size() - static_cast<size_t>(named), streams.size());
 }
 
 } // namespace toliman::track

@@ -9,9 +9,9 @@ namespace toliman::track {
 
 namespace {
 
-// The checksum is last.
+// CRC32 of all bytes of a record but the checksum, which is last.
 uint32_t checksum(const uint8_t *bytes, size_t columns, uint32_t chain) noexcept {
-    return zip::crc32(bytes, line_size(columns) - 4, chain);
+    return zip::crc32(bytes, record_size(columns) - 4, chain);
 }
 
 } // namespace
@@ -35,7 +35,8 @@ uint32_t to_bytes(const Record &record, size_t columns, uint32_t synced, uint32_
     return crc;
 }
 
-Line from_bytes(const uint8_t *bytes, size_t columns, Record &record, uint32_t &synced, uint32_t &chain) noexcept {
+RecordStatus from_bytes(const uint8_t *bytes, size_t columns, Record &record, uint32_t &synced,
+                        uint32_t &chain) noexcept {
     const uint32_t expected = checksum(bytes, columns, chain);
     const uint8_t *at = bytes;
     Record read;
@@ -51,22 +52,22 @@ Line from_bytes(const uint8_t *bytes, size_t columns, Record &record, uint32_t &
         read.cells[i] = take_number(at, 8);
     const auto before = static_cast<uint32_t>(take_number(at, 4));
     if (take_number(at, 4) != expected)
-        return Line::torn;
+        return RecordStatus::torn;
     synced = before;
     chain = expected;
     if (kind < 1 || kind > kKinds || reason >= kReasons || !std::isfinite(read.value))
-        return Line::impossible;
+        return RecordStatus::impossible;
     read.kind = static_cast<Kind>(kind);
     read.reason = static_cast<Reason>(reason);
     record = read;
-    return Line::whole;
+    return RecordStatus::whole;
 }
 
-Record to_record(const Merged &merged, double sigma, const Cells &empty) noexcept {
+Record to_record(const MergeMark &merged, double sigma, const Cells &empty) noexcept {
     Record record;
     record.kind = Kind::merged;
     record.stream = merged.salt;
-    record.frame_id = merged.lines;
+    record.frame_id = merged.records;
     record.camera_ns = merged.repeats;
     record.content = merged.chain;
     record.sigma = sigma;
@@ -74,7 +75,7 @@ Record to_record(const Merged &merged, double sigma, const Cells &empty) noexcep
     return record;
 }
 
-Merged merged_of(const Record &record) noexcept {
+MergeMark merge_mark_of(const Record &record) noexcept {
     return {record.stream, record.frame_id, record.camera_ns, record.content};
 }
 

@@ -1,4 +1,4 @@
-// A line of the ledger: 64 bytes, and 8 of each column, tools/docs/formats.md "TLML".
+// Ledger record: 64 bytes plus 8 per column (tools/docs/formats.md, "TLML").
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -9,10 +9,10 @@ namespace toliman::track {
 
 enum class Kind : uint8_t {
     accepted = 1,    // the value is in the sums
-    outlier = 2,     // a good frame whose value is beyond the limit: not in the sums
-    quarantined = 3, // another payload of a key that is known: what was accepted of it is taken back
-    rejected = 4,    // a frame that cannot be trusted; a good copy may still come
-    merged = 5,      // no frame: lines of another ledger are in, see Merged
+    outlier = 2,     // a valid frame whose value exceeds the limit: not in the sums
+    quarantined = 3, // another payload of a known key: the accepted sample is retracted
+    rejected = 4,    // an invalid frame; a valid copy may still arrive
+    merged = 5,      // not a frame: records of another ledger were merged, see MergeMark
 };
 
 // Why a frame was rejected.
@@ -32,35 +32,37 @@ struct Record {
     int64_t frame_id = 0;
     int64_t camera_ns = 0, tai_ns = 0;
     double value = 0, sigma = 0;
-    uint32_t content = 0; // CRC32 of what must be the same when the frame comes again
+    uint32_t content = 0; // CRC32 of everything that a duplicate has in common
     Kind kind = Kind::accepted;
     Reason reason = Reason::none;
-    uint16_t dropped = 0; // frames that the camera says it dropped before this one
-    Cells cells;          // of the ledger's columns
+    uint16_t dropped = 0; // frames that the camera reports to have dropped before this one
+    Cells cells;          // in the order of the ledger's columns
 };
 
-// A record of kind merged, by its members' other names: the first `lines` of the ledger with this salt are in. With the
-// salt of the ledger that it is in, those before it, and so it only counts repeats.
-struct Merged {
+// A record of kind merged, in other members: the first `records` of the ledger with this salt were merged. With the
+// salt of its own ledger, `records` is the number of records before it, and it only counts repeats.
+struct MergeMark {
     uint64_t salt = 0;
-    int64_t lines = 0, repeats = 0; // repeats: frames that came again there, which have no line of their own
-    uint32_t chain = 0;             // checksum of the last of the lines
+    int64_t records = 0, repeats = 0; // repeats: repeated frames there, which have no record of their own
+    uint32_t chain = 0;               // checksum of the last of these records
 };
-constexpr int64_t kMostRepeats = int64_t{1} << 60; // so that sums of a few fit
-Record to_record(const Merged &merged, double sigma, const Cells &empty) noexcept;
-Merged merged_of(const Record &record) noexcept;
+constexpr int64_t kMaxRepeats = int64_t{1} << 60; // so that sums of several fit
+Record to_record(const MergeMark &merged, double sigma, const Cells &empty) noexcept;
+MergeMark merge_mark_of(const Record &record) noexcept;
 
-constexpr size_t line_size(size_t columns) noexcept {
+constexpr size_t record_size(size_t columns) noexcept {
     return 64 + 8 * columns;
 }
-constexpr size_t kMostLineSize = line_size(kMostColumns);
+constexpr size_t kMaxRecordSize = record_size(kMaxColumns);
 
-// To line_size(columns) bytes. synced: records that were on the disk when this one was written, modulo 2^32. The
-// checksum, which is returned, goes on from that of the record before.
+// Encodes to record_size(columns) bytes. synced: number of durable records when this one was written, modulo 2^32.
+// Returns the checksum, which continues that of the record before, `chain`.
 uint32_t to_bytes(const Record &record, size_t columns, uint32_t synced, uint32_t chain, uint8_t *bytes) noexcept;
 
-// A line whose checksum fits was written as it is: then synced and chain become those of the record.
-enum class Line { whole, torn, impossible };
-Line from_bytes(const uint8_t *bytes, size_t columns, Record &record, uint32_t &synced, uint32_t &chain) noexcept;
+// Decodes a record. Unless it is torn (wrong checksum), synced and chain become those of the record. A record with a
+// correct checksum and invalid content is impossible.
+enum class RecordStatus { whole, torn, impossible };
+RecordStatus from_bytes(const uint8_t *bytes, size_t columns, Record &record, uint32_t &synced,
+                        uint32_t &chain) noexcept;
 
 } // namespace toliman::track

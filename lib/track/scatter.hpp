@@ -1,5 +1,5 @@
-// Where keys stand in a hash table. They come from the wire and from files: whoever made them must not know which of
-// them share a place, or a table of his would take its square in time. No result depends on it.
+// Slots of keys in a hash table, with a random secret. Keys come from the downlink and from files; with a known hash
+// function, crafted keys could all collide and take quadratic time. No result depends on the secret.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -13,15 +13,15 @@ class Scatter {
         std::random_device random;
         secret_ = static_cast<uint64_t>(random()) << 32 | random();
     }
-    // One of so many places.
-    size_t place(uint64_t key, size_t places) const noexcept {
+    // Slot of a key in a table of `slots` slots.
+    size_t slot(uint64_t key, size_t slots) const noexcept {
         __extension__ using Product = unsigned __int128;
-        return static_cast<size_t>(static_cast<Product>(spread(key ^ secret_)) * places >> 64);
+        return static_cast<size_t>(static_cast<Product>(mix(key ^ secret_)) * slots >> 64);
     }
 
   private:
-    // The finaliser of MurmurHash3: every bit of the key turns half of the others.
-    static uint64_t spread(uint64_t key) noexcept {
+    // The finaliser of MurmurHash3: each bit of the key flips every bit of the result with a probability of about 1/2.
+    static uint64_t mix(uint64_t key) noexcept {
         key = (key ^ key >> 33) * 0xff51afd7ed558ccdu;
         key = (key ^ key >> 33) * 0xc4ceb9fe1a85ec53u;
         return key ^ key >> 33;

@@ -1,4 +1,4 @@
-// What the sums depend on beside the ledger: the grid of frequencies and the clock (tools/docs/formats.md "TLMS").
+// Setup: what the sums depend on in addition to the ledger, frequency grid and clock (tools/docs/formats.md, "TLMS").
 #pragma once
 #include <cstdint>
 #include <optional>
@@ -12,18 +12,18 @@ namespace toliman::track {
 
 struct Setup {
     static constexpr const char *kName = "setup.tlms";
-    period::Grid grid; // as a stream has it
+    period::Grid grid; // as of Stream::grid()
     Clock clock;
     uint32_t digest() const;
 };
 
 std::vector<uint8_t> to_bytes(const Setup &setup);
 
-// What there is, or nothing if there is none or it is damaged.
+// Returns none if the file is missing or damaged.
 std::optional<Setup> load_setup(Store &store);
 
-// The same frequencies and times, and of values what the terms say. A grid that differs from this does not belong to
-// a ledger on these terms.
+// Returns the grid with value_bound and sigmas as the terms determine them. A grid that differs from the result does
+// not belong to a ledger with these terms.
 period::Grid for_terms(period::Grid grid, const Terms &terms);
 
 } // namespace toliman::track

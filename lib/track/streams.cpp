@@ -7,18 +7,18 @@
 namespace toliman::track {
 
 Streams::Streams(int64_t frames)
-    : most_(std::min(static_cast<size_t>(frames), kMost)), streams_(most_ + most_ / 2 + 1) {}
+    : most_(std::min(static_cast<size_t>(frames), kMax)), streams_(most_ + most_ / 2 + 1) {}
 
 size_t Streams::slot_of(uint64_t stream) const noexcept {
-    size_t at = scatter_.place(stream, streams_.size());
+    size_t at = scatter_.slot(stream, streams_.size());
     while (!streams_[at].empty() && streams_[at].digest != stream)
         at = at + 1 < streams_.size() ? at + 1 : 0;
     return at;
 }
 
-void Streams::check_room(uint64_t stream) const {
+void Streams::check_capacity(uint64_t stream) const {
     if (count_ == most_ && streams_[slot_of(stream)].empty())
-        fail(Status::capacity, "%zu sessions and regions are in, as many as there can be", count_);
+        fail(Status::capacity, "too many sessions and regions: capacity = %zu", count_);
 }
 
 void Streams::add(uint64_t stream, int64_t frame_id) noexcept {

@@ -1,4 +1,4 @@
-// Counts by session and region: which frame ids there were, so that missing ones can be told.
+// Counts per session and region (stream): first and last frame id and number of frames, to report missing ones.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -11,28 +11,28 @@ namespace toliman::track {
 
 struct StreamCount {
     uint64_t digest = 0;
-    int64_t first = 1, last = 0; // ids; first > last: no stream
+    int64_t first = 1, last = 0; // frame ids; first > last: empty slot
     uint32_t frames = 0;         // keys
-    bool named = false;          // its names stand beside the ledger
+    bool named = false;          // its names are in streams.txt
     bool empty() const noexcept { return first > last; }
 };
 
 class Streams {
   public:
-    static constexpr size_t kMost = 65536;
-    explicit Streams(int64_t frames); // at most
-    // Status::capacity for a stream too many.
-    void check_room(uint64_t stream) const;
-    // A frame of it, whose key is new; there must be room.
+    static constexpr size_t kMax = 65536;
+    explicit Streams(int64_t frames); // maximum number of frames
+    // Fails with Status::capacity if the stream is new and the table full.
+    void check_capacity(uint64_t stream) const;
+    // Counts a frame with a new key; requires check_capacity().
     void add(uint64_t stream, int64_t frame_id) noexcept;
     size_t count() const noexcept { return count_; }
-    // Ids from the first to the last of every stream, together; saturates.
+    // Number of ids from the first to the last of each stream, summed; saturates.
     int64_t expected() const noexcept;
-    // False of one that is not in.
+    // Returns false for an unknown stream.
     bool is_named(uint64_t stream) const noexcept { return streams_[slot_of(stream)].named; }
     void set_named(uint64_t stream) noexcept;
     const StreamCount &find(uint64_t stream) const noexcept { return streams_[slot_of(stream)]; }
-    std::vector<StreamCount> all() const; // in no order
+    std::vector<StreamCount> all() const; // in arbitrary order
 
   private:
     size_t slot_of(uint64_t stream) const noexcept;

@@ -10,22 +10,22 @@ namespace toliman::track {
 
 namespace {
 
-constexpr double kLeast = 1e-90, kMost = 1e90; // so that a periodogram can carry them
+constexpr double kMin = 1e-90, kMax = 1e90; // limits of a periodogram, with a margin
 
 } // namespace
 
 void Terms::check() const {
     geometry.check();
-    if (!(sigma >= kLeast && sigma <= kMost))
-        fail(Status::argument, "{sigma} = %g: must be in [%g, %g]", sigma, kLeast, kMost);
-    if (!(value_limit >= kLeast && value_limit <= kMost))
-        fail(Status::argument, "{value_limit} = %g: must be in [%g, %g]", value_limit, kLeast, kMost);
+    if (!(sigma >= kMin && sigma <= kMax))
+        fail(Status::argument, "{sigma} = %g: must be in [%g, %g]", sigma, kMin, kMax);
+    if (!(value_limit >= kMin && value_limit <= kMax))
+        fail(Status::argument, "{value_limit} = %g: must be in [%g, %g]", value_limit, kMin, kMax);
 }
 
 bool Terms::allow(const Record &record) const noexcept {
     if (record.kind == Kind::merged) {
-        const Merged merged = merged_of(record);
-        return merged.lines >= 0 && merged.repeats >= 0 && merged.repeats <= kMostRepeats;
+        const MergeMark merged = merge_mark_of(record);
+        return merged.records >= 0 && merged.repeats >= 0 && merged.repeats <= kMaxRepeats;
     }
     return allows_sigma(record.sigma) && !(record.kind == Kind::accepted && std::fabs(record.value) > value_limit);
 }
@@ -33,12 +33,12 @@ bool Terms::allow(const Record &record) const noexcept {
 std::string difference(const Terms &there, const Terms &here) {
     char text[160];
     const Geometry &a = there.geometry, &b = here.geometry;
-    const auto sides = [&](const char *name, size_t rows, size_t cols, size_t rows_here, size_t cols_here) {
-        print_text(text, sizeof text, "%s %zux%zu, here %zux%zu", name, rows, cols, rows_here, cols_here);
+    const auto sides = [&](const char *name, size_t rows, size_t cols, size_t own_rows, size_t own_cols) {
+        print_text(text, sizeof text, "%s %zux%zu, this tracker has %zux%zu", name, rows, cols, own_rows, own_cols);
         return std::string(text);
     };
-    const auto number = [&](const char *name, double value, double value_here) {
-        print_text(text, sizeof text, "%s %.17g, here %.17g", name, value, value_here);
+    const auto number = [&](const char *name, double value, double own_value) {
+        print_text(text, sizeof text, "%s %.17g, this tracker has %.17g", name, value, own_value);
         return std::string(text);
     };
     if (a.rows != b.rows || a.cols != b.cols)
@@ -57,8 +57,8 @@ std::string difference(const Terms &there, const Terms &here) {
         return number("sigma", there.sigma, here.sigma);
     if (there.value_limit != here.value_limit)
         return number("value limit", there.value_limit, here.value_limit);
-    print_text(text, sizeof text, "estimator %016llx, here %016llx", static_cast<unsigned long long>(there.estimator),
-               static_cast<unsigned long long>(here.estimator));
+    print_text(text, sizeof text, "estimator %016llx, this tracker has %016llx",
+               static_cast<unsigned long long>(there.estimator), static_cast<unsigned long long>(here.estimator));
     return text;
 }
 

@@ -1,4 +1,4 @@
-// What a frame's line in the ledger depends on beside the frame. Ledgers of the same terms can be merged.
+// Terms: everything other than the frame that determines a ledger record. Ledgers with equal terms can be merged.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -10,18 +10,18 @@ namespace toliman::track {
 
 struct Terms {
     Geometry geometry = {};
-    double sigma = 0;       // of every value
-    double value_limit = 0; // values further from 0 are outliers
-    uint64_t estimator = 0; // digest of what makes the values
+    double sigma = 0;       // of a value; the smallest one
+    double value_limit = 0; // larger |values| are outliers
+    uint64_t estimator = 0; // digest of the estimator
     void check() const;     // Status::argument
-    // A frame may have its own sigma.
-    bool allows_sigma(double own) const noexcept { return own >= sigma && own <= kMostSigmas * sigma; }
-    static constexpr double kMostSigmas = 32;
-    // Whether a line on these terms can say that.
+    // Returns whether a frame may have this sigma of its own.
+    bool allows_sigma(double own) const noexcept { return own >= sigma && own <= kMaxSigmaRatio * sigma; }
+    static constexpr double kMaxSigmaRatio = 32;
+    // Returns whether a record with these terms can have this content.
     bool allow(const Record &record) const noexcept;
 };
 
-// The first thing in which they differ, for messages.
+// Describes the first difference, for messages.
 std::string difference(const Terms &there, const Terms &here);
 
 constexpr size_t kTermsSize = 9 * 8 + 3 * 8;

@@ -1,3 +1,10 @@
+// Method: event sourcing. The ledger holds one record per decision about a frame and is the truth; index, counts and
+// sums are derived from it.
+// Order independence: the sums are exact (period/stream.cpp), and the verdict of a frame depends on its bytes and on
+// those of frames with the same key only. Two payloads of one key quarantine the key, and the accepted sample is
+// retracted exactly, so that it does not matter which payload came first.
+// Atomicity: a record is appended before index, counts and sums change; a failure before that leaves them unchanged.
+// Threads: workers validate and estimate frames in parallel. Registration is sequential, so that threads change no bit.
 #include "track/tracker.hpp"
 
 #include <algorithm>
@@ -15,20 +22,20 @@ namespace toliman::track {
 
 namespace {
 
-constexpr std::chrono::seconds kLongestWait{1};
+constexpr std::chrono::seconds kCommitInterval{1}; // of records that wait for a full group
 
 } // namespace
 
-Tracker::Tracker(Plan plan, Estimate estimate, Place place, period::Stream &sums)
-    : plan_(std::move(plan)), estimate_(std::move(estimate)), store_(std::move(place.store)), access_(place.access),
+Tracker::Tracker(Plan plan, Estimate estimate, StateFolder folder, period::Stream &sums)
+    : plan_(std::move(plan)), estimate_(std::move(estimate)), store_(std::move(folder.store)), access_(folder.access),
       index_(plan_.capacity), streams_(plan_.capacity), sums_(sums), columns_(plan_.columns),
       arrange_(columns_, columns_) {
     images_.resize(plan_.workers * plan_.terms.geometry.out_rows * plan_.terms.geometry.out_cols);
     jobs_.resize(kBatch);
     if (store_)
-        open(place);
+        open(folder);
     else
-        memory_.resize(static_cast<size_t>(plan_.capacity) * line_size(columns_.count()));
+        memory_.resize(static_cast<size_t>(plan_.capacity) * record_size(columns_.count()));
 }
 
 std::optional<period::Sample> Tracker::sample_of(const Record &record) const noexcept {
@@ -45,110 +52,110 @@ void Tracker::count_repeats(int64_t count) noexcept {
     unrecorded_repeats_ += count;
 }
 
-// Frames that came again have no record of their own: one counts all of them so far.
+// Appends a mark with the number of repeated frames so far: these have no records of their own.
 void Tracker::record_repeats() {
-    if (!ledger_ || unrecorded_repeats_ == 0 || lines() == LedgerFile::kMostLines)
+    if (!ledger_ || unrecorded_repeats_ == 0 || records() == LedgerFile::kMaxRecords)
         return;
     ledger_->check();
-    Merged &own = merged_.at(salt_);
-    const int64_t repeats = std::min(own.repeats + unrecorded_repeats_, kMostRepeats);
-    const Merged mark = {salt_, static_cast<int64_t>(lines()), repeats, ledger_->chain_before(lines())};
+    MergeMark &own = merged_.at(salt_);
+    const int64_t repeats = std::min(own.repeats + unrecorded_repeats_, kMaxRepeats);
+    const MergeMark mark = {salt_, static_cast<int64_t>(records()), repeats, ledger_->chain_before(records())};
     ledger_->append(to_record(mark, plan_.terms.sigma, columns_.empty()));
     own = mark;
     unrecorded_repeats_ = 0;
 }
 
-void Tracker::note(const Record &record, uint64_t line) {
+void Tracker::count_record(const Record &record, uint64_t number) {
     if (record.kind == Kind::merged)
-        return take_merged(merged_of(record));
+        return count_merge_mark(merge_mark_of(record));
     if (record.kind == Kind::rejected)
         counts_.rejected[static_cast<size_t>(record.reason)]++;
     else if (record.kind == Kind::quarantined)
-        note_denial(record, line);
+        count_quarantine(record, number);
     else
-        note_frame(record, line);
+        count_frame(record, number);
     counts_.received++;
 }
 
-// A good frame whose time has no place in these sums is an outlier: with another clock it may come in.
-void Tracker::note_frame(const Record &record, uint64_t line) {
-    index_.check_room();
-    streams_.check_room(record.stream);
+// A valid frame whose time the sums do not cover counts as an outlier: with another grid or clock it may be accepted.
+void Tracker::count_frame(const Record &record, uint64_t number) {
+    index_.check_capacity();
+    streams_.check_capacity(record.stream);
     const bool accepted = sample_of(record).has_value();
     if (index_.find(key_of(record)) != nullptr)
-        fail(Status::format, "{%s}: line %llu holds a frame that is there already",
-             store_->path(LedgerFile::kName).c_str(), static_cast<unsigned long long>(line));
-    index_.add(key_of(record), record.content, line, accepted ? Fate::accepted : Fate::outlier);
+        fail(Status::format, "{%s}: record %llu: duplicate frame", store_->path(LedgerFile::kName).c_str(),
+             static_cast<unsigned long long>(number));
+    index_.add(key_of(record), record.content, number, accepted ? FrameState::accepted : FrameState::outlier);
     streams_.add(record.stream, record.frame_id);
     (accepted ? counts_.accepted : counts_.outlier)++;
     counts_.dropped += record.dropped;
 }
 
-void Tracker::note_denial(const Record &record, uint64_t line) {
-    const Seen *seen = index_.find(key_of(record));
-    if (seen == nullptr || seen->fate() == Fate::quarantined)
-        fail(Status::format, "{%s}: line %llu denies a frame that is not there",
-             store_->path(LedgerFile::kName).c_str(), static_cast<unsigned long long>(line));
-    (seen->fate() == Fate::accepted ? counts_.accepted : counts_.outlier)--;
+void Tracker::count_quarantine(const Record &record, uint64_t number) {
+    const KnownFrame *known = index_.find(key_of(record));
+    if (known == nullptr || known->state() == FrameState::quarantined)
+        fail(Status::format, "{%s}: record %llu: quarantines an unknown frame", store_->path(LedgerFile::kName).c_str(),
+             static_cast<unsigned long long>(number));
+    (known->state() == FrameState::accepted ? counts_.accepted : counts_.outlier)--;
     counts_.quarantined++;
     counts_.repeated++;
     counts_.dropped -= record.dropped;
-    index_.quarantine(*seen);
+    index_.quarantine(*known);
 }
 
-Merged Tracker::merged_before(uint64_t salt) const noexcept {
+MergeMark Tracker::last_merge_of(uint64_t salt) const noexcept {
     const auto found = merged_.find(salt);
     if (found != merged_.end())
         return found->second;
-    Merged none;
+    MergeMark none;
     none.salt = salt;
     return none;
 }
 
-void Tracker::take_merged(const Merged &merged) {
-    const int64_t repeats = merged.repeats - merged_before(merged.salt).repeats;
-    if (counts_.repeated + repeats > 2 * kMostRepeats)
-        fail(Status::format, "{%s}: impossible counts of merged lines", store_->path(LedgerFile::kName).c_str());
-    merged_[merged.salt] = merged; // before anything changes, as it takes memory
+void Tracker::count_merge_mark(const MergeMark &merged) {
+    const int64_t repeats = merged.repeats - last_merge_of(merged.salt).repeats;
+    if (counts_.repeated + repeats > 2 * kMaxRepeats)
+        fail(Status::format, "{%s}: impossible counts of merged records", store_->path(LedgerFile::kName).c_str());
+    merged_[merged.salt] = merged; // first, since it may run out of memory
     counts_.received += repeats;
     counts_.repeated += repeats;
 }
 
-// In memory what is no frame's own needs no line.
-uint64_t Tracker::write_line(const Record &record) {
+// Returns the number of the record. Without a ledger only records of accepted frames and outliers are kept.
+uint64_t Tracker::append_record(const Record &record) {
     if (ledger_) {
         ledger_->append(record);
         return ledger_->count() - 1;
     }
     if (record.kind == Kind::accepted || record.kind == Kind::outlier)
-        to_bytes(record, columns_.count(), 0, 0, memory_.data() + in_memory_++ * line_size(columns_.count()));
-    return in_memory_ - 1;
+        to_bytes(record, columns_.count(), 0, 0, memory_.data() + records_in_memory_++ * record_size(columns_.count()));
+    return records_in_memory_ - 1;
 }
 
-Record Tracker::read_line(uint64_t number) const {
+Record Tracker::read_record(uint64_t number) const {
     if (ledger_)
         return ledger_->read(number);
     Record record;
     uint32_t synced, chain = 0;
-    from_bytes(memory_.data() + number * line_size(columns_.count()), columns_.count(), record, synced, chain);
+    from_bytes(memory_.data() + number * record_size(columns_.count()), columns_.count(), record, synced, chain);
     return record;
 }
 
-// By a worker: identity and, unless it is known, what there is to say of a frame.
-void Tracker::look_at(const Frame &frame, Job &job, unsigned worker) noexcept {
+// Runs in a worker: identifies a frame and, unless it is a duplicate, validates and estimates it.
+void Tracker::evaluate(const Frame &frame, Job &job, unsigned worker) noexcept {
     job = Job();
     job.stream = stream_digest(frame.session, frame.roi);
     job.content = content_of(frame);
-    const Seen *seen = index_.find(key_digest(job.stream, frame.frame_id));
-    if (seen == nullptr || seen->content != job.content)
-        judge(frame, job, worker);
+    const KnownFrame *known = index_.find(key_digest(job.stream, frame.frame_id));
+    if (known == nullptr || known->content != job.content)
+        validate_and_estimate(frame, job, worker);
 }
 
-void Tracker::judge(const Frame &frame, Job &job, unsigned worker) {
+void Tracker::validate_and_estimate(const Frame &frame, Job &job, unsigned worker) {
     Outcome &outcome = job.outcome;
     const Terms &terms = plan_.terms;
     double *image = images_.data() + worker * terms.geometry.out_rows * terms.geometry.out_cols;
-    outcome.flaw = take(frame, terms.geometry, image);
+    outcome.flaw = check_and_bin(frame, terms.geometry, image);
     if (outcome.flaw.reason != Reason::none)
         return;
     const std::optional<int64_t> tai_ns = plan_.clock.tai_ns(frame.camera_ns);
@@ -174,20 +181,20 @@ void Tracker::judge(const Frame &frame, Job &job, unsigned worker) {
     }
 }
 
-// By the plan's columns.
+// Cells in the order of the plan's columns.
 Cells Tracker::cells_of(const Frame &frame, const Job &job) const noexcept {
     Cells cells = plan_.columns.empty();
-    const auto cell = [&](Own column) -> uint64_t & { return cells[static_cast<size_t>(column)]; };
-    cell(Own::exposure_s) = with_bits<uint64_t>(frame.exposure_s);
-    cell(Own::shift_s) = with_bits<uint64_t>(mean_shift_s(frame));
-    cell(Own::window_row) = static_cast<uint64_t>(frame.window_row);
-    cell(Own::window_col) = static_cast<uint64_t>(frame.window_col);
+    const auto cell = [&](OwnColumn column) -> uint64_t & { return cells[static_cast<size_t>(column)]; };
+    cell(OwnColumn::exposure_s) = with_bits<uint64_t>(frame.exposure_s);
+    cell(OwnColumn::shift_s) = with_bits<uint64_t>(mean_shift_s(frame));
+    cell(OwnColumn::window_row) = static_cast<uint64_t>(frame.window_row);
+    cell(OwnColumn::window_col) = static_cast<uint64_t>(frame.window_col);
     if (job.outcome.flaw.reason != Reason::none)
         return cells;
-    cell(Own::chi_square) = with_bits<uint64_t>(job.estimated.chi_square);
-    cell(Own::flags) = job.estimated.flags;
-    for (size_t i = kOwn; i < plan_.columns.count(); i++)
-        cells[i] = with_bits<uint64_t>(job.estimated.further[i - kOwn]);
+    cell(OwnColumn::chi_square) = with_bits<uint64_t>(job.estimated.chi_square);
+    cell(OwnColumn::flags) = job.estimated.flags;
+    for (size_t i = kOwnColumns; i < plan_.columns.count(); i++)
+        cells[i] = with_bits<uint64_t>(job.estimated.further[i - kOwnColumns]);
     return cells;
 }
 
@@ -211,45 +218,45 @@ Record Tracker::record_of(const Frame &frame, const Job &job) const noexcept {
     return record;
 }
 
-// A frame that was looked at, or a line of another ledger. Its own line is added before anything else is touched.
-void Tracker::settle(const Record &record, Outcome &outcome) {
+// Decides on the verdict of an evaluated frame. Its record is appended before anything else changes.
+void Tracker::register_frame(const Record &record, Outcome &outcome) {
     if (record.kind == Kind::rejected) {
         outcome.verdict = Verdict::rejected;
-        return note(record, write_line(record));
+        return count_record(record, append_record(record));
     }
-    const Seen *seen = index_.find(key_of(record));
-    if (seen == nullptr) {
+    const KnownFrame *known = index_.find(key_of(record));
+    if (known == nullptr) {
         outcome.verdict = record.kind == Kind::accepted ? Verdict::accepted : Verdict::outlier;
-        return take_in(record);
+        return add_frame(record);
     }
-    const bool quarantined = seen->fate() == Fate::quarantined;
-    if (!quarantined && seen->content != record.content) {
+    const bool quarantined = known->state() == FrameState::quarantined;
+    if (!quarantined && known->content != record.content) {
         outcome.verdict = Verdict::quarantined;
-        return deny(*seen, record);
+        return quarantine(*known, record);
     }
     outcome.verdict = quarantined ? Verdict::quarantined : Verdict::duplicate;
     count_repeats(1);
 }
 
-void Tracker::take_in(const Record &record) {
-    index_.check_room();
-    streams_.check_room(record.stream);
+void Tracker::add_frame(const Record &record) {
+    index_.check_capacity();
+    streams_.check_capacity(record.stream);
     const std::optional<period::Sample> sample = sample_of(record);
-    note(record, write_line(record));
+    count_record(record, append_record(record));
     if (sample)
         sums_.push(*sample);
 }
 
-void Tracker::deny(const Seen &seen, Record record) {
-    const Record denied = read_line(seen.line());
+void Tracker::quarantine(const KnownFrame &known, Record record) {
+    const Record original = read_record(known.record());
     record.kind = Kind::quarantined;
-    record.dropped = denied.dropped; // what is no longer counted
-    note(record, write_line(record));
-    if (const std::optional<period::Sample> sample = sample_of(denied))
+    record.dropped = original.dropped; // to be subtracted from the counts
+    count_record(record, append_record(record));
+    if (const std::optional<period::Sample> sample = sample_of(original))
         sums_.retract(*sample);
 }
 
-// What a line means by now.
+// Returns the current outcome of a record: that of its key, which may have been quarantined since.
 Outcome Tracker::outcome_of(const Record &record) const {
     Outcome outcome;
     outcome.flaw.reason = record.reason;
@@ -258,63 +265,63 @@ Outcome Tracker::outcome_of(const Record &record) const {
     if (record.kind == Kind::rejected || record.kind == Kind::merged)
         return outcome;
     constexpr Verdict kVerdicts[] = {Verdict::rejected, Verdict::accepted, Verdict::outlier, Verdict::quarantined};
-    outcome.verdict = kVerdicts[static_cast<size_t>(index_.find(key_of(record))->fate())];
+    outcome.verdict = kVerdicts[static_cast<size_t>(index_.find(key_of(record))->state())];
     return outcome;
 }
 
 void Tracker::visit(uint64_t first, uint64_t most, const EachFrame &each) const {
-    const auto give = [&](const Record &record, uint64_t) { each(record, outcome_of(record)); };
+    const auto visit_one = [&](const Record &record, uint64_t) { each(record, outcome_of(record)); };
     if (ledger_)
-        return ledger_->visit(first, most, give);
-    for (uint64_t number = first; number < in_memory_ && number - first < most; number++)
-        give(read_line(number), number);
+        return ledger_->visit(first, most, visit_one);
+    for (uint64_t number = first; number < records_in_memory_ && number - first < most; number++)
+        visit_one(read_record(number), number);
 }
 
 void Tracker::check_writable() const {
     if (access_ == Access::read)
-        fail(Status::state, "{%s}: opened for reading only", store_->path("").c_str());
+        fail(Status::state, "{%s}: opened read-only", store_->path("").c_str());
 }
 
 void Tracker::push(const Frame *frames, size_t count, Outcome *outcomes, size_t &done) {
     done = 0;
     check_writable();
     if (!estimate_)
-        fail(Status::state, "made without an estimator: frames come by merging only");
-    std::atomic<size_t> next{0}; // a worker that is slower takes fewer frames
-    const auto look = [&](size_t worker) noexcept {
+        fail(Status::state, "created without an estimator: only merging is possible");
+    std::atomic<size_t> next{0}; // dynamic: slower workers process fewer frames
+    const auto evaluate_next = [&](size_t worker) noexcept {
         for (size_t i; (i = next.fetch_add(1, std::memory_order_relaxed)) < count;)
-            look_at(frames[i], jobs_[i], static_cast<unsigned>(worker));
+            evaluate(frames[i], jobs_[i], static_cast<unsigned>(worker));
     };
     const auto workers = static_cast<unsigned>(std::min<size_t>(plan_.workers, count));
     if (workers > 1)
-        run_jobs(workers, workers, look);
+        run_jobs(workers, workers, evaluate_next);
     else
-        look(0);
+        evaluate_next(0);
     for (; done < count; done++) {
-        if (!has_waiting())
+        if (!has_uncommitted())
             oldest_ = std::chrono::steady_clock::now();
         outcomes[done] = jobs_[done].outcome;
         const Record record = record_of(frames[done], jobs_[done]);
         const bool unnamed = names_ && record.kind != Kind::rejected && !streams_.is_named(record.stream);
         if (unnamed)
             names_->add(record.stream, frames[done].session, frames[done].roi);
-        settle(record, outcomes[done]);
+        register_frame(record, outcomes[done]);
         if (unnamed)
             streams_.set_named(record.stream);
     }
-    if (has_waiting() && std::chrono::steady_clock::now() - oldest_ >= kLongestWait)
+    if (has_uncommitted() && std::chrono::steady_clock::now() - oldest_ >= kCommitInterval)
         commit();
 }
 
-bool Tracker::has_waiting() const noexcept {
-    return ledger_ && (lines() > committed() || unrecorded_repeats_ > 0);
+bool Tracker::has_uncommitted() const noexcept {
+    return ledger_ && (records() > committed() || unrecorded_repeats_ > 0);
 }
 
-// Sorted, so that no order of arrival changes what is made of it.
+// Sorted, so that results do not depend on the order of arrival.
 Series Tracker::series() const {
     std::vector<period::Sample> samples;
     samples.reserve(static_cast<size_t>(counts_.accepted));
-    visit(0, lines(), [&](const Record &record, const Outcome &outcome) {
+    visit(0, records(), [&](const Record &record, const Outcome &outcome) {
         if (outcome.verdict == Verdict::accepted)
             samples.push_back(*sample_of(record));
     });
@@ -362,8 +369,8 @@ void Tracker::commit() {
 std::vector<uint8_t> Tracker::checkpoint() const {
     Checkpoint point;
     point.salt = ledger_->salt();
-    point.lines = ledger_->count();
-    point.chain = ledger_->chain_before(point.lines);
+    point.records = ledger_->count();
+    point.chain = ledger_->chain_before(point.records);
     point.setup = setup().digest();
     point.repeats = unrecorded_repeats_;
     return to_bytes(point, sums_);
@@ -375,8 +382,8 @@ void Tracker::save() {
         return;
     ledger_->check();
     record_repeats();
-    const std::vector<uint8_t> sums = checkpoint(); // before anything else changes, as it takes the memory
-    ledger_->sync();                                // lines that the sums hold must not be lost without them
+    const std::vector<uint8_t> sums = checkpoint(); // first, since it may run out of memory
+    ledger_->sync();                                // before the checkpoint: it must not count records that may be lost
     names_->sync();
     replace_whole(*store_, Checkpoint::kName, sums);
 }

@@ -1,5 +1,5 @@
-// Frames in any order, some twice, some damaged -> the periodogram of those that can be trusted, the same bits whatever
-// the order.
+// Tracker: frames in any order, with duplicates and damage -> the periodogram of all valid frames, bit-identical for
+// every order of arrival.
 #pragma once
 #include <array>
 #include <chrono>
@@ -29,67 +29,68 @@ enum class Verdict : int32_t { accepted = 0, duplicate = 1, quarantined = 2, out
 
 struct Outcome {
     Verdict verdict = Verdict::rejected;
-    Flaw flaw; // of rejected frames
+    Flaw flaw; // rejected frames only
     int64_t tai_ns = 0;
-    double value = 0;                                             // of accepted frames and outliers
-    double chi_square = std::numeric_limits<double>::quiet_NaN(); // per pixel, of the same; NaN: not known
+    double value = 0;                                             // accepted frames and outliers only
+    double chi_square = std::numeric_limits<double>::quiet_NaN(); // per pixel, likewise; NaN: unknown
 };
 
-// What an estimator finds in an image.
+// Result of an estimator for one image.
 struct Estimated {
     double value = std::numeric_limits<double>::quiet_NaN();
-    double sigma = 0;                                             // 0: the frame's
+    double sigma = 0;                                             // 0: the frame's sigma
     double chi_square = std::numeric_limits<double>::quiet_NaN(); // per pixel, against its model
     uint32_t flags = 0;
-    // Its further values and their covariances, in the order of Columns; as many as the plan's columns have.
-    std::array<double, kMostFurther> further = {};
+    // Further values and covariances, in the order of Columns; as many as the plan declares columns for.
+    std::array<double, kMaxFurther> further = {};
 };
 
 inline uint64_t key_of(const Record &record) noexcept {
     return key_digest(record.stream, record.frame_id);
 }
 
-// From an image, of this frame and time, to what it says; it may use the image as it likes. A worker calls it for one
-// frame at a time; an exception, a value that is not finite and a sigma that the terms do not allow reject the frame.
+// Estimator: computes the value of an image, which it may overwrite. Each worker calls it for one frame at a time. An
+// exception, a value that is not finite or a sigma outside the terms' range rejects the frame.
 using Estimate =
     std::function<void(double *image, const Frame &frame, int64_t tai_ns, unsigned worker, Estimated &estimated)>;
 
 struct Plan {
     int64_t capacity = 0; // frames
     Terms terms;
-    Columns columns; // that a new ledger declares; one that is there keeps its own
+    Columns columns; // of a new ledger; an existing ledger keeps its own
     Clock clock;
     unsigned workers = 1;
-    size_t group = 64; // lines that are brought to the disk together
+    size_t group = 64; // records per write and fsync
     Sync sync = Sync::group;
 };
 
-// Where the files are, and what of them was read before the ledger: a writer may be adding to that.
-struct Place {
-    std::unique_ptr<Store> store; // none: all in memory
+// A state folder, with the files that are read before the ledger, to which a writer may be appending.
+struct StateFolder {
+    std::unique_ptr<Store> store; // NULL: all in memory
     Access access = Access::write;
-    bool rebuild = false; // sums anew, on the plan's grid and clock
+    bool rebuild = false; // recompute the sums, with the plan's grid and clock
     std::optional<Setup> setup;
     std::optional<Loaded> loaded;
-    bool has_checkpoint = false; // whole or not
-    Log log;                     // of damage that costs nothing, or only what it says
+    bool has_checkpoint = false; // the file exists, valid or not
+    Log log;                     // receives warnings of damage that is repaired or ignored
 };
-// Locks the ledger for writing. A setup that does not fit the terms is another folder's and left out. Status::mismatch
-// for a ledger on other terms.
-Place open_place(std::unique_ptr<Store> store, Access access, const Terms &terms);
+// Reads a folder; with Access::write locks its ledger. A setup that does not match the terms belongs to another folder
+// and is ignored. Status::mismatch for a ledger with other terms.
+StateFolder open_state_folder(std::unique_ptr<Store> store, Access access, const Terms &terms);
 
-// Keys are counted once. received = accepted + outlier + quarantined + repeated + all rejected.
+// A key is counted once in accepted, outlier or quarantined. received = accepted + outlier + quarantined + repeated +
+// all rejected.
 struct Counts {
     int64_t received = 0, accepted = 0, outlier = 0, quarantined = 0, repeated = 0, rejected[kReasons] = {};
-    int64_t dropped = 0; // by the camera, before frames that are in
+    int64_t dropped = 0; // by the camera, as reported by accepted frames and outliers
 };
 
-// Times in the grid's unit from its reference, values and their sigmas.
+// Time series of the accepted frames: times in the grid's unit from its reference, values, sigmas.
 struct Series {
     std::vector<double> t, y, sigma;
 };
 
-// Names are empty where they are not known.
+// A session and region with its counts; empty names if unknown.
 struct NamedStream {
     StreamCount count;
     std::string session, roi;
@@ -97,82 +98,83 @@ struct NamedStream {
 
 class Tracker {
   public:
-    static constexpr size_t kBatch = 256; // frames, the most of one push
+    static constexpr size_t kBatch = 256; // maximum number of frames per push
 
-    // Takes up what the place holds; sums, which are empty, become those of its frames and must outlive the tracker. No
-    // estimate: frames come by merging only. Status::mismatch if it was made on other terms or, without rebuild, with
-    // another grid or clock.
-    Tracker(Plan plan, Estimate estimate, Place place, period::Stream &sums);
+    // Creates a folder or resumes from it. `sums` must be empty; it receives the sums of the folder's frames and must
+    // outlive the tracker. Without an estimator, frames can only be merged. Status::mismatch if the folder has other
+    // terms or, without rebuild, another grid or clock.
+    Tracker(Plan plan, Estimate estimate, StateFolder folder, period::Stream &sums);
 
-    // Estimates on all workers, then settles one frame after the other; allocates nothing with one worker. Where it
-    // fails, frames before `done` are in and that one is not.
+    // Estimates on all workers, then registers the frames in order. Does not allocate with one worker. On an exception
+    // the first `done` frames are registered, the others are not.
     void push(const Frame *frames, size_t count, Outcome *outcomes, size_t &done);
-    // All lines of another folder that did not come before, as if their frames had come here. Status::mismatch for
-    // other terms. Salvage leaves out what is damaged; returns how many lines are lost.
+    // Merges the records of another folder as if its frames had been pushed here; records merged before are not counted
+    // again. Status::mismatch for other terms. With salvage, damaged records are skipped. Returns the number of lost
+    // records.
     uint64_t merge(Store &other, bool salvage);
-    // Brings all lines to the disk.
+    // Writes all records and syncs them (as Sync specifies).
     void commit();
-    // The same and the sums, so that taking up is quick.
+    // Commits, syncs the ledger and writes a checkpoint, so that resuming is fast.
     void save();
 
-    // Frames in the order of arrival, by lines of the ledger from `first` on, `most` at the most; their verdict is that
-    // of now. In memory there are those alone that came as good ones.
+    // Visits the records of the ledger in order of arrival, at most `most` from number `first`, each with its current
+    // verdict. Without a folder there are records of accepted frames and outliers only.
     using EachFrame = std::function<void(const Record &, const Outcome &)>;
     void visit(uint64_t first, uint64_t most, const EachFrame &each) const;
 
-    // What is in the sums, by time.
+    // Returns the samples in the sums, sorted by time.
     Series series() const;
 
     const Plan &plan() const noexcept { return plan_; }
     const Counts &counts() const noexcept { return counts_; }
     int64_t expected() const noexcept { return streams_.expected(); }
     size_t stream_count() const noexcept { return streams_.count(); }
-    std::vector<NamedStream> streams() const;                    // by their names
-    const Columns &columns() const noexcept { return columns_; } // of the lines
-    uint64_t lines() const noexcept { return ledger_ ? ledger_->count() : in_memory_; }
-    uint64_t committed() const noexcept { return ledger_ ? ledger_->committed() : in_memory_; }
+    std::vector<NamedStream> streams() const;                    // sorted by name
+    const Columns &columns() const noexcept { return columns_; } // of the ledger
+    uint64_t records() const noexcept { return ledger_ ? ledger_->count() : records_in_memory_; }
+    uint64_t committed() const noexcept { return ledger_ ? ledger_->committed() : records_in_memory_; }
 
   private:
-    // What a worker finds out about a frame.
+    // Result of a worker for one frame.
     struct Job {
         uint64_t stream = 0;
         uint32_t content = 0;
         Outcome outcome;
         Estimated estimated;
     };
-    void open(Place &place);
-    void begin_ledger();
-    void take_columns(const LedgerFile &file);
-    void take_checkpoint(Place &place);
-    void check_setup(const Place &place) const;
-    void tell_damage(const Place &place) const;
-    void sum_up(uint64_t first);
+    void open(StateFolder &folder);
+    void create_ledger();
+    void adopt_columns(const LedgerFile &file);
+    void resume_from_checkpoint(StateFolder &folder);
+    void check_setup(const StateFolder &folder) const;
+    void warn_of_damage(const StateFolder &folder) const;
+    void push_accepted_from(uint64_t first);
     std::vector<uint8_t> checkpoint() const;
-    void take_names(const Names &names);
-    void take_merged(const Merged &merged);
-    Merged merged_before(uint64_t salt) const noexcept; // no lines if there was none
-    void merge_all_lines(Store &other, const Checkpoint &point);
-    uint64_t merge_whole_lines(const LedgerFile &file, const Checkpoint &point);
-    bool merge_line(const Record &theirs, bool is_new);
+    void merge_names(const Names &names);
+    void count_merge_mark(const MergeMark &merged);
+    MergeMark last_merge_of(uint64_t salt) const noexcept; // zero counts if there was none
+    void merge_all_records(Store &other, const Checkpoint &point);
+    uint64_t merge_salvaged_records(const LedgerFile &file, const Checkpoint &point);
+    bool merge_record(const Record &theirs, bool is_new);
     Setup setup() const { return {sums_.grid(), plan_.clock}; }
-    void look_at(const Frame &frame, Job &job, unsigned worker) noexcept;
-    void judge(const Frame &frame, Job &job, unsigned worker);
+    void evaluate(const Frame &frame, Job &job, unsigned worker) noexcept;
+    void validate_and_estimate(const Frame &frame, Job &job, unsigned worker);
     Cells cells_of(const Frame &frame, const Job &job) const noexcept;
     Record record_of(const Frame &frame, const Job &job) const noexcept;
-    void settle(const Record &record, Outcome &outcome);
-    void take_in(const Record &record);
-    void deny(const Seen &seen, Record record);
+    void register_frame(const Record &record, Outcome &outcome);
+    void add_frame(const Record &record);
+    void quarantine(const KnownFrame &known, Record record);
     void count_repeats(int64_t count) noexcept;
     void record_repeats();
-    bool has_waiting() const noexcept;              // for the disk
-    void note(const Record &record, uint64_t line); // in index and counts
-    void note_frame(const Record &record, uint64_t line);
-    void note_denial(const Record &record, uint64_t line);
-    uint64_t write_line(const Record &record); // returns its number
-    Record read_line(uint64_t number) const;
+    bool has_uncommitted() const noexcept;                    // records or repeats
+    void count_record(const Record &record, uint64_t number); // updates index and counts
+    void count_frame(const Record &record, uint64_t number);
+    void count_quarantine(const Record &record, uint64_t number);
+    uint64_t append_record(const Record &record); // returns its number
+    Record read_record(uint64_t number) const;
     Outcome outcome_of(const Record &record) const;
     void check_writable() const;
-    // What a line brings to the sums: nothing unless it says accepted and its time has a place there.
+    // Returns the sample of a record; none unless the frame was accepted and the sums cover its time.
     std::optional<period::Sample> sample_of(const Record &record) const noexcept;
 
     Plan plan_;
@@ -183,18 +185,18 @@ class Tracker {
     Streams streams_;
     period::Stream &sums_;
     std::optional<Ledger> ledger_;
-    std::optional<Names> names_;        // as the ledger
-    std::map<uint64_t, Merged> merged_; // of every ledger the latest, by its salt; of the own one, what counts repeats
-    uint64_t salt_ = 0;                 // of the ledger
+    std::optional<Names> names_;           // with a folder, as the ledger
+    std::map<uint64_t, MergeMark> merged_; // by salt, the latest mark of each ledger; the own one counts repeats
+    uint64_t salt_ = 0;                    // of the own ledger
     Columns columns_;
-    Arrangement arrange_;    // of the plan's columns
-    Buffer<uint8_t> memory_; // in place of a ledger, lines of frames that are in
-    size_t in_memory_ = 0;
+    Arrangement arrange_;    // plan's columns -> columns_
+    Buffer<uint8_t> memory_; // without a ledger: records of accepted frames and outliers
+    size_t records_in_memory_ = 0;
     Buffer<double> images_; // [workers][out_rows * out_cols]
     std::vector<Job> jobs_;
     Counts counts_;
-    int64_t unrecorded_repeats_ = 0;               // that the ledger does not count yet
-    std::chrono::steady_clock::time_point oldest_; // of the lines that wait
+    int64_t unrecorded_repeats_ = 0;               // not yet counted by the ledger
+    std::chrono::steady_clock::time_point oldest_; // time of the first uncommitted record
 };
 
 } // namespace toliman::track

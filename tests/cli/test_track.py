@@ -488,8 +488,8 @@ class Folders(Track):
         lines = bytearray(ledger.read_bytes())
         lines[HEADER + 5 * LINE] ^= 1  # frame 5
         ledger.write_bytes(lines)
-        self.refuse(5, "5 lines are whole", arguments=("status", "s"))
-        self.refuse(5, "5 lines are whole", arguments=("rebuild", "s", "--grid", "0.02:0.001:50"))
+        self.refuse(5, "5 valid records", arguments=("status", "s"))
+        self.refuse(5, "5 valid records", arguments=("rebuild", "s", "--grid", "0.02:0.001:50"))
         done = self.run_program("merge", "s", "--salvage", "--out", "saved")
         self.assertEqual((done.returncode, "s: 1 record is damaged or lost\n" in done.stderr), (0, True))
         self.assertIn("saved: 1 frame id is missing between the first and the last of a session, lost or never received: "

@@ -60,7 +60,7 @@ class Ledger(Mistakes):
         for harm, text in ((lambda: flip(checkpoint), "s/checkpoint.tlmc: is damaged"),
                            (lambda: os.truncate(checkpoint, 1000), "s/checkpoint.tlmc: is damaged"),
                            (checkpoint.unlink, "s/checkpoint.tlmc: is missing"),
-                           (lambda: ledger.write_bytes(ledger.read_bytes() + b"torn"), "s/ledger.tlml: 4 bytes behind"),
+                           (lambda: ledger.write_bytes(ledger.read_bytes() + b"torn"), "s/ledger.tlml: 4 bytes after"),
                            (lambda: flip(names), "s/streams.txt: is damaged or incomplete: the names of 1 of 1")):
             before = ledger.read_bytes()
             harm()

@@ -378,8 +378,8 @@ class Folders(Mistakes):
         (self.folder / "c.csv").write_text("0,5\n")
         command = ("--grid", "0.02:0.001:50", "--epoch", "7", "--clock", "c.csv")
         self.refuse_track(2, f"`toliman rebuild s {' '.join(command)}`, or give a new folder", grid=command)
-        self.refuse_track(2, "of another grid", "`toliman rebuild s --epoch 7`", grid=("--epoch", "7"))
-        self.refuse_track(2, "of another clock", "`toliman rebuild s --clock c.csv`", grid=("--clock", "c.csv"))
+        self.refuse_track(2, "has another frequency grid", "`toliman rebuild s --epoch 7`", grid=("--epoch", "7"))
+        self.refuse_track(2, "has another clock", "`toliman rebuild s --clock c.csv`", grid=("--clock", "c.csv"))
         frames = "leave out --shape, --crop, --bin, --bit-depth and --value-limit, or give a new folder"
         for options in (("--shape", "70x70"), ("--bin", "2"), ("--crop", "1,1"), ("--bit-depth", "31"), ("--value-limit", "3")):
             self.refuse_track(2, frames, arguments=(*options, *PAIRS))

@@ -61,7 +61,7 @@ inline track::Plan make_plan(size_t group, track::Sync sync) {
 struct Run {
     Run(std::unique_ptr<FakeStore> store, size_t group, track::Sync sync = track::Sync::group) : sums(grid()) {
         const track::Plan plan = make_plan(group, sync);
-        track::Place place = track::open_place(std::move(store), Access::write, plan.terms);
+        track::StateFolder place = track::open_state_folder(std::move(store), Access::write, plan.terms);
         tracker.emplace(
             plan,
             [](const double *image, const track::Frame &, int64_t, unsigned, track::Estimated &estimated) {
@@ -90,7 +90,7 @@ struct Run {
 // Number of records without the marks that count repeats.
 inline uint64_t frame_records(const Run &run) {
     uint64_t lines = 0;
-    run.tracker->visit(0, run.tracker->lines(), [&](const track::Record &record, const track::Outcome &) {
+    run.tracker->visit(0, run.tracker->records(), [&](const track::Record &record, const track::Outcome &) {
         lines += record.kind != track::Kind::merged;
     });
     return lines;

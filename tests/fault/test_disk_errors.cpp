@@ -63,14 +63,14 @@ bool check_failing_call(long call, const std::vector<Arrival> &arrivals, const R
         uint64_t lines;
         {
             const Run run(std::make_unique<FakeStore>(left), kGroup);
-            lines = run.tracker->lines();
+            lines = run.tracker->records();
             expect(lines >= observed.acknowledged, "an acknowledged record is lost", number);
             expect(matches_its_records(run, reference), "the sums differ from those of the records", number);
         }
         // What the recovery found must now be on the disk.
         Disk later = left.after_power_cut(random);
         Run run(std::make_unique<FakeStore>(later), kGroup);
-        expect(run.tracker->lines() >= lines, "a recovered record is lost", number);
+        expect(run.tracker->records() >= lines, "a recovered record is lost", number);
         push_remaining(run, arrivals, reference, [](size_t) {});
         expect(run.sums.save() == reference.states.back(), "the remaining frames were not accepted", number);
     }

@@ -61,7 +61,7 @@ void run_scenario(uint64_t seed) {
         disk = disk.after_power_cut(random);
         Disk copy = disk;
         const Run run(std::make_unique<FakeStore>(copy), scenario.group, sync);
-        expect(run.tracker->lines() >= acknowledged.records, "an acknowledged record is lost", seed);
+        expect(run.tracker->records() >= acknowledged.records, "an acknowledged record is lost", seed);
         expect(run.tracker->counts().repeated >= acknowledged.repeats, "saved repeats are lost", seed);
         expect(matches_its_records(run, scenario.reference), "the sums differ from those of the records", seed);
     }
@@ -85,7 +85,7 @@ void cut_during_creation(uint64_t seed) {
         run_until_power_cut(disk, scenario, at, random, acknowledged);
         disk = disk.after_power_cut(random);
         Run run(std::make_unique<FakeStore>(disk), scenario.group);
-        expect(run.tracker->lines() >= acknowledged.records, "an acknowledged record of a new folder is lost", seed);
+        expect(run.tracker->records() >= acknowledged.records, "an acknowledged record of a new folder is lost", seed);
         push_remaining(run, arrivals, scenario.reference, [](size_t) {});
         expect(run.sums.save() == scenario.reference.states.back(), "a partly created folder does not continue", seed);
     }

@@ -54,7 +54,8 @@ Files files_of(const Parts &parts) {
 struct Run {
     Run(Files &files, Access access, const track::Terms &terms, const std::string &further)
         : Run(place_of(files, access, terms), terms, further) {}
-    Run(const track::Terms &terms, const std::string &further) : Run(track::Place(), terms, further) {} // in memory
+    Run(const track::Terms &terms, const std::string &further)
+        : Run(track::StateFolder(), terms, further) {} // in memory
 
     void push(int64_t id) { push_pixel(id, 1); }
     // Pushes a frame whose first pixel is its value.
@@ -71,10 +72,10 @@ struct Run {
     std::optional<track::Tracker> tracker;
 
   private:
-    static track::Place place_of(Files &files, Access access, const track::Terms &terms) {
-        return track::open_place(std::make_unique<MemoryStore>(files), access, terms);
+    static track::StateFolder place_of(Files &files, Access access, const track::Terms &terms) {
+        return track::open_state_folder(std::make_unique<MemoryStore>(files), access, terms);
     }
-    static period::Grid grid_of(const track::Place &place, const track::Terms &terms) {
+    static period::Grid grid_of(const track::StateFolder &place, const track::Terms &terms) {
         if (place.setup && place.setup->grid.nf <= kMostFrequencies)
             return place.setup->grid;
         period::Grid grid;
@@ -85,7 +86,7 @@ struct Run {
         grid.check();
         return grid;
     }
-    Run(track::Place place, const track::Terms &terms, const std::string &further) : sums(grid_of(place, terms)) {
+    Run(track::StateFolder place, const track::Terms &terms, const std::string &further) : sums(grid_of(place, terms)) {
         track::Plan plan;
         plan.capacity = kCapacity;
         plan.terms = terms;
@@ -130,11 +131,11 @@ void check(const track::Tracker &tracker) {
         sum += rejected;
     require(counts.received == sum, "received is not the sum of the verdicts");
     uint64_t lines = 0;
-    tracker.visit(0, tracker.lines(), [&](const track::Record &record, const track::Outcome &outcome) {
+    tracker.visit(0, tracker.records(), [&](const track::Record &record, const track::Outcome &outcome) {
         require(std::isfinite(record.value) && std::isfinite(outcome.value), "a value that is not finite");
         lines++;
     });
-    require(lines == tracker.lines(), "records are missing");
+    require(lines == tracker.records(), "records are missing");
     for (const double value : tracker.series().y)
         require(std::isfinite(value), "a value that is not finite in the series");
     for (const track::NamedStream &stream : tracker.streams())
@@ -156,11 +157,11 @@ void reopen(Files files, const Made &made) {
         run.tracker->save();
         check(*run.tracker);
         sums = run.sums.save();
-        lines = run.tracker->lines();
+        lines = run.tracker->records();
     }
     const Files saved = files;
     Run again(files, Access::write, terms, further);
-    require(again.tracker->lines() == lines && again.sums.save() == sums, "reopened with different contents");
+    require(again.tracker->records() == lines && again.sums.save() == sums, "reopened with different contents");
     again.tracker->save();
     require(files == saved, "saved files differ from the opened ones");
 }
@@ -186,7 +187,7 @@ template <class Work> void tried(Work work) {
 
 size_t columns_in(const Bytes &ledger) {
     constexpr size_t kPlace = 112;
-    return ledger.size() > kPlace ? std::min<size_t>(ledger[kPlace], track::kMostColumns) : 0;
+    return ledger.size() > kPlace ? std::min<size_t>(ledger[kPlace], track::kMaxColumns) : 0;
 }
 
 constexpr size_t header_size(size_t columns) {
@@ -195,7 +196,7 @@ constexpr size_t header_size(size_t columns) {
 
 // Recomputes the checksums; each continues the previous one.
 void repair_ledger(Bytes &ledger) {
-    const size_t columns = columns_in(ledger), header = header_size(columns), line = track::line_size(columns);
+    const size_t columns = columns_in(ledger), header = header_size(columns), line = track::record_size(columns);
     if (ledger.size() < header)
         return;
     uint32_t chain = zip::crc32(ledger.data(), header - 4);
@@ -214,7 +215,7 @@ void repair_checkpoint(Parts &parts) {
         return;
     std::memcpy(point.data() + 8, ledger.data() + 8, 8); // the salt
     const uint8_t *lines_at = point.data() + 16;
-    const uint64_t lines = take_number(lines_at, 8), end = header + lines * track::line_size(columns);
+    const uint64_t lines = take_number(lines_at, 8), end = header + lines * track::record_size(columns);
     if (lines < 1024 && end <= ledger.size())
         std::memcpy(point.data() + 32, ledger.data() + end - 4, 4);
     std::memcpy(point.data() + 36, setup.data() + setup.size() - 4, 4);

@@ -171,17 +171,17 @@ void reopen(const char *what, Files &files, uint64_t lines = 0) {
         plan.capacity = kCapacity;
         plan.terms = terms;
         try {
-            const track::Tracker tracker(std::move(plan), nullptr,
-                                         track::open_place(std::make_unique<MemoryStore>(files), Access::read, terms),
-                                         sums);
-            expect(tracker.lines() == lines, what);
+            const track::Tracker tracker(
+                std::move(plan), nullptr,
+                track::open_state_folder(std::make_unique<MemoryStore>(files), Access::read, terms), sums);
+            expect(tracker.records() == lines, what);
         } catch (const Error &error) {
             expect(error.status() != Status::memory && lines == 0, error.what());
         }
     });
 }
 
-constexpr size_t kLine = track::line_size(track::kOwn);
+constexpr size_t kLine = track::record_size(track::kOwnColumns);
 
 Files files_with(const std::vector<track::Record> &records) {
     Files files;
@@ -192,7 +192,7 @@ Files files_with(const std::vector<track::Record> &records) {
     Bytes &bytes = files.at(track::LedgerFile::kName);
     for (const track::Record &record : records) {
         uint8_t line[kLine];
-        chain = track::to_bytes(record, track::kOwn, 0, chain, line);
+        chain = track::to_bytes(record, track::kOwnColumns, 0, chain, line);
         bytes.insert(bytes.end(), line, line + kLine);
     }
     return files;

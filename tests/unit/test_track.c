@@ -425,7 +425,7 @@ static void impossible_frames_and_options_are_refused(void **unused) {
     NOT_MADE(crop_row, 8, TOLIMAN_E_ARGUMENT, "rows");
     NOT_MADE(crop_col, 9, TOLIMAN_E_ARGUMENT, "cols");
     NOT_MADE(bin, 9, TOLIMAN_E_ARGUMENT, "bin = 9");
-    NOT_MADE(image_rows, 9, TOLIMAN_E_ARGUMENT, "do not fit in frames of 8x8");
+    NOT_MADE(image_rows, 9, TOLIMAN_E_ARGUMENT, "does not fit in frames of 8x8");
     NOT_MADE(bit_depth, 33, TOLIMAN_E_ARGUMENT, "bit_depth = 33");
     NOT_MADE(nf, 0, TOLIMAN_E_ARGUMENT, "nf = 0");
     NOT_MADE(period_flags, 64, TOLIMAN_E_ARGUMENT, "period_flags = 0x40");
@@ -458,7 +458,8 @@ static void full_tracker_keeps_its_frames(void **unused) {
         three[i] = frames[i].frame;
     }
     size_t done = 9;
-    assert_fails(toliman_track_push(track, three, 3, outcomes, &done), TOLIMAN_E_CAPACITY, "full: 500 frames");
+    assert_fails(toliman_track_push(track, three, 3, outcomes, &done), TOLIMAN_E_CAPACITY,
+                 "full: capacity = 500 frames");
     assert_int_equal(done, 2);
     assert_int_equal(outcomes[1].verdict, TOLIMAN_TRACK_VERDICT_DUPLICATE);
     assert_holds(track, &options, 1, CAPACITY);

@@ -261,7 +261,8 @@ static void columns_are_merged(void **unused) {
     assert_ok(toliman_track_commit(track));
     toliman_track_destroy(track);
     strcpy(options.values, "dx");
-    assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_MISMATCH, "values \"dx,flux_2\", here \"dx\"");
+    assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_MISMATCH,
+                 "values \"dx,flux_2\", this tracker has \"dx\"");
     options.folder = NULL;
     track = make_track(&options);
     assert_fails(toliman_track_merge(track, shard, 0, NULL), TOLIMAN_E_MISMATCH, "the column flux_2");
@@ -324,9 +325,9 @@ static void old_ledgers_are_refused(void **unused) {
     const uint32_t one = 1, three = 3;
     write_at(ledger, 4, &one, 4);
     assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_FORMAT,
-                 "version 1, of libtoliman 0.1, this library reads 2 only: give the frames again, into a new folder");
+                 "unsupported version 1, of libtoliman 0.1 (supported: 2): push the frames again into a new folder");
     write_at(ledger, 4, &three, 4);
-    assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_FORMAT, "version 3, this library reads 2 only");
+    assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_FORMAT, "unsupported version 3 (supported: 2)");
 }
 
 /* Headers with correct checksums and impossible columns. */
@@ -339,9 +340,12 @@ static void impossible_columns_are_refused(void **unused) {
         off_t at;
         unsigned char byte;
         const char *message;
-    } bad[] = {{112, 49, "columns in lines of"},   {112, 5, "5 columns in lines of 112 bytes"},
-               {116, 120, "6 columns in lines"},   {120, 0, "column 0 has no name of its own"},
-               {120, 'C', "column 0 has no name"}, {120 + 56, 2, "column chi_square: type 2, role 1"},
+    } bad[] = {{112, 49, "columns, records of"},
+               {112, 5, "5 columns, records of 112 bytes"},
+               {116, 120, "6 columns, records of"},
+               {120, 0, "column 0: name is invalid or duplicate"},
+               {120, 'C', "column 0: name is invalid or duplicate"},
+               {120 + 56, 2, "column chi_square: type 2, role 1"},
                {120 + 60, 4, "type 0, role 4"}};
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
         unsigned char header[HEADER];

@@ -35,20 +35,20 @@ static void other_options_are_reported(void **unused) {
     do {                                                                                                               \
         other = options;                                                                                               \
         other.member = (value);                                                                                        \
-        assert_not_made(&other, TOLIMAN_E_MISMATCH, "made with " text);                                                \
+        assert_not_made(&other, TOLIMAN_E_MISMATCH, "written with " text);                                             \
     } while (0)
-    TOLD(rows, 17, "frames of 16x16, here 17x16");
-    TOLD(cols, 17, "frames of 16x16, here 16x17");
-    TOLD(crop_row, 3, "crop from 4x4, here 3x4");
-    TOLD(crop_col, 3, "crop from 4x4, here 4x3");
-    TOLD(image_rows, 3, "images of 4x4, here 3x4");
-    TOLD(image_cols, 3, "images of 4x4, here 4x3");
-    TOLD(bin, 2, "bin 1, here 2");
-    TOLD(bit_depth, 13, "bit depth 12, here 13");
-    TOLD(zero_run_bytes, 7, "zero run bytes 64, here 7");
-    TOLD(sigma, 0.5, "sigma 0.25, here 0.5");
-    TOLD(value_limit, 4, "value limit 3, here 4");
-    TOLD(estimator_id, 78, "estimator 000000000000004d, here 000000000000004e");
+    TOLD(rows, 17, "frames of 16x16, this tracker has 17x16");
+    TOLD(cols, 17, "frames of 16x16, this tracker has 16x17");
+    TOLD(crop_row, 3, "crop from 4x4, this tracker has 3x4");
+    TOLD(crop_col, 3, "crop from 4x4, this tracker has 4x3");
+    TOLD(image_rows, 3, "images of 4x4, this tracker has 3x4");
+    TOLD(image_cols, 3, "images of 4x4, this tracker has 4x3");
+    TOLD(bin, 2, "bin 1, this tracker has 2");
+    TOLD(bit_depth, 13, "bit depth 12, this tracker has 13");
+    TOLD(zero_run_bytes, 7, "zero run bytes 64, this tracker has 7");
+    TOLD(sigma, 0.5, "sigma 0.25, this tracker has 0.5");
+    TOLD(value_limit, 4, "value limit 3, this tracker has 4");
+    TOLD(estimator_id, 78, "estimator 000000000000004d, this tracker has 000000000000004e");
 }
 
 static void impossible_terms_are_refused(void **unused) {
@@ -62,15 +62,15 @@ static void impossible_terms_are_refused(void **unused) {
         uint64_t value;
         const char *message;
     } bad[] = {
-        {0, 0, "frames of 0x16 to 4x4 by bin = 1: all must be at least 1"},
-        {1, 0, "frames of 16x0"},
-        {4, 0, "to 0x4"},
-        {5, 0, "to 4x0"},
-        {6, 0, "by bin = 0"},
-        {4, 17, "do not fit"},
-        {5, 17, "do not fit"},
-        {2, 13, "do not fit"},
-        {3, 13, "do not fit"},
+        {0, 0, "frames: 0x16 pixels, image 4x4, bin = 1: must be at least 1"},
+        {1, 0, "frames: 16x0 pixels"},
+        {4, 0, "image 0x4"},
+        {5, 0, "image 4x0"},
+        {6, 0, "bin = 0: must be at least 1"},
+        {4, 17, "does not fit"},
+        {5, 17, "does not fit"},
+        {2, 13, "does not fit"},
+        {3, 13, "does not fit"},
         {7, 33, "bit_depth = 33"},
         {9, 0x7ff8000000000000u, "sigma = nan"},
         {9, 0x7f00000000000000u, "sigma = "},
@@ -114,13 +114,13 @@ static void contradictory_records_are_refused(void **unused) {
     memcpy(&chain, first + LINE - 4, 4);
     memcpy(line, first, LINE);
     add_line(line, 1, chain);
-    assert_not_made(&options, TOLIMAN_E_FORMAT, "ledger.tlml: line 1 holds a frame that is there already");
+    assert_not_made(&options, TOLIMAN_E_FORMAT, "ledger.tlml: record 1: duplicate frame");
     line[52] = 3;
     chain = add_line(line, 1, chain);
     toliman_track_destroy(make_track(&options)); /* a single quarantine record is valid */
     unlink(checkpoint);
     add_line(line, 2, chain);
-    assert_not_made(&options, TOLIMAN_E_FORMAT, "line 2 denies a frame that is not there");
+    assert_not_made(&options, TOLIMAN_E_FORMAT, "record 2: quarantines an unknown frame");
 
     /* Marks of a merge whose counts are negative or too large. */
     const int64_t counts[][2] = {{-1, 0}, {0, -1}, {0, ((int64_t)1 << 60) + 1}};
@@ -133,11 +133,11 @@ static void contradictory_records_are_refused(void **unused) {
         memcpy(&chain, first + LINE - 4, 4);
         add_line(line, 1, chain);
         assert_int_equal(truncate(ledger, HEADER + 2 * LINE), 0);
-        assert_not_made(&options, TOLIMAN_E_FORMAT, "line 1 says what cannot be");
+        assert_not_made(&options, TOLIMAN_E_FORMAT, "record 1 is impossible");
     }
     const off_t most = HEADER + (((off_t)1 << 30) + 1) * LINE;
     if (truncate(ledger, most) == 0) /* as a sparse file */
-        assert_not_made(&options, TOLIMAN_E_FORMAT, "more than 2^30 lines");
+        assert_not_made(&options, TOLIMAN_E_FORMAT, "must be at most 2^30 records");
 }
 
 /* Records damaged on disk while the tracker is open are refused; the others can be read. */
@@ -150,14 +150,14 @@ static void damage_while_open(void **unused) {
     flip_byte(ledger, HEADER + 3 * LINE + 20);
     toliman_track_record lines[6] = {{.struct_size = sizeof *lines}};
     size_t done = 9;
-    assert_fails(toliman_track_get_records(track, 0, 6, lines, &done), TOLIMAN_E_FORMAT, "line 3 is damaged");
+    assert_fails(toliman_track_get_records(track, 0, 6, lines, &done), TOLIMAN_E_FORMAT, "record 3 is damaged");
     assert_ok(toliman_track_get_records(track, 0, 3, lines, &done));
     assert_int_equal(done, 3);
     small_frame frame;
     make_frame(&frame, 4);
     frame.pixels[0]++;
     toliman_track_outcome outcome = {.struct_size = sizeof outcome};
-    assert_fails(toliman_track_push(track, &frame.frame, 1, &outcome, &done), TOLIMAN_E_FORMAT, "line 3 is damaged");
+    assert_fails(toliman_track_push(track, &frame.frame, 1, &outcome, &done), TOLIMAN_E_FORMAT, "record 3 is damaged");
     toliman_track_destroy(track);
 }
 
@@ -255,7 +255,7 @@ static void number_of_sessions_is_limited(void **unused) {
     }
     snprintf(name, sizeof name, "one-more");
     assert_fails(toliman_track_push(track, &frame.frame, 1, &outcome, &done), TOLIMAN_E_CAPACITY,
-                 "65536 sessions and regions are in, as many as there can be");
+                 "too many sessions and regions: capacity = 65536");
     snprintf(name, sizeof name, "s7");
     frame.frame.frame_id = 2;
     assert_int_equal(push_one(track, &frame.frame).verdict, TOLIMAN_TRACK_VERDICT_ACCEPTED);

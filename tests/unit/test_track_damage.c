@@ -86,7 +86,7 @@ static void damaged_ledger_is_distinguished_from_a_torn_one(void **unused) {
         flip_byte(ledger, at);
     }
     flip_byte(ledger, HEADER + 3 * LINE);
-    assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_LOST, "line 3 is damaged");
+    assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_LOST, "record 3 is damaged");
     flip_byte(ledger, HEADER + 3 * LINE);
     /* The last group may be torn: record 20 damaged, and a partial record at the end. */
     flip_byte(ledger, HEADER + 20 * LINE + 7);
@@ -106,16 +106,16 @@ static void damaged_ledger_is_distinguished_from_a_torn_one(void **unused) {
 
     /* Damage in the last group, which the checkpoint covers: refused, and nothing is truncated. */
     flip_byte(ledger, HEADER + 29 * LINE + 7);
-    assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_LOST, "29 lines are whole");
+    assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_LOST, "29 valid records");
     assert_int_equal(size_of(ledger), HEADER + 30 * LINE);
     flip_byte(ledger, HEADER + 29 * LINE + 7);
 
     /* Records that the checkpoint counts but the ledger lacks. */
     assert_int_equal(truncate(ledger, HEADER + 29 * LINE), 0);
     assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_LOST,
-                 "29 lines are whole, the checkpoint was made of 30");
-    options.flags = TOLIMAN_TRACK_REBUILD; /* rebuilding must not hide the loss */
-    assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_LOST, "lines were lost; merge with salvage");
+                 "29 valid records, but the checkpoint counts 30");
+    options.flags = TOLIMAN_TRACK_REBUILD; /* hides nothing */
+    assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_LOST, "records were lost; merge with salvage");
     options.flags = 0;
     /* A different ledger of the same length is detected, too. */
     flip_byte(checkpoint, 33);
@@ -123,7 +123,7 @@ static void damaged_ledger_is_distinguished_from_a_torn_one(void **unused) {
     toliman_track_destroy(track_after);
     assert_int_equal(unlink(ledger), 0);
     assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_FORMAT,
-                 "ledger.tlml: is missing, though checkpoint.tlmc is there");
+                 "ledger.tlml: is missing although checkpoint.tlmc exists");
     assert_fails(toliman_track_load_options(folder, &options), TOLIMAN_E_NOT_FOUND, "ledger.tlml: no such file");
     assert_int_equal(symlink("/etc/passwd", ledger), 0);
     assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_FORMAT, "ledger.tlml: is a symbolic link");
@@ -189,7 +189,7 @@ static void damaged_ledger_is_salvaged(void **unused) {
     assert_int_equal(truncate(ledger, HEADER + 41 * LINE + 30), 0); /* the quarantine record of frame 36 */
     track = make_track(&elsewhere);
     int64_t lost = -1;
-    assert_fails(toliman_track_merge(track, folder, 0, &lost), TOLIMAN_E_LOST, "3 lines are whole");
+    assert_fails(toliman_track_merge(track, folder, 0, &lost), TOLIMAN_E_LOST, "3 valid records");
     assert_fails(toliman_track_merge(track, folder, 2, &lost), TOLIMAN_E_ARGUMENT, "flags = 0x2");
     for (int time = 0; time < 2; time++) {
         assert_ok(toliman_track_merge(track, folder, TOLIMAN_TRACK_SALVAGE, &lost));
@@ -231,7 +231,7 @@ static void impossible_records_are_refused(void **unused) {
         const uint32_t crc = crc32(before, line, LINE - 4);
         memcpy(line + LINE - 4, &crc, 4);
         write_at(ledger, HEADER, line, LINE);
-        const char *const text = trial == 0 ? "line 0 denies a frame that is not there" : "line 0 says what cannot be";
+        const char *const text = trial == 0 ? "record 0: quarantines an unknown frame" : "record 0 is impossible";
         assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_FORMAT, text);
         track = make_track(&elsewhere);
         assert_fails(toliman_track_merge(track, folder, 0, NULL), TOLIMAN_E_FORMAT, text);
@@ -259,9 +259,10 @@ static void full_disk_is_reported(void **unused) {
     assert_fails(toliman_track_push(track, &frame.frame, 1, &outcome, &done), TOLIMAN_E_WRITE, "ledger.tlml: ");
     assert_int_equal(setrlimit(RLIMIT_FSIZE, &none), 0);
     assert_int_equal(done, 0);
-    assert_fails(toliman_track_push(track, &frame.frame, 1, &outcome, &done), TOLIMAN_E_WRITE, "has failed before");
-    assert_fails(toliman_track_commit(track), TOLIMAN_E_WRITE, "has failed before");
-    assert_fails(toliman_track_save(track), TOLIMAN_E_WRITE, "has failed before");
+    assert_fails(toliman_track_push(track, &frame.frame, 1, &outcome, &done), TOLIMAN_E_WRITE,
+                 "an earlier write failed");
+    assert_fails(toliman_track_commit(track), TOLIMAN_E_WRITE, "an earlier write failed");
+    assert_fails(toliman_track_save(track), TOLIMAN_E_WRITE, "an earlier write failed");
     assert_int_equal(info_of(track).committed, 8);
     assert_int_equal(info_of(track).received, 11);
     toliman_track_destroy(track);

@@ -47,14 +47,15 @@ static void one_writer_and_many_readers(void **unused) {
         looking.nf = i < 2 ? looking.nf : 0;
         readers[i] = make_track(&looking);
         assert_holds(readers[i], &options, 1, 64);
-        assert_fails(toliman_track_save(readers[i]), TOLIMAN_E_STATE, "reading only");
-        assert_fails(toliman_track_commit(readers[i]), TOLIMAN_E_STATE, "reading only");
-        assert_fails(toliman_track_merge(readers[i], folder, 0, NULL), TOLIMAN_E_STATE, "reading only");
+        assert_fails(toliman_track_save(readers[i]), TOLIMAN_E_STATE, "opened read-only");
+        assert_fails(toliman_track_commit(readers[i]), TOLIMAN_E_STATE, "opened read-only");
+        assert_fails(toliman_track_merge(readers[i], folder, 0, NULL), TOLIMAN_E_STATE, "opened read-only");
         small_frame frame;
         toliman_track_outcome outcome = {.struct_size = sizeof outcome};
         size_t done;
         make_frame(&frame, 99);
-        assert_fails(toliman_track_push(readers[i], &frame.frame, 1, &outcome, &done), TOLIMAN_E_STATE, "reading only");
+        assert_fails(toliman_track_push(readers[i], &frame.frame, 1, &outcome, &done), TOLIMAN_E_STATE,
+                     "opened read-only");
     }
     push_range(writer, 71, 80);
     assert_ok(toliman_track_save(writer));
@@ -77,12 +78,12 @@ static void another_grid_and_clock_without_frames(void **unused) {
     other.clock = clock;
     other.clock_points = 3;
     toliman_track *track = NULL;
-    assert_fails(toliman_track_create(&other, &track), TOLIMAN_E_MISMATCH, "another clock");
+    assert_fails(toliman_track_create(&other, &track), TOLIMAN_E_MISMATCH, "has another clock");
     other.nf = 30;
     other.df = 0.001;
     other.unit_ns = 3600e9;
     other.period_flags = TOLIMAN_PERIOD_FIXED_MEAN | TOLIMAN_PERIOD_DOUBLE_LIMB;
-    assert_fails(toliman_track_create(&other, &track), TOLIMAN_E_MISMATCH, "another grid");
+    assert_fails(toliman_track_create(&other, &track), TOLIMAN_E_MISMATCH, "has another frequency grid");
     other.flags = TOLIMAN_TRACK_REBUILD;
     toliman_track *rebuilt = make_track(&other);
 
@@ -531,7 +532,8 @@ static void foreign_checkpoint_is_ignored(void **unused) {
     toliman_track_destroy(track);
     snprintf(command, sizeof command, "cp %s %s", first, checkpoint);
     assert_int_equal(system(command), 0);
-    assert_fails(toliman_track_create(&other, &none), TOLIMAN_E_FORMAT, "first 20 lines are not those");
+    assert_fails(toliman_track_create(&other, &none), TOLIMAN_E_FORMAT,
+                 "first 20 records are not those that the checkpoint counts");
     unlink(first);
 }
 

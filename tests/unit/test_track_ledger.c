@@ -61,9 +61,9 @@ static void damage_is_reported_once(void **unused) {
     char theirs[330];
     snprintf(theirs, sizeof theirs, "%s/checkpoint.tlmc", copy);
     assert_int_equal(rename(theirs, checkpoint), 0);
-    assert_warned(&options, "checkpoint.tlmc: is of another ledger", 1);
+    assert_told(&options, "checkpoint.tlmc: belongs to another ledger", 1);
     write_at(ledger, size_of(ledger), "half a line", 11);
-    assert_warned(&options, "ledger.tlml: 11 bytes behind 65 whole records", 1);
+    assert_told(&options, "ledger.tlml: 11 bytes after 65 valid records are incomplete", 1);
     flip_byte(names, 20);
     assert_warned(&options, "streams.txt: is damaged or incomplete: the names of 1 of 1 sessions", 0);
     toliman_track *track = make_track(&options);
@@ -216,7 +216,7 @@ static void lost_ledger_is_not_a_new_folder(void **unused) {
     char text[60];
     assert_int_equal(unlink(ledger), 0);
     for (int i = 0; i < 3; i++) {
-        snprintf(text, sizeof text, "is missing, though %s is there", strrchr(left[i], '/') + 1);
+        snprintf(text, sizeof text, "is missing although %s exists", strrchr(left[i], '/') + 1);
         assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_FORMAT, text);
         assert_int_equal(access(ledger, F_OK), -1);
         assert_int_equal(unlink(left[i]), 0);
