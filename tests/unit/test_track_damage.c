@@ -114,7 +114,7 @@ static void damaged_ledger_is_distinguished_from_a_torn_one(void **unused) {
     assert_int_equal(truncate(ledger, HEADER + 29 * LINE), 0);
     assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_LOST,
                  "29 valid records, but the checkpoint counts 30");
-    options.flags = TOLIMAN_TRACK_REBUILD; /* hides nothing */
+    options.flags = TOLIMAN_TRACK_REBUILD; /* rebuilding must not hide the loss */
     assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_LOST, "records were lost; merge with salvage");
     options.flags = 0;
     /* A different ledger of the same length is detected, too. */
