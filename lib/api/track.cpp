@@ -166,7 +166,8 @@ std::optional<track::Clock> clock_of(const toliman_track_options &options) {
 
 // Grid and clock of the options, else those of the folder. If the folder has records but has lost its setup file, both
 // must be given: a guess would silently shift all times.
-track::Setup setup_of(std::optional<period::Grid> grid, std::optional<track::Clock> clock, const track::StateFolder &place) {
+track::Setup setup_of(std::optional<period::Grid> grid, std::optional<track::Clock> clock,
+                      const track::StateFolder &place) {
     const bool has_ledger = place.store && place.store->size(track::LedgerFile::kName) >= 0;
     if (place.setup && (has_ledger || !grid)) {
         grid = grid.value_or(place.setup->grid);

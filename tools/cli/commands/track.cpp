@@ -323,7 +323,8 @@ void add_track(CLI::App &app, Context &context) {
         ->add_option("--leap-seconds", options->leap_seconds,
                      "leap-seconds.list of the IERS, default the built-in table")
         ->type_name("FILE");
-    command->add_flag("--follow", downlink.follow, "wait for folders and pairs to grow, until stopped by SIGINT or SIGTERM");
+    command->add_flag("--follow", downlink.follow,
+                      "wait for folders and pairs to grow, until stopped by SIGINT or SIGTERM");
     command->add_flag("--strict", options->strict, "exit with code 4 if anything was damaged or quarantined");
     command
         ->add_option("INPUT", downlink.inputs,
