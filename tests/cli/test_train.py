@@ -1,4 +1,4 @@
-"""toliman train --resume: goes on by the file, to the same bytes; what it refuses; a signal before the first epoch."""
+"""toliman train --resume: resumes by the file, to the same bytes; what it refuses; a signal before the first epoch."""
 import json
 import signal
 import subprocess

@@ -179,6 +179,31 @@ class Words(Tree):
         for bad in ("%.3Lg", "%e", "%5i ", "%p"):
             self.refuses("words", "lib/a/b.cpp", 'fail("one %d, %s");\n' % (1, bad), "lib/a/b.cpp:1: ")
 
+    RETIRED = ("The frame is propagated anew.", "Power beside the bound", "Manners of the library", "A remark about the grid",
+               "Facts of a network", "What a call came to", "narrow sums are quick", "what the decoder paints", "look_at(frame)",
+               "it is denied", "the frames kept back", "Takes back a sample", "the training is taken up", "the house rules",
+               "a room of its own", "one a processor", "4 bytes a pixel", "pixel j stands at u", "that stood there", "no series pays",
+               "The log hears it", "brought to the disk", "and then goes on", "a hole in the frame", "a ladder of signals",
+               "1.3 times of the least", "series is no JSON object", "frames lost behind its end")
+    PLAIN = ("there is no file, which is no longer used", "least squares stands for the fit, of the least-squares kind",
+             "permission denied", "stands for", "to go on to the next", "a whole mushroom", "the bedside table", "per pixel")
+
+    def test_retired_phrases(self):
+        """Each of them is found, on its line, in code, headers and documents."""
+        for name in ("lib/a/b.cpp", "include/toliman/a.h", "docs/a.md"):
+            self.write(name, "".join("// %s\n" % phrase for phrase in self.RETIRED))
+        code, output = self.run_check("words")
+        self.assertEqual(code, 1)
+        for name in ("lib/a/b.cpp", "include/toliman/a.h", "docs/a.md"):
+            for number, phrase in enumerate(self.RETIRED, 1):
+                self.assertIn("%s:%d: " % (name, number), output, phrase)
+
+    def test_plain_phrases(self):
+        self.accepts("words", "README.md", "\n".join(self.PLAIN))
+
+    def test_tables_of_old_names(self):
+        self.accepts("words", "CHANGELOG.md", "| `hole_bytes`: a hole | `zero_run_bytes` |\n")
+
 
 @unittest.skipUnless(shutil.which("clang-format"), "clang-format is not installed")
 class Format(Tree):
