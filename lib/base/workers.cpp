@@ -1,3 +1,8 @@
+// Method: worker w of W runs jobs w, w + W, w + 2 W, ...: a static partition. A job depends on its number only and
+// writes only its own results, so that any number of workers gives the same bits.
+// Why: the jobs of a call have similar costs, so that a queue would gain little. Threads are started per call and
+// joined before it returns: the library keeps no thread between calls, which fork() and signal handlers of the host
+// would meet. The calling thread works as well, and runs the jobs of threads that the system refuses to start.
 #include "base/workers.hpp"
 
 #include <algorithm>

@@ -1,3 +1,8 @@
+// Method: an integrated pixel is the convolution of the image with the square pixel. The image is sampled
+// `oversampling` times finer per axis, with a margin, and a short filter (PixelFilter) integrates the samples
+// over each pixel; the plan chooses both for the accuracy of the scene. Offsets and displacements are in units of the
+// finer sample meanwhile, so that derivatives of order n are multiplied by finer^n afterwards, and intensities by
+// finer^2.
 #include "optics/imager.hpp"
 
 #include <cmath>

@@ -1,3 +1,6 @@
+// Method: the signal moves its star by at most a (1 + e), a systematic by 4 sigma plus its largest drift, and the
+// orbit by its largest offset in 256 steps over the cadence or over one orbital period. The plan predicts the errors
+// of the Taylor expansions at these values. 4 sigma are exceeded by 6e-5 of the normal variates.
 #include "optics/reach.hpp"
 
 #include <algorithm>

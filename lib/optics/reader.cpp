@@ -1,3 +1,7 @@
+// Method: each key is read by the function of its type with its allowed interval; allow() refuses every other key.
+// Unknown keys and words are compared with the known ones by the Levenshtein distance, and the nearest is suggested
+// if at most 2 letters, or a third of them, differ.
+// Why: a mistyped optional key would otherwise switch a stage off without notice.
 #include "optics/reader.hpp"
 
 #include <algorithm>

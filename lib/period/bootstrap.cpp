@@ -1,3 +1,8 @@
+// Method: nonparametric bootstrap (VanderPlas 2018, ApJS 236, 16). Each resampling keeps the times and draws (value,
+// sigma) pairs with replacement, so that the window function remains and a periodic signal is destroyed. The FAP of a
+// peak is (k + 1)/(count + 1), k the number of resamplings with a peak at least as high.
+// Why: it assumes no distribution of the noise; its cost is one full periodogram per resampling. Resampling i draws
+// from its own counter-based stream, so that the result does not depend on the number of workers.
 #include "period/bootstrap.hpp"
 
 #include <algorithm>

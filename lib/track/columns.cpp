@@ -1,3 +1,8 @@
+// Format: a ledger's header lists its columns by type and name: those of every ledger, then the additional values of
+// the estimator, then the covariances cov_A_B of all pairs of values, except the variance of the first, which is
+// sigma^2.
+// Why: records keep one fixed size per ledger, so that record n is found without an index, while estimators differ in
+// what they measure. A cell without a number holds NaN, or 0 in an integer column.
 #include "track/columns.hpp"
 
 #include <algorithm>

@@ -1,3 +1,9 @@
+// Format: little-endian members of fixed width, then the columns, then a CRC32. The CRC of a record starts from the
+// CRC of the record before it (a hash chain), so that a record that is changed, removed, inserted or moved is
+// detected at the place where it happened, and the last checksum identifies the whole ledger.
+// Why: CRC32 of zlib detects every burst of up to 32 bits; the ledger defends against disks and crashes, not against
+// an attacker. A record has no length of its own: the header states the columns, so that record n is at a known
+// offset.
 #include "track/record.hpp"
 
 #include <cmath>
