@@ -303,8 +303,8 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_SIM_IMAGE_SHIFT_Y = 317
 
     ! Variance of the counts, in the square of the unit: (expected electrons + coadds read_e^2)/gain^2, also if the scene
-    ! draws no photon noise, plus 1/12 DN^2 if counts are rounded. At least 1e-12 of the electrons of the brightest pixel
-    ! are counted for every pixel.
+    ! draws no photon noise, plus 1/12 DN^2 if counts are rounded. In this formula, every pixel expects at least 1e-12 of
+    ! the electrons of the brightest pixel.
     integer(c_int32_t), parameter, public :: TOLIMAN_SIM_IMAGE_VARIANCE = 318
     integer(c_int32_t), parameter, public :: TOLIMAN_SIM_IMAGE_ROLL = 319 ! derivative by the roll, per rad
     integer(c_int32_t), parameter, public :: TOLIMAN_SIM_IMAGE_SCALE = 320 ! derivative by the relative plate scale
@@ -365,8 +365,8 @@ module toliman
     abstract interface
         ! Callback that provides training frames: fills counts[count][rows][cols] with frames first ... first + count - 1 and
         ! returns TOLIMAN_OK. Any other status stops the training, which returns that status. A frame must be identical each
-        ! time it is requested, also after a resumed training. Runs on the thread of the call, with no lock held. Calls on
-        ! the network that is trained return TOLIMAN_E_STATE.
+        ! time it is requested, also after a resumed training. Runs on the thread of the call, with no lock held. If the
+        ! callback calls a function on the network being trained, that call returns TOLIMAN_E_STATE.
         function toliman_frames_fn(first, count, counts, user_data) bind(C) result(answer)
             import
             integer(c_size_t), value :: first, count
@@ -820,7 +820,7 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_VERDICT_QUARANTINED = 503
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_VERDICT_OUTLIER = 504
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_VERDICT_REJECTED = 505
-    ! records only: no frame, but counts of repeats or of a merged ledger
+    ! only of a record: it holds counts of repeats or of a merged ledger
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_VERDICT_MERGED = 506
 
     ! Reasons for rejection.
@@ -864,13 +864,13 @@ module toliman
     ! rejects no frame for a run of zero pixels
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_ALLOW_ZERO_RUNS = 8
 
-    ! Durability of ledger records. A record is committed (and its frame acknowledged) once it has been fsync'ed;
-    ! toliman_track_info.committed counts them. The count of repeated frames is fsync'ed by commit, by save, and by the
-    ! first push more than a second after it changed.
+    ! Durability of ledger records. A record is committed, and its frame acknowledged, once it has been fsync'ed (with
+    ! SYNC_NONE: once it has been written). toliman_track_info.committed counts committed records. The count of repeated
+    ! frames is fsync'ed by commit, by save, and by the first push more than a second after it changed.
     ! fsync after `group` records, and at a push if a record is older than 1 s
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_SYNC_GROUP = 521
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_SYNC_FRAME = 522 ! fsync after every record
-    ! no fsync: a power failure may lose records that get_info counts as committed
+    ! no fsync: a power failure may lose committed records
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_SYNC_NONE = 523
 
     ! Options of a tracker.
@@ -1857,8 +1857,8 @@ module toliman
         end function
 
         ! Writes the detection threshold of a FAP, the inverse of toliman_period_query_fap, to *log10_residual:
-        ! log10(1 - P) of the power P with this FAP; peaks with a lower log10_residual are significant. log10_fap is
-        ! at most 0 and at least the log10 FAP of log10(1 - P) = -4900.
+        ! log10(1 - P) of the power P with this FAP; peaks with a lower log10_residual are significant. log10_fap must
+        ! be at most 0, and at least the value that toliman_period_query_fap gives for log10_residual = -4900.
         function toliman_period_query_threshold(period, method, log10_fap, log10_residual) bind(C) result(answer)
             import
             type(c_ptr), value :: period
@@ -3585,8 +3585,8 @@ contains
     end subroutine
 
     ! Writes the detection threshold of a FAP, the inverse of toliman_period_query_fap, to *log10_residual: log10(1 -
-    ! P) of the power P with this FAP; peaks with a lower log10_residual are significant. log10_fap is at most 0 and
-    ! at least the log10 FAP of log10(1 - P) = -4900.
+    ! P) of the power P with this FAP; peaks with a lower log10_residual are significant. log10_fap must be at most 0,
+    ! and at least the value that toliman_period_query_fap gives for log10_residual = -4900.
     subroutine periodogram_query_threshold(self, method, log10_fap, log10_residual, stat, errmsg)
         class(toliman_periodogram), intent(in) :: self
         integer(c_int32_t), intent(in) :: method

@@ -85,8 +85,8 @@ TOLIMAN_API void toliman_cae_destroy(toliman_cae *cae) TOLIMAN_NOEXCEPT;
 
 /* Callback that provides training frames: fills counts[count][rows][cols] with frames first ... first + count - 1 and
  * returns TOLIMAN_OK. Any other status stops the training, which returns that status. A frame must be identical each
- * time it is requested, also after a resumed training. Runs on the thread of the call, with no lock held. Calls on
- * the network that is trained return TOLIMAN_E_STATE. */
+ * time it is requested, also after a resumed training. Runs on the thread of the call, with no lock held. If the
+ * callback calls a function on the network being trained, that call returns TOLIMAN_E_STATE. */
 typedef toliman_status (*toliman_frames_fn)(size_t first, size_t count, double *counts, void *user_data);
 
 /* Training options. */
@@ -197,9 +197,9 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_encode(const toliman_c
  *
  *     |r - sum_k <u_k, r> u_k - <t, r> t/|t|^2|^2 / (65536 - K - 1),    r = (counts - reference)/sigma per pixel
  *
- * u_k are the K orthonormal nuisance images that are projected out, t is the image of toliman_cae_get_target. Weights
- * and input do not enter. chi_square of an undamaged frame is 1 with standard deviation sqrt(2/65536); a damaged
- * frame has a far larger value. See also toliman_linear_encode_many.
+ * u_k are the K orthonormal nuisance images that are projected out, t is the image of toliman_cae_get_target. It does
+ * not depend on the weights or on toliman_cae_options.input. chi_square of an undamaged frame is 1 with standard
+ * deviation sqrt(2/65536); a damaged frame has a far larger value. See also toliman_linear_encode_many.
  * Errors: as toliman_cae_encode, naming the frame; TOLIMAN_E_ARGUMENT for another shape; TOLIMAN_E_RANGE for an image
  * larger than the address space. Since 0.2. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_encode_many(const toliman_cae *cae,

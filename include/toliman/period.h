@@ -240,9 +240,10 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_get_info(const toli
  * the grid may be wrong by more than 1e-3.
  *
  * The power is never NaN. It is 0 for fewer than two distinct values, and P = 1 for as many free parameters as
- * samples. If cosine and sine coincide at a frequency, one of them is fitted. A frequency takes 2 to 4 ns, or about
- * 100 ns where doubles do not carry 13 digits: where cosine or sine hardly varies, and everywhere if the mean is more
- * than 30,000 standard deviations from value_offset.
+ * samples. If cosine and sine coincide at a frequency, one of them is fitted. Each frequency takes 2 to 4 ns, or
+ * about 100 ns if double precision would leave fewer than 13 correct digits. This happens at frequencies where cosine
+ * or sine hardly varies over the samples, and at all frequencies if the mean is more than 30,000 standard deviations
+ * from value_offset.
  * Errors: TOLIMAN_E_RANGE if the values scatter too little for value_bound; TOLIMAN_E_STATE if the power would exceed
  * 1, because a sample was retracted that was never pushed. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_power(const toliman_period *period,
@@ -329,12 +330,13 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_peaks(const t
                                                                          size_t *count) TOLIMAN_NOEXCEPT;
 
 /* Refines the highest peak with the samples t[n], y[n], sigma[n], which must be those pushed (only n is checked). For
- * samples pushed with t_ns, give t = time_offset + (t_ns - time_offset_ns)/unit_ns. sigma may be NULL. A
- * least-squares fit of frequency, amplitude, phase and offset (fixed with TOLIMAN_PERIOD_FIXED_MEAN), with 64-bit
- * significands; 1 - power is computed from the residuals, accurate down to 1e-31. The result is never worse than the
- * highest grid point. If cosine and sine coincide at every sample (smaller eigenvalue below 1e-17 of the sum of
- * both), as at the Nyquist frequency of regular samples, one of them is fitted. TOLIMAN_PERIOD_INACCURATE refers to
- * the grid point from which the fit starts. Errors as toliman_period_query_peak. */
+ * samples pushed with t_ns, give t = time_offset + (t_ns - time_offset_ns)/unit_ns. sigma may be NULL. The refinement
+ * is a least-squares fit of frequency, amplitude, phase and offset (the offset is fixed with
+ * TOLIMAN_PERIOD_FIXED_MEAN), computed with 64-bit significands. 1 - power is computed from the residuals, accurate
+ * down to 1e-31. The result is never worse than the highest grid point. If cosine and sine coincide at every sample
+ * (smaller eigenvalue below 1e-17 of the sum of both), as at the Nyquist frequency of regular samples, one of them is
+ * fitted. TOLIMAN_PERIOD_INACCURATE refers to the grid point from which the fit starts. Errors as
+ * toliman_period_query_peak. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_fit(const toliman_period *period, const double *t,
                                                                        const double *y, const double *sigma, size_t n,
                                                                        toliman_period_peak *out) TOLIMAN_NOEXCEPT;

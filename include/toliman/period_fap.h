@@ -46,8 +46,9 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_fap(const tol
                                                                        double *log10_fap) TOLIMAN_NOEXCEPT;
 
 /* Writes the detection threshold of a FAP, the inverse of toliman_period_query_fap, to *log10_residual: log10(1 - P)
- * of the power P with this FAP; peaks with a lower log10_residual are significant. log10_fap is at most 0 and at
- * least the log10 FAP of log10(1 - P) = -4900. Errors as toliman_period_query_fap. */
+ * of the power P with this FAP; peaks with a lower log10_residual are significant. log10_fap must be at most 0, and
+ * at least the value that toliman_period_query_fap gives for log10_residual = -4900. Errors as
+ * toliman_period_query_fap. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_threshold(const toliman_period *period,
                                                                              int32_t method, double log10_fap,
                                                                              double *log10_residual) TOLIMAN_NOEXCEPT;

@@ -39,10 +39,11 @@
  *                other one. A single star moves towards higher columns.
  *
  *   Intensity    A pixel receives the fraction |F|^2 (D/N p/lambda)^2 / sum(A t) of the light that passes the pupil.
- *                (A t = open fraction of a cell times t^2 is the intensity that the cell transmits.) The fractions
- *                sum to 1 over an infinite image, apart from the sampling of the pupil edge. Light that the amplitude
- *                file absorbs is not counted: t = 1/2 everywhere changes nothing. photons_per_s of a scene counts
- *                detected photons, or, with qe, photons that arrive at the detector. Light outside the frame is lost.
+ *                (A contains one factor t. Therefore A t is the open fraction of a cell times t^2: the intensity that
+ *                it transmits.) The fractions sum to 1 over an infinite image, apart from the sampling of the pupil
+ *                edge. Light that the amplitude file absorbs is not counted: t = 1/2 everywhere changes nothing.
+ *                photons_per_s of a scene counts detected photons, or, with qe, photons that arrive at the detector.
+ *                Light outside the frame is lost.
  *
  *   Spectrum     Wavelengths in uniform steps, both ends with half weight (trapezoidal rule). A single wavelength and
  *                spectral lines are used as given.
@@ -74,9 +75,9 @@
  *   Stages       The detector stages act in this order, each only if the scene names it: expected photons x qe x
  *                pixel response + dark current -> Poisson noise -> full well -> + read noise -> / gain + bias ->
  *                rounding to integer DN, ties to even, clipped to 0 ... 2^bit_depth - 1. A frame is the sum of
- *                `coadds` exposures: the variance of the read noise and the full well are multiplied by coadds;
- *                exposure_s is the sum. Pixel responses are 1 + flat_rms times normal variates of the scene's own
- *                seed, the same in every frame. Expected images and bounds include them.
+ *                `coadds` exposures: the full well and the variance of the read noise are multiplied by coadds;
+ *                exposure_s is the total time of these exposures. Pixel responses are 1 + flat_rms times normal
+ *                variates of the scene's own seed, the same in every frame. Expected images and bounds include them.
  *
  *   Unit         Unit of frames and expected images: photons; electrons with qe; DN with gain, bias or bit depth.
  *
@@ -96,7 +97,8 @@
  *   Engines      The matrix Fourier transform (MATRIX_DFT) samples exact pixel positions. The padded FFT (PADDED_FFT)
  *                is the baseline of the chapter: the pupil is sampled with N_E = N_out p D/lambda points and padded
  *                with zeros to N_out, the smallest power of two that is at least 4 times the longer side of the
- *                frame. N_E is rounded, so each wavelength has a different plate scale. It is used only if requested.
+ *                frame. N_E is rounded, so each wavelength has a different plate scale. The padded FFT is used only
+ *                if requested.
  */
 #ifndef TOLIMAN_SIM_H
 #define TOLIMAN_SIM_H
@@ -274,8 +276,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_series(const tolim
 #define TOLIMAN_SIM_IMAGE_SHIFT_X 316    /* derivative by a common shift towards higher columns, per px */
 #define TOLIMAN_SIM_IMAGE_SHIFT_Y 317    /* derivative by a common shift towards higher rows, per px */
 /* Variance of the counts, in the square of the unit: (expected electrons + coadds read_e^2)/gain^2, also if the scene
- * draws no photon noise, plus 1/12 DN^2 if counts are rounded. At least 1e-12 of the electrons of the brightest pixel
- * are counted for every pixel. */
+ * draws no photon noise, plus 1/12 DN^2 if counts are rounded. In this formula, every pixel expects at least 1e-12 of
+ * the electrons of the brightest pixel. */
 #define TOLIMAN_SIM_IMAGE_VARIANCE 318
 #define TOLIMAN_SIM_IMAGE_ROLL 319       /* derivative by the roll, per rad */
 #define TOLIMAN_SIM_IMAGE_SCALE 320      /* derivative by the relative plate scale */

@@ -56,7 +56,7 @@ typedef struct toliman_track toliman_track;
 #define TOLIMAN_TRACK_VERDICT_QUARANTINED 503
 #define TOLIMAN_TRACK_VERDICT_OUTLIER 504
 #define TOLIMAN_TRACK_VERDICT_REJECTED 505
-#define TOLIMAN_TRACK_VERDICT_MERGED 506 /* records only: no frame, but counts of repeats or of a merged ledger */
+#define TOLIMAN_TRACK_VERDICT_MERGED 506 /* only of a record: it holds counts of repeats or of a merged ledger */
 
 /* Returns the name of a verdict ("accepted"), "?" for an unknown one. Static text. Since 0.2. */
 TOLIMAN_API const char *toliman_track_verdict_name(int32_t verdict) TOLIMAN_NOEXCEPT;
@@ -96,12 +96,12 @@ typedef struct toliman_track_outcome {
 #define TOLIMAN_TRACK_SALVAGE 4u         /* flag of toliman_track_merge only: skip damaged records */
 #define TOLIMAN_TRACK_ALLOW_ZERO_RUNS 8u /* rejects no frame for a run of zero pixels */
 
-/* Durability of ledger records. A record is committed (and its frame acknowledged) once it has been fsync'ed;
- * toliman_track_info.committed counts them. The count of repeated frames is fsync'ed by commit, by save, and by the
- * first push more than a second after it changed. */
+/* Durability of ledger records. A record is committed, and its frame acknowledged, once it has been fsync'ed (with
+ * SYNC_NONE: once it has been written). toliman_track_info.committed counts committed records. The count of repeated
+ * frames is fsync'ed by commit, by save, and by the first push more than a second after it changed. */
 #define TOLIMAN_TRACK_SYNC_GROUP 521 /* fsync after `group` records, and at a push if a record is older than 1 s */
 #define TOLIMAN_TRACK_SYNC_FRAME 522 /* fsync after every record */
-#define TOLIMAN_TRACK_SYNC_NONE 523  /* no fsync: a power failure may lose records that get_info counts as committed */
+#define TOLIMAN_TRACK_SYNC_NONE 523  /* no fsync: a power failure may lose committed records */
 
 /* Options of a tracker. */
 typedef struct toliman_track_options {

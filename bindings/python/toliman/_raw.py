@@ -344,8 +344,8 @@ TOLIMAN_SIM_IMAGE_SHIFT_X = 316  # derivative by a common shift towards higher c
 TOLIMAN_SIM_IMAGE_SHIFT_Y = 317  # derivative by a common shift towards higher rows, per px
 
 # Variance of the counts, in the square of the unit: (expected electrons + coadds read_e^2)/gain^2, also if the scene
-# draws no photon noise, plus 1/12 DN^2 if counts are rounded. At least 1e-12 of the electrons of the brightest pixel
-# are counted for every pixel.
+# draws no photon noise, plus 1/12 DN^2 if counts are rounded. In this formula, every pixel expects at least 1e-12 of
+# the electrons of the brightest pixel.
 TOLIMAN_SIM_IMAGE_VARIANCE = 318
 TOLIMAN_SIM_IMAGE_ROLL = 319  # derivative by the roll, per rad
 TOLIMAN_SIM_IMAGE_SCALE = 320  # derivative by the relative plate scale
@@ -418,8 +418,8 @@ TOLIMAN_CAE_MODE_UNSUPERVISED = 222
 
 # Callback that provides training frames: fills counts[count][rows][cols] with frames first ... first + count - 1 and
 # returns TOLIMAN_OK. Any other status stops the training, which returns that status. A frame must be identical each
-# time it is requested, also after a resumed training. Runs on the thread of the call, with no lock held. Calls on
-# the network that is trained return TOLIMAN_E_STATE.
+# time it is requested, also after a resumed training. Runs on the thread of the call, with no lock held. If the
+# callback calls a function on the network being trained, that call returns TOLIMAN_E_STATE.
 # Arguments: first, count, counts, user_data.
 toliman_frames_fn = CFUNCTYPE(c_int32, c_size_t, c_size_t, POINTER(c_double), c_void_p)
 
@@ -1066,7 +1066,7 @@ TOLIMAN_TRACK_VERDICT_DUPLICATE = 502
 TOLIMAN_TRACK_VERDICT_QUARANTINED = 503
 TOLIMAN_TRACK_VERDICT_OUTLIER = 504
 TOLIMAN_TRACK_VERDICT_REJECTED = 505
-TOLIMAN_TRACK_VERDICT_MERGED = 506  # records only: no frame, but counts of repeats or of a merged ledger
+TOLIMAN_TRACK_VERDICT_MERGED = 506  # only of a record: it holds counts of repeats or of a merged ledger
 
 # Reasons for rejection.
 TOLIMAN_TRACK_REASON_NONE = 511
@@ -1114,12 +1114,12 @@ TOLIMAN_TRACK_REBUILD = 2
 TOLIMAN_TRACK_SALVAGE = 4  # flag of toliman_track_merge only: skip damaged records
 TOLIMAN_TRACK_ALLOW_ZERO_RUNS = 8  # rejects no frame for a run of zero pixels
 
-# Durability of ledger records. A record is committed (and its frame acknowledged) once it has been fsync'ed;
-# toliman_track_info.committed counts them. The count of repeated frames is fsync'ed by commit, by save, and by the
-# first push more than a second after it changed.
+# Durability of ledger records. A record is committed, and its frame acknowledged, once it has been fsync'ed (with
+# SYNC_NONE: once it has been written). toliman_track_info.committed counts committed records. The count of repeated
+# frames is fsync'ed by commit, by save, and by the first push more than a second after it changed.
 TOLIMAN_TRACK_SYNC_GROUP = 521  # fsync after `group` records, and at a push if a record is older than 1 s
 TOLIMAN_TRACK_SYNC_FRAME = 522  # fsync after every record
-TOLIMAN_TRACK_SYNC_NONE = 523  # no fsync: a power failure may lose records that get_info counts as committed
+TOLIMAN_TRACK_SYNC_NONE = 523  # no fsync: a power failure may lose committed records
 
 
 class toliman_track_options(Sized):
@@ -1758,9 +1758,9 @@ counts are so far from the scene that the latent overflows.""",
 
     |r - sum_k <u_k, r> u_k - <t, r> t/|t|^2|^2 / (65536 - K - 1),    r = (counts - reference)/sigma per pixel
 
-u_k are the K orthonormal nuisance images that are projected out, t is the image of toliman_cae_get_target. Weights
-and input do not enter. chi_square of an undamaged frame is 1 with standard deviation sqrt(2/65536); a damaged
-frame has a far larger value. See also toliman_linear_encode_many.
+u_k are the K orthonormal nuisance images that are projected out, t is the image of toliman_cae_get_target. It does
+not depend on the weights or on toliman_cae_options.input. chi_square of an undamaged frame is 1 with standard
+deviation sqrt(2/65536); a damaged frame has a far larger value. See also toliman_linear_encode_many.
 Errors: as toliman_cae_encode, naming the frame; TOLIMAN_E_ARGUMENT for another shape; TOLIMAN_E_RANGE for an image
 larger than the address space. Since 0.2.""",
     ),
@@ -2143,9 +2143,10 @@ TOLIMAN_PERIOD_POWER_.... toliman_period_query_sampling sets TOLIMAN_PERIOD_INAC
 the grid may be wrong by more than 1e-3.
 
 The power is never NaN. It is 0 for fewer than two distinct values, and P = 1 for as many free parameters as
-samples. If cosine and sine coincide at a frequency, one of them is fitted. A frequency takes 2 to 4 ns, or about
-100 ns where doubles do not carry 13 digits: where cosine or sine hardly varies, and everywhere if the mean is more
-than 30,000 standard deviations from value_offset.
+samples. If cosine and sine coincide at a frequency, one of them is fitted. Each frequency takes 2 to 4 ns, or
+about 100 ns if double precision would leave fewer than 13 correct digits. This happens at frequencies where cosine
+or sine hardly varies over the samples, and at all frequencies if the mean is more than 30,000 standard deviations
+from value_offset.
 Errors: TOLIMAN_E_RANGE if the values scatter too little for value_bound; TOLIMAN_E_STATE if the power would exceed
 1, because a sample was retracted that was never pushed.""",
     ),
@@ -2187,12 +2188,13 @@ toliman_period_query_peak.""",
             ("out", POINTER(toliman_period_peak)),
         ),
         """Refines the highest peak with the samples t[n], y[n], sigma[n], which must be those pushed (only n is checked). For
-samples pushed with t_ns, give t = time_offset + (t_ns - time_offset_ns)/unit_ns. sigma may be NULL. A
-least-squares fit of frequency, amplitude, phase and offset (fixed with TOLIMAN_PERIOD_FIXED_MEAN), with 64-bit
-significands; 1 - power is computed from the residuals, accurate down to 1e-31. The result is never worse than the
-highest grid point. If cosine and sine coincide at every sample (smaller eigenvalue below 1e-17 of the sum of
-both), as at the Nyquist frequency of regular samples, one of them is fitted. TOLIMAN_PERIOD_INACCURATE refers to
-the grid point from which the fit starts. Errors as toliman_period_query_peak.""",
+samples pushed with t_ns, give t = time_offset + (t_ns - time_offset_ns)/unit_ns. sigma may be NULL. The refinement
+is a least-squares fit of frequency, amplitude, phase and offset (the offset is fixed with
+TOLIMAN_PERIOD_FIXED_MEAN), computed with 64-bit significands. 1 - power is computed from the residuals, accurate
+down to 1e-31. The result is never worse than the highest grid point. If cosine and sine coincide at every sample
+(smaller eigenvalue below 1e-17 of the sum of both), as at the Nyquist frequency of regular samples, one of them is
+fitted. TOLIMAN_PERIOD_INACCURATE refers to the grid point from which the fit starts. Errors as
+toliman_period_query_peak.""",
     ),
     "toliman_period_query_sampling": (
         c_int32, (
@@ -2294,8 +2296,9 @@ five samples or constant values.""",
             ("log10_residual", POINTER(c_double)),
         ),
         """Writes the detection threshold of a FAP, the inverse of toliman_period_query_fap, to *log10_residual: log10(1 - P)
-of the power P with this FAP; peaks with a lower log10_residual are significant. log10_fap is at most 0 and at
-least the log10 FAP of log10(1 - P) = -4900. Errors as toliman_period_query_fap.""",
+of the power P with this FAP; peaks with a lower log10_residual are significant. log10_fap must be at most 0, and
+at least the value that toliman_period_query_fap gives for log10_residual = -4900. Errors as
+toliman_period_query_fap.""",
     ),
     "toliman_period_bootstrap_options_init": (
         None, (("options", POINTER(toliman_period_bootstrap_options)), ("size", c_size_t)),

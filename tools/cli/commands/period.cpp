@@ -52,8 +52,8 @@ and sigma are used and the others are ignored; --columns selects other names. If
 t, y and sigma in this order.
 
 The periodogram is that of Lomb and Scargle with a floating mean. Its frequencies are f0 + k df, k = 0 ... nf - 1, in
-cycles per unit of t. By default f0 = 1.5/T and df = 1/(10 T), up to 1/(2 median dt), where T is the time span plus
-one median step. A grid of more than 2e6 frequencies must be given explicitly.
+cycles per unit of t. By default f0 = 1.5/T and df = 1/(10 T), up to 1/(2 median dt), where T is the time from the first to the
+last sample plus one median step. A grid of more than 2e6 frequencies must be given explicitly.
 
 The highest peak is refined by a least-squares fit of
   y = offset + amplitude sin(2 pi frequency (t - time_offset) + phase)
@@ -63,9 +63,9 @@ frequency of regular samples, is printed as inf (null in JSON).
 
 The false alarm probability (FAP) is the probability that noise alone has a peak this high. --fap selects the method:
   baluev      anywhere on the grid; an upper bound that is nearly reached (default)
-  naive       as if the grid had f T independent frequencies, f its last frequency; about 3 times too small at 0.01
+  naive       as if the grid, up to f, had f T independent frequencies; 3 times too small at 0.01
   single      at one frequency that was known beforehand
-  bootstrap   (k + 1)/(n + 1) if k of n resampled series have a peak this high; for noise of any distribution
+  bootstrap   (k + 1)/(n + 1), if k of n resampled series have a peak this high; for any noise
   sequential  anywhere on the grid at any number of samples: for repeated (sequential) monitoring
 The FAP depends on the grid, so the result contains the grid.
 
@@ -90,7 +90,8 @@ amplitude, phase and offset are those of the nearest frequency of the grid.
 
 The samples of the run that creates the sums set limits for all later ones. A sigma must be between 1/8 of their
 smallest sigma and 4 times their largest. The distance of a value from their median must be below 2^20 times their
-spread; with --follow, its distance from the first value must be below 2^20.
+spread; with --follow, when the spread is not
+known yet, its distance from the first value must be below 2^20 in the unit of y.
 --sigma-floor, --sigma-ceiling and --value-bound set other limits. Either all samples have a sigma or none.
 
 Exit codes are listed in `toliman --help`.)";

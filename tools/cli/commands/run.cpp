@@ -49,9 +49,9 @@ image), the untrained network, the network on frames without signal, and the Cra
 is this bound divided by the scatter of the latents over frames without signal. A peak counts as a period that was
 found if its log10 FAP is at most -2.
 
-The row `decoder` compares reconstructed frames with the noisy ones (both scaled to 0..1, mean of at most 110 frames). It
-shows the mean squared error (mmse in result.json), in parentheses the value expected from noise alone (photon_floor),
-and 1 minus the structural similarity (mssim), which is 0 if both are equal.
+The row `decoder` compares reconstructed frames with the noisy ones, both scaled to 0..1; its values are means over at
+most 110 frames. The first is the mean squared error (mmse in result.json). In parentheses is the error expected from
+noise alone (photon_floor). The last is 1 - mssim, where mssim is the structural similarity, 1 for equal frames.
 
 Exit codes are listed in `toliman --help`.)";
 
@@ -217,7 +217,8 @@ void add_run(CLI::App &app, Context &context) {
     add_scene(*command, options->scene);
     command
         ->add_option("--out", options->folder,
-                     "folder for the results; default NAME.run with the scene's name, or scene.run")
+                     "folder for the results; default NAME.run, where NAME is the name of the scene, or scene.run if "
+                     "it has none")
         ->type_name("FOLDER");
     CLI::Option *seed =
         add_seed(*command, options->seed, "seed of the noise and the initial weights; default: the scene's");

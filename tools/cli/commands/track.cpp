@@ -58,20 +58,20 @@ stopped, and frames in any order of arrival give the same bits
 different contents is quarantined and removed from the sums. A new state folder needs --grid or --mission-days. An
 existing one remembers grid, clock, shape and limits, and refuses others; `toliman rebuild` changes grid and clock.
 
-Output: one JSON line per frame (schema toliman-frame/2), printed once the frame's record is durable as --sync says,
+Output: one JSON line per frame (schema toliman-frame/2), printed as soon as the frame's record is durable (see --sync),
 and updates of the period (toliman-track-update/2). Damaged frames, malformed lines, truncated files and clock jumps
 (time not increasing with the frame id, or a gap of more than 1000 usual steps) do not stop the run: each is a JSON
-line, standard error has a warning per file and the total counts, and with --strict the exit code is 4. If the size of
-X_frames.bin is not that of the frames listed in X_meta.jsonl, only the frames before the first malformed line are
-used, because the positions of later frames are unknown.
+line, standard error has a warning per file and the total counts, and with --strict the exit code is 4. A malformed line of
+X_meta.jsonl may belong to a frame. If the size of X_frames.bin shows that it does, the positions of later frames are
+unknown, and only the frames before that line are used.
 
 Times of FITS frames: the first of these keywords that is present gives the middle of the exposure.
   MJD-AVG, DATE-AVG, MJD-BEG + XPOSURE/2, MJD-OBS + EXPTIME/2, DATE-OBS + EXPTIME/2
 TIMESYS gives the time scale: UTC (also if it is missing), TAI, TT or GPS; a file with another scale is refused. The time is converted to TAI in ns since
 1970-01-01T00:00:00 TAI; the state folder must not have a clock table. If XPOSURE or EXPTIME is missing, the time is
 used as the middle of the exposure, with a warning. In a cube of several frames, the header has the time of
-the first frame; the times of the others follow from the table FRAMES of `toliman simulate`, or from --cadence. A file without these keywords has the times of that
-table, or frame number times --cadence. Times in a file take precedence over --cadence. Standard error states which
+the first frame; the times of the others follow from the table FRAMES of `toliman simulate`, or from --cadence. In a file without these keywords, the times are those of
+that table, or the product of frame number and --cadence. Times in a file take precedence over --cadence. Standard error states which
 rule was used for each file.
 
 FRAME1 in a FITS header is the number of the file's first frame (default 0); with it many files may share one
@@ -296,8 +296,9 @@ void add_track(CLI::App &app, Context &context) {
         ->add_option("--shape", options->shape, "size of the frames, ROWSxCOLS; default: that of the scene or weights")
         ->type_name("ROWSxCOLS");
     command
-        ->add_option("--crop", options->crop,
-                     "first pixel used of larger frames, ROW,COL; default 0,0 for frames of the default size")
+        ->add_option(
+            "--crop", options->crop,
+            "row and column of the first pixel used, ROW,COL; required for frames larger than the default size")
         ->type_name("ROW,COL");
     command->add_option("--bin", options->bin, "N: add up blocks of N x N pixels, default 1")
         ->check(CLI::Range(1, 65536));

@@ -37,7 +37,7 @@ Examples:
 Input: a scene with frames of at least 256x256 pixels.
 
 Output: a weights file with everything that `toliman encode` needs (layout, preprocessing, images of the scene), and one
-line with the training result on standard error.
+message with the training result on standard error.
 
 Tied training (--mode tied) needs no frames. Its result includes the cosine: the fraction of the photon limit that the
 encoder reaches.

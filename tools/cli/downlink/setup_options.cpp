@@ -48,12 +48,11 @@ void SetupOptions::add_to(CLI::App &command) {
         ->excludes(grid);
     command
         .add_option("--clock", clock_,
-                    "CSV file of pairs camera_ns,tai_ns, or the word camera if the camera's time is TAI; default: the "
-                    "folder's, "
-                    "of a new folder camera")
+                    "CSV file of pairs camera_ns,tai_ns, or the word camera if the camera's time is TAI; default: that "
+                    "of the folder; for a new folder, camera")
         ->type_name("FILE");
     command.add_option("--epoch", epoch_,
-                       "TAI in ns of time 0, to which phases refer; default: the folder's, of a new folder 0");
+                       "TAI in ns of time 0, to which phases refer; default: that of the folder; for a new folder, 0");
 }
 
 void SetupOptions::set(toliman_track_options &how, Progress &progress) {
