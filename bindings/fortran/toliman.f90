@@ -323,9 +323,9 @@ module toliman
         real(c_double) :: b_y_px = 0.0_c_double
     end type
 
-    ! Layouts, fixed at compile time. Both layouts have an encoder of four stages of 3x3 convolutions with 8, 16, 32 and
-    ! 64 channels and a dense layer to the latent, and a decoder in reverse order. They differ in pooling and in the
-    ! position of ELU, the exponential linear unit.
+    ! Layouts. The library contains these two; toliman_cae_options.layout selects one. Both have an encoder of four
+    ! stages of 3x3 convolutions with 8, 16, 32 and 64 channels and a dense layer to the latent, and a decoder in reverse
+    ! order. They differ in pooling and in the position of ELU, the exponential linear unit.
     ! 2x2 mean pooling before ELU, up-sampling; reaches the photon limit
     integer(c_int32_t), parameter, public :: TOLIMAN_CAE_LAYOUT_FLIGHT = 201
 
@@ -515,8 +515,8 @@ module toliman
         ! Cramer-Rao bound of a binned frame with the projected nuisances unknown; NaN if raw
         real(c_double) :: crb_px = 0.0_c_double
         ! Detection threshold of PCA, in the limit of many frames and pixels: smallest amplitude (px) of a sinusoidal
-        ! separation that the leading principal component responds to. For N frames of p = pixels - projected
-        ! independent pixels with unit noise, the eigenvalue of the signal is l = A^2/(2 crb^2). It must exceed
+        ! separation that the leading principal component responds to. For N frames of p independent pixels with unit
+        ! noise, where p = pixels - projected, the eigenvalue of the signal is l = A^2/(2 crb^2). It must exceed
         ! sqrt(p/N); hence A = crb sqrt(2 sqrt(p/N)) (Baik, Ben Arous, Peche 2005). Above the threshold, the squared
         ! cosine between principal image and signal is (1 - p/N/l^2)/(1 + p/N/l) (Paul 2007), and the squared
         ! correlation between series and signal is (1 - p/N/l^2)/(1 + 1/l) (Benaych-Georges and Nadakuditi 2012).
@@ -794,9 +794,9 @@ module toliman
     ! FAP method: FAP at one frequency that was known beforehand: (1 - P)^((N - 3)/2).
     integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_FAP_SINGLE = 113
 
-    ! FAP method for repeated queries of a growing series, after each sample or at any time, until any time. Of noise
-    ! series that are queried after every sample from the fifth on, at most 1 in 100 ever reaches a SEQUENTIAL FAP of
-    ! 0.01. (With BALUEV, 1 in 3 reaches 0.01 within 1095 samples.)
+    ! FAP method for repeated queries of a growing series. Queries may be made after each sample or at any times, and may
+    ! stop at any time. Of noise series that are queried after every sample from the fifth on, at most 1 in 100 ever
+    ! reaches a SEQUENTIAL FAP of 0.01. (With BALUEV, 1 in 3 reaches 0.01 within 1095 samples.)
     !
     ! Samples must not be selected by their values, and none may be retracted; it does not hold for a sliding window. The
     ! method is alpha spending (Lan and DeMets 1983, Biometrika 70, 659): half of the allowed false alarm probability is
@@ -1232,7 +1232,7 @@ module toliman
         end function
 
         ! Writes the relative plate-scale error at each wavelength of the spectrum to relative_error[count]: the
-        ! factor by which the padded FFT enlarges the image, minus 1, p D N_out/(lambda N_E) - 1. 0 for the matrix
+        ! factor by which the padded FFT enlarges the image, minus 1: p D N_out/(lambda N_E) - 1. 0 for the matrix
         ! DFT. count as in toliman_sim_get_spectrum.
         function toliman_sim_get_plate_scale(sim, count, relative_error) bind(C) result(answer)
             import
@@ -1911,8 +1911,9 @@ module toliman
         end subroutine
 
         ! Reads the options of a folder to *options, whose struct_size must be set, for toliman_track_create: folder
-        ! (the given pointer), estimator_id, values, sigma, value_limit, bit_depth, zero_run_bytes with its flag,
-        ! geometry, grid (nf = 0 if the setup file is lost), and a capacity of twice the number of records.
+        ! (the given pointer), estimator_id, values, sigma, value_limit, bit_depth, zero_run_bytes, the flag
+        ! TOLIMAN_TRACK_ALLOW_ZERO_RUNS, geometry, grid (nf = 0 if the setup file is lost), and a capacity of twice
+        ! the number of records.
         function toliman_track_load_options(folder, options) bind(C) result(answer)
             import
             character(kind=c_char), intent(in) :: folder(*)
@@ -2796,7 +2797,7 @@ contains
     end subroutine
 
     ! Writes the relative plate-scale error at each wavelength of the spectrum to relative_error[count]: the factor by
-    ! which the padded FFT enlarges the image, minus 1, p D N_out/(lambda N_E) - 1. 0 for the matrix DFT. count as in
+    ! which the padded FFT enlarges the image, minus 1: p D N_out/(lambda N_E) - 1. 0 for the matrix DFT. count as in
     ! toliman_sim_get_spectrum. relative_error(count).
     subroutine simulator_get_plate_scale(self, relative_error, stat, errmsg)
         class(toliman_simulator), intent(in) :: self

@@ -32,9 +32,9 @@ TOLIMAN_BEGIN_DECLS
 /* Network. Functions that take a const network may run on one network from several threads. */
 typedef struct toliman_cae toliman_cae;
 
-/* Layouts, fixed at compile time. Both layouts have an encoder of four stages of 3x3 convolutions with 8, 16, 32 and
- * 64 channels and a dense layer to the latent, and a decoder in reverse order. They differ in pooling and in the
- * position of ELU, the exponential linear unit. */
+/* Layouts. The library contains these two; toliman_cae_options.layout selects one. Both have an encoder of four
+ * stages of 3x3 convolutions with 8, 16, 32 and 64 channels and a dense layer to the latent, and a decoder in reverse
+ * order. They differ in pooling and in the position of ELU, the exponential linear unit. */
 #define TOLIMAN_CAE_LAYOUT_FLIGHT 201 /* 2x2 mean pooling before ELU, up-sampling; reaches the photon limit */
 /* Layout of the chapter: 2x2 max pooling after ELU, un-pooling at the positions of the maxima. The positions belong
  * to a frame: toliman_cae_reconstruct works, toliman_cae_decode does not. */
@@ -197,9 +197,9 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_encode(const toliman_c
  *
  *     |r - sum_k <u_k, r> u_k - <t, r> t/|t|^2|^2 / (65536 - K - 1),    r = (counts - reference)/sigma per pixel
  *
- * u_k are the K orthonormal nuisance images that are projected out, t is the image of toliman_cae_get_target. It does
- * not depend on the weights or on toliman_cae_options.input. chi_square of an undamaged frame is 1 with standard
- * deviation sqrt(2/65536); a damaged frame has a far larger value. See also toliman_linear_encode_many.
+ * u_k are the K orthonormal nuisance images that are projected out, t is the image of toliman_cae_get_target.
+ * chi_square does not depend on the weights or on toliman_cae_options.input. chi_square of an undamaged frame is 1
+ * with standard deviation sqrt(2/65536); a damaged frame has a far larger value. See also toliman_linear_encode_many.
  * Errors: as toliman_cae_encode, naming the frame; TOLIMAN_E_ARGUMENT for another shape; TOLIMAN_E_RANGE for an image
  * larger than the address space. Since 0.2. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_encode_many(const toliman_cae *cae,
@@ -208,8 +208,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_encode_many(const toli
                                                                       double *chi_square) TOLIMAN_NOEXCEPT;
 
 /* Decodes a latent: writes the decoder output to image[256][stride]. With input WHITENED, the output is the whitened
- * residual, in standard deviations of each pixel; it is linear in the latent up to 1 px. Otherwise it has the scaling
- * of the input.
+ * residual, in standard deviations of each pixel; it is linear in the latent up to 1 px. With the other inputs, the
+ * output has the scaling of that input.
  * Errors: TOLIMAN_E_UNSUPPORTED for layout PAPER; TOLIMAN_E_ARGUMENT if |latent_px| > 1e6; TOLIMAN_E_RANGE if the
  * weights of a loaded network make the output overflow. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_decode(const toliman_cae *cae, double latent_px,

@@ -137,11 +137,12 @@ typedef struct toliman_components_info {
     int64_t components;   /* number of trained components; 0 before training */
     double crb_px;        /* Cramer-Rao bound of a binned frame with the projected nuisances unknown; NaN if raw */
     /* Detection threshold of PCA, in the limit of many frames and pixels: smallest amplitude (px) of a sinusoidal
-     * separation that the leading principal component responds to. For N frames of p = pixels - projected independent
-     * pixels with unit noise, the eigenvalue of the signal is l = A^2/(2 crb^2). It must exceed sqrt(p/N); hence A =
-     * crb sqrt(2 sqrt(p/N)) (Baik, Ben Arous, Peche 2005). Above the threshold, the squared cosine between principal
-     * image and signal is (1 - p/N/l^2)/(1 + p/N/l) (Paul 2007), and the squared correlation between series and signal
-     * is (1 - p/N/l^2)/(1 + 1/l) (Benaych-Georges and Nadakuditi 2012). +infinity without frames, NaN if raw. */
+     * separation that the leading principal component responds to. For N frames of p independent pixels with unit
+     * noise, where p = pixels - projected, the eigenvalue of the signal is l = A^2/(2 crb^2). It must exceed
+     * sqrt(p/N); hence A = crb sqrt(2 sqrt(p/N)) (Baik, Ben Arous, Peche 2005). Above the threshold, the squared
+     * cosine between principal image and signal is (1 - p/N/l^2)/(1 + p/N/l) (Paul 2007), and the squared correlation
+     * between series and signal is (1 - p/N/l^2)/(1 + 1/l) (Benaych-Georges and Nadakuditi 2012). +infinity without
+     * frames, NaN if raw. */
     double threshold_px;
 } toliman_components_info;
 #define TOLIMAN_COMPONENTS_INFO_INIT TOLIMAN_INIT(toliman_components_info)

@@ -33,14 +33,14 @@
  * Accuracy     The error of the power is at most
  *                2e-15 + 4e-15 (1 + m) N/(W l)                   single-limb
  *                1e-13 + 6e-16/sqrt(l) + 1e-28 (1 + m) N/(W l)   double-limb, TOLIMAN_PERIOD_DOUBLE_LIMB
- *              with N samples, W = sum (sigma_floor/sigma)^2, m = |mean - value_offset| in weighted standard deviations
- *              of the values, and l the smaller eigenvalue of the covariance matrix of cos 2 pi f t and sin 2 pi f t.
- *              For well-sampled data l is near its maximum 1/2, the power has 14 digits, and single-limb accumulators
- *              suffice. Double-limb accumulators are for frequencies where l is small. There are two cases: the samples
- *              cover less than half a cycle (l is about (f T)^4); or all samples fall on few phases of the cycle, as
- *              regular samples and short nights do near an alias. toliman_period_query_sampling reports both.
- *              If l is very small, cosine and sine are linearly dependent at the sample times (below: they coincide),
- *              and only one of them is fitted. The limits are
+ *              with N samples, W = sum (sigma_floor/sigma)^2, m = |mean - value_offset| in weighted standard
+ *              deviations of the values, and l the smaller eigenvalue of the covariance matrix of cos 2 pi f t and
+ *              sin 2 pi f t. For well-sampled data l is near its maximum 1/2, the power has 14 digits, and
+ *              single-limb accumulators suffice. Double-limb accumulators are for frequencies where l is small. There
+ *              are two cases: the samples cover less than half a cycle (l is about (f T)^4); or all samples fall on
+ *              few phases of the cycle, as regular samples and short nights do near an alias.
+ *              toliman_period_query_sampling reports both. If l is very small, cosine and sine are linearly dependent
+ *              at the sample times (in this header: "they coincide"), and only one of them is fitted. The limits are
  *                l < 1e-17 of the sum of both eigenvalues, or l < 5e-16 N/W + 4e-16   single-limb
  *                l < 1e-25 of the sum of both eigenvalues, or l < 2e-30 N/W + 4e-31   double-limb
  *              Results whose error bound exceeds 1e-3 have the flag TOLIMAN_PERIOD_INACCURATE. Queries return
@@ -107,8 +107,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_suggest(const doubl
 /* Creates an empty periodogram on the grid f0 + k df, k < nf: f0 >= 0, df > 0, 1 <= nf <= 2^26. A grid of frequency 0
  * alone is refused. options may be NULL. The caller destroys *out.
  *
- * Allocates all memory: 129 bytes per frequency (double-limb: 225). Pushes and queries allocate nothing, except
- * toliman_period_query_fit, which copies the samples, toliman_period_query_bootstrap and the save functions. */
+ * Allocates all memory: 129 bytes per frequency (double-limb: 225). Pushes and queries allocate nothing. Exceptions
+ * are toliman_period_query_bootstrap, the save functions, and toliman_period_query_fit, which copies the samples. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_create(double f0, double df, int64_t nf,
                                                                     const toliman_period_options *options,
                                                                     toliman_period **out) TOLIMAN_NOEXCEPT;

@@ -25,9 +25,9 @@ TOLIMAN_BEGIN_DECLS
 #define TOLIMAN_PERIOD_FAP_NAIVE 112
 /* FAP method: FAP at one frequency that was known beforehand: (1 - P)^((N - 3)/2). */
 #define TOLIMAN_PERIOD_FAP_SINGLE 113
-/* FAP method for repeated queries of a growing series, after each sample or at any time, until any time. Of noise
- * series that are queried after every sample from the fifth on, at most 1 in 100 ever reaches a SEQUENTIAL FAP of
- * 0.01. (With BALUEV, 1 in 3 reaches 0.01 within 1095 samples.)
+/* FAP method for repeated queries of a growing series. Queries may be made after each sample or at any times, and may
+ * stop at any time. Of noise series that are queried after every sample from the fifth on, at most 1 in 100 ever
+ * reaches a SEQUENTIAL FAP of 0.01. (With BALUEV, 1 in 3 reaches 0.01 within 1095 samples.)
  *
  * Samples must not be selected by their values, and none may be retracted; it does not hold for a sliding window. The
  * method is alpha spending (Lan and DeMets 1983, Biometrika 70, 659): half of the allowed false alarm probability is

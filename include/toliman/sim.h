@@ -306,7 +306,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_spectrum(const tol
                                                                        double *weight_b) TOLIMAN_NOEXCEPT;
 
 /* Writes the relative plate-scale error at each wavelength of the spectrum to relative_error[count]: the factor by
- * which the padded FFT enlarges the image, minus 1, p D N_out/(lambda N_E) - 1. 0 for the matrix DFT. count as in
+ * which the padded FFT enlarges the image, minus 1: p D N_out/(lambda N_E) - 1. 0 for the matrix DFT. count as in
  * toliman_sim_get_spectrum. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_plate_scale(const toliman_sim *sim, size_t count,
                                                                           double *relative_error) TOLIMAN_NOEXCEPT;

@@ -160,9 +160,9 @@ typedef struct toliman_track_options {
 TOLIMAN_API void toliman_track_options_init(toliman_track_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
 /* Reads the options of a folder to *options, whose struct_size must be set, for toliman_track_create: folder (the
- * given pointer), estimator_id, values, sigma, value_limit, bit_depth, zero_run_bytes with its flag, geometry, grid
- * (nf = 0 if the setup file is lost), and a capacity of twice the number of records. Other members are set to their
- * defaults. TOLIMAN_E_NOT_FOUND, TOLIMAN_E_FORMAT. */
+ * given pointer), estimator_id, values, sigma, value_limit, bit_depth, zero_run_bytes, the flag
+ * TOLIMAN_TRACK_ALLOW_ZERO_RUNS, geometry, grid (nf = 0 if the setup file is lost), and a capacity of twice the
+ * number of records. Other members are set to their defaults. TOLIMAN_E_NOT_FOUND, TOLIMAN_E_FORMAT. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
 toliman_track_load_options(const char *folder, toliman_track_options *options) TOLIMAN_NOEXCEPT;
 

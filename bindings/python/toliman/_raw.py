@@ -373,9 +373,9 @@ class toliman_cae(Structure):
     """Network. Functions that take a const network may run on one network from several threads."""
 
 
-# Layouts, fixed at compile time. Both layouts have an encoder of four stages of 3x3 convolutions with 8, 16, 32 and
-# 64 channels and a dense layer to the latent, and a decoder in reverse order. They differ in pooling and in the
-# position of ELU, the exponential linear unit.
+# Layouts. The library contains these two; toliman_cae_options.layout selects one. Both have an encoder of four
+# stages of 3x3 convolutions with 8, 16, 32 and 64 channels and a dense layer to the latent, and a decoder in reverse
+# order. They differ in pooling and in the position of ELU, the exponential linear unit.
 TOLIMAN_CAE_LAYOUT_FLIGHT = 201  # 2x2 mean pooling before ELU, up-sampling; reaches the photon limit
 
 # Layout of the chapter: 2x2 max pooling after ELU, un-pooling at the positions of the maxima. The positions belong
@@ -633,11 +633,12 @@ class toliman_components_info(Sized):
     components: number of trained components; 0 before training
     crb_px: Cramer-Rao bound of a binned frame with the projected nuisances unknown; NaN if raw
     threshold_px: Detection threshold of PCA, in the limit of many frames and pixels: smallest amplitude (px) of a sinusoidal
-        separation that the leading principal component responds to. For N frames of p = pixels - projected independent
-        pixels with unit noise, the eigenvalue of the signal is l = A^2/(2 crb^2). It must exceed sqrt(p/N); hence A =
-        crb sqrt(2 sqrt(p/N)) (Baik, Ben Arous, Peche 2005). Above the threshold, the squared cosine between principal
-        image and signal is (1 - p/N/l^2)/(1 + p/N/l) (Paul 2007), and the squared correlation between series and signal
-        is (1 - p/N/l^2)/(1 + 1/l) (Benaych-Georges and Nadakuditi 2012). +infinity without frames, NaN if raw."""
+        separation that the leading principal component responds to. For N frames of p independent pixels with unit
+        noise, where p = pixels - projected, the eigenvalue of the signal is l = A^2/(2 crb^2). It must exceed
+        sqrt(p/N); hence A = crb sqrt(2 sqrt(p/N)) (Baik, Ben Arous, Peche 2005). Above the threshold, the squared
+        cosine between principal image and signal is (1 - p/N/l^2)/(1 + p/N/l) (Paul 2007), and the squared correlation
+        between series and signal is (1 - p/N/l^2)/(1 + 1/l) (Benaych-Georges and Nadakuditi 2012). +infinity without
+        frames, NaN if raw."""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -1028,9 +1029,9 @@ TOLIMAN_PERIOD_FAP_NAIVE = 112
 # FAP method: FAP at one frequency that was known beforehand: (1 - P)^((N - 3)/2).
 TOLIMAN_PERIOD_FAP_SINGLE = 113
 
-# FAP method for repeated queries of a growing series, after each sample or at any time, until any time. Of noise
-# series that are queried after every sample from the fifth on, at most 1 in 100 ever reaches a SEQUENTIAL FAP of
-# 0.01. (With BALUEV, 1 in 3 reaches 0.01 within 1095 samples.)
+# FAP method for repeated queries of a growing series. Queries may be made after each sample or at any times, and may
+# stop at any time. Of noise series that are queried after every sample from the fifth on, at most 1 in 100 ever
+# reaches a SEQUENTIAL FAP of 0.01. (With BALUEV, 1 in 3 reaches 0.01 within 1095 samples.)
 # 
 # Samples must not be selected by their values, and none may be retracted; it does not hold for a sliding window. The
 # method is alpha spending (Lan and DeMets 1983, Biometrika 70, 659): half of the allowed false alarm probability is
@@ -1604,7 +1605,7 @@ unless count is toliman_sim_info.wavelengths.""",
     "toliman_sim_get_plate_scale": (
         c_int32, (("sim", POINTER(toliman_sim)), ("count", c_size_t), ("relative_error", POINTER(c_double))),
         """Writes the relative plate-scale error at each wavelength of the spectrum to relative_error[count]: the factor by
-which the padded FFT enlarges the image, minus 1, p D N_out/(lambda N_E) - 1. 0 for the matrix DFT. count as in
+which the padded FFT enlarges the image, minus 1: p D N_out/(lambda N_E) - 1. 0 for the matrix DFT. count as in
 toliman_sim_get_spectrum.""",
     ),
     "toliman_sim_get_offsets": (
@@ -1758,9 +1759,9 @@ counts are so far from the scene that the latent overflows.""",
 
     |r - sum_k <u_k, r> u_k - <t, r> t/|t|^2|^2 / (65536 - K - 1),    r = (counts - reference)/sigma per pixel
 
-u_k are the K orthonormal nuisance images that are projected out, t is the image of toliman_cae_get_target. It does
-not depend on the weights or on toliman_cae_options.input. chi_square of an undamaged frame is 1 with standard
-deviation sqrt(2/65536); a damaged frame has a far larger value. See also toliman_linear_encode_many.
+u_k are the K orthonormal nuisance images that are projected out, t is the image of toliman_cae_get_target.
+chi_square does not depend on the weights or on toliman_cae_options.input. chi_square of an undamaged frame is 1
+with standard deviation sqrt(2/65536); a damaged frame has a far larger value. See also toliman_linear_encode_many.
 Errors: as toliman_cae_encode, naming the frame; TOLIMAN_E_ARGUMENT for another shape; TOLIMAN_E_RANGE for an image
 larger than the address space. Since 0.2.""",
     ),
@@ -1772,8 +1773,8 @@ larger than the address space. Since 0.2.""",
             ("stride", c_size_t),
         ),
         """Decodes a latent: writes the decoder output to image[256][stride]. With input WHITENED, the output is the whitened
-residual, in standard deviations of each pixel; it is linear in the latent up to 1 px. Otherwise it has the scaling
-of the input.
+residual, in standard deviations of each pixel; it is linear in the latent up to 1 px. With the other inputs, the
+output has the scaling of that input.
 Errors: TOLIMAN_E_UNSUPPORTED for layout PAPER; TOLIMAN_E_ARGUMENT if |latent_px| > 1e6; TOLIMAN_E_RANGE if the
 weights of a loaded network make the output overflow.""",
     ),
@@ -2029,8 +2030,8 @@ TOLIMAN_E_RANGE for more than 2e6 frequencies. Since 0.2.""",
         """Creates an empty periodogram on the grid f0 + k df, k < nf: f0 >= 0, df > 0, 1 <= nf <= 2^26. A grid of frequency 0
 alone is refused. options may be NULL. The caller destroys *out.
 
-Allocates all memory: 129 bytes per frequency (double-limb: 225). Pushes and queries allocate nothing, except
-toliman_period_query_fit, which copies the samples, toliman_period_query_bootstrap and the save functions.""",
+Allocates all memory: 129 bytes per frequency (double-limb: 225). Pushes and queries allocate nothing. Exceptions
+are toliman_period_query_bootstrap, the save functions, and toliman_period_query_fit, which copies the samples.""",
     ),
     "toliman_period_destroy": (
         None, (("period", POINTER(toliman_period)),),
@@ -2340,9 +2341,9 @@ Errors: as toliman_period_query_fit; TOLIMAN_E_CANCELLED.""",
     "toliman_track_load_options": (
         c_int32, (("folder", c_char_p), ("options", POINTER(toliman_track_options))),
         """Reads the options of a folder to *options, whose struct_size must be set, for toliman_track_create: folder (the
-given pointer), estimator_id, values, sigma, value_limit, bit_depth, zero_run_bytes with its flag, geometry, grid
-(nf = 0 if the setup file is lost), and a capacity of twice the number of records. Other members are set to their
-defaults. TOLIMAN_E_NOT_FOUND, TOLIMAN_E_FORMAT.""",
+given pointer), estimator_id, values, sigma, value_limit, bit_depth, zero_run_bytes, the flag
+TOLIMAN_TRACK_ALLOW_ZERO_RUNS, geometry, grid (nf = 0 if the setup file is lost), and a capacity of twice the
+number of records. Other members are set to their defaults. TOLIMAN_E_NOT_FOUND, TOLIMAN_E_FORMAT.""",
     ),
     "toliman_track_create": (
         c_int32, (("options", POINTER(toliman_track_options)), ("out", POINTER(POINTER(toliman_track)))),

@@ -143,7 +143,7 @@ class ComponentsInfo(Result):
     pixels: int = member("pixels of a frame after binning")
     components: int = member("number of trained components; 0 before training")
     crb_px: float = member("Cramer-Rao bound of a binned frame with the projected nuisances unknown; NaN if raw")
-    threshold_px: float = member("Detection threshold of PCA, in the limit of many frames and pixels: smallest amplitude (px) of a sinusoidal separation that the leading principal component responds to. For N frames of p = pixels - projected independent pixels with unit noise, the eigenvalue of the signal is l = A^2/(2 crb^2). It must exceed sqrt(p/N); hence A = crb sqrt(2 sqrt(p/N)) (Baik, Ben Arous, Peche 2005). Above the threshold, the squared cosine between principal image and signal is (1 - p/N/l^2)/(1 + p/N/l) (Paul 2007), and the squared correlation between series and signal is (1 - p/N/l^2)/(1 + 1/l) (Benaych-Georges and Nadakuditi 2012). +infinity without frames, NaN if raw.")
+    threshold_px: float = member("Detection threshold of PCA, in the limit of many frames and pixels: smallest amplitude (px) of a sinusoidal separation that the leading principal component responds to. For N frames of p independent pixels with unit noise, where p = pixels - projected, the eigenvalue of the signal is l = A^2/(2 crb^2). It must exceed sqrt(p/N); hence A = crb sqrt(2 sqrt(p/N)) (Baik, Ben Arous, Peche 2005). Above the threshold, the squared cosine between principal image and signal is (1 - p/N/l^2)/(1 + p/N/l) (Paul 2007), and the squared correlation between series and signal is (1 - p/N/l^2)/(1 + 1/l) (Benaych-Georges and Nadakuditi 2012). +infinity without frames, NaN if raw.")
 
 
 @result

@@ -39,7 +39,7 @@ Examples:
 
 A scene is a JSON file that describes the telescope, the stars, the detector, the noise and the signal of the planet.
 A frame is one image of both stars. An autoencoder reduces each frame to one number, the latent: the measured
-separation of the stars in pixels. A Lomb-Scargle periodogram of the latents gives the period and its false alarm
+change of the separation of the stars, in pixels. A Lomb-Scargle periodogram of the latents gives the period and its false alarm
 probability (FAP).
 
 SCENE is the path of a scene file. If there is no such file, it is the name of a shipped scene (chapter.json or

@@ -65,7 +65,7 @@ The false alarm probability (FAP) is the probability that noise alone has a peak
   baluev      anywhere on the grid; an upper bound that is nearly reached (default)
   naive       as if the grid, up to f, had f T independent frequencies; 3 times too small at 0.01
   single      at one frequency that was known beforehand
-  bootstrap   (k + 1)/(n + 1), if k of n resampled series have a peak this high; for any noise
+  bootstrap   (k + 1)/(n + 1) if k of n resampled series have a peak this high; any distribution
   sequential  anywhere on the grid at any number of samples: for repeated (sequential) monitoring
 The FAP depends on the grid, so the result contains the grid.
 
@@ -90,8 +90,8 @@ amplitude, phase and offset are those of the nearest frequency of the grid.
 
 The samples of the run that creates the sums set limits for all later ones. A sigma must be between 1/8 of their
 smallest sigma and 4 times their largest. The distance of a value from their median must be below 2^20 times their
-spread; with --follow, when the spread is not
-known yet, its distance from the first value must be below 2^20 in the unit of y.
+spread; with --follow the spread is not
+known beforehand, so the distance of a value from the first value must be below 2^20 in the unit of y.
 --sigma-floor, --sigma-ceiling and --value-bound set other limits. Either all samples have a sigma or none.
 
 Exit codes are listed in `toliman --help`.)";
@@ -233,7 +233,7 @@ void add_period(CLI::App &app, Context &context) {
                       "subtract the weighted mean once instead of fitting an offset at each frequency");
     command->add_option("--value-bound", options->sums.value_bound,
                         "largest distance of a value from the median (with --follow: from the first value); default "
-                        "from the samples");
+                        "from the samples (with --follow: 2^20)");
     command->add_option("--sigma-floor", options->sums.sigma_floor,
                         "smallest sigma allowed, and the sigma of samples without one; default from the samples");
     command->add_option("--sigma-ceiling", options->sums.sigma_ceiling,

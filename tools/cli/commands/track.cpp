@@ -75,7 +75,8 @@ that table, or the product of frame number and --cadence. Times in a file take p
 rule was used for each file.
 
 FRAME1 in a FITS header is the number of the file's first frame (default 0); with it many files may share one
---session. .npy files have no FRAME1: each begins at frame 0 and time 0, and needs a --session of its own. A
+--session. .npy files have no FRAME1: each begins at frame 0 and time 0, and needs a session name of its own,
+by default its file name. A
 warning names files whose times by --cadence overlap.
 
 Exit codes are listed in `toliman --help`.)";

@@ -52,8 +52,8 @@ unchanged. --resume continues it and gives the same result as a training without
 training can be continued in the same way with more --epochs. Mode, steps and seed are those of the file; --epochs is
 the new total (default 300).
 
---payload bf16 or fp16 rounds all numbers except the reference image to 8 or 11 bits and stores them in half the
-bytes; tools/docs/formats.md lists the resulting errors. Only a float32 file can be resumed. OUT.part is always
+--payload bf16 or fp16 stores all numbers except the reference image in 16 instead of 32 bits, with
+significands of 8 bits (bf16) or 11 bits (fp16); tools/docs/formats.md lists the resulting errors. Only a float32 file can be resumed. OUT.part is always
 float32.
 
 Exit codes are listed in `toliman --help`.)";
