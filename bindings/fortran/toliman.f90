@@ -94,7 +94,7 @@ module toliman
     public :: toliman_log_fn
 
     abstract interface
-        ! Allocates `size` bytes, aligned to `alignment`. Returns NULL if no memory is available. Must not throw.
+        ! Allocates `size` bytes, aligned to `alignment` (64). Returns NULL if no memory is available. Must not throw.
         function toliman_allocate_fn(size, alignment, user_data) bind(C) result(answer)
             import
             integer(c_size_t), value :: size, alignment
@@ -218,7 +218,8 @@ module toliman
         real(c_double) :: flux_ratio = 0.0_c_double ! photons of A / photons of B; 0 for a single star
         real(c_double) :: peak_photons = 0.0_c_double ! brightest pixel of the expected frame, before the detector
         real(c_double) :: total_photons = 0.0_c_double ! sum over the frame, before the detector
-        real(c_double) :: crb_px = 0.0_c_double ! Cramer-Rao bound with all else known
+        ! Cramer-Rao bound with all else known; finite if the scene has a signal
+        real(c_double) :: crb_px = 0.0_c_double
         ! Cramer-Rao bound with both fluxes and the common shift unknown
         real(c_double) :: crb_flux_shift_px = 0.0_c_double
         ! Cramer-Rao bound with the nuisances of preprocess.project unknown: the reference of the efficiency of an
@@ -282,7 +283,7 @@ module toliman
         ! error of the expansions in scale (first order) and focus (second order), for systematics of 4 sigma
         real(c_double) :: scale_focus_error = 0.0_c_double
         integer(c_int64_t) :: anchors = 0 ! expansion points (anchors) along the orbit; 0 = time 0 only
-        ! upper limit of the motion of a star along its orbit over the cadence
+        ! upper limit of the motion of a star along its orbit from time 0 to any frame
         real(c_double) :: orbit_px = 0.0_c_double
     end type
 
@@ -303,8 +304,8 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_SIM_IMAGE_SHIFT_Y = 317
 
     ! Variance of the counts, in the square of the unit: (expected electrons + coadds read_e^2)/gain^2, also if the scene
-    ! draws no photon noise, plus 1/12 DN^2 if counts are rounded. In this formula, every pixel expects at least 1e-12 of
-    ! the electrons of the brightest pixel.
+    ! draws no photon noise, plus 1/12 DN^2 if counts are rounded. The result is at least 1e-12 of the electrons of the
+    ! brightest pixel, divided by gain^2.
     integer(c_int32_t), parameter, public :: TOLIMAN_SIM_IMAGE_VARIANCE = 318
     integer(c_int32_t), parameter, public :: TOLIMAN_SIM_IMAGE_ROLL = 319 ! derivative by the roll, per rad
     integer(c_int32_t), parameter, public :: TOLIMAN_SIM_IMAGE_SCALE = 320 ! derivative by the relative plate scale
@@ -353,7 +354,7 @@ module toliman
     ! Training mode TIED: the kernels of the decoder are the transposed kernels of the encoder. Training fits the output
     ! of the decoder, in its linear range, to the whitened derivative image. Then it scales both halves so that the
     ! latent is the displacement in px. In each step, the momentum of every weight tensor is orthogonalised (as in
-    ! "Muon", Jordan et al. 2024), and the tensor is rotated towards it without changing its norm. Therefore training
+    ! "Muon", Jordan et al. 2024), and the tensor is rotated against it without changing its norm. Therefore training
     ! does not diverge at any learning rate. Needs no data set and no noise. The predicted efficiency is 0.99 for the
     ! shipped scenes from any seed (toliman_cae_training.cosine). Needs layout FLIGHT and input WHITENED.
     integer(c_int32_t), parameter, public :: TOLIMAN_CAE_MODE_TIED = 221
@@ -525,8 +526,9 @@ module toliman
     end type
 
     ! Downlinked frame. Its pixels belong to the caller and are not needed after the call. session, roi and frame_id
-    ! together are the key of a frame. A second frame with the same key is a duplicate if its content is the same:
-    ! pixels, shape, camera_ns, dropped, sigma, exposure_s, intervals and window. Otherwise both are quarantined.
+    ! together are the key of a frame. A second valid frame with the same key is a duplicate if its content is the same:
+    ! pixels and their type, shape, camera_ns, dropped, sigma, exposure_s, intervals and window. Otherwise both are
+    ! quarantined.
     type, bind(C), public :: toliman_frame
         integer(c_int32_t) :: struct_size = 128 ! sizeof(toliman_frame)
         integer(c_int32_t) :: pixel = 0 ! TOLIMAN_PIXEL_...; there is no default
@@ -590,8 +592,9 @@ module toliman
     end type
 
     abstract interface
-        ! User-supplied estimator. Its result must depend on *input only. A nonzero return value, a non-finite values[0] or a
-        ! sigma out of range rejects the frame. With several threads, all of them call it concurrently. Since 0.2.
+        ! User-supplied estimator. Its result must depend on *input only. A nonzero return value, an exception, a non-finite
+        ! values[0] or a sigma out of range rejects the frame. With several threads, all of them call it concurrently. Since
+        ! 0.2.
         function toliman_estimate_fn(input, estimate, user_data) bind(C) result(answer)
             import
             type(c_ptr), value :: user_data
@@ -718,8 +721,10 @@ module toliman
     ! than the times. toliman_period_query_peak and _peaks derive T from the variance of the times, _fit from the times.
     integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_COARSE = 32
 
-    ! Flag: the grid exceeds 1/(2 step), where regular samples repeat the power at lower frequencies. Set only if the
-    ! times are given, as in toliman_period_query_fit, because the accumulators do not contain the step.
+    ! Flag: the grid exceeds 1/(2 step), where regular samples repeat the power at lower frequencies.
+    ! toliman_period_query_peak and _peaks never set it, because the accumulators do not contain the step.
+    ! toliman_period_query_fit takes the step from the times; so does _sampling, or, if t is NULL, it assumes regular
+    ! times.
     integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_ABOVE_NYQUIST = 64
 
     ! Peak of the periodogram. Members marked "fit" are NaN unless toliman_period_query_fit gives them, because the
@@ -796,7 +801,7 @@ module toliman
 
     ! FAP method for repeated queries of a growing series. Queries may be made after each sample or at any times, and may
     ! stop at any time. Of noise series that are queried after every sample from the fifth on, at most 1 in 100 ever
-    ! reaches a SEQUENTIAL FAP of 0.01. (With BALUEV, 1 in 3 reaches 0.01 within 1095 samples.)
+    ! reaches a SEQUENTIAL FAP of 0.01. (With BALUEV, about 1 in 4 reaches 0.01 within 1095 samples.)
     !
     ! Samples must not be selected by their values, and none may be retracted; it does not hold for a sliding window. The
     ! method is alpha spending (Lan and DeMets 1983, Biometrika 70, 659): half of the allowed false alarm probability is
@@ -866,7 +871,7 @@ module toliman
 
     ! Durability of ledger records. A record is committed, and its frame acknowledged, once it has been fsync'ed (with
     ! SYNC_NONE: once it has been written). toliman_track_info.committed counts committed records. The count of repeated
-    ! frames is fsync'ed by commit, by save, and by the first push more than a second after it changed.
+    ! frames is written by commit, by save, and by the first push more than a second after it changed.
     ! fsync after `group` records, and at a push if a record is older than 1 s
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_SYNC_GROUP = 521
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_SYNC_FRAME = 522 ! fsync after every record
@@ -952,7 +957,7 @@ module toliman
         integer(c_int64_t) :: camera_ns = 0 ! camera time, and TAI from the tracker's clock table
         integer(c_int64_t) :: tai_ns = 0
         integer(c_int64_t) :: dropped = 0
-        real(c_double) :: value = 0.0_c_double ! if the frame has no value: 0 and the sigma of the tracker
+        real(c_double) :: value = 0.0_c_double ! if the frame has no value: 0, and the sigma of the frame or tracker
         real(c_double) :: sigma = 0.0_c_double
     end type
 
@@ -988,7 +993,7 @@ module toliman
         integer(c_int64_t) :: missing = 0 ! expected ids that are neither accepted nor outlier nor quarantined
         integer(c_int64_t) :: dropped = 0 ! frames dropped by the camera, as reported by accepted frames and outliers
         integer(c_int64_t) :: sessions = 0 ! number of pairs of session and region
-        integer(c_int64_t) :: records = 0 ! records of the ledger; in memory, valid frames
+        integer(c_int64_t) :: records = 0 ! records of the ledger; in memory, accepted and outliers on arrival
         ! committed records; with READ_ONLY, records that the files show to be committed
         integer(c_int64_t) :: committed = 0
         integer(c_int64_t) :: capacity = 0
@@ -1763,8 +1768,8 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Refines the highest peak with the samples t[n], y[n], sigma[n], which must be those pushed (only n is
-        ! checked).
+        ! Refines the highest peak with the samples t[n], y[n], sigma[n], which must be those pushed (only n and the
+        ! bounds of the options are checked).
         function toliman_period_query_fit(period, t, y, sigma, n, out) bind(C) result(answer)
             import
             type(c_ptr), value :: period
@@ -1913,7 +1918,7 @@ module toliman
         ! Reads the options of a folder to *options, whose struct_size must be set, for toliman_track_create: folder
         ! (the given pointer), estimator_id, values, sigma, value_limit, bit_depth, zero_run_bytes, the flag
         ! TOLIMAN_TRACK_ALLOW_ZERO_RUNS, geometry, grid (nf = 0 if the setup file is lost), and a capacity of twice
-        ! the number of records.
+        ! the number of records, at least 2^20 and at most 2^28.
         function toliman_track_load_options(folder, options) bind(C) result(answer)
             import
             character(kind=c_char), intent(in) :: folder(*)
@@ -1946,14 +1951,14 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Writes and fsyncs all records and the count of repeated frames.
+        ! Writes all records and the count of repeated frames, and fsyncs them (except with SYNC_NONE).
         function toliman_track_commit(track) bind(C) result(answer)
             import
             type(c_ptr), value :: track
             integer(c_int32_t) :: answer
         end function
 
-        ! Commits and writes a checkpoint, so that the folder opens fast.
+        ! Commits with fsync, also with SYNC_NONE, and writes a checkpoint, so that the folder opens fast.
         function toliman_track_save(track) bind(C) result(answer)
             import
             type(c_ptr), value :: track
@@ -3468,8 +3473,8 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Refines the highest peak with the samples t[n], y[n], sigma[n], which must be those pushed (only n is checked).
-    ! t(n), y(n), sigma(n).
+    ! Refines the highest peak with the samples t[n], y[n], sigma[n], which must be those pushed (only n and the
+    ! bounds of the options are checked). t(n), y(n), sigma(n).
     subroutine periodogram_query_fit(self, t, y, sigma, out, stat, errmsg)
         class(toliman_periodogram), intent(in) :: self
         real(c_double), intent(in), contiguous :: t(:), y(:)
@@ -3650,7 +3655,7 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Writes and fsyncs all records and the count of repeated frames.
+    ! Writes all records and the count of repeated frames, and fsyncs them (except with SYNC_NONE).
     subroutine tracker_commit(self, stat, errmsg)
         class(toliman_tracker), intent(inout) :: self
         integer, intent(out), optional :: stat
@@ -3658,7 +3663,7 @@ contains
         call conclude(toliman_track_commit(self%handle), stat, errmsg)
     end subroutine
 
-    ! Commits and writes a checkpoint, so that the folder opens fast.
+    ! Commits with fsync, also with SYNC_NONE, and writes a checkpoint, so that the folder opens fast.
     subroutine tracker_save(self, stat, errmsg)
         class(toliman_tracker), intent(inout) :: self
         integer, intent(out), optional :: stat

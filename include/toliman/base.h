@@ -35,12 +35,15 @@
  *   - Threads. Different objects may be used by different threads at the same time. Functions that take a const
  *     object may run on one object from several threads. Other functions need exclusive use: while one runs, every
  *     other call on the same object, const or not, returns TOLIMAN_E_STATE at once and changes nothing. This includes
- *     calls from its own callbacks. Such a function also fails while const calls run on its object. toliman_X_destroy
- *     of an object in use does not destroy it, but only sets toliman_last_error().
+ *     calls from its own callbacks. Such a function also fails while const calls run on its object.
+ *     toliman_period_count and toliman_sim_get_name return no status and are not protected: do not call them while
+ *     another call changes the object. toliman_X_destroy of an object in use does not destroy it, but only sets
+ *     toliman_last_error().
  *   - Invalid handles. A pointer to a destroyed object, or to an object of another type, is refused with
  *     TOLIMAN_E_ARGUMENT as long as its memory has not been reused. This helps debugging; do not rely on it.
- *   - Callbacks may be written in C++. An exception that leaves a callback, except an allocator's, stops the call,
- *     which returns TOLIMAN_E_CANCELLED.
+ *   - Callbacks may be written in C++. An exception that leaves a progress, log or frames callback stops the call,
+ *     which returns TOLIMAN_E_CANCELLED. An exception that leaves an estimator (frame.h) rejects the frame.
+ *     Allocators must not throw.
  *   - Signals and fork. Do not call the library from a signal handler. After fork(), the child may use every object
  *     on which no call was running in the parent, except trackers with a folder.
  *   - Process state. The library never prints, exits, reads the environment, or changes the locale, the signal
@@ -123,7 +126,7 @@ typedef int32_t (*toliman_progress_fn)(const char *stage, double fraction, void 
  * text is valid during the callback. */
 typedef void (*toliman_log_fn)(int32_t level, const char *text, void *user_data);
 
-/* Allocates `size` bytes, aligned to `alignment`. Returns NULL if no memory is available. Must not throw. */
+/* Allocates `size` bytes, aligned to `alignment` (64). Returns NULL if no memory is available. Must not throw. */
 typedef void *(*toliman_allocate_fn)(size_t size, size_t alignment, void *user_data);
 
 /* Releases memory that was allocated with this size. Must not throw. */

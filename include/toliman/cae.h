@@ -75,7 +75,7 @@ TOLIMAN_API void toliman_cae_destroy(toliman_cae *cae) TOLIMAN_NOEXCEPT;
 /* Training mode TIED: the kernels of the decoder are the transposed kernels of the encoder. Training fits the output
  * of the decoder, in its linear range, to the whitened derivative image. Then it scales both halves so that the
  * latent is the displacement in px. In each step, the momentum of every weight tensor is orthogonalised (as in
- * "Muon", Jordan et al. 2024), and the tensor is rotated towards it without changing its norm. Therefore training
+ * "Muon", Jordan et al. 2024), and the tensor is rotated against it without changing its norm. Therefore training
  * does not diverge at any learning rate. Needs no data set and no noise. The predicted efficiency is 0.99 for the
  * shipped scenes from any seed (toliman_cae_training.cosine). Needs layout FLIGHT and input WHITENED. */
 #define TOLIMAN_CAE_MODE_TIED 221
@@ -134,10 +134,11 @@ typedef struct toliman_cae_training {
 /* Trains a network, or resumes its last training. Writes the training result to *report.
  * options and report may be NULL.
  *
- * A cancelled training resumes where it stopped if mode, steps, learning rate, batch and numbers of frames are
- * unchanged (see toliman_cae_get_train_options). A finished training with the same options returns its result at
- * once. A finished UNSUPERVISED training continues if more epochs are requested. Any other options start a new
- * training from the network's seed.
+ * A cancelled training resumes after its last completed step (TIED) or epoch (UNSUPERVISED) if mode, steps, learning
+ * rate, batch and numbers of frames are unchanged (see toliman_cae_get_train_options). A finished training with the
+ * same options is not continued: its result is returned (UNSUPERVISED requests and validates the frames again). A
+ * finished UNSUPERVISED training continues if more epochs are requested. Any other options start a new training from
+ * the network's seed.
  *
  * On failure the network keeps its weights. Its training state changes only if the new training has completed a step
  * (TIED) or an epoch (UNSUPERVISED); the next call then resumes the new training.

@@ -28,8 +28,8 @@
  * Frequencies  f_k = f0 + k df for k = 0 ... nf - 1, not rounded to a double, in cycles per unit of t.
  *              toliman_period_suggest chooses a grid that resolves every peak.
  * Exactness    The accumulators are fixed-point integers, so that any order of pushes gives the same bits, on every
- *              x86-64 CPU. Single-limb accumulators, the default, have 128 bits. Double-limb accumulators have 178
- *              bits: 50 more after the binary point.
+ *              x86-64 CPU. Single-limb accumulators, the default, resolve weights to 2^-50 and weighted values to
+ *              2^-100 of their bounds. Double-limb accumulators resolve 50 bits more, 2^-100 and 2^-150.
  * Accuracy     The error of the power is at most
  *                2e-15 + 4e-15 (1 + m) N/(W l)                   single-limb
  *                1e-13 + 6e-16/sqrt(l) + 1e-28 (1 + m) N/(W l)   double-limb, TOLIMAN_PERIOD_DOUBLE_LIMB
@@ -47,8 +47,8 @@
  *              TOLIMAN_E_RANGE if the values scatter so little, compared with value_bound and the sigmas, that their
  *              variance has fewer than 12 correct digits.
  * Time span    T is the time from the first to the last sample plus one step, the median step between different
- *              times. Functions that do not receive the times use T = sqrt(12 variance of t), which is equal for
- *              regular samples.
+ *              times. Functions that do not receive the times use T = sqrt(12 variance of t), which is nearly equal
+ *              for regular samples.
  * Source       Zechmeister and Kuerster (2009), A&A 496, 577; Baluev (2008), MNRAS 385, 1279.
  */
 #ifndef TOLIMAN_PERIOD_H
@@ -108,7 +108,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_suggest(const doubl
  * alone is refused. options may be NULL. The caller destroys *out.
  *
  * Allocates all memory: 129 bytes per frequency (double-limb: 225). Pushes and queries allocate nothing. Exceptions
- * are toliman_period_query_bootstrap, the save functions, and toliman_period_query_fit, which copies the samples. */
+ * are toliman_period_query_bootstrap, toliman_period_query_sampling with times, the save functions, and
+ * toliman_period_query_fit, which copies the samples. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_create(double f0, double df, int64_t nf,
                                                                     const toliman_period_options *options,
                                                                     toliman_period **out) TOLIMAN_NOEXCEPT;
@@ -123,7 +124,7 @@ TOLIMAN_API void toliman_period_destroy(toliman_period *period) TOLIMAN_NOEXCEPT
  * from -4.5 to -32.
  * Errors: TOLIMAN_E_ARGUMENT if a number is not finite or sigma <= 0; TOLIMAN_E_RANGE if y or sigma is outside the
  * bounds of the options, |t - time_offset| exceeds 1e100 or 2^50 cycles of the highest frequency, or 2^43 samples are
- * present. */
+ * present; TOLIMAN_E_STATE if unweighted samples are present and sigma is not sigma_floor. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_push(toliman_period *period, double t, double y,
                                                                   double sigma) TOLIMAN_NOEXCEPT;
 
@@ -244,8 +245,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_get_info(const toli
  * about 100 ns if double precision would leave fewer than 13 correct digits. This happens at frequencies where cosine
  * or sine hardly varies over the samples, and at all frequencies if the mean is more than 30,000 standard deviations
  * from value_offset.
- * Errors: TOLIMAN_E_RANGE if the values scatter too little for value_bound; TOLIMAN_E_STATE if the power would exceed
- * 1, because a sample was retracted that was never pushed. */
+ * Errors: TOLIMAN_E_RANGE outside the grid, or if the values scatter too little for value_bound; TOLIMAN_E_STATE if
+ * the power would exceed 1, because a sample was retracted that was never pushed. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_power(const toliman_period *period,
                                                                          int32_t normalisation, int64_t first,
                                                                          size_t count, double *power) TOLIMAN_NOEXCEPT;
@@ -284,8 +285,10 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_model(const t
  * than the times. toliman_period_query_peak and _peaks derive T from the variance of the times, _fit from the times. */
 #define TOLIMAN_PERIOD_COARSE 32u
 
-/* Flag: the grid exceeds 1/(2 step), where regular samples repeat the power at lower frequencies. Set only if the
- * times are given, as in toliman_period_query_fit, because the accumulators do not contain the step. */
+/* Flag: the grid exceeds 1/(2 step), where regular samples repeat the power at lower frequencies.
+ * toliman_period_query_peak and _peaks never set it, because the accumulators do not contain the step.
+ * toliman_period_query_fit takes the step from the times; so does _sampling, or, if t is NULL, it assumes regular
+ * times. */
 #define TOLIMAN_PERIOD_ABOVE_NYQUIST 64u
 
 /* Peak of the periodogram. Members marked "fit" are NaN unless toliman_period_query_fit gives them, because the
@@ -329,14 +332,15 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_peaks(const t
                                                                          toliman_period_peak *peaks,
                                                                          size_t *count) TOLIMAN_NOEXCEPT;
 
-/* Refines the highest peak with the samples t[n], y[n], sigma[n], which must be those pushed (only n is checked). For
- * samples pushed with t_ns, give t = time_offset + (t_ns - time_offset_ns)/unit_ns. sigma may be NULL. The refinement
- * is a least-squares fit of frequency, amplitude, phase and offset (the offset is fixed with
- * TOLIMAN_PERIOD_FIXED_MEAN), computed with 64-bit significands. 1 - power is computed from the residuals, accurate
- * down to 1e-31. The result is never worse than the highest grid point. If cosine and sine coincide at every sample
- * (smaller eigenvalue below 1e-17 of the sum of both), as at the Nyquist frequency of regular samples, one of them is
- * fitted. TOLIMAN_PERIOD_INACCURATE refers to the grid point from which the fit starts. Errors as
- * toliman_period_query_peak. */
+/* Refines the highest peak with the samples t[n], y[n], sigma[n], which must be those pushed (only n and the bounds
+ * of the options are checked). For samples pushed with t_ns, give t = time_offset + (t_ns - time_offset_ns)/unit_ns.
+ * sigma may be NULL. The refinement is a least-squares fit of frequency, amplitude, phase and offset (the offset is
+ * fixed with TOLIMAN_PERIOD_FIXED_MEAN), computed with 64-bit significands. 1 - power is computed from the residuals,
+ * accurate down to 1e-31. The result is never worse than the highest grid point. If cosine and sine coincide at every
+ * sample (smaller eigenvalue below 1e-17 of the sum of both), as at the Nyquist frequency of regular samples, one of
+ * them is fitted. TOLIMAN_PERIOD_INACCURATE refers to the grid point from which the fit starts.
+ * Errors: as toliman_period_query_peak; TOLIMAN_E_ARGUMENT for another n; TOLIMAN_E_RANGE for samples outside the
+ * bounds. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_fit(const toliman_period *period, const double *t,
                                                                        const double *y, const double *sigma, size_t n,
                                                                        toliman_period_peak *out) TOLIMAN_NOEXCEPT;

@@ -39,12 +39,13 @@ TOLIMAN_API void toliman_period_batch_options_init(toliman_period_batch_options 
  * toliman_period_query_power, but cosine and sine count as coincident where the smaller eigenvalue is below 1e-17 of
  * the sum of both.
  *
- * Memory: 35 bytes per sample and 170 bytes per frequency, plus 20 bytes per frequency for each thread after the
- * first (at most six of them count), plus 225 bytes per frequency if exact sums are needed. The same input gives the
- * same bits on CPUs of the same kind; the last bits of FFTW differ between kinds.
+ * Memory: 35 bytes per sample and 170 bytes per frequency, plus 20 bytes per frequency for each further thread, up to
+ * six threads in all, plus 225 bytes per frequency if exact sums are needed. The same input gives the same bits on
+ * CPUs of the same kind; the last bits of FFTW differ between kinds.
  * Errors: TOLIMAN_E_ARGUMENT if a number is not finite, sigma <= 0, or the grid is impossible; TOLIMAN_E_RANGE for a
- * tolerance above 0.01, |t| > 1e100, |y| > 1e300, phases of more than 2^50 cycles, more samples than the address
- * space holds, or if exact sums are needed and the sigmas differ by a factor of more than 1e8; TOLIMAN_E_CANCELLED. */
+ * tolerance outside [0, 0.01], |t| > 1e100, |y| > 1e300, phases of more than 2^50 cycles, more samples than the
+ * address space holds, or if exact sums are needed and the sigmas differ by a factor of more than 1e8;
+ * TOLIMAN_E_CANCELLED. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_batch(double f0, double df, int64_t nf, const double *t,
                                                                    const double *y, const double *sigma, size_t n,
                                                                    const toliman_period_batch_options *options,

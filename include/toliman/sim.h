@@ -42,8 +42,8 @@
  *                (A contains one factor t. Therefore A t is the open fraction of a cell times t^2: the intensity that
  *                it transmits.) The fractions sum to 1 over an infinite image, apart from the sampling of the pupil
  *                edge. Light that the amplitude file absorbs is not counted: t = 1/2 everywhere changes nothing.
- *                photons_per_s of a scene counts detected photons, or, with qe, photons that arrive at the detector.
- *                Light outside the frame is lost.
+ *                photons_per_s and peak_photons of a scene count detected photons, or, with qe, photons that arrive
+ *                at the detector. Light outside the frame is lost.
  *
  *   Spectrum     Wavelengths in uniform steps, both ends with half weight (trapezoidal rule). A single wavelength and
  *                spectral lines are used as given.
@@ -171,7 +171,7 @@ typedef struct toliman_sim_info {
     double flux_ratio;        /* photons of A / photons of B; 0 for a single star */
     double peak_photons;      /* brightest pixel of the expected frame, before the detector */
     double total_photons;     /* sum over the frame, before the detector */
-    double crb_px;            /* Cramer-Rao bound with all else known */
+    double crb_px;            /* Cramer-Rao bound with all else known; finite if the scene has a signal */
     double crb_flux_shift_px; /* Cramer-Rao bound with both fluxes and the common shift unknown */
     double crb_projected_px;  /* Cramer-Rao bound with the nuisances of preprocess.project unknown: the reference of the
                                  efficiency of an estimator */
@@ -227,7 +227,7 @@ typedef struct toliman_sim_plan_info {
     double scale_focus_error;  /* error of the expansions in scale (first order) and focus (second order), for
                                   systematics of 4 sigma */
     int64_t anchors;           /* expansion points (anchors) along the orbit; 0 = time 0 only */
-    double orbit_px;           /* upper limit of the motion of a star along its orbit over the cadence */
+    double orbit_px;           /* upper limit of the motion of a star along its orbit from time 0 to any frame */
 } toliman_sim_plan_info;
 #define TOLIMAN_SIM_PLAN_INFO_INIT TOLIMAN_INIT(toliman_sim_plan_info)
 
@@ -276,8 +276,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_series(const tolim
 #define TOLIMAN_SIM_IMAGE_SHIFT_X 316    /* derivative by a common shift towards higher columns, per px */
 #define TOLIMAN_SIM_IMAGE_SHIFT_Y 317    /* derivative by a common shift towards higher rows, per px */
 /* Variance of the counts, in the square of the unit: (expected electrons + coadds read_e^2)/gain^2, also if the scene
- * draws no photon noise, plus 1/12 DN^2 if counts are rounded. In this formula, every pixel expects at least 1e-12 of
- * the electrons of the brightest pixel. */
+ * draws no photon noise, plus 1/12 DN^2 if counts are rounded. The result is at least 1e-12 of the electrons of the
+ * brightest pixel, divided by gain^2. */
 #define TOLIMAN_SIM_IMAGE_VARIANCE 318
 #define TOLIMAN_SIM_IMAGE_ROLL 319       /* derivative by the roll, per rad */
 #define TOLIMAN_SIM_IMAGE_SCALE 320      /* derivative by the relative plate scale */
@@ -341,10 +341,10 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_expect(const toliman_s
  * detector stages with noise of (seed, k). Writes image[rows][stride].
  *
  * A frame depends only on (scene, displacement, seed, k), not on threads or order. Images agree to 1e-14 of their
- * peak between CPU types, so that a rare noisy count may differ by one between them. Threads run concurrently; if the
- * plan has anchors, all wait while one thread computes the next anchor.
- * Errors: TOLIMAN_E_RANGE if |displacement_px| > 0.1 (100 if the plan has exact_frames), or if a pixel expects more
- * than 1e12 electrons (photons, without qe). */
+ * peak between CPU types, so that a rare noisy count may differ between them. Threads run concurrently; if the plan
+ * has anchors, all wait while one thread computes the next anchor.
+ * Errors: TOLIMAN_E_RANGE if k < 0, if |displacement_px| > 0.1 (100 if the plan has exact_frames), or if a pixel
+ * expects more than 1e12 electrons (photons, without qe). */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_frame(const toliman_sim *sim, double displacement_px,
                                                                 uint64_t seed, int64_t k, double *image,
                                                                 size_t stride) TOLIMAN_NOEXCEPT;

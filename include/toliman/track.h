@@ -16,13 +16,13 @@
  * of interest), because packet counters wrap and times repeat. Each frame is checked, reduced to a value by an
  * estimator, assigned a time, and added to a periodogram. Its verdict is one of:
  *
- *   accepted     valid, and the first frame with its key
- *   duplicate    same key and same content (frame.h) as an earlier frame; ignored
- *   quarantined  same key as an earlier frame but different content. Neither can be trusted: the value of the earlier
- *                frame is retracted exactly, and the key stays quarantined
+ *   accepted     valid, and the first valid frame with its key
+ *   duplicate    valid, same key and same content (frame.h) as an earlier valid frame; ignored
+ *   quarantined  valid, same key as an earlier valid frame but different content. Neither can be trusted: the value of
+ *                the earlier frame is retracted exactly, and every later valid copy is quarantined, too
  *   outlier      valid, but not in the periodogram: |value| exceeds value_limit, or, after a change of the grid or
  *                clock table, the periodogram can no longer represent the time of a frame accepted earlier
- *   rejected     damaged (see the reasons); an intact copy may still arrive
+ *   rejected     damaged (see the reasons). Frames with its key keep their verdicts; an intact copy may still arrive
  *
  * The time of a frame is its camera time, converted to TAI by the clock table. TAI is counted in nanoseconds from the
  * epoch of that table; `toliman track` uses 1970-01-01. Exposure and good-time intervals do not change the time. No
@@ -98,7 +98,7 @@ typedef struct toliman_track_outcome {
 
 /* Durability of ledger records. A record is committed, and its frame acknowledged, once it has been fsync'ed (with
  * SYNC_NONE: once it has been written). toliman_track_info.committed counts committed records. The count of repeated
- * frames is fsync'ed by commit, by save, and by the first push more than a second after it changed. */
+ * frames is written by commit, by save, and by the first push more than a second after it changed. */
 #define TOLIMAN_TRACK_SYNC_GROUP 521 /* fsync after `group` records, and at a push if a record is older than 1 s */
 #define TOLIMAN_TRACK_SYNC_FRAME 522 /* fsync after every record */
 #define TOLIMAN_TRACK_SYNC_NONE 523  /* no fsync: a power failure may lose committed records */
@@ -162,7 +162,8 @@ TOLIMAN_API void toliman_track_options_init(toliman_track_options *options, size
 /* Reads the options of a folder to *options, whose struct_size must be set, for toliman_track_create: folder (the
  * given pointer), estimator_id, values, sigma, value_limit, bit_depth, zero_run_bytes, the flag
  * TOLIMAN_TRACK_ALLOW_ZERO_RUNS, geometry, grid (nf = 0 if the setup file is lost), and a capacity of twice the
- * number of records. Other members are set to their defaults. TOLIMAN_E_NOT_FOUND, TOLIMAN_E_FORMAT. */
+ * number of records, at least 2^20 and at most 2^28. Other members are set to their defaults. TOLIMAN_E_NOT_FOUND,
+ * TOLIMAN_E_FORMAT. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
 toliman_track_load_options(const char *folder, toliman_track_options *options) TOLIMAN_NOEXCEPT;
 
@@ -192,16 +193,18 @@ TOLIMAN_API void toliman_track_destroy(toliman_track *track) TOLIMAN_NOEXCEPT;
  *   - TOLIMAN_E_WRITE if the ledger cannot be written. The tracker then takes no more frames; open the folder again;
  *   - TOLIMAN_E_LOST if another program removed, renamed, replaced or changed the ledger. It is checked before each
  *     group of records is written; no more frames are acknowledged;
- *   - TOLIMAN_E_STATE without an estimator, and with READ_ONLY. */
+ *   - TOLIMAN_E_STATE without an estimator, with READ_ONLY, and while another thread queries the tracker's
+ *     periodogram. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_push(toliman_track *track, const toliman_frame *frames,
                                                                  size_t count, toliman_track_outcome *outcomes,
                                                                  size_t *done) TOLIMAN_NOEXCEPT;
 
-/* Writes and fsyncs all records and the count of repeated frames. Every pushed frame is then acknowledged. Errors as
- * toliman_track_push. */
+/* Writes all records and the count of repeated frames, and fsyncs them (except with SYNC_NONE). Every pushed frame is
+ * then acknowledged. Errors as toliman_track_push. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_commit(toliman_track *track) TOLIMAN_NOEXCEPT;
 
-/* Commits and writes a checkpoint, so that the folder opens fast. After an error, records may have been committed. */
+/* Commits with fsync, also with SYNC_NONE, and writes a checkpoint, so that the folder opens fast. After an error,
+ * records may have been committed. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_save(toliman_track *track) TOLIMAN_NOEXCEPT;
 
 /* Adds the records of another folder, as if its frames had been pushed here, and commits. The other folder may be in
@@ -216,7 +219,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_save(toliman_track *
  * instruction sets may differ by 1e-5 sigma.
  * Errors: as toliman_track_create and _push; TOLIMAN_E_MISMATCH for another estimator, other geometry or limits, or a
  * column that this ledger lacks; TOLIMAN_E_ARGUMENT for the tracker's own folder. After an error some records may
- * have been added. If the merge is repeated, they count again as received and repeated, but not in the periodogram. */
+ * have been added. If the merge is repeated, they count again as received and as repeated or rejected, but not in the
+ * periodogram. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_merge(toliman_track *track, const char *folder,
                                                                   uint32_t flags, int64_t *lost) TOLIMAN_NOEXCEPT;
 
@@ -231,14 +235,14 @@ typedef struct toliman_track_record {
     int64_t frame_id;
     int64_t camera_ns, tai_ns; /* camera time, and TAI from the tracker's clock table */
     int64_t dropped;
-    double value, sigma; /* if the frame has no value: 0 and the sigma of the tracker */
+    double value, sigma; /* if the frame has no value: 0, and the sigma of the frame or tracker */
 } toliman_track_record;
 #define TOLIMAN_TRACK_RECORD_INIT TOLIMAN_INIT(toliman_track_record)
 
 /* Reads up to `count` records from number `first` on, in order of arrival; *done becomes their number. The newest
- * start at toliman_track_info.records - count. Duplicates have no record. Without a folder, only valid frames have
- * records. TOLIMAN_E_FORMAT if the ledger has been damaged since it was opened; some records may then have been
- * written. */
+ * start at toliman_track_info.records - count. Duplicates have no record. Without a folder, only frames that were
+ * accepted or outliers on arrival have records. TOLIMAN_E_FORMAT if the ledger has been damaged since it was opened;
+ * some records may then have been written. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_records(const toliman_track *track, int64_t first,
                                                                         size_t count, toliman_track_record *records,
                                                                         size_t *done) TOLIMAN_NOEXCEPT;
@@ -289,7 +293,7 @@ typedef struct toliman_track_info {
     int64_t missing;     /* expected ids that are neither accepted nor outlier nor quarantined */
     int64_t dropped;     /* frames dropped by the camera, as reported by accepted frames and outliers */
     int64_t sessions;    /* number of pairs of session and region */
-    int64_t records;     /* records of the ledger; in memory, valid frames */
+    int64_t records;     /* records of the ledger; in memory, accepted and outliers on arrival */
     int64_t committed;   /* committed records; with READ_ONLY, records that the files show to be committed */
     int64_t capacity;
     uint64_t estimator_id;

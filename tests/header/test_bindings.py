@@ -110,8 +110,9 @@ class Bindings(unittest.TestCase):
         self.refuses("toliman.hpp: no owner of toliman_cae")
 
     def test_function_without_comment(self):
-        self.change(TRACK, "/* Commits and writes a checkpoint, so that the folder opens fast. After an error, records may "
-                           "have been committed. */\n", "\n")
+        with open(os.path.join(self.top, TRACK), encoding="utf-8") as stream:
+            comment = re.findall(r"(?s)/\*(?:(?!/\*).)*?\*/\n(?=TOLIMAN_API[^;]*?\btoliman_track_save\()", stream.read())[-1]
+        self.change(TRACK, comment, "\n")
         self.refuses("include/toliman/track.h:", "expected a comment above toliman_track_save")
 
 

@@ -61,7 +61,7 @@ TOLIMAN_LOG_WARNING = 22
 # text is valid during the callback.
 # Arguments: level, text, user_data.
 toliman_log_fn = CFUNCTYPE(None, c_int32, c_char_p, c_void_p)
-# Allocates `size` bytes, aligned to `alignment`. Returns NULL if no memory is available. Must not throw.
+# Allocates `size` bytes, aligned to `alignment` (64). Returns NULL if no memory is available. Must not throw.
 # Arguments: size, alignment, user_data.
 toliman_allocate_fn = CFUNCTYPE(c_void_p, c_size_t, c_size_t, c_void_p)
 # Releases memory that was allocated with this size. Must not throw.
@@ -216,7 +216,7 @@ class toliman_sim_info(Sized):
     flux_ratio: photons of A / photons of B; 0 for a single star
     peak_photons: brightest pixel of the expected frame, before the detector
     total_photons: sum over the frame, before the detector
-    crb_px: Cramer-Rao bound with all else known
+    crb_px: Cramer-Rao bound with all else known; finite if the scene has a signal
     crb_flux_shift_px: Cramer-Rao bound with both fluxes and the common shift unknown
     crb_projected_px: Cramer-Rao bound with the nuisances of preprocess.project unknown: the reference of the
         efficiency of an estimator
@@ -300,7 +300,7 @@ class toliman_sim_plan_info(Sized):
     scale_focus_error: error of the expansions in scale (first order) and focus (second order), for
         systematics of 4 sigma
     anchors: expansion points (anchors) along the orbit; 0 = time 0 only
-    orbit_px: upper limit of the motion of a star along its orbit over the cadence"""
+    orbit_px: upper limit of the motion of a star along its orbit from time 0 to any frame"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -344,8 +344,8 @@ TOLIMAN_SIM_IMAGE_SHIFT_X = 316  # derivative by a common shift towards higher c
 TOLIMAN_SIM_IMAGE_SHIFT_Y = 317  # derivative by a common shift towards higher rows, per px
 
 # Variance of the counts, in the square of the unit: (expected electrons + coadds read_e^2)/gain^2, also if the scene
-# draws no photon noise, plus 1/12 DN^2 if counts are rounded. In this formula, every pixel expects at least 1e-12 of
-# the electrons of the brightest pixel.
+# draws no photon noise, plus 1/12 DN^2 if counts are rounded. The result is at least 1e-12 of the electrons of the
+# brightest pixel, divided by gain^2.
 TOLIMAN_SIM_IMAGE_VARIANCE = 318
 TOLIMAN_SIM_IMAGE_ROLL = 319  # derivative by the roll, per rad
 TOLIMAN_SIM_IMAGE_SCALE = 320  # derivative by the relative plate scale
@@ -407,7 +407,7 @@ class toliman_cae_options(Sized):
 # Training mode TIED: the kernels of the decoder are the transposed kernels of the encoder. Training fits the output
 # of the decoder, in its linear range, to the whitened derivative image. Then it scales both halves so that the
 # latent is the displacement in px. In each step, the momentum of every weight tensor is orthogonalised (as in
-# "Muon", Jordan et al. 2024), and the tensor is rotated towards it without changing its norm. Therefore training
+# "Muon", Jordan et al. 2024), and the tensor is rotated against it without changing its norm. Therefore training
 # does not diverge at any learning rate. Needs no data set and no noise. The predicted efficiency is 0.99 for the
 # shipped scenes from any seed (toliman_cae_training.cosine). Needs layout FLIGHT and input WHITENED.
 TOLIMAN_CAE_MODE_TIED = 221
@@ -656,8 +656,9 @@ class toliman_components_info(Sized):
 
 class toliman_frame(Sized):
     """Downlinked frame. Its pixels belong to the caller and are not needed after the call. session, roi and frame_id
-    together are the key of a frame. A second frame with the same key is a duplicate if its content is the same:
-    pixels, shape, camera_ns, dropped, sigma, exposure_s, intervals and window. Otherwise both are quarantined.
+    together are the key of a frame. A second valid frame with the same key is a duplicate if its content is the same:
+    pixels and their type, shape, camera_ns, dropped, sigma, exposure_s, intervals and window. Otherwise both are
+    quarantined.
     struct_size: sizeof(toliman_frame)
     pixel: TOLIMAN_PIXEL_...; there is no default
     session: name of the session: 1 to 64 characters A-Z a-z 0-9 . _ -, not starting with a dot
@@ -751,8 +752,9 @@ class toliman_estimate(Sized):
     ]
 
 
-# User-supplied estimator. Its result must depend on *input only. A nonzero return value, a non-finite values[0] or a
-# sigma out of range rejects the frame. With several threads, all of them call it concurrently. Since 0.2.
+# User-supplied estimator. Its result must depend on *input only. A nonzero return value, an exception, a non-finite
+# values[0] or a sigma out of range rejects the frame. With several threads, all of them call it concurrently. Since
+# 0.2.
 # Arguments: input, estimate, user_data.
 toliman_estimate_fn = CFUNCTYPE(c_int32, POINTER(toliman_estimate_input), POINTER(toliman_estimate), c_void_p)
 
@@ -923,8 +925,10 @@ TOLIMAN_PERIOD_ALIAS = 8
 # than the times. toliman_period_query_peak and _peaks derive T from the variance of the times, _fit from the times.
 TOLIMAN_PERIOD_COARSE = 32
 
-# Flag: the grid exceeds 1/(2 step), where regular samples repeat the power at lower frequencies. Set only if the
-# times are given, as in toliman_period_query_fit, because the accumulators do not contain the step.
+# Flag: the grid exceeds 1/(2 step), where regular samples repeat the power at lower frequencies.
+# toliman_period_query_peak and _peaks never set it, because the accumulators do not contain the step.
+# toliman_period_query_fit takes the step from the times; so does _sampling, or, if t is NULL, it assumes regular
+# times.
 TOLIMAN_PERIOD_ABOVE_NYQUIST = 64
 
 
@@ -1031,7 +1035,7 @@ TOLIMAN_PERIOD_FAP_SINGLE = 113
 
 # FAP method for repeated queries of a growing series. Queries may be made after each sample or at any times, and may
 # stop at any time. Of noise series that are queried after every sample from the fifth on, at most 1 in 100 ever
-# reaches a SEQUENTIAL FAP of 0.01. (With BALUEV, 1 in 3 reaches 0.01 within 1095 samples.)
+# reaches a SEQUENTIAL FAP of 0.01. (With BALUEV, about 1 in 4 reaches 0.01 within 1095 samples.)
 # 
 # Samples must not be selected by their values, and none may be retracted; it does not hold for a sliding window. The
 # method is alpha spending (Lan and DeMets 1983, Biometrika 70, 659): half of the allowed false alarm probability is
@@ -1117,7 +1121,7 @@ TOLIMAN_TRACK_ALLOW_ZERO_RUNS = 8  # rejects no frame for a run of zero pixels
 
 # Durability of ledger records. A record is committed, and its frame acknowledged, once it has been fsync'ed (with
 # SYNC_NONE: once it has been written). toliman_track_info.committed counts committed records. The count of repeated
-# frames is fsync'ed by commit, by save, and by the first push more than a second after it changed.
+# frames is written by commit, by save, and by the first push more than a second after it changed.
 TOLIMAN_TRACK_SYNC_GROUP = 521  # fsync after `group` records, and at a push if a record is older than 1 s
 TOLIMAN_TRACK_SYNC_FRAME = 522  # fsync after every record
 TOLIMAN_TRACK_SYNC_NONE = 523  # no fsync: a power failure may lose committed records
@@ -1237,8 +1241,8 @@ class toliman_track_record(Sized):
     stream: FNV-1a hash of session and region
     camera_ns: camera time, and TAI from the tracker's clock table
     tai_ns: camera time, and TAI from the tracker's clock table
-    value: if the frame has no value: 0 and the sigma of the tracker
-    sigma: if the frame has no value: 0 and the sigma of the tracker"""
+    value: if the frame has no value: 0, and the sigma of the frame or tracker
+    sigma: if the frame has no value: 0, and the sigma of the frame or tracker"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -1291,7 +1295,7 @@ class toliman_track_info(Sized):
     missing: expected ids that are neither accepted nor outlier nor quarantined
     dropped: frames dropped by the camera, as reported by accepted frames and outliers
     sessions: number of pairs of session and region
-    records: records of the ledger; in memory, valid frames
+    records: records of the ledger; in memory, accepted and outliers on arrival
     committed: committed records; with READ_ONLY, records that the files show to be committed
     sigma: standard deviation of a value"""
 
@@ -1647,10 +1651,10 @@ the signal of the scene, and at least 2. TOLIMAN_E_RANGE if |displacement_px| > 
 detector stages with noise of (seed, k). Writes image[rows][stride].
 
 A frame depends only on (scene, displacement, seed, k), not on threads or order. Images agree to 1e-14 of their
-peak between CPU types, so that a rare noisy count may differ by one between them. Threads run concurrently; if the
-plan has anchors, all wait while one thread computes the next anchor.
-Errors: TOLIMAN_E_RANGE if |displacement_px| > 0.1 (100 if the plan has exact_frames), or if a pixel expects more
-than 1e12 electrons (photons, without qe).""",
+peak between CPU types, so that a rare noisy count may differ between them. Threads run concurrently; if the plan
+has anchors, all wait while one thread computes the next anchor.
+Errors: TOLIMAN_E_RANGE if k < 0, if |displacement_px| > 0.1 (100 if the plan has exact_frames), or if a pixel
+expects more than 1e12 electrons (photons, without qe).""",
     ),
     "toliman_sim_frame_many": (
         c_int32, (
@@ -1704,10 +1708,11 @@ WHITENED; TOLIMAN_E_SCENE if the nuisances span the derivative of the signal."""
         """Trains a network, or resumes its last training. Writes the training result to *report.
 options and report may be NULL.
 
-A cancelled training resumes where it stopped if mode, steps, learning rate, batch and numbers of frames are
-unchanged (see toliman_cae_get_train_options). A finished training with the same options returns its result at
-once. A finished UNSUPERVISED training continues if more epochs are requested. Any other options start a new
-training from the network's seed.
+A cancelled training resumes after its last completed step (TIED) or epoch (UNSUPERVISED) if mode, steps, learning
+rate, batch and numbers of frames are unchanged (see toliman_cae_get_train_options). A finished training with the
+same options is not continued: its result is returned (UNSUPERVISED requests and validates the frames again). A
+finished UNSUPERVISED training continues if more epochs are requested. Any other options start a new training from
+the network's seed.
 
 On failure the network keeps its weights. Its training state changes only if the new training has completed a step
 (TIED) or an epoch (UNSUPERVISED); the next call then resumes the new training.
@@ -2031,7 +2036,8 @@ TOLIMAN_E_RANGE for more than 2e6 frequencies. Since 0.2.""",
 alone is refused. options may be NULL. The caller destroys *out.
 
 Allocates all memory: 129 bytes per frequency (double-limb: 225). Pushes and queries allocate nothing. Exceptions
-are toliman_period_query_bootstrap, the save functions, and toliman_period_query_fit, which copies the samples.""",
+are toliman_period_query_bootstrap, toliman_period_query_sampling with times, the save functions, and
+toliman_period_query_fit, which copies the samples.""",
     ),
     "toliman_period_destroy": (
         None, (("period", POINTER(toliman_period)),),
@@ -2046,7 +2052,7 @@ Each sample counts as evidence: pushing a series five times leaves its power unc
 from -4.5 to -32.
 Errors: TOLIMAN_E_ARGUMENT if a number is not finite or sigma <= 0; TOLIMAN_E_RANGE if y or sigma is outside the
 bounds of the options, |t - time_offset| exceeds 1e100 or 2^50 cycles of the highest frequency, or 2^43 samples are
-present.""",
+present; TOLIMAN_E_STATE if unweighted samples are present and sigma is not sigma_floor.""",
     ),
     "toliman_period_push_many": (
         c_int32, (
@@ -2148,8 +2154,8 @@ samples. If cosine and sine coincide at a frequency, one of them is fitted. Each
 about 100 ns if double precision would leave fewer than 13 correct digits. This happens at frequencies where cosine
 or sine hardly varies over the samples, and at all frequencies if the mean is more than 30,000 standard deviations
 from value_offset.
-Errors: TOLIMAN_E_RANGE if the values scatter too little for value_bound; TOLIMAN_E_STATE if the power would exceed
-1, because a sample was retracted that was never pushed.""",
+Errors: TOLIMAN_E_RANGE outside the grid, or if the values scatter too little for value_bound; TOLIMAN_E_STATE if
+the power would exceed 1, because a sample was retracted that was never pushed.""",
     ),
     "toliman_period_query_model": (
         c_int32, (
@@ -2188,14 +2194,15 @@ toliman_period_query_peak.""",
             ("n", c_size_t),
             ("out", POINTER(toliman_period_peak)),
         ),
-        """Refines the highest peak with the samples t[n], y[n], sigma[n], which must be those pushed (only n is checked). For
-samples pushed with t_ns, give t = time_offset + (t_ns - time_offset_ns)/unit_ns. sigma may be NULL. The refinement
-is a least-squares fit of frequency, amplitude, phase and offset (the offset is fixed with
-TOLIMAN_PERIOD_FIXED_MEAN), computed with 64-bit significands. 1 - power is computed from the residuals, accurate
-down to 1e-31. The result is never worse than the highest grid point. If cosine and sine coincide at every sample
-(smaller eigenvalue below 1e-17 of the sum of both), as at the Nyquist frequency of regular samples, one of them is
-fitted. TOLIMAN_PERIOD_INACCURATE refers to the grid point from which the fit starts. Errors as
-toliman_period_query_peak.""",
+        """Refines the highest peak with the samples t[n], y[n], sigma[n], which must be those pushed (only n and the bounds
+of the options are checked). For samples pushed with t_ns, give t = time_offset + (t_ns - time_offset_ns)/unit_ns.
+sigma may be NULL. The refinement is a least-squares fit of frequency, amplitude, phase and offset (the offset is
+fixed with TOLIMAN_PERIOD_FIXED_MEAN), computed with 64-bit significands. 1 - power is computed from the residuals,
+accurate down to 1e-31. The result is never worse than the highest grid point. If cosine and sine coincide at every
+sample (smaller eigenvalue below 1e-17 of the sum of both), as at the Nyquist frequency of regular samples, one of
+them is fitted. TOLIMAN_PERIOD_INACCURATE refers to the grid point from which the fit starts.
+Errors: as toliman_period_query_peak; TOLIMAN_E_ARGUMENT for another n; TOLIMAN_E_RANGE for samples outside the
+bounds.""",
     ),
     "toliman_period_query_sampling": (
         c_int32, (
@@ -2269,12 +2276,13 @@ sums, and by exact sums where these cancel. Small archives use direct sums throu
 toliman_period_query_power, but cosine and sine count as coincident where the smaller eigenvalue is below 1e-17 of
 the sum of both.
 
-Memory: 35 bytes per sample and 170 bytes per frequency, plus 20 bytes per frequency for each thread after the
-first (at most six of them count), plus 225 bytes per frequency if exact sums are needed. The same input gives the
-same bits on CPUs of the same kind; the last bits of FFTW differ between kinds.
+Memory: 35 bytes per sample and 170 bytes per frequency, plus 20 bytes per frequency for each further thread, up to
+six threads in all, plus 225 bytes per frequency if exact sums are needed. The same input gives the same bits on
+CPUs of the same kind; the last bits of FFTW differ between kinds.
 Errors: TOLIMAN_E_ARGUMENT if a number is not finite, sigma <= 0, or the grid is impossible; TOLIMAN_E_RANGE for a
-tolerance above 0.01, |t| > 1e100, |y| > 1e300, phases of more than 2^50 cycles, more samples than the address
-space holds, or if exact sums are needed and the sigmas differ by a factor of more than 1e8; TOLIMAN_E_CANCELLED.""",
+tolerance outside [0, 0.01], |t| > 1e100, |y| > 1e300, phases of more than 2^50 cycles, more samples than the
+address space holds, or if exact sums are needed and the sigmas differ by a factor of more than 1e8;
+TOLIMAN_E_CANCELLED.""",
     ),
     "toliman_period_query_fap": (
         c_int32, (
@@ -2343,7 +2351,8 @@ Errors: as toliman_period_query_fit; TOLIMAN_E_CANCELLED.""",
         """Reads the options of a folder to *options, whose struct_size must be set, for toliman_track_create: folder (the
 given pointer), estimator_id, values, sigma, value_limit, bit_depth, zero_run_bytes, the flag
 TOLIMAN_TRACK_ALLOW_ZERO_RUNS, geometry, grid (nf = 0 if the setup file is lost), and a capacity of twice the
-number of records. Other members are set to their defaults. TOLIMAN_E_NOT_FOUND, TOLIMAN_E_FORMAT.""",
+number of records, at least 2^20 and at most 2^28. Other members are set to their defaults. TOLIMAN_E_NOT_FOUND,
+TOLIMAN_E_FORMAT.""",
     ),
     "toliman_track_create": (
         c_int32, (("options", POINTER(toliman_track_options)), ("out", POINTER(POINTER(toliman_track)))),
@@ -2380,16 +2389,18 @@ not. Errors:
   - TOLIMAN_E_WRITE if the ledger cannot be written. The tracker then takes no more frames; open the folder again;
   - TOLIMAN_E_LOST if another program removed, renamed, replaced or changed the ledger. It is checked before each
     group of records is written; no more frames are acknowledged;
-  - TOLIMAN_E_STATE without an estimator, and with READ_ONLY.""",
+  - TOLIMAN_E_STATE without an estimator, with READ_ONLY, and while another thread queries the tracker's
+    periodogram.""",
     ),
     "toliman_track_commit": (
         c_int32, (("track", POINTER(toliman_track)),),
-        """Writes and fsyncs all records and the count of repeated frames. Every pushed frame is then acknowledged. Errors as
-toliman_track_push.""",
+        """Writes all records and the count of repeated frames, and fsyncs them (except with SYNC_NONE). Every pushed frame is
+then acknowledged. Errors as toliman_track_push.""",
     ),
     "toliman_track_save": (
         c_int32, (("track", POINTER(toliman_track)),),
-        """Commits and writes a checkpoint, so that the folder opens fast. After an error, records may have been committed.""",
+        """Commits with fsync, also with SYNC_NONE, and writes a checkpoint, so that the folder opens fast. After an error,
+records may have been committed.""",
     ),
     "toliman_track_merge": (
         c_int32, (
@@ -2410,7 +2421,8 @@ If several folders hold a frame, the value that was added first remains; network
 instruction sets may differ by 1e-5 sigma.
 Errors: as toliman_track_create and _push; TOLIMAN_E_MISMATCH for another estimator, other geometry or limits, or a
 column that this ledger lacks; TOLIMAN_E_ARGUMENT for the tracker's own folder. After an error some records may
-have been added. If the merge is repeated, they count again as received and repeated, but not in the periodogram.""",
+have been added. If the merge is repeated, they count again as received and as repeated or rejected, but not in the
+periodogram.""",
     ),
     "toliman_track_get_records": (
         c_int32, (
@@ -2421,9 +2433,9 @@ have been added. If the merge is repeated, they count again as received and repe
             ("done", POINTER(c_size_t)),
         ),
         """Reads up to `count` records from number `first` on, in order of arrival; *done becomes their number. The newest
-start at toliman_track_info.records - count. Duplicates have no record. Without a folder, only valid frames have
-records. TOLIMAN_E_FORMAT if the ledger has been damaged since it was opened; some records may then have been
-written.""",
+start at toliman_track_info.records - count. Duplicates have no record. Without a folder, only frames that were
+accepted or outliers on arrival have records. TOLIMAN_E_FORMAT if the ledger has been damaged since it was opened;
+some records may then have been written.""",
     ),
     "toliman_track_get_columns": (
         c_int32, (

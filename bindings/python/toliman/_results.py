@@ -36,7 +36,7 @@ class SceneInfo(Result):
     flux_ratio: float = member("photons of A / photons of B; 0 for a single star")
     peak_photons: float = member("brightest pixel of the expected frame, before the detector")
     total_photons: float = member("sum over the frame, before the detector")
-    crb_px: float = member("Cramer-Rao bound with all else known")
+    crb_px: float = member("Cramer-Rao bound with all else known; finite if the scene has a signal")
     crb_flux_shift_px: float = member("Cramer-Rao bound with both fluxes and the common shift unknown")
     crb_projected_px: float = member("Cramer-Rao bound with the nuisances of preprocess.project unknown: the reference of the efficiency of an estimator")
     truncation: float = member("error of the Taylor expansion at the largest displacement of the signal: largest error of any pixel, divided by the largest change of any pixel by the signal. A warning is logged if it exceeds the accuracy of the scene")
@@ -84,7 +84,7 @@ class Plan(Result):
     place_error: float = member("error of that expansion for systematics of 4 sigma, divided by the largest change of any pixel by the signal")
     scale_focus_error: float = member("error of the expansions in scale (first order) and focus (second order), for systematics of 4 sigma")
     anchors: int = member("expansion points (anchors) along the orbit; 0 = time 0 only")
-    orbit_px: float = member("upper limit of the motion of a star along its orbit over the cadence")
+    orbit_px: float = member("upper limit of the motion of a star along its orbit from time 0 to any frame")
 
 
 @result
@@ -206,7 +206,7 @@ class Peak(Result):
     alias: bool = member("a peak that may be an alias of a higher peak: it is closer than 2.5/T to a higher peak, or a higher peak explains at least half of its power. The explained power follows from the window function at the difference and at the sum of the two frequencies, if these are within the grid.", flag=8)
     inaccurate: bool = member("a result: the error bound of the power (see Accuracy above), computed from the accumulators, exceeds 1e-3. For a peak or a model, at its grid point. For toliman_period_sampling, at any frequency above 0 except multiples of 1/(2 step), where cosine and sine of regular samples always coincide. With double_limb it is rare.", flag=16)
     coarse: bool = member("Flag: df > 1/(5 T), so that peaks may fall between two grid frequencies. A common cause is a grid in another unit than the times. peak and _peaks derive T from the variance of the times, _fit from the times.", flag=32)
-    above_nyquist: bool = member("Flag: the grid exceeds 1/(2 step), where regular samples repeat the power at lower frequencies. Set only if the times are given, as in fit, because the accumulators do not contain the step.", flag=64)
+    above_nyquist: bool = member("Flag: the grid exceeds 1/(2 step), where regular samples repeat the power at lower frequencies. peak and _peaks never set it, because the accumulators do not contain the step. fit takes the step from the times; so does _sampling, or, if t is NULL, it assumes regular times.", flag=64)
 
 
 @result
@@ -218,7 +218,7 @@ class Sampling(Result):
     nyquist: float = member("1/(2 step); +infinity if all times are equal")
     independent: float = member("number of independent frequencies: last frequency of the grid times T, at least 1")
     coarse: bool = member("Flag: df > 1/(5 T), so that peaks may fall between two grid frequencies. A common cause is a grid in another unit than the times. peak and _peaks derive T from the variance of the times, _fit from the times.", flag=32)
-    above_nyquist: bool = member("Flag: the grid exceeds 1/(2 step), where regular samples repeat the power at lower frequencies. Set only if the times are given, as in fit, because the accumulators do not contain the step.", flag=64)
+    above_nyquist: bool = member("Flag: the grid exceeds 1/(2 step), where regular samples repeat the power at lower frequencies. peak and _peaks never set it, because the accumulators do not contain the step. fit takes the step from the times; so does _sampling, or, if t is NULL, it assumes regular times.", flag=64)
     needs_double_limb: bool = member("toliman_period_sampling: at some frequency above 0, single-limb accumulators may give the power with an error above 1e-9. Use double_limb.", flag=128)
     inaccurate: bool = member("a result: the error bound of the power (see Accuracy above), computed from the accumulators, exceeds 1e-3. For a peak or a model, at its grid point. For toliman_period_sampling, at any frequency above 0 except multiples of 1/(2 step), where cosine and sine of regular samples always coincide. With double_limb it is rare.", flag=16)
 
@@ -253,7 +253,7 @@ class TrackInfo(Result):
     missing: int = member("expected ids that are neither accepted nor outlier nor quarantined")
     dropped: int = member("frames dropped by the camera, as reported by accepted frames and outliers")
     sessions: int = member("number of pairs of session and region")
-    records: int = member("records of the ledger; in memory, valid frames")
+    records: int = member("records of the ledger; in memory, accepted and outliers on arrival")
     committed: int = member("committed records; with READ_ONLY, records that the files show to be committed")
     capacity: int
     estimator_id: int

@@ -77,7 +77,7 @@ small a part of a cycle.
 aliases.
 
 --follow prints one JSON line (schema toliman-period-update/1) after every sample from the fifth on, as soon as
-not all values are equal. It needs a grid or a state. Base decisions on its log10_fap_sequential. Of streams of pure noise, one in three
+not all values are equal. It needs a grid or a state. Base decisions on its log10_fap_sequential. Of streams of pure noise, one in four
 reaches -2 in log10_fap (baluev) within 1095 samples, but only one in a hundred reaches -2 in log10_fap_sequential. Some
 lines are skipped: those that are not samples, those beyond the limits below, and a last line without newline, which
 may be truncated. They are reported by number and counted; with --strict the exit code is then 4.
