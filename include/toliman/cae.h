@@ -75,9 +75,9 @@ TOLIMAN_API void toliman_cae_destroy(toliman_cae *cae) TOLIMAN_NOEXCEPT;
 /* Training mode TIED: the kernels of the decoder are the transposed kernels of the encoder. Training fits the output
  * of the decoder, in its linear range, to the whitened derivative image. Then it scales both halves so that the
  * latent is the displacement in px. In each step, the momentum of every weight tensor is orthogonalised (as in
- * "Muon", Jordan et al. 2024), and the tensor is rotated against it without changing its norm. Therefore training
- * does not diverge at any learning rate. Needs no data set and no noise. The predicted efficiency is 0.99 for the
- * shipped scenes from any seed (toliman_cae_training.cosine). Needs layout FLIGHT and input WHITENED. */
+ * "Muon", Jordan et al. 2024), and the tensor is rotated in the opposite direction, which keeps its norm. Therefore
+ * training does not diverge at any learning rate. Needs no data set and no noise. The predicted efficiency is 0.99
+ * for the shipped scenes from any seed (toliman_cae_training.cosine). Needs layout FLIGHT and input WHITENED. */
 #define TOLIMAN_CAE_MODE_TIED 221
 /* Training mode UNSUPERVISED, of the chapter: minimises the mean squared error between input and output over the
  * caller's frames, without prior knowledge. The latent then has no unit, and its sign is arbitrary. */

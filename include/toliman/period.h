@@ -131,7 +131,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_push(toliman_period
 /* Adds n samples, or none if one is refused; the message names its index. sigma may be NULL: the samples are
  * unweighted and count as sigma_floor.
  * Errors: as toliman_period_push; TOLIMAN_E_STATE if unweighted samples mix with samples whose sigma is not
- * sigma_floor. After loading state bytes, this mixing is no longer detected if all samples were unweighted. */
+ * sigma_floor. If all saved samples were unweighted, a periodogram loaded from them no longer detects later mixing. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_push_many(toliman_period *period, const double *t,
                                                                        const double *y, const double *sigma,
                                                                        size_t n) TOLIMAN_NOEXCEPT;
@@ -240,11 +240,11 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_get_info(const toli
  * TOLIMAN_PERIOD_POWER_.... toliman_period_query_sampling sets TOLIMAN_PERIOD_INACCURATE if a power of
  * the grid may be wrong by more than 1e-3.
  *
- * The power is never NaN. It is 0 for fewer than two distinct values, and P = 1 for as many free parameters as
- * samples. If cosine and sine coincide at a frequency, one of them is fitted. Each frequency takes 2 to 4 ns, or
- * about 100 ns if double precision would leave fewer than 13 correct digits. This happens at frequencies where cosine
- * or sine hardly varies over the samples, and at all frequencies if the mean is more than 30,000 standard deviations
- * from value_offset.
+ * The power is never NaN. It is 0 if there are fewer than two distinct values, and P = 1 if the model has as many
+ * free parameters as there are samples. If cosine and sine coincide at a frequency, one of them is fitted. Each
+ * frequency takes 2 to 4 ns, or about 100 ns if double precision would leave fewer than 13 correct digits. This
+ * happens at frequencies where cosine or sine hardly varies over the samples, and at all frequencies if the mean is
+ * more than 30,000 standard deviations from value_offset.
  * Errors: TOLIMAN_E_RANGE outside the grid, or if the values scatter too little for value_bound; TOLIMAN_E_STATE if
  * the power would exceed 1, because a sample was retracted that was never pushed. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_power(const toliman_period *period,

@@ -39,9 +39,9 @@ TOLIMAN_API void toliman_period_batch_options_init(toliman_period_batch_options 
  * toliman_period_query_power, but cosine and sine count as coincident where the smaller eigenvalue is below 1e-17 of
  * the sum of both.
  *
- * Memory: 35 bytes per sample and 170 bytes per frequency, plus 20 bytes per frequency for each further thread, up to
- * six threads in all, plus 225 bytes per frequency if exact sums are needed. The same input gives the same bits on
- * CPUs of the same kind; the last bits of FFTW differ between kinds.
+ * Memory: 35 bytes per sample and 170 bytes per frequency; 20 bytes more per frequency for each of the second to
+ * sixth threads; 225 bytes more per frequency if exact sums are needed. The same input gives the same bits on CPUs of
+ * the same kind; the last bits of FFTW differ between kinds.
  * Errors: TOLIMAN_E_ARGUMENT if a number is not finite, sigma <= 0, or the grid is impossible; TOLIMAN_E_RANGE for a
  * tolerance outside [0, 0.01], |t| > 1e100, |y| > 1e300, phases of more than 2^50 cycles, more samples than the
  * address space holds, or if exact sums are needed and the sigmas differ by a factor of more than 1e8;

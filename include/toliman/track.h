@@ -56,7 +56,7 @@ typedef struct toliman_track toliman_track;
 #define TOLIMAN_TRACK_VERDICT_QUARANTINED 503
 #define TOLIMAN_TRACK_VERDICT_OUTLIER 504
 #define TOLIMAN_TRACK_VERDICT_REJECTED 505
-#define TOLIMAN_TRACK_VERDICT_MERGED 506 /* only of a record: it holds counts of repeats or of a merged ledger */
+#define TOLIMAN_TRACK_VERDICT_MERGED 506 /* never an outcome: a record of counts (repeats, merged ledger) */
 
 /* Returns the name of a verdict ("accepted"), "?" for an unknown one. Static text. Since 0.2. */
 TOLIMAN_API const char *toliman_track_verdict_name(int32_t verdict) TOLIMAN_NOEXCEPT;
@@ -211,7 +211,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_save(toliman_track *
  * use. Shards may be merged in any order, and a folder may be merged again as it grows: only new records count. Grid
  * and clock table remain those of this tracker. The counts received, repeated and rejected become those of both
  * folders.
- *   flags  0, or TOLIMAN_TRACK_SALVAGE: skips damaged records and counts all others as new
+ *   flags  0, or TOLIMAN_TRACK_SALVAGE: skips damaged records. All others count as new arrivals, even if they were
+ *          merged before; the periodogram still contains each frame once
  *   lost   may be NULL: number of damaged records that were skipped, plus records missing at the end of the ledger
  *          although its checkpoint counts them. For frames without any record, see the missing frame ids of
  *          toliman_track_get_streams

@@ -407,9 +407,9 @@ class toliman_cae_options(Sized):
 # Training mode TIED: the kernels of the decoder are the transposed kernels of the encoder. Training fits the output
 # of the decoder, in its linear range, to the whitened derivative image. Then it scales both halves so that the
 # latent is the displacement in px. In each step, the momentum of every weight tensor is orthogonalised (as in
-# "Muon", Jordan et al. 2024), and the tensor is rotated against it without changing its norm. Therefore training
-# does not diverge at any learning rate. Needs no data set and no noise. The predicted efficiency is 0.99 for the
-# shipped scenes from any seed (toliman_cae_training.cosine). Needs layout FLIGHT and input WHITENED.
+# "Muon", Jordan et al. 2024), and the tensor is rotated in the opposite direction, which keeps its norm. Therefore
+# training does not diverge at any learning rate. Needs no data set and no noise. The predicted efficiency is 0.99
+# for the shipped scenes from any seed (toliman_cae_training.cosine). Needs layout FLIGHT and input WHITENED.
 TOLIMAN_CAE_MODE_TIED = 221
 
 # Training mode UNSUPERVISED, of the chapter: minimises the mean squared error between input and output over the
@@ -1071,7 +1071,7 @@ TOLIMAN_TRACK_VERDICT_DUPLICATE = 502
 TOLIMAN_TRACK_VERDICT_QUARANTINED = 503
 TOLIMAN_TRACK_VERDICT_OUTLIER = 504
 TOLIMAN_TRACK_VERDICT_REJECTED = 505
-TOLIMAN_TRACK_VERDICT_MERGED = 506  # only of a record: it holds counts of repeats or of a merged ledger
+TOLIMAN_TRACK_VERDICT_MERGED = 506  # never an outcome: a record of counts (repeats, merged ledger)
 
 # Reasons for rejection.
 TOLIMAN_TRACK_REASON_NONE = 511
@@ -2065,7 +2065,7 @@ present; TOLIMAN_E_STATE if unweighted samples are present and sigma is not sigm
         """Adds n samples, or none if one is refused; the message names its index. sigma may be NULL: the samples are
 unweighted and count as sigma_floor.
 Errors: as toliman_period_push; TOLIMAN_E_STATE if unweighted samples mix with samples whose sigma is not
-sigma_floor. After loading state bytes, this mixing is no longer detected if all samples were unweighted.""",
+sigma_floor. If all saved samples were unweighted, a periodogram loaded from them no longer detects later mixing.""",
     ),
     "toliman_period_push_samples": (
         c_int32, (
@@ -2149,11 +2149,11 @@ Errors:
 TOLIMAN_PERIOD_POWER_.... toliman_period_query_sampling sets TOLIMAN_PERIOD_INACCURATE if a power of
 the grid may be wrong by more than 1e-3.
 
-The power is never NaN. It is 0 for fewer than two distinct values, and P = 1 for as many free parameters as
-samples. If cosine and sine coincide at a frequency, one of them is fitted. Each frequency takes 2 to 4 ns, or
-about 100 ns if double precision would leave fewer than 13 correct digits. This happens at frequencies where cosine
-or sine hardly varies over the samples, and at all frequencies if the mean is more than 30,000 standard deviations
-from value_offset.
+The power is never NaN. It is 0 if there are fewer than two distinct values, and P = 1 if the model has as many
+free parameters as there are samples. If cosine and sine coincide at a frequency, one of them is fitted. Each
+frequency takes 2 to 4 ns, or about 100 ns if double precision would leave fewer than 13 correct digits. This
+happens at frequencies where cosine or sine hardly varies over the samples, and at all frequencies if the mean is
+more than 30,000 standard deviations from value_offset.
 Errors: TOLIMAN_E_RANGE outside the grid, or if the values scatter too little for value_bound; TOLIMAN_E_STATE if
 the power would exceed 1, because a sample was retracted that was never pushed.""",
     ),
@@ -2276,9 +2276,9 @@ sums, and by exact sums where these cancel. Small archives use direct sums throu
 toliman_period_query_power, but cosine and sine count as coincident where the smaller eigenvalue is below 1e-17 of
 the sum of both.
 
-Memory: 35 bytes per sample and 170 bytes per frequency, plus 20 bytes per frequency for each further thread, up to
-six threads in all, plus 225 bytes per frequency if exact sums are needed. The same input gives the same bits on
-CPUs of the same kind; the last bits of FFTW differ between kinds.
+Memory: 35 bytes per sample and 170 bytes per frequency; 20 bytes more per frequency for each of the second to
+sixth threads; 225 bytes more per frequency if exact sums are needed. The same input gives the same bits on CPUs of
+the same kind; the last bits of FFTW differ between kinds.
 Errors: TOLIMAN_E_ARGUMENT if a number is not finite, sigma <= 0, or the grid is impossible; TOLIMAN_E_RANGE for a
 tolerance outside [0, 0.01], |t| > 1e100, |y| > 1e300, phases of more than 2^50 cycles, more samples than the
 address space holds, or if exact sums are needed and the sigmas differ by a factor of more than 1e8;
@@ -2413,7 +2413,8 @@ records may have been committed.""",
 use. Shards may be merged in any order, and a folder may be merged again as it grows: only new records count. Grid
 and clock table remain those of this tracker. The counts received, repeated and rejected become those of both
 folders.
-  flags  0, or TOLIMAN_TRACK_SALVAGE: skips damaged records and counts all others as new
+  flags  0, or TOLIMAN_TRACK_SALVAGE: skips damaged records. All others count as new arrivals, even if they were
+         merged before; the periodogram still contains each frame once
   lost   may be NULL: number of damaged records that were skipped, plus records missing at the end of the ledger
          although its checkpoint counts them. For frames without any record, see the missing frame ids of
          toliman_track_get_streams
