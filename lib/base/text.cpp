@@ -113,7 +113,7 @@ void print(char *text, size_t size, const char *format, va_list arguments, Piece
         if (*format == '%') {
             const Conversion one = conversion_at(format, left);
             printer.convert(one, left);
-        } else if (*format != '\0') {
+        } else if (marked != nullptr && *format != '\0') {
             (*format++ == '{' ? marked->begin : marked->end) = std::strlen(text);
         }
     }

@@ -31,7 +31,6 @@ int main(void) {
 }
 """
 FORTRAN_PROGRAM = """program samples
-    use iso_c_binding
 %s    integer :: i
     real(c_double) :: t(200) = [(i, i = 1, 200)], y(200)
     y = modulo(t, 17d0)
@@ -46,7 +45,7 @@ def lines_of(language, document=README):
 
 def fortran_program():
     lines = lines_of("fortran").splitlines(keepends=True)
-    declarations = [line for line in lines if re.match(r"use |type\(", line)]
+    declarations = [line for line in lines if re.match(r"use\b|type\(", line)]
     return FORTRAN_PROGRAM % ("".join(declarations), "".join(lines[len(declarations):]))
 
 

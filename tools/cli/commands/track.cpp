@@ -253,10 +253,10 @@ void track(Options &options, Progress &progress) {
     }
     tracking.end();
     if (options.strict && tracking.troubles() > 0)
-        throw Failure(kExitRejected,
-                      options.state + ": " + std::to_string(tracking.troubles()) +
-                          " frames or inputs were damaged or quarantined; the others are processed, and `toliman "
-                          "status` counts all");
+        throw Failure(
+            kExitRejected,
+            options.state + ": " + std::to_string(tracking.troubles()) +
+                " frames or inputs were damaged or quarantined, as listed in the output; the others were processed");
 }
 
 } // namespace
