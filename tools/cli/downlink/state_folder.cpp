@@ -33,6 +33,15 @@ off_t header_size(const std::string &ledger) {
     return 124 + 64 * (columns[0] | columns[1] << 8 | off_t{columns[2]} << 16 | off_t{columns[3]} << 24);
 }
 
+std::string path_in(const std::string &folder, const std::string &name) {
+    return folder + "/" + name;
+}
+
+std::string gone(const std::string &folder, const std::string &name) {
+    return folder + ": ledger.tlml is gone, though " + name +
+           " is there: what is known of its frames is lost: give all frames again, into a new folder";
+}
+
 // False where there certainly is none, or one that was begun and has no frame and no grid: a run was stopped there.
 bool has_ledger(const std::string &folder) {
     struct stat facts = {};
@@ -42,10 +51,8 @@ bool has_ledger(const std::string &folder) {
     if (errno != ENOENT && errno != ENOTDIR)
         malformed(folder, std::string("cannot be opened: ") + std::strerror(errno));
     for (const std::string name : {"checkpoint.tlmc", "setup.tlms", "streams.txt"})
-        if (exists(folder + "/" + name))
-            throw Failure(kExitState, folder + ": ledger.tlml is gone, though " + name +
-                                          " is there: what is known of its frames is lost: give all frames again, "
-                                          "into a new folder");
+        if (exists(path_in(folder, name)))
+            throw Failure(kExitState, gone(folder, name));
     return false;
 }
 
@@ -54,7 +61,7 @@ bool has_ledger(const std::string &folder) {
 void remove_state(const std::string &folder) {
     for (const std::string name : {"checkpoint.tlmc", "setup.tlms", "streams.txt", "ledger.tlml"})
         for (const char *suffix : {".tmp", ""})
-            ::unlink((folder + "/" + name + suffix).c_str());
+            ::unlink(path_in(folder, name + suffix).c_str());
     ::rmdir(folder.c_str());
 }
 

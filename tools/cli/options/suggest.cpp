@@ -112,7 +112,7 @@ std::string unexpected_word(const std::string &message, const CLI::App &command)
 
 // CLI11's message in the form of this program's messages.
 std::string message_of(const CLI::ParseError &error, const CLI::App &command) {
-    const std::string message = error.what();
+    std::string message = error.what();
     switch (static_cast<CLI::ExitCodes>(error.get_exit_code())) {
     case CLI::ExitCodes::ConversionError:
         return unreadable_value(message, command);
