@@ -1726,9 +1726,9 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Writes the power at frequencies first ... first + count - 1 to power[count]. normalisation is
-        ! TOLIMAN_PERIOD_POWER_.... toliman_period_query_sampling sets TOLIMAN_PERIOD_INACCURATE if a power of the
-        ! grid may be wrong by more than 1e-3.
+        ! Writes the power at frequencies first ... first + count - 1 to power[count]. normalisation is a
+        ! TOLIMAN_PERIOD_POWER_... constant. toliman_period_query_sampling sets TOLIMAN_PERIOD_INACCURATE if a power
+        ! of the grid may be wrong by more than 1e-3.
         function toliman_period_query_power(period, normalisation, first, count, power) bind(C) result(answer)
             import
             type(c_ptr), value :: period
@@ -3421,9 +3421,9 @@ contains
         call conclude(toliman_period_get_info(self%handle, out), stat, errmsg)
     end subroutine
 
-    ! Writes the power at frequencies first ... first + count - 1 to power[count]. normalisation is
-    ! TOLIMAN_PERIOD_POWER_.... toliman_period_query_sampling sets TOLIMAN_PERIOD_INACCURATE if a power of the grid
-    ! may be wrong by more than 1e-3. power(count).
+    ! Writes the power at frequencies first ... first + count - 1 to power[count]. normalisation is a
+    ! TOLIMAN_PERIOD_POWER_... constant. toliman_period_query_sampling sets TOLIMAN_PERIOD_INACCURATE if a power of
+    ! the grid may be wrong by more than 1e-3. power(count).
     subroutine periodogram_query_power(self, normalisation, first, power, stat, errmsg)
         class(toliman_periodogram), intent(in) :: self
         integer(c_int32_t), intent(in) :: normalisation

@@ -236,8 +236,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_get_info(const toli
  * 1/(2 step), where cosine and sine of regular samples always coincide. With TOLIMAN_PERIOD_DOUBLE_LIMB it is rare. */
 #define TOLIMAN_PERIOD_INACCURATE 16u
 
-/* Writes the power at frequencies first ... first + count - 1 to power[count]. normalisation is
- * TOLIMAN_PERIOD_POWER_.... toliman_period_query_sampling sets TOLIMAN_PERIOD_INACCURATE if a power of
+/* Writes the power at frequencies first ... first + count - 1 to power[count]. normalisation is a
+ * TOLIMAN_PERIOD_POWER_... constant. toliman_period_query_sampling sets TOLIMAN_PERIOD_INACCURATE if a power of
  * the grid may be wrong by more than 1e-3.
  *
  * The power is never NaN. It is 0 if there are fewer than two distinct values, and P = 1 if the model has as many

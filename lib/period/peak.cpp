@@ -79,8 +79,7 @@ void check_meaningful(const PowerQuery &query, const Stream &stream) {
     if (!query.meaningful())
         fail(Status::state,
              "a peak needs samples that are not all equal: the values of the %lld samples pushed are equal, or differ "
-             "by "
-             "less than value_bound = %g resolves (its minimum is 1e-100: scale smaller values up)",
+             "by less than value_bound = %g resolves (its minimum is 1e-100: scale smaller values up)",
              count, stream.grid().value_bound);
     query.check();
 }

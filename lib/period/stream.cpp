@@ -187,8 +187,7 @@ void Stream::check_consistent() const {
     if (!consistent())
         fail(Status::state,
              "%lld samples would remain with sums of weights %g, values %g and squared values %g, which is impossible: "
-             "a "
-             "retracted sample was never pushed",
+             "a retracted sample was never pushed",
              static_cast<long long>(totals_.count), static_cast<double>(totals_.w.value()),
              static_cast<double>(totals_.wy.value()), static_cast<double>(totals_.wyy.value()));
 }

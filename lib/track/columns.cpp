@@ -52,8 +52,7 @@ Columns::Columns(std::string_view further) {
             find(name) < count())
             fail(Status::argument,
                  "{options->values}: \"%.40s\": must be a unique name of 1 to %zu characters a-z 0-9 _, not \"value\" "
-                 "and "
-                 "not beginning with \"cov_\"",
+                 "and not beginning with \"cov_\"",
                  name.c_str(), kLongestValue);
         if (values() == kMaxValues)
             fail(Status::argument, "{options->values}: must name at most %zu values beyond the first", kMaxValues - 1);

@@ -67,8 +67,7 @@ void Ledger::check_checkpoint_mark(CheckpointMark mark) const {
     if (written_ < mark.records)
         fail(Status::lost,
              "{%s}: %llu valid records, but the checkpoint counts %llu: records were lost; merge with salvage recovers "
-             "the "
-             "remaining records into a new folder",
+             "the remaining records into a new folder",
              file_.path().c_str(), static_cast<unsigned long long>(written_),
              static_cast<unsigned long long>(mark.records));
     if (chain_before(mark.records) != mark.chain)

@@ -2145,8 +2145,8 @@ Errors:
             ("count", c_size_t),
             ("power", POINTER(c_double)),
         ),
-        """Writes the power at frequencies first ... first + count - 1 to power[count]. normalisation is
-TOLIMAN_PERIOD_POWER_.... toliman_period_query_sampling sets TOLIMAN_PERIOD_INACCURATE if a power of
+        """Writes the power at frequencies first ... first + count - 1 to power[count]. normalisation is a
+TOLIMAN_PERIOD_POWER_... constant. toliman_period_query_sampling sets TOLIMAN_PERIOD_INACCURATE if a power of
 the grid may be wrong by more than 1e-3.
 
 The power is never NaN. It is 0 if there are fewer than two distinct values, and P = 1 if the model has as many

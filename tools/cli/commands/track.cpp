@@ -205,8 +205,7 @@ bool uses_same_frames(const toliman_track_options &a, const toliman_track_option
 std::string remedy_of(const Options &options, bool same_frames, const std::string &field) {
     if (!same_frames)
         return "these cannot be changed: leave out --shape, --crop, --bin, --bit-depth and --value-limit, or give a "
-               "new "
-               "folder";
+               "new folder";
     return field == options.state + "/setup.tlms"
                ? "`toliman rebuild " + options.state + options.setup.text() + "`, or give a new folder"
                : kOtherEstimator;
