@@ -2,7 +2,9 @@
 // is safe: it recurses to 1000 levels, converts 1e999 to infinity, and accepts invalid UTF-8, control characters in
 // strings and numbers such as 01. The scan rejects these with line and column, and bounds the nesting depth and the
 // number of values, hence also the memory. It does not check the order of tokens, which is left to cJSON. The result is
-// converted to plain values; duplicate keys are rejected then.
+// converted to plain values; duplicate keys are rejected then. cJSON rounds integers to double. The scan therefore
+// keeps each number's exact integer: both meet the numbers in document order, so the k-th number of the tree is the
+// k-th token.
 #include "backend/json.hpp"
 
 #include <cerrno>
@@ -12,6 +14,7 @@
 #include <new>
 #include <set>
 #include <string_view>
+#include <utility>
 
 #include <cjson/cJSON.h>
 
@@ -59,9 +62,11 @@ class Scan {
     Scan(const std::string &text, const std::string &source)
         : text_(text), source_(source), at_(text.compare(0, 3, "\xef\xbb\xbf") == 0 ? 3 : 0) {}
 
-    void run() {
+    // The exact integer of each number, in document order; empty where the number is not a 64-bit integer.
+    std::vector<std::optional<int64_t>> run() {
         while (at_ < text_.size())
             token();
+        return std::move(integers_);
     }
 
   private:
@@ -156,6 +161,10 @@ class Scan {
         }
         if (digit())
             refuse("number with a leading zero");
+        int64_t integer;
+        const auto [stop, range] = std::from_chars(text_.data() + start, text_.data() + at_, integer);
+        const bool exact = range == std::errc() && stop == text_.data() + at_;
+        integers_.push_back(exact ? std::optional<int64_t>(integer) : std::nullopt);
     }
 
     void literal() {
@@ -170,10 +179,11 @@ class Scan {
     const std::string &text_;
     const std::string &source_;
     size_t at_, levels_ = 0, values_ = 0, keys_ = 0;
+    std::vector<std::optional<int64_t>> integers_;
 };
 
-// Recursion is bounded by kMostLevels.
-Value convert(const cJSON &node, const std::string &source) {
+// Converts a node of the tree; `integer` is that of the next number. Recursion is bounded by kMostLevels.
+Value convert(const cJSON &node, const std::string &source, const std::optional<int64_t> *&integer) {
     Value value;
     if (cJSON_IsBool(&node)) {
         value.kind = Value::Kind::boolean;
@@ -181,6 +191,7 @@ Value convert(const cJSON &node, const std::string &source) {
     } else if (cJSON_IsNumber(&node)) {
         value.kind = Value::Kind::number;
         value.number = node.valuedouble;
+        value.integer = *integer++;
     } else if (cJSON_IsString(&node)) {
         value.kind = Value::Kind::text;
         value.text = node.valuestring;
@@ -191,7 +202,7 @@ Value convert(const cJSON &node, const std::string &source) {
         for (const cJSON *item = node.child; item != nullptr; item = item->next) {
             if (object && !names.insert(item->string).second)
                 fail(Status::format, "{%s}: duplicate key \"%s\"", source.c_str(), item->string);
-            value.items.push_back(convert(*item, source));
+            value.items.push_back(convert(*item, source, integer));
             if (object)
                 value.names.emplace_back(item->string);
         }
@@ -211,7 +222,7 @@ const Value *Value::find(const std::string &name) const noexcept {
 Value parse(const std::string &text, const std::string &source) {
     if (text.find_first_not_of(" \t\r\n") == std::string::npos)
         fail(Status::format, "{%s}: is empty", source.c_str());
-    Scan(text, source).run();
+    const std::vector<std::optional<int64_t>> integers = Scan(text, source).run();
     const char *end = nullptr;
     errno = 0; // cJSON does not distinguish exhausted memory from bad syntax; malloc sets errno
     const std::unique_ptr<cJSON, void (*)(cJSON *)> tree(
@@ -221,7 +232,8 @@ Value parse(const std::string &text, const std::string &source) {
     if (tree == nullptr)
         fail_at(text, end != nullptr ? static_cast<size_t>(end - text.c_str()) : text.size(), source,
                 "JSON syntax error");
-    return convert(*tree, source);
+    const std::optional<int64_t> *next = integers.data();
+    return convert(*tree, source, next);
 }
 
 } // namespace toliman::json

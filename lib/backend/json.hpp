@@ -1,6 +1,8 @@
 // Parser of JSON text to a tree of plain values: cJSON after a scan that rejects what cJSON accepts wrongly.
 #pragma once
 #include <cstddef>
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,7 +13,8 @@ constexpr size_t kLargestText = size_t{256} * 1024;
 struct Value {
     enum class Kind { null, boolean, number, text, array, object } kind = Kind::null;
     bool boolean = false;
-    double number = 0; // always finite
+    double number = 0;              // always finite
+    std::optional<int64_t> integer; // exact value of a number that is written without fraction and exponent, if it fits
     std::string text;
     std::vector<Value> items;       // of an array or object
     std::vector<std::string> names; // keys of an object's items, all different
