@@ -40,13 +40,6 @@ class Descriptor {
     int number_;
 };
 
-std::string folder_of(const std::string &path) {
-    const size_t slash = path.rfind('/');
-    if (slash == std::string::npos)
-        return ".";
-    return slash == 0 ? "/" : path.substr(0, slash);
-}
-
 // Returns the file to replace: the target of a symbolic link, so that the link is kept, else path itself. realpath() is
 // used for links only, since it needs search permission on all parent folders.
 std::string target_of(const std::string &path) {
@@ -128,6 +121,13 @@ std::vector<uint8_t> read_bytes(const std::string &path, const Input &input, siz
 }
 
 } // namespace
+
+std::string folder_of(const std::string &path) {
+    const size_t slash = path.rfind('/');
+    if (slash == std::string::npos)
+        return ".";
+    return slash == 0 ? "/" : path.substr(0, slash);
+}
 
 std::vector<uint8_t> read(const std::string &path, size_t limit) {
     const Input input(path);

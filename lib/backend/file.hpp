@@ -1,10 +1,13 @@
-// POSIX files: reads of whole files, and atomic replacement.
+// POSIX files: reads of whole files, atomic replacement, and the folder of a path.
 #pragma once
 #include <cstdint>
 #include <string>
 #include <vector>
 
 namespace toliman::file {
+
+// The folder of a path: "." if it has none.
+std::string folder_of(const std::string &path);
 
 // Returns all bytes of a regular file of at most `limit` bytes. Status::not_found if it cannot be read, Status::format
 // if it is larger or empty.

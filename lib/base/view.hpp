@@ -1,4 +1,4 @@
-// Non-owning views of images. The only header of lib/base that kernels may include.
+// Non-owning views of images. Kernels may include it.
 #pragma once
 #include <cstddef>
 #include <cstdint>

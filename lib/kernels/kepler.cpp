@@ -12,11 +12,12 @@
 
 #include <cmath>
 
+#include "base/constants.hpp"
+
 namespace toliman::kernels {
 
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr int kMaxSteps = 64;
 
 // x - sin x for 0 <= x <= pi, by its series where the difference would cancel.

@@ -10,6 +10,7 @@
 #include <map>
 #include <numeric>
 
+#include "base/constants.hpp"
 #include "base/error.hpp"
 #include "kernels/blackbody.hpp"
 #include "optics/spectrum_table.hpp"
@@ -17,8 +18,6 @@
 namespace toliman::optics {
 
 namespace {
-
-constexpr double kPi = 3.14159265358979323846;
 
 struct Sample {
     double wavelength_nm, weight;

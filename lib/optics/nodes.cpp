@@ -16,6 +16,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/constants.hpp"
 #include "base/workers.hpp"
 #include "optics/matrix_dft.hpp"
 
@@ -23,7 +24,6 @@ namespace toliman::optics {
 
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr size_t kExtraTerms = 24; // Chebyshev terms beyond phi: the sum of all further terms is below 1e-13
 constexpr size_t kGridSide = 16;   // points per side of the grid on which errors are predicted
 constexpr size_t kRoughNodes = 6;  // give the peak to a few per cent

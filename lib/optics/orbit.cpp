@@ -6,13 +6,13 @@
 
 #include <cmath>
 
+#include "base/constants.hpp"
 #include "kernels/kepler.hpp"
 
 namespace toliman::optics {
 
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kDegree = kPi / 180;
 
 } // namespace

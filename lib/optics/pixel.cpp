@@ -11,11 +11,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/constants.hpp"
+
 namespace toliman::optics {
 
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kMaxCutoff = 0.4; // cycles per sample; filters stay short up to here
 constexpr size_t kMaxTaps = 100;
 constexpr double kSampleRounding = 1e-15; // relative to the peak

@@ -16,6 +16,7 @@
 #include <numeric>
 
 #include "backend/blas.hpp"
+#include "base/constants.hpp"
 #include "optics/nodes.hpp"
 #include "optics/padded_fft.hpp"
 #include "optics/reach.hpp"
@@ -24,7 +25,6 @@ namespace toliman::optics {
 
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 // node_errors() samples few pixels: measured 0.3 to 3 times the error over all pixels.
 constexpr double kNodeErrorMargin = 4;
 constexpr size_t kMinWavelengths = 8;   // nodes are not worthwhile for fewer
@@ -320,7 +320,7 @@ Plan make_plan(const Scene &scene, const Pupil &pupil, const Light &light, Engin
     plan.engine = engine;
     plan.workers = workers;
     const Detector &detector = scene.detector;
-    plan.pixels = {detector.rows, detector.cols, detector.pixel_scale_arcsec * 3.14159265358979323846264L / 648000};
+    plan.pixels = {detector.rows, detector.cols, detector.pixel_scale_arcsec * kLongPi / 648000};
     plan.filter = make_filter(cutoff_of(pupil, light, plan.pixels), detector.integrated, scene.systematics.jitter_px,
                               scene.accuracy);
     if (engine == EngineKind::padded_fft)

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/constants.hpp"
 #include "base/workers.hpp"
 
 namespace toliman::optics {
@@ -18,8 +19,6 @@ namespace {
 
 using kernels::FieldProduct;
 using kernels::FieldTerm;
-
-constexpr long double kPi = 3.14159265358979323846264338327950288L;
 
 struct Order {
     size_t along, across;
@@ -113,7 +112,7 @@ Chunk::Chunk(const Task &task)
 }
 
 void Chunk::set_terms(const Pupil &pupil, long double wavenumber) {
-    const auto slope = static_cast<double>(2 * kPi * step_of(pupil, task_.grid, wavenumber));
+    const auto slope = static_cast<double>(2 * kLongPi * step_of(pupil, task_.grid, wavenumber));
     const double x = slope * task_.light.axis[0], y = slope * task_.light.axis[1];
     terms_.clear();
     for (size_t i = 1; i < task_.orders.size(); i++) {
@@ -125,7 +124,7 @@ void Chunk::set_terms(const Pupil &pupil, long double wavenumber) {
     }
     for (size_t i = 0; i < task_.focus_orders; i++)
         terms_.push_back({i == 0 ? 0 : task_.orders.size(), 0, 0, pupil.defocus.data(),
-                          static_cast<double>(2e-9L * kPi * wavenumber)});
+                          static_cast<double>(2e-9L * kLongPi * wavenumber)});
 }
 
 void Chunk::add(size_t wavelength) {

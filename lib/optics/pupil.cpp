@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include "backend/file.hpp"
+#include "base/constants.hpp"
 #include "base/npy.hpp"
 #include "kernels/zernike.hpp"
 #include "optics/reader.hpp"
@@ -17,7 +18,6 @@ namespace toliman::optics {
 
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr int kSubsamples = 16;            // per side of a cell that an edge crosses
 constexpr double kLargestOpd = 1e-3;       // m, of a file: detects files in nanometres
 constexpr double kMinTransmission = 1e-12; // of an amplitude file, relative to the open aperture

@@ -1,6 +1,5 @@
 // Method: each key is read by the function of its type with its allowed interval; allow() refuses every other key.
-// Unknown keys and words are compared with the known ones by the Levenshtein distance, and the nearest is suggested
-// if at most 2 letters, or a third of them, differ.
+// The nearest known key or word is suggested instead of an unknown one.
 // Why: a mistyped optional key would otherwise switch a stage off without notice.
 #include "optics/reader.hpp"
 
@@ -10,6 +9,7 @@
 #include <cstdarg>
 
 #include "backend/file.hpp"
+#include "base/nearest_word.hpp"
 #include "base/text.hpp"
 
 namespace toliman::optics {
@@ -17,39 +17,6 @@ namespace toliman::optics {
 namespace {
 
 using Kind = json::Value::Kind;
-
-size_t edit_distance(const std::string &a, const std::string &b) {
-    std::vector<size_t> row(b.size() + 1);
-    for (size_t j = 0; j <= b.size(); j++)
-        row[j] = j;
-    for (size_t i = 1; i <= a.size(); i++) {
-        size_t diagonal = row[0];
-        row[0] = i;
-        for (size_t j = 1; j <= b.size(); j++) {
-            const size_t replaced = diagonal + (a[i - 1] != b[j - 1]);
-            diagonal = row[j];
-            row[j] = std::min({replaced, row[j] + 1, row[j - 1] + 1});
-        }
-    }
-    return row[b.size()];
-}
-
-// The candidate with the least edit distance; nullptr if that exceeds both 2 and a third of the word's length.
-const char *nearest(const std::string &word, std::initializer_list<const char *> candidates) {
-    constexpr size_t kLongest = 64; // no key is longer; avoids quadratic time on long input
-    if (word.size() > kLongest)
-        return nullptr;
-    const char *best = nullptr;
-    size_t least = std::max<size_t>(2, word.size() / 3) + 1;
-    for (const char *candidate : candidates) {
-        const size_t distance = edit_distance(word, candidate);
-        if (distance < least) {
-            least = distance;
-            best = candidate;
-        }
-    }
-    return best;
-}
 
 bool is_one_of(const std::string &word, std::initializer_list<const char *> words) {
     return std::any_of(words.begin(), words.end(), [&](const char *other) { return word == other; });
@@ -120,9 +87,9 @@ void Reader::allow(std::initializer_list<const char *> known, std::initializer_l
             continue;
         if (is_one_of(name, later))
             refuse(Status::unsupported, name.c_str(), ": not supported yet");
-        const char *suggestion = nearest(name, known);
-        if (suggestion != nullptr)
-            refuse(Status::scene, name.c_str(), ": unknown key; did you mean \"%s\"?", suggestion);
+        const std::string suggestion = nearest_word(name, {known.begin(), known.end()});
+        if (!suggestion.empty())
+            refuse(Status::scene, name.c_str(), ": unknown key; did you mean \"%s\"?", suggestion.c_str());
         refuse(Status::scene, name.c_str(), ": unknown key; allowed keys: %s", join(known).c_str());
     }
 }
@@ -221,10 +188,9 @@ size_t Reader::choice(const char *key, std::initializer_list<const char *> choic
             return index;
         list += (index++ == 0 ? "\"" : ", \"") + std::string(candidate) + '"';
     }
-    const char *suggestion = nearest(given, choices);
-    refuse(Status::scene, key, " = \"%s\": must be one of %s%s%s%s", given.substr(0, 40).c_str(), list.c_str(),
-           suggestion != nullptr ? "; did you mean \"" : "", suggestion != nullptr ? suggestion : "",
-           suggestion != nullptr ? "\"?" : "");
+    const std::string suggestion = nearest_word(given, {choices.begin(), choices.end()});
+    refuse(Status::scene, key, " = \"%s\": must be one of %s%s", given.substr(0, 40).c_str(), list.c_str(),
+           suggestion.empty() ? "" : ("; did you mean \"" + suggestion + "\"?").c_str());
 }
 
 std::string Reader::file(const char *key, const std::string &folder) const {

@@ -1,12 +1,11 @@
 #include <cmath>
 
+#include "base/constants.hpp"
 #include "optics/scene_groups.hpp"
 
 namespace toliman::optics {
 
 namespace {
-
-constexpr double kPi = 3.14159265358979323846;
 
 // A number is the rms; an object gives rms and drift. `most` bounds the rms and the total drift over the cadence.
 Disturbance read_disturbance(const Reader &reader, const char *key, double most, const char *unit, double days) {

@@ -1,11 +1,10 @@
+#include "base/constants.hpp"
 #include "optics/scene_groups.hpp"
 #include "optics/wobble.hpp"
 
 namespace toliman::optics {
 
 namespace {
-
-constexpr double kPi = 3.14159265358979323846;
 
 void read_planet(const Reader &reader, const Scene &known, Signal &signal) {
     reader.exclude({"amplitude_px", "amplitude_uas", "period_days"},

@@ -19,15 +19,6 @@
 
 namespace toliman::optics {
 
-namespace {
-
-std::string folder_of(const std::string &path) {
-    const size_t slash = path.rfind('/');
-    return slash == std::string::npos ? "." : path.substr(0, slash);
-}
-
-} // namespace
-
 Outline outline_of(const std::string &json, const std::string &source, const std::string &folder,
                    const Settings &settings) {
     Outline outline;
@@ -41,7 +32,7 @@ Outline outline_of(const std::string &json, const std::string &source, const std
 
 Outline outline_of(const std::string &path, const Settings &settings) {
     const std::vector<uint8_t> bytes = file::read(path, json::kLargestText);
-    return outline_of(std::string(bytes.begin(), bytes.end()), path, folder_of(path), settings);
+    return outline_of(std::string(bytes.begin(), bytes.end()), path, file::folder_of(path), settings);
 }
 
 Simulator::Simulator(Outline outline, const Settings &settings)

@@ -6,13 +6,13 @@
 
 #include <cmath>
 
+#include "base/constants.hpp"
 #include "kernels/kepler.hpp"
 
 namespace toliman::optics {
 
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 // Nominal GM of the Sun and the Earth (IAU 2015 resolution B3, m^3/s^2), astronomical unit (IAU 2012 resolution B2, m).
 constexpr double kSun = 1.3271244e20, kEarth = 3.986004e14, kAstronomicalUnit = 149597870700.0;
 constexpr double kSecondsPerDay = 86400;

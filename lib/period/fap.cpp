@@ -10,12 +10,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/constants.hpp"
+
 namespace toliman::period {
 
 namespace {
 
 constexpr double kLn10 = 2.302585092994045684;
-constexpr double kPi = 3.141592653589793238;
 
 // ln of gamma(n) = sqrt(2/n) Gamma(n/2)/Gamma((n-1)/2). lgamma is not used: it writes the global signgam, and the
 // difference of two large values loses digits.

@@ -12,6 +12,7 @@
 #include <limits>
 #include <vector>
 
+#include "base/constants.hpp"
 #include "period/peak.hpp"
 #include "period/power.hpp"
 #include "period/sampling.hpp"
@@ -21,7 +22,7 @@ namespace toliman::period {
 namespace {
 
 using Real = long double;
-constexpr Real kTwoPi = 6.283185307179586476925286766559L;
+constexpr Real kTwoPi = 2 * kLongPi;
 constexpr size_t kParameters = 4; // offset, cosine, sine, frequency
 using Vector = std::array<Real, kParameters>;
 using Matrix = std::array<Vector, kParameters>;

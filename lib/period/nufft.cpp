@@ -12,11 +12,12 @@
 #include <cmath>
 #include <iterator>
 
+#include "base/constants.hpp"
+
 namespace toliman::period {
 
 namespace {
 
-constexpr long double kPi = 3.14159265358979323846264338327950288L;
 constexpr long double kOversampling = 2.25L; // cells per mode
 constexpr long double kSharpness =
     0.985L * (1 - 1 / (2 * kOversampling)); // beta/(pi width): near the minimum of the error
@@ -57,7 +58,7 @@ template <class Function> std::vector<long double> polynomial(size_t degree, Fun
     const size_t n = degree + 1;
     std::vector<long double> values(n), sum(n), chebyshev(n), before(n);
     const auto angle = [&](size_t j) {
-        return kPi * (static_cast<long double>(j) + 0.5L) / static_cast<long double>(n);
+        return kLongPi * (static_cast<long double>(j) + 0.5L) / static_cast<long double>(n);
     };
     for (size_t j = 0; j < n; j++)
         values[j] = f(std::cos(angle(j)));
@@ -90,7 +91,7 @@ Nufft::Choice Nufft::choose(size_t modes, double error) noexcept {
 
 Nufft::Nufft(const Choice &choice)
     : choice_(choice), shape_{choice.width, choice.lanes, choice.width + 3, nullptr}, fft_(choice.cells) {
-    const long double beta = kSharpness * kPi * static_cast<long double>(choice.width);
+    const long double beta = kSharpness * kLongPi * static_cast<long double>(choice.width);
     make_coefficients(beta);
     make_corrections(beta);
 }
@@ -114,7 +115,7 @@ void Nufft::make_coefficients(long double beta) {
 // exp(r)/2: with r > 10 the relative error exp(-2 r) is far below that of the kernel.
 void Nufft::make_corrections(long double beta) {
     const long double width = static_cast<long double>(shape_.width),
-                      step = kPi * width / static_cast<long double>(choice_.cells);
+                      step = kLongPi * width / static_cast<long double>(choice_.cells);
     const auto scale = static_cast<double>(2 * bessel(beta * beta) / std::exp(beta) / width);
     corrections_.resize(choice_.modes / 2 + 1);
     for (size_t k = 0; k <= choice_.modes / 2; k++) {

@@ -118,6 +118,10 @@ class Layers(Tree):
         self.accepts("layers", "lib/kernels/random.hpp", '#include <cmath>\n#include <Random123/philox.h>\n')
         self.accepts("layers", "lib/kernels/a.isa.cpp", '#include <immintrin.h>\n#include "base/view.hpp"\n')
         self.accepts("layers", "lib/api/a.cpp", '#include <toliman/sim.h>\n#include "cae/a.hpp"\nextern "C" int f();\n')
+        self.write("lib/base/nearest_word.hpp", "")
+        self.accepts("layers", "tools/cli/options/a.cpp", '#include "base/nearest_word.hpp"\n')
+        self.refuses("layers", "tools/mpi/a.cpp", '#include "base/nearest_word.hpp"\n', "tools/mpi/a.cpp:1: ")
+        self.accepts("layers", "lib/kernels/a.cpp", '#include "base/constants.hpp"\n')
         self.accepts("layers", "tools/cli/a.cpp", '#include <toliman/sim.h>\n#include "b.hpp"\n// extern "C"\n')
         self.accepts("layers", "lib/base/a.cpp", "/*\n#include <zlib.h>\n*/\n")
 

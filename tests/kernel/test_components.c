@@ -16,11 +16,9 @@ int shim_dictionary(size_t frames, const double *gram, size_t pixels, size_t cou
                     uint64_t seed, double *series, double *share, double *objective, size_t *done);
 void shim_atom_normals(uint64_t seed, size_t count, double *out);
 
-static const double pi = 3.14159265358979323846;
-
 static double next_normal(void) {
     const double radius = sqrt(-2 * log(uniform(&draws)));
-    return radius * cos(2 * pi * uniform(&draws));
+    return radius * cos(2 * M_PI * uniform(&draws));
 }
 
 static double *new_array(size_t n) {
@@ -273,7 +271,7 @@ static void overlaps_match_spiked_covariance(void **state) {
                 length += direction[p] * direction[p];
             }
             for (size_t i = 0; i < N; i++) {
-                signal[i] = sqrt(2 * l) * sin(2 * pi * 3 * (double)i / N);
+                signal[i] = sqrt(2 * l) * sin(2 * M_PI * 3 * (double)i / N);
                 for (size_t p = 0; p < P; p++)
                     x[i * P + p] = next_normal() + signal[i] * direction[p] / sqrt(length);
             }
@@ -483,8 +481,8 @@ static void equal_eigenvalues_share_their_plane(void **state) {
     enum { N = 40, COUNT = 3 };
     double gram[N * N], series[COUNT * N], share[COUNT];
     for (size_t i = 0; i < N * N; i++)
-        gram[i] = cos(2 * pi * (double)(i / N) / N) * cos(2 * pi * (double)(i % N) / N) +
-                  sin(2 * pi * (double)(i / N) / N) * sin(2 * pi * (double)(i % N) / N);
+        gram[i] = cos(2 * M_PI * (double)(i / N) / N) * cos(2 * M_PI * (double)(i % N) / N) +
+                  sin(2 * M_PI * (double)(i / N) / N) * sin(2 * M_PI * (double)(i % N) / N);
     assert_int_equal(shim_pca(N, gram, COUNT, series, share), 0);
     for (size_t i = 0; i < N * N; i++)
         assert_close(series[i / N] * series[i % N] + series[N + i / N] * series[N + i % N], gram[i], 0, 1e-14);

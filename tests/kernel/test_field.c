@@ -17,8 +17,6 @@ void shim_transform(int isa, const double *amplitude, const double *opd_m, size_
                     const double *tilt_x, const double *tilt_y, double slope_x, double slope_y, const double *mode,
                     double mode_scale, size_t rows, size_t cols, long double step, double weight, double *images);
 
-static const long double kTwoPi = 6.28318530717958647692528676655900577L;
-
 static void cis_is_exact_to_rounding(void **state) {
     (void)state;
     const double corners[] = {0, 0.125, -0.125, 0.25, -0.25, 0.375, -0.375, 0.5, -0.5, 1e-300};
@@ -28,8 +26,8 @@ static void cis_is_exact_to_rounding(void **state) {
         const double cycles = i < 10 ? corners[i] : 0.5 * uniform_signed(&random);
         double cosine, sine;
         shim_cis(cycles, &cosine, &sine);
-        worst = fmax(worst, (double)fabsl(cosine - cosl(kTwoPi * cycles)));
-        worst = fmax(worst, (double)fabsl(sine - sinl(kTwoPi * cycles)));
+        worst = fmax(worst, (double)fabsl(cosine - cosl(2 * M_PIl * cycles)));
+        worst = fmax(worst, (double)fabsl(sine - sinl(2 * M_PIl * cycles)));
     }
     assert_at_most(worst, 2e-16);
     for (int quarter = -2; quarter <= 2; quarter++) { /* quarter cycles are exact */
@@ -106,8 +104,9 @@ static void fields_at(const pupil *p, int n, long double step, double u, double 
         for (int x = 0; x < n; x++) {
             const int i = y * n + x;
             const double from_x = x - 0.5 * (n - 1), from_y = y - 0.5 * (n - 1);
-            const long double phase = kTwoPi * (p->opd[i] * 2e6L + p->tilt_x[x] + p->tilt_y[y] -
-                                                step * (from_x * (long double)u + from_y * (long double)v));
+            const long double phase = 2 * M_PIl *
+                                      (p->opd[i] * 2e6L + p->tilt_x[x] + p->tilt_y[y] -
+                                       step * (from_x * (long double)u + from_y * (long double)v));
             long double complex term = p->amplitude[i] * (cosl(phase) + I * sinl(phase));
             field[0] += term;
             term *= I * (0.3L * from_x - 0.2L * from_y);

@@ -35,11 +35,11 @@ static __float128 bisected(__float128 mean, double e) {
 /* Error in units in the last place of the exact value. */
 static double error_at(double mean, double e) {
     __float128 reduced = mean;
-    if (fabs(mean) > 3.14159265358979323846)
+    if (fabs(mean) > M_PI)
         reduced = atan2q(sinq(mean), cosq(mean));
     const __float128 exact = copysignq(bisected(fabsq(reduced), e), reduced);
     const double found = shim_kepler(mean, e), near = (double)exact;
-    assert_true(fabs(found) <= 3.14159265358979323846);
+    assert_true(fabs(found) <= M_PI);
     const double unit = nextafter(fabs(near), INFINITY) - fabs(near);
     return (double)(fabsq(found - exact) / unit);
 }
@@ -60,11 +60,11 @@ static void within_a_revolution(void **state) {
                 worst = fmax(worst, error_at(k == 2 ? -mean : mean, kEccentricities[i]));
             }
         for (int k = 0; k <= 200; k++)
-            worst = fmax(worst, error_at(3.14159265358979323846 * k / 200, kEccentricities[i]));
+            worst = fmax(worst, error_at(M_PI * k / 200, kEccentricities[i]));
     }
     for (int i = 0; i < 5000; i++) {
         const double e = 1 - pow(10, -12 * uniform(&random));
-        worst = fmax(worst, error_at(3.14159265358979323846 * pow(uniform(&random), 3), e));
+        worst = fmax(worst, error_at(M_PI * pow(uniform(&random), 3), e));
     }
     print_message("Kepler's equation within a revolution: at most %.2f units in the last place\n", worst);
     assert_at_most(worst, 4);
@@ -94,7 +94,7 @@ static void limits(void **state) {
         const double e = kEccentricities[i];
         assert_close(shim_kepler(0, e), 0, 0, 0);
         assert_true(signbit(shim_kepler(-0.0, e)));
-        assert_close(shim_kepler(3.14159265358979323846, e), 3.14159265358979323846, 3e-16, 0);
+        assert_close(shim_kepler(M_PI, e), M_PI, 3e-16, 0);
         assert_true(shim_kepler(0x1p-1074, e) > 0 && isfinite(shim_kepler(0x1p-1074, e)));
         assert_true(isnan(shim_kepler(INFINITY, e)) && isnan(shim_kepler(NAN, e)));
         assert_close(shim_kepler(-1.25, e), -shim_kepler(1.25, e), 0, 0);

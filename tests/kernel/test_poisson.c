@@ -21,8 +21,6 @@ double shim_cos(double turns);
 double shim_log_probability(double count, double mean);
 void shim_propose(double u, double mean, double proposal[3]);
 
-static const long double pi = 3.14159265358979323846264338327950288L;
-
 static double *numbers(size_t count) {
     double *memory = malloc(count * sizeof *memory);
     assert_non_null(memory);
@@ -75,7 +73,7 @@ static void functions_agree_with_extended_precision(void **state) {
         assert_close(shim_log(near_1), (double)logl(near_1), 4e-16, 0);
         assert_close(shim_exp(small), (double)expl(small), 4e-16, 0);
         assert_close(shim_exp(70 * small), (double)expl(70 * small), 4e-16, 0);
-        assert_close(shim_cos(number), (double)cosl(2 * pi * number), 5e-16, 0x1p-60);
+        assert_close(shim_cos(number), (double)cosl(2 * M_PIl * number), 5e-16, 0x1p-60);
     }
 }
 
@@ -99,7 +97,7 @@ static long double exact_log_probability(double count, double mean) {
         return k * logl(mean) - mean - logl(factorial);
     }
     const long double rest = 1 / (12 * k) - 1 / (360 * k * k * k) + 1 / (1260 * powl(k, 5)) - 1 / (1680 * powl(k, 7));
-    return k * log_excess(relative) - 0.5L * logl(2 * pi * k) - rest;
+    return k * log_excess(relative) - 0.5L * logl(2 * M_PIl * k) - rest;
 }
 
 static void log_probability_keeps_its_digits(void **state) {
@@ -312,7 +310,7 @@ static void normals_are_box_muller_transforms(void **state) {
         uint64_t words[2];
         shim_words(7 + i, 5, 6, 1, 0, words);
         const long double radius = sqrtl(-2 * logl(shim_unit(words[0])));
-        assert_close(normals[i], (double)(radius * cosl(2 * pi * shim_unit(words[1]))), 1e-15, 1e-17);
+        assert_close(normals[i], (double)(radius * cosl(2 * M_PIl * shim_unit(words[1]))), 1e-15, 1e-17);
     }
     free(normals);
 }

@@ -8,15 +8,13 @@
 double shim_zernike(int noll, double x, double y);
 int shim_largest_noll(void);
 
-static const double kPi = 3.14159265358979323846;
-
 /* Points of the disc in polar coordinates, from the centre to the rim. */
 enum { RADII = 21, ANGLES = 16 };
 static double radius(int i) {
     return i / (RADII - 1.0);
 }
 static double angle(int k) {
-    return (k + 0.3) * 2 * kPi / ANGLES;
+    return (k + 0.3) * 2 * M_PI / ANGLES;
 }
 
 /* The first eleven as printed in Noll's table I. */
@@ -95,7 +93,7 @@ static void polynomials_are_sums_of_powers(void **state) {
 enum { NODES = 24, TURNS = 64 };
 static void gauss_legendre(double *node, double *weight) {
     for (int i = 0; i < NODES; i++) {
-        double x = cos(kPi * (i + 0.75) / (NODES + 0.5)), slope = 0;
+        double x = cos(M_PI * (i + 0.75) / (NODES + 0.5)), slope = 0;
         for (int pass = 0; pass < 8; pass++) {
             double before = 1, p = x;
             for (int k = 2; k <= NODES; k++) {
@@ -123,7 +121,7 @@ static void polynomials_are_orthonormal(void **state) {
     for (int z = 0; z < count; z++)
         for (int i = 0; i < NODES; i++)
             for (int k = 0; k < TURNS; k++) {
-                const double t = 2 * kPi * k / TURNS, share = 2 * node[i] * weight[i] / TURNS;
+                const double t = 2 * M_PI * k / TURNS, share = 2 * node[i] * weight[i] / TURNS;
                 values[z * POINTS + i * TURNS + k] =
                     sqrt(share) * shim_zernike(z + 1, node[i] * cos(t), node[i] * sin(t));
             }

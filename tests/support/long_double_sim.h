@@ -7,11 +7,9 @@
 #include "offsets.h"
 #include "scene_text.h"
 
-#define PI_L 3.14159265358979323846264338327950288L
-
 static inline long double complex cis(long double cycles) {
     cycles -= rintl(cycles);
-    return cosl(2 * PI_L * cycles) + I * sinl(2 * PI_L * cycles);
+    return cosl(2 * M_PIl * cycles) + I * sinl(2 * M_PIl * cycles);
 }
 
 typedef struct {
@@ -31,7 +29,7 @@ static inline double *doubles(size_t count) {
 
 static inline reference reference_of(const toliman_sim *sim, long double aperture_m, long double pixel_arcsec) {
     const toliman_sim_info info = sim_info_of(sim);
-    reference r = {.n = (int)info.pupil_samples, .aperture = aperture_m, .p = pixel_arcsec * PI_L / 648000};
+    reference r = {.n = (int)info.pupil_samples, .aperture = aperture_m, .p = pixel_arcsec * M_PIl / 648000};
     const size_t cells = (size_t)(r.n * r.n);
     r.wavelengths = info.wavelengths;
     r.amplitude = doubles(cells);

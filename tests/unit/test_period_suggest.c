@@ -61,7 +61,7 @@ static void search_with_the_suggestion(void **state) {
         random = random * 6364136223846793005u + 1442695040888963407u;
         const double u = (double)(random >> 11) * 0x1p-53;
         t[i] = 2460000 + 300 * u;
-        y[i] = 1e-6 * sin(2 * 3.14159265358979323846 * t[i] / 17.3) + 5;
+        y[i] = 1e-6 * sin(2 * M_PI * t[i] / 17.3) + 5;
         sigma[i] = 1e-7 * (1 + i % 3);
     }
     Suggestion s;

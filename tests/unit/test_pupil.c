@@ -3,8 +3,7 @@
 
 #include "scene_files.h"
 
-static const double kPi = 3.14159265358979323846;
-static const double kAperture = 0.125, kPixel = 0.2 * 3.14159265358979323846 / 648000, kWavelength = 550e-9;
+static const double kAperture = 0.125, kPixel = 0.2 * M_PI / 648000, kWavelength = 550e-9;
 
 enum { N = 64, SIDE = 32, PIXELS = SIDE * SIDE };
 
@@ -71,7 +70,7 @@ static void tilt_moves_the_image(void **state) {
  * pi sqrt(3) a/lambda: OPD = sqrt(3) a (2u - 1). */
 static void defocus_is_symmetric(void **state) {
     (void)state;
-    const double rms_nm = 60, x = 2 * kPi * sqrt(3) * rms_nm * 1e-9 / kWavelength;
+    const double rms_nm = 60, x = 2 * M_PI * sqrt(3) * rms_nm * 1e-9 / kWavelength;
     assert_same(image_with_zernike(4, rms_nm), image_with_zernike(4, -rms_nm), 1e-13);
     double *const image = image_with_zernike(4, rms_nm);
     for (int row = 0; row < SIDE; row++)
@@ -98,7 +97,7 @@ static void coefficients_are_rms(void **state) {
         char telescope[100];
         snprintf(telescope, sizeof telescope, "\"aberrations\": {\"zernike_rms_nm\": {\"%d\": 4}}, ", noll);
         double *const image = image_with(telescope, 0.5, 0.5);
-        const double phase = 2 * kPi * 4e-9 / kWavelength;
+        const double phase = 2 * M_PI * 4e-9 / kWavelength;
         assert_close(1 - image[axis] / sharp[axis], phase * phase, 0.03, 0);
         free(image);
     }

@@ -4,15 +4,13 @@
 #include "offsets.h"
 #include "scene_text.h"
 
-static const double kPi = 3.14159265358979323846;
-
 /* Fraction of the light of a clear round aperture in a pixel r px from the star, per steradian times the pixel area: pi
  * D^2/(4 lambda^2) (2 J1(v)/v)^2, v = pi D r/lambda. */
 static double airy(double aperture_m, double pixel_rad, double wavelength_m, double r) {
-    const double v = kPi * aperture_m * r * pixel_rad / wavelength_m;
+    const double v = M_PI * aperture_m * r * pixel_rad / wavelength_m;
     const double pattern = v > 0 ? 2 * j1(v) / v : 1;
     const double scale = aperture_m * pixel_rad / wavelength_m;
-    return kPi / 4 * scale * scale * pattern * pattern;
+    return M_PI / 4 * scale * scale * pattern * pattern;
 }
 
 static double airy_error(double pixel_arcsec, double ox, double oy) {
@@ -27,7 +25,7 @@ static double airy_error(double pixel_arcsec, double ox, double oy) {
     text = replaced_again(text, "5790}}", "5790}, \"photons_per_s\": 1e6}");
     toliman_sim *const sim = sim_of(text);
     double *const image = image_of(sim, TOLIMAN_SIM_IMAGE_BOTH);
-    const double pixel_rad = pixel_arcsec * kPi / 648000;
+    const double pixel_rad = pixel_arcsec * M_PI / 648000;
     double error = 0;
     for (int row = 0; row < 128; row++)
         for (int col = 0; col < 128; col++) {
@@ -153,7 +151,7 @@ static void energy_is_conserved(void **state) {
     assert_close(wavelength, 550e-9, 1e-15, 0);
     assert_close(none, 0, 0, 0);
     /* Airy: 1 - J0^2 - J1^2 of the light within a radius, here 51 arcsec. */
-    const double v = kPi * 0.125 * 128 * 0.4 * kPi / 648000 / 550e-9;
+    const double v = M_PI * 0.125 * 128 * 0.4 * M_PI / 648000 / 550e-9;
     assert_close(sim_info_of(sim).total_photons / photons, 1 - j0(v) * j0(v) - j1(v) * j1(v), 2e-3, 0);
     assert_true(sim_info_of(sim).total_photons < photons);
     toliman_sim_destroy(sim);
@@ -242,7 +240,7 @@ static void pupil_matches_the_scene(void **state) {
         const double t = 0.001 * ((i + 0.5) / 500 - 1);
         struts += 3 * 2e-6 * (sqrt(outer * outer - t * t) - sqrt(inner * inner - t * t));
     }
-    assert_close(sum * cell * cell, kPi * (outer * outer - inner * inner) - struts, 3e-6, 0);
+    assert_close(sum * cell * cell, M_PI * (outer * outer - inner * inner) - struts, 3e-6, 0);
     const int along = N / 2 - 1, towards = N / 2 + 30, opposite = N / 2 - 31;
     assert_at_most(amplitude[along * N + towards], 1 - 0.001 / cell + 0.05);
     assert_close(amplitude[along * N + opposite], 1, 0, 0);
@@ -250,8 +248,8 @@ static void pupil_matches_the_scene(void **state) {
     for (int row = 0; row < N; row++)
         for (int col = 0; col < N; col++) {
             const double x = (col - 47.5) * cell / outer, y = (row - 47.5) * cell / outer, r = hypot(x, y);
-            const double g = 0.819 * cos(2 * kPi * 2.918 * r - 7 * atan2(y, x) + 4.874) +
-                             0.93 * cos(2 * kPi * 1.829 * r + 5 * atan2(y, x));
+            const double g = 0.819 * cos(2 * M_PI * 2.918 * r - 7 * atan2(y, x) + 4.874) +
+                             0.93 * cos(2 * M_PI * 1.829 * r + 5 * atan2(y, x));
             assert_close(opd[row * N + col], g > 0 ? 297.5e-9 : 0, 1e-15, 0);
         }
     toliman_sim_destroy(sim);
@@ -264,7 +262,7 @@ static void times_and_displacements(void **state) {
     assert_ok(toliman_sim_get_series(sim, 97, 3, times, displacements));
     for (int i = 0; i < 3; i++) {
         assert_close(times[i], 2 * (97 + i), 0, 0);
-        assert_close(displacements[i], 1e-3 * sin(2 * kPi * 2 * (97 + i) / 40), 0, 1e-16);
+        assert_close(displacements[i], 1e-3 * sin(2 * M_PI * 2 * (97 + i) / 40), 0, 1e-16);
     }
     assert_close(sim_info_of(sim).max_displacement_px, 1e-3, 1e-12, 0);
     assert_close(sim_info_of(sim).min_displacement_px, -1e-3, 1e-12, 0);

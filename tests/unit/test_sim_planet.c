@@ -4,7 +4,6 @@
 
 #include "scene_text.h"
 
-static const double kPi = 3.14159265358979323846;
 static const char *const kSinusoid =
     "{\"kind\": \"sinusoid\", \"star\": \"B\", \"amplitude_px\": 1e-3, \"period_days\": 40}";
 
@@ -68,7 +67,7 @@ static void a_circular_orbit_is_a_sinusoid(void **state) {
     assert_ok(toliman_sim_get_series(same, 0, 100, NULL, of_sinusoid));
     for (int i = 0; i < 100; i++) {
         assert_close(of_planet[i], of_sinusoid[i], 0, 0);
-        const double mean = 2 * kPi * times[i] / info.period_days + 0.7;
+        const double mean = 2 * M_PI * times[i] / info.period_days + 0.7;
         assert_close(of_planet[i], info.amplitude_px * sin(mean), 0, 1e-14 * info.amplitude_px);
         assert_close(of_shifted[i], info.amplitude_px * cos(mean), 0, 1e-14 * info.amplitude_px);
     }

@@ -1,6 +1,5 @@
-// Method: the nearest name by Levenshtein distance, at most 2 and less than the length of the name. Messages of CLI11
-// are parsed and rewritten in the form of all others, "--option value: must be RANGE", since CLI11 offers no other
-// hook.
+// Method: messages of CLI11 are parsed and rewritten in the form of all others, "--option value: must be RANGE", since
+// CLI11 offers no other hook.
 #include "options/suggest.hpp"
 
 #include <algorithm>
@@ -9,28 +8,12 @@
 #include <sstream>
 #include <vector>
 
+#include "base/nearest_word.hpp"
 #include "options/command.hpp"
 
 namespace cli {
 
 namespace {
-
-// Levenshtein distance. The library has the same for scene keys, but does not export it.
-size_t distance(const std::string &a, const std::string &b) {
-    std::vector<size_t> row(b.size() + 1);
-    for (size_t j = 0; j <= b.size(); j++)
-        row[j] = j;
-    for (size_t i = 1; i <= a.size(); i++) {
-        size_t diagonal = row[0];
-        row[0] = i;
-        for (size_t j = 1; j <= b.size(); j++) {
-            const size_t changed = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
-            diagonal = row[j];
-            row[j] = std::min({changed, row[j] + 1, row[j - 1] + 1});
-        }
-    }
-    return row[b.size()];
-}
 
 void add_options(const CLI::App &app, std::vector<std::string> &names) {
     for (const CLI::Option *option : options_of(app))
@@ -158,16 +141,8 @@ std::string unknown_word(const CLI::App &app, int argc, char **argv) {
 } // namespace
 
 std::string did_you_mean(const std::string &word, const std::vector<std::string> &names) {
-    size_t least = 3;
-    std::string best;
-    for (const std::string &name : names) {
-        const size_t far = distance(word, name);
-        if (far < std::min(least, name.size())) {
-            least = far;
-            best = name;
-        }
-    }
-    return best.empty() ? "" : " (did you mean " + best + "?)";
+    const std::string nearest = toliman::nearest_word(word, names);
+    return nearest.empty() ? "" : " (did you mean " + nearest + "?)";
 }
 
 std::string command_line_error(const CLI::ParseError &error, const CLI::App &app, int argc, char **argv) {
