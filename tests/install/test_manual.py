@@ -112,8 +112,9 @@ class Completion(unittest.TestCase):
         typed = [part for word in words for part in (re.split("(=)", word) if "=" in word else [word])]
         while "" in typed[:-1]:
             typed.remove("")
-        script = ('. "$1"; shift; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); eval "$(complete -p toliman | '
-                  'sed \'s/.*-F \\([^ ]*\\).*/\\1/\')"; printf "%s\\n" "${COMPREPLY[@]}"')
+        typed[0] = str(PROGRAM)
+        script = ('. "$1"; shift; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); "$(complete -p toliman | '
+                  'sed \'s/.*-F \\([^ ]*\\).*/\\1/\')" "$1"; printf "%s\\n" "${COMPREPLY[@]}"')
         done = subprocess.run(["bash", "--norc", "-euc", script, "bash", SHARE / "bash-completion/completions/toliman",
                                *typed], capture_output=True, text=True, check=True)
         self.assertEqual(done.stderr, "")
