@@ -161,9 +161,9 @@ class Job {
         grid.set("f0", grid_.f0).set("df", grid_.df).set("nf", static_cast<double>(grid_.nf));
         json.set("schema", "toliman-mpi/2").set("version", toliman_version());
         json.set("scene", toliman_sim_get_name(scene_.sim.get())).set("estimator", network_ ? "cae" : "template");
-        json.set_whole("seed", seed).set("frames", static_cast<double>(toliman_period_count(sum.get())));
+        json.set("seed", seed).set("frames", static_cast<double>(toliman_period_count(sum.get())));
         json.set("period_days", peak.period).set("half_width_period_days", peak.half_width_period);
-        json.set("fwhm_period_days", peak.fwhm_period).set_flag("at_edge", (peak.flags & TOLIMAN_PERIOD_AT_EDGE) != 0);
+        json.set("fwhm_period_days", peak.fwhm_period).set("at_edge", (peak.flags & TOLIMAN_PERIOD_AT_EDGE) != 0);
         json.set("power", peak.power).set("log10_fap", peak.log10_fap);
         json.set("grid", std::move(grid)).set("digest", digest(sum));
         return json.line();

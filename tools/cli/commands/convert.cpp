@@ -2,7 +2,7 @@
 #include "common/content.hpp"
 #include "common/failure.hpp"
 #include "common/output.hpp"
-#include "common/suffix.hpp"
+#include "common/text.hpp"
 #include "frames/frames_in.hpp"
 #include "frames/frames_out.hpp"
 #include "options/command.hpp"
@@ -51,16 +51,10 @@ void convert(const Options &options, Progress &progress) {
 void add_convert(CLI::App &app, Context &context) {
     CLI::App *command = app.add_subcommand("convert", kDescription);
     auto options = std::make_shared<Options>();
-    command->add_option("IN", options->in, "file to read: .npy, .fits or .fits.fz")->type_name("")->required();
-    command->add_option("OUT", options->out, "file to write: .npy or .fits; - writes .npy to standard output")
-        ->type_name("")
+    add_option(command, "IN", options->in, "", "file to read: .npy, .fits or .fits.fz")->required();
+    add_option(command, "OUT", options->out, "", "file to write: .npy or .fits; - writes .npy to standard output")
         ->required();
-    command->callback([&context, options] {
-        context.action = [&context, options] {
-            Progress progress(context.style());
-            convert(*options, progress);
-        };
-    });
+    set_action(*command, context, options, convert);
 }
 
 } // namespace cli

@@ -16,6 +16,7 @@
 #include "common/failure.hpp"
 #include "common/json.hpp"
 #include "common/output.hpp"
+#include "common/text.hpp"
 #include "frames/fits.hpp"
 #include "options/command.hpp"
 
@@ -83,7 +84,7 @@ std::string cpu_name() {
 }
 
 struct Health {
-    toliman_machine machine = {};
+    toliman_machine machine = toliman::sized<toliman_machine>();
     std::string cpu = cpu_name();
     std::vector<std::string> sets; // instruction sets of the CPU
     double gflops = 0;
@@ -93,9 +94,7 @@ struct Health {
 };
 
 std::string rounded(double value) {
-    char text[40];
-    std::snprintf(text, sizeof text, value < 10 ? "%.1f" : "%.0f", value);
-    return text;
+    return formatted(value < 10 ? "%.1f" : "%.0f", value);
 }
 
 void find_problems(Health &health) {
@@ -124,7 +123,6 @@ void find_problems(Health &health) {
 
 Health examine(const std::string &folder) {
     Health health;
-    health.machine.struct_size = sizeof health.machine;
     toliman::check(toliman_get_machine(&health.machine));
     for (const char *set : kSets) {
         health.sets.emplace_back(set);
@@ -134,19 +132,10 @@ Health examine(const std::string &folder) {
     toliman::check(toliman_get_blas_speed(&health.gflops));
     float version = 0;
     ::fits_get_version(&version);
-    char text[32];
-    std::snprintf(text, sizeof text, "%.2f", static_cast<double>(version));
-    health.cfitsio = text;
+    health.cfitsio = formatted("%.2f", static_cast<double>(version));
     health.sync = sync_in(folder);
     find_problems(health);
     return health;
-}
-
-std::string joined(const std::vector<std::string> &words, const char *between) {
-    std::string text;
-    for (const std::string &word : words)
-        text += (text.empty() ? "" : between) + word;
-    return text;
 }
 
 std::string verdict(const Health &health) {
@@ -155,25 +144,18 @@ std::string verdict(const Health &health) {
     return health.warnings.empty() ? "ready" : "ready, but " + joined(health.warnings, "; ");
 }
 
-JsonTree array_of(const std::vector<std::string> &words) {
-    JsonTree array(cJSON_CreateArray());
-    for (const std::string &word : words)
-        cJSON_AddItemToArray(array.get(), cJSON_CreateString(word.c_str()));
-    return array;
-}
-
 std::string as_json(const Health &health) {
     const toliman_machine &machine = health.machine;
     Json json;
     json.set("schema", "toliman-doctor/1").set("version", toliman_version());
     json.set("abi_version", toliman_abi_version()).set("cpu", health.cpu).set("processors", machine.processors);
-    json.set("isa", machine.isa).set("isa_available", array_of(health.sets));
+    json.set("isa", machine.isa).set("isa_available", health.sets);
     json.set("blas_core", machine.blas_core).set("blas_config", machine.blas_config);
-    json.set("blas_threads", machine.blas_threads).set_flag("blas_is_slow", machine.blas_is_slow != 0);
+    json.set("blas_threads", machine.blas_threads).set("blas_is_slow", machine.blas_is_slow != 0);
     json.set("blas_gflops", health.gflops).set("fftw", machine.fftw).set("zlib", ::zlibVersion());
     json.set("cjson", ::cJSON_Version()).set("cfitsio", health.cfitsio).set("cli11", CLI11_VERSION);
     json.set("fsync_ms", health.sync.milliseconds).set("fsync_folder", health.sync.folder);
-    json.set_flag("ready", health.problems.empty()).set("verdict", verdict(health));
+    json.set("ready", health.problems.empty()).set("verdict", verdict(health));
     return json.text();
 }
 
@@ -181,7 +163,7 @@ void print(const Health &health) {
     const toliman_machine &machine = health.machine;
     std::printf("libtoliman   %s, ABI %d\n", toliman_version(), toliman_abi_version());
     std::printf("CPU          %s, %d processors\n", health.cpu.c_str(), machine.processors);
-    std::printf("kernels      %s in use; this CPU has %s\n", machine.isa, joined(health.sets, ", ").c_str());
+    std::printf("kernels      %s in use; this CPU has %s\n", machine.isa, joined(health.sets).c_str());
     std::printf("OpenBLAS     %s kernels, %s; %d thread(s), %.0f GFLOP/s (%s)\n", machine.blas_core,
                 machine.blas_is_slow != 0 ? "older than the CPU" : "suited to the CPU", machine.blas_threads,
                 health.gflops, machine.blas_config);
@@ -216,8 +198,7 @@ void add_doctor(CLI::App &app, Context &context) {
     };
     CLI::App *command = app.add_subcommand("doctor", kDescription);
     auto options = std::make_shared<Options>();
-    command->add_option("FOLDER", options->folder, "folder whose disk is tested; default: the current one")
-        ->type_name("");
+    add_option(command, "FOLDER", options->folder, "", "folder whose disk is tested; default: the current one");
     command->add_flag("--json", options->json, "print JSON, schema toliman-doctor/1");
     command->callback([&context, options] { context.action = [options] { doctor(options->folder, options->json); }; });
 }

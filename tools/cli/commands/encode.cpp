@@ -4,7 +4,9 @@
 #include <utility>
 
 #include "common/failure.hpp"
+#include "common/library.hpp"
 #include "common/output.hpp"
+#include "common/text.hpp"
 #include "frames/frames_in.hpp"
 #include "frames/network.hpp"
 #include "options/command.hpp"
@@ -55,12 +57,6 @@ constexpr double kFarSigmas = 1000;
 constexpr double kChiSquareSigma = 0.00552; // sqrt(2/65536)
 constexpr double kFarChiSquare = 5 * kChiSquareSigma;
 
-std::string text_of(double value) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.3g", value);
-    return text;
-}
-
 void shape_of(const std::string &text, size_t &rows, size_t &cols) {
     rows = cols = 0;
     if (text.empty())
@@ -96,10 +92,10 @@ void encode_frame(const Network &network, const std::vector<double> &pixels, con
 // the chi-square.
 std::string complaint_of(double latent, double chi_square, const toliman_cae_info &info) {
     if (info.cosine > 0 && std::fabs(latent) > kFarSigmas * info.crb_px)
-        return "a latent of " + text_of(latent) + " px is far beyond the noise of " + text_of(info.crb_px) + " px";
+        return formatted("a latent of %.3g px is far beyond the noise of %.3g px", latent, info.crb_px);
     if (!(std::fabs(chi_square - 1) <= kFarChiSquare))
-        return "a chi-square of " + text_of(chi_square) + " differs from 1 +- " + text_of(kChiSquareSigma) +
-               ", that of the scene's noise";
+        return formatted("a chi-square of %.3g differs from 1 +- %.3g, that of the scene's noise", chi_square,
+                         kChiSquareSigma);
     return "";
 }
 
@@ -148,27 +144,18 @@ void encode(const EncodeOptions &options, Progress &progress) {
 void add_encode(CLI::App &app, Context &context) {
     CLI::App *command = app.add_subcommand("encode", kEncodeDescription);
     auto options = std::make_shared<EncodeOptions>();
-    command->add_option("--weights", options->weights, "weights file of `toliman train`")
-        ->type_name("FILE")
-        ->required();
+    add_option(command, "--weights", options->weights, "FILE", "weights file of `toliman train`")->required();
     command
         ->add_option("--dtype", options->dtype,
                      "pixel type of files without header: u16le, u32le, i16le, f32le, or big-endian u16be, u32be, "
                      "i16be, f32be")
         ->check(CLI::IsMember(dtypes()));
-    command->add_option("--shape", options->shape, "size of the frames in files without header: ROWSxCOLS")
-        ->type_name("ROWSxCOLS");
-    command
-        ->add_option("FRAMES", options->files,
-                     ".npy and FITS files, or files without header with --dtype and --shape; - reads standard input")
-        ->type_name("")
+    add_option(command, "--shape", options->shape, "ROWSxCOLS",
+               "size of the frames in files without header: ROWSxCOLS");
+    add_option(command, "FRAMES", options->files, "",
+               ".npy and FITS files, or files without header with --dtype and --shape; - reads standard input")
         ->required();
-    command->callback([&context, options] {
-        context.action = [&context, options] {
-            Progress progress(context.style());
-            encode(*options, progress);
-        };
-    });
+    set_action(*command, context, options, encode);
 }
 
 } // namespace cli

@@ -155,7 +155,7 @@ void add_experiment(CLI::App &app, Context &context) {
     auto amplitudes = std::make_shared<std::vector<std::string>>();
     auto quick = std::make_shared<bool>(false);
     add_scene(*command, options->scene);
-    command->add_option("--out", options->folder, "folder for the results")->type_name("FOLDER")->required();
+    add_option(command, "--out", options->folder, "FOLDER", "folder for the results")->required();
     CLI::Option *ladder =
         command->add_option("--amplitudes", *amplitudes, "signal amplitudes in px, default 1e-2,1e-3,1e-4,1e-5,1e-6")
             ->delimiter(',')
@@ -177,25 +177,22 @@ void add_experiment(CLI::App &app, Context &context) {
     command->add_flag("--quick", *quick,
                       "change the defaults: 3 seeds, 30 series without signal, table real, no cae-unsupervised");
     command->add_flag("--json", options->as_json, "print experiment.json instead of the tables");
-    command->callback([&context, options, amplitudes, quick, ladder, methods, tables, seeds, blind] {
-        CampaignOptions &campaign = options->campaign;
-        if (ladder->count() > 0)
-            campaign.amplitudes = amplitudes_of(*amplitudes);
-        check_names("--methods", campaign.methods);
-        check_names("--tables", campaign.tables);
-        if (*quick && methods->count() == 0)
-            remove_slow(campaign.methods);
-        if (*quick && tables->count() == 0)
-            campaign.tables = {"real"};
-        if (*quick && seeds->count() == 0)
-            campaign.seeds = 3;
-        if (*quick && blind->count() == 0)
-            campaign.blind = 30;
-        context.action = [&context, options] {
-            Progress progress(context.style());
-            experiment(*options, progress);
-        };
-    });
+    set_action(*command, context, options, experiment,
+               [options, amplitudes, quick, ladder, methods, tables, seeds, blind] {
+                   CampaignOptions &campaign = options->campaign;
+                   if (ladder->count() > 0)
+                       campaign.amplitudes = amplitudes_of(*amplitudes);
+                   check_names("--methods", campaign.methods);
+                   check_names("--tables", campaign.tables);
+                   if (*quick && methods->count() == 0)
+                       remove_slow(campaign.methods);
+                   if (*quick && tables->count() == 0)
+                       campaign.tables = {"real"};
+                   if (*quick && seeds->count() == 0)
+                       campaign.seeds = 3;
+                   if (*quick && blind->count() == 0)
+                       campaign.blind = 30;
+               });
 }
 
 } // namespace cli

@@ -119,21 +119,14 @@ void merge(Options &options, Progress &progress) {
 void add_merge(CLI::App &app, Context &context) {
     CLI::App *command = app.add_subcommand("merge", kDescription);
     auto options = std::make_shared<Options>();
-    command->add_option("STATES", options->files, "files of `toliman period --save-state`, or state folders")
-        ->type_name("")
+    add_option(command, "STATES", options->files, "", "files of `toliman period --save-state`, or state folders")
         ->required();
-    command
-        ->add_option("--out", options->out, "file to write (.tlmp; - writes to standard output), or folder to create")
-        ->type_name("PATH")
+    add_option(command, "--out", options->out, "PATH",
+               "file to write (.tlmp; - writes to standard output), or folder to create")
         ->required();
     command->add_flag("--salvage", options->salvage, "skip damaged records of a folder's ledger, and report them");
     options->setup.add_to(*command);
-    command->callback([&context, options] {
-        context.action = [&context, options] {
-            Progress progress(context.style());
-            merge(*options, progress);
-        };
-    });
+    set_action(*command, context, options, merge);
 }
 
 } // namespace cli

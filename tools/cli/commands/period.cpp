@@ -133,8 +133,7 @@ Periodogram from_sums(toliman::periodogram &&handle) {
     toliman_period_peak &peak = result.peak;
     peak.struct_size = sizeof peak;
     toliman::check(toliman_period_query_peak(result.handle.get(), &peak));
-    toliman_period_model model = {};
-    model.struct_size = sizeof model;
+    auto model = toliman::sized<toliman_period_model>();
     const auto nearest = static_cast<int64_t>(std::lround((peak.frequency - info.f0) / info.df));
     toliman::check(toliman_period_query_model(result.handle.get(), nearest, &model));
     peak.amplitude = model.amplitude;
@@ -217,15 +216,10 @@ void add_period(CLI::App &app, Context &context) {
     CLI::App *command = app.add_subcommand("period", kDescription);
     auto options = std::make_shared<Options>();
     CLI::Option *file =
-        command
-            ->add_option(
-                "FILE", options->file,
-                "series t,y or t,y,sigma: text, JSON Lines or .npy; - reads text or JSON Lines from standard input")
-            ->type_name("");
-    command
-        ->add_option("--columns", options->columns,
-                     "names of the columns to use: T,Y or T,Y,SIGMA; default t,y and, if present, sigma")
-        ->type_name("NAMES");
+        add_option(command, "FILE", options->file, "",
+                   "series t,y or t,y,sigma: text, JSON Lines or .npy; - reads text or JSON Lines from standard input");
+    add_option(command, "--columns", options->columns, "NAMES",
+               "names of the columns to use: T,Y or T,Y,SIGMA; default t,y and, if present, sigma");
     command->add_option("--f0", options->f0, "first frequency in cycles per unit of t, default 1.5/T");
     command->add_option("--df", options->df, "frequency step in cycles per unit of t, default 1/(10 T)");
     command->add_option("--nf", options->nf, "number of frequencies, default up to the frequency 1/(2 median dt)");
@@ -239,18 +233,15 @@ void add_period(CLI::App &app, Context &context) {
     command->add_option("--sigma-ceiling", options->sums.sigma_ceiling,
                         "largest sigma allowed; default from the samples");
     command->add_option("--peaks", options->peaks, "number of peaks to list, default 1")->check(CLI::Range(1u, 64u));
-    command
-        ->add_option("--save-state", options->save_state,
-                     "write the sums to this file (.tlmp), for --from-state and merge")
-        ->type_name("FILE");
-    CLI::Option *state = command->add_option("--from-state", options->from_state, "continue from the sums in this file")
-                             ->type_name("FILE");
+    add_option(command, "--save-state", options->save_state, "FILE",
+               "write the sums to this file (.tlmp), for --from-state and merge");
+    CLI::Option *state =
+        add_option(command, "--from-state", options->from_state, "FILE", "continue from the sums in this file");
     for (const char *name :
          {"--f0", "--df", "--nf", "--fixed-mean", "--value-bound", "--sigma-floor", "--sigma-ceiling"})
         state->excludes(command->get_option(name)); // contained in the state
     command->add_flag("--json", options->as_json, "print JSON, schema toliman-period/2");
-    command->add_option("--power", options->power_file, "write the power at every frequency to this .npy file")
-        ->type_name("FILE");
+    add_option(command, "--power", options->power_file, "FILE", "write the power at every frequency to this .npy file");
     command
         ->add_option("--normalisation", options->normalisation,
                      "normalisation of --power: standard (default), model, log or psd, as in astropy")
@@ -261,13 +252,9 @@ void add_period(CLI::App &app, Context &context) {
         follow->excludes(command->get_option(name)); // of a result at the end
     command->add_flag("--strict", options->strict, "with --follow: exit with code 4 if lines were skipped")
         ->needs(follow);
-    command->callback([&context, options, file] {
+    set_action(*command, context, options, period, [options, file] {
         if (file->count() == 0 && (options->from_state.empty() || options->follow))
             throw CLI::RequiredError("FILE");
-        context.action = [&context, options] {
-            Progress progress(context.style());
-            period(*options, progress);
-        };
     });
 }
 

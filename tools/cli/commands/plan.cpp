@@ -5,7 +5,7 @@
 #include "common/failure.hpp"
 #include "common/json.hpp"
 #include "common/output.hpp"
-#include "common/size_text.hpp"
+#include "common/text.hpp"
 #include "options/command.hpp"
 #include "scenes/scene.hpp"
 
@@ -116,10 +116,10 @@ std::string as_json(const toliman_sim_plan_info &plan, const std::string &scene)
     json.set("schema", "toliman-plan/1").set("scene", scene).set("engine", engine_name(plan));
     json.set("accuracy", plan.accuracy).set("scene_wavelengths", plan.scene_wavelengths);
     json.set("wavelengths", plan.wavelengths).set("order", plan.order).set("exact_frames", plan.exact_frames);
-    json.set("anchors", static_cast<double>(plan.anchors)).set("orbit_px", plan.orbit_px);
-    json.set("place_order", static_cast<double>(plan.place_order));
+    json.set("anchors", plan.anchors).set("orbit_px", plan.orbit_px);
+    json.set("place_order", plan.place_order);
     json.set("oversampling", plan.oversampling).set("filter_taps", plan.filter_taps);
-    json.set("pupil_samples", static_cast<double>(plan.pupil_samples));
+    json.set("pupil_samples", plan.pupil_samples);
     json.set("stages", std::move(stages_there)).set("errors", std::move(errors));
     json.set("setup_flops", plan.setup_flops).set("frame_flops", plan.frame_flops).set("bytes", plan.bytes);
     json.set("setup_s", plan.setup_s).set("frame_s", plan.frame_s);
@@ -127,15 +127,13 @@ std::string as_json(const toliman_sim_plan_info &plan, const std::string &scene)
 }
 
 void plan(const Options &options, Progress &progress) {
-    toliman_sim_options how;
-    toliman_sim_options_init(&how, sizeof how);
+    auto how = toliman::sized<toliman_sim_options>();
     how.log = Progress::log;
     how.log_data = &progress;
     how.engine = options.engine == "fft"    ? TOLIMAN_SIM_ENGINE_PADDED_FFT
                  : options.engine == "mdft" ? TOLIMAN_SIM_ENGINE_MATRIX_DFT
                                             : 0;
-    toliman_sim_plan_info found = {};
-    found.struct_size = sizeof found;
+    auto found = toliman::sized<toliman_sim_plan_info>();
     toliman::check(toliman_sim_plan_file(scene_path(options.scene, how).c_str(), &how, &found));
     if (options.as_json)
         print_stdout(as_json(found, options.scene));
@@ -154,12 +152,7 @@ void add_plan(CLI::App &app, Context &context) {
                      "propagation: matrix DFT (mdft), padded FFT (fft, that of the book chapter) or auto (default)")
         ->check(CLI::IsMember({"auto", "mdft", "fft"}));
     command->add_flag("--json", options->as_json, "print JSON, schema toliman-plan/1");
-    command->callback([&context, options] {
-        context.action = [&context, options] {
-            Progress progress(context.style());
-            plan(*options, progress);
-        };
-    });
+    set_action(*command, context, options, plan);
 }
 
 } // namespace cli

@@ -82,8 +82,8 @@ void print_json(const Scene &whole, const MaskedScene &scene, const Options &opt
                 const Found &best, uint64_t tried) {
     Json json;
     json.set("schema", "toliman-pupil/1").set("version", toliman_version());
-    json.set("scene", toliman_sim_get_name(whole.sim.get())).set_whole("seed", options.limits.seed);
-    json.set("judged", static_cast<double>(tried));
+    json.set("scene", toliman_sim_get_name(whole.sim.get())).set("seed", options.limits.seed);
+    json.set("judged", tried);
     json.set("crb_before_px", own.crb_px).set("crb_px", best.score.crb_px);
     json.set("peak_to_mean_before", own.peak_to_mean).set("peak_to_mean", best.score.peak_to_mean);
     json.set("light_in_frame_before", own.light_in_frame).set("light_in_frame", best.score.light_in_frame);
@@ -140,10 +140,8 @@ void add_pupil(CLI::App &app, Context &context) {
     CLI::App *command = app.add_subcommand("pupil", kDescription);
     auto options = std::make_shared<Options>();
     add_scene(*command, options->scene);
-    command
-        ->add_option("--out", options->out,
-                     "write the scene with the best mask to this file; - writes to standard output")
-        ->type_name("FILE");
+    add_option(command, "--out", options->out, "FILE",
+               "write the scene with the best mask to this file; - writes to standard output");
     CLI::Option *minutes =
         command->add_option("--minutes", options->limits.minutes, "time limit in minutes; default: none");
     CLI::Option *count =
@@ -153,15 +151,11 @@ void add_pupil(CLI::App &app, Context &context) {
             ->check(CLI::Range(1u, 1000000000u));
     add_seed(*command, options->limits.seed, "seed of the random masks, default 1");
     command->add_flag("--json", options->as_json, "print JSON, schema toliman-pupil/1");
-    command->callback([&context, options, minutes, count] {
+    set_action(*command, context, options, pupil, [options, minutes, count] {
         if (minutes->count() > 0 && !(options->limits.minutes > 0 && options->limits.minutes <= kMostMinutes))
             throw CLI::ValidationError("--minutes", "must be above 0 and at most 100000");
         if (minutes->count() == 0 && count->count() == 0)
             options->limits.count = kDefaultCount;
-        context.action = [&context, options] {
-            Progress progress(context.style());
-            pupil(*options, progress);
-        };
     });
 }
 

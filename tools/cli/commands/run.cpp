@@ -5,11 +5,11 @@
 #include <filesystem>
 
 #include "common/content.hpp"
-#include "common/decimals.hpp"
 #include "common/failure.hpp"
 #include "common/input.hpp"
 #include "common/json.hpp"
 #include "common/output.hpp"
+#include "common/text.hpp"
 #include "experiment/pipeline.hpp"
 #include "options/command.hpp"
 #include "options/seed.hpp"
@@ -85,7 +85,7 @@ Json result_json(const Scene &scene, const Pipeline &pipeline) {
     timings.set("total_s", spent.total);
 
     json.set("schema", "toliman-run/2").set("version", toliman_version());
-    json.set("scene", toliman_sim_get_name(scene.sim.get())).set_whole("seed", pipeline.seed);
+    json.set("scene", toliman_sim_get_name(scene.sim.get())).set("seed", pipeline.seed);
     json.set("scene_folder", std::filesystem::absolute(folder_of(scene.path)).lexically_normal().string());
     json.set("frames", static_cast<double>(info.frames)).set("amplitude_px", info.amplitude_px);
     json.set("amplitude_uas", info.amplitude_uas);
@@ -99,12 +99,12 @@ Json result_json(const Scene &scene, const Pipeline &pipeline) {
     json.set("cosine", pipeline.training.cosine).set("period_days", peak.period);
     json.set("half_width_period_days", peak.half_width_period).set("fwhm_period_days", peak.fwhm_period);
     json.set("period_error_days", peak.period_error);
-    json.set_flag("at_edge", (peak.flags & TOLIMAN_PERIOD_AT_EDGE) != 0);
+    json.set("at_edge", (peak.flags & TOLIMAN_PERIOD_AT_EDGE) != 0);
     json.set("fitted_amplitude_px", peak.amplitude).set("log10_fap", peak.log10_fap);
     json.set("mmse", pipeline.mmse).set("photon_floor", pipeline.photon_floor).set("mssim", pipeline.mssim);
     json.set("power_at_fap_1e-3", pipeline.false_alarm_power);
     json.set("decoder", std::move(decoder)).set("template", std::move(of_template));
-    true_peak.period > 0 ? json.set("true_series", std::move(truth)) : json.set_null("true_series");
+    true_peak.period > 0 ? json.set("true_series", std::move(truth)) : json.set("true_series", nullptr);
     json.set("no_signal", std::move(no_signal)).set("untrained", std::move(untrained));
     json.set("grid", std::move(grid)).set("timings", std::move(timings));
     return json;
@@ -215,21 +215,13 @@ void add_run(CLI::App &app, Context &context) {
     CLI::App *command = app.add_subcommand("run", kDescription);
     auto options = std::make_shared<Options>();
     add_scene(*command, options->scene);
-    command
-        ->add_option("--out", options->folder,
-                     "folder for the results; default NAME.run, where NAME is the name of the scene, or scene.run if "
-                     "it has none")
-        ->type_name("FOLDER");
+    add_option(command, "--out", options->folder, "FOLDER",
+               "folder for the results; default NAME.run, where NAME is the name of the scene, or scene.run if "
+               "it has none");
     CLI::Option *seed =
         add_seed(*command, options->seed, "seed of the noise and the initial weights; default: the scene's");
     command->add_flag("--json", options->as_json, "print result.json instead of the summary");
-    command->callback([&context, options, seed] {
-        options->seed_given = seed->count() > 0;
-        context.action = [&context, options] {
-            Progress progress(context.style());
-            run(*options, progress);
-        };
-    });
+    set_action(*command, context, options, run, [options, seed] { options->seed_given = seed->count() > 0; });
 }
 
 } // namespace cli

@@ -4,7 +4,7 @@
 
 #include "common/failure.hpp"
 #include "common/output.hpp"
-#include "common/suffix.hpp"
+#include "common/text.hpp"
 #include "frames/frames_out.hpp"
 #include "options/command.hpp"
 #include "options/seed.hpp"
@@ -151,32 +151,22 @@ void add_psf(CLI::App &app, Context &context) {
     CLI::App *command = app.add_subcommand("psf", kPsfDescription);
     auto options = std::make_shared<Options>();
     add_scene(*command, options->scene);
-    command->add_option("--out", options->out, "output file, .npy or .fits; - writes .npy to standard output")
-        ->type_name("FILE")
+    add_option(command, "--out", options->out, "FILE", "output file, .npy or .fits; - writes .npy to standard output")
         ->required();
     command->add_option("--star", options->star, "stars in the image: A, B or both (default)")
         ->check(CLI::IsMember({"A", "B", "both"}));
-    command->callback([&context, options] {
-        context.action = [&context, options] {
-            Progress progress(context.style());
-            psf(*options, progress);
-        };
-    });
+    set_action(*command, context, options, psf);
 }
 
 void add_simulate(CLI::App &app, Context &context) {
     CLI::App *command = app.add_subcommand("simulate", kSimulateDescription);
     auto options = std::make_shared<Options>();
     add_scene(*command, options->scene);
-    command
-        ->add_option("--out", options->out,
-                     "output file, .npy, .bin or .fits; with --session a folder; - writes .npy to standard output")
-        ->type_name("PATH")
+    add_option(command, "--out", options->out, "PATH",
+               "output file, .npy, .bin or .fits; with --session a folder; - writes .npy to standard output")
         ->required();
-    command
-        ->add_option("--frames", options->frames,
-                     "frames FIRST to END - 1: FIRST:END, FIRST:, :END or one number; default all of the cadence")
-        ->type_name("RANGE");
+    add_option(command, "--frames", options->frames, "RANGE",
+               "frames FIRST to END - 1: FIRST:END, FIRST:, :END or one number; default all of the cadence");
     CLI::Option *seed = add_seed(*command, options->seed, "seed of the noise; default: the scene's");
     CLI::Option *session = command->add_option("--session", options->session,
                                                "write the mission's pair of files, with this session name, into --out");
@@ -188,13 +178,7 @@ void add_simulate(CLI::App &app, Context &context) {
                      "bits per pixel of the pair; default: the scene's, otherwise 12 for u16le and 32 for u32le")
         ->needs(session)
         ->check(CLI::Range(1, 32));
-    command->callback([&context, options, seed] {
-        options->seed_given = seed->count() > 0;
-        context.action = [&context, options] {
-            Progress progress(context.style());
-            simulate(*options, progress);
-        };
-    });
+    set_action(*command, context, options, simulate, [options, seed] { options->seed_given = seed->count() > 0; });
 }
 
 } // namespace cli

@@ -1,11 +1,10 @@
 // toliman status, toliman rebuild: the contents of a state folder, and its sums for another grid, clock or epoch.
 #include <algorithm>
-#include <cstdarg>
-#include <cstdio>
 
 #include "common/failure.hpp"
 #include "common/input.hpp"
 #include "common/output.hpp"
+#include "common/text.hpp"
 #include "downlink/ledger_report.hpp"
 #include "downlink/setup_options.hpp"
 #include "downlink/state_folder.hpp"
@@ -73,29 +72,20 @@ struct RebuildOptions : Options {
 
 constexpr size_t kShownSessions = 20;
 
-std::string row(const char *format, ...) __attribute__((format(printf, 1, 2)));
-std::string row(const char *format, ...) {
-    char text[300];
-    va_list arguments;
-    va_start(arguments, format);
-    std::vsnprintf(text, sizeof text, format, arguments);
-    va_end(arguments);
-    return text;
-}
-
 // The settings that the folder was created with.
 std::string settings_text(const toliman::tracker &tracker, const toliman_track_options &how) {
     const auto number = [](int64_t value) { return static_cast<long long>(value); };
-    std::string text = row("  grid        %.6g + k %.6g per day, %lld frequencies; time 0 at TAI %lld ns\n", how.f0,
-                           how.df, number(how.nf), number(how.time_offset_ns));
-    text += row("  clock       %s\n", clock_of(tracker).empty() ? "the camera's time is TAI" : "a table of pairs");
-    text += row("  frames      %lldx%lld of %u bits", number(how.rows), number(how.cols), how.bit_depth);
+    std::string text = formatted("  grid        %.6g + k %.6g per day, %lld frequencies; time 0 at TAI %lld ns\n",
+                                 how.f0, how.df, number(how.nf), number(how.time_offset_ns));
+    text +=
+        formatted("  clock       %s\n", clock_of(tracker).empty() ? "the camera's time is TAI" : "a table of pairs");
+    text += formatted("  frames      %lldx%lld of %u bits", number(how.rows), number(how.cols), how.bit_depth);
     if (how.image_rows != how.rows || how.image_cols != how.cols)
-        text += row(", cropped to %lldx%lld from row %lld, column %lld%s", number(how.image_rows * how.bin),
-                    number(how.image_cols * how.bin), number(how.crop_row), number(how.crop_col),
-                    how.bin > 1 ? row(", binned %lldx%lld", number(how.bin), number(how.bin)).c_str() : "");
-    return text + row("\n  estimator   %016llx, sigma %.3g px, values beyond %.3g px are outliers\n",
-                      static_cast<unsigned long long>(how.estimator_id), how.sigma, how.value_limit);
+        text += formatted(", cropped to %lldx%lld from row %lld, column %lld%s", number(how.image_rows * how.bin),
+                          number(how.image_cols * how.bin), number(how.crop_row), number(how.crop_col),
+                          how.bin > 1 ? formatted(", binned %lldx%lld", number(how.bin), number(how.bin)).c_str() : "");
+    return text + formatted("\n  estimator   %016llx, sigma %.3g px, values beyond %.3g px are outliers\n",
+                            static_cast<unsigned long long>(how.estimator_id), how.sigma, how.value_limit);
 }
 
 std::string sessions_text(const std::vector<toliman_track_stream> &streams) {
@@ -103,25 +93,20 @@ std::string sessions_text(const std::vector<toliman_track_stream> &streams) {
     for (size_t i = 0; i < std::min(streams.size(), kShownSessions); i++) {
         const toliman_track_stream &stream = streams[i];
         const std::string name = std::string(stream.session) + " " + stream.roi;
-        text += row("  %-30s ids %lld to %lld, %lld frames, %lld missing\n", name.c_str(),
-                    static_cast<long long>(stream.first_id), static_cast<long long>(stream.last_id),
-                    static_cast<long long>(stream.frames), static_cast<long long>(stream.missing));
+        text += formatted("  %-30s ids %lld to %lld, %lld frames, %lld missing\n", name.c_str(),
+                          static_cast<long long>(stream.first_id), static_cast<long long>(stream.last_id),
+                          static_cast<long long>(stream.frames), static_cast<long long>(stream.missing));
     }
     if (streams.size() > kShownSessions)
-        text += row("  and %zu more, listed by --json\n", streams.size() - kShownSessions);
+        text += formatted("  and %zu more, listed by --json\n", streams.size() - kShownSessions);
     return text;
 }
 
-JsonTree sessions_json(const std::vector<toliman_track_stream> &streams) {
-    JsonTree array(cJSON_CreateArray());
-    for (const toliman_track_stream &stream : streams) {
-        Json json;
-        json.set("session", std::string(stream.session)).set("roi", std::string(stream.roi));
-        json.set_count("first_id", stream.first_id).set_count("last_id", stream.last_id);
-        json.set_count("frames", stream.frames).set_count("missing", stream.missing);
-        cJSON_AddItemToArray(array.get(), json.release().release());
-    }
-    return array;
+Json session_json(const toliman_track_stream &stream) {
+    Json json;
+    json.set("session", stream.session).set("roi", stream.roi);
+    json.set("first_id", stream.first_id).set("last_id", stream.last_id);
+    return std::move(json.set("frames", stream.frames).set("missing", stream.missing));
 }
 
 void print(const toliman::tracker &tracker, const toliman_track_options &how, bool as_json) {
@@ -130,21 +115,20 @@ void print(const toliman::tracker &tracker, const toliman_track_options &how, bo
     const std::vector<toliman_track_stream> streams = streams_of(tracker);
     const PeriodFacts period(tracker, Fit::made);
     Json json;
-    json.set("schema", std::string("toliman-track-status/2")).set("folder", folder);
+    json.set("schema", "toliman-track-status/2").set("folder", folder);
     period.add_to(json);
     add_counts(tracker, json);
-    json.set_count("records", info.records).set("sigma", info.sigma);
+    json.set("records", info.records).set("sigma", info.sigma);
     Json grid;
-    grid.set("f0", how.f0).set("df", how.df).set_count("nf", how.nf).set_count("time_offset_ns", how.time_offset_ns);
+    grid.set("f0", how.f0).set("df", how.df).set("nf", how.nf).set("time_offset_ns", how.time_offset_ns);
     json.set("grid", std::move(grid))
-        .set_flag("clock", !clock_of(tracker).empty())
-        .set("streams", sessions_json(streams));
+        .set("clock", !clock_of(tracker).empty())
+        .set("streams", array_of(streams, session_json));
     if (as_json)
         return print_stdout(json.text());
-    char text[900];
     const auto number = [](int64_t value) { return static_cast<long long>(value); };
-    std::snprintf(text, sizeof text,
-                  "%s\n  %s\n"
+    const std::string text =
+        formatted("%s\n  %s\n"
                   "  received    %12lld\n  accepted    %12lld\n  outlier     %12lld\n  quarantined %12lld\n"
                   "  repeated    %12lld\n  rejected    %12lld\n"
                   "  expected    %12lld\n  missing     %12lld\n  dropped     %12lld   by the camera\n"
@@ -187,7 +171,7 @@ void rebuild(RebuildOptions &options, Progress &progress) {
 void add_status(CLI::App &app, Context &context) {
     CLI::App *command = app.add_subcommand("status", kStatusDescription);
     auto options = std::make_shared<Options>();
-    command->add_option("DIR", options->folder, "a state folder")->type_name("")->required();
+    add_option(command, "DIR", options->folder, "", "a state folder")->required();
     CLI::Option *json = command->add_flag("--json", options->as_json, "print JSON, schema toliman-track-status/2");
     CLI::Option *records = command->add_flag(
         "--records", options->records, "print every record of the ledger as a JSON line, schema toliman-record/1");
@@ -198,26 +182,16 @@ void add_status(CLI::App &app, Context &context) {
     records->excludes(json);
     series->excludes(json)->excludes(records);
     missing->excludes(json)->excludes(records)->excludes(series);
-    command->callback([&context, options] {
-        context.action = [&context, options] {
-            Progress progress(context.style());
-            status(*options, progress);
-        };
-    });
+    set_action(*command, context, options, status);
 }
 
 void add_rebuild(CLI::App &app, Context &context) {
     CLI::App *command = app.add_subcommand("rebuild", kRebuildDescription);
     auto options = std::make_shared<RebuildOptions>();
-    command->add_option("DIR", options->folder, "a state folder")->type_name("")->required();
+    add_option(command, "DIR", options->folder, "", "a state folder")->required();
     options->setup.add_to(*command);
     command->add_flag("--json", options->as_json, "print JSON, schema toliman-track-status/2");
-    command->callback([&context, options] {
-        context.action = [&context, options] {
-            Progress progress(context.style());
-            rebuild(*options, progress);
-        };
-    });
+    set_action(*command, context, options, rebuild);
 }
 
 } // namespace cli

@@ -165,8 +165,7 @@ void check_crop(const Options &options, const Estimator &estimator, const tolima
 // The options given, with the settings of an existing folder as defaults.
 toliman_track_options track_options(Options &options, const Estimator &estimator,
                                     const std::optional<toliman_track_options> &made, Progress &progress) {
-    toliman_track_options how;
-    toliman_track_options_init(&how, sizeof how);
+    auto how = toliman::sized<toliman_track_options>();
     if (made)
         how = *made;
     if (made && (made->image_rows != estimator.rows || made->image_cols != estimator.cols))
@@ -266,15 +265,12 @@ void add_track(CLI::App &app, Context &context) {
     DownlinkOptions &downlink = options->downlink;
     // Not a CLI11 option group of --weights and --template: it would report any mistyped word as a missing one of
     // these.
-    command->add_option("--weights", options->weights, "weights file of `toliman train`: encode frames by its network")
-        ->type_name("FILE");
-    command
-        ->add_option("--template", options->scene,
-                     "instead of --weights: scene file; encode frames by least squares on its derivative image")
-        ->type_name("SCENE");
-    command
-        ->add_option("--state", options->state, "state folder: ledger, settings and sums; created if it does not exist")
-        ->type_name("FOLDER")
+    add_option(command, "--weights", options->weights, "FILE",
+               "weights file of `toliman train`: encode frames by its network");
+    add_option(command, "--template", options->scene, "SCENE",
+               "instead of --weights: scene file; encode frames by least squares on its derivative image");
+    add_option(command, "--state", options->state, "FOLDER",
+               "state folder: ledger, settings and sums; created if it does not exist")
         ->required();
     options->setup.add_to(*command);
     command
@@ -292,14 +288,10 @@ void add_track(CLI::App &app, Context &context) {
         ->add_option("--bit-depth", options->bit_depth,
                      "N: a frame with a pixel of 2^N or more is rejected; default 12 for u16le, 32 for u32le")
         ->check(CLI::Range(1, 32));
-    command
-        ->add_option("--shape", options->shape, "size of the frames, ROWSxCOLS; default: that of the scene or weights")
-        ->type_name("ROWSxCOLS");
-    command
-        ->add_option(
-            "--crop", options->crop,
-            "row and column of the first pixel used, ROW,COL; required for frames larger than the default size")
-        ->type_name("ROW,COL");
+    add_option(command, "--shape", options->shape, "ROWSxCOLS",
+               "size of the frames, ROWSxCOLS; default: that of the scene or weights");
+    add_option(command, "--crop", options->crop, "ROW,COL",
+               "row and column of the first pixel used, ROW,COL; required for frames larger than the default size");
     command->add_option("--bin", options->bin, "N: add up blocks of N x N pixels, default 1")
         ->check(CLI::Range(1, 65536));
     command
@@ -310,34 +302,23 @@ void add_track(CLI::App &app, Context &context) {
     command
         ->add_option("--capacity", options->capacity, "largest number of frames, 24 bytes of memory each, default 2^20")
         ->check(CLI::Range(int64_t{1}, int64_t{1} << 28));
-    command
-        ->add_option("--frames", options->frames,
-                     "A:B: use only frames with ids from A to B - 1 (a shard); default all")
-        ->type_name("RANGE");
+    add_option(command, "--frames", options->frames, "RANGE",
+               "A:B: use only frames with ids from A to B - 1 (a shard); default all");
     command
         ->add_option("--cadence", downlink.cadence,
                      "seconds from frame to frame of .npy and FITS files; required if the files contain no times")
         ->check(CLI::PositiveNumber);
-    command->add_option("--session", downlink.session, "session name for .npy and FITS files, default their file names")
-        ->type_name("NAME");
-    command
-        ->add_option("--leap-seconds", options->leap_seconds,
-                     "leap-seconds.list of the IERS, default the built-in table")
-        ->type_name("FILE");
+    add_option(command, "--session", downlink.session, "NAME",
+               "session name for .npy and FITS files, default their file names");
+    add_option(command, "--leap-seconds", options->leap_seconds, "FILE",
+               "leap-seconds.list of the IERS, default the built-in table");
     command->add_flag("--follow", downlink.follow,
                       "wait for folders and pairs to grow, until stopped by SIGINT or SIGTERM");
     command->add_flag("--strict", options->strict, "exit with code 4 if anything was damaged or quarantined");
-    command
-        ->add_option("INPUT", downlink.inputs,
-                     "raw pairs, folders of pairs, .npy and FITS files; - reads their names from standard input")
-        ->type_name("")
+    add_option(command, "INPUT", downlink.inputs, "",
+               "raw pairs, folders of pairs, .npy and FITS files; - reads their names from standard input")
         ->required();
-    command->callback([&context, options] {
-        context.action = [&context, options] {
-            Progress progress(context.style());
-            track(*options, progress);
-        };
-    });
+    set_action(*command, context, options, track);
 }
 
 } // namespace cli

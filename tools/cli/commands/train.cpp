@@ -3,6 +3,7 @@
 #include <map>
 
 #include "common/failure.hpp"
+#include "common/library.hpp"
 #include "common/output.hpp"
 #include "frames/network.hpp"
 #include "options/command.hpp"
@@ -76,13 +77,11 @@ struct Training {
 };
 
 Training new_training(const Scene &scene, const Options &options) {
-    toliman_cae_options how;
-    toliman_cae_options_init(&how, sizeof how);
+    auto how = toliman::sized<toliman_cae_options>();
     how.layout = kLayouts.at(options.layout);
     how.input = kInputs.at(options.input);
-    Training training = {
-        toliman::make<toliman::autoencoder>(toliman_cae_create, scene.sim.get(), options.seed, &how), {}, options.seed};
-    toliman_cae_train_options_init(&training.how, sizeof training.how);
+    Training training = {toliman::make<toliman::autoencoder>(toliman_cae_create, scene.sim.get(), options.seed, &how),
+                         toliman::sized<toliman_cae_train_options>(), options.seed};
     training.how.mode = kModes.at(options.mode);
     training.how.steps = options.steps;
     training.how.epochs = options.epochs;
@@ -92,15 +91,13 @@ Training new_training(const Scene &scene, const Options &options) {
 
 // The interrupted training that a weights file contains; false if it contains none.
 bool get_training(const toliman_cae *cae, toliman_cae_train_options &how) {
-    toliman_cae_train_options_init(&how, sizeof how);
+    how = toliman::sized<toliman_cae_train_options>();
     return toliman_cae_get_train_options(cae, &how) == TOLIMAN_OK;
 }
 
 Training resumed_training(const Scene &scene, const Options &options) {
     toliman::autoencoder cae = load_weights(options.resume);
-    toliman_cae_info info = {};
-    info.struct_size = sizeof info;
-    toliman::check(toliman_cae_get_info(cae.get(), &info));
+    const auto info = info_from<toliman_cae_info>(toliman_cae_get_info, cae.get());
     if (info.scene_digest != scene.info.scene_digest)
         throw Failure(kExitUsage, options.resume + ": was trained for another scene, not " + scene.path +
                                       ": give the scene of the first training");
@@ -137,15 +134,13 @@ struct Frames {
 };
 
 void write(const toliman::autoencoder &cae, const std::string &payload, bool with_training, OutputFile &out) {
-    toliman_cae_save_options how;
-    toliman_cae_save_options_init(&how, sizeof how);
+    auto how = toliman::sized<toliman_cae_save_options>();
     how.weights_encoding = how.planes_encoding = kPayloads.at(payload);
     how.training = with_training ? 1 : 0;
-    size_t size = 0;
-    toliman::check(toliman_cae_save(cae.get(), &how, nullptr, 0, &size));
-    std::vector<unsigned char> blob(size);
-    toliman::check(toliman_cae_save(cae.get(), &how, blob.data(), size, &size));
-    out.write(blob.data(), size);
+    const std::vector<unsigned char> blob = bytes_of([&](unsigned char *data, size_t capacity, size_t *size) {
+        return toliman_cae_save(cae.get(), &how, data, capacity, size);
+    });
+    out.write(blob.data(), blob.size());
     out.commit();
 }
 
@@ -192,8 +187,7 @@ void train(const Options &options, Progress &progress) {
     how.frames_data = &frames;
     how.progress = Progress::callback;
     how.progress_data = &progress;
-    toliman_cae_training result = {};
-    result.struct_size = sizeof result;
+    auto result = toliman::sized<toliman_cae_training>();
     const toliman_status status = toliman_cae_train(cae.get(), &how, &result);
     progress.clear();
     if (status == TOLIMAN_E_CANCELLED) {
@@ -212,11 +206,10 @@ void add_train(CLI::App &app, Context &context) {
     CLI::App *command = app.add_subcommand("train", kDescription);
     auto options = std::make_shared<Options>();
     add_scene(*command, options->scene);
-    command->add_option("--out", options->out, "weights file to write (.tlmw); - writes to standard output")
-        ->type_name("FILE")
+    add_option(command, "--out", options->out, "FILE", "weights file to write (.tlmw); - writes to standard output")
         ->required();
     CLI::Option *resume =
-        command->add_option("--resume", options->resume, "weights file with a training to continue")->type_name("FILE");
+        add_option(command, "--resume", options->resume, "FILE", "weights file with a training to continue");
     resume->excludes(
         add_seed(*command, options->seed, "seed of the initial weights and of the frames' noise, default 1"));
     resume->excludes(command->add_option("--mode", options->mode, "training: tied (default) or unsupervised")
@@ -240,12 +233,7 @@ void add_train(CLI::App &app, Context &context) {
         ->check(CLI::Range(1u, 1000000u));
     command->add_option("--payload", options->payload, "number format of the file: float32 (default), bf16 or fp16")
         ->check(CLI::IsMember(kPayloads));
-    command->callback([&context, options] {
-        context.action = [&context, options] {
-            Progress progress(context.style());
-            train(*options, progress);
-        };
-    });
+    set_action(*command, context, options, train);
 }
 
 } // namespace cli

@@ -11,7 +11,7 @@
 #include <initializer_list>
 
 #include "common/failure.hpp"
-#include "common/suffix.hpp"
+#include "common/text.hpp"
 
 namespace cli {
 

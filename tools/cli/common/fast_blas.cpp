@@ -8,8 +8,7 @@
 namespace cli {
 
 void restart_with_fast_blas(char **argv) {
-    toliman_machine machine = {};
-    machine.struct_size = sizeof machine;
+    auto machine = toliman::sized<toliman_machine>();
     toliman::check(toliman_get_machine(&machine));
     bool changed = false;
     if (machine.blas_is_slow != 0 && std::getenv("OPENBLAS_CORETYPE") == nullptr)

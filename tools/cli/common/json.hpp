@@ -1,9 +1,12 @@
-// Builds JSON results from owned cJSON objects. Numbers that are not finite become null.
+// Builds JSON results from owned cJSON objects.
 #pragma once
 #include <cjson/cJSON.h>
+#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <type_traits>
+#include <vector>
 
 namespace cli {
 
@@ -12,27 +15,58 @@ struct FreeJson {
 };
 using JsonTree = std::unique_ptr<cJSON, FreeJson>;
 
-// The tree as indented text with a newline at the end.
+// The tree as indented text with a newline at the end, and on one line without one.
 std::string text_of(const JsonTree &tree);
+std::string line_of(const cJSON *item);
 
 class Json {
   public:
     Json() : object_(cJSON_CreateObject()) {}
-    Json &set(const char *name, double value);
+    // Values: bool, integers (with all digits), double (15 digits; null if not finite), text, nullptr, Json, JsonTree,
+    // and vectors of these.
+    template <class Value> Json &set(const char *name, Value &&value) {
+        cJSON_AddItemToObject(object_.get(), name, item_of(std::forward<Value>(value)));
+        return *this;
+    }
     Json &set_exact(const char *name, double value); // 17 digits: the same bits are read again
-    Json &set_flag(const char *name, bool value);
-    Json &set_whole(const char *name, uint64_t value); // all digits, also above 2^53
-    Json &set_count(const char *name, int64_t value);
-    Json &set_null(const char *name);
-    Json &set(const char *name, const std::string &value);
-    Json &set(const char *name, Json &&value); // nested
-    Json &set(const char *name, JsonTree &&value);
     std::string text() const { return text_of(object_); }
-    std::string line() const; // on one line
+    std::string line() const { return line_of(object_.get()) + "\n"; }
     JsonTree release() { return std::move(object_); }
 
   private:
+    template <class Value> static cJSON *item_of(Value &&value) {
+        using Plain = std::decay_t<Value>;
+        if constexpr (std::is_same_v<Plain, bool>)
+            return cJSON_CreateBool(value);
+        else if constexpr (std::is_integral_v<Plain>)
+            return cJSON_CreateRaw(std::to_string(value).c_str());
+        else if constexpr (std::is_floating_point_v<Plain>)
+            return std::isfinite(value) ? cJSON_CreateNumber(value) : cJSON_CreateNull();
+        else if constexpr (std::is_same_v<Plain, std::nullptr_t>)
+            return cJSON_CreateNull();
+        else if constexpr (std::is_same_v<Plain, Json>)
+            return value.object_.release();
+        else if constexpr (std::is_same_v<Plain, JsonTree>)
+            return value.release();
+        else if constexpr (std::is_convertible_v<Plain, std::string>)
+            return cJSON_CreateString(std::string(value).c_str());
+        else {
+            cJSON *array = cJSON_CreateArray();
+            for (auto &element : value)
+                cJSON_AddItemToArray(array, item_of(std::move(element)));
+            return array;
+        }
+    }
+
     JsonTree object_;
 };
+
+// The JSON of every item, for set().
+template <class Items, class Work> std::vector<Json> array_of(const Items &items, Work json_of) {
+    std::vector<Json> array;
+    for (const auto &item : items)
+        array.push_back(json_of(item));
+    return array;
+}
 
 } // namespace cli

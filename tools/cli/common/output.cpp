@@ -19,8 +19,8 @@
 
 #include "common/content.hpp"
 #include "common/failure.hpp"
-#include "common/size_text.hpp"
 #include "common/terminal.hpp"
+#include "common/text.hpp"
 
 namespace cli {
 

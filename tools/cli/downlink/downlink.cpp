@@ -13,7 +13,7 @@
 #include "common/failure.hpp"
 #include "common/input.hpp"
 #include "common/lines.hpp"
-#include "common/suffix.hpp"
+#include "common/text.hpp"
 #include "frames/frames_in.hpp"
 
 namespace cli {

@@ -75,16 +75,16 @@ void print_records(const toliman::tracker &tracker) {
         const auto found = names.find(line.stream);
         const bool is_named = found != names.end();
         Json json;
-        json.set("schema", std::string("toliman-record/1"));
-        is_named ? json.set("session", std::string(found->second.session)) : json.set_null("session");
-        is_named ? json.set("roi", std::string(found->second.roi)) : json.set_null("roi");
-        json.set_count("frame_id", line.frame_id).set_count("camera_ns", line.camera_ns);
+        json.set("schema", "toliman-record/1");
+        is_named ? json.set("session", std::string(found->second.session)) : json.set("session", nullptr);
+        is_named ? json.set("roi", std::string(found->second.roi)) : json.set("roi", nullptr);
+        json.set("frame_id", line.frame_id).set("camera_ns", line.camera_ns);
         json.set("verdict", std::string(toliman_track_verdict_name(line.verdict)));
         if (line.verdict == TOLIMAN_TRACK_VERDICT_REJECTED)
             json.set("reason", std::string(toliman_track_reason_name(line.reason)));
         else
-            json.set_count("tai_ns", line.tai_ns).set_exact("value", line.value).set_exact("sigma", line.sigma);
-        text += json.set_count("dropped", line.dropped).line();
+            json.set("tai_ns", line.tai_ns).set_exact("value", line.value).set_exact("sigma", line.sigma);
+        text += json.set("dropped", line.dropped).line();
     });
 }
 

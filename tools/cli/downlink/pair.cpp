@@ -8,7 +8,7 @@
 
 #include "common/failure.hpp"
 #include "common/input.hpp"
-#include "common/suffix.hpp"
+#include "common/text.hpp"
 
 namespace cli {
 

@@ -8,9 +8,9 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "common/decimals.hpp"
 #include "common/failure.hpp"
 #include "common/input.hpp"
+#include "common/text.hpp"
 #include "series/fap.hpp"
 
 namespace cli {
@@ -73,8 +73,7 @@ std::string damage_of(toliman_status status, const std::string &folder) {
 std::optional<toliman_track_options> made_with(const std::string &folder) {
     if (!has_ledger(folder))
         return std::nullopt;
-    toliman_track_options options = {};
-    options.struct_size = sizeof options;
+    auto options = toliman::sized<toliman_track_options>();
     const toliman_status status = toliman_track_load_options(folder.c_str(), &options);
     if (status != TOLIMAN_OK)
         fail_state(status, folder);
@@ -108,8 +107,7 @@ toliman::tracker open_tracker(toliman_track_options options, Progress &progress)
 }
 
 toliman_track_info info_of(const toliman::tracker &tracker) {
-    toliman_track_info info = {};
-    info.struct_size = sizeof info;
+    auto info = toliman::sized<toliman_track_info>();
     toliman::check(toliman_track_get_info(tracker.get(), &info));
     return info;
 }
@@ -136,8 +134,7 @@ namespace {
 
 // NaN in all numbers.
 toliman_period_peak unknown_peak() noexcept {
-    toliman_period_peak peak = {};
-    peak.struct_size = sizeof peak;
+    auto peak = toliman::sized<toliman_period_peak>();
     for (double *number :
          {&peak.frequency, &peak.period, &peak.power, &peak.fwhm_period, &peak.frequency_error, &peak.amplitude,
           &peak.amplitude_error, &peak.phase, &peak.offset, &peak.log10_fap, &peak.period_error})
@@ -169,8 +166,7 @@ PeriodFacts::PeriodFacts(const toliman::tracker &tracker, Fit fit)
     const toliman_period *period = nullptr;
     toliman::check(toliman_track_get_period(tracker.get(), &period));
     count_ = toliman_period_count(period);
-    toliman_period_info info = {};
-    info.struct_size = sizeof info;
+    auto info = toliman::sized<toliman_period_info>();
     toliman::check(toliman_period_get_info(period, &info));
     unit_ = unit_text(info.unit_ns);
     if (!is_known(toliman_period_query_peak(period, &peak_)))
@@ -181,15 +177,15 @@ PeriodFacts::PeriodFacts(const toliman::tracker &tracker, Fit fit)
 }
 
 void PeriodFacts::add_to(Json &json) const {
-    json.set_count("n", count_)
+    json.set("n", count_)
         .set("period", peak_.period)
         .set("fwhm_period", peak_.fwhm_period)
         .set("frequency", peak_.frequency)
         .set("power", peak_.power)
         .set("log10_fap", peak_.log10_fap);
-    json.set("log10_fap_sequential", sequential_).set_flag("at_edge", (peak_.flags & TOLIMAN_PERIOD_AT_EDGE) != 0);
+    json.set("log10_fap_sequential", sequential_).set("at_edge", (peak_.flags & TOLIMAN_PERIOD_AT_EDGE) != 0);
     if (!std::isfinite(fit_.period)) {
-        json.set_null("fit");
+        json.set("fit", nullptr);
         return;
     }
     Json fit;
@@ -211,15 +207,15 @@ std::string PeriodFacts::text() const {
 
 void add_counts(const toliman::tracker &tracker, Json &json) {
     const toliman_track_info info = info_of(tracker);
-    json.set_count("received", info.received).set_count("accepted", info.accepted);
-    json.set_count("outlier", info.outlier).set_count("quarantined", info.quarantined);
-    json.set_count("repeated", info.repeated).set_count("rejected", info.rejected);
+    json.set("received", info.received).set("accepted", info.accepted);
+    json.set("outlier", info.outlier).set("quarantined", info.quarantined);
+    json.set("repeated", info.repeated).set("rejected", info.rejected);
     Json reasons;
     for (const auto &[reason, frames] : rejected_of(tracker))
-        reasons.set_count(reason.c_str(), frames);
+        reasons.set(reason.c_str(), frames);
     json.set("rejected_by", std::move(reasons));
-    json.set_count("expected", info.expected).set_count("missing", info.missing).set_count("dropped", info.dropped);
-    json.set_count("sessions", info.sessions);
+    json.set("expected", info.expected).set("missing", info.missing).set("dropped", info.dropped);
+    json.set("sessions", info.sessions);
 }
 
 } // namespace cli

@@ -30,26 +30,25 @@ constexpr const char *kRemarkNames[kRemarks] = {"unreadable input", "extra bytes
 Json frame_line(const std::string &where, const FrameFacts *facts, const char *verdict, const char *reason) {
     const bool timed = facts != nullptr && !(reason != nullptr && std::strcmp(reason, kBadLine) == 0);
     Json line;
-    line.set("schema", std::string("toliman-frame/2"));
+    line.set("schema", "toliman-frame/2");
     for (const char *key : {"session", "roi"})
-        facts == nullptr ? line.set_null(key) : line.set(key, key[0] == 's' ? facts->session : facts->roi);
-    facts == nullptr ? line.set_null("frame_id") : line.set_count("frame_id", facts->id);
+        facts == nullptr ? line.set(key, nullptr) : line.set(key, key[0] == 's' ? facts->session : facts->roi);
+    facts == nullptr ? line.set("frame_id", nullptr) : line.set("frame_id", facts->id);
     line.set("verdict", std::string(verdict));
-    reason == nullptr ? line.set_null("reason") : line.set("reason", std::string(reason));
-    timed ? line.set_count("camera_ns", facts->camera_ns) : line.set_null("camera_ns");
+    reason == nullptr ? line.set("reason", nullptr) : line.set("reason", std::string(reason));
+    timed ? line.set("camera_ns", facts->camera_ns) : line.set("camera_ns", nullptr);
     line.set("input", where);
     return line;
 }
 
 std::string remark_line(const char *remark, const std::string &where, const std::string &text) {
     Json line;
-    line.set("schema", std::string("toliman-track-warning/1")).set("warning", std::string(remark));
+    line.set("schema", "toliman-track-warning/1").set("warning", remark);
     return line.set("input", where).set("text", text).line();
 }
 
 toliman_frame frame_of(const Arrival &arrival) noexcept {
-    toliman_frame frame = {};
-    frame.struct_size = sizeof frame;
+    auto frame = toliman::sized<toliman_frame>();
     frame.pixel = arrival.pixel;
     frame.session = arrival.facts.session.c_str();
     frame.roi = arrival.facts.roi.c_str();
@@ -101,8 +100,7 @@ void Tracking::flush() {
     std::vector<toliman_frame> frames;
     for (size_t i = 0; i < filled_; i++)
         frames.push_back(frame_of(batch_[i]));
-    toliman_track_outcome blank = {};
-    blank.struct_size = sizeof blank;
+    auto blank = toliman::sized<toliman_track_outcome>();
     std::vector<toliman_track_outcome> outcomes(filled_, blank);
     filled_ = 0;
     size_t done = 0;
@@ -129,8 +127,8 @@ void Tracking::settled(const Arrival &arrival, const toliman_track_outcome &outc
     Json line =
         frame_line(arrival.where, &arrival.facts, toliman_track_verdict_name(verdict),
                    verdict == TOLIMAN_TRACK_VERDICT_REJECTED ? toliman_track_reason_name(outcome.reason) : nullptr);
-    has_value ? line.set_count("tai_ns", outcome.tai_ns) : line.set_null("tai_ns");
-    has_value ? line.set_exact("value", outcome.value) : line.set_null("value");
+    has_value ? line.set("tai_ns", outcome.tai_ns) : line.set("tai_ns", nullptr);
+    has_value ? line.set_exact("value", outcome.value) : line.set("value", nullptr);
     line.set("chi_square", outcome.chi_square); // null where there is none
     say(line.line());
     since_update_ += is_good;
@@ -215,7 +213,7 @@ void Tracking::reject(const std::string &where, const FrameFacts *facts, const c
     refused_++;
     warn(where, std::string("rejected: ") + reason + ": " + text);
     Json line = frame_line(where, facts, "rejected", reason);
-    say(line.set_null("tai_ns").set_null("value").set_null("chi_square").line());
+    say(line.set("tai_ns", nullptr).set("value", nullptr).set("chi_square", nullptr).line());
 }
 
 void Tracking::remark(Remark kind, const std::string &where, const std::string &text) {
@@ -237,14 +235,14 @@ std::string Tracking::update(Fit fit) {
     const toliman_track_info info = info_of(tracker_);
     const PeriodFacts period(tracker_, fit);
     Json line;
-    line.set("schema", std::string("toliman-track-update/2"));
+    line.set("schema", "toliman-track-update/2");
     period.add_to(line);
     add_counts(tracker_, line);
-    line.set_count("bad_lines", bad_lines_).set_count("short_frames", short_frames_);
-    line.set_count("clock_jumps", remarks_[static_cast<size_t>(Remark::clock_jump)]);
-    line.set_count("long_files", remarks_[static_cast<size_t>(Remark::extra_bytes)]);
-    line.set_count("unreadable_inputs", remarks_[static_cast<size_t>(Remark::unreadable)]);
-    line.set_count("passed_over", passed_over_);
+    line.set("bad_lines", bad_lines_).set("short_frames", short_frames_);
+    line.set("clock_jumps", remarks_[static_cast<size_t>(Remark::clock_jump)]);
+    line.set("long_files", remarks_[static_cast<size_t>(Remark::extra_bytes)]);
+    line.set("unreadable_inputs", remarks_[static_cast<size_t>(Remark::unreadable)]);
+    line.set("passed_over", passed_over_);
     say(line.line());
     const std::string passed = passed_over_ > 0 ? ", " + std::to_string(passed_over_) + " passed over" : "";
     return period.text() + ", " + std::to_string(info.accepted) + " frames" + passed;

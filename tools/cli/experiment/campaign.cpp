@@ -7,9 +7,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
 
 #include "common/failure.hpp"
+#include "common/text.hpp"
 #include "experiment/variants.hpp"
 #include "frames/frame_loop.hpp"
 
@@ -182,21 +184,12 @@ Table &Campaign::add_table(const std::string &name, const std::string &what, std
 }
 
 JsonTree Campaign::arguments() const {
-    const auto names = [](const std::vector<std::string> &list) {
-        JsonTree array(cJSON_CreateArray());
-        for (const std::string &name : list)
-            cJSON_AddItemToArray(array.get(), cJSON_CreateString(name.c_str()));
-        return array;
-    };
-    char digest[20];
-    std::snprintf(digest, sizeof digest, "%016llx", static_cast<unsigned long long>(scene_->info.scene_digest));
     Json json;
     json.set("schema", "toliman-experiment-journal/1").set("version", toliman_version());
-    json.set("scene", toliman_sim_get_name(scene_->sim.get())).set("scene_digest", digest);
+    json.set("scene", toliman_sim_get_name(scene_->sim.get()))
+        .set("scene_digest", digest_text(scene_->info.scene_digest));
     json.set("crb_px", scene_->info.crb_projected_px); // changes also with the files that the scene names
-    json.set("amplitudes_px", JsonTree(cJSON_CreateDoubleArray(options_.amplitudes.data(),
-                                                               static_cast<int>(options_.amplitudes.size()))));
-    json.set("methods", names(options_.methods)).set("tables", names(options_.tables));
+    json.set("amplitudes_px", options_.amplitudes).set("methods", options_.methods).set("tables", options_.tables);
     json.set("seeds", static_cast<double>(options_.seeds)).set("blind", static_cast<double>(options_.blind));
     return json.release();
 }
@@ -230,12 +223,7 @@ std::vector<Campaign::Work> Campaign::left(const Journal &journal) const {
             for (const Cell &cell : cells(table, seed)) {
                 Work work = {&table, cell, {}};
                 for (const std::string &method : options_.methods) {
-                    Row row;
-                    row.table = table.name;
-                    row.method = method;
-                    row.amplitude_px = cell.amplitude_px;
-                    row.seed = seed;
-                    row.series = cell.series;
+                    const Row row = {table.name, method, cell.amplitude_px, seed, cell.series};
                     if (fits(method_kind(method), table, row) && !journal.contains(row))
                         work.rows.push_back(row);
                 }
@@ -261,9 +249,8 @@ void Campaign::run(Journal &journal, Progress &progress) const {
     for (Work &work : all) {
         if (!methods_of_seed || !methods_of_seed->serves(*work.table->methods, work.rows[0].seed))
             methods_of_seed.emplace(*work.table->methods, work.rows[0].seed);
-        char note[80];
-        std::snprintf(note, sizeof note, "%s, %g px, seed %llu", work.table->name.c_str(), work.cell.amplitude_px,
-                      static_cast<unsigned long long>(work.rows[0].seed));
+        const std::string note = formatted("%s, %g px, seed %llu", work.table->name.c_str(), work.cell.amplitude_px,
+                                           static_cast<unsigned long long>(work.rows[0].seed));
         const auto share = static_cast<double>(work.rows.size());
         run_series(work, *methods_of_seed,
                    [&](double part) { progress.show("experiment", (done + part * share) / total, note); });

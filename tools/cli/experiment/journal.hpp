@@ -1,8 +1,9 @@
 // Journal of an experiment: an append-only file with one result per line, from which a stopped experiment resumes.
 #pragma once
 #include <chrono>
-#include <map>
+#include <set>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "common/json.hpp"
@@ -32,24 +33,26 @@ class Journal {
     Journal(const Journal &) = delete;
     Journal &operator=(const Journal &) = delete;
 
-    bool contains(const Row &row) const { return place_.count(key_of(row)) != 0; }
+    bool contains(const Row &row) const { return known_.count(key_of(row)) != 0; }
     // Appends a result. It survives a crash of the process at once, and a failure of the machine after at most a
     // second.
     void add(const Row &row);
     const std::vector<Row> &rows() const noexcept { return rows_; }
 
   private:
-    static std::string key_of(const Row &row);
+    using Key = std::tuple<std::string, std::string, double, uint64_t, uint64_t>;
+    static Key key_of(const Row &row) { return {row.table, row.method, row.amplitude_px, row.seed, row.series}; }
     void read(const JsonTree &arguments);
     void check_arguments(const std::string &line, const JsonTree &arguments) const;
-    void parse(const std::string &line, size_t number);
+    Row parse(const std::string &line, size_t number) const;
+    void keep(const Row &row);
     void append(const std::string &line);
 
     std::string path_;
     int file_;
     std::chrono::steady_clock::time_point synced_;
     std::vector<Row> rows_;
-    std::map<std::string, size_t> place_;
+    std::set<Key> known_;
 };
 
 } // namespace cli

@@ -9,9 +9,9 @@
 #include <cmath>
 
 #include "common/failure.hpp"
+#include "common/library.hpp"
 #include "common/stopwatch.hpp"
 #include "frames/frame_loop.hpp"
-#include "frames/network.hpp"
 
 namespace cli {
 
@@ -22,14 +22,6 @@ constexpr size_t kValidationFrames = 110; // size of the book chapter's validati
 constexpr uint32_t kSteps = 300;          // the library's default
 
 using toliman::check;
-
-std::vector<unsigned char> bytes_of(const toliman::autoencoder &cae) {
-    size_t size = 0;
-    check(toliman_cae_save(cae.get(), nullptr, nullptr, 0, &size));
-    std::vector<unsigned char> bytes(size);
-    check(toliman_cae_save(cae.get(), nullptr, bytes.data(), size, &size));
-    return bytes;
-}
 
 // Power that the grid's highest peak exceeds in noise alone with the probability 10^kFalseAlarm.
 double false_alarm_power(const toliman::periodogram &periodogram) {
@@ -49,8 +41,7 @@ class Estimators {
 
     void train(Pipeline &result) {
         const Stopwatch watch(result.timings.train);
-        toliman_cae_train_options options;
-        toliman_cae_train_options_init(&options, sizeof options);
+        auto options = toliman::sized<toliman_cae_train_options>();
         options.progress = Progress::callback;
         options.progress_data = &progress_;
         result.losses.resize(kSteps);
@@ -59,7 +50,9 @@ class Estimators {
         options.loss_count = kSteps;
         result.training.struct_size = sizeof result.training;
         check(toliman_cae_train(cae_.get(), &options, &result.training));
-        result.weights = bytes_of(cae_);
+        result.weights = bytes_of([this](unsigned char *data, size_t capacity, size_t *size) {
+            return toliman_cae_save(cae_.get(), nullptr, data, capacity, size);
+        });
     }
 
     // Compares (decode(z) - decode(0))/z with the whitened derivative image, which it should be.

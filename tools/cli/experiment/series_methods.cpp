@@ -24,8 +24,7 @@ class ComponentMethod : public Method {
         const auto frames = static_cast<size_t>(scene.info.frames);
         if (which == Component::blocks)
             block_ = std::max<size_t>(1, frames / kBlocks);
-        toliman_components_options options;
-        toliman_components_options_init(&options, sizeof options);
+        auto options = toliman::sized<toliman_components_options>();
         options.raw = which == Component::raw ? 1 : 0;
         options.capacity = static_cast<uint32_t>(frames / block_);
         components_ = toliman::make<toliman::component_set>(toliman_components_create, scene.sim.get(), &options);
@@ -92,8 +91,7 @@ class UnsupervisedMethod : public Method {
     std::vector<double> series() override {
         const toliman_cae_options network = chapter_network();
         const auto cae = toliman::make<toliman::autoencoder>(toliman_cae_create, scene_.sim.get(), seed_, &network);
-        toliman_cae_train_options options;
-        toliman_cae_train_options_init(&options, sizeof options);
+        auto options = toliman::sized<toliman_cae_train_options>();
         options.mode = TOLIMAN_CAE_MODE_UNSUPERVISED;
         options.epochs = kChapterEpochs;
         options.frames = give;
@@ -130,8 +128,7 @@ std::unique_ptr<Method> make_component(const Scene &scene, Component which, uint
 }
 
 toliman_cae_options chapter_network() {
-    toliman_cae_options options;
-    toliman_cae_options_init(&options, sizeof options);
+    auto options = toliman::sized<toliman_cae_options>();
     options.layout = TOLIMAN_CAE_LAYOUT_PAPER;
     options.input = TOLIMAN_CAE_INPUT_RAW;
     return options;

@@ -6,6 +6,7 @@
 #include "experiment/summary.hpp"
 
 #include <cmath>
+#include <map>
 
 #include "frames/frame_loop.hpp"
 

@@ -1,9 +1,8 @@
 // Writes FITS images, and cubes of simulated frames with header and table. A cube is u32 (BZERO = 2^31) if its frames
 // are whole counts and the expected peak is below 2^31, half the range, and float64 otherwise.
-#include <cinttypes>
-
 #include "common/failure.hpp"
 #include "common/output.hpp"
+#include "common/text.hpp"
 #include "frames/fits.hpp"
 #include "frames/frames_out.hpp"
 
@@ -61,9 +60,7 @@ class FitsOutput : public FrameOutput {
                                                       : "photon",
              "of a frame");
         text("SCENE", toliman_sim_get_name(scene.sim.get()), "name of the scene");
-        char digest[17];
-        std::snprintf(digest, sizeof digest, "%016" PRIx64, info.scene_digest);
-        text("SCENEID", digest, "FNV-1a of the scene's text");
+        text("SCENEID", digest_text(info.scene_digest), "FNV-1a of the scene's text");
         number("PIXSCALE", info.pixel_scale_arcsec, "[arcsec] side of a pixel");
         number("APERTURE", info.aperture_m, "[m] diameter");
         std::vector<double> wavelengths(static_cast<size_t>(info.wavelengths));

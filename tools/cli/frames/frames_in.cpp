@@ -12,7 +12,7 @@
 #include "common/content.hpp"
 #include "common/failure.hpp"
 #include "common/npy.hpp"
-#include "common/suffix.hpp"
+#include "common/text.hpp"
 
 namespace cli {
 

@@ -2,7 +2,7 @@
 
 #include "common/npy.hpp"
 #include "common/output.hpp"
-#include "common/suffix.hpp"
+#include "common/text.hpp"
 
 namespace cli {
 

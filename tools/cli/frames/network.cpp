@@ -2,6 +2,7 @@
 
 #include "common/content.hpp"
 #include "common/failure.hpp"
+#include "common/library.hpp"
 
 namespace cli {
 
@@ -10,9 +11,8 @@ toliman::autoencoder load_weights(const std::string &path) {
     return toliman::make<toliman::autoencoder>(toliman_cae_load_file, path.c_str(), nullptr);
 }
 
-Network::Network(const std::string &path) : cae(load_weights(path)) {
-    info.struct_size = sizeof info;
-    toliman::check(toliman_cae_get_info(cae.get(), &info));
+Network::Network(const std::string &path)
+    : cae(load_weights(path)), info(info_from<toliman_cae_info>(toliman_cae_get_info, cae.get())) {
     if (info.trained == 0)
         malformed(path, "contains an interrupted training, not a trained network: continue it with `toliman train "
                         "--resume`");

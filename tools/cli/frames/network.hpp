@@ -9,19 +9,12 @@ namespace cli {
 // Throws Failure, with the type of the file if it is known, unless it is a weights file.
 toliman::autoencoder load_weights(const std::string &path);
 
-// Contiguous frames of doubles as a toliman_image.
-inline toliman_image plain_image(const double *frames) noexcept {
-    toliman_image image = toliman::sized<toliman_image>();
-    image.pixels = frames;
-    return image;
-}
-
 struct Network {
     // Throws Failure if the file contains an interrupted training.
     explicit Network(const std::string &path);
 
     toliman::autoencoder cae;
-    toliman_cae_info info = {};
+    toliman_cae_info info;
 };
 
 } // namespace cli

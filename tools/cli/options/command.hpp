@@ -20,6 +20,26 @@ struct Context {
 
 // The whole program: its description, options and subcommands.
 void add_commands(CLI::App &app, Context &context);
+// Stores work(*options, progress) as the action of a command; `check` is called after parsing and may throw.
+template <class Options, class Work>
+void set_action(
+    CLI::App &command, Context &context, const std::shared_ptr<Options> &options, Work work,
+    const std::function<void()> &check = [] {}) {
+    command.callback([&context, options, work, check] {
+        check();
+        context.action = [&context, options, work] {
+            Progress progress(context.style());
+            work(*options, progress);
+        };
+    });
+}
+
+// An option or positional (whose `type` is empty) that shows `type` as its value in --help.
+template <class Value>
+CLI::Option *add_option(CLI::App *command, const char *name, Value &value, const char *type, const char *what) {
+    return command->add_option(name, value, what)->type_name(type);
+}
+
 // All options of a command, including those of its option groups; positionals are options without names.
 std::vector<const CLI::Option *> options_of(const CLI::App &command);
 // The positional SCENE of many commands.

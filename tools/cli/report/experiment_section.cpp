@@ -3,8 +3,8 @@
 #include <cmath>
 #include <map>
 
-#include "common/decimals.hpp"
 #include "common/failure.hpp"
+#include "common/text.hpp"
 #include "experiment/methods.hpp"
 #include "report/glossary.hpp"
 #include "report/result_file.hpp"

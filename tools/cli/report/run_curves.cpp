@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/decimals.hpp"
 #include "common/input.hpp"
+#include "common/text.hpp"
 #include "frames/frame_loop.hpp"
 #include "report/curves.hpp"
 #include "report/words.hpp"

@@ -133,7 +133,7 @@ class PointSource {
         cadence.set("frames", 1.0).set("exposure_s", 1.0);
         const double shape[] = {kSide, kSide};
         detector.set("shape", JsonTree(cJSON_CreateDoubleArray(shape, 2))).set("pixel_scale_arcsec", scale_arcsec_);
-        json.set("schema", std::string("toliman-scene/1"));
+        json.set("schema", "toliman-scene/1");
         json.set("telescope", copy_of(item_of(scene_.get(), "telescope"))).set("band", std::move(band));
         json.set("stars", std::move(stars)).set("cadence", std::move(cadence)).set("detector", std::move(detector));
         return json.set("accuracy", 1e-6).text();

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/decimals.hpp"
+#include "common/text.hpp"
 #include "downlink/ledger_report.hpp"
 #include "downlink/state_folder.hpp"
 #include "report/curves.hpp"

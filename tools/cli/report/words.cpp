@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <vector>
 
-#include "common/decimals.hpp"
+#include "common/text.hpp"
 
 namespace cli {
 

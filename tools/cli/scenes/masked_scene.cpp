@@ -5,6 +5,7 @@
 #include <numeric>
 #include <vector>
 
+#include "common/library.hpp"
 #include "scenes/scene_json.hpp"
 
 namespace cli {
@@ -14,10 +15,7 @@ namespace {
 constexpr double kCoarseSteps = 5; // of the band
 
 toliman_sim_info info_of(const toliman_sim *sim) {
-    toliman_sim_info info = {};
-    info.struct_size = sizeof info;
-    toliman::check(toliman_sim_get_info(sim, &info));
-    return info;
+    return info_from<toliman_sim_info>(toliman_sim_get_info, sim);
 }
 
 // Half of the middle wavelength in nm: the phase step of pi of an ideal mask.
@@ -78,8 +76,7 @@ JsonTree MaskedScene::with(const Terms &terms) const {
 
 Score MaskedScene::evaluate(const Terms &terms) const {
     const std::string text = text_of(with(terms));
-    toliman_sim_options options;
-    toliman_sim_options_init(&options, sizeof options);
+    auto options = toliman::sized<toliman_sim_options>();
     options.threads = 1;
     const toliman::simulator sim =
         toliman::make<toliman::simulator>(toliman_sim_create_json, text.data(), text.size(), folder_.c_str(), &options);

@@ -7,6 +7,7 @@
 #include "common/content.hpp"
 #include "common/failure.hpp"
 #include "common/input.hpp"
+#include "common/library.hpp"
 #include "options/suggest.hpp"
 #include "scenes/scene_json.hpp"
 
@@ -15,19 +16,11 @@ namespace cli {
 namespace {
 
 toliman_sim_options options_with(Progress &progress) {
-    toliman_sim_options options;
-    toliman_sim_options_init(&options, sizeof options);
+    auto options = toliman::sized<toliman_sim_options>();
     options.progress = Progress::callback;
     options.log = Progress::log;
     options.progress_data = options.log_data = &progress;
     return options;
-}
-
-toliman_sim_info info_of(const toliman::simulator &sim) {
-    toliman_sim_info info = {};
-    info.struct_size = sizeof info;
-    toliman::check(toliman_sim_get_info(sim.get(), &info));
-    return info;
 }
 
 int64_t bound_of(const std::string &text, int64_t absent, const std::string &whole) {
@@ -72,12 +65,13 @@ Scene::Scene(const std::string &file, Progress &progress) : Scene(file, options_
 
 Scene::Scene(const std::string &file, const toliman_sim_options &options)
     : path(scene_path(file, options)),
-      sim(toliman::make<toliman::simulator>(toliman_sim_create_file, path.c_str(), &options)), info(info_of(sim)) {}
+      sim(toliman::make<toliman::simulator>(toliman_sim_create_file, path.c_str(), &options)),
+      info(info_from<toliman_sim_info>(toliman_sim_get_info, sim.get())) {}
 
 Scene::Scene(const std::string &file, const std::string &json)
     : path(file), sim(toliman::make<toliman::simulator>(toliman_sim_create_json, json.data(), json.size(),
                                                         folder_of(file).c_str(), nullptr)),
-      info(info_of(sim)) {}
+      info(info_from<toliman_sim_info>(toliman_sim_get_info, sim.get())) {}
 
 Cadence::Cadence(const Scene &scene) : times(static_cast<size_t>(scene.info.frames)), displacements(times.size()) {
     toliman::check(toliman_sim_get_series(scene.sim.get(), 0, times.size(), times.data(), displacements.data()));

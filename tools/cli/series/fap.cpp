@@ -24,8 +24,7 @@ const std::map<std::string, int32_t> kMethods = {{"baluev", TOLIMAN_PERIOD_FAP_B
 
 std::vector<double> resample(const FapOptions &options, const toliman::periodogram &periodogram, const Series &series,
                              Progress &progress) {
-    toliman_period_bootstrap_options how;
-    toliman_period_bootstrap_options_init(&how, sizeof how);
+    auto how = toliman::sized<toliman_period_bootstrap_options>();
     how.seed = options.seed;
     how.progress = Progress::callback;
     how.progress_data = &progress;
@@ -61,8 +60,7 @@ Fap::Fap(const FapOptions &options, const toliman::periodogram &periodogram, con
 double Fap::residual_of(const toliman_period_peak &fitted) const {
     if (method_ != kBootstrap)
         return fitted.log10_residual;
-    toliman_period_peak peak = {};
-    peak.struct_size = sizeof peak;
+    auto peak = toliman::sized<toliman_period_peak>();
     toliman::check(toliman_period_query_peak(periodogram_.get(), &peak));
     return peak.log10_residual;
 }

@@ -7,8 +7,7 @@ namespace cli {
 namespace {
 
 toliman_period_sampling sampling_of(const toliman::periodogram &periodogram, const Series *series) {
-    toliman_period_sampling sampling = {};
-    sampling.struct_size = sizeof sampling;
+    auto sampling = toliman::sized<toliman_period_sampling>();
     toliman::check(toliman_period_query_sampling(periodogram.get(), series != nullptr ? series->t.data() : nullptr,
                                                  series != nullptr ? series->t.size() : 0, &sampling));
     return sampling;

@@ -4,9 +4,9 @@
 #include <cstdio>
 #include <utility>
 
-#include "common/decimals.hpp"
 #include "common/json.hpp"
 #include "common/output.hpp"
+#include "common/text.hpp"
 
 namespace cli {
 
@@ -34,8 +34,8 @@ JsonTree peaks_json(const std::vector<toliman_period_peak> &peaks, const Fap &fa
         Json one;
         one.set("frequency", peak.frequency).set("period", peak.period).set("power", peak.power);
         one.set("log10_fap", fap.log10(peak.log10_residual)).set("fwhm_period", peak.fwhm_period);
-        one.set_flag("alias", (peak.flags & TOLIMAN_PERIOD_ALIAS) != 0);
-        one.set_flag("at_edge", (peak.flags & TOLIMAN_PERIOD_AT_EDGE) != 0);
+        one.set("alias", (peak.flags & TOLIMAN_PERIOD_ALIAS) != 0);
+        one.set("at_edge", (peak.flags & TOLIMAN_PERIOD_AT_EDGE) != 0);
         cJSON_AddItemToArray(list.get(), one.release().release());
     }
     return list;
@@ -72,9 +72,9 @@ std::string PeriodReport::json() const {
         .set("amplitude", peak.amplitude)
         .set("amplitude_error", peak.amplitude_error);
     at.set("phase", peak.phase).set("time_offset", periodogram.time_offset).set("offset", peak.offset);
-    at.set("log10_fap", fap.log10(fap.residual_of(peak))).set_flag("at_edge", periodogram.at_edge());
-    on.set("f0", grid.f0).set("df", grid.df).set("nf", static_cast<double>(grid.nf));
-    json.set("schema", "toliman-period/2").set("n", static_cast<double>(samples));
+    at.set("log10_fap", fap.log10(fap.residual_of(peak))).set("at_edge", periodogram.at_edge());
+    on.set("f0", grid.f0).set("df", grid.df).set("nf", grid.nf);
+    json.set("schema", "toliman-period/2").set("n", samples);
     json.set("peak", std::move(at)).set("fap_method", fap.method());
     searched.set("shortest", shortest(grid)).set("longest", longest(grid));
     json.set("grid", std::move(on)).set("searched", std::move(searched));

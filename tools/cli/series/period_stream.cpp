@@ -22,8 +22,7 @@ constexpr int64_t kFewest = 5; // samples before the first peak
 
 // False if there is no peak yet.
 bool print_update(const toliman::periodogram &periodogram, double t) {
-    toliman_period_peak peak = {};
-    peak.struct_size = sizeof peak;
+    auto peak = toliman::sized<toliman_period_peak>();
     const toliman_status status = toliman_period_query_peak(periodogram.get(), &peak);
     if (status == TOLIMAN_E_STATE || status == TOLIMAN_E_RANGE) // too few samples, or nearly equal ones
         return false;
@@ -210,8 +209,7 @@ void Stream::finish() {
 
 // States why no update was printed.
 void Stream::warn_without_output() {
-    toliman_period_peak peak = {};
-    peak.struct_size = sizeof peak;
+    auto peak = toliman::sized<toliman_period_peak>();
     const bool peaks = toliman_period_query_peak(periodogram_.get(), &peak) == TOLIMAN_OK;
     progress_.warn(std::string("no update was printed: ") + (peaks ? "there were no samples" : toliman_last_error()));
 }

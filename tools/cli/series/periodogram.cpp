@@ -11,6 +11,7 @@
 
 #include "common/content.hpp"
 #include "common/failure.hpp"
+#include "common/library.hpp"
 #include "common/output.hpp"
 
 namespace cli {
@@ -148,11 +149,9 @@ toliman::periodogram load_state(const std::string &path) {
 }
 
 std::vector<unsigned char> state_bytes(const toliman::periodogram &periodogram) {
-    size_t size = 0;
-    toliman::check(toliman_period_save(periodogram.get(), nullptr, 0, &size));
-    std::vector<unsigned char> bytes(size);
-    toliman::check(toliman_period_save(periodogram.get(), bytes.data(), size, &size));
-    return bytes;
+    return bytes_of([&](unsigned char *data, size_t capacity, size_t *size) {
+        return toliman_period_save(periodogram.get(), data, capacity, size);
+    });
 }
 
 void save_state(const toliman::periodogram &periodogram, const std::string &path) {
@@ -163,10 +162,7 @@ void save_state(const toliman::periodogram &periodogram, const std::string &path
 }
 
 toliman_period_info info_of(const toliman::periodogram &periodogram) {
-    toliman_period_info info = {};
-    info.struct_size = sizeof info;
-    toliman::check(toliman_period_get_info(periodogram.get(), &info));
-    return info;
+    return info_from<toliman_period_info>(toliman_period_get_info, periodogram.get());
 }
 
 std::vector<double> power_of(const toliman::periodogram &periodogram, int64_t nf, int32_t normalisation) {

@@ -1,8 +1,22 @@
-// Chooses the number of digits with which a value is printed.
+// Formats text and numbers.
 #pragma once
+#include <cstdint>
 #include <string>
+#include <vector>
 
 namespace cli {
+
+// printf into a string.
+__attribute__((format(printf, 1, 2))) std::string formatted(const char *format, ...);
+
+bool ends_with(const std::string &path, const std::string &suffix);
+std::string joined(const std::vector<std::string> &words, const char *between = ", ");
+
+// "0123456789abcdef" of a 64-bit hash.
+std::string digest_text(uint64_t digest);
+
+// Bytes in B, kB, MB, GB or TB (powers of 1000) with three digits: "524 kB", "10.5 TB".
+std::string size_text(double bytes);
 
 // Decimal exponent of a finite number after rounding to `digits` digits.
 int exponent_of(double value, int digits);

@@ -1,0 +1,32 @@
+// Short forms of calls of the library that come in pairs.
+#pragma once
+#include <vector>
+
+#include <toliman/toliman.hpp>
+
+namespace cli {
+
+// The struct that get(object, &info) fills; throws toliman::error on failure.
+template <class Info, class Get, class Object> Info info_from(Get get, const Object *object) {
+    Info info = toliman::sized<Info>();
+    toliman::check(get(object, &info));
+    return info;
+}
+
+// The bytes that save(data, capacity, &size) delivers.
+template <class Save> std::vector<unsigned char> bytes_of(Save save) {
+    size_t size = 0;
+    toliman::check(save(nullptr, size_t{0}, &size));
+    std::vector<unsigned char> bytes(size);
+    toliman::check(save(bytes.data(), size, &size));
+    return bytes;
+}
+
+// Contiguous frames of doubles as a toliman_image.
+inline toliman_image plain_image(const double *frames) noexcept {
+    toliman_image image = toliman::sized<toliman_image>();
+    image.pixels = frames;
+    return image;
+}
+
+} // namespace cli

@@ -1,0 +1,69 @@
+#include "common/text.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdarg>
+#include <cstdio>
+#include <cstdlib>
+
+namespace cli {
+
+std::string formatted(const char *format, ...) {
+    std::va_list arguments, again;
+    va_start(arguments, format);
+    va_copy(again, arguments);
+    std::string text(static_cast<size_t>(std::vsnprintf(nullptr, 0, format, arguments)), '\0');
+    std::vsnprintf(text.data(), text.size() + 1, format, again);
+    va_end(again);
+    va_end(arguments);
+    return text;
+}
+
+bool ends_with(const std::string &path, const std::string &suffix) {
+    return path.size() >= suffix.size() && path.compare(path.size() - suffix.size(), suffix.size(), suffix) == 0;
+}
+
+std::string joined(const std::vector<std::string> &words, const char *between) {
+    std::string text;
+    for (const std::string &word : words)
+        text += (text.empty() ? "" : between) + word;
+    return text;
+}
+
+std::string digest_text(uint64_t digest) {
+    return formatted("%016llx", static_cast<unsigned long long>(digest));
+}
+
+std::string size_text(double bytes) {
+    const char *const units[] = {"B", "kB", "MB", "GB", "TB"};
+    size_t unit = 0;
+    for (; unit < 4 && bytes >= 999.5; unit++)
+        bytes /= 1000;
+    return formatted("%.*f %s", unit == 0 || bytes >= 99.95 ? 0 : bytes >= 9.995 ? 1 : 2, bytes, units[unit]);
+}
+
+int exponent_of(double value, int digits) {
+    const std::string text = formatted("%.*e", digits - 1, value);
+    return std::atoi(text.c_str() + text.find('e') + 1);
+}
+
+int decimals_of(double error, int least) {
+    constexpr int most = 15, unknown = 2;
+    return std::isfinite(error) && error > 0 ? std::clamp(1 - exponent_of(error, 2), least, most)
+                                             : std::max(least, unknown);
+}
+
+std::string text_with_error(double value, double error) {
+    constexpr int plain = 5, most = 15; // decimal exponents below -plain or above `most` are printed as such
+    if (std::isnan(error) || !std::isfinite(value))
+        return formatted("%.6g", value);
+    if (!std::isfinite(error) || error <= 0)
+        return formatted("%.6g +- %.2g", value, error);
+    const int first = exponent_of(std::max(std::fabs(value), error), 2);
+    if (first < -plain || first > most)
+        return formatted("%.*e +- %.1e", std::clamp(exponent_of(value, 2) - exponent_of(error, 2) + 1, 0, most), value,
+                         error);
+    return formatted("%.*f +- %.*f", decimals_of(error, 0), value, decimals_of(error, 0), error);
+}
+
+} // namespace cli
