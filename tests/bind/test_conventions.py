@@ -258,7 +258,7 @@ class Importing(unittest.TestCase):
             package.mkdir(parents=True)
             (package / "toliman").symlink_to(PACKAGE / "toliman")
             environment = {**os.environ, "PYTHONPATH": str(package), "TOLIMAN_LIBRARY": "/nowhere/libtoliman.so"}
-            done = subprocess.run([sys.executable, "-c", "import toliman"], env=environment, capture_output=True, text=True)
+            done = subprocess.run([sys.executable, "-c", "from toliman import CAE"], env=environment, capture_output=True, text=True)
         self.assertRegex(done.stderr, r"(?s)ImportError: libtoliman\.so\.0\.2 was not found: build it, install it, or set "
                                       r"TOLIMAN_LIBRARY to its path\. Tried:\n  /nowhere/libtoliman\.so: ")
 

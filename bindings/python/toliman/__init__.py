@@ -35,23 +35,23 @@ Diagnostic messages of the library go to Python's logging, logger "toliman". Obj
 statement or by the garbage collector. toliman._raw has every C function, struct and constant by its name. The
 environment variable TOLIMAN_LIBRARY selects another libtoliman.so.
 """
-from ._library import (Cancelled, CapacityError, Error, InputError, LostError, NoMemoryError, NotFoundError, StateError,
-                       UnsupportedError, WriteError, abi_version, library_path, version)
-from ._results import (ComponentsInfo, ComponentsTraining, Machine, Model, NetworkInfo, Outcome, PeriodogramInfo, Plan,
-                       Sampling, SceneInfo, Stream, TrackInfo, Training)
-from .cae import CAE, Reconstruction
-from .linear import Components, Template
-from .machine import blas_speed, machine
-from .periodogram import AccuracyWarning, Grid, Peak, Periodogram, batch, period, suited_grid
-from .sim import Simulator, Spectrum, plan, shipped_scenes
-from .track import REASONS, VERDICTS, Estimate, Frame, Tracker
+import importlib
+import typing
 
-__version__ = version()
-__all__ = [
-    "AccuracyWarning", "CAE", "Cancelled", "CapacityError", "Components", "ComponentsInfo", "ComponentsTraining",
-    "Error", "Estimate", "Frame", "Grid", "InputError", "LostError", "Machine", "Model", "NetworkInfo", "NoMemoryError",
-    "NotFoundError", "Outcome", "Peak", "Periodogram", "PeriodogramInfo", "Plan", "REASONS", "Reconstruction",
-    "Sampling", "SceneInfo", "Simulator", "Spectrum", "StateError", "Stream", "Template", "TrackInfo", "Tracker",
-    "Training", "UnsupportedError", "VERDICTS", "WriteError", "abi_version", "batch", "blas_speed", "library_path",
-    "machine", "period", "plan", "shipped_scenes", "suited_grid", "version",
-]
+if typing.TYPE_CHECKING:
+    from ._public import *
+    from ._public import __all__, __version__
+
+
+def __getattr__(name: str) -> typing.Any:
+    """Loads libtoliman and all public names at the first use of one of them; toliman.report needs none."""
+    if name != "report" and (not name.startswith("_") or name in ("__all__", "__version__")):
+        public = importlib.import_module("._public", __name__)
+        globals().update({known: getattr(public, known) for known in ("__all__", "__version__", *public.__all__)})
+        if name in globals():
+            return globals()[name]
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return [*globals(), *__getattr__("__all__")]

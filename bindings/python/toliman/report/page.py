@@ -1,0 +1,162 @@
+"""The page: texts, tables and figures in their order, written as one HTML file and the figures' own files."""
+from __future__ import annotations
+
+import base64
+import dataclasses
+import os
+import pathlib
+import re
+import typing
+
+import jinja2
+from matplotlib.figure import Figure
+
+from . import style
+from .results import OUTPUT, Failure, readable
+
+MARK = ('<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        '<meta name="generator" content="toliman report">\n')  # by which a page is known to be replaceable
+_FIGURE = re.compile(r'<figure id="([A-Za-z0-9-]+)">')
+
+
+@dataclasses.dataclass(frozen=True)
+class Block:
+    """A part of the page; the template shows it by its kind: title, heading, text, found, figure or table."""
+
+    kind: str
+    text: str
+    name: str = ""
+    svg: str = ""
+    heads: typing.Sequence[str] = ()
+    rows: typing.Sequence[typing.Sequence[str]] = ()
+
+
+class Page:
+    """Collects what the sections add; write() makes the files. All texts are plain: the template escapes them."""
+
+    def __init__(self, folder: pathlib.Path, formats: typing.Sequence[str] = ("svg",), force: bool = False):
+        self.folder, self.formats, self.force = folder, formats, force
+        self.prefix = ""
+        self.blocks: list[Block] = []
+        self.words: dict[str, str] = {}
+        self.files: dict[str, bytes] = {}
+        self._names: set[str] = set()
+
+    def add(self, kind: str, text: str) -> None:
+        """Adds a title, heading, text, or `found`: the text with the result."""
+        self.blocks.append(Block(kind, readable(text)))
+
+    def add_figure(self, name: str, figure: Figure, caption: str) -> None:
+        """Draws a figure at once; a second one of a name gets a number."""
+        name = self._unique(re.sub("[^A-Za-z0-9-]", "-", self.prefix + name))
+        files = {kind: style.drawn(figure, kind) for kind in self.formats}
+        self.files.update((f"{name}.{kind}", data) for kind, data in files.items())
+        svg = base64.b64encode(files["svg"]).decode()
+        self.blocks.append(Block("figure", readable(caption), name, svg))
+
+    def _unique(self, name: str) -> str:
+        tried, number = name, 1
+        while tried in self._names:
+            number += 1
+            tried = f"{name}-{number}"
+        self._names.add(tried)
+        return tried
+
+    def add_table(self, caption: str, heads: typing.Sequence[str], rows: typing.Sequence[typing.Sequence[str]]) -> None:
+        """Adds a table: the first column is text, the others are numbers."""
+        cells = [[readable(cell) for cell in row] for row in rows]
+        self.blocks.append(Block("table", readable(caption), heads=heads, rows=cells))
+
+    def explain(self, **words: str) -> None:
+        """Adds terms to the glossary at the end of the page, each once; _ in a name stands for a blank."""
+        for name, meaning in words.items():
+            self.words.setdefault(name.replace("_", " "), meaning)
+
+    def html(self) -> str:
+        """Returns the page as text."""
+        here = jinja2.Environment(loader=jinja2.PackageLoader(__name__.rpartition(".")[0], "."), autoescape=True,
+                                  trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined)
+        title = next((block.text for block in self.blocks if block.kind == "title"), "toliman report")
+        return MARK + here.get_template("page.html").render(title=title, blocks=self.blocks, words=self.words) + "\n"
+
+    def write(self) -> pathlib.Path:
+        """Writes all files or none, the page last, and removes figures of the page that it replaces; returns its path."""
+        path, inner = self.folder / "report.html", self.folder / "figures"
+        before = _figures_of(path)
+        owned = {inner / f"{name}.{kind}" for name in before for kind in style.FORMATS}
+        files = {inner / name: data for name, data in self.files.items()}
+        made = [folder for folder in (self.folder, inner) if _make(folder)]
+        written: list[tuple[pathlib.Path, pathlib.Path]] = []
+        try:
+            for target, data in [*files.items(), (path, self.html().encode())]:
+                if not self.force and target not in owned and not (target == path and _is_page(path)):
+                    _check_free(target)
+                written.append((_temporary(target, data), target.resolve()))
+            for temporary, target in written:
+                os.replace(temporary, target)
+            made.clear()
+        except OSError as error:
+            raise Failure(OUTPUT, f"{readable(target)}: cannot be written: {error.strerror}") from None
+        finally:
+            for temporary, _ in written:
+                temporary.unlink(missing_ok=True)
+            for folder in reversed(made):
+                folder.rmdir()
+        for old in owned - set(files):
+            old.unlink(missing_ok=True)
+        return path
+
+
+def _figures_of(path: pathlib.Path) -> list[str]:
+    return _FIGURE.findall(path.read_text(errors="replace")) if _is_page(path) else []
+
+
+def _is_page(path: pathlib.Path) -> bool:
+    try:
+        with open(path, "rb") as file:
+            return file.read(len(MARK)) == MARK.encode()
+    except OSError:
+        return False
+
+
+def _make(folder: pathlib.Path) -> bool:
+    """Makes a folder; false if it exists."""
+    try:
+        folder.mkdir()
+        return True
+    except FileExistsError:
+        pass
+    except OSError as error:
+        raise Failure(OUTPUT, f"{readable(folder)}: cannot be created: {error.strerror}") from None
+    if not folder.is_dir():
+        raise Failure(OUTPUT, f"{readable(folder)}: is not a folder")
+    return False
+
+
+def _check_free(target: pathlib.Path) -> None:
+    if target.exists() and not (target.is_file() and target.stat().st_size == 0):
+        raise Failure(OUTPUT, f"{readable(target)}: exists and was not written by toliman: give --force to replace it")
+
+
+def _temporary(target: pathlib.Path, data: bytes) -> pathlib.Path:
+    """Writes data next to the target, under a name that is not in use; returns its path."""
+    target = target.resolve()
+    for number in range(100):
+        path = target.with_name(f"{target.name}.{number}.tmp")
+        try:
+            file = open(path, "xb", buffering=0)
+        except FileExistsError:
+            continue
+        try:
+            with file:
+                view = memoryview(data)
+                while view:
+                    view = view[file.write(view):]
+                os.fsync(file.fileno())
+            if target.exists():
+                path.chmod(target.stat().st_mode & 0o777)
+            return path
+        except BaseException:
+            path.unlink(missing_ok=True)
+            raise
+    raise Failure(OUTPUT, f"{readable(target)}: cannot be written: 100 temporary files are in the way")
