@@ -83,7 +83,7 @@ class Replace(ProgramTest):
         (self.folder / "c.json").write_text(json.dumps(scene))
         for _ in range(2):
             self.assertEqual(self.run_program("run", "c.json", "--out", "r").returncode, 0)
-        for name in ("result.json", "series.csv", "periodogram.csv", "training.csv", "weights.tlmw"):
+        for name in ("result.json", "series.csv", "periodogram.csv", "training.csv", "displacement.csv", "weights.tlmw", "images/frame.npy"):
             with self.subTest(name):
                 own = (self.folder / "r" / name).read_bytes()
                 (self.folder / "r" / name).write_text("notes\n")

@@ -11,7 +11,7 @@ class ChapterRun(ProgramTest):
     def test_figures_and_files(self):
         out = self.succeed("run", SCENES / "chapter.json", "--seed", "3", "--out", "results", "--json")
         files = self.folder / "results"
-        self.assertEqual(sorted(p.name for p in files.iterdir()), ["periodogram.csv", "result.json", "scene.json", "series.csv", "training.csv", "weights.tlmw"])
+        self.assertEqual(sorted(p.name for p in files.iterdir()), ["displacement.csv", "images", "periodogram.csv", "result.json", "scene.json", "series.csv", "training.csv", "weights.tlmw"])
         self.assertEqual(out, (files / "result.json").read_text())
         result = json.loads(out)
         self.assertEqual(result["schema"], "toliman-run/2")
@@ -32,7 +32,7 @@ class ChapterRun(ProgramTest):
         self.assertAlmostEqual(result["decoder"]["gain"], 1, delta=0.05)
         self.assertEqual(
             set(result["timings"]),
-            {"setup_s", "train_s", "simulate_s", "encode_s", "period_s", "controls_s", "total_s"},
+            {"setup_s", "train_s", "simulate_s", "encode_s", "period_s", "controls_s", "images_s", "total_s"},
         )
         with open(files / "series.csv") as file:
             rows = list(csv.DictReader(line for line in file if line[0] != "#"))
@@ -44,9 +44,10 @@ class ChapterRun(ProgramTest):
         self.assertAlmostEqual(slope, 1, delta=0.25)  # in pixels, right sign; sigma of the slope is 0.055
         with open(files / "periodogram.csv") as file:
             power = list(csv.DictReader(line for line in file if line[0] != "#"))
-        self.assertEqual(list(power[0]), ["frequency", "power", "template"])
+        self.assertEqual(list(power[0]), ["frequency", "power", "template", "true"])
         self.assertEqual(len(power), result["grid"]["nf"])
-        for column, period in (("power", result["period_days"]), ("template", result["template"]["period_days"])):
+        for column, period in (("power", result["period_days"]), ("template", result["template"]["period_days"]),
+                               ("true", result["true_series"]["period_days"])):
             top = max(power, key=lambda row: float(row[column]))
             self.assertAlmostEqual(float(top["frequency"]), 1 / period, delta=result["grid"]["df"])
         self.check_truth(result)

@@ -7,7 +7,6 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 
 #include <fcntl.h>
 #include <unistd.h>
@@ -16,6 +15,7 @@
 #include "common/failure.hpp"
 #include "common/json.hpp"
 #include "common/output.hpp"
+#include "common/provenance.hpp"
 #include "common/text.hpp"
 #include "frames/fits.hpp"
 #include "options/command.hpp"
@@ -74,18 +74,9 @@ Sync sync_in(const std::string &folder) {
     return sync;
 }
 
-// The model name that Linux reports.
-std::string cpu_name() {
-    std::ifstream cpuinfo("/proc/cpuinfo");
-    for (std::string line; std::getline(cpuinfo, line);)
-        if (line.rfind("model name", 0) == 0 && line.find(": ") != std::string::npos)
-            return line.substr(line.find(": ") + 2);
-    return "unknown";
-}
-
 struct Health {
     toliman_machine machine = toliman::sized<toliman_machine>();
-    std::string cpu = cpu_name();
+    std::string cpu = processor_name();
     std::vector<std::string> sets; // instruction sets of the CPU
     double gflops = 0;
     std::string cfitsio;

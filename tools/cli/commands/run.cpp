@@ -4,13 +4,16 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "common/content.hpp"
 #include "common/failure.hpp"
 #include "common/input.hpp"
-#include "common/json.hpp"
 #include "common/output.hpp"
+#include "common/stopwatch.hpp"
 #include "common/text.hpp"
+#include "experiment/displacement_errors.hpp"
 #include "experiment/pipeline.hpp"
+#include "experiment/run_folder.hpp"
+#include "experiment/run_images.hpp"
+#include "experiment/run_result.hpp"
 #include "options/command.hpp"
 #include "options/seed.hpp"
 #include "scenes/scene_json.hpp"
@@ -39,8 +42,12 @@ Input: a scene with noise and 5 to 400000 frames of at least 256x256 pixels.
 Output: a summary on standard output and a folder with these files. `toliman report` draws figures from them.
   result.json      all results (schema toliman-run/2)
   series.csv       columns frame, t (days), true displacement, latent, template value (px)
-  periodogram.csv  frequency in 1/day, power of the latents, power of the template's values
+  periodogram.csv  frequency in 1/day, power of the latents, of the template's values and of the true displacements
   training.csv     loss after each training step
+  displacement.csv errors of the scene's Taylor expansion and of interpolated images, for displacements of 1e-2 to
+                   1e-6 px
+  images/          pupil, point spread functions at 600, 550-600 and 500-700 nm, expected frame, frame 0, change by the
+                   signal, five random frames with their reconstructions and residuals, as .npy
   scene.json       the scene as it was read
   weights.tlmw     the trained network, for toliman encode
 
@@ -64,100 +71,6 @@ void print_warnings(const Pipeline &pipeline, const std::string &folder, Progres
         progress.warn(folder + "/report shows the previous run; update it with: toliman report " + folder);
 }
 
-Json result_json(const Scene &scene, const Pipeline &pipeline) {
-    const toliman_sim_info &info = scene.info;
-    const toliman_period_peak &peak = pipeline.latent.peak;
-    Json json, of_template, no_signal, untrained, truth, grid, timings, decoder;
-    of_template.set("sigma_px", pipeline.estimate.sigma_px).set("period_days", pipeline.estimate.peak.period);
-    of_template.set("log10_fap", pipeline.estimate.peak.log10_fap);
-    of_template.set("fwhm_period_days", pipeline.estimate.peak.fwhm_period);
-    no_signal.set("log10_fap", pipeline.no_signal.peak.log10_fap);
-    no_signal.set("frames", static_cast<double>(pipeline.control_frames));
-    untrained.set("log10_fap", pipeline.untrained.peak.log10_fap).set("sigma_px", pipeline.untrained.sigma_px);
-    const toliman_period_peak &true_peak = pipeline.truth.peak;
-    truth.set("period_days", true_peak.period).set("half_width_period_days", true_peak.half_width_period);
-    truth.set("log10_fap", true_peak.log10_fap);
-    decoder.set("cosine", pipeline.decoder_cosine).set("gain", pipeline.decoder_gain);
-    grid.set("f0", pipeline.grid.f0).set("df", pipeline.grid.df).set("nf", static_cast<double>(pipeline.grid.nf));
-    const Timings &spent = pipeline.timings;
-    timings.set("setup_s", spent.setup).set("simulate_s", spent.simulate).set("train_s", spent.train);
-    timings.set("encode_s", spent.encode).set("period_s", spent.period).set("controls_s", spent.controls);
-    timings.set("total_s", spent.total);
-
-    json.set("schema", "toliman-run/2").set("version", toliman_version());
-    json.set("scene", toliman_sim_get_name(scene.sim.get())).set("seed", pipeline.seed);
-    json.set("scene_folder", std::filesystem::absolute(folder_of(scene.path)).lexically_normal().string());
-    json.set("frames", static_cast<double>(info.frames)).set("amplitude_px", info.amplitude_px);
-    json.set("amplitude_uas", info.amplitude_uas);
-    json.set("true_period_days", info.period_days).set("crb_px", info.crb_px);
-    json.set("crb_flux_shift_px", info.crb_flux_shift_px)
-        .set("crb_marginal_px", info.crb_marginal_px)
-        .set("crb_projected_px", info.crb_projected_px);
-    json.set("latent_sigma_px", pipeline.latent.sigma_px);
-    json.set("efficiency", pipeline.efficiency);
-    json.set("efficiency_error", pipeline.efficiency / std::sqrt(2 * static_cast<double>(pipeline.control_frames)));
-    json.set("cosine", pipeline.training.cosine).set("period_days", peak.period);
-    json.set("half_width_period_days", peak.half_width_period).set("fwhm_period_days", peak.fwhm_period);
-    json.set("period_error_days", peak.period_error);
-    json.set("at_edge", (peak.flags & TOLIMAN_PERIOD_AT_EDGE) != 0);
-    json.set("fitted_amplitude_px", peak.amplitude).set("log10_fap", peak.log10_fap);
-    json.set("mmse", pipeline.mmse).set("photon_floor", pipeline.photon_floor).set("mssim", pipeline.mssim);
-    json.set("power_at_fap_1e-3", pipeline.false_alarm_power);
-    json.set("decoder", std::move(decoder)).set("template", std::move(of_template));
-    true_peak.period > 0 ? json.set("true_series", std::move(truth)) : json.set("true_series", nullptr);
-    json.set("no_signal", std::move(no_signal)).set("untrained", std::move(untrained));
-    json.set("grid", std::move(grid)).set("timings", std::move(timings));
-    return json;
-}
-
-void write_series(OutputFile &out, const Cadence &cadence, const Pipeline &pipeline) {
-    out.print("%sframe,t,true,latent,template\n", kSeriesMark);
-    for (size_t k = 0; k < cadence.times.size(); k++)
-        out.print("%zu,%.17g,%.17g,%.17g,%.17g\n", k, cadence.times[k], cadence.displacements[k], pipeline.latents[k],
-                  pipeline.estimates[k]);
-}
-
-void write_periodogram(OutputFile &out, const Pipeline &pipeline) {
-    out.print("%sfrequency,power,template\n", kPeriodogramMark);
-    for (size_t k = 0; k < pipeline.power.size(); k++)
-        out.print("%.17g,%.17g,%.17g\n", pipeline.grid.f0 + pipeline.grid.df * static_cast<double>(k),
-                  pipeline.power[k], pipeline.estimate_power[k]);
-}
-
-void write_training(OutputFile &out, const Pipeline &pipeline) {
-    out.print("%sstep,loss\n", kTrainingMark);
-    for (size_t k = 0; k < pipeline.losses.size(); k++)
-        out.print("%zu,%.17g\n", k + 1, pipeline.losses[k]);
-}
-
-// The files of a run, all or none: opened before the computation, so that an unwritable folder fails at once.
-class RunFolder {
-  public:
-    RunFolder(const std::string &path, const Scene &scene)
-        : scene_text_(whole_text(scene.path)), folder_(path), result_(folder_.file("result.json")),
-          series_(folder_.file("series.csv")), periodogram_(folder_.file("periodogram.csv")),
-          training_(folder_.file("training.csv")), scene_(folder_.file("scene.json"), Replaces::scenes),
-          weights_(folder_.file("weights.tlmw")) {}
-
-    void write(const Cadence &cadence, const Pipeline &pipeline, const std::string &json) {
-        scene_.write(scene_text_.data(), scene_text_.size());
-        weights_.write(pipeline.weights.data(), pipeline.weights.size());
-        result_.write(json.data(), json.size());
-        write_series(series_, cadence, pipeline);
-        write_periodogram(periodogram_, pipeline);
-        write_training(training_, pipeline);
-        for (OutputFile *file : {&scene_, &weights_, &series_, &periodogram_, &training_})
-            file->commit();
-        result_.commit(); // last: a result.json implies that all other files are complete
-        folder_.keep();
-    }
-
-  private:
-    std::string scene_text_; // read before the computation: the file may change meanwhile
-    OutputFolder folder_;
-    OutputFile result_, series_, periodogram_, training_, scene_, weights_;
-};
-
 void print_summary(const Scene &scene, const Pipeline &pipeline, const std::string &folder) {
     const toliman_sim_info &info = scene.info;
     const toliman_period_peak &peak = pipeline.latent.peak;
@@ -179,13 +92,35 @@ void print_summary(const Scene &scene, const Pipeline &pipeline, const std::stri
     std::printf("controls      log10 FAP %.1f untrained, %.1f without signal\n", pipeline.untrained.peak.log10_fap,
                 pipeline.no_signal.peak.log10_fap);
     std::printf("decoder       mean squared error %.4g (noise alone %.4g), 1 - structural similarity %.2g\n",
-                pipeline.mmse, pipeline.photon_floor, 1 - pipeline.mssim);
+                pipeline.reconstructions.mmse, pipeline.reconstructions.photon_floor,
+                1 - pipeline.reconstructions.mssim);
     const Timings &spent = pipeline.timings;
     std::printf("seconds       %.1f: set-up %.1f, train %.1f, simulate %.1f, encode %.1f, period %.1f, controls %.1f\n",
                 spent.total, spent.setup, spent.train, spent.simulate, spent.encode, spent.period, spent.controls);
     std::printf("results       %s/result.json, series.csv, periodogram.csv, ...; figures: toliman report %s\n",
                 folder.c_str(), folder.c_str());
     print_stdout("");
+}
+
+// Computes what remains to be written after the pipeline, and writes all results; returns result.json.
+std::string complete(const Scene &scene, const std::string &text, const Cadence &cadence, Pipeline &pipeline,
+                     RunFolder &folder) {
+    const JsonTree tree = parse_scene(scene.path, text);
+    const cJSON *telescope = item_of(tree.get(), "telescope");
+    const cJSON *rotation = item_of(item_of(tree.get(), "detector"), "rotation_deg");
+    std::vector<RunImage> images;
+    std::vector<DisplacementErrors> displacements;
+    {
+        const Stopwatch watch(pipeline.timings.images), total(pipeline.timings.total);
+        images = run_images(scene, telescope, pipeline.seed, pipeline.reconstructions);
+        const RunImage &expected = images[kExpectedImage];
+        displacements =
+            displacement_errors(scene.path, telescope, expected.min_nm, expected.max_nm, scene.info.pixel_scale_arcsec);
+    }
+    const double degrees = rotation != nullptr ? rotation->valuedouble : 0;
+    const std::string json = run_result(scene, degrees, cadence, pipeline, images);
+    folder.write({text, json, cadence, pipeline, images, displacements});
+    return json;
 }
 
 void run(const Options &options, Progress &progress) {
@@ -195,12 +130,12 @@ void run(const Options &options, Progress &progress) {
     const Cadence cadence(scene);
     const std::string name = toliman_sim_get_name(scene.sim.get());
     const std::string path = options.folder.empty() ? (name.empty() ? "scene" : name) + ".run" : options.folder;
-    RunFolder folder(path, scene);
+    const std::string text = whole_text(scene.path); // before the computation: the file may change meanwhile
+    RunFolder folder(path);
     const double setup = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    const Pipeline pipeline =
+    Pipeline pipeline =
         run_pipeline(scene, cadence, options.seed_given ? options.seed : scene.info.seed, setup, progress);
-    const std::string json = result_json(scene, pipeline).text();
-    folder.write(cadence, pipeline, json);
+    const std::string json = complete(scene, text, cadence, pipeline, folder);
     progress.clear();
     print_warnings(pipeline, path, progress);
     if (options.as_json)

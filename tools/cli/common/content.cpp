@@ -178,7 +178,7 @@ bool is_own(const Identity &file) {
         return is_own_npy(file.head);
     case Content::text:
         return has_mark(kSeriesMark) || has_mark(kPeriodogramMark) || has_mark(kTrainingMark) ||
-               has_mark(kTrialsMark) || has_mark(kPageMark) ||
+               has_mark(kDisplacementMark) || has_mark(kTrialsMark) || has_mark(kPageMark) ||
                (has_mark("# Experiment: ") && file.head.find(kExperimentMark) != std::string::npos);
     default:
         return false;

@@ -32,6 +32,8 @@ bool is_own(const Identity &file);
 inline constexpr char kSeriesMark[] = "# separation series: t in days, the rest in pixels\n";
 inline constexpr char kPeriodogramMark[] =
     "# Lomb-Scargle power of the latents and of the template's values: frequency in 1/day\n";
+inline constexpr char kDisplacementMark[] =
+    "# errors of displaced images over the largest change of a pixel by the displacement\n";
 inline constexpr char kTrainingMark[] = "# loss after each step of training\n";
 inline constexpr char kTrialsMark[] =
     "# a method on a series of frames: amplitude_px 0 is without signal; the rest in pixels and days\n";

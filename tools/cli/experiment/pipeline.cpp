@@ -17,9 +17,8 @@ namespace cli {
 
 namespace {
 
-constexpr size_t kControlFrames = 2000;   // at least: efficiency to 1/sqrt(2 * 2000) = 1.6 %
-constexpr size_t kValidationFrames = 110; // size of the book chapter's validation set
-constexpr uint32_t kSteps = 300;          // the library's default
+constexpr size_t kControlFrames = 2000; // at least: efficiency to 1/sqrt(2 * 2000) = 1.6 %
+constexpr uint32_t kSteps = 300;        // the library's default
 
 using toliman::check;
 
@@ -79,7 +78,7 @@ class Estimators {
         result.latents.resize(total);
         result.estimates.resize(total);
         untrained.resize(total);
-        result.validation_frames = std::min(total, kValidationFrames);
+        Reconstructor reconstructor(scene_, cae_, seed_, total);
         const auto work = [&](size_t at, size_t count, const double *images) {
             const toliman_image image = plain_image(images);
             {
@@ -89,11 +88,12 @@ class Estimators {
             const Stopwatch watch(result.timings.controls);
             check(toliman_cae_encode_many(untrained_.get(), &image, count, 0, &untrained[at], nullptr));
             estimate(images, count, &result.estimates[at]);
-            for (size_t i = 0; i < count && at + i < result.validation_frames; i++)
-                reconstruct(images + i * scene_.pixels(), result);
+            for (size_t i = 0; i < count; i++)
+                reconstructor.take(at + i, images + i * scene_.pixels());
             show("frames", at + count, total);
         };
         for_frames(scene_, seed_, 0, total, nullptr, work, &result.timings.simulate);
+        result.reconstructions = reconstructor.result();
     }
 
     // Frames without signal; their numbers follow those of the cadence.
@@ -126,19 +126,6 @@ class Estimators {
         const toliman_image image = plain_image(images);
         check(toliman_linear_encode_many(linear_.get(), &image, count, 0, values, nullptr));
     }
-
-    void reconstruct(const double *image, Pipeline &result) const {
-        constexpr size_t side = 256;
-        std::vector<double> reconstructed(side * side);
-        double mmse, mssim, floor;
-        check(toliman_cae_reconstruct(cae_.get(), image, cols(), reconstructed.data(), side, &mmse, &mssim, &floor));
-        const auto share = 1 / static_cast<double>(result.validation_frames);
-        result.mmse += mmse * share;
-        result.mssim += mssim * share;
-        result.photon_floor += floor * share;
-    }
-
-    size_t cols() const { return static_cast<size_t>(scene_.info.cols); }
 
     const Scene &scene_;
     uint64_t seed_;
@@ -189,8 +176,12 @@ Pipeline run_pipeline(const Scene &scene, const Cadence &cadence, uint64_t seed,
     result.estimate_power = power_of(of_template.handle, result.grid.nf);
     result.no_signal.peak = searched(blank_latents).peak;
     result.untrained.peak = searched(untrained).peak;
-    if (deviation(cadence.displacements) > 0)
-        result.truth.peak = searched(cadence.displacements).peak;
+    result.true_power.resize(result.power.size());
+    if (deviation(cadence.displacements) > 0) {
+        const Periodogram of_truth = searched(cadence.displacements);
+        result.truth.peak = of_truth.peak;
+        result.true_power = power_of(of_truth.handle, result.grid.nf);
+    }
     return result;
 }
 

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "common/terminal.hpp"
+#include "experiment/reconstructions.hpp"
 #include "scenes/scene.hpp"
 #include "series/periodogram.hpp"
 
@@ -18,21 +19,22 @@ struct Outcome {
 constexpr double kFalseAlarm = -3; // log10 FAP
 
 struct Timings {
-    double setup = 0, train = 0, simulate = 0, encode = 0, period = 0, controls = 0, total = 0;
+    double setup = 0, train = 0, simulate = 0, encode = 0, period = 0, controls = 0, images = 0, total = 0;
 };
 
 struct Pipeline {
     uint64_t seed = 0;
     FrequencyGrid grid = {};
     toliman_cae_training training = {};
-    double decoder_cosine = 0, decoder_gain = 0;  // of (decode(z) - decode(0))/z against the whitened derivative
-    double mmse = 0, mssim = 0, photon_floor = 0; // means over the validation frames
-    size_t control_frames = 0, validation_frames = 0;
+    double decoder_cosine = 0, decoder_gain = 0; // of (decode(z) - decode(0))/z against the whitened derivative
+    Reconstructions reconstructions;
+    size_t control_frames = 0;
     double efficiency = 0; // of the latent; NaN if the frames lack the photon noise that the bound assumes
     Outcome latent, estimate, untrained, no_signal; // `estimate` is the template's
     Outcome truth;                                  // of the true displacements; peak of period 0 without signal
     std::vector<double> latents, estimates;         // of the frames with signal
     std::vector<double> power, estimate_power;      // of the latents and of the template's values
+    std::vector<double> true_power;                 // of the true displacements; 0 without signal
     double false_alarm_power = 0;                   // power whose log10 FAP is kFalseAlarm
     std::vector<double> losses;                     // of training, after each step
     std::vector<unsigned char> weights;             // of the trained network, a TLMW

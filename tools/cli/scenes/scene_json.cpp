@@ -8,7 +8,10 @@
 namespace cli {
 
 JsonTree read_scene_json(const std::string &path) {
-    const std::string text = whole_text(path);
+    return parse_scene(path, whole_text(path));
+}
+
+JsonTree parse_scene(const std::string &path, const std::string &text) {
     JsonTree tree(cJSON_ParseWithLength(text.data(), text.size()));
     if (!tree)
         malformed(path, "changed while it was read");

@@ -8,6 +8,8 @@
 namespace cli {
 
 JsonTree read_scene_json(const std::string &path);
+// `text` is the content of the file.
+JsonTree parse_scene(const std::string &path, const std::string &text);
 JsonTree copy_of(const cJSON *item);
 // The folder at which relative file names of the scene at `path` start.
 std::string folder_of(const std::string &path);

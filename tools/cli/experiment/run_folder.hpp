@@ -1,0 +1,38 @@
+// The folder of a run's results: all files or none.
+#pragma once
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/output.hpp"
+#include "experiment/displacement_errors.hpp"
+#include "experiment/pipeline.hpp"
+#include "experiment/run_images.hpp"
+
+namespace cli {
+
+// Everything that a run writes; result.json as text.
+struct RunFiles {
+    const std::string &scene, &result;
+    const Cadence &cadence;
+    const Pipeline &pipeline;
+    const std::vector<RunImage> &images;
+    const std::vector<DisplacementErrors> &displacements;
+};
+
+// Opens every file before the computation, so that an unwritable folder fails at once.
+class RunFolder {
+  public:
+    explicit RunFolder(const std::string &path);
+    void write(const RunFiles &files);
+
+  private:
+    OutputFile &add(const std::string &name, Replaces what = Replaces::results);
+
+    OutputFolder folder_, image_folder_;
+    std::vector<std::unique_ptr<OutputFile>> files_; // result.json first
+    OutputFile &result_, &series_, &periodogram_, &training_, &displacement_, &scene_, &weights_;
+    std::vector<OutputFile *> images_; // as kRunImages
+};
+
+} // namespace cli

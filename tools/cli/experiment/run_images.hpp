@@ -1,0 +1,35 @@
+// Images of a run's scene for its report: pupil, point spread functions, noise-free and noisy frame.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "common/json.hpp"
+#include "experiment/reconstructions.hpp"
+#include "scenes/scene.hpp"
+
+namespace cli {
+
+// An array [..][rows][cols] and the coordinates of its pixels in axis_unit: pixel [i][j] is at (first_x + j step,
+// first_y + i step).
+struct RunImage {
+    std::string what, unit, axis_unit = "px";
+    std::vector<size_t> shape;
+    double first_x = 0, first_y = 0, step = 1;
+    double min_nm, max_nm; // wavelengths; NaN for the pupil
+    std::vector<double> values;
+    std::string reason = {}; // of values that are all NaN; "" otherwise
+};
+
+// Names of the images, in the order of run_images.
+constexpr const char *kRunImages[] = {"pupil_amplitude", "pupil_opd",       "psf_600nm", "psf_550-600nm",
+                                      "psf_500-700nm",   "expected",        "frame",     "difference",
+                                      "frames",          "reconstructions", "residuals"};
+constexpr size_t kExpectedImage = 5; // index of "expected"
+
+// `telescope` is that of the scene. The last three images are moved from the reconstructions.
+std::vector<RunImage> run_images(const Scene &scene, const cJSON *telescope, uint64_t seed,
+                                 Reconstructions &reconstructions);
+
+const char *unit_of(const toliman_sim_info &info);
+
+} // namespace cli
