@@ -22,6 +22,7 @@ namespace api = toliman::api;
 namespace optics = toliman::optics;
 using toliman::Buffer;
 using toliman::fail;
+using toliman::Scene;
 using toliman::Status;
 
 namespace {
@@ -123,7 +124,7 @@ double total(const std::vector<double> &values) {
 }
 
 toliman_sim_info info_of(const optics::Simulator &simulator) {
-    const optics::Scene &scene = simulator.scene();
+    const Scene &scene = simulator.scene();
     const optics::Light &light = simulator.light();
     const Buffer<double> &both = simulator.images().both;
     toliman_sim_info info = {};
@@ -157,7 +158,7 @@ toliman_sim_info info_of(const optics::Simulator &simulator) {
     return info;
 }
 
-toliman_sim_plan_info plan_of(const optics::Scene &scene, const optics::Pupil &pupil, const optics::Plan &plan) {
+toliman_sim_plan_info plan_of(const Scene &scene, const optics::Pupil &pupil, const optics::Plan &plan) {
     toliman_sim_plan_info info = {};
     info.engine = kEngines.to_constant(plan.engine);
     info.scene_wavelengths = static_cast<int32_t>(plan.scene_wavelengths);
@@ -405,7 +406,7 @@ toliman_status toliman_sim_get_offsets(const toliman_sim *sim, toliman_sim_offse
 toliman_status toliman_sim_propagate(const toliman_sim *sim, double displacement_px, double *image,
                                      size_t stride) noexcept {
     return api::guard([&] {
-        check_displacement(displacement_px, optics::kFarthestDisplacement);
+        check_displacement(displacement_px, toliman::kFarthestDisplacement);
         fill_image(sim, image, stride, [&](const optics::Simulator &simulator, double *whole) {
             simulator.propagate(displacement_px, whole);
             simulator.detector().to_counts(optics::Quantity::frame, whole);
@@ -416,7 +417,7 @@ toliman_status toliman_sim_propagate(const toliman_sim *sim, double displacement
 toliman_status toliman_sim_expect(const toliman_sim *sim, double displacement_px, double *image,
                                   size_t stride) noexcept {
     return api::guard([&] {
-        check_displacement(displacement_px, optics::kLargestDisplacement);
+        check_displacement(displacement_px, toliman::kLargestDisplacement);
         fill_image(sim, image, stride, [&](const optics::Simulator &simulator, double *whole) {
             simulator.expect(displacement_px, whole);
             simulator.detector().to_counts(optics::Quantity::frame, whole);

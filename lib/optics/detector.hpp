@@ -4,7 +4,7 @@
 #pragma once
 #include "base/buffer.hpp"
 #include "base/progress.hpp"
-#include "optics/scene.hpp"
+#include "scene/scene.hpp"
 
 namespace toliman::optics {
 

@@ -13,7 +13,7 @@
 #include "base/constants.hpp"
 #include "base/error.hpp"
 #include "kernels/blackbody.hpp"
-#include "optics/spectrum_table.hpp"
+#include "scene/spectrum_table.hpp"
 
 namespace toliman::optics {
 
@@ -36,11 +36,11 @@ std::vector<Sample> sample_band(const Band &band) {
     return samples;
 }
 
-std::vector<Sample> sample_table(const Scene &scene, const Source &source) {
-    const SpectrumTable table(source.file);
+std::vector<Sample> sample_table(const Scene &scene, const Spectrum &spectrum) {
+    const SpectrumTable table(spectrum.file);
     if (table.first_nm() > scene.band->min_nm || table.last_nm() < scene.band->max_nm)
         fail(Status::scene, "%s: {band}: %g to %g nm: must be within the range of %s, %g to %g nm",
-             scene.source.c_str(), scene.band->min_nm, scene.band->max_nm, source.file.c_str(), table.first_nm(),
+             scene.source.c_str(), scene.band->min_nm, scene.band->max_nm, spectrum.file.c_str(), table.first_nm(),
              table.last_nm());
     std::vector<Sample> samples = sample_band(*scene.band);
     for (Sample &sample : samples)
@@ -48,19 +48,19 @@ std::vector<Sample> sample_table(const Scene &scene, const Source &source) {
     return samples;
 }
 
-std::vector<Sample> sample_source(const Scene &scene, const Source &source) {
+std::vector<Sample> sample_spectrum(const Scene &scene, const Spectrum &spectrum) {
     std::vector<Sample> samples;
-    switch (source.kind) {
-    case Source::Kind::blackbody:
+    switch (spectrum.kind) {
+    case Spectrum::Kind::blackbody:
         samples = sample_band(*scene.band);
         for (Sample &sample : samples)
-            sample.weight *= kernels::blackbody_photons(sample.wavelength_nm * 1e-9, source.temperature_k);
+            sample.weight *= kernels::blackbody_photons(sample.wavelength_nm * 1e-9, spectrum.temperature_k);
         break;
-    case Source::Kind::table:
-        return sample_table(scene, source);
-    case Source::Kind::lines:
-        for (size_t i = 0; i < source.weight.size(); i++)
-            samples.push_back({source.wavelength_nm[i], source.weight[i]});
+    case Spectrum::Kind::table:
+        return sample_table(scene, spectrum);
+    case Spectrum::Kind::lines:
+        for (size_t i = 0; i < spectrum.weight.size(); i++)
+            samples.push_back({spectrum.wavelength_nm[i], spectrum.weight[i]});
         break;
     }
     return samples;
@@ -76,7 +76,7 @@ double flux_of(const Scene &scene, const Star &star) {
 void sample_stars(const Scene &scene, Light &light) {
     std::map<double, std::array<double, 2>> photons; // of both stars by wavelength in nm
     for (size_t star = 0; star < scene.stars.size(); star++) {
-        const std::vector<Sample> samples = sample_source(scene, scene.stars[star].source);
+        const std::vector<Sample> samples = sample_spectrum(scene, scene.stars[star].spectrum);
         double sum = 0;
         for (const Sample &sample : samples)
             sum += sample.weight;
@@ -148,8 +148,9 @@ Offsets offsets_at(const Scene &scene, const Light &light, double days) noexcept
         return {{{offset[0], offset[1]}, {offset[2], offset[3]}}};
     }
     if (!binary.orbit)
-        return offsets_of(binary.position, scene, light);
-    return offsets_of(position_on_orbit(*binary.orbit, binary.years + days / kDaysPerYear), scene, light);
+        return offsets_of({binary.separation_arcsec, binary.position_angle_deg}, scene, light);
+    return offsets_of(position_on_orbit(*binary.orbit, binary.date - binary.orbit->epoch + days / kDaysPerYear), scene,
+                      light);
 }
 
 void scale_light(Light &light, double factor) noexcept {

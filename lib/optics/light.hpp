@@ -3,7 +3,7 @@
 #include <array>
 #include <vector>
 
-#include "optics/scene.hpp"
+#include "scene/scene.hpp"
 
 namespace toliman::optics {
 

@@ -4,7 +4,7 @@
 #include "optics/light.hpp"
 #include "optics/pixel.hpp"
 #include "optics/pupil.hpp"
-#include "optics/scene.hpp"
+#include "scene/scene.hpp"
 
 namespace toliman::optics {
 

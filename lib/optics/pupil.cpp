@@ -12,7 +12,7 @@
 #include "base/constants.hpp"
 #include "base/npy.hpp"
 #include "kernels/zernike.hpp"
-#include "optics/reader.hpp"
+#include "scene/range.hpp"
 
 namespace toliman::optics {
 
@@ -103,7 +103,8 @@ double opd_of(const Mask &mask, double value, size_t i) {
 }
 
 // The N x N numbers of the file that the scene names under key, each checked to be within the range.
-std::vector<double> read_map(const Scene &scene, const char *key, const std::string &path, size_t n, Range range) {
+std::vector<double> read_map(const Scene &scene, const char *key, const std::string &path, size_t n,
+                             scene::Range range) {
     NpyImage image = parse_npy(file::read(path, n * n * sizeof(double) + 65536), path);
     if (image.rows != n || image.cols != n)
         fail(Status::format, "%s: {telescope.%s}: %s is %zu x %zu: must be %zu x %zu, as pupil_samples",
@@ -124,7 +125,8 @@ void add_mask(const Scene &scene, Pupil &pupil) {
         });
     if (mask.kind != Mask::Kind::file)
         return;
-    const std::vector<double> map = read_map(scene, "mask.file", mask.file, pupil.samples, within(-1e6, 1e6, ""));
+    const std::vector<double> map =
+        read_map(scene, "mask.file", mask.file, pupil.samples, scene::within(-1e6, 1e6, ""));
     for (size_t i = 0; i < map.size(); i++)
         pupil.opd_m[i] = opd_of(mask, map[i], i);
 }
@@ -142,7 +144,7 @@ void add_aberrations(const Scene &scene, Pupil &pupil) {
     if (telescope.opd_file.empty())
         return;
     const std::vector<double> map = read_map(scene, "aberrations.opd_file", telescope.opd_file, pupil.samples,
-                                             within(-kLargestOpd, kLargestOpd, "m"));
+                                             scene::within(-kLargestOpd, kLargestOpd, "m"));
     for (size_t i = 0; i < map.size(); i++)
         pupil.opd_m[i] += map[i];
 }
@@ -152,7 +154,7 @@ void add_amplitude(const Scene &scene, Pupil &pupil) {
     const std::string &path = scene.telescope.amplitude_file;
     if (path.empty())
         return;
-    const std::vector<double> map = read_map(scene, "amplitude.file", path, pupil.samples, within(0, 1, ""));
+    const std::vector<double> map = read_map(scene, "amplitude.file", path, pupil.samples, scene::within(0, 1, ""));
     const double open = pupil.area;
     pupil.area = 0;
     for (size_t i = 0; i < map.size(); i++) {

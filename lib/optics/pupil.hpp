@@ -1,7 +1,7 @@
 // The pupil: amplitude and optical path difference (OPD) in each cell of a grid.
 #pragma once
 #include "base/buffer.hpp"
-#include "optics/scene.hpp"
+#include "scene/scene.hpp"
 
 namespace toliman::optics {
 

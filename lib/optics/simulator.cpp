@@ -15,7 +15,7 @@
 #include "backend/json.hpp"
 #include "base/workers.hpp"
 #include "optics/warnings.hpp"
-#include "optics/wobble.hpp"
+#include "scene/wobble.hpp"
 
 namespace toliman::optics {
 
@@ -94,7 +94,7 @@ double Simulator::time_days(int64_t k) const noexcept {
 }
 
 double Simulator::displacement_px(int64_t k) const noexcept {
-    return optics::displacement_px(scene_.signal, time_days(k));
+    return toliman::displacement_px(scene_.signal, time_days(k));
 }
 
 Buffer<double> Simulator::star_at(const Light &light, size_t star, double displacement_px) const {

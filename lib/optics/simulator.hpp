@@ -10,8 +10,8 @@
 #include "optics/light.hpp"
 #include "optics/plan.hpp"
 #include "optics/pupil.hpp"
-#include "optics/scene.hpp"
 #include "optics/systematics.hpp"
+#include "scene/scene.hpp"
 
 namespace toliman::optics {
 

@@ -1,7 +1,7 @@
 // The optional stages of the model, by name, beyond one star and a clear aperture. A stage that a scene does not name
 // costs nothing. The numbers of stages are public: append new ones at the end.
 #pragma once
-#include "optics/scene.hpp"
+#include "scene/scene.hpp"
 
 namespace toliman::optics {
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "optics/propagate.hpp"
-#include "optics/scene.hpp"
+#include "scene/scene.hpp"
 
 namespace toliman::optics {
 

@@ -5,7 +5,7 @@
 #include "base/npy.hpp"
 #include "fuzz.hpp"
 #include "memory_file.hpp"
-#include "optics/spectrum_table.hpp"
+#include "scene/spectrum_table.hpp"
 
 using namespace fuzz;
 using namespace toliman;
@@ -21,7 +21,7 @@ void read_image(const Bytes &bytes) {
 void read_spectrum(const Bytes &bytes) {
     static MemoryFile file;
     file.set(bytes.data(), bytes.size());
-    const optics::SpectrumTable table(file.path());
+    const SpectrumTable table(file.path());
     for (const double wavelength : {0.0, 550.0, table.first_nm(), table.last_nm()})
         require(std::isfinite(table.at(wavelength)) && table.at(wavelength) >= 0, "an impossible flux");
 }

@@ -1,8 +1,9 @@
 #include <cstring>
 
 #include "optics/light.hpp"
-#include "optics/orbit.hpp"
+#include "scene/orbit.hpp"
 
+using namespace toliman;
 using namespace toliman::optics;
 
 extern "C" {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-namespace toliman::optics {
+namespace toliman {
 
 class SpectrumTable {
   public:
@@ -20,4 +20,4 @@ class SpectrumTable {
     std::vector<double> wavelength_nm_, flux_;
 };
 
-} // namespace toliman::optics
+} // namespace toliman

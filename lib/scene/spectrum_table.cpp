@@ -1,4 +1,4 @@
-#include "optics/spectrum_table.hpp"
+#include "scene/spectrum_table.hpp"
 
 #include <algorithm>
 #include <charconv>
@@ -8,7 +8,7 @@
 #include "backend/file.hpp"
 #include "base/error.hpp"
 
-namespace toliman::optics {
+namespace toliman {
 
 namespace {
 
@@ -70,4 +70,4 @@ double SpectrumTable::at(double wavelength_nm) const noexcept {
     return flux_[i - 1] + share * (flux_[i] - flux_[i - 1]);
 }
 
-} // namespace toliman::optics
+} // namespace toliman

@@ -1,7 +1,7 @@
 // The orbit of a visual binary: position of star B relative to star A on the sky.
 #pragma once
 
-namespace toliman::optics {
+namespace toliman {
 
 constexpr double kDaysPerYear = 365.25; // Julian
 
@@ -23,4 +23,4 @@ struct RelativePosition {
 // The position `years` (Julian) after the epoch of periastron; negative: before it.
 RelativePosition position_on_orbit(const Orbit &orbit, double years) noexcept;
 
-} // namespace toliman::optics
+} // namespace toliman

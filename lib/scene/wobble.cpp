@@ -2,14 +2,14 @@
 //     displacement = amplitude ((cos E - e) sin w + sqrt(1 - e^2) sin E cos w),
 // which is r/a sin(true anomaly + w). Only the projection on the binary's axis is modelled, as if the orbital plane
 // contained it.
-#include "optics/wobble.hpp"
+#include "scene/wobble.hpp"
 
 #include <cmath>
 
 #include "base/constants.hpp"
 #include "kernels/kepler.hpp"
 
-namespace toliman::optics {
+namespace toliman {
 
 namespace {
 
@@ -38,7 +38,7 @@ double displacement_px(const Signal &signal, double days) noexcept {
     if (signal.amplitude_px == 0)
         return 0;
     const double mean = 2 * kPi * (std::fmod(days, signal.period_days) / signal.period_days) + signal.phase_rad;
-    const double e = signal.eccentricity, argument = signal.argument_rad;
+    const double e = signal.eccentricity, argument = signal.argument_deg * kPi / 180;
     if (e == 0)
         return signal.amplitude_px * std::sin(mean + argument);
     const double anomaly = kernels::kepler(mean, e);
@@ -46,4 +46,4 @@ double displacement_px(const Signal &signal, double days) noexcept {
                                   std::sqrt((1 - e) * (1 + e)) * std::sin(anomaly) * std::cos(argument));
 }
 
-} // namespace toliman::optics
+} // namespace toliman

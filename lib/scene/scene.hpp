@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "optics/orbit.hpp"
+#include "scene/orbit.hpp"
 
-namespace toliman::optics {
+namespace toliman {
 
 constexpr double kLargestDisplacement = 0.1;  // px, by Taylor expansion
 constexpr double kFarthestDisplacement = 100; // px, of a propagated image
@@ -56,7 +56,7 @@ struct Band {
     size_t steps = 0; // uniform; 0 = one wavelength, min_nm
 };
 
-struct Source {
+struct Spectrum {
     enum class Kind { blackbody, table, lines } kind = Kind::blackbody;
     double temperature_k = 0;
     std::string file;
@@ -64,26 +64,28 @@ struct Source {
 };
 
 struct Star {
-    Source source;
+    Spectrum spectrum;
     std::optional<double> relative_flux, photons_per_s, mass_sun;
 };
 
 struct Binary {
     enum class Centre { barycentre, a, b } centre = Centre::barycentre;
-    RelativePosition position = {0, 0}; // of B from A at time 0
+    double separation_arcsec = 0, position_angle_deg = 0; // of B from A at time 0
     std::optional<Orbit> orbit;
-    double years = 0;    // from the orbit's epoch to time 0
+    double date = 0;     // time 0 on the orbit, Julian year
     bool moving = false; // the stars follow the orbit through the cadence
     std::optional<double> distance_pc;
     bool by_offsets = false;
     double offsets_px[4] = {0, 0, 0, 0}; // Ax, Ay, Bx, By
 };
 
-// A sinusoid, or the reflex motion due to a planet on an eccentric orbit.
+// A sinusoid, or the reflex motion due to a planet on an eccentric orbit, which determines amplitude and period.
 struct Signal {
+    enum class Kind { none, sinusoid, planet } kind = Kind::none;
     size_t star = 0; // 0 = A, 1 = B
     double amplitude_px = 0, period_days = 0, phase_rad = 0;
-    double eccentricity = 0, argument_rad = 0;
+    double mass_earth = 0, semi_major_au = 0; // of the planet's orbit relative to its star
+    double eccentricity = 0, argument_deg = 0;
 };
 
 struct Cadence {
@@ -133,7 +135,7 @@ struct Noise {
 // Nuisance parameters that an estimator can project out, and their names in the scene.
 enum class Nuisance { flux_a, flux_b, shift_x, shift_y, roll, scale, focus, background };
 constexpr size_t kNuisances = 8;
-const char *name_of(Nuisance nuisance) noexcept;
+std::string name_of(Nuisance nuisance);
 
 struct Scene {
     std::string source;  // name of the scene in messages: its path as given
@@ -157,4 +159,4 @@ struct Scene {
 // content.
 Scene read_scene(const std::string &json, const std::string &source, const std::string &folder);
 
-} // namespace toliman::optics
+} // namespace toliman

@@ -1,8 +1,8 @@
 // The signal: displacement of the moving star along the binary's axis, a sinusoid or the reflex motion due to a planet.
 #pragma once
-#include "optics/scene.hpp"
+#include "scene/scene.hpp"
 
-namespace toliman::optics {
+namespace toliman {
 
 struct Planet {
     double mass_earth, semi_major_au; // of its orbit relative to the star
@@ -18,4 +18,4 @@ double period_days(const Planet &planet) noexcept;
 // 0. Its mean over a period is -3/2 e sin(argument) amplitudes, because the star is slow far from periastron.
 double displacement_px(const Signal &signal, double days) noexcept;
 
-} // namespace toliman::optics
+} // namespace toliman

@@ -2,14 +2,14 @@
 // orbital plane
 //     x = a (cos E - e) (towards periastron),   y = a sqrt(1 - e^2) sin E,
 // rotated by the argument of periastron, the inclination and the node to north and east (the Thiele-Innes constants).
-#include "optics/orbit.hpp"
+#include "scene/orbit.hpp"
 
 #include <cmath>
 
 #include "base/constants.hpp"
 #include "kernels/kepler.hpp"
 
-namespace toliman::optics {
+namespace toliman {
 
 namespace {
 
@@ -31,4 +31,4 @@ RelativePosition position_on_orbit(const Orbit &orbit, double years) noexcept {
     return {std::hypot(north, east), std::atan2(east, north) / kDegree};
 }
 
-} // namespace toliman::optics
+} // namespace toliman

@@ -1,0 +1,73 @@
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+#include "backend/file.hpp"
+#include "scene/groups.hpp"
+
+namespace toliman::scene {
+
+namespace {
+
+constexpr double kMostFrames = 1e7;
+constexpr Range kTime = within(-1e9, 1e9, "days");
+constexpr size_t kLargestFile = size_t{512} << 20;
+
+// Times from a file, one per line; blank lines and lines that begin with # are skipped.
+std::vector<double> times_in(const std::string &path) {
+    const std::vector<uint8_t> bytes = file::read(path, kLargestFile);
+    const std::string text(bytes.begin(), bytes.end());
+    constexpr const char *blanks = " \t\r";
+    std::vector<double> times;
+    for (size_t start = 0, number = 1; start < text.size(); number++) {
+        const size_t stop = std::min(text.find('\n', start), text.size());
+        std::string line = text.substr(start, stop - start);
+        start = stop + 1;
+        line.erase(0, line.find_first_not_of(blanks));
+        line.erase(line.find_last_not_of(blanks) + 1);
+        if (line.empty() || line[0] == '#')
+            continue;
+        double time = 0;
+        const char *const end = line.data() + line.size();
+        const auto [after, error] = std::from_chars(line.data(), end, time);
+        if (error != std::errc() || after != end || !(std::fabs(time) <= kTime.high))
+            fail(Status::format, "{%s}:%zu: \"%.40s\": must be a number in [%g, %g] days", path.c_str(), number,
+                 line.c_str(), kTime.low, kTime.high);
+        times.push_back(time);
+    }
+    if (times.empty() || times.size() > static_cast<size_t>(kMostFrames))
+        fail(Status::format, "{%s}: contains %zu times: must be 1 to %.0f", path.c_str(), times.size(), kMostFrames);
+    return times;
+}
+
+void read_times(const Reader &reader, const Row &row, Cadence &cadence) {
+    cadence.times_days = reader.has_text(row.key) ? times_in(reader.file(row.key)) : reader.numbers(row);
+    cadence.frames = static_cast<int64_t>(cadence.times_days.size());
+}
+
+constexpr Condition kRegular = without("times_days", "not allowed with times_days, which gives all times");
+
+constexpr Row kCadenceRows[] = {
+    required<&Cadence::frames>("frames", within(1, kMostFrames, "frames"), "Number of frames").when(kRegular),
+    optional<&Cadence::interval_days>("interval_days", above(0, 1e6, "days"),
+                                      "Time between frames; frame k is at k times this")
+        .when(kRegular),
+    optional<read_times>("times_days", kTime,
+                         "Times of the frames in any order, or a file with one time per line, instead of frames and "
+                         "interval_days")
+        .as(Type::numbers_or_file)
+        .entries(1, 4096),
+    required<&Cadence::peak_photons>("peak_photons", within(kFewestPhotons, 1e12, "photons"),
+                                     "Photons in the brightest pixel of the frame without displacement; scales the "
+                                     "stars' fluxes")
+        .either("exposure_s"),
+    optional<&Cadence::exposure_s>("exposure_s", above(0, 1e9, "s"),
+                                   "Exposure of a frame; every star then needs photons_per_s; the expected peak must "
+                                   "be at least 1e-6 photons"),
+};
+
+} // namespace
+
+constexpr Group kCadence = group_of("cadence", "Frames", kCadenceRows);
+
+} // namespace toliman::scene

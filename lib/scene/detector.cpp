@@ -1,0 +1,113 @@
+#include <cmath>
+
+#include "base/constants.hpp"
+#include "scene/groups.hpp"
+
+namespace toliman::scene {
+
+namespace {
+
+void read_shape(const Reader &reader, const Row &row, Detector &detector) {
+    const std::vector<double> shape = reader.numbers(row);
+    if (shape[0] != std::floor(shape[0]) || shape[1] != std::floor(shape[1]))
+        reader.refuse(Status::scene, row.key, " = [%g, %g]: must be whole numbers", shape[0], shape[1]);
+    detector.rows = static_cast<size_t>(shape[0]);
+    detector.cols = static_cast<size_t>(shape[1]);
+}
+
+void check_dark(const Reader &reader, const Detector &detector) {
+    if (detector.dark_e_per_s > 0 && reader.scene().cadence.exposure_s == 0)
+        reader.refuse(Status::scene, "dark_e_per_s", " = %g: needs cadence.exposure_s", detector.dark_e_per_s);
+}
+
+constexpr Row kDetectorRows[] = {
+    required<read_shape>("shape", within(1, 2048, "px"), "Rows and columns").as(Type::integers).entries(2, 2),
+    required<&Detector::pixel_scale_arcsec>("pixel_scale_arcsec", within(1e-6, 100, "arcsec"), "Side of a pixel"),
+    optional<&Detector::integrated>("pixel", Words{"point integrated"},
+                                    "Sampling: the image at the pixel's centre, or its mean over the pixel"),
+    optional<&Detector::rotation_deg>("rotation_deg", kTurn, "Position angle of the +y axis"),
+    optional<&Detector::qe>("qe", above(0, 1, ""),
+                            "Quantum efficiency, electrons per photon; photons_per_s and peak_photons are photons "
+                            "before the detector"),
+    optional<&Detector::coadds>("coadds", within(1, 1e9, "frames"),
+                                "Frames summed on board; read variance and full well apply to each; exposure_s is that "
+                                "of the sum"),
+    optional<&Detector::flat_rms>("flat_rms", within(0, 0.1, ""), // keeps responses above 0
+                                  "Pixel response non-uniformity, relative rms; a fixed pattern of noise.seed"),
+    optional<&Detector::dark_e_per_s>("dark_e_per_s", within(0, 1e9, "e-/s"),
+                                      "Dark current per pixel; needs cadence.exposure_s")
+        .checked<check_dark>(),
+    optional<&Detector::full_well_e>("full_well_e", within(1, 1e12, "e-"),
+                                     "Full well of a pixel in each of the coadds; unlimited if not given"),
+    optional<&Detector::gain_e_per_dn>("gain_e_per_dn", within(1e-6, 1e12, "e- per DN"), "Gain"),
+    optional<&Detector::bias_dn>("bias_dn", within(0, 4294967295, "DN"), "Bias"),
+    optional<&Detector::bit_depth>("bit_depth", within(1, 32, "bits"),
+                                   "Bits of a count: counts are rounded to whole DN, ties to even, and clipped to 0 "
+                                   "... 2^bits - 1; not rounded if not given"),
+    reserved("bin", "Pixels binned along each side"),
+};
+
+// A number is the rms; an object gives rms and drift. The range bounds the rms and the total drift over the cadence.
+void read_disturbance(const Reader &reader, const Row &row, Disturbance &disturbance) {
+    if (!reader.has_object(row.key)) {
+        disturbance.rms = reader.number(row) * row.scale;
+        return;
+    }
+    const Reader object = reader.object(row.key);
+    object.allow({"rms", "drift_per_day"});
+    const double most = row.range.high, days = longest_days(reader.scene().cadence);
+    const char *const unit = row.range.unit;
+    disturbance.rms = object.number("rms", row.range) * row.scale;
+    if (!object.has("drift_per_day"))
+        return;
+    const double per_day = object.number("drift_per_day", within(-most, most, unit));
+    const double drift = std::fabs(per_day) * days;
+    if (drift > most)
+        object.refuse(Status::scene, "drift_per_day",
+                      " = %g: amounts to %g in the cadence's %g days: must be at most %g%s%s", per_day, drift, days,
+                      most, unit[0] != '\0' ? " " : "", unit);
+    disturbance.drift_per_day = per_day * row.scale;
+}
+
+template <auto member> void read_member(const Reader &reader, const Row &row, Systematics &systematics) {
+    read_disturbance(reader, row, systematics.*member);
+}
+
+void read_jitter(const Reader &reader, const Row &row, Systematics &systematics) {
+    Disturbance jitter;
+    read_disturbance(reader, row, jitter);
+    if (jitter.drift_per_day != 0)
+        reader.refuse(Status::unsupported, row.key,
+                      ".drift_per_day = %g: must be 0: the blur is the same in all frames", jitter.drift_per_day);
+    systematics.jitter_px = jitter.rms;
+}
+
+template <auto member> constexpr Row drifting(const char *key, double most, const char *unit, const char *text) {
+    return optional<read_member<member>>(key, within(0, most, unit), text).as(Type::number_or_drift);
+}
+
+constexpr Row kSystematicsRows[] = {
+    drifting<&Systematics::pointing_px>("pointing_rms_px", 10, "px", "Pointing; x and y independently"),
+    drifting<&Systematics::roll_rad>("roll_rms_deg", 10, "deg",
+                                     "Roll: the positions of the stars rotate about the frame's centre, their images "
+                                     "do not")
+        .scaled(kPi / 180),
+    drifting<&Systematics::scale>("scale_rms", 0.01, "", "Pixel scale, relative"),
+    drifting<&Systematics::focus_nm>("focus_rms_nm", 1000, "nm", "Focus, rms of the wavefront"),
+    drifting<&Systematics::flux>("flux_rms", 0.1, "", "Flux, relative; both stars independently"),
+    optional<read_jitter>("jitter_sigma_px", within(0, 10, "px"),
+                          "Jitter within a frame: a Gaussian blur, the same in all frames")
+        .as(Type::number_or_rms),
+};
+
+} // namespace
+
+constexpr Group kDetector = group_of("detector", "Detector", kDetectorRows);
+constexpr Group kSystematics =
+    group_of("systematics",
+             "Systematic effects that vary from frame to frame: frame k has rms times a normal "
+             "variate of its own, plus drift_per_day times its time; rms and the total drift "
+             "over the cadence have the same bound",
+             kSystematicsRows);
+
+} // namespace toliman::scene

@@ -1,0 +1,170 @@
+#include "scene/scene.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/hash.hpp"
+#include "base/name.hpp"
+#include "scene/groups.hpp"
+#include "scene/wobble.hpp"
+
+namespace toliman {
+
+namespace scene {
+
+namespace {
+
+constexpr double kLargestWhole = 9007199254740991.0; // JSON numbers are doubles: 2^53 + 1 would become 2^53
+constexpr const char kNuisanceNames[] = "flux_a flux_b shift_x shift_y roll scale focus background";
+
+void read_schema(const Reader &reader, const Row &row, Scene & /*scene*/) {
+    reader.choice(row);
+}
+
+void read_name(const Reader &reader, const Row &row, Scene &scene) {
+    scene.name = reader.text(row.key);
+    if (!is_name(scene.name))
+        reader.refuse(Status::scene, row.key, " = \"%.40s\": %s", scene.name.c_str(), kNameRule);
+}
+
+void check_stars(const Reader &reader, const Scene &scene) {
+    const bool continuous = std::any_of(scene.stars.begin(), scene.stars.end(),
+                                        [](const Star &star) { return star.spectrum.kind != Spectrum::Kind::lines; });
+    if (continuous && !scene.band)
+        reader.refuse(Status::scene, "band", ": is missing: required unless all spectra are lines");
+    if (!continuous && scene.band)
+        reader.refuse(Status::scene, "band", ": not allowed: all spectra are lines");
+    if (scene.stars.size() == 2 && !reader.has("binary"))
+        reader.refuse(Status::scene, "binary", ": is missing: two stars need their positions");
+    if (scene.stars.size() == 1 && reader.has_object("binary") && !reader.object("binary").has("offsets_px"))
+        reader.refuse(Status::scene, "binary", ": a single star allows offsets_px only");
+}
+
+void derive_positions(const Reader &reader, Scene &scene) {
+    Binary &binary = scene.binary;
+    if (!binary.orbit)
+        return;
+    const RelativePosition position = position_on_orbit(*binary.orbit, binary.date - binary.orbit->epoch);
+    binary.separation_arcsec = position.separation_arcsec;
+    binary.position_angle_deg = position.position_angle_deg;
+    if (position.separation_arcsec == 0)
+        reader.refuse(Status::scene, "binary.orbit",
+                      ": both stars are at the same position: the separation has no direction");
+}
+
+void check_fluxes(const Reader &reader, const Scene &scene) {
+    const auto known = static_cast<size_t>(std::count_if(
+        scene.stars.begin(), scene.stars.end(), [](const Star &star) { return star.photons_per_s.has_value(); }));
+    if (known != scene.stars.size() && scene.cadence.exposure_s > 0)
+        reader.refuse(Status::scene, "cadence.exposure_s", ": needs photons_per_s for every star");
+    if (known != scene.stars.size() && known > 0)
+        reader.refuse(Status::scene, "stars", ": give photons_per_s for both stars or neither");
+}
+
+void derive_signal(const Reader &reader, Scene &scene) {
+    Signal &signal = scene.signal;
+    if (signal.kind != Signal::Kind::planet)
+        return;
+    const char star = signal.star == 0 ? 'A' : 'B';
+    const std::optional<double> &mass_sun = scene.stars[signal.star].mass_sun, &distance_pc = scene.binary.distance_pc;
+    if (!mass_sun)
+        reader.refuse(Status::scene, "signal.kind", " = \"planet\": needs stars.%c.mass_sun", star);
+    if (!distance_pc)
+        reader.refuse(Status::scene, "signal.kind", " = \"planet\": needs binary.distance_pc");
+    const Planet planet = {signal.mass_earth, signal.semi_major_au, *mass_sun, *distance_pc};
+    signal.amplitude_px = reflex_uas(planet) / (1e6 * scene.detector.pixel_scale_arcsec);
+    signal.period_days = period_days(planet);
+    const double farthest = signal.amplitude_px * (1 + signal.eccentricity);
+    if (farthest > kFarthestDisplacement)
+        reader.refuse(Status::scene, "signal.mass_earth",
+                      " = %g: moves star %c by up to %.3g px: must be at most %g px", planet.mass_earth, star, farthest,
+                      kFarthestDisplacement);
+}
+
+constexpr Row kNoiseRows[] = {
+    optional<&Noise::photon>("photon", "Poisson noise of the photons"),
+    optional<&Noise::read_e>("read_e", within(0, 1e6, "e-"), "Read noise, rms per pixel"),
+    optional<&Noise::seed>("seed", within(0, kLargestWhole, ""), "Seed"),
+};
+constexpr Group kNoise = group_of("noise", "Noise", kNoiseRows);
+
+void read_projected(const Reader &reader, const Row &row, Scene &scene) {
+    const std::vector<std::string> words = split(row.words);
+    for (const std::string &name : reader.texts(row.key)) {
+        const auto found = std::find(words.begin(), words.end(), name);
+        if (found == words.end())
+            reader.refuse(Status::scene, row.key, ": \"%.40s\": must be one of %s", name.c_str(),
+                          join(words, "\"", ", ").c_str());
+        const auto nuisance = static_cast<Nuisance>(found - words.begin());
+        if (nuisance == Nuisance::flux_b && scene.stars.size() < 2)
+            reader.refuse(Status::scene, row.key, ": \"flux_b\": the scene has star A only");
+        if (std::count(scene.projected.begin(), scene.projected.end(), nuisance) != 0)
+            reader.refuse(Status::scene, row.key, ": duplicate \"%s\"", name.c_str());
+        scene.projected.push_back(nuisance);
+    }
+}
+
+constexpr Row kPreprocessRows[] = {
+    optional<read_projected>("project", Words{kNuisanceNames},
+                             "Nuisance parameters that are projected out, so that estimators are insensitive to them")
+        .as(Type::words),
+};
+constexpr Group kPreprocess = group_of("preprocess", "Preprocessing of a frame by all estimators", kPreprocessRows);
+
+void read_preprocess(const Reader &reader, const Row &row, Scene &scene) {
+    read_group(kPreprocess, reader.object(row.key), &scene);
+}
+
+// In this order, because groups use those before them.
+constexpr Row kSceneRows[] = {
+    required<read_schema>("schema", Words{"toliman-scene/1"}, "Schema of the file"),
+    optional<read_name>("name", "Name of the scene, default name of the results folder").as(Type::name),
+    required<&Scene::telescope>("telescope", kTelescope, ""),
+    optional<&Scene::band>("band", kBand, ""),
+    required<&Scene::stars>("stars", kStars, "").checked<check_stars>(),
+    optional<&Scene::binary>("binary", kBinary, "").checked<derive_positions>(),
+    required<&Scene::cadence>("cadence", kCadence, "").checked<check_fluxes>(),
+    required<&Scene::detector>("detector", kDetector, ""),
+    optional<&Scene::signal>("signal", kSignal, "").checked<derive_signal>(),
+    optional<&Scene::noise>("noise", kNoise, ""),
+    optional<&Scene::systematics>("systematics", kSystematics, ""),
+    optional<read_preprocess>("preprocess", kPreprocess, ""),
+    optional<&Scene::accuracy>("accuracy", within(1e-15, 1, ""),
+                               "Allowed relative error of the noise-free frame and of the signal"),
+};
+
+} // namespace
+
+constexpr Group kWhole =
+    group_of("scene",
+             "A scene of the TOLIMAN simulator: telescope, stars, signal, cadence, detector and noise. Key names "
+             "contain the units. A missing key switches its stage off; an unknown key is an error. File names are "
+             "relative to the scene file. The text is at most 256 KiB, 16 levels deep and 4096 values long",
+             kSceneRows);
+
+} // namespace scene
+
+std::string name_of(Nuisance nuisance) {
+    return scene::split(scene::kNuisanceNames)[static_cast<size_t>(nuisance)];
+}
+
+double longest_days(const Cadence &cadence) noexcept {
+    double longest = cadence.interval_days * static_cast<double>(cadence.frames - 1);
+    if (!cadence.times_days.empty())
+        longest = 0;
+    for (const double days : cadence.times_days)
+        longest = std::max(longest, std::fabs(days));
+    return longest;
+}
+
+Scene read_scene(const std::string &json, const std::string &source, const std::string &folder) {
+    const json::Value tree = json::parse(json, source);
+    Scene scene;
+    scene.source = source;
+    scene.digest = fnv1a(json.data(), json.size());
+    const scene::Context context = {source, folder, scene};
+    read_group(scene::kWhole, scene::Reader(tree, "", context), &scene);
+    return scene;
+}
+
+} // namespace toliman

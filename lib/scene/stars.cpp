@@ -1,0 +1,94 @@
+#include <algorithm>
+#include <cmath>
+
+#include "scene/groups.hpp"
+
+namespace toliman::scene {
+
+namespace {
+
+constexpr Range kWavelength = within(1, 1e6, "nm");
+constexpr double kMostSteps = 4096;
+constexpr Condition kSeveral =
+    without("wavelength_nm", "not allowed with wavelength_nm, which gives a single wavelength");
+
+void read_wavelength(const Reader &reader, const Row &row, Band &band) {
+    band.min_nm = band.max_nm = reader.number(row);
+}
+
+void read_step(const Reader &reader, const Row &row, Band &band) {
+    const double step_nm = reader.number(row), width_nm = band.max_nm - band.min_nm;
+    if (width_nm <= 0)
+        reader.refuse(Status::scene, "max_nm", " = %g: must be above min_nm = %g nm", band.max_nm, band.min_nm);
+    const double steps = std::round(width_nm / step_nm);
+    if (steps < 1 || std::fabs(steps * step_nm - width_nm) > 1e-6 * step_nm)
+        reader.refuse(Status::scene, row.key, " = %g: must divide the band of %g nm into equal steps", step_nm,
+                      width_nm);
+    if (steps > kMostSteps)
+        reader.refuse(Status::scene, row.key, " = %g: gives %.0f steps: must be at most %.0f", step_nm, steps,
+                      kMostSteps);
+    band.steps = static_cast<size_t>(steps);
+}
+
+constexpr Row kBandRows[] = {
+    required<&Band::min_nm>("min_nm", kWavelength, "First wavelength; half weight (trapezium)").when(kSeveral),
+    required<&Band::max_nm>("max_nm", kWavelength, "Last wavelength; half weight (trapezium); above min_nm")
+        .when(kSeveral),
+    required<read_step>("step_nm", above(0, 1e6, "nm"), "Step; divides the band into equal steps, at most 4096")
+        .when(kSeveral),
+    optional<read_wavelength>("wavelength_nm", kWavelength, "The only wavelength"),
+};
+
+void check_weights(const Reader &reader, const Spectrum &spectrum) {
+    if (spectrum.weight.size() != spectrum.wavelength_nm.size())
+        reader.refuse(Status::scene, "weight", ": has %zu numbers: must have %zu, one per spectral line",
+                      spectrum.weight.size(), spectrum.wavelength_nm.size());
+    if (std::none_of(spectrum.weight.begin(), spectrum.weight.end(), [](double weight) { return weight > 0; }))
+        reader.refuse(Status::scene, "weight", ": all are 0: at least one must be above 0");
+}
+
+constexpr Row kSpectrumRows[] = {
+    required<&Spectrum::kind>("kind", Words{"blackbody table lines"},
+                              "Black body; table, interpolated linearly; or exactly the given wavelengths"),
+    required<&Spectrum::temperature_k>("temperature_k", within(100, 1e6, "K"), "Temperature")
+        .when(is("kind", "blackbody")),
+    required<&Spectrum::file>("file", "csv: wavelength_nm,relative photon flux; must cover the band")
+        .when(is("kind", "table")),
+    required<&Spectrum::wavelength_nm>("wavelength_nm", kWavelength, "Wavelengths")
+        .entries(1, 1024)
+        .when(is("kind", "lines")),
+    required<&Spectrum::weight>("weight", within(0, 1e30, ""), "Relative photons, one value per wavelength")
+        .entries(1, 1024)
+        .when(is("kind", "lines"))
+        .checked<check_weights>(),
+};
+constexpr Group kSpectrum = group_of("spectrum", "Spectrum", kSpectrumRows);
+
+constexpr Row kStarRows[] = {
+    required<&Star::spectrum>("spectrum", kSpectrum, ""),
+    optional<&Star::relative_flux>("relative_flux", above(0, 1e12, ""),
+                                   "Photons over the band, relative to the other star; 1 if not given")
+        .either("photons_per_s"),
+    optional<&Star::photons_per_s>("photons_per_s", above(0, 1e15, "photons/s"),
+                                   "Photons over the band at the detector, before its quantum efficiency; instead of "
+                                   "relative_flux"),
+    optional<&Star::mass_sun>("mass_sun", above(0, 1e3, "solar masses"), "Mass; for a planet"),
+};
+constexpr Group kStar = group_of("star", "A star", kStarRows);
+
+void read_star(const Reader &reader, const Row &row, std::vector<Star> &stars) {
+    read_group(kStar, reader.object(row.key), &stars.emplace_back());
+}
+
+constexpr Row kStarsRows[] = {
+    required<read_star>("A", kStar, ""),
+    optional<read_star>("B", kStar, ""),
+};
+
+} // namespace
+
+constexpr Group kBand =
+    group_of("band", "Wavelengths of continuous spectra; not used if all spectra are lines", kBandRows);
+constexpr Group kStars = group_of("stars", "Stars", kStarsRows);
+
+} // namespace toliman::scene

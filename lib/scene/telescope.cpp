@@ -1,0 +1,129 @@
+#include <charconv>
+
+#include "kernels/zernike.hpp"
+#include "scene/groups.hpp"
+
+namespace toliman::scene {
+
+namespace {
+
+constexpr double kNanometre = 1e-9;
+constexpr Range kFree = within(-1e4, 1e4, "");
+constexpr Condition kIsSpiral = is("kind", "spiral"), kIsFile = is("kind", "file");
+
+void check_secondary(const Reader &reader, const Telescope &telescope) {
+    if (telescope.secondary_m >= telescope.aperture_m)
+        reader.refuse(Status::scene, "secondary_m", " = %g: must be less than aperture_m = %g m", telescope.secondary_m,
+                      telescope.aperture_m);
+}
+
+void read_width(const Reader &reader, const Row &row, Struts &struts) {
+    struts.width_m = reader.number(row.key, within(0, reader.scene().telescope.aperture_m, "m"));
+}
+
+constexpr Row kTermRows[] = {
+    required<&SpiralTerm::a>("a", kFree, "Amplitude"),
+    optional<&SpiralTerm::f>("f", kFree, "Cycles per radius"),
+    optional<&SpiralTerm::l>("l", kFree, "Radians per ln r"),
+    optional<&SpiralTerm::m>("m", kFree, "Cycles per turn").as(Type::integer),
+    optional<&SpiralTerm::p>("p", within(-1e4, 1e4, ""), "Phase in rad"),
+};
+constexpr Group kTerm = group_of("term",
+                                 "a cos(2 pi f r + l ln r + m theta + p), where r is in units of the aperture's radius "
+                                 "and theta is measured from +x towards +y",
+                                 kTermRows);
+
+void read_terms(const Reader &reader, const Row &row, Mask &mask) {
+    for (const Reader &term : reader.objects(row))
+        read_group(kTerm, term, &mask.terms.emplace_back());
+}
+
+// The OPD of a step is given directly, or as the height of a stepped mirror, whose OPD is twice the height.
+constexpr Row kMaskRows[] = {
+    required<&Mask::kind>("kind", Words{"clear spiral file"},
+                          "No mask; a step where a sum of spiral cosines is positive; or a map from a file"),
+    required<&Mask::quantity>("quantity", Words{"binary opd_m phase_rad"},
+                              "Quantity in the map: 0 and 1, with opd_nm or height_nm; OPD in m; or phase in rad, with "
+                              "reference_nm")
+        .when(kIsFile),
+    required<&Mask::file>("file",
+                          ".npy (from FITS: toliman convert) of float32, float64, uint8 or bool, pupil_samples x "
+                          "pupil_samples")
+        .when(kIsFile),
+    required<read_terms>("terms", kTerm, "Terms of the sum").as(Type::groups).entries(1, 64).when(kIsSpiral),
+    required<&Mask::opd_m>("opd_nm", above(0, 1e6, "nm"), "OPD of the step")
+        .scaled(kNanometre)
+        .either("height_nm")
+        .when(is("kind", "spiral file"), is("quantity", "binary")),
+    optional<&Mask::opd_m>("height_nm", above(0, 1e6, "nm"), "Height of a stepped mirror; the OPD is twice the height")
+        .scaled(2 * kNanometre)
+        .when(is("kind", "spiral file"), is("quantity", "binary")),
+    required<&Mask::reference_m>("reference_nm", above(0, 1e6, "nm"), "Wavelength of the phase")
+        .scaled(kNanometre)
+        .when(kIsFile, is("quantity", "phase_rad")),
+};
+constexpr Group kMask = group_of("mask", "Phase mask", kMaskRows);
+
+constexpr Row kStrutRows[] = {
+    required<&Struts::count>("count", within(0, 16, "struts"), "Number of struts"),
+    required<read_width>("width_m", within(0, 100, "m"), "Width; at most aperture_m"),
+    optional<&Struts::angle_deg>("angle_deg", kTurn, "Angle of the first strut, from +x towards +y"),
+};
+constexpr Group kStruts = group_of("struts", "Struts from the centre to the rim, at equal angles", kStrutRows);
+
+constexpr Row kAmplitudeRows[] = {
+    required<&Telescope::amplitude_file>("file", ".npy of 0 to 1, pupil_samples x pupil_samples"),
+};
+constexpr Group kAmplitude = group_of("amplitude",
+                                      "Amplitude transmission of the pupil, multiplies the aperture; absorbed light "
+                                      "does not count as light of the star",
+                                      kAmplitudeRows);
+
+// The keys are Noll indices in decimal digits without leading zeros.
+void read_zernikes(const Reader &reader, const Row &row, Telescope &telescope) {
+    const Reader zernikes = reader.object(row.key);
+    for (const std::string &key : zernikes.names()) {
+        int noll = 0;
+        const auto [end, error] = std::from_chars(key.data(), key.data() + key.size(), noll);
+        if (error != std::errc() || end != key.data() + key.size() || std::to_string(noll) != key || noll < 1 ||
+            noll > kernels::kLargestNoll)
+            zernikes.refuse(Status::scene, key.c_str(), ": unknown key; must be a Noll index from 1 to %d",
+                            kernels::kLargestNoll);
+        telescope.zernikes.push_back({noll, zernikes.number(key.c_str(), row.range) * row.scale});
+    }
+}
+
+constexpr Row kAberrationRows[] = {
+    optional<&Telescope::opd_file>("opd_file", "OPD map: .npy in m, -1e-3 to 1e-3, pupil_samples x pupil_samples"),
+    optional<read_zernikes>("zernike_rms_nm", within(-1e6, 1e6, "nm"),
+                            "Zernike coefficients by Noll index, rms over the full aperture; 2 and 3 tilt, 4 defocus")
+        .as(Type::numbers_by_index)
+        .entries(1, kernels::kLargestNoll)
+        .scaled(kNanometre),
+};
+constexpr Group kAberrations = group_of("aberrations", "Aberrations: added to the mask's OPD", kAberrationRows);
+
+template <const Group &group> void read_part(const Reader &reader, const Row &row, Telescope &telescope) {
+    read_group(group, reader.object(row.key), &telescope);
+}
+
+constexpr Row kTelescopeRows[] = {
+    required<&Telescope::aperture_m>("aperture_m", within(1e-3, 100, "m"), "Diameter of the aperture"),
+    optional<&Telescope::secondary_m>("secondary_m", within(0, 100, "m"),
+                                      "Diameter of the central obstruction; less than aperture_m")
+        .checked<check_secondary>(),
+    optional<&Telescope::struts>("struts", kStruts, ""),
+    optional<&Telescope::pupil_samples>("pupil_samples", within(8, kMostPupilSamples, "samples"),
+                                        "Samples across the aperture; at least 2 R D / wavelength, where R is the "
+                                        "angle from a star to the farthest side of the frame; otherwise the image "
+                                        "would be aliased"),
+    optional<read_part<kAmplitude>>("amplitude", kAmplitude, ""),
+    optional<&Telescope::mask>("mask", kMask, ""),
+    optional<read_part<kAberrations>>("aberrations", kAberrations, ""),
+};
+
+} // namespace
+
+constexpr Group kTelescope = group_of("telescope", "Telescope", kTelescopeRows);
+
+} // namespace toliman::scene
