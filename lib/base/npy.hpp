@@ -1,19 +1,25 @@
-// Parser of NumPy's .npy files: two-dimensional arrays of the types that masks use.
+// Headers and numbers of NumPy's .npy files. tools/cli compiles it too: standard library only, and no error.hpp.
 #pragma once
 #include <cstddef>
-#include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
 namespace toliman {
 
-struct NpyImage {
-    size_t rows = 0, cols = 0;
-    std::vector<double> values; // C order
+struct NpyHeader {
+    std::string type;          // NumPy's dtype without byte order: f4, f8, b1, u1, u2, u4, u8, i2, i4 or i8
+    std::vector<size_t> shape; // a length that exceeds size_t is the largest size_t
+    size_t size = 0;           // bytes before the numbers, which are in C order and little-endian
+
+    size_t width() const noexcept { return static_cast<size_t>(type[1] - '0'); } // bytes of a number
 };
 
-// Parses format versions 1 to 3 in C order, of little-endian float32 or float64, uint8 or bool; Status::format for
-// anything else. `source` names the file in messages.
-NpyImage parse_npy(const std::vector<uint8_t> &bytes, const std::string &source);
+// Reads the header, of format version 1, 2 or 3, by read(data, size), which returns false if fewer bytes are left.
+// Returns "", or what is wrong ("unsupported dtype ...").
+std::string read_npy_header(const std::function<bool(void *data, size_t size)> &read, NpyHeader &header);
+
+// Converts numbers of a type of NpyHeader.
+void convert_npy(const std::string &type, const unsigned char *raw, size_t count, double *values) noexcept;
 
 } // namespace toliman

@@ -10,7 +10,7 @@
 
 #include "backend/file.hpp"
 #include "base/constants.hpp"
-#include "base/npy.hpp"
+#include "base/npy_image.hpp"
 #include "kernels/zernike.hpp"
 #include "scene/range.hpp"
 

@@ -1,4 +1,5 @@
 """psf, simulate, train, encode: files in, files out, and what is refused."""
+import io
 import json
 import os
 import re
@@ -100,7 +101,9 @@ class Weights(Frames):
         expected = self.succeed("encode", "--weights", "w.tlmw", "f.npy").replace("f.npy", "-")
         npy, raw = ((self.folder / name).read_bytes() for name in ("f.npy", "f.bin"))
         layout = ("--dtype", "u32le", "--shape", "256x256")
-        for data, more in ((npy, ()), (raw, layout)):
+        second = io.BytesIO()
+        numpy.lib.format.write_array(second, numpy.load(self.folder / "f.npy"), version=(2, 0))
+        for data, more in ((npy, ()), (second.getvalue(), ()), (raw, layout)):
             done = self.encode_input(data, *more)
             self.assertEqual((done.returncode, done.stdout.decode(), done.stderr), (0, expected, b""))
         head = expected.splitlines(keepends=True)

@@ -39,17 +39,17 @@ static void other_files_are_refused(void **state) {
         {1, "{'descr': '<f8', 'shape': (96, 96), }", "its header has no key fortran_order"},
         {1, "{'descr': '<f8', 'fortran_order': False, }", "its header has no key shape"},
         {1, "{'descr': [('x', '<f8')], 'fortran_order': False, 'shape': (96, 96), }",
-         "unsupported dtype structur (supported: "},
+         "unsupported dtype structured: must be little-endian f4, f8, "},
         {1, "{'descr': '<f8', 'fortran_order': True, 'shape': (96, 96), }",
          "unsupported Fortran order: must be in C order"},
-        {1, "{'descr': '<f8', 'fortran_order': False, 'shape': [96, 96], }", "shape: must be two-dimensional"},
+        {1, "{'descr': '<f8', 'fortran_order': False, 'shape': [96, 96], }", "shape: must be lengths in parentheses"},
         {1, "{'descr': '<f8', 'fortran_order': False, 'shape': (), }", "shape: must be two lengths in [1, 1048576]"},
-        {1, "{'descr': '<f8', 'fortran_order': False, 'shape': (96), }", "shape: must be two-dimensional"},
-        {1, "{'descr': '<f8', 'fortran_order': False, 'shape': (96, 96, 1), }", "shape: must be two-dimensional"},
+        {1, "{'descr': '<f8', 'fortran_order': False, 'shape': (96), }", "shape: must be two lengths in [1, 1048576]"},
+        {1, "{'descr': '<f8', 'fortran_order': False, 'shape': (96, 96, 1), }",
+         "shape: must be two lengths in [1, 1048576]"},
         {1, "{'descr': '<f8', 'fortran_order': False, 'shape': (0, 96), }",
          "shape: must be two lengths in [1, 1048576]"},
-        {1, "{'descr': '<f8', 'fortran_order': False, 'shape': (96, x), }",
-         "shape: must be two lengths in [1, 1048576]"},
+        {1, "{'descr': '<f8', 'fortran_order': False, 'shape': (96, x), }", "shape: must be lengths in parentheses"},
         {1, "{'descr': '<f8', 'fortran_order': False, 'shape': (1048577, 1), }",
          "shape: must be two lengths in [1, 1048576]"},
         {1, "{'descr': '<f8', 'fortran_order': False, 'shape': (18446744073709551617, 1), }",
@@ -83,6 +83,34 @@ static void headers_of_all_versions(void **state) {
     }
 }
 
+/* Apertures of zeros and ones in every type are the same. */
+static void numbers_of_all_types(void **state) {
+    (void)state;
+    const char *const types[] = {"|b1", "|u1", "<u2", "<u4", "<u8", "<i2", "<i4", "<i8"};
+    static double amplitude[PIXELS], expected[PIXELS];
+    unsigned char bytes[8 * PIXELS];
+    char *const text = replaced(kBinaryScene, "\"aperture_m\"", "\"amplitude\": {\"file\": \"a.npy\"}, \"aperture_m\"");
+    toliman_sim *sim = NULL;
+    for (int i = 0; i < PIXELS; i++)
+        data[i] = i % 3 != 0;
+    write_npy("a.npy", "<f8", "(96, 96)", data, sizeof data);
+    assert_ok(create_in_folder(text, &sim));
+    assert_ok(toliman_sim_get_pupil(sim, expected, NULL));
+    toliman_sim_destroy(sim);
+    for (size_t t = 0; t < sizeof types / sizeof *types; t++) {
+        const size_t width = (size_t)(types[t][2] - '0');
+        memset(bytes, 0, sizeof bytes);
+        for (size_t i = 0; i < PIXELS; i++)
+            bytes[i * width] = (unsigned char)data[i];
+        write_npy("a.npy", types[t], "(96, 96)", bytes, width * PIXELS);
+        assert_ok(create_in_folder(text, &sim));
+        assert_ok(toliman_sim_get_pupil(sim, amplitude, NULL));
+        assert_memory_equal(amplitude, expected, sizeof amplitude);
+        toliman_sim_destroy(sim);
+    }
+    free(text);
+}
+
 /* Read by its full path; not supported by the engine that resamples the pupil. */
 static void files_by_their_path(void **state) {
     (void)state;
@@ -110,6 +138,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(other_files_are_refused),
         cmocka_unit_test(headers_of_all_versions),
+        cmocka_unit_test(numbers_of_all_types),
         cmocka_unit_test(files_by_their_path),
     };
     return cmocka_run_group_tests(tests, make_folder, remove_folder);

@@ -6,8 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
-#include <cstring>
 
 #include "common/content.hpp"
 #include "common/failure.hpp"
@@ -19,36 +17,6 @@ namespace cli {
 namespace {
 
 constexpr size_t kMostFrames = size_t{1} << 24, kLargestSide = size_t{1} << 14;
-
-template <class T> void convert(const unsigned char *raw, size_t count, double *out) noexcept {
-    for (size_t i = 0; i < count; i++) {
-        T value;
-        std::memcpy(&value, raw + i * sizeof value, sizeof value);
-        out[i] = static_cast<double>(value);
-    }
-}
-
-void convert(const std::string &type, const unsigned char *raw, size_t count, double *out) noexcept {
-    const auto is = [&](const char *name) { return type == name; };
-    if (is("f8"))
-        convert<double>(raw, count, out);
-    else if (is("f4"))
-        convert<float>(raw, count, out);
-    else if (is("u1"))
-        convert<uint8_t>(raw, count, out);
-    else if (is("u2"))
-        convert<uint16_t>(raw, count, out);
-    else if (is("u4"))
-        convert<uint32_t>(raw, count, out);
-    else if (is("u8"))
-        convert<uint64_t>(raw, count, out);
-    else if (is("i2"))
-        convert<int16_t>(raw, count, out);
-    else if (is("i4"))
-        convert<int32_t>(raw, count, out);
-    else
-        convert<int64_t>(raw, count, out);
-}
 
 InputFile open_input(const std::string &path) {
     return path == "-" ? InputFile::standard_input() : InputFile(path);
@@ -70,7 +38,7 @@ class PlainFrames : public FrameFile {
   public:
     explicit PlainFrames(const std::string &path) : FrameFile(path), file_(open_input(path)) {
         path_ = file_.path();
-        const NpyHeader header = read_npy_header(file_);
+        const toliman::NpyHeader header = read_npy_header(file_);
         type_ = header.type;
         set_axes(header.shape);
         check_size(header.size);
@@ -132,14 +100,14 @@ class PlainFrames : public FrameFile {
                                  " pixels of " + std::to_string(width()) + " bytes");
         if (is_big_endian())
             swap_bytes(raw_.data(), rows() * cols(), width());
-        convert(type_, raw_.data(), rows() * cols(), image);
+        toliman::convert_npy(type_, raw_.data(), rows() * cols(), image);
         frame_++;
     }
 
     void skip_next() override { file_.seek(start_ + ++frame_ * raw_.size()); }
 
     InputFile file_;
-    std::string type_;  // as in NpyHeader
+    std::string type_;  // as in toliman::NpyHeader
     std::string dtype_; // of headerless files
     std::vector<unsigned char> raw_;
     size_t start_ = 0, frame_ = 0; // offset of the pixels in the file; number of the next frame

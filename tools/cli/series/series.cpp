@@ -253,7 +253,7 @@ bool is_npy(const std::string &name) {
 
 Series read_npy_series(const std::string &name) {
     InputFile file(name);
-    const NpyHeader header = read_npy_header(file);
+    const toliman::NpyHeader header = read_npy_header(file);
     if (header.type != "f8" || header.shape.size() != 2 || header.shape[1] < kFewest || header.shape[1] > kMost)
         malformed(name, "must be a float64 array of shape [samples][2 or 3]: t, y and sigma");
     const size_t rows = header.shape[0], cols = header.shape[1];
