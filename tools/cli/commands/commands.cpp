@@ -58,14 +58,6 @@ Exit codes:
   6              an output cannot be written, or another process is writing to the state folder
   129, 130, 143  stopped by SIGHUP, SIGINT (Ctrl-C), SIGTERM)";
 
-// --force, of the commands that may replace existing files.
-void add_force(CLI::App &app) {
-    for (const char *name :
-         {"run", "experiment", "psf", "simulate", "train", "convert", "period", "merge", "pupil", "report"})
-        app.get_subcommand(name)->add_flag_callback("--force", replace_anything,
-                                                    "replace any existing file, not only those written by toliman");
-}
-
 } // namespace
 
 void add_commands(CLI::App &app, Context &context) {
@@ -78,23 +70,14 @@ void add_commands(CLI::App &app, Context &context) {
     app.require_subcommand(1);
     app.formatter(std::make_shared<HelpFormatter>());
     app.fallthrough();
-    add_run(app, context);
-    add_experiment(app, context);
-    add_psf(app, context);
-    add_simulate(app, context);
-    add_train(app, context);
-    add_encode(app, context);
-    add_convert(app, context);
-    add_period(app, context);
-    add_merge(app, context);
-    add_track(app, context);
-    add_status(app, context);
-    add_rebuild(app, context);
-    add_plan(app, context);
-    add_pupil(app, context);
-    add_report(app, context);
-    add_doctor(app, context);
-    add_force(app);
+    for (const auto add :
+         {add_run, add_experiment, add_psf, add_simulate, add_train, add_encode, add_convert, add_period, add_merge,
+          add_track, add_status, add_rebuild, add_plan, add_pupil, add_report, add_doctor})
+        add(app, context);
+    for (const char *name :
+         {"run", "experiment", "psf", "simulate", "train", "convert", "period", "merge", "pupil", "report"})
+        app.get_subcommand(name)->add_flag_callback("--force", replace_anything,
+                                                    "replace any existing file, not only those written by toliman");
 }
 
 std::vector<const CLI::Option *> options_of(const CLI::App &command) {

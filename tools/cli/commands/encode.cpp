@@ -120,16 +120,14 @@ void encode(const EncodeOptions &options, Progress &progress) {
             frames.read(image.data());
             double latent, chi_square;
             encode_frame(network, image, frames, k, latent, chi_square);
-            const std::string command_line_error = far ? "" : complaint_of(latent, chi_square, info);
-            if (!command_line_error.empty()) {
+            const std::string complaint = far ? "" : complaint_of(latent, chi_square, info);
+            if (!complaint.empty()) {
                 far = true;
-                progress.warn(frames.path() + ": frame " + std::to_string(k) + ": " + command_line_error +
+                progress.warn(frames.path() + ": frame " + std::to_string(k) + ": " + complaint +
                               ": is this frame of the network's scene, pointing and exposure?" +
                               other_width(options, frames));
             }
-            char line[96];
-            std::snprintf(line, sizeof line, ",%zu,%.17g,%.6g\n", k, latent, chi_square);
-            print_stdout(std::exchange(head, "") + path + line);
+            print_stdout(std::exchange(head, "") + path + formatted(",%zu,%.17g,%.6g\n", k, latent, chi_square));
             if (frames.counted())
                 progress.show("encode", static_cast<double>(k + 1) / static_cast<double>(frames.count()));
             else

@@ -102,7 +102,8 @@ const std::map<std::string, int32_t> kNormalisations = {{"standard", TOLIMAN_PER
                                                         {"psd", TOLIMAN_PERIOD_POWER_PSD}};
 
 std::vector<std::string> columns_of(const Options &options) {
-    std::vector<std::string> columns = options.columns.empty() ? std::vector<std::string>() : names_of(options.columns);
+    std::vector<std::string> columns =
+        options.columns.empty() ? std::vector<std::string>() : split(options.columns, ',');
     if (columns.size() == 1 || columns.size() > 3)
         throw Failure(kExitUsage, "--columns " + options.columns + ": must be T,Y or T,Y,SIGMA");
     return columns;

@@ -1,6 +1,7 @@
 // toliman psf, toliman simulate: images to files.
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "common/failure.hpp"
 #include "common/output.hpp"
@@ -17,8 +18,7 @@ namespace {
 struct Options {
     std::string scene, out, star = "both", frames, session, dtype;
     int bit_depth = 0; // 0: that of the scene or, if it has none, 12 for u16le and 32 for u32le
-    uint64_t seed = 0;
-    bool seed_given = false;
+    std::optional<uint64_t> seed;
 };
 
 constexpr size_t kFramesAtOnce = 32;
@@ -120,7 +120,7 @@ void simulate(const Options &options, Progress &progress) {
     const Scene scene(options.scene, progress);
     check_not_input(options.out, {scene.path});
     const Simulated frames = {scene, FrameRange(options.frames, scene.info.frames),
-                              options.seed_given ? options.seed : scene.info.seed};
+                              options.seed.value_or(scene.info.seed)};
     const size_t total = frames.count();
     const auto out = output_of(options, frames);
     std::vector<double> images(std::min(total, kFramesAtOnce) * scene.pixels());
@@ -167,7 +167,7 @@ void add_simulate(CLI::App &app, Context &context) {
         ->required();
     add_option(command, "--frames", options->frames, "RANGE",
                "frames FIRST to END - 1: FIRST:END, FIRST:, :END or one number; default all of the cadence");
-    CLI::Option *seed = add_seed(*command, options->seed, "seed of the noise; default: the scene's");
+    add_seed(*command, options->seed, "seed of the noise; default: the scene's");
     CLI::Option *session = command->add_option("--session", options->session,
                                                "write the mission's pair of files, with this session name, into --out");
     CLI::Option *dtype = command->add_option("--dtype", options->dtype, "pixel type of the pair: u16le or u32le");
@@ -178,7 +178,7 @@ void add_simulate(CLI::App &app, Context &context) {
                      "bits per pixel of the pair; default: the scene's, otherwise 12 for u16le and 32 for u32le")
         ->needs(session)
         ->check(CLI::Range(1, 32));
-    set_action(*command, context, options, simulate, [options, seed] { options->seed_given = seed->count() > 0; });
+    set_action(*command, context, options, simulate);
 }
 
 } // namespace cli

@@ -8,7 +8,6 @@
 #include <cctype>
 #include <filesystem>
 #include <fstream>
-#include <initializer_list>
 
 #include "common/failure.hpp"
 #include "common/text.hpp"
@@ -89,21 +88,6 @@ bool is_own_fits(const std::string &head) {
     return false;
 }
 
-void need(const std::string &path, const std::string &wanted, std::initializer_list<Content> kinds) {
-    const Identity file = identify(path);
-    if (std::find(kinds.begin(), kinds.end(), file.content) != kinds.end())
-        return;
-    if (file.content == Content::empty)
-        malformed(path, "is empty");
-    if (file.content != Content::unknown)
-        malformed(path, "is " + file.name + ", not " + wanted);
-    std::error_code error;
-    const bool is_name = !path.empty() && path.find('/') == std::string::npos;
-    if (is_name && std::filesystem::symlink_status(path, error).type() == std::filesystem::file_type::not_found &&
-        std::filesystem::exists(shipped_scenes() + "/" + path, error))
-        malformed(path, "No such file; the shipped scene of this name is not " + wanted);
-}
-
 bool is_own_npy(const std::string &head) {
     constexpr size_t prefix = 10;
     const std::string start = "{'descr': '<f8', 'fortran_order': False, 'shape': (";
@@ -148,21 +132,19 @@ std::string shipped_scenes() {
     return (program.parent_path().parent_path() / "share/toliman/scenes").string();
 }
 
-void need_scene(const std::string &path) {
-    need(path, "a toliman scene (JSON)", {Content::scene, Content::json});
-}
-
-void need_weights(const std::string &path) {
-    need(path, "toliman weights", {Content::weights});
-}
-
-void need_sums(const std::string &path) {
-    need(path, "a saved state of toliman period", {Content::sums});
-}
-
-void need_series(const std::string &path) {
-    need(path, "a series of t, y[, sigma]",
-         {Content::npy, Content::text, Content::json, Content::result, Content::empty, Content::sums});
+void need(const std::string &path, const std::string &wanted, std::initializer_list<Content> kinds) {
+    const Identity file = identify(path);
+    if (std::find(kinds.begin(), kinds.end(), file.content) != kinds.end())
+        return;
+    if (file.content == Content::empty)
+        malformed(path, "is empty");
+    if (file.content != Content::unknown)
+        malformed(path, "is " + file.name + ", not " + wanted);
+    std::error_code error;
+    const bool is_name = !path.empty() && path.find('/') == std::string::npos;
+    if (is_name && std::filesystem::symlink_status(path, error).type() == std::filesystem::file_type::not_found &&
+        std::filesystem::exists(shipped_scenes() + "/" + path, error))
+        malformed(path, "No such file; the shipped scene of this name is not " + wanted);
 }
 
 bool is_own(const Identity &file) {

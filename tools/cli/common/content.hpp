@@ -1,5 +1,6 @@
 // Identifies files and folders by their first bytes, their suffix or the files in them.
 #pragma once
+#include <initializer_list>
 #include <string>
 
 namespace cli {
@@ -16,11 +17,9 @@ Identity identify(const std::string &path);
 // Suffix for a message that refuses a file: "; it is toliman weights", "" if unknown.
 std::string kind_of(const std::string &path);
 
-// Throw Failure if the content of a path is known and is not the one needed. Unknown content is left to its reader.
-void need_scene(const std::string &path);
-void need_weights(const std::string &path);
-void need_sums(const std::string &path);
-void need_series(const std::string &path); // or sums: their reader states how to give them
+// Throws Failure if the content of a path is known and is none of `kinds`, which are called `wanted`. Unknown content
+// is left to its reader.
+void need(const std::string &path, const std::string &wanted, std::initializer_list<Content> kinds);
 
 // ../share/toliman/scenes relative to the program, so that both can be moved together.
 std::string shipped_scenes();

@@ -11,6 +11,8 @@
 #include <sys/time.h>
 #include <unistd.h>
 
+#include "common/text.hpp"
+
 namespace cli {
 
 namespace {
@@ -48,9 +50,7 @@ std::string bar(double fraction, size_t columns) {
 }
 
 std::string padded(const char *stage) {
-    std::string text = stage;
-    text.resize(std::max<size_t>(text.size(), 10), ' ');
-    return text + " ";
+    return formatted("%-10s ", stage);
 }
 
 } // namespace
@@ -122,16 +122,15 @@ void Progress::show(const char *stage, double fraction, const std::string &note)
     // No estimate of the time left before 2 % and half a second.
     const bool estimated = fraction >= 1 || (fraction >= 0.02 && elapsed >= 0.5);
     const double left = estimated ? elapsed * (1 - fraction) / fraction : 0;
-    char text[64];
     if (style_ == Style::json) {
-        std::snprintf(text, sizeof text, estimated ? "%.1f" : "null", left);
-        std::fprintf(stderr, "{\"progress\":\"%s\",\"fraction\":%.4f,\"seconds_left\":%s%s}\n", stage, fraction, text,
+        std::fprintf(stderr, "{\"progress\":\"%s\",\"fraction\":%.4f,\"seconds_left\":%s%s}\n", stage, fraction,
+                     (estimated ? formatted("%.1f", left) : "null").c_str(),
                      note.empty() ? "" : (",\"note\":\"" + note + "\"").c_str());
         return;
     }
-    std::snprintf(text, sizeof text, estimated ? "%3.0f %%  %.0f s left" : "%3.0f %%  estimating", 100 * fraction,
-                  left);
-    const std::string head = padded(stage), tail = text + (note.empty() ? "" : "  " + note);
+    const std::string head = padded(stage), tail = formatted("%3.0f %%  ", 100 * fraction) +
+                                                   (estimated ? formatted("%.0f s left", left) : "estimating") +
+                                                   (note.empty() ? "" : "  " + note);
     const size_t columns = columns_now(), used = head.size() + tail.size() + 1;
     draw(head + bar(fraction, columns > used ? columns - used : 0) + tail, columns);
 }

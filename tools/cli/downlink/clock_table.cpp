@@ -52,7 +52,7 @@ Table read_table(const std::string &path) {
         const LinePlace where = {lines.name(), ++number};
         if (line.size() > LineSource::kLongest)
             malformed(where.text(), "is longer than " + std::to_string(LineSource::kLongest) + " bytes");
-        const std::vector<std::string> fields = names_of(line.substr(0, line.find('#')));
+        const std::vector<std::string> fields = split(line.substr(0, line.find('#')), ',');
         if (fields.size() == 1 && fields.front().empty()) // blank, or a remark
             continue;
         if (begun || !is_header(fields))

@@ -3,6 +3,7 @@
 
 #include "common/failure.hpp"
 #include "common/output.hpp"
+#include "common/text.hpp"
 #include "frames/frames_out.hpp"
 
 namespace cli {
@@ -45,11 +46,10 @@ class CountOutput : public FrameOutput {
     }
 
     [[noreturn]] void refuse(size_t pixel, double counts, const std::string &why) const {
-        char text[100];
-        std::snprintf(text, sizeof text,
-                      ": frame %lld, row %zu, column %zu: %.0f counts: ", static_cast<long long>(next_), pixel / cols_,
-                      pixel % cols_, counts);
-        throw Failure(kExitUsage, path_ + text + why);
+        throw Failure(kExitUsage, path_ +
+                                      formatted(": frame %lld, row %zu, column %zu: %.0f counts: ",
+                                                static_cast<long long>(next_), pixel / cols_, pixel % cols_, counts) +
+                                      why);
     }
 
     std::string path_;

@@ -7,7 +7,7 @@
 namespace cli {
 
 toliman::autoencoder load_weights(const std::string &path) {
-    need_weights(path);
+    need(path, "toliman weights", {Content::weights});
     return toliman::make<toliman::autoencoder>(toliman_cae_load_file, path.c_str(), nullptr);
 }
 

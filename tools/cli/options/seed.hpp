@@ -7,7 +7,7 @@
 namespace cli {
 
 // Parsed here because CLI11 wraps -1 around and clips numbers that are too large.
-inline CLI::Option *add_seed(CLI::App &command, uint64_t &seed, const std::string &description) {
+template <class Seed> CLI::Option *add_seed(CLI::App &command, Seed &seed, const std::string &description) {
     const auto take = [&seed](const std::string &text) {
         uint64_t value = 0;
         const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);

@@ -3,12 +3,12 @@
 #include "options/suggest.hpp"
 
 #include <algorithm>
-#include <cstdio>
 #include <cstdlib>
 #include <sstream>
 #include <vector>
 
 #include "base/nearest_word.hpp"
+#include "common/text.hpp"
 #include "options/command.hpp"
 
 namespace cli {
@@ -34,13 +34,10 @@ std::string unknown_value(const std::string &message) {
     const std::string value = message.substr(option + 2, end - option - 2);
     const size_t first = end + between.size();
     std::vector<std::string> names;
-    std::string list;
     std::stringstream words(message.substr(first, message.size() - 1 - first));
-    for (std::string name; std::getline(words, name, ',');) {
-        list += (names.empty() ? "" : ", ") + name;
+    for (std::string name; std::getline(words, name, ',');)
         names.push_back(name);
-    }
-    return message.substr(0, option) + " " + value + ": must be one of " + list + did_you_mean(value, names);
+    return message.substr(0, option) + " " + value + ": must be one of " + joined(names) + did_you_mean(value, names);
 }
 
 // What an option accepts, by CLI11's type name FLOAT, UINT or INT.
@@ -69,9 +66,7 @@ std::string value_out_of_range(const std::string &message) {
     if (name == std::string::npos || range == std::string::npos || end == std::string::npos || end < range)
         return unknown_value(message);
     const auto number = [](const std::string &text) { // without trailing zeros, as in 4.000000
-        char shorter[40];
-        std::snprintf(shorter, sizeof shorter, "%.10g", std::strtod(text.c_str(), nullptr));
-        return std::string(shorter);
+        return formatted("%.10g", std::strtod(text.c_str(), nullptr));
     };
     const size_t value = name + before.size(), low = range + between.size();
     return message.substr(0, name) + " " + message.substr(value, range - value) + ": must be in [" +

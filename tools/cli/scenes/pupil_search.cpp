@@ -6,10 +6,12 @@
 #include "scenes/pupil_search.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
-#include <cstdio>
-#include <exception>
+#include <future>
 #include <thread>
+
+#include "common/text.hpp"
 
 namespace cli {
 
@@ -22,27 +24,18 @@ bool better(const Found &a, const Found &b) {
     return a.score.crb_px < b.score.crb_px;
 }
 
-// Calls job(0) ... job(count - 1) on all processors; the exception of the first job that failed is thrown again.
+// Calls job(0) ... job(count - 1) on all processors; the exception of a job that failed is thrown again.
 void on_all_processors(size_t count, const std::function<void(size_t)> &job) {
-    const size_t workers = std::min<size_t>(count, std::max(1U, std::thread::hardware_concurrency()));
-    std::vector<std::exception_ptr> failed(count);
-    const auto work = [&](size_t first) {
-        for (size_t i = first; i < count; i += workers)
-            try {
-                job(i);
-            } catch (...) {
-                failed[i] = std::current_exception();
-            }
+    std::atomic<size_t> next{0};
+    const auto work = [&] {
+        for (size_t i; (i = next++) < count;)
+            job(i);
     };
-    std::vector<std::thread> threads;
-    for (size_t i = 1; i < workers; i++)
-        threads.emplace_back(work, i);
-    work(0);
-    for (std::thread &thread : threads)
-        thread.join();
-    for (const std::exception_ptr &failure : failed)
-        if (failure)
-            std::rethrow_exception(failure);
+    std::vector<std::future<void>> threads;
+    for (size_t i = 0; i < std::min<size_t>(count, std::max(1U, std::thread::hardware_concurrency())); i++)
+        threads.push_back(std::async(std::launch::async, work));
+    for (std::future<void> &thread : threads)
+        thread.get();
 }
 
 } // namespace
@@ -78,9 +71,7 @@ void PupilSearch::work(const Stage &stage, const std::function<void(size_t count
         const double fraction = std::min(std::max(by_count, by_time), 1.0);
         const double least =
             candidates_.empty() || !best_.terms.empty() ? best_.score.crb_px : candidates_[0].score.crb_px;
-        char note[40];
-        std::snprintf(note, sizeof note, "best %.4g px", least);
-        progress_.show(stage.name, fraction, note);
+        progress_.show(stage.name, fraction, formatted("best %.4g px", least));
         if (fraction >= 1)
             return;
         const double left = limits_.count > 0 ? quota - done : kBatch;

@@ -49,7 +49,7 @@ std::string similar_scene(const std::string &name, const std::string &folder) {
 
 std::string scene_path(const std::string &name, const toliman_sim_options &options) {
     if (exists(name) || name.find('/') != std::string::npos) {
-        need_scene(name);
+        need(name, "a toliman scene (JSON)", {Content::scene, Content::json});
         return name;
     }
     const std::string folder = shipped_scenes();

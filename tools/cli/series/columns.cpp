@@ -20,22 +20,14 @@ std::vector<std::string> words_of(const std::string &line) {
 
 } // namespace
 
-Separator separator_of(const std::string &line) {
+char separator_of(const std::string &line) {
     if (line.find(';') != std::string::npos)
-        return Separator::semicolon;
-    return line.find(',') != std::string::npos ? Separator::comma : Separator::space;
+        return ';';
+    return line.find(',') != std::string::npos ? ',' : ' ';
 }
 
-const char *name_of(Separator separator) noexcept {
-    switch (separator) {
-    case Separator::semicolon:
-        return "semicolons";
-    case Separator::comma:
-        return "commas";
-    case Separator::space:
-        break;
-    }
-    return "white space";
+const char *separator_name(char separator) noexcept {
+    return separator == ';' ? "semicolons" : separator == ',' ? "commas" : "white space";
 }
 
 std::string trimmed(const std::string &text) {
@@ -47,28 +39,16 @@ std::string trimmed(const std::string &text) {
     return quoted ? word.substr(1, word.size() - 2) : word;
 }
 
-std::vector<std::string> split(const std::string &line, Separator separator) {
-    if (separator == Separator::space)
+std::vector<std::string> split(const std::string &line, char separator) {
+    if (separator == ' ')
         return words_of(line);
-    const char between = separator == Separator::comma ? ',' : ';';
     std::vector<std::string> fields;
     fields.reserve(3);
     size_t start = 0;
-    for (size_t end; (end = line.find(between, start)) != std::string::npos; start = end + 1)
+    for (size_t end; (end = line.find(separator, start)) != std::string::npos; start = end + 1)
         fields.push_back(trimmed(line.substr(start, end - start)));
     fields.push_back(trimmed(line.substr(start)));
     return fields;
-}
-
-std::vector<std::string> names_of(const std::string &list) {
-    return split(list, Separator::comma);
-}
-
-std::string joined(const std::vector<std::string> &names) {
-    std::string list;
-    for (const std::string &name : names)
-        list += (list.empty() ? "" : ",") + name;
-    return list;
 }
 
 bool number_of(const std::string &field, double &value) {

@@ -5,22 +5,15 @@
 
 namespace cli {
 
-enum class Separator { semicolon, comma, space };
-
-// The separator of a file's columns, from its first line that is neither empty nor a comment: semicolons if the line
-// has one, otherwise commas if it has one, otherwise white space (any number of blanks and tabs).
-Separator separator_of(const std::string &line);
-// "semicolons"
-const char *name_of(Separator separator) noexcept;
+// The separator of a file's columns, from its first line that is neither empty nor a comment: a semicolon if the line
+// has one, otherwise a comma if it has one, otherwise a blank for white space (any number of blanks and tabs).
+char separator_of(const std::string &line);
+const char *separator_name(char separator) noexcept; // "semicolons"
 
 // Without surrounding white space, and then without surrounding quotes. White space inside remains.
 std::string trimmed(const std::string &text);
 // The fields of a line, trimmed; at least one.
-std::vector<std::string> split(const std::string &line, Separator separator);
-// The names in "t,latent".
-std::vector<std::string> names_of(const std::string &list);
-// The inverse of names_of.
-std::string joined(const std::vector<std::string> &names);
+std::vector<std::string> split(const std::string &line, char separator);
 
 // Whether the whole field, with any NUL byte in it, is a number.
 bool number_of(const std::string &field, double &value);

@@ -10,6 +10,7 @@
 #include <map>
 
 #include "common/failure.hpp"
+#include "common/text.hpp"
 #include "options/seed.hpp"
 
 namespace cli {
@@ -84,9 +85,7 @@ bool Fap::is_bound(double log10_residual) const {
 }
 
 std::string Fap::text(double log10_residual) const {
-    char number[40];
-    std::snprintf(number, sizeof number, "%s%.2f", is_bound(log10_residual) ? "< " : "", log10(log10_residual));
-    return number;
+    return formatted("%s%.2f", is_bound(log10_residual) ? "< " : "", log10(log10_residual));
 }
 
 std::string Fap::how(double log10_residual) const {

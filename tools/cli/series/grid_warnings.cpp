@@ -1,6 +1,6 @@
 #include "series/grid_warnings.hpp"
 
-#include <cstdio>
+#include "common/text.hpp"
 
 namespace cli {
 
@@ -14,10 +14,8 @@ toliman_period_sampling sampling_of(const toliman::periodogram &periodogram, con
 }
 
 void warn_coarse(const toliman::periodogram &periodogram, const toliman_period_sampling &sampling, Progress &progress) {
-    char text[200];
-    std::snprintf(text, sizeof text, "--df %g is above 1/(5 T) = %g, so peaks between two frequencies may be missed",
-                  info_of(periodogram).df, sampling.coarsest_df);
-    progress.warn(text);
+    progress.warn(formatted("--df %g is above 1/(5 T) = %g, so peaks between two frequencies may be missed",
+                            info_of(periodogram).df, sampling.coarsest_df));
 }
 
 void warn_inaccurate(const toliman::periodogram &periodogram, Progress &progress) {
@@ -51,13 +49,10 @@ void warn_of_grid(const Periodogram &periodogram, const Series *series, Progress
         warn_coarse(periodogram.handle, sampling, progress);
     if (((sampling.flags | periodogram.peak.flags) & TOLIMAN_PERIOD_INACCURATE) != 0)
         warn_inaccurate(periodogram.handle, progress);
-    if (series != nullptr && (sampling.flags & TOLIMAN_PERIOD_ABOVE_NYQUIST) != 0) {
-        char text[200];
-        std::snprintf(text, sizeof text,
-                      "the grid exceeds 1/(2 median dt) = %g: evenly spaced samples repeat lower frequencies there",
-                      sampling.nyquist);
-        progress.warn(text);
-    }
+    if (series != nullptr && (sampling.flags & TOLIMAN_PERIOD_ABOVE_NYQUIST) != 0)
+        progress.warn(
+            formatted("the grid exceeds 1/(2 median dt) = %g: evenly spaced samples repeat lower frequencies there",
+                      sampling.nyquist));
 }
 
 } // namespace cli

@@ -5,11 +5,11 @@
 #include "series/period_stream.hpp"
 
 #include <cmath>
-#include <cstdio>
 #include <utility>
 
 #include "common/failure.hpp"
 #include "common/output.hpp"
+#include "common/text.hpp"
 #include "series/grid_warnings.hpp"
 
 namespace cli {
@@ -29,17 +29,13 @@ bool print_update(const toliman::periodogram &periodogram, double t) {
     check(status);
     double sequential = 0;
     check(toliman_period_query_fap(periodogram.get(), TOLIMAN_PERIOD_FAP_SEQUENTIAL, peak.log10_residual, &sequential));
-    char line[400], period[32] = "null"; // at frequency 0
-    if (std::isfinite(peak.period))
-        std::snprintf(period, sizeof period, "%.10g", peak.period);
-    std::snprintf(line, sizeof line,
-                  "{\"schema\":\"toliman-period-update/1\",\"n\":%lld,\"t\":%.17g,\"period\":%s,"
-                  "\"frequency\":%.10g,\"power\":%.10g,\"log10_fap\":%.6g,\"log10_fap_sequential\":%.6g,"
-                  "\"at_edge\":%s}\n",
-                  static_cast<long long>(toliman_period_count(periodogram.get())), t, period, peak.frequency,
-                  peak.power, peak.log10_fap, sequential,
-                  (peak.flags & TOLIMAN_PERIOD_AT_EDGE) != 0 ? "true" : "false");
-    print_stdout(line);
+    const std::string period = std::isfinite(peak.period) ? formatted("%.10g", peak.period) : "null"; // at frequency 0
+    print_stdout(formatted("{\"schema\":\"toliman-period-update/1\",\"n\":%lld,\"t\":%.17g,\"period\":%s,"
+                           "\"frequency\":%.10g,\"power\":%.10g,\"log10_fap\":%.6g,\"log10_fap_sequential\":%.6g,"
+                           "\"at_edge\":%s}\n",
+                           static_cast<long long>(toliman_period_count(periodogram.get())), t, period.c_str(),
+                           peak.frequency, peak.power, peak.log10_fap, sequential,
+                           (peak.flags & TOLIMAN_PERIOD_AT_EDGE) != 0 ? "true" : "false"));
     return true;
 }
 
@@ -52,23 +48,155 @@ class Stream {
             set_alarm();
     }
 
-    void read();
-    void save_after_failure();
-    void finish();
+    void read() {
+        const auto on_idle = [this] {
+            stop_if_asked();
+            save_if_due();
+        };
+        SampleReader reader = options_.follow ? SampleReader(options_.file, options_.columns, on_idle)
+                                              : SampleReader(options_.file, options_.columns);
+        name_ = reader.name();
+        while (step(reader)) {
+        }
+        progress_.clear();
+        if (reader.truncated())
+            progress_.warn(reader.where() + kTruncatedWarning);
+        if (!periodogram_)
+            malformed(name_, reader.empty() ? "is empty" : "contains no samples");
+    }
+
+    // After an error or a signal, whose message follows.
+    void save_after_failure() {
+        if (!options_.follow)
+            return;
+        warn_skipped();
+        try {
+            save();
+            if (saved_ >= 0)
+                progress_.tell("state saved: " + std::to_string(saved_) + " samples");
+        } catch (const std::exception &error) {
+            progress_.warn(error.what());
+        }
+    }
+
+    void finish() {
+        save();
+        if (!options_.follow)
+            return;
+        if (!printed_)
+            warn_without_output();
+        if (skipped_ > 0 && options_.strict)
+            throw Failure(kExitRejected, total());
+        warn_skipped();
+    }
+
     toliman::periodogram release() { return std::move(periodogram_); }
 
   private:
     int64_t count() const noexcept { return toliman_period_count(periodogram_.get()); }
-    void begin(const Sample &first, bool weighted);
-    void check_weights(const SampleReader &reader) const;
-    void push(const Sample &sample, const SampleReader &reader);
-    bool step(SampleReader &reader);
-    void report(double t);
-    void save_if_due();
-    void save();
-    void warn_without_output();
-    std::string total() const;
-    void warn_skipped();
+
+    // References from the first sample, bounds from the options.
+    void begin(const Sample &first, bool weighted) {
+        toliman_period_options how;
+        toliman_period_options_init(&how, sizeof how);
+        how.flags = flags_of(options_.sums);
+        how.time_offset = first.t;
+        how.value_offset = first.y;
+        how.value_bound = options_.sums.value_bound.value_or(how.value_bound);
+        if (weighted)
+            set_sigmas(options_.sums, first.sigma, first.sigma, how);
+        else
+            set_unweighted(options_.sums, how);
+        periodogram_ = make_periodogram(*options_.grid, how);
+    }
+
+    // Refuses to mix samples with and without sigma: those without would have the weight of the smallest sigma.
+    void check_weights(const SampleReader &reader) const {
+        const toliman_period_info info = info_of(periodogram_);
+        if (info.count == 0 || (info.weighted != 0) == reader.weighted())
+            return;
+        malformed(reader.where(), reader.weighted()
+                                      ? "has a sigma: the samples in " + options_.from_state + " have none"
+                                      : "has no sigma: the samples in " + options_.from_state + " have one");
+    }
+
+    void push(const Sample &sample, const SampleReader &reader) {
+        if (!periodogram_)
+            begin(sample, reader.weighted());
+        if (sigma_floor_ == 0) {
+            check_weights(reader);
+            sigma_floor_ = info_of(periodogram_).sigma_floor;
+        }
+        const double sigma = reader.weighted() ? sample.sigma : sigma_floor_;
+        if (toliman_period_push(periodogram_.get(), sample.t, sample.y, sigma) == TOLIMAN_OK)
+            return;
+        const BadLine bad(reader.where() + ": " + refusal(periodogram_, sample.y, sigma, !options_.from_state.empty()));
+        if (count() == 0 && options_.from_state.empty()) { // the next sample gives the references
+            periodogram_.reset();
+            sigma_floor_ = 0;
+        }
+        throw bad;
+    }
+
+    void report(double t) {
+        if (count() >= kFewest && print_update(periodogram_, t))
+            printed_ = true;
+        warn_while_following(periodogram_, warned_, progress_);
+    }
+
+    // False at the end of the input.
+    bool step(SampleReader &reader) {
+        Sample sample = {};
+        try {
+            if (!reader.next(sample))
+                return false;
+            push(sample, reader);
+        } catch (const BadLine &bad) {
+            if (!options_.follow)
+                throw;
+            skipped_++;
+            progress_.warn(std::string(bad.what()) + ": skipped");
+            return true;
+        }
+        if (options_.follow)
+            report(sample.t);
+        return true;
+    }
+
+    void save() {
+        if (options_.save_state.empty() || !periodogram_)
+            return;
+        save_state(periodogram_, options_.save_state);
+        saved_ = count();
+    }
+
+    // A failure is only a warning: a disk that is full now may have space a minute later.
+    void save_if_due() {
+        if (!alarm_expired() || count() == saved_)
+            return;
+        try {
+            save();
+        } catch (const Failure &failure) {
+            progress_.warn(failure.what());
+        }
+    }
+
+    // States why no update was printed.
+    void warn_without_output() {
+        auto peak = toliman::sized<toliman_period_peak>();
+        const bool peaks = toliman_period_query_peak(periodogram_.get(), &peak) == TOLIMAN_OK;
+        progress_.warn(std::string("no update was printed: ") +
+                       (peaks ? "there were no samples" : toliman_last_error()));
+    }
+
+    std::string total() const {
+        return name_ + ": " + std::to_string(skipped_) + (skipped_ == 1 ? " line" : " lines") + " skipped";
+    }
+
+    void warn_skipped() {
+        if (skipped_ > 0)
+            progress_.warn(total());
+    }
 
     const StreamOptions &options_;
     Progress &progress_;
@@ -79,149 +207,6 @@ class Stream {
     bool printed_ = false;             // at least one update
     uint32_t warned_ = 0;              // flags of the grid that were reported
 };
-
-// References from the first sample, bounds from the options.
-void Stream::begin(const Sample &first, bool weighted) {
-    toliman_period_options how;
-    toliman_period_options_init(&how, sizeof how);
-    how.flags = flags_of(options_.sums);
-    how.time_offset = first.t;
-    how.value_offset = first.y;
-    how.value_bound = options_.sums.value_bound.value_or(how.value_bound);
-    if (weighted)
-        set_sigmas(options_.sums, first.sigma, first.sigma, how);
-    else
-        set_unweighted(options_.sums, how);
-    periodogram_ = make_periodogram(*options_.grid, how);
-}
-
-// Refuses to mix samples with and without sigma: those without would have the weight of the smallest sigma.
-void Stream::check_weights(const SampleReader &reader) const {
-    const toliman_period_info info = info_of(periodogram_);
-    if (info.count == 0 || (info.weighted != 0) == reader.weighted())
-        return;
-    malformed(reader.where(), reader.weighted() ? "has a sigma: the samples in " + options_.from_state + " have none"
-                                                : "has no sigma: the samples in " + options_.from_state + " have one");
-}
-
-void Stream::push(const Sample &sample, const SampleReader &reader) {
-    if (!periodogram_)
-        begin(sample, reader.weighted());
-    if (sigma_floor_ == 0) {
-        check_weights(reader);
-        sigma_floor_ = info_of(periodogram_).sigma_floor;
-    }
-    const double sigma = reader.weighted() ? sample.sigma : sigma_floor_;
-    if (toliman_period_push(periodogram_.get(), sample.t, sample.y, sigma) == TOLIMAN_OK)
-        return;
-    const BadLine bad(reader.where() + ": " + refusal(periodogram_, sample.y, sigma, !options_.from_state.empty()));
-    if (count() == 0 && options_.from_state.empty()) { // the next sample gives the references
-        periodogram_.reset();
-        sigma_floor_ = 0;
-    }
-    throw bad;
-}
-
-void Stream::report(double t) {
-    if (count() >= kFewest && print_update(periodogram_, t))
-        printed_ = true;
-    warn_while_following(periodogram_, warned_, progress_);
-}
-
-// False at the end of the input.
-bool Stream::step(SampleReader &reader) {
-    Sample sample = {};
-    try {
-        if (!reader.next(sample))
-            return false;
-        push(sample, reader);
-    } catch (const BadLine &bad) {
-        if (!options_.follow)
-            throw;
-        skipped_++;
-        progress_.warn(std::string(bad.what()) + ": skipped");
-        return true;
-    }
-    if (options_.follow)
-        report(sample.t);
-    return true;
-}
-
-void Stream::read() {
-    const auto on_idle = [this] {
-        stop_if_asked();
-        save_if_due();
-    };
-    SampleReader reader = options_.follow ? SampleReader(options_.file, options_.columns, on_idle)
-                                          : SampleReader(options_.file, options_.columns);
-    name_ = reader.name();
-    while (step(reader)) {
-    }
-    progress_.clear();
-    if (reader.truncated())
-        progress_.warn(reader.where() + kTruncatedWarning);
-    if (!periodogram_)
-        malformed(name_, reader.empty() ? "is empty" : "contains no samples");
-}
-
-void Stream::save() {
-    if (options_.save_state.empty() || !periodogram_)
-        return;
-    save_state(periodogram_, options_.save_state);
-    saved_ = count();
-}
-
-// A failure is only a warning: a disk that is full now may have space a minute later.
-void Stream::save_if_due() {
-    if (!alarm_expired() || count() == saved_)
-        return;
-    try {
-        save();
-    } catch (const Failure &failure) {
-        progress_.warn(failure.what());
-    }
-}
-
-// After an error or a signal, whose message follows.
-void Stream::save_after_failure() {
-    if (!options_.follow)
-        return;
-    warn_skipped();
-    try {
-        save();
-        if (saved_ >= 0)
-            progress_.tell("state saved: " + std::to_string(saved_) + " samples");
-    } catch (const std::exception &error) {
-        progress_.warn(error.what());
-    }
-}
-
-void Stream::finish() {
-    save();
-    if (!options_.follow)
-        return;
-    if (!printed_)
-        warn_without_output();
-    if (skipped_ > 0 && options_.strict)
-        throw Failure(kExitRejected, total());
-    warn_skipped();
-}
-
-// States why no update was printed.
-void Stream::warn_without_output() {
-    auto peak = toliman::sized<toliman_period_peak>();
-    const bool peaks = toliman_period_query_peak(periodogram_.get(), &peak) == TOLIMAN_OK;
-    progress_.warn(std::string("no update was printed: ") + (peaks ? "there were no samples" : toliman_last_error()));
-}
-
-std::string Stream::total() const {
-    return name_ + ": " + std::to_string(skipped_) + (skipped_ == 1 ? " line" : " lines") + " skipped";
-}
-
-void Stream::warn_skipped() {
-    if (skipped_ > 0)
-        progress_.warn(total());
-}
 
 } // namespace
 

@@ -144,7 +144,7 @@ Periodogram find_period(const Series &series, const FrequencyGrid &grid, const S
 }
 
 toliman::periodogram load_state(const std::string &path) {
-    need_sums(path);
+    need(path, "a saved state of toliman period", {Content::sums});
     return toliman::make<toliman::periodogram>(toliman_period_load_file, path.c_str(), nullptr);
 }
 

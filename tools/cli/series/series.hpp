@@ -1,11 +1,13 @@
 // Reads time series: text with or without a line of names, JSON Lines, or a .npy table.
 #pragma once
 #include <functional>
-#include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "common/failure.hpp"
+#include "common/lines.hpp"
+#include "common/terminal.hpp"
 
 namespace cli {
 
@@ -27,25 +29,41 @@ constexpr char kTruncatedWarning[] = ": has no newline at its end; its last numb
 class SampleReader {
   public:
     // path: a file, or - for standard input
-    SampleReader(const std::string &path, const std::vector<std::string> &columns);
+    SampleReader(const std::string &path, const std::vector<std::string> &columns)
+        : in_(path, stop_if_asked), wanted_(columns), complete_(false) {}
     // For input that another process is still writing: on_idle as in LineSource; a last line without newline may be
     // truncated and is a BadLine.
-    SampleReader(const std::string &path, const std::vector<std::string> &columns, std::function<void()> on_idle);
-    ~SampleReader();
-    SampleReader(const SampleReader &) = delete;
-    SampleReader &operator=(const SampleReader &) = delete;
+    SampleReader(const std::string &path, const std::vector<std::string> &columns, std::function<void()> on_idle)
+        : in_(path, std::move(on_idle)), wanted_(columns), complete_(true) {}
 
     // False at the end.
     bool next(Sample &sample);
-    const std::string &name() const noexcept; // the file's name in messages
-    std::string where() const;                // the last line's, "rv.csv:7"
-    bool weighted() const noexcept;           // samples have a sigma
-    bool empty() const noexcept;              // no line was read
-    bool truncated() const noexcept;          // the last line of columns has no newline
+    const std::string &name() const noexcept { return in_.name(); }              // the file's name in messages
+    std::string where() const { return name() + ":" + std::to_string(number_); } // the last line's, "rv.csv:7"
+    bool weighted() const noexcept { return columns_.size() == 3; }              // samples have a sigma
+    bool empty() const noexcept { return number_ == 0; }                         // no line was read
+    bool truncated() const noexcept { return truncated_; } // the last line of columns has no newline
 
   private:
-    class Lines;
-    std::unique_ptr<Lines> lines_;
+    [[noreturn]] void bad(const std::string &why) const { throw BadLine(where() + ": " + why); } // not a sample
+    [[noreturn]] void bad_file(const std::string &why) const { malformed(where(), why); }        // all is unusable
+    void begin(std::string &line) const;
+    bool parse_fields(const std::vector<std::string> &fields, const std::string &line, Sample &sample);
+    void parse_object(const std::string &line, Sample &sample);
+    void use_names(const std::vector<std::string> &fields);
+    void use_positions(size_t count);
+    double value_of(const std::string &field, size_t column) const;
+
+    LineSource in_;
+    std::vector<std::string> wanted_;
+    bool complete_;               // the last line must have its newline
+    std::vector<size_t> columns_; // indices of t, y and sigma in a line
+    size_t width_ = 0;            // fields of every line
+    size_t number_ = 0;           // of the line
+    bool format_known_ = false;   // from a line of names or a first sample
+    bool objects_ = false;        // JSON Lines
+    bool truncated_ = false;      // the last sample's line has no newline
+    char separator_ = ',';
 };
 
 struct Series {
