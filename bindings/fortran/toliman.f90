@@ -605,6 +605,107 @@ module toliman
     end interface
     public :: toliman_estimate_fn
 
+    ! Point of the exposure to which the time stamps of a file refer.
+    ! start of the exposure, as the mission writes it
+    integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_STAMP_START = 601
+    integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_STAMP_MIDDLE = 602
+    integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_STAMP_END = 603
+
+    ! Flags of toliman_ingest_options.
+    ! the files may still grow: next returns NOTHING instead of an end; see finish
+    integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_GROWING = 1
+
+    ! Options of a reader. Since 0.2.
+    type, bind(C), public :: toliman_ingest_options
+        integer(c_int32_t) :: struct_size = 72
+        integer(c_int32_t) :: flags = 0 ! TOLIMAN_INGEST_GROWING
+        ! type of the pixels: TOLIMAN_PIXEL_U16 or TOLIMAN_PIXEL_U32; there is no default
+        integer(c_int32_t) :: pixel = 0
+        integer(c_int32_t) :: stamp = 0 ! TOLIMAN_INGEST_STAMP_..., 0 = START
+        real(c_double) :: exposure_s = 0.0_c_double ! length of an exposure, at most 1e9 s; 0 = unknown
+        ! expected shape of a frame. It locates the frames if lines of the side file are damaged; 0 = the shape in the
+        ! first valid line
+        integer(c_int64_t) :: rows = 0
+        integer(c_int64_t) :: cols = 0
+        ! frames with ids from first_id to end_id - 1 are read, all others are skipped.
+        integer(c_int64_t) :: first_id = 0
+        integer(c_int64_t) :: end_id = 0 ! Both 0 = all frames
+        integer(c_int32_t) :: buffers = 0 ! frames whose memory stays valid at the same time, 1 to 4096; 0 = 1
+        integer(c_int32_t) :: reserved = 0 ! 0
+        type(c_ptr) :: allocator = c_null_ptr ! for the pixels; NULL = malloc
+    end type
+
+    ! Events.
+    ! no event until the files grow; without GROWING: end of the files
+    integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_EVENT_NOTHING = 611
+    integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_EVENT_FRAME = 612 ! frame
+    integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_EVENT_DAMAGE = 613 ! frame that cannot be read
+    ! suspicious time or size; the next frame is valid
+    integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_EVENT_WARNING = 614
+
+    ! Reasons of damage and warnings.
+    integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_REASON_NONE = 621
+    ! DAMAGE: malformed line of the side file
+    integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_REASON_BAD_LINE = 622
+    ! DAMAGE: the file of pixels ends before this frame
+    integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_REASON_SHORT_FILE = 623
+    ! DAMAGE: position in the file unknown, after a damaged line
+    integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_REASON_PLACE_UNKNOWN = 624
+    ! WARNING: time goes back, stops, or skips 1000 usual steps
+    integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_REASON_CLOCK_JUMP = 625
+    ! WARNING: camera clock and host clock drift apart; once per pair
+    integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_REASON_CLOCKS_DIFFER = 626
+    ! WARNING: pixels that belong to no line; after the last frame
+    integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_REASON_EXTRA_BYTES = 627
+
+    ! Event of a reader. Its texts stay valid as long as the frame's memory. Since 0.2.
+    type, bind(C), public :: toliman_ingest_event
+        integer(c_int32_t) :: struct_size = 56 ! in: sizeof(toliman_ingest_event)
+        integer(c_int32_t) :: event = 0 ! TOLIMAN_INGEST_EVENT_...
+        integer(c_int32_t) :: reason = 0 ! TOLIMAN_INGEST_REASON_...
+        integer(c_int32_t) :: has_key = 0 ! 1 if session, roi and frame_id of the frame are known, also of a DAMAGE
+        type(c_ptr) :: file = c_null_ptr ! path of the file that the event concerns, usually the side file; never NULL
+        integer(c_int64_t) :: line = 0 ! its line, from 1; 0 = the whole file
+        type(c_ptr) :: text = c_null_ptr ! what is wrong, without file and line; "" for frames and NOTHING; never NULL
+        integer(c_int64_t) :: stamp_ns = 0 ! timestamp_ns of the line, as written; 0 unless FRAME
+        real(c_double) :: host_s = 0.0_c_double ! host_time of the line, in s; 0 unless FRAME
+    end type
+
+    ! Properties and counts of a reader. Since 0.2.
+    type, bind(C), public :: toliman_ingest_info
+        integer(c_int32_t) :: struct_size = 80 ! in: sizeof(toliman_ingest_info)
+        integer(c_int32_t) :: stamp = 0 ! TOLIMAN_INGEST_STAMP_...
+        real(c_double) :: exposure_s = 0.0_c_double
+        integer(c_int64_t) :: lines = 0 ! lines of the side file read so far
+        integer(c_int64_t) :: frames = 0 ! FRAME events
+        integer(c_int64_t) :: damaged = 0 ! DAMAGE events
+        integer(c_int64_t) :: warnings = 0 ! WARNING events
+        integer(c_int64_t) :: skipped = 0 ! frames outside first_id to end_id
+        integer(c_int64_t) :: bytes = 0 ! size of the file of pixels when it was last looked at
+        type(c_ptr) :: side_file = c_null_ptr ! paths; memory of the reader
+        type(c_ptr) :: pixel_file = c_null_ptr
+    end type
+
+    ! Time scales. TDB differs from TT by less than 2 ms, and is treated as TT.
+    integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_SCALE_UTC = 631
+    integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_SCALE_TAI = 632
+    integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_SCALE_TT = 633
+    integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_SCALE_TDB = 634
+    integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_SCALE_GPS = 635
+
+    ! Formats of a time in text.
+    ! 2028-03-01, 2028-03-01T12:00:00.5; with a final Z only in UTC
+    integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_FORMAT_ISO = 641
+    integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_FORMAT_MJD = 642 ! Modified Julian Day, a decimal number
+    integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_FORMAT_JD = 643 ! Julian Day, a decimal number
+
+    ! Row of a table of leap seconds. Since 0.2.
+    type, bind(C), public :: toliman_leap_second
+        integer(c_int32_t) :: struct_size = 16 ! sizeof(toliman_leap_second)
+        integer(c_int32_t) :: tai_utc_s = 0 ! TAI - UTC in s from that day on
+        integer(c_int64_t) :: mjd = 0 ! day on which it begins, at 0 h UTC
+    end type
+
     ! Options of an estimator. Since 0.2.
     type, bind(C), public :: toliman_linear_options
         integer(c_int32_t) :: struct_size = 16
@@ -1545,6 +1646,117 @@ module toliman
         end function
 
         ! Sets *options, a struct of `size` bytes, to the defaults.
+        subroutine toliman_ingest_options_init(options, size) bind(C)
+            import
+            integer(c_size_t), value :: size
+            type(toliman_ingest_options), intent(inout) :: options
+        end subroutine
+
+        ! Opens a pair. path one of the two files, or X, the path without _frames.bin and _meta.jsonl options must not
+        ! be NULL, as the pixel type has no default Errors: TOLIMAN_E_NOT_FOUND if one of the files is missing or
+        ! cannot be read.
+        function toliman_ingest_create(path, options, out) bind(C) result(answer)
+            import
+            character(kind=c_char), intent(in) :: path(*)
+            type(toliman_ingest_options), intent(in) :: options
+            type(c_ptr), intent(out) :: out
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Destroys a reader and the memory of its frames.
+        subroutine toliman_ingest_destroy(ingest) bind(C)
+            import
+            type(c_ptr), value :: ingest
+        end subroutine
+
+        ! Returns the name of a reason ("bad line"), "?" for an unknown one.
+        function toliman_ingest_reason_name(reason) bind(C) result(answer)
+            import
+            integer(c_int32_t), value :: reason
+            type(c_ptr) :: answer
+        end function
+
+        ! Reads the next event. frame becomes the frame of a FRAME event; for DAMAGE with has_key = 1, session, roi
+        ! and frame_id only; else 0. camera_ns is the middle of the exposure by the camera clock: the stamp, plus or
+        ! minus half the exposure.
+        function toliman_ingest_next(ingest, frame, event) bind(C) result(answer)
+            import
+            type(c_ptr), value :: ingest
+            type(toliman_frame), intent(inout) :: frame
+            type(toliman_ingest_event), intent(inout) :: event
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Ends the growth of the files.
+        function toliman_ingest_finish(ingest) bind(C) result(answer)
+            import
+            type(c_ptr), value :: ingest
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Writes the properties and counts to *out, whose struct_size must be set.
+        function toliman_ingest_get_info(ingest, out) bind(C) result(answer)
+            import
+            type(c_ptr), value :: ingest
+            type(toliman_ingest_info), intent(inout) :: out
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Reads a clock table: lines camera_ns,tai_ns (formats.md, "Clock table"). clock [capacity][2], pairs for
+        ! toliman_track_options.clock; NULL if capacity is 0 points becomes the number of pairs log receives a warning
+        ! if a rate differs from 1 by more than 1 %, for instance for columns in other units or in the wrong order;
+        ! may be NULL Errors: TOLIMAN_E_NOT_FOUND, TOLIMAN_E_FORMAT with file and line, TOLIMAN_E_CAPACITY if capacity
+        ! is too small (*points is then set).
+        function toliman_ingest_read_clock(path, clock, capacity, points, log, user_data) bind(C) result(answer)
+            import
+            integer(c_size_t), value :: capacity
+            type(c_funptr), value :: log
+            type(c_ptr), value :: user_data
+            character(kind=c_char), intent(in) :: path(*)
+            integer(c_int64_t), intent(out), optional :: clock(*)
+            integer(c_size_t), intent(out) :: points
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Reads the leap-seconds.list of the IERS. table [capacity], NULL if capacity is 0 count becomes the number of
+        ! rows expires becomes the day (MJD) on which the file expires; may be NULL Errors: TOLIMAN_E_NOT_FOUND,
+        ! TOLIMAN_E_FORMAT with file and line, TOLIMAN_E_CAPACITY if capacity is too small (*count is then set).
+        function toliman_ingest_read_leap_seconds(path, table, capacity, count, expires) bind(C) result(answer)
+            import
+            integer(c_size_t), value :: capacity
+            character(kind=c_char), intent(in) :: path(*)
+            type(toliman_leap_second), intent(inout), optional :: table(*)
+            integer(c_size_t), intent(out) :: count
+            integer(c_int64_t), intent(out), optional :: expires
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Converts text to TAI nanoseconds since 1970-01-01T00:00:00 TAI, exact to the nanosecond. text a time from
+        ! 1958-01-01 to 2099-12-31; in UTC from 1972-01-01 on format TOLIMAN_INGEST_FORMAT_... scale
+        ! TOLIMAN_INGEST_SCALE_... of the text table [count] leap seconds, NULL if count is 0: those known to the
+        ! library, up to 2017.
+        function toliman_ingest_parse_time(text, format, scale, table, count, tai_ns) bind(C) result(answer)
+            import
+            integer(c_int32_t), value :: format, scale
+            integer(c_size_t), value :: count
+            character(kind=c_char), intent(in) :: text(*)
+            type(toliman_leap_second), intent(in), optional :: table(*)
+            integer(c_int64_t), intent(out) :: tai_ns
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Converts times[count], nanoseconds since 1970-01-01T00:00:00 of their scale, to TAI nanoseconds.
+        function toliman_ingest_convert_times(times, count, scale, table, rows, tai_ns) bind(C) result(answer)
+            import
+            integer(c_size_t), value :: count, rows
+            integer(c_int32_t), value :: scale
+            integer(c_int64_t), intent(in) :: times(*)
+            type(toliman_leap_second), intent(in), optional :: table(*)
+            integer(c_int64_t), intent(out) :: tai_ns(*)
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Sets *options, a struct of `size` bytes, to the defaults.
         subroutine toliman_linear_options_init(options, size) bind(C)
             import
             integer(c_size_t), value :: size
@@ -2134,6 +2346,17 @@ module toliman
     public :: toliman_components_train
     public :: toliman_components_get_series
     public :: toliman_components_get_info
+    public :: toliman_ingest_options_init
+    public :: toliman_ingest_create
+    public :: toliman_ingest_destroy
+    public :: toliman_ingest_reason_name
+    public :: toliman_ingest_next
+    public :: toliman_ingest_finish
+    public :: toliman_ingest_get_info
+    public :: toliman_ingest_read_clock
+    public :: toliman_ingest_read_leap_seconds
+    public :: toliman_ingest_parse_time
+    public :: toliman_ingest_convert_times
     public :: toliman_linear_options_init
     public :: toliman_linear_create
     public :: toliman_linear_destroy
@@ -2221,7 +2444,7 @@ module toliman
         procedure :: destroy => simulator_destroy
         procedure, private :: simulator_assign
         generic :: assignment(=) => simulator_assign
-        final :: simulator_finish
+        final :: simulator_final
     end type
 
     ! Network. Functions that take a const network may run on one network from several threads.
@@ -2245,7 +2468,7 @@ module toliman
         procedure :: destroy => autoencoder_destroy
         procedure, private :: autoencoder_assign
         generic :: assignment(=) => autoencoder_assign
-        final :: autoencoder_finish
+        final :: autoencoder_final
     end type
 
     ! Collection of frames of a scene and their components. Each component gives one value per frame, in the order in
@@ -2265,7 +2488,26 @@ module toliman
         procedure :: destroy => component_set_destroy
         procedure, private :: component_set_assign
         generic :: assignment(=) => component_set_assign
-        final :: component_set_finish
+        final :: component_set_final
+    end type
+
+    ! Reader of one pair of files. Needs exclusive use.
+    type, public :: toliman_pair_reader
+        type(c_ptr) :: handle = c_null_ptr
+    contains
+        procedure :: create => pair_reader_create
+        procedure, nopass :: reason_name => pair_reader_reason_name
+        procedure :: next => pair_reader_next
+        procedure :: finish => pair_reader_finish
+        procedure :: get_info => pair_reader_get_info
+        procedure, nopass :: read_clock => pair_reader_read_clock
+        procedure, nopass :: read_leap_seconds => pair_reader_read_leap_seconds
+        procedure, nopass :: parse_time => pair_reader_parse_time
+        procedure, nopass :: convert_times => pair_reader_convert_times
+        procedure :: destroy => pair_reader_destroy
+        procedure, private :: pair_reader_assign
+        generic :: assignment(=) => pair_reader_assign
+        final :: pair_reader_final
     end type
 
     ! Template estimator: weighted least-squares estimate of the displacement (the change of the separation) from one
@@ -2283,7 +2525,7 @@ module toliman
         procedure :: destroy => linear_estimator_destroy
         procedure, private :: linear_estimator_assign
         generic :: assignment(=) => linear_estimator_assign
-        final :: linear_estimator_finish
+        final :: linear_estimator_final
     end type
 
     ! Streaming periodogram. Functions that take a const periodogram may run on one object from several threads.
@@ -2320,7 +2562,7 @@ module toliman
         procedure :: destroy => periodogram_destroy
         procedure, private :: periodogram_assign
         generic :: assignment(=) => periodogram_assign
-        final :: periodogram_finish
+        final :: periodogram_final
     end type
 
     ! Tracker. Functions that take a const tracker may run on one tracker from several threads; all others need
@@ -2350,7 +2592,7 @@ module toliman
         procedure :: destroy => tracker_destroy
         procedure, private :: tracker_assign
         generic :: assignment(=) => tracker_assign
-        final :: tracker_finish
+        final :: tracker_final
     end type
 
 contains
@@ -3180,6 +3422,142 @@ contains
         call conclude(toliman_components_get_info(self%handle, out), stat, errmsg)
     end subroutine
 
+    ! Opens a pair. path one of the two files, or X, the path without _frames.bin and _meta.jsonl options must not be
+    ! NULL, as the pixel type has no default Errors: TOLIMAN_E_NOT_FOUND if one of the files is missing or cannot be
+    ! read.
+    subroutine pair_reader_create(self, path, options, stat, errmsg)
+        class(toliman_pair_reader), intent(inout) :: self
+        character(len=*), intent(in) :: path
+        type(toliman_ingest_options), intent(in) :: options
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        type(c_ptr) :: made
+        integer(c_int32_t) :: status
+        status = toliman_ingest_create(c_string(path), options, made)
+        if (status == TOLIMAN_OK) then
+            call self%destroy()
+            self%handle = made
+        end if
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Returns the name of a reason ("bad line"), "?" for an unknown one.
+    function pair_reader_reason_name(reason) result(answer)
+        integer(c_int32_t), intent(in) :: reason
+        character(len=:), allocatable :: answer
+        answer = toliman_text(toliman_ingest_reason_name(reason))
+    end function
+
+    ! Reads the next event. frame becomes the frame of a FRAME event; for DAMAGE with has_key = 1, session, roi and
+    ! frame_id only; else 0. camera_ns is the middle of the exposure by the camera clock: the stamp, plus or minus
+    ! half the exposure.
+    subroutine pair_reader_next(self, frame, event, stat, errmsg)
+        class(toliman_pair_reader), intent(inout) :: self
+        type(toliman_frame), intent(inout) :: frame
+        type(toliman_ingest_event), intent(inout) :: event
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        call conclude(toliman_ingest_next(self%handle, frame, event), stat, errmsg)
+    end subroutine
+
+    ! Ends the growth of the files.
+    subroutine pair_reader_finish(self, stat, errmsg)
+        class(toliman_pair_reader), intent(inout) :: self
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        call conclude(toliman_ingest_finish(self%handle), stat, errmsg)
+    end subroutine
+
+    ! Writes the properties and counts to *out, whose struct_size must be set.
+    subroutine pair_reader_get_info(self, out, stat, errmsg)
+        class(toliman_pair_reader), intent(in) :: self
+        type(toliman_ingest_info), intent(inout) :: out
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        call conclude(toliman_ingest_get_info(self%handle, out), stat, errmsg)
+    end subroutine
+
+    ! Reads a clock table: lines camera_ns,tai_ns (formats.md, "Clock table"). clock [capacity][2], pairs for
+    ! toliman_track_options.clock; NULL if capacity is 0 points becomes the number of pairs log receives a warning if
+    ! a rate differs from 1 by more than 1 %, for instance for columns in other units or in the wrong order; may be
+    ! NULL Errors: TOLIMAN_E_NOT_FOUND, TOLIMAN_E_FORMAT with file and line, TOLIMAN_E_CAPACITY if capacity is too
+    ! small (*points is then set). clock(2, capacity).
+    subroutine pair_reader_read_clock(path, points, log, user_data, clock, stat, errmsg)
+        character(len=*), intent(in) :: path
+        integer(c_int64_t), intent(out), optional, contiguous :: clock(:, :)
+        integer(c_size_t), intent(out) :: points
+        type(c_funptr), intent(in) :: log
+        type(c_ptr), intent(in) :: user_data
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_capacity
+        integer(c_int32_t) :: status
+        of_capacity = 0
+        if (present(clock)) of_capacity = size(clock, 2, c_size_t)
+        if (present(clock)) then
+            if (.not. fits(size(clock, 1, c_size_t), 2_c_size_t, 'clock', 1, stat, errmsg)) return
+        end if
+        status = toliman_ingest_read_clock(c_string(path), clock, of_capacity, points, log, user_data)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Reads the leap-seconds.list of the IERS. table [capacity], NULL if capacity is 0 count becomes the number of
+    ! rows expires becomes the day (MJD) on which the file expires; may be NULL Errors: TOLIMAN_E_NOT_FOUND,
+    ! TOLIMAN_E_FORMAT with file and line, TOLIMAN_E_CAPACITY if capacity is too small (*count is then set).
+    ! table(capacity).
+    subroutine pair_reader_read_leap_seconds(path, count, table, expires, stat, errmsg)
+        character(len=*), intent(in) :: path
+        type(toliman_leap_second), intent(inout), optional, contiguous :: table(:)
+        integer(c_size_t), intent(out) :: count
+        integer(c_int64_t), intent(out), optional :: expires
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_capacity
+        integer(c_int32_t) :: status
+        of_capacity = 0
+        if (present(table)) of_capacity = size(table, 1, c_size_t)
+        status = toliman_ingest_read_leap_seconds(c_string(path), table, of_capacity, count, expires)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Converts text to TAI nanoseconds since 1970-01-01T00:00:00 TAI, exact to the nanosecond. text a time from
+    ! 1958-01-01 to 2099-12-31; in UTC from 1972-01-01 on format TOLIMAN_INGEST_FORMAT_... scale
+    ! TOLIMAN_INGEST_SCALE_... of the text table [count] leap seconds, NULL if count is 0: those known to the library,
+    ! up to 2017. table(count).
+    subroutine pair_reader_parse_time(text, format, scale, tai_ns, table, stat, errmsg)
+        character(len=*), intent(in) :: text
+        integer(c_int32_t), intent(in) :: format, scale
+        type(toliman_leap_second), intent(in), optional, contiguous :: table(:)
+        integer(c_int64_t), intent(out) :: tai_ns
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_count
+        integer(c_int32_t) :: status
+        of_count = 0
+        if (present(table)) of_count = size(table, 1, c_size_t)
+        status = toliman_ingest_parse_time(c_string(text), format, scale, table, of_count, tai_ns)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Converts times[count], nanoseconds since 1970-01-01T00:00:00 of their scale, to TAI nanoseconds. times(count),
+    ! table(rows), tai_ns(count).
+    subroutine pair_reader_convert_times(times, scale, tai_ns, table, stat, errmsg)
+        integer(c_int64_t), intent(in), contiguous :: times(:)
+        integer(c_int32_t), intent(in) :: scale
+        type(toliman_leap_second), intent(in), optional, contiguous :: table(:)
+        integer(c_int64_t), intent(out), contiguous :: tai_ns(:)
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_count, of_rows
+        integer(c_int32_t) :: status
+        of_count = size(times, 1, c_size_t)
+        of_rows = 0
+        if (present(table)) of_rows = size(table, 1, c_size_t)
+        if (.not. fits(size(tai_ns, 1, c_size_t), of_count, 'tai_ns', 1, stat, errmsg)) return
+        status = toliman_ingest_convert_times(times, of_count, scale, table, of_rows, tai_ns)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
     ! Creates the template estimator of a scene.
     subroutine linear_estimator_create(self, sim, options, stat, errmsg)
         class(toliman_linear_estimator), intent(inout) :: self
@@ -3814,7 +4192,7 @@ contains
         self%cols = -1
     end subroutine
 
-    impure elemental subroutine simulator_finish(self)
+    impure elemental subroutine simulator_final(self)
         type(toliman_simulator), intent(inout) :: self
         call self%destroy()
     end subroutine
@@ -3835,7 +4213,7 @@ contains
         self%cols = -1
     end subroutine
 
-    impure elemental subroutine autoencoder_finish(self)
+    impure elemental subroutine autoencoder_final(self)
         type(toliman_autoencoder), intent(inout) :: self
         call self%destroy()
     end subroutine
@@ -3856,7 +4234,7 @@ contains
         self%cols = -1
     end subroutine
 
-    impure elemental subroutine component_set_finish(self)
+    impure elemental subroutine component_set_final(self)
         type(toliman_component_set), intent(inout) :: self
         call self%destroy()
     end subroutine
@@ -3869,6 +4247,25 @@ contains
     end subroutine
 
     ! Destroys the object; create may be called again.
+    impure elemental subroutine pair_reader_destroy(self)
+        class(toliman_pair_reader), intent(inout) :: self
+        call toliman_ingest_destroy(self%handle)
+        self%handle = c_null_ptr
+    end subroutine
+
+    impure elemental subroutine pair_reader_final(self)
+        type(toliman_pair_reader), intent(inout) :: self
+        call self%destroy()
+    end subroutine
+
+    subroutine pair_reader_assign(self, other)
+        class(toliman_pair_reader), intent(inout) :: self
+        class(toliman_pair_reader), intent(in) :: other
+        if (c_associated(self%handle) .or. c_associated(other%handle)) &
+            error stop 'libtoliman: a toliman_pair_reader cannot be assigned'
+    end subroutine
+
+    ! Destroys the object; create may be called again.
     impure elemental subroutine linear_estimator_destroy(self)
         class(toliman_linear_estimator), intent(inout) :: self
         call toliman_linear_destroy(self%handle)
@@ -3877,7 +4274,7 @@ contains
         self%cols = -1
     end subroutine
 
-    impure elemental subroutine linear_estimator_finish(self)
+    impure elemental subroutine linear_estimator_final(self)
         type(toliman_linear_estimator), intent(inout) :: self
         call self%destroy()
     end subroutine
@@ -3896,7 +4293,7 @@ contains
         self%handle = c_null_ptr
     end subroutine
 
-    impure elemental subroutine periodogram_finish(self)
+    impure elemental subroutine periodogram_final(self)
         type(toliman_periodogram), intent(inout) :: self
         call self%destroy()
     end subroutine
@@ -3915,7 +4312,7 @@ contains
         self%handle = c_null_ptr
     end subroutine
 
-    impure elemental subroutine tracker_finish(self)
+    impure elemental subroutine tracker_final(self)
         type(toliman_tracker), intent(inout) :: self
         call self%destroy()
     end subroutine

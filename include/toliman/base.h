@@ -3,8 +3,9 @@
  * Data flow: one header per module. The first comment of each header shows its functions.
  *
  *   scene.json -> sim.h -> frames -> cae.h, linear.h -> latent, px -> period.h -> period, false alarm probability
- *                             |                                           ^
- *                             +---- downlinked frames: track.h -----------+
+ *                             ^                                           ^
+ *                             |                                           |
+ *   downlink -> ingest.h -----+-----------------> track.h ----------------+
  *
  *   toliman_load_options_init -> toliman_load_options -> the toliman_X_load functions
  *

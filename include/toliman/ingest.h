@@ -5,7 +5,7 @@
  *   options_init -> create <- X_frames.bin and X_meta.jsonl, complete or still growing
  *                     |
  *                   next, finish -> event -> frame -> track.h, cae.h, linear.h
- *                     |               +----> damage, warning, or nothing yet; event_name, reason_name
+ *                     |               +----> damage, warning, or nothing yet; reason_name
  *                   get_info, destroy
  *
  *   clock table           read_clock -> toliman_track_options.clock
@@ -55,10 +55,9 @@ typedef struct toliman_ingest_options {
 TOLIMAN_API void toliman_ingest_options_init(toliman_ingest_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
 /* Opens a pair.
- *   path     either of the two files; the name of the other follows from it
- *   options  may not be NULL, as the pixel type has no default
- * Errors: TOLIMAN_E_ARGUMENT, also for a path that ends in neither _frames.bin nor _meta.jsonl; TOLIMAN_E_NOT_FOUND if
- * one of the files is missing or cannot be read. Since 0.2. */
+ *   path     one of the two files, or X, the path without _frames.bin and _meta.jsonl
+ *   options  must not be NULL, as the pixel type has no default
+ * Errors: TOLIMAN_E_NOT_FOUND if one of the files is missing or cannot be read. Since 0.2. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_create(const char *path,
                                                                     const toliman_ingest_options *options,
                                                                     toliman_ingest **out) TOLIMAN_NOEXCEPT;
@@ -103,7 +102,8 @@ typedef struct toliman_ingest_event {
  *          camera_ns is the middle of the exposure by the camera clock: the stamp, plus or minus half the exposure. If
  *          the exposure is unknown, camera_ns is the stamp. Pixels and names belong to the reader and stay valid
  *          during the next `buffers` - 1 calls
- *   event  its struct_size must be set
+ *   event  becomes the event
+ * The struct_size of both must be set.
  * A call after NOTHING looks at the files again and reads only what is new. If one of them has been replaced by
  * another file or truncated, reading starts again with its first frame.
  * Errors, after which next may be called again: TOLIMAN_E_NOT_FOUND if a file has disappeared or cannot be read;
@@ -146,7 +146,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_get_info(const toli
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_read_clock(const char *path, int64_t *clock,
                                                                         size_t capacity, size_t *points,
                                                                         toliman_log_fn log,
-                                                                        void *log_data) TOLIMAN_NOEXCEPT;
+                                                                        void *user_data) TOLIMAN_NOEXCEPT;
 
 /* Time scales. TDB differs from TT by less than 2 ms, and is treated as TT. */
 #define TOLIMAN_INGEST_SCALE_UTC 631

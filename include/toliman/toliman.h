@@ -7,6 +7,7 @@
 #include <toliman/components.h>
 #include <toliman/frame.h>
 #include <toliman/image.h>
+#include <toliman/ingest.h>
 #include <toliman/linear.h>
 #include <toliman/period.h>
 #include <toliman/period_batch.h>

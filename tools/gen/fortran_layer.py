@@ -9,7 +9,8 @@ from model import Callback, Function, Handle, Struct
 
 # Names of the derived types, without toliman_.
 TYPES = {"toliman_sim": "simulator", "toliman_cae": "autoencoder", "toliman_linear": "linear_estimator",
-         "toliman_components": "component_set", "toliman_period": "periodogram", "toliman_track": "tracker"}
+         "toliman_components": "component_set", "toliman_ingest": "pair_reader", "toliman_period": "periodogram",
+         "toliman_track": "tracker"}
 
 STATUS_ARGUMENTS = ["integer, intent(out), optional :: stat",
           "character(len=*), intent(inout), optional :: errmsg"]
@@ -97,7 +98,7 @@ class Layer:
         for binding, bound in self.bindings[handle.name]:
             text += f"        procedure{'' if bound else ', nopass'} :: {binding} => {short}_{binding}\n"
         text += f"        procedure :: destroy => {short}_destroy\n        procedure, private :: {short}_assign\n"
-        text += f"        generic :: assignment(=) => {short}_assign\n        final :: {short}_finish\n    end type\n"
+        text += f"        generic :: assignment(=) => {short}_assign\n        final :: {short}_final\n    end type\n"
         return text
 
     def types(self):
@@ -119,7 +120,7 @@ class Layer:
         self%handle = c_null_ptr
 {forget}    end subroutine
 
-    impure elemental subroutine {short}_finish(self)
+    impure elemental subroutine {short}_final(self)
         type(toliman_{short}), intent(inout) :: self
         call self%destroy()
     end subroutine

@@ -759,6 +759,146 @@ class toliman_estimate(Sized):
 toliman_estimate_fn = CFUNCTYPE(c_int32, POINTER(toliman_estimate_input), POINTER(toliman_estimate), c_void_p)
 
 
+class toliman_ingest(Structure):
+    """Reader of one pair of files. Needs exclusive use."""
+
+
+# Point of the exposure to which the time stamps of a file refer.
+TOLIMAN_INGEST_STAMP_START = 601  # start of the exposure, as the mission writes it
+TOLIMAN_INGEST_STAMP_MIDDLE = 602
+TOLIMAN_INGEST_STAMP_END = 603
+
+# Flags of toliman_ingest_options.
+TOLIMAN_INGEST_GROWING = 1  # the files may still grow: next returns NOTHING instead of an end; see finish
+
+
+class toliman_ingest_options(Sized):
+    """Options of a reader. Since 0.2.
+    flags: TOLIMAN_INGEST_GROWING
+    pixel: type of the pixels: TOLIMAN_PIXEL_U16 or TOLIMAN_PIXEL_U32; there is no default
+    stamp: TOLIMAN_INGEST_STAMP_..., 0 = START
+    exposure_s: length of an exposure, at most 1e9 s; 0 = unknown
+    rows: expected shape of a frame. It locates the frames if lines of the side file are damaged;
+        0 = the shape in the first valid line
+    cols: expected shape of a frame. It locates the frames if lines of the side file are damaged;
+        0 = the shape in the first valid line
+    first_id: frames with ids from first_id to end_id - 1 are read, all others are skipped.
+    end_id: Both 0 = all frames
+    buffers: frames whose memory stays valid at the same time, 1 to 4096; 0 = 1
+    reserved: 0
+    allocator: for the pixels; NULL = malloc"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("flags", c_uint32),
+        ("pixel", c_int32),
+        ("stamp", c_int32),
+        ("exposure_s", c_double),
+        ("rows", c_int64),
+        ("cols", c_int64),
+        ("first_id", c_int64),
+        ("end_id", c_int64),
+        ("buffers", c_uint32),
+        ("reserved", c_uint32),
+        ("allocator", POINTER(toliman_allocator)),
+    ]
+
+
+# Events.
+TOLIMAN_INGEST_EVENT_NOTHING = 611  # no event until the files grow; without GROWING: end of the files
+TOLIMAN_INGEST_EVENT_FRAME = 612  # frame
+TOLIMAN_INGEST_EVENT_DAMAGE = 613  # frame that cannot be read
+TOLIMAN_INGEST_EVENT_WARNING = 614  # suspicious time or size; the next frame is valid
+
+# Reasons of damage and warnings.
+TOLIMAN_INGEST_REASON_NONE = 621
+TOLIMAN_INGEST_REASON_BAD_LINE = 622  # DAMAGE: malformed line of the side file
+TOLIMAN_INGEST_REASON_SHORT_FILE = 623  # DAMAGE: the file of pixels ends before this frame
+TOLIMAN_INGEST_REASON_PLACE_UNKNOWN = 624  # DAMAGE: position in the file unknown, after a damaged line
+TOLIMAN_INGEST_REASON_CLOCK_JUMP = 625  # WARNING: time goes back, stops, or skips 1000 usual steps
+TOLIMAN_INGEST_REASON_CLOCKS_DIFFER = 626  # WARNING: camera clock and host clock drift apart; once per pair
+TOLIMAN_INGEST_REASON_EXTRA_BYTES = 627  # WARNING: pixels that belong to no line; after the last frame
+
+
+class toliman_ingest_event(Sized):
+    """Event of a reader. Its texts stay valid as long as the frame's memory. Since 0.2.
+    struct_size: in: sizeof(toliman_ingest_event)
+    event: TOLIMAN_INGEST_EVENT_...
+    reason: TOLIMAN_INGEST_REASON_...
+    has_key: 1 if session, roi and frame_id of the frame are known, also of a DAMAGE
+    file: path of the file that the event concerns, usually the side file; never NULL
+    line: its line, from 1; 0 = the whole file
+    text: what is wrong, without file and line; "" for frames and NOTHING; never NULL
+    stamp_ns: timestamp_ns of the line, as written; 0 unless FRAME
+    host_s: host_time of the line, in s; 0 unless FRAME"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("event", c_int32),
+        ("reason", c_int32),
+        ("has_key", c_int32),
+        ("file", c_char_p),
+        ("line", c_int64),
+        ("text", c_char_p),
+        ("stamp_ns", c_int64),
+        ("host_s", c_double),
+    ]
+
+
+class toliman_ingest_info(Sized):
+    """Properties and counts of a reader. Since 0.2.
+    struct_size: in: sizeof(toliman_ingest_info)
+    stamp: TOLIMAN_INGEST_STAMP_...
+    lines: lines of the side file read so far
+    frames: FRAME events
+    damaged: DAMAGE events
+    warnings: WARNING events
+    skipped: frames outside first_id to end_id
+    bytes: size of the file of pixels when it was last looked at
+    side_file: paths; memory of the reader
+    pixel_file: paths; memory of the reader"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("stamp", c_int32),
+        ("exposure_s", c_double),
+        ("lines", c_int64),
+        ("frames", c_int64),
+        ("damaged", c_int64),
+        ("warnings", c_int64),
+        ("skipped", c_int64),
+        ("bytes", c_uint64),
+        ("side_file", c_char_p),
+        ("pixel_file", c_char_p),
+    ]
+
+
+# Time scales. TDB differs from TT by less than 2 ms, and is treated as TT.
+TOLIMAN_INGEST_SCALE_UTC = 631
+TOLIMAN_INGEST_SCALE_TAI = 632
+TOLIMAN_INGEST_SCALE_TT = 633
+TOLIMAN_INGEST_SCALE_TDB = 634
+TOLIMAN_INGEST_SCALE_GPS = 635
+
+# Formats of a time in text.
+TOLIMAN_INGEST_FORMAT_ISO = 641  # 2028-03-01, 2028-03-01T12:00:00.5; with a final Z only in UTC
+TOLIMAN_INGEST_FORMAT_MJD = 642  # Modified Julian Day, a decimal number
+TOLIMAN_INGEST_FORMAT_JD = 643  # Julian Day, a decimal number
+
+
+class toliman_leap_second(Sized):
+    """Row of a table of leap seconds. Since 0.2.
+    struct_size: sizeof(toliman_leap_second)
+    tai_utc_s: TAI - UTC in s from that day on
+    mjd: day on which it begins, at 0 h UTC"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("tai_utc_s", c_int32),
+        ("mjd", c_int64),
+    ]
+
+
 class toliman_linear(Structure):
     """Template estimator: weighted least-squares estimate of the displacement (the change of the separation) from one
     frame. The residual (frame minus reference image) is projected on the derivative image of the separation, after
@@ -1380,6 +1520,10 @@ OF_OBJECTS = {
     "toliman_components_train": True,
     "toliman_components_get_series": False,
     "toliman_components_get_info": False,
+    "toliman_ingest_destroy": True,
+    "toliman_ingest_next": True,
+    "toliman_ingest_finish": True,
+    "toliman_ingest_get_info": False,
     "toliman_linear_create": False,
     "toliman_linear_destroy": True,
     "toliman_linear_encode": False,
@@ -1938,6 +2082,124 @@ Errors: TOLIMAN_E_STATE before training; TOLIMAN_E_RANGE for a component that wa
     "toliman_components_get_info": (
         c_int32, (("components", POINTER(toliman_components)), ("out", POINTER(toliman_components_info))),
         """Writes the properties of a collection to *out, whose struct_size must be set.""",
+    ),
+    "toliman_ingest_options_init": (
+        None, (("options", POINTER(toliman_ingest_options)), ("size", c_size_t)),
+        """Sets *options, a struct of `size` bytes, to the defaults. Since 0.2.""",
+    ),
+    "toliman_ingest_create": (
+        c_int32, (
+            ("path", c_char_p),
+            ("options", POINTER(toliman_ingest_options)),
+            ("out", POINTER(POINTER(toliman_ingest))),
+        ),
+        """Opens a pair.
+  path     one of the two files, or X, the path without _frames.bin and _meta.jsonl
+  options  must not be NULL, as the pixel type has no default
+Errors: TOLIMAN_E_NOT_FOUND if one of the files is missing or cannot be read. Since 0.2.""",
+    ),
+    "toliman_ingest_destroy": (
+        None, (("ingest", POINTER(toliman_ingest)),),
+        """Destroys a reader and the memory of its frames. NULL is allowed. Since 0.2.""",
+    ),
+    "toliman_ingest_reason_name": (
+        c_char_p, (("reason", c_int32),),
+        """Returns the name of a reason ("bad line"), "?" for an unknown one. Static text. Since 0.2.""",
+    ),
+    "toliman_ingest_next": (
+        c_int32, (
+            ("ingest", POINTER(toliman_ingest)),
+            ("frame", POINTER(toliman_frame)),
+            ("event", POINTER(toliman_ingest_event)),
+        ),
+        """Reads the next event.
+  frame  becomes the frame of a FRAME event; for DAMAGE with has_key = 1, session, roi and frame_id only; else 0.
+         camera_ns is the middle of the exposure by the camera clock: the stamp, plus or minus half the exposure. If
+         the exposure is unknown, camera_ns is the stamp. Pixels and names belong to the reader and stay valid
+         during the next `buffers` - 1 calls
+  event  becomes the event
+The struct_size of both must be set.
+A call after NOTHING looks at the files again and reads only what is new. If one of them has been replaced by
+another file or truncated, reading starts again with its first frame.
+Errors, after which next may be called again: TOLIMAN_E_NOT_FOUND if a file has disappeared or cannot be read;
+TOLIMAN_E_FORMAT if the file has the size that frames of the other pixel type would have, or far more lines than
+frames. Since 0.2.""",
+    ),
+    "toliman_ingest_finish": (
+        c_int32, (("ingest", POINTER(toliman_ingest)),),
+        """Ends the growth of the files. Later calls of next report lines without pixels and pixels without line, then NOTHING.
+They report neither if the files have changed since the last call of next, or between the last two that returned
+NOTHING: they may still be growing. Not needed without GROWING. Since 0.2.""",
+    ),
+    "toliman_ingest_get_info": (
+        c_int32, (("ingest", POINTER(toliman_ingest)), ("out", POINTER(toliman_ingest_info))),
+        """Writes the properties and counts to *out, whose struct_size must be set. Since 0.2.""",
+    ),
+    "toliman_ingest_read_clock": (
+        c_int32, (
+            ("path", c_char_p),
+            ("clock", POINTER(c_int64)),
+            ("capacity", c_size_t),
+            ("points", POINTER(c_size_t)),
+            ("log", toliman_log_fn),
+            ("user_data", c_void_p),
+        ),
+        """Reads a clock table: lines camera_ns,tai_ns (formats.md, "Clock table").
+  clock   [capacity][2], pairs for toliman_track_options.clock; NULL if capacity is 0
+  points  becomes the number of pairs
+  log     receives a warning if a rate differs from 1 by more than 1 %, for instance for columns in other units or
+          in the wrong order; may be NULL
+Errors: TOLIMAN_E_NOT_FOUND, TOLIMAN_E_FORMAT with file and line, TOLIMAN_E_CAPACITY if capacity is too small
+(*points is then set). Since 0.2.""",
+    ),
+    "toliman_ingest_read_leap_seconds": (
+        c_int32, (
+            ("path", c_char_p),
+            ("table", POINTER(toliman_leap_second)),
+            ("capacity", c_size_t),
+            ("count", POINTER(c_size_t)),
+            ("expires", POINTER(c_int64)),
+        ),
+        """Reads the leap-seconds.list of the IERS.
+  table    [capacity], NULL if capacity is 0
+  count    becomes the number of rows
+  expires  becomes the day (MJD) on which the file expires; may be NULL
+Errors: TOLIMAN_E_NOT_FOUND, TOLIMAN_E_FORMAT with file and line, TOLIMAN_E_CAPACITY if capacity is too small
+(*count is then set). Since 0.2.""",
+    ),
+    "toliman_ingest_parse_time": (
+        c_int32, (
+            ("text", c_char_p),
+            ("format", c_int32),
+            ("scale", c_int32),
+            ("table", POINTER(toliman_leap_second)),
+            ("count", c_size_t),
+            ("tai_ns", POINTER(c_int64)),
+        ),
+        """Converts text to TAI nanoseconds since 1970-01-01T00:00:00 TAI, exact to the nanosecond.
+  text    a time from 1958-01-01 to 2099-12-31; in UTC from 1972-01-01 on
+  format  TOLIMAN_INGEST_FORMAT_...
+  scale   TOLIMAN_INGEST_SCALE_... of the text
+  table   [count] leap seconds, NULL if count is 0: those known to the library, up to 2017. Used with UTC only
+A UTC day with a leap second has 86,401 s, and so has its Julian Day.
+Errors: TOLIMAN_E_FORMAT if the text is not such a time, TOLIMAN_E_RANGE outside the years. Since 0.2.""",
+    ),
+    "toliman_ingest_convert_times": (
+        c_int32, (
+            ("times", POINTER(c_int64)),
+            ("count", c_size_t),
+            ("scale", c_int32),
+            ("table", POINTER(toliman_leap_second)),
+            ("rows", c_size_t),
+            ("tai_ns", POINTER(c_int64)),
+        ),
+        """Converts times[count], nanoseconds since 1970-01-01T00:00:00 of their scale, to TAI nanoseconds. In UTC every day
+counts 86,400 s, as in POSIX and in NumPy's datetime64, so that the time after a leap second equals the second
+before.
+  scale          TOLIMAN_INGEST_SCALE_...
+  table          [rows] leap seconds, as in toliman_ingest_parse_time
+  tai_ns         [count]; may be `times`
+Errors: TOLIMAN_E_RANGE, naming the element. Since 0.2.""",
     ),
     "toliman_linear_options_init": (
         None, (("options", POINTER(toliman_linear_options)), ("size", c_size_t)),

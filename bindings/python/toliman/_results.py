@@ -147,6 +147,22 @@ class ComponentsInfo(Result):
 
 
 @result
+class PairInfo(Result):
+    """Properties and counts of a reader."""
+
+    stamp: int = member("stamp_...")
+    exposure_s: float
+    lines: int = member("lines of the side file read so far")
+    frames: int = member("FRAME events")
+    damaged: int = member("DAMAGE events")
+    warnings: int = member("WARNING events")
+    skipped: int = member("frames outside first_id to end_id")
+    bytes: int = member("size of the file of pixels when it was last looked at")
+    side_file: str = member("paths; memory of the reader")
+    pixel_file: str = member("paths; memory of the reader")
+
+
+@result
 class PeriodogramInfo(Result):
     """Properties of a periodogram. Members with names of toliman_period_options hold the options in force."""
 
