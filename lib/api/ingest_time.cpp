@@ -1,30 +1,108 @@
 // include/toliman/ingest.h: clock tables, leap seconds, dates
 #include <toliman/ingest.h>
 
+#include <algorithm>
+
+#include "api/choice.hpp"
 #include "api/guard.hpp"
+#include "api/struct_array.hpp"
+#include "ingest/clock_table.hpp"
+#include "ingest/time_scale.hpp"
 
 using namespace toliman;
 using namespace toliman::api;
+using ingest::Scale;
+
+namespace {
+
+constexpr Choice<Scale> kScales = {TOLIMAN_INGEST_SCALE_UTC, TOLIMAN_INGEST_SCALE_GPS, "TOLIMAN_INGEST_SCALE_..."};
+constexpr Choice<ingest::TimeFormat> kFormats = {TOLIMAN_INGEST_FORMAT_ISO, TOLIMAN_INGEST_FORMAT_JD,
+                                                 "TOLIMAN_INGEST_FORMAT_..."};
+
+// The caller's table; that of ERFA if it is empty.
+ingest::LeapSecondRows rows_of(const toliman_leap_second *table, size_t count) {
+    if (count == 0)
+        return erfa::leap_seconds().rows;
+    const StructArray<const toliman_leap_second> given(table, "table");
+    required_array(table, count, given.size(), "table");
+    ingest::LeapSecondRows rows;
+    for (size_t i = 0; i < count; i++) {
+        const toliman_leap_second row = given.get(i);
+        if (!ingest::may_follow(rows, {row.mjd, row.tai_utc_s}))
+            fail(Status::argument, "{table[%zu]}: MJD %lld, %d s: %s", i, static_cast<long long>(row.mjd),
+                 row.tai_utc_s, ingest::kLeapSecondRule);
+        rows.push_back({row.mjd, row.tai_utc_s});
+    }
+    return rows;
+}
+
+void check_capacity(size_t capacity, size_t count, const char *what) {
+    if (capacity > 0 && capacity < count)
+        fail(Status::capacity, "{capacity} = %zu: must be at least %zu, the number of %s", capacity, count, what);
+}
+
+} // namespace
 
 extern "C" {
 
-toliman_status toliman_ingest_read_clock(const char *, int64_t *, size_t, size_t *, toliman_log_fn, void *) noexcept {
-    return guard([&] { fail(Status::unsupported, "clock tables: not yet supported"); });
+toliman_status toliman_ingest_read_clock(const char *path, int64_t *clock, size_t capacity, size_t *points,
+                                         toliman_log_fn log, void *log_data) noexcept {
+    return guard([&] {
+        required(path, "path");
+        required_array(clock, capacity, 2 * sizeof *clock, "clock");
+        required(points, "points");
+        const std::vector<ingest::ClockPair> pairs = ingest::read_clock_table(path, {log, log_data});
+        check_capacity(capacity, pairs.size(), "clock pairs");
+        for (size_t i = 0; capacity > 0 && i < pairs.size(); i++) {
+            clock[2 * i] = pairs[i].camera_ns;
+            clock[2 * i + 1] = pairs[i].tai_ns;
+        }
+        *points = pairs.size();
+    });
 }
 
-toliman_status toliman_ingest_read_leap_seconds(const char *, toliman_leap_second *, size_t, size_t *,
-                                                int64_t *) noexcept {
-    return guard([&] { fail(Status::unsupported, "leap seconds: not yet supported"); });
+toliman_status toliman_ingest_read_leap_seconds(const char *path, toliman_leap_second *table, size_t capacity,
+                                                size_t *count, int64_t *expires) noexcept {
+    return guard([&] {
+        required(count, "count");
+        const erfa::LeapSecondTable list = path != nullptr ? ingest::read_leap_seconds(path) : erfa::leap_seconds();
+        if (capacity > 0) {
+            const StructArray<toliman_leap_second> rows(table, "table");
+            check_capacity(capacity, list.rows.size(), "rows");
+            for (size_t i = 0; i < list.rows.size(); i++)
+                rows.put(i, {0, list.rows[i].tai_utc, list.rows[i].day});
+        }
+        *count = list.rows.size();
+        if (expires != nullptr)
+            *expires = list.expires;
+    });
 }
 
-toliman_status toliman_ingest_parse_time(const char *, int32_t, int32_t, const toliman_leap_second *, size_t,
-                                         int64_t *) noexcept {
-    return guard([&] { fail(Status::unsupported, "dates: not yet supported"); });
+toliman_status toliman_ingest_parse_time(const char *text, int32_t format, int32_t scale,
+                                         const toliman_leap_second *table, size_t count, int64_t *tai_ns) noexcept {
+    return guard([&] {
+        required(text, "text");
+        const ingest::TimeFormat known_format = kFormats.to_enum(format, "format");
+        const Scale known_scale = kScales.to_enum(scale, "scale");
+        const ingest::LeapSeconds leap_seconds(rows_of(table, count));
+        required(tai_ns, "tai_ns") = ingest::parse_time(text, known_format, known_scale, leap_seconds);
+    });
 }
 
-toliman_status toliman_ingest_convert_times(const int64_t *, size_t, int32_t, const toliman_leap_second *, size_t,
-                                            int64_t *) noexcept {
-    return guard([&] { fail(Status::unsupported, "dates: not yet supported"); });
+toliman_status toliman_ingest_convert_times(const int64_t *times, size_t count, int32_t scale,
+                                            const toliman_leap_second *table, size_t rows, int64_t *tai_ns) noexcept {
+    return guard([&] {
+        required_array(times, count, sizeof *times, "times");
+        required_array(tai_ns, count, sizeof *tai_ns, "tai_ns");
+        const Scale known_scale = kScales.to_enum(scale, "scale");
+        const ingest::LeapSeconds leap_seconds(rows_of(table, rows));
+        for (size_t i = 0; i < count; i++)
+            if (!ingest::to_tai(times[i], known_scale, leap_seconds))
+                fail(Status::range, "{times[%zu]} = %lld ns: must be from %s to 2099-12-31", i,
+                     static_cast<long long>(times[i]), ingest::first_date(known_scale));
+        std::transform(times, times + count, tai_ns,
+                       [&](int64_t ns) { return *ingest::to_tai(ns, known_scale, leap_seconds); });
+    });
 }
 
 } // extern "C"

@@ -56,7 +56,7 @@ class Packages(unittest.TestCase):
 
     def test_dependencies(self):
         """Debian's libraries by dpkg-shlibdeps, the packages among themselves by version."""
-        for library in ("libfftw3-double3", "libopenblas0", "libcjson1", "zlib1g", "libc6", "libstdc++6"):
+        for library in ("libfftw3-double3", "libopenblas0", "libcjson1", "zlib1g", "liberfa1", "libc6", "libstdc++6"):
             self.assertIn(library, self.field(RUNTIME, "Depends"))
         self.assertIn("libcfitsio10", self.field("toliman", "Depends"))
         if "toliman-mpi" in self.files:  # starts its own ranks, or runs as a single process

@@ -2,7 +2,7 @@
 find_package(PkgConfig REQUIRED)
 find_package(Threads REQUIRED)
 # Libraries that libtoliman links; toliman-config.cmake.in has the same list for programs that link the static library.
-pkg_check_modules(TOLIMAN_NEEDS REQUIRED IMPORTED_TARGET fftw3 openblas libcjson zlib)
+pkg_check_modules(TOLIMAN_NEEDS REQUIRED IMPORTED_TARGET fftw3 openblas libcjson zlib erfa)
 find_library(FFTW3_THREADS fftw3_threads REQUIRED) # only for fftw_make_planner_thread_safe
 find_path(LAPACKE_INCLUDE lapacke.h REQUIRED) # only for its declarations: OpenBLAS contains LAPACK
 find_path(RANDOM123_INCLUDE Random123/philox.h REQUIRED)

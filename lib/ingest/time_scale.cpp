@@ -1,0 +1,83 @@
+// Method: a time is a day (MJD) and nanoseconds of that day. TAI follows by a constant, or for UTC by the seconds that
+// TAI is ahead on that day. A fraction of a day of UTC counts the day's length, 86,401 s if it ends with a leap second,
+// as in SOFA and astropy. TDB is treated as TT: they differ by less than 2 ms. Reference: SOFA Time Scale and Calendar
+// Tools, http://www.iausofa.org.
+#include "ingest/time_scale.hpp"
+
+#include <iterator>
+
+#include "base/error.hpp"
+#include "ingest/time_text.hpp"
+
+namespace toliman::ingest {
+
+namespace {
+
+constexpr int64_t kSecond = 1000000000, kDay = 86400 * kSecond;
+constexpr int64_t kFirstDay = 36204, kFirstDayOfUtc = 41317, kEndDay = 88069; // 1958-01-01, 1972-01-01, 2100-01-01
+constexpr int64_t kDayOf1970 = 40587, kHalfDayOfJd = 2400001;                 // JD + 0.5 = MJD + 2400001
+constexpr int64_t kAhead[] = {0, 0, -32184000000, -32184000000, 19000000000}; // TAI - scale, ns; UTC: leap seconds
+
+bool in_range(int64_t day, Scale scale) noexcept {
+    return day >= (scale == Scale::utc ? kFirstDayOfUtc : kFirstDay) && day < kEndDay;
+}
+
+// day is in range.
+int64_t tai_of(int64_t day, int64_t ns, Scale scale, const LeapSeconds &leap_seconds) noexcept {
+    const int64_t ahead =
+        scale == Scale::utc ? leap_seconds.tai_utc(day).value_or(0) * kSecond : kAhead[static_cast<size_t>(scale)];
+    return (day - kDayOf1970) * kDay + ns + ahead;
+}
+
+// Describes the error.
+[[noreturn]] void fail_format(const char *text, TimeFormat format) {
+    constexpr const char *kRules[] = {"YYYY-MM-DD or YYYY-MM-DDThh:mm:ss[.s...], with a final Z in UTC only",
+                                      "a Modified Julian Day, 36204 (1958-01-01) to 88068 (2099-12-31)",
+                                      "a Julian Day, 2436204.5 (1958-01-01) to 2488069.5 (2100-01-01)"};
+    fail(Status::format, "{text} = \"%.60s\": must be %s", text, kRules[static_cast<size_t>(format)]);
+}
+
+void check_range(const char *text, int64_t day, Scale scale) {
+    if (!in_range(day, scale))
+        fail(Status::range, "{text} = \"%.60s\": must be from %s to 2099-12-31", text, first_date(scale));
+}
+
+} // namespace
+
+const char *first_date(Scale scale) noexcept {
+    return scale == Scale::utc ? "1972-01-01, when leap seconds began," : "1958-01-01";
+}
+
+int64_t parse_time(const char *text, TimeFormat format, Scale scale, const LeapSeconds &leap_seconds) {
+    const auto length_of = [&](int64_t day) {
+        return (scale == Scale::utc ? leap_seconds.seconds_of(day) : 86400) * kSecond;
+    };
+    std::string_view given = text;
+    if (format == TimeFormat::iso) {
+        if (scale == Scale::utc && given.size() > 10 && given.back() == 'Z')
+            given.remove_suffix(1);
+        const std::optional<DayTime> date = parse_date(given);
+        if (!date)
+            fail_format(text, format);
+        check_range(text, date->day, scale);
+        if (date->ns >= length_of(date->day))
+            fail(Status::format, "{text} = \"%.60s\": that day has no such second", text);
+        return tai_of(date->day, date->ns, scale, leap_seconds);
+    }
+    const std::optional<Days> parsed = Days::parse(given);
+    if (!parsed)
+        fail_format(text, format);
+    const Days days = format == TimeFormat::jd ? parsed->plus_half() : *parsed;
+    const int64_t day = days.whole() - (format == TimeFormat::jd ? kHalfDayOfJd : 0);
+    check_range(text, day, scale);
+    return tai_of(day, days.rest(length_of(day)), scale, leap_seconds);
+}
+
+std::optional<int64_t> to_tai(int64_t ns, Scale scale, const LeapSeconds &leap_seconds) noexcept {
+    const int64_t days = ns / kDay - (ns % kDay < 0), day = days + kDayOf1970;
+    if (!in_range(day, scale))
+        return std::nullopt;
+    return tai_of(day, ns - days * kDay, scale, leap_seconds);
+}
+
+} // namespace toliman::ingest
