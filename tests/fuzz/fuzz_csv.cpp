@@ -1,11 +1,8 @@
-// Texts that the program reads: samples as CSV or JSON Lines, clock tables, leap seconds, and times of headers. The
-// first byte selects which.
+// Texts that the program reads: samples as CSV or JSON Lines, and times of headers. The first byte selects which.
 #include <cmath>
 #include <map>
 
-#include "downlink/clock_table.hpp"
 #include "downlink/frame_times.hpp"
-#include "downlink/leap_seconds.hpp"
 #include "fuzz.hpp"
 #include "memory_file.hpp"
 #include "series/series.hpp"
@@ -31,20 +28,6 @@ void read_samples(const std::string &text, const std::vector<std::string> &colum
         }
         require(std::isfinite(sample.t) && std::isfinite(sample.y) && sample.sigma > 0, "an impossible sample");
     }
-}
-
-void read_clock(const std::string &text) {
-    cli::Progress progress(cli::Progress::Style::none);
-    const std::vector<int64_t> clock = cli::read_clock(path_of(text), progress);
-    require(!clock.empty() && clock.size() % 2 == 0, "an empty clock");
-    for (size_t i = 2; i < clock.size(); i++)
-        require(clock[i] > clock[i - 2], "a clock that does not increase");
-}
-
-void read_leap_seconds(const std::string &text) {
-    const cli::LeapSeconds table(path_of(text));
-    for (const int64_t day : {41317, 50000, 60000})
-        require(table.seconds_of(day) >= 86399 && table.seconds_of(day) <= 86401, "an impossible day");
 }
 
 // A header of lines KEY=VALUE and a table with one column.
@@ -80,7 +63,7 @@ class Header final : public cli::FrameFile {
 };
 
 void read_times(const std::string &text) {
-    static const cli::LeapSeconds leap_seconds("");
+    static const cli::LeapSeconds leap_seconds;
     Header header(text);
     const cli::FrameTimes times(header, 7, 86400.0, leap_seconds);
     require(!times.rule().empty() && times.at(2) - times.at(0) < INT64_MAX / 2, "no time");
@@ -93,9 +76,8 @@ std::vector<Bytes> fuzz::seeds() {
     for (const char *text :
          {"s# comment\n1,2\n3,4,\n5,6\n", "st,y,sigma\n1,2,3\n\"4\",5e3,6\n",
           "s\xef\xbb\xbf{\"t\": 1, \"y\": 2, \"sigma\": 3}\n", "nframe,t,latent,sigma\n0,1,2,3\n1,2,3,4\n",
-          "ccamera_ns,tai_ns\n1,2 # comment\n1000000001,1000000002\n",
-          "l#@ 3928521600\n2272060800 10\n2287785600 11 # 1 Jul 1972\n", "tMJD-AVG=60000.25\nTIMESYS='TAI'\ndays=0.5\n",
-          "tDATE-OBS='2016-12-31T23:59:60.5'\nEXPTIME=2.5E0\n", "tMJD-BEG=57753.99\nXPOSURE=1\nTIMESYS='GPS'\n"})
+          "tMJD-AVG=60000.25\nTIMESYS='TAI'\ndays=0.5\n", "tDATE-OBS='2016-12-31T23:59:60.5'\nEXPTIME=2.5E0\n",
+          "tMJD-BEG=57753.99\nXPOSURE=1\nTIMESYS='GPS'\n"})
         seeds.push_back(bytes_of(text));
     return seeds;
 }
@@ -106,12 +88,6 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     const std::string text(reinterpret_cast<const char *>(data) + 1, size - 1);
     try {
         switch (data[0]) {
-        case 'c':
-            read_clock(text);
-            break;
-        case 'l':
-            read_leap_seconds(text);
-            break;
         case 't':
             read_times(text);
             break;

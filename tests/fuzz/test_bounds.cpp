@@ -1,16 +1,18 @@
 // Tests crafted inputs of the library: decompression bombs, giant dimensions, deep and long JSON, ledgers with hash
-// collisions.
+// collisions, long tables and numbers.
 #include <cstring>
 #include <optional>
 #include <string>
 
 #include <toliman/cae.h>
+#include <toliman/ingest.h>
 #include <toliman/period.h>
 #include <toliman/sim.h>
 
 #include "bounds.hpp"
 #include "cae/layout.hpp"
 #include "cae/payload.hpp"
+#include "memory_file.hpp"
 #include "memory_store.hpp"
 #include "track/tracker.hpp"
 
@@ -267,6 +269,40 @@ void folders() {
     reopen("checkpoint: 2^26 frequencies", files);
 }
 
+void clocks(const char *what, const std::string &text, size_t model) {
+    static MemoryFile file;
+    file.set(text.data(), text.size());
+    size_t points = 0;
+    within(what, model, [&] {
+        expect((toliman_ingest_read_clock(file.path().c_str(), nullptr, 0, &points, nullptr, nullptr) == TOLIMAN_OK) ==
+                   (model > 0),
+               what);
+        expect(toliman_ingest_read_leap_seconds(file.path().c_str(), nullptr, 0, &points, nullptr) == TOLIMAN_E_FORMAT,
+               what);
+    });
+}
+
+void tables() {
+    std::string pairs;
+    for (int i = 0; pairs.size() < kMiB - 20; i++)
+        pairs += std::to_string(i) + "," + std::to_string(i) + "\n";
+    clocks("clock: pairs", pairs, kMiB);
+    clocks("clock: one line", repeated(",", kMiB), 0);
+    clocks("clock: empty lines", repeated("\n", kMiB), 0);
+    std::string steps = "#@ 3928521600\n";
+    for (int64_t day = 0; steps.size() < kMiB - 20; day++)
+        steps += std::to_string((day + 26297) * 86400) + " " + std::to_string(10 + day % 2) + "\n";
+    clocks("leap seconds: one per day", steps, 0);
+    const std::string number(kMiB, '9');
+    int64_t tai_ns = 0;
+    within("time: a long number", 0, [&] {
+        for (const std::string &text : {number, "0." + number, "1e" + number, "." + std::string(kMiB, '0') + "1"})
+            expect(toliman_ingest_parse_time(text.c_str(), TOLIMAN_INGEST_FORMAT_MJD, TOLIMAN_INGEST_SCALE_TAI, nullptr,
+                                             0, &tai_ns) == TOLIMAN_E_RANGE,
+                   "time: a long number");
+    });
+}
+
 } // namespace
 
 int main() {
@@ -276,5 +312,6 @@ int main() {
     period_state("period: 4000 frequencies", 4000, 0);
     blobs();
     folders();
+    tables();
     return failures != 0;
 }

@@ -4,8 +4,6 @@
 
 #include "bounds.hpp"
 #include "common/failure.hpp"
-#include "downlink/clock_table.hpp"
-#include "downlink/leap_seconds.hpp"
 #include "downlink/side_file.hpp"
 #include "frames/frames_in.hpp"
 #include "memory_file.hpp"
@@ -61,11 +59,6 @@ void past_misreadings() {
         file.set(text.data(), text.size());
         return refusal([&] { read(file.path()); });
     };
-    const std::string first = "#@ 3928521600\n2272060800 10\n2287785600 ";
-    const auto leap = [](const std::string &path) { cli::LeapSeconds table(path); };
-    expect(reads(first + "11\n", leap).empty(), "leap seconds");
-    expect(reads(first + "-9223372036854775808\n", leap).find("differ by a second") != std::string::npos,
-           "a leap second at the end of int64");
     const auto table = [](const std::string &path) { cli::read_series(path); };
     expect(reads(std::string("{\"t\":1,\"y\":2}\0x\n", 16), table).find("not a JSON object") != std::string::npos,
            "text after a zero byte");
@@ -96,17 +89,6 @@ int main() {
     sides("side file: one object", "{" + repeated("\"a\":1,"));
     sides("side file: small objects", repeated("{}\n"));
     sides("side file: frames", repeated(side_line("r", "") + "\n"));
-    const auto clock = [](const std::string &path) {
-        cli::Progress progress(cli::Progress::Style::none);
-        cli::read_clock(path, progress);
-    };
-    std::string pairs;
-    for (int i = 0; pairs.size() < kMiB - 20; i++)
-        pairs += std::to_string(i) + "," + std::to_string(i) + "\n";
-    costs("clock: pairs", pairs, kMiB, clock);
-    costs("clock: one line", repeated(","), 0, clock);
-    costs("leap seconds: empty lines", repeated("\n"), 0,
-          [](const std::string &path) { cli::LeapSeconds table(path); });
     const auto frames = [](const std::string &path) { cli::open_frames(path); };
     for (const std::string shape : {"16777216, 16384, 16384", "18446744073709551615, 18446744073709551615, 8"})
         costs("frames: giant .npy",

@@ -191,7 +191,7 @@ FrameTimes Downlink::times_of(FrameFile &file, const FrameFacts &first) {
         receiver_.tell("time", file.path(), "time by " + times.rule(), times.assumed());
     if (times.beyond() && !told_beyond_)
         receiver_.tell("time", file.path(),
-                       "leap seconds are known up to MJD " + std::to_string(options_.leap_seconds.expires()) +
+                       "leap seconds are known up to MJD " + std::to_string(options_.leap_seconds.expires) +
                            " only: --leap-seconds FILE takes a newer leap-seconds.list of the IERS",
                        true);
     told_beyond_ = told_beyond_ || times.beyond();

@@ -1,17 +1,19 @@
 #include "downlink/frame_times.hpp"
 
+#include <algorithm>
 #include <cctype>
 #include <cmath>
 
+#include <toliman/toliman.hpp>
+
 #include "common/failure.hpp"
-#include "common/time_text.hpp"
+#include "series/columns.hpp"
 
 namespace cli {
 
 namespace {
 
-constexpr int64_t kSecond = 1000000000;
-constexpr int64_t kFirstDay = 36204, kEndDay = 88069, kDayOf1970 = 40587; // 1958-01-01, when TAI began, to 2100-01-01
+constexpr int64_t kDay = 86400000000000, kDayOf1970 = 40587;
 
 // Keywords of the time, and of the exposure (s) of which half is added; the first rule that is there holds, or else the
 // first of which the time is there.
@@ -24,14 +26,14 @@ constexpr Rule kRules[] = {{"MJD-AVG", nullptr},
                            {"MJD-OBS", "EXPTIME"},
                            {"DATE-OBS", "EXPTIME"}};
 
-// TAI is the scale plus this; of UTC the leap seconds say it.
 struct Scale {
     const char *name;
-    int64_t ahead_ns;
+    int32_t scale;
 };
-constexpr Scale kScales[] = {
-    {"UTC", 0},          {"TAI", 0}, {"IAT", 0}, {"TT", -32184000000}, {"TT(TAI)", -32184000000}, {"TDT", -32184000000},
-    {"GPS", 19000000000}};
+constexpr Scale kScales[] = {{"UTC", TOLIMAN_INGEST_SCALE_UTC},    {"TAI", TOLIMAN_INGEST_SCALE_TAI},
+                             {"IAT", TOLIMAN_INGEST_SCALE_TAI},    {"TT", TOLIMAN_INGEST_SCALE_TT},
+                             {"TT(TAI)", TOLIMAN_INGEST_SCALE_TT}, {"TDT", TOLIMAN_INGEST_SCALE_TT},
+                             {"GPS", TOLIMAN_INGEST_SCALE_GPS}};
 
 // A string of a header without its quotes.
 std::string unquoted(const std::string &value) {
@@ -53,40 +55,29 @@ const Scale &scale_of(FrameFile &file, bool &assumed) {
     malformed(file.path(), "TIMESYS = " + *value + ": must be UTC, TAI, TT, TDT, IAT or GPS");
 }
 
-// Day and time of a keyword. A day of UTC with a leap second is as much longer, and so is the unit of its fraction.
-DayTime time_of(FrameFile &file, const Rule &rule, const std::string &value, const LeapSeconds *utc) {
-    const std::string where = std::string(rule.time) + " = " + value;
+// TAI of a keyword, ns. A date of a FITS header has no final Z, in any scale.
+int64_t time_of(const FrameFile &file, const Rule &rule, const std::string &value, const Scale &scale,
+                const LeapSeconds &leap_seconds) {
     const bool is_mjd = rule.time[0] == 'M';
-    DayTime time = {};
-    if (is_mjd) {
-        const std::optional<int64_t> ns = times_unit(value, 86400 * kSecond);
-        if (!ns || *ns < 0)
-            malformed(file.path(), where + ": must be a Modified Julian Day, 36204 (1958-01-01) to 88068 (2099-12-31)");
-        time.day = *ns / (86400 * kSecond);
-    } else {
-        const std::optional<DayTime> date = read_date(unquoted(value));
-        if (!date)
-            malformed(file.path(), where + ": must be YYYY-MM-DD or YYYY-MM-DDThh:mm:ss[.s...]");
-        time = *date;
-    }
-    if (time.day < kFirstDay || time.day >= kEndDay)
-        malformed(file.path(), where + ": must be from 1958-01-01 to 2099-12-31");
-    if (utc != nullptr && !utc->ahead(time.day))
-        malformed(file.path(), where + ": UTC must be from 1972-01-01 on, when leap seconds began");
-    const int64_t length = (utc != nullptr ? utc->seconds_of(time.day) : 86400) * kSecond;
-    if (is_mjd)
-        time.ns = *times_unit(value, length) - time.day * length;
-    if (!is_mjd && time.ns >= length)
-        malformed(file.path(), where + ": that day has no such second");
-    return time;
+    const std::string text = is_mjd ? value : unquoted(value);
+    int64_t tai_ns = 0;
+    if (toliman_ingest_parse_time(text.c_str(), is_mjd ? TOLIMAN_INGEST_FORMAT_MJD : TOLIMAN_INGEST_FORMAT_ISO,
+                                  scale.scale, leap_seconds.rows.data(), leap_seconds.rows.size(),
+                                  &tai_ns) != TOLIMAN_OK)
+        malformed(file.path(), std::string(rule.time) + ": " + toliman_last_error());
+    if (text.back() == 'Z')
+        malformed(file.path(), std::string(rule.time) + " = " + value + ": must be YYYY-MM-DDThh:mm:ss without a Z");
+    return tai_ns;
 }
 
-int64_t half_of(FrameFile &file, const char *key, const std::string &value) {
-    constexpr int64_t kMost = 1000000000; // s
-    const std::optional<int64_t> half = times_unit(value, kSecond / 2);
-    if (!half || *half < 0 || *half > kMost / 2 * kSecond)
+// Half an exposure in s, in ns. The exponent of a FITS number may be a D.
+int64_t half_of(const FrameFile &file, const char *key, const std::string &value) {
+    std::string text = value;
+    std::replace(text.begin(), text.end(), 'D', 'E');
+    double seconds = 0;
+    if (!number_of(text, seconds) || !(seconds >= 0 && seconds <= 1e9))
         malformed(file.path(), std::string(key) + " = " + value + ": must be from 0 to 1e9 s");
-    return *half;
+    return std::llround(seconds * 5e8);
 }
 
 struct Keywords {
@@ -113,6 +104,19 @@ std::optional<Keywords> find_keywords(FrameFile &file) {
 
 } // namespace
 
+LeapSeconds::LeapSeconds(const std::string &path) {
+    const char *const name = path.empty() ? nullptr : path.c_str();
+    size_t count = 0;
+    toliman::check(toliman_ingest_read_leap_seconds(name, nullptr, 0, &count, nullptr));
+    rows.assign(count, toliman::sized<toliman_leap_second>());
+    toliman::check(toliman_ingest_read_leap_seconds(name, rows.data(), count, &count, &expires));
+    rows.resize(count);
+}
+
+int64_t LeapSeconds::end_ns() const noexcept {
+    return (expires - kDayOf1970) * kDay + rows.back().tai_utc_s * int64_t{1000000000};
+}
+
 // False where there are none.
 bool FrameTimes::read_keywords(FrameFile &file, const LeapSeconds &leap_seconds) {
     const std::optional<Keywords> found = find_keywords(file);
@@ -120,12 +124,9 @@ bool FrameTimes::read_keywords(FrameFile &file, const LeapSeconds &leap_seconds)
         return false;
     const Rule &rule = *found->rule;
     const Scale &scale = scale_of(file, assumed_);
-    const LeapSeconds *utc = &scale == kScales ? &leap_seconds : nullptr;
-    const DayTime time = time_of(file, rule, found->time, utc);
-    first_ = (time.day - kDayOf1970) * 86400 * kSecond + time.ns + scale.ahead_ns +
-             (utc != nullptr ? *utc->ahead(time.day) * kSecond : 0) +
-             (found->exposure ? half_of(file, rule.exposure, *found->exposure) : 0);
-    beyond_ = utc != nullptr && time.day >= utc->expires();
+    const int64_t tai_ns = time_of(file, rule, found->time, scale, leap_seconds);
+    first_ = tai_ns + (found->exposure ? half_of(file, rule.exposure, *found->exposure) : 0);
+    beyond_ = scale.scale == TOLIMAN_INGEST_SCALE_UTC && tai_ns >= leap_seconds.end_ns();
     const bool halved = rule.exposure == nullptr || found->exposure;
     rule_ = rule.time + (found->exposure ? std::string(" + ") + rule.exposure + "/2" : "") +
             (halved ? "" : std::string(", taken as mid-exposure as ") + rule.exposure + " is missing,") + " in " +

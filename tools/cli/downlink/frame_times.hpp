@@ -4,10 +4,20 @@
 #include <string>
 #include <vector>
 
-#include "downlink/leap_seconds.hpp"
+#include <toliman/ingest.h>
+
 #include "frames/frames_in.hpp"
 
 namespace cli {
+
+// A leap-seconds.list, or the table of the library for "".
+struct LeapSeconds {
+    explicit LeapSeconds(const std::string &path = "");
+    int64_t end_ns() const noexcept; // TAI at the beginning of the day of expiry
+
+    std::vector<toliman_leap_second> rows;
+    int64_t expires = 0; // MJD
+};
 
 // What a file says of its times goes before the cadence (s):
 // - frame 0 has the TAI of the header's keywords, mid-exposure, in ns since 1970-01-01T00:00:00 TAI; without keywords

@@ -4,8 +4,9 @@
 #include <cmath>
 #include <cstdio>
 
+#include <toliman/ingest.h>
+
 #include "common/failure.hpp"
-#include "downlink/clock_table.hpp"
 #include "series/periodogram.hpp"
 
 namespace cli {
@@ -31,6 +32,20 @@ FrequencyGrid grid_of_mission(double days) {
     } catch (const Failure &failure) {
         throw Failure(failure.code(), std::string("--mission-days: ") + failure.what());
     }
+}
+
+// Pairs camera_ns,tai_ns, one after the other; 0,0 for "camera", and none for "".
+std::vector<int64_t> read_clock(const std::string &path, Progress &progress) {
+    if (path.empty())
+        return {};
+    if (path == "camera")
+        return {0, 0};
+    size_t points = 0;
+    toliman::check(toliman_ingest_read_clock(path.c_str(), nullptr, 0, &points, nullptr, nullptr));
+    std::vector<int64_t> clock(2 * points);
+    toliman::check(toliman_ingest_read_clock(path.c_str(), clock.data(), points, &points, Progress::log, &progress));
+    clock.resize(2 * points);
+    return clock;
 }
 
 } // namespace

@@ -19,7 +19,7 @@ class SetupOptions {
     void add_to(CLI::App &command);
     bool has_grid() const { return !grid_.empty() || mission_days_; }
     bool has_clock() const { return !clock_.empty(); }
-    // Sets what is asked for; the clock's pairs stay here. Remarks upon the clock go to `progress`.
+    // Sets what is asked for; the clock's pairs stay here. Warnings about the clock go to `progress`.
     void set(toliman_track_options &how, Progress &progress);
     // As they were given: " --grid 1e-3:1e-5:5000 --clock clock.csv".
     std::string text() const;

@@ -121,6 +121,14 @@ const std::vector<std::string> &dtypes() {
     return all;
 }
 
+std::optional<int64_t> ns_of_days(double days) {
+    constexpr double kMostDays = 100000; // 9.2e18 ns are 106751 days
+    if (!(std::fabs(days) <= kMostDays))
+        return std::nullopt;
+    const double whole = std::floor(days);
+    return static_cast<int64_t>(whole) * 86400000000000 + std::llround((days - whole) * 86400e9);
+}
+
 bool is_fits(const std::string &path) {
     return ends_with(path, ".fits") || ends_with(path, ".fits.fz");
 }

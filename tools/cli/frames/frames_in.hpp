@@ -1,6 +1,7 @@
 // Reads frames of a file or of standard input one by one, as double: .npy, FITS or headerless.
 #pragma once
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -46,6 +47,10 @@ class FrameFile {
     std::vector<size_t> axes_;
     size_t read_ = 0;
 };
+
+// Days, as in the table FRAMES and in scenes, to nanoseconds: whole days are exact, the fraction is rounded. Empty
+// beyond 100,000 days.
+std::optional<int64_t> ns_of_days(double days);
 
 bool is_fits(const std::string &path); // by its suffix, .fits or .fits.fz
 

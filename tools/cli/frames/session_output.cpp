@@ -2,7 +2,7 @@
 #include "common/failure.hpp"
 #include "common/input.hpp"
 #include "common/output.hpp"
-#include "common/time_text.hpp"
+#include "frames/frames_in.hpp"
 #include "frames/frames_out.hpp"
 
 namespace cli {
