@@ -1703,10 +1703,7 @@ module toliman
         end function
 
         ! Reads a clock table: lines camera_ns,tai_ns (formats.md, "Clock table"). clock [capacity][2], pairs for
-        ! toliman_track_options.clock; NULL if capacity is 0 points becomes the number of pairs log receives a warning
-        ! if a rate differs from 1 by more than 1 %, for instance for columns in other units or in the wrong order;
-        ! may be NULL Errors: TOLIMAN_E_NOT_FOUND, TOLIMAN_E_FORMAT with file and line, TOLIMAN_E_CAPACITY if capacity
-        ! is too small (*points is then set).
+        ! toliman_track_options.clock.
         function toliman_ingest_read_clock(path, clock, capacity, points, log, user_data) bind(C) result(answer)
             import
             integer(c_size_t), value :: capacity
@@ -1718,13 +1715,12 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Reads the leap-seconds.list of the IERS. table [capacity], NULL if capacity is 0 count becomes the number of
-        ! rows expires becomes the day (MJD) on which the file expires; may be NULL Errors: TOLIMAN_E_NOT_FOUND,
-        ! TOLIMAN_E_FORMAT with file and line, TOLIMAN_E_CAPACITY if capacity is too small (*count is then set).
+        ! Reads a table of leap seconds. path a leap-seconds.list of the IERS; NULL = the table of the ERFA library
+        ! table [capacity].
         function toliman_ingest_read_leap_seconds(path, table, capacity, count, expires) bind(C) result(answer)
             import
             integer(c_size_t), value :: capacity
-            character(kind=c_char), intent(in) :: path(*)
+            character(kind=c_char), intent(in), optional :: path(*)
             type(toliman_leap_second), intent(inout), optional :: table(*)
             integer(c_size_t), intent(out) :: count
             integer(c_int64_t), intent(out), optional :: expires
@@ -1733,8 +1729,8 @@ module toliman
 
         ! Converts text to TAI nanoseconds since 1970-01-01T00:00:00 TAI, exact to the nanosecond. text a time from
         ! 1958-01-01 to 2099-12-31; in UTC from 1972-01-01 on format TOLIMAN_INGEST_FORMAT_... scale
-        ! TOLIMAN_INGEST_SCALE_... of the text table [count] leap seconds, NULL if count is 0: those known to the
-        ! library, up to 2017.
+        ! TOLIMAN_INGEST_SCALE_... of the text table [count] leap seconds, from 1972-01-01 on; NULL if count is 0:
+        ! those of ERFA.
         function toliman_ingest_parse_time(text, format, scale, table, count, tai_ns) bind(C) result(answer)
             import
             integer(c_int32_t), value :: format, scale
@@ -3478,10 +3474,7 @@ contains
     end subroutine
 
     ! Reads a clock table: lines camera_ns,tai_ns (formats.md, "Clock table"). clock [capacity][2], pairs for
-    ! toliman_track_options.clock; NULL if capacity is 0 points becomes the number of pairs log receives a warning if
-    ! a rate differs from 1 by more than 1 %, for instance for columns in other units or in the wrong order; may be
-    ! NULL Errors: TOLIMAN_E_NOT_FOUND, TOLIMAN_E_FORMAT with file and line, TOLIMAN_E_CAPACITY if capacity is too
-    ! small (*points is then set). clock(2, capacity).
+    ! toliman_track_options.clock. clock(2, capacity).
     subroutine pair_reader_read_clock(path, points, log, user_data, clock, stat, errmsg)
         character(len=*), intent(in) :: path
         integer(c_int64_t), intent(out), optional, contiguous :: clock(:, :)
@@ -3501,29 +3494,29 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Reads the leap-seconds.list of the IERS. table [capacity], NULL if capacity is 0 count becomes the number of
-    ! rows expires becomes the day (MJD) on which the file expires; may be NULL Errors: TOLIMAN_E_NOT_FOUND,
-    ! TOLIMAN_E_FORMAT with file and line, TOLIMAN_E_CAPACITY if capacity is too small (*count is then set).
-    ! table(capacity).
-    subroutine pair_reader_read_leap_seconds(path, count, table, expires, stat, errmsg)
-        character(len=*), intent(in) :: path
+    ! Reads a table of leap seconds. path a leap-seconds.list of the IERS; NULL = the table of the ERFA library table
+    ! [capacity]. table(capacity).
+    subroutine pair_reader_read_leap_seconds(count, path, table, expires, stat, errmsg)
+        character(len=*), intent(in), optional :: path
         type(toliman_leap_second), intent(inout), optional, contiguous :: table(:)
         integer(c_size_t), intent(out) :: count
         integer(c_int64_t), intent(out), optional :: expires
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
+        character(kind=c_char), allocatable :: path_of_c(:)
         integer(c_size_t) :: of_capacity
         integer(c_int32_t) :: status
+        if (present(path)) allocate (path_of_c, source=c_string(path))
         of_capacity = 0
         if (present(table)) of_capacity = size(table, 1, c_size_t)
-        status = toliman_ingest_read_leap_seconds(c_string(path), table, of_capacity, count, expires)
+        status = toliman_ingest_read_leap_seconds(path_of_c, table, of_capacity, count, expires)
         call conclude(status, stat, errmsg)
     end subroutine
 
     ! Converts text to TAI nanoseconds since 1970-01-01T00:00:00 TAI, exact to the nanosecond. text a time from
     ! 1958-01-01 to 2099-12-31; in UTC from 1972-01-01 on format TOLIMAN_INGEST_FORMAT_... scale
-    ! TOLIMAN_INGEST_SCALE_... of the text table [count] leap seconds, NULL if count is 0: those known to the library,
-    ! up to 2017. table(count).
+    ! TOLIMAN_INGEST_SCALE_... of the text table [count] leap seconds, from 1972-01-01 on; NULL if count is 0: those
+    ! of ERFA. table(count).
     subroutine pair_reader_parse_time(text, format, scale, tai_ns, table, stat, errmsg)
         character(len=*), intent(in) :: text
         integer(c_int32_t), intent(in) :: format, scale

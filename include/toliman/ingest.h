@@ -137,12 +137,12 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_get_info(const toli
                                                                       toliman_ingest_info *out) TOLIMAN_NOEXCEPT;
 
 /* Reads a clock table: lines camera_ns,tai_ns (formats.md, "Clock table").
- *   clock   [capacity][2], pairs for toliman_track_options.clock; NULL if capacity is 0
+ *   clock   [capacity][2], pairs for toliman_track_options.clock. To query the number, pass capacity 0 and clock NULL
  *   points  becomes the number of pairs
  *   log     receives a warning if a rate differs from 1 by more than 1 %, for instance for columns in other units or
  *           in the wrong order; may be NULL
- * Errors: TOLIMAN_E_NOT_FOUND, TOLIMAN_E_FORMAT with file and line, TOLIMAN_E_CAPACITY if capacity is too small
- * (*points is then set). Since 0.2. */
+ * Errors: TOLIMAN_E_NOT_FOUND, TOLIMAN_E_FORMAT with file and line, TOLIMAN_E_CAPACITY if capacity is too small.
+ * Since 0.2. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_read_clock(const char *path, int64_t *clock,
                                                                         size_t capacity, size_t *points,
                                                                         toliman_log_fn log,
@@ -168,12 +168,14 @@ typedef struct toliman_leap_second {
 } toliman_leap_second;
 #define TOLIMAN_LEAP_SECOND_INIT TOLIMAN_INIT(toliman_leap_second)
 
-/* Reads the leap-seconds.list of the IERS.
- *   table    [capacity], NULL if capacity is 0
+/* Reads a table of leap seconds.
+ *   path     a leap-seconds.list of the IERS; NULL = the table of the ERFA library
+ *   table    [capacity]. To query the number, pass capacity 0 and table NULL
  *   count    becomes the number of rows
- *   expires  becomes the day (MJD) on which the file expires; may be NULL
- * Errors: TOLIMAN_E_NOT_FOUND, TOLIMAN_E_FORMAT with file and line, TOLIMAN_E_CAPACITY if capacity is too small
- * (*count is then set). Since 0.2. */
+ *   expires  becomes the day (MJD) from which on leap seconds may be missing: the expiry of the file, or the first year
+ *            that ERFA calls dubious; may be NULL
+ * Errors: TOLIMAN_E_NOT_FOUND, TOLIMAN_E_FORMAT with file and line, TOLIMAN_E_CAPACITY if capacity is too small.
+ * Since 0.2. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_read_leap_seconds(const char *path,
                                                                                toliman_leap_second *table,
                                                                                size_t capacity, size_t *count,
@@ -183,8 +185,9 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_read_leap_seconds(c
  *   text    a time from 1958-01-01 to 2099-12-31; in UTC from 1972-01-01 on
  *   format  TOLIMAN_INGEST_FORMAT_...
  *   scale   TOLIMAN_INGEST_SCALE_... of the text
- *   table   [count] leap seconds, NULL if count is 0: those known to the library, up to 2017. Used with UTC only
- * A UTC day with a leap second has 86,401 s, and so has its Julian Day.
+ *   table   [count] leap seconds, from 1972-01-01 on; NULL if count is 0: those of ERFA. Used with UTC only
+ * Dates are truncated to the nanosecond, decimal days rounded. A UTC day with a leap second has 86,401 s, and so has
+ * its Julian Day. After the last leap second of the table, TAI - UTC stays as it is.
  * Errors: TOLIMAN_E_FORMAT if the text is not such a time, TOLIMAN_E_RANGE outside the years. Since 0.2. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_parse_time(const char *text, int32_t format, int32_t scale,
                                                                         const toliman_leap_second *table, size_t count,
@@ -196,7 +199,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_parse_time(const ch
  *   scale          TOLIMAN_INGEST_SCALE_...
  *   table          [rows] leap seconds, as in toliman_ingest_parse_time
  *   tai_ns         [count]; may be `times`
- * Errors: TOLIMAN_E_RANGE, naming the element. Since 0.2. */
+ * Errors: TOLIMAN_E_RANGE outside the years of toliman_ingest_parse_time, naming the element. Since 0.2. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_convert_times(const int64_t *times, size_t count,
                                                                            int32_t scale,
                                                                            const toliman_leap_second *table,

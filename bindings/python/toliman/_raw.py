@@ -2145,12 +2145,12 @@ NOTHING: they may still be growing. Not needed without GROWING. Since 0.2.""",
             ("user_data", c_void_p),
         ),
         """Reads a clock table: lines camera_ns,tai_ns (formats.md, "Clock table").
-  clock   [capacity][2], pairs for toliman_track_options.clock; NULL if capacity is 0
+  clock   [capacity][2], pairs for toliman_track_options.clock. To query the number, pass capacity 0 and clock NULL
   points  becomes the number of pairs
   log     receives a warning if a rate differs from 1 by more than 1 %, for instance for columns in other units or
           in the wrong order; may be NULL
-Errors: TOLIMAN_E_NOT_FOUND, TOLIMAN_E_FORMAT with file and line, TOLIMAN_E_CAPACITY if capacity is too small
-(*points is then set). Since 0.2.""",
+Errors: TOLIMAN_E_NOT_FOUND, TOLIMAN_E_FORMAT with file and line, TOLIMAN_E_CAPACITY if capacity is too small.
+Since 0.2.""",
     ),
     "toliman_ingest_read_leap_seconds": (
         c_int32, (
@@ -2160,12 +2160,14 @@ Errors: TOLIMAN_E_NOT_FOUND, TOLIMAN_E_FORMAT with file and line, TOLIMAN_E_CAPA
             ("count", POINTER(c_size_t)),
             ("expires", POINTER(c_int64)),
         ),
-        """Reads the leap-seconds.list of the IERS.
-  table    [capacity], NULL if capacity is 0
+        """Reads a table of leap seconds.
+  path     a leap-seconds.list of the IERS; NULL = the table of the ERFA library
+  table    [capacity]. To query the number, pass capacity 0 and table NULL
   count    becomes the number of rows
-  expires  becomes the day (MJD) on which the file expires; may be NULL
-Errors: TOLIMAN_E_NOT_FOUND, TOLIMAN_E_FORMAT with file and line, TOLIMAN_E_CAPACITY if capacity is too small
-(*count is then set). Since 0.2.""",
+  expires  becomes the day (MJD) from which on leap seconds may be missing: the expiry of the file, or the first year
+           that ERFA calls dubious; may be NULL
+Errors: TOLIMAN_E_NOT_FOUND, TOLIMAN_E_FORMAT with file and line, TOLIMAN_E_CAPACITY if capacity is too small.
+Since 0.2.""",
     ),
     "toliman_ingest_parse_time": (
         c_int32, (
@@ -2180,8 +2182,9 @@ Errors: TOLIMAN_E_NOT_FOUND, TOLIMAN_E_FORMAT with file and line, TOLIMAN_E_CAPA
   text    a time from 1958-01-01 to 2099-12-31; in UTC from 1972-01-01 on
   format  TOLIMAN_INGEST_FORMAT_...
   scale   TOLIMAN_INGEST_SCALE_... of the text
-  table   [count] leap seconds, NULL if count is 0: those known to the library, up to 2017. Used with UTC only
-A UTC day with a leap second has 86,401 s, and so has its Julian Day.
+  table   [count] leap seconds, from 1972-01-01 on; NULL if count is 0: those of ERFA. Used with UTC only
+Dates are truncated to the nanosecond, decimal days rounded. A UTC day with a leap second has 86,401 s, and so has
+its Julian Day. After the last leap second of the table, TAI - UTC stays as it is.
 Errors: TOLIMAN_E_FORMAT if the text is not such a time, TOLIMAN_E_RANGE outside the years. Since 0.2.""",
     ),
     "toliman_ingest_convert_times": (
@@ -2199,7 +2202,7 @@ before.
   scale          TOLIMAN_INGEST_SCALE_...
   table          [rows] leap seconds, as in toliman_ingest_parse_time
   tai_ns         [count]; may be `times`
-Errors: TOLIMAN_E_RANGE, naming the element. Since 0.2.""",
+Errors: TOLIMAN_E_RANGE outside the years of toliman_ingest_parse_time, naming the element. Since 0.2.""",
     ),
     "toliman_linear_options_init": (
         None, (("options", POINTER(toliman_linear_options)), ("size", c_size_t)),
