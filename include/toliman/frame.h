@@ -12,6 +12,11 @@
 
 TOLIMAN_BEGIN_DECLS
 
+/* Point of the exposure to which the time stamps of a file refer. Since 0.2. */
+#define TOLIMAN_FRAME_STAMP_START 601
+#define TOLIMAN_FRAME_STAMP_MIDDLE 602
+#define TOLIMAN_FRAME_STAMP_END 603
+
 /* Downlinked frame. Its pixels belong to the caller and are not needed after the call. session, roi and frame_id
  * together are the key of a frame. A second valid frame with the same key is a duplicate if its content is the same:
  * pixels and their type, shape, camera_ns, dropped, sigma, exposure_s, intervals and window. Otherwise both are

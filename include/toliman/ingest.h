@@ -26,11 +26,6 @@ TOLIMAN_BEGIN_DECLS
 /* Reader of one pair of files. Needs exclusive use. */
 typedef struct toliman_ingest toliman_ingest;
 
-/* Point of the exposure to which the time stamps of a file refer. */
-#define TOLIMAN_INGEST_STAMP_START 601 /* start of the exposure, as the mission writes it */
-#define TOLIMAN_INGEST_STAMP_MIDDLE 602
-#define TOLIMAN_INGEST_STAMP_END 603
-
 /* Flags of toliman_ingest_options. */
 #define TOLIMAN_INGEST_GROWING 1u /* the files may still grow: next returns NOTHING instead of an end; see finish */
 
@@ -39,7 +34,7 @@ typedef struct toliman_ingest_options {
     uint32_t struct_size;
     uint32_t flags;     /* TOLIMAN_INGEST_GROWING */
     int32_t pixel;      /* type of the pixels: TOLIMAN_PIXEL_U16 or TOLIMAN_PIXEL_U32; there is no default */
-    int32_t stamp;      /* TOLIMAN_INGEST_STAMP_..., 0 = START */
+    int32_t stamp;      /* TOLIMAN_FRAME_STAMP_..., 0 = START, as the mission writes it */
     double exposure_s;  /* length of an exposure, at most 1e9 s; 0 = unknown */
     int64_t rows, cols; /* expected shape of a frame. It locates the frames if lines of the side file are damaged;
                            0 = the shape in the first valid line */
@@ -120,7 +115,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_finish(toliman_inge
 /* Properties and counts of a reader. Since 0.2. */
 typedef struct toliman_ingest_info {
     uint32_t struct_size; /* in: sizeof(toliman_ingest_info) */
-    int32_t stamp;        /* TOLIMAN_INGEST_STAMP_... */
+    int32_t stamp;        /* TOLIMAN_FRAME_STAMP_... */
     double exposure_s;
     int64_t lines;                      /* lines of the side file read so far */
     int64_t frames;                     /* FRAME events */
