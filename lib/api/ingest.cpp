@@ -1,15 +1,132 @@
 // include/toliman/ingest.h: pairs of files
 #include <toliman/ingest.h>
 
+#include <cmath>
+
+#include "api/choice.hpp"
 #include "api/guard.hpp"
 #include "api/handle.hpp"
+#include "api/memory.hpp"
+#include "api/pixel_frames.hpp"
+#include "ingest/pair.hpp"
 
 using namespace toliman;
 using namespace toliman::api;
 
 struct toliman_ingest : Handle<toliman_ingest> {
     static constexpr char kType[] = "toliman_ingest";
+    toliman_ingest_options options; // its allocator may be gone
+    int64_t shift_ns;
+    ingest::Pair pair;
 };
+
+namespace {
+
+constexpr double kLongestExposure = 1e9; // s
+constexpr int64_t kLargestSide = 65536;
+constexpr uint32_t kMostBuffers = 4096;
+
+enum class Stamp { start, middle, end };
+
+constexpr Choice<Stamp> kStamps = {TOLIMAN_FRAME_STAMP_START, TOLIMAN_FRAME_STAMP_END, "TOLIMAN_FRAME_STAMP_..."};
+constexpr Choice<ingest::EventKind> kEvents = {TOLIMAN_INGEST_EVENT_NOTHING, TOLIMAN_INGEST_EVENT_WARNING,
+                                               "TOLIMAN_INGEST_EVENT_..."};
+constexpr Choice<ingest::Reason> kReasons = {TOLIMAN_INGEST_REASON_NONE, TOLIMAN_INGEST_REASON_EXTRA_BYTES,
+                                             "TOLIMAN_INGEST_REASON_..."};
+constexpr const char *kReasonNames[] = {"none",       "bad line",      "short file", "place unknown",
+                                        "clock jump", "clocks differ", "extra bytes"};
+
+// Difference between the middle of the exposure and its time stamp.
+int64_t shift_of(const toliman_ingest_options &options) {
+    const Stamp stamp = kStamps.to_enum(options.stamp, "options->stamp");
+    const int64_t half = std::llround(options.exposure_s * 5e8);
+    return stamp == Stamp::start ? half : stamp == Stamp::end ? -half : 0;
+}
+
+void check_shape(const toliman_ingest_options &options) {
+    if ((options.rows == 0) != (options.cols == 0))
+        fail(Status::argument, "{options->%s} = 0: rows and cols must both be 0 or in [1, %lld]",
+             options.rows == 0 ? "rows" : "cols", static_cast<long long>(kLargestSide));
+    for (const auto &[side, name] : {std::pair(options.rows, "rows"), std::pair(options.cols, "cols")})
+        if (side < 0 || side > kLargestSide)
+            fail(Status::argument, "{options->%s} = %lld: must be in [1, %lld], 0 for the shape of the first frame",
+                 name, static_cast<long long>(side), static_cast<long long>(kLargestSide));
+}
+
+void check(const toliman_ingest_options &options) {
+    if ((options.flags & ~TOLIMAN_INGEST_GROWING) != 0)
+        fail(Status::argument, "{options->flags} = 0x%x: unknown bits", options.flags);
+    if (options.pixel != TOLIMAN_PIXEL_U16 && options.pixel != TOLIMAN_PIXEL_U32)
+        fail(Status::argument, "{options->pixel} = %d: must be TOLIMAN_PIXEL_U16, %d, or TOLIMAN_PIXEL_U32, %d",
+             options.pixel, TOLIMAN_PIXEL_U16, TOLIMAN_PIXEL_U32);
+    if (!(options.exposure_s >= 0 && options.exposure_s <= kLongestExposure))
+        fail(Status::argument, "{options->exposure_s} = %g: must be in [0, %g] s, 0 if it is unknown",
+             options.exposure_s, kLongestExposure);
+    check_shape(options);
+    const bool has_range = options.first_id != 0 || options.end_id != 0;
+    if (has_range && options.first_id >= options.end_id)
+        fail(Status::argument, "{options->end_id} = %lld: must be above first_id, %lld, or both 0 for all frames",
+             static_cast<long long>(options.end_id), static_cast<long long>(options.first_id));
+    if (options.buffers > kMostBuffers)
+        fail(Status::argument, "{options->buffers} = %u: must be in [1, %u], 0 for 1", options.buffers, kMostBuffers);
+    if (options.reserved != 0)
+        fail(Status::argument, "{options->reserved} = %u: must be 0", options.reserved);
+}
+
+toliman_ingest_options known_options(const toliman_ingest_options *given) {
+    required(given, "options");
+    toliman_ingest_options options = accept(given, toliman_ingest_options{}, "options");
+    options.stamp = kStamps.to_constant(kStamps.to_enum_or(options.stamp, Stamp::start, "options->stamp"));
+    options.buffers = options.buffers != 0 ? options.buffers : 1;
+    check(options);
+    return options;
+}
+
+ingest::PairOptions pair_options(const toliman_ingest_options &options) {
+    ingest::PairOptions pair;
+    pair.growing = (options.flags & TOLIMAN_INGEST_GROWING) != 0;
+    pair.pixel_bytes = size_of(kPixels.to_enum(options.pixel, "options->pixel"));
+    pair.shift_ns = shift_of(options);
+    pair.rows = static_cast<size_t>(options.rows);
+    pair.cols = static_cast<size_t>(options.cols);
+    if (options.first_id != 0 || options.end_id != 0)
+        pair.ids = {options.first_id, options.end_id};
+    pair.buffers = options.buffers;
+    return pair;
+}
+
+toliman_frame public_frame(const ingest::Event &event, const toliman_ingest_options &options, int64_t shift_ns) {
+    toliman_frame frame = {};
+    const ingest::SideLine &line = event.line;
+    frame.session = line.session;
+    frame.roi = line.roi;
+    frame.frame_id = line.frame_id;
+    if (event.kind != ingest::EventKind::frame)
+        return frame;
+    frame.pixel = options.pixel;
+    frame.camera_ns = line.stamp_ns + shift_ns;
+    frame.dropped = line.dropped;
+    frame.pixels = event.pixels;
+    frame.rows = line.rows;
+    frame.cols = line.cols;
+    frame.exposure_s = options.exposure_s;
+    return frame;
+}
+
+toliman_ingest_event public_event(const ingest::Event &event) {
+    toliman_ingest_event result = {};
+    result.event = kEvents.to_constant(event.kind);
+    result.reason = kReasons.to_constant(event.reason);
+    result.has_key = event.line.has_key ? 1 : 0;
+    result.file = event.file->c_str();
+    result.line = event.number;
+    result.text = event.text;
+    result.stamp_ns = event.line.stamp_ns;
+    result.host_s = event.line.host_s;
+    return result;
+}
+
+} // namespace
 
 extern "C" {
 
@@ -17,28 +134,61 @@ void toliman_ingest_options_init(toliman_ingest_options *options, size_t size) n
     deliver_defaults(toliman_ingest_options{}, options, size);
 }
 
-toliman_status toliman_ingest_create(const char *, const toliman_ingest_options *, toliman_ingest **) noexcept {
-    return guard([&] { fail(Status::unsupported, "pairs of files: not yet supported"); });
+toliman_status toliman_ingest_create(const char *path, const toliman_ingest_options *options,
+                                     toliman_ingest **out) noexcept {
+    return guard([&] {
+        required(path, "path");
+        toliman_ingest *&made = required(out, "out");
+        const toliman_ingest_options known = known_options(options);
+        const MemoryScope scope(memory_of(known.allocator));
+        const ingest::PairOptions pair = pair_options(known);
+        made = new toliman_ingest{{}, known, pair.shift_ns, ingest::Pair(path, pair)};
+    });
 }
 
 void toliman_ingest_destroy(toliman_ingest *ingest) noexcept {
     destroy(ingest);
 }
 
-const char *toliman_ingest_reason_name(int32_t) noexcept {
-    return "?";
+const char *toliman_ingest_reason_name(int32_t reason) noexcept {
+    return kReasons.contains(reason) ? kReasonNames[reason - kReasons.first] : "?";
 }
 
-toliman_status toliman_ingest_next(toliman_ingest *, toliman_frame *, toliman_ingest_event *) noexcept {
-    return guard([&] { fail(Status::unsupported, "pairs of files: not yet supported"); });
+toliman_status toliman_ingest_next(toliman_ingest *ingest, toliman_frame *frame, toliman_ingest_event *event) noexcept {
+    return guard([&] {
+        const Use use(ingest, "ingest");
+        check_struct_size("frame", required(frame, "frame"));
+        check_struct_size("event", required(event, "event"));
+        const ingest::Event found = use->pair.next();
+        deliver(public_frame(found, use->options, use->shift_ns), frame, "frame");
+        deliver(public_event(found), event, "event");
+    });
 }
 
-toliman_status toliman_ingest_finish(toliman_ingest *) noexcept {
-    return guard([&] { fail(Status::unsupported, "pairs of files: not yet supported"); });
+toliman_status toliman_ingest_finish(toliman_ingest *ingest) noexcept {
+    return guard([&] {
+        const Use use(ingest, "ingest");
+        use->pair.finish();
+    });
 }
 
-toliman_status toliman_ingest_get_info(const toliman_ingest *, toliman_ingest_info *) noexcept {
-    return guard([&] { fail(Status::unsupported, "pairs of files: not yet supported"); });
+toliman_status toliman_ingest_get_info(const toliman_ingest *ingest, toliman_ingest_info *out) noexcept {
+    return guard([&] {
+        const Use use(ingest, "ingest");
+        const ingest::PairCounts counts = use->pair.counts();
+        toliman_ingest_info info = {};
+        info.stamp = use->options.stamp;
+        info.exposure_s = use->options.exposure_s;
+        info.lines = counts.lines;
+        info.frames = counts.frames;
+        info.damaged = counts.damaged;
+        info.warnings = counts.warnings;
+        info.skipped = counts.skipped;
+        info.bytes = counts.bytes;
+        info.side_file = use->pair.side_path().c_str();
+        info.pixel_file = use->pair.pixel_path().c_str();
+        deliver(info, out, "out");
+    });
 }
 
 } // extern "C"

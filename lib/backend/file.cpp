@@ -84,39 +84,19 @@ bool write_all(int descriptor, const void *data, size_t size) noexcept {
     return true;
 }
 
-// A regular file for reading.
-struct Input {
-    // O_NONBLOCK: opening a pipe would otherwise wait for a writer. It has no effect on regular files.
-    explicit Input(const std::string &path) : descriptor(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC)) {
-        if (descriptor.get() < 0)
-            fail(Status::not_found, "{%s}: %s", path.c_str(), std::strerror(errno));
-        if (::fstat(descriptor.get(), &status) != 0 || !S_ISREG(status.st_mode))
-            fail(Status::not_found, "{%s}: not a regular file", path.c_str());
-    }
-    Descriptor descriptor;
-    struct stat status = {};
-};
+Stamp stamp_of(const struct stat &status) noexcept {
+    return {status.st_ino, static_cast<uint64_t>(status.st_size),
+            status.st_mtim.tv_sec * int64_t{1000000000} + status.st_mtim.tv_nsec};
+}
 
-void check_not_empty(const std::string &path, const Input &input) {
-    if (input.status.st_size == 0)
+void check_not_empty(const std::string &path, const Stamp &stamp) {
+    if (stamp.size == 0)
         fail(Status::format, "{%s}: is empty", path.c_str());
 }
 
-// Reads up to `size` bytes from the current position; fewer only at the end of the file.
-std::vector<uint8_t> read_bytes(const std::string &path, const Input &input, size_t size) {
+std::vector<uint8_t> first_bytes(const Reader &input, size_t size) {
     std::vector<uint8_t> bytes(size);
-    size_t done = 0;
-    while (done < size) {
-        const ssize_t got = ::read(input.descriptor.get(), bytes.data() + done, size - done);
-        if (got < 0 && errno == EINTR)
-            continue;
-        if (got < 0)
-            fail(Status::not_found, "{%s}: %s", path.c_str(), std::strerror(errno));
-        if (got == 0)
-            break;
-        done += static_cast<size_t>(got);
-    }
-    bytes.resize(done);
+    bytes.resize(input.read(0, bytes.data(), size));
     return bytes;
 }
 
@@ -129,23 +109,74 @@ std::string folder_of(const std::string &path) {
     return slash == 0 ? "/" : path.substr(0, slash);
 }
 
+Stamp stamp(const std::string &path) {
+    struct stat status = {};
+    if (::stat(path.c_str(), &status) != 0)
+        fail(Status::not_found, "{%s}: %s", path.c_str(), std::strerror(errno));
+    return stamp_of(status);
+}
+
+// O_NONBLOCK: opening a pipe would otherwise wait for a writer. It has no effect on regular files.
+Reader::Reader(const std::string &path)
+    : path_(path), descriptor_(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC)) {
+    if (descriptor_ < 0)
+        fail(Status::not_found, "{%s}: %s", path.c_str(), std::strerror(errno));
+    struct stat status = {};
+    if (::fstat(descriptor_, &status) != 0 || !S_ISREG(status.st_mode)) {
+        ::close(descriptor_);
+        fail(Status::not_found, "{%s}: not a regular file", path.c_str());
+    }
+}
+
+Reader::~Reader() {
+    ::close(descriptor_);
+}
+
+Stamp Reader::stamp() const {
+    struct stat status = {};
+    if (::fstat(descriptor_, &status) != 0)
+        fail(Status::not_found, "{%s}: %s", path_.c_str(), std::strerror(errno));
+    return stamp_of(status);
+}
+
+size_t Reader::read(uint64_t at, void *data, size_t size) const {
+    size_t done = 0;
+    while (done < size) {
+        const ssize_t got =
+            ::pread(descriptor_, static_cast<uint8_t *>(data) + done, size - done, static_cast<off_t>(at + done));
+        if (got < 0 && errno == EINTR)
+            continue;
+        if (got < 0)
+            fail(Status::not_found, "{%s}: %s", path_.c_str(), std::strerror(errno));
+        if (got == 0)
+            break;
+        done += static_cast<size_t>(got);
+    }
+    return done;
+}
+
+void Reader::read_exactly(uint64_t at, void *data, size_t size) const {
+    if (read(at, data, size) < size)
+        fail(Status::not_found, "{%s}: was truncated while it was being read", path_.c_str());
+}
+
 std::vector<uint8_t> read(const std::string &path, size_t limit) {
-    const Input input(path);
-    check_not_empty(path, input);
-    const struct stat &status = input.status;
-    if (status.st_size < 0 || static_cast<uint64_t>(status.st_size) > limit)
-        fail(Status::format, "{%s}: has %lld bytes: must be at most %zu", path.c_str(),
-             static_cast<long long>(status.st_size), limit);
-    std::vector<uint8_t> bytes = read_bytes(path, input, static_cast<size_t>(status.st_size));
-    if (bytes.size() < static_cast<size_t>(status.st_size))
+    const Reader input(path);
+    const Stamp stamp = input.stamp();
+    check_not_empty(path, stamp);
+    if (stamp.size > limit)
+        fail(Status::format, "{%s}: has %llu bytes: must be at most %zu", path.c_str(),
+             static_cast<unsigned long long>(stamp.size), limit);
+    std::vector<uint8_t> bytes = first_bytes(input, static_cast<size_t>(stamp.size));
+    if (bytes.size() < stamp.size)
         fail(Status::format, "{%s}: was truncated while it was being read", path.c_str());
     return bytes;
 }
 
 std::vector<uint8_t> head(const std::string &path, size_t size) {
-    const Input input(path);
-    check_not_empty(path, input);
-    return read_bytes(path, input, size);
+    const Reader input(path);
+    check_not_empty(path, input.stamp());
+    return first_bytes(input, size);
 }
 
 bool set_mode(int descriptor, unsigned mode) noexcept {

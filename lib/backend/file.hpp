@@ -1,4 +1,4 @@
-// POSIX files: reads of whole files, atomic replacement, and the folder of a path.
+// POSIX files: reads of whole and of growing files, atomic replacement, and the folder of a path.
 #pragma once
 #include <cstdint>
 #include <string>
@@ -16,6 +16,43 @@ std::vector<uint8_t> read(const std::string &path, size_t limit);
 // Returns the first `size` bytes of a regular file, or all of a shorter one. Status::not_found if it cannot be read,
 // Status::format if it is empty.
 std::vector<uint8_t> head(const std::string &path, size_t size);
+
+// Identity, size and last change of a regular file.
+struct Stamp {
+    uint64_t inode = 0; // 0: never examined
+    uint64_t size = 0;
+    int64_t changed_ns = 0;
+
+    bool operator==(const Stamp &other) const noexcept {
+        return inode == other.inode && size == other.size && changed_ns == other.changed_ns;
+    }
+    // Whether `now` is another file, or the same one truncated or overwritten; growth is not a replacement.
+    bool was_replaced(const Stamp &now) const noexcept {
+        return inode != 0 && (now.inode != inode || now.size < size || (now.size == size && !(now == *this)));
+    }
+};
+
+// Status::not_found if there is no such file.
+Stamp stamp(const std::string &path);
+
+// A regular file for reading at any position. Status::not_found if it cannot be opened or read.
+class Reader {
+  public:
+    explicit Reader(const std::string &path);
+    ~Reader();
+    Reader(const Reader &) = delete;
+    Reader &operator=(const Reader &) = delete;
+
+    Stamp stamp() const;
+    // Reads up to `size` bytes at `at`; fewer only at the end of the file. Returns their number.
+    size_t read(uint64_t at, void *data, size_t size) const;
+    // Reads exactly `size` bytes that stamp() has counted; Status::not_found if the file was truncated since.
+    void read_exactly(uint64_t at, void *data, size_t size) const;
+
+  private:
+    std::string path_;
+    int descriptor_;
+};
 
 // Replaces a file atomically: writes a temporary file in the same folder (path.0.tmp, or the next free number), calls
 // fsync, renames it over path, or over the target of a symbolic link, and calls fsync on the folder. While it is

@@ -183,7 +183,8 @@ class Scan {
 };
 
 // Converts a node of the tree; `integer` is that of the next number. Recursion is bounded by kMostLevels.
-Value convert(const cJSON &node, const std::string &source, const std::optional<int64_t> *&integer) {
+Value convert(const cJSON &node, const std::string &source, Duplicates duplicates,
+              const std::optional<int64_t> *&integer) {
     Value value;
     if (cJSON_IsBool(&node)) {
         value.kind = Value::Kind::boolean;
@@ -200,9 +201,9 @@ Value convert(const cJSON &node, const std::string &source, const std::optional<
         std::set<std::string_view> names; // keys so far, for a lookup in logarithmic time
         value.kind = object ? Value::Kind::object : Value::Kind::array;
         for (const cJSON *item = node.child; item != nullptr; item = item->next) {
-            if (object && !names.insert(item->string).second)
+            if (object && duplicates == Duplicates::refused && !names.insert(item->string).second)
                 fail(Status::format, "{%s}: duplicate key \"%s\"", source.c_str(), item->string);
-            value.items.push_back(convert(*item, source, integer));
+            value.items.push_back(convert(*item, source, duplicates, integer));
             if (object)
                 value.names.emplace_back(item->string);
         }
@@ -219,7 +220,7 @@ const Value *Value::find(const std::string &name) const noexcept {
     return nullptr;
 }
 
-Value parse(const std::string &text, const std::string &source) {
+Value parse(const std::string &text, const std::string &source, Duplicates duplicates) {
     if (text.find_first_not_of(" \t\r\n") == std::string::npos)
         fail(Status::format, "{%s}: is empty", source.c_str());
     const std::vector<std::optional<int64_t>> integers = Scan(text, source).run();
@@ -233,7 +234,7 @@ Value parse(const std::string &text, const std::string &source) {
         fail_at(text, end != nullptr ? static_cast<size_t>(end - text.c_str()) : text.size(), source,
                 "JSON syntax error");
     const std::optional<int64_t> *next = integers.data();
-    return convert(*tree, source, next);
+    return convert(*tree, source, duplicates, next);
 }
 
 } // namespace toliman::json

@@ -1,0 +1,85 @@
+// Method: the usual step is the median of the steps between neighbouring valid lines, which a few jumps do not change.
+// A jump is a step back, a repeated time, or a step over kLargestStep usual ones per line. The host clock has a delay
+// of up to kLargestDelay and its own rate; a larger difference between both clocks shows a wrong unit or a restart.
+#include "ingest/clock_checks.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "base/text.hpp"
+
+namespace toliman::ingest {
+
+namespace {
+
+constexpr double kLargestStep = 1000;  // usual steps
+constexpr double kLargestDelay = 1;    // s, of a frame on its way to the host
+constexpr double kLargestDrift = 0.01; // of one clock against the other
+
+double step_ns(const SideLine &before, const SideLine &after) noexcept {
+    return static_cast<double>(after.stamp_ns) - static_cast<double>(before.stamp_ns);
+}
+
+// Regions of one exposure share time and frame id.
+bool repeats(const SideLine &before, const SideLine &line) noexcept {
+    return before.stamp_ns == line.stamp_ns && before.frame_id != line.frame_id && before.session == line.session &&
+           before.roi == line.roi;
+}
+
+template <class... Numbers> std::string text_of(const char *format, Numbers... numbers) {
+    char text[256];
+    print_text(text, sizeof text, format, numbers...);
+    return text;
+}
+
+} // namespace
+
+void Median::add(double value) {
+    upper_.push(value);
+    lower_.push(upper_.top());
+    upper_.pop();
+    if (lower_.size() > upper_.size()) {
+        upper_.push(lower_.top());
+        lower_.pop();
+    }
+}
+
+void ClockChecks::count(const SideLine &line) {
+    const bool is_valid = line.error.empty();
+    if (is_valid && counted_)
+        steps_.add(std::fabs(step_ns(*counted_, line)));
+    counted_ = is_valid ? std::optional<SideLine>(line) : std::nullopt;
+}
+
+std::string ClockChecks::jump(const SideLine &line, int64_t number) const {
+    if (!last_)
+        return "";
+    const double step = step_ns(last_->line, line), usual = steps_.value();
+    if (step < 0)
+        return text_of("timestamp_ns goes back by %g s", -step / 1e9);
+    if (repeats(last_->line, line) && !last_stands_) // reported once
+        return text_of("timestamp_ns is %lld, as in the frame before", static_cast<long long>(line.stamp_ns));
+    if (usual > 0 && step > kLargestStep * usual * static_cast<double>(number - last_->number))
+        return text_of("timestamp_ns advances by %g s, the median step is %g s", step / 1e9, usual / 1e9);
+    return "";
+}
+
+std::string ClockChecks::drift(const SideLine &line) const {
+    if (!first_)
+        return "";
+    const double camera = step_ns(first_->line, line) / 1e9, host = line.host_s - first_->line.host_s;
+    if (!(std::fabs(camera - host) > kLargestDelay + kLargestDrift * std::max(std::fabs(camera), std::fabs(host))))
+        return "";
+    return text_of("since line %lld timestamp_ns has advanced by %g s, host_time by %g s",
+                   static_cast<long long>(first_->number), camera, host);
+}
+
+void ClockChecks::pass(const SideLine &line, int64_t number) {
+    last_stands_ = last_ && repeats(last_->line, line);
+    last_ = {line, number};
+    if (!first_)
+        first_ = last_;
+}
+
+} // namespace toliman::ingest

@@ -1,0 +1,287 @@
+// Method: an examination of the files reads the new lines and finds out which of them have pixels in the file
+// (placement.cpp); the following calls report these lines one by one. Both files are written independently, so that one
+// may be ahead of the other at any time. Lines without pixels, and pixels without line, are therefore damage only at
+// the end. Where growing files look replaced, or like those of another pixel type, a second examination decides: the
+// first may have seen one file of before and one of after.
+#include "ingest/pair.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "base/error.hpp"
+#include "base/text.hpp"
+
+namespace toliman::ingest {
+
+namespace {
+
+const std::string kSide = "_meta.jsonl", kPixels = "_frames.bin";
+// A valid line has more bytes than this. A file with far more lines is no side file, and would take more memory than it
+// has bytes.
+constexpr uint64_t kShortestLine = 120;
+constexpr int64_t kMoreLines = 1024;
+
+std::string stem_of(const std::string &path) {
+    for (const std::string &end : {kSide, kPixels})
+        if (path.size() >= end.size() && path.compare(path.size() - end.size(), end.size(), end) == 0)
+            return path.substr(0, path.size() - end.size());
+    return path;
+}
+
+template <class... Values> std::string text_of(const char *format, Values... values) {
+    char text[kErrorTextSize];
+    print_text(text, sizeof text, format, values...);
+    return text;
+}
+
+} // namespace
+
+Pair::Pair(const std::string &path, const PairOptions &options)
+    : side_path_(stem_of(path) + kSide), pixel_path_(stem_of(path) + kPixels), options_(options),
+      slots_(options.buffers), placement_(options.pixel_bytes, options.rows, options.cols) {
+    file::Reader{side_path_};
+    file::Reader{pixel_path_};
+}
+
+PairCounts Pair::counts() const noexcept {
+    PairCounts counts = counts_;
+    counts.lines = placement_.counted();
+    counts.bytes = pixel_stamp_.size;
+    return counts;
+}
+
+bool Pair::is_wanted(const SideLine &line) const noexcept {
+    return !options_.ids || (line.frame_id >= options_.ids->first && line.frame_id < options_.ids->second);
+}
+
+// Forgets the lines of files that were replaced. Counts of events stay.
+void Pair::restart() noexcept {
+    side_ = {};
+    lines_.clear();
+    first_ = 0;
+    placement_ = {options_.pixel_bytes, options_.rows, options_.cols};
+    clock_ = {};
+    is_warned_ = false;
+}
+
+void Pair::add_line(const std::string &text, int64_t most) {
+    if (placement_.counted() == most)
+        fail(Status::format, "{%s}: has more than %lld lines in %llu bytes: a frame takes %llu bytes",
+             side_path_.c_str(), static_cast<long long>(most), static_cast<unsigned long long>(side_stamp_.size),
+             static_cast<unsigned long long>(kShortestLine));
+    SideLine line = parse_side_line(text, names_);
+    int64_t middle = 0;
+    if (line.error.empty() && __builtin_add_overflow(line.stamp_ns, options_.shift_ns, &middle))
+        line.error = "timestamp_ns: the middle of the exposure exceeds 64 bits";
+    lines_.push_back(std::move(line));
+    placement_.count(lines_.back());
+    clock_.count(lines_.back());
+}
+
+void Pair::read_lines(const file::Reader &side) {
+    if (first_ > lines_.size() / 2) { // amortised: each line is moved once
+        lines_.erase(lines_.begin(), lines_.begin() + static_cast<std::ptrdiff_t>(first_));
+        first_ = 0;
+    }
+    const int64_t most = kMoreLines + static_cast<int64_t>(side_stamp_.size / kShortestLine);
+    side_.read(side, side_stamp_.size, !options_.growing, [&](const std::string &text) { add_line(text, most); });
+}
+
+// Compares the size of the file with that of the frames as the other pixel type. Only before the first frame: later on
+// the files may pass through such sizes.
+void Pair::check_type(bool certain) {
+    const uint64_t bytes = placement_.bytes(), size = pixel_stamp_.size;
+    const bool is_wide = options_.pixel_bytes == 4;
+    if (placement_.released() > 0 || bytes == 0 || (is_wide ? bytes != 2 * size : 2 * bytes != size))
+        return;
+    is_doubtful_ = true;
+    if (certain)
+        fail(Status::format, "{%s}: has %llu bytes, %s those of %lld frames of %s: is the pixel type %s?",
+             pixel_path_.c_str(), static_cast<unsigned long long>(size), is_wide ? "half" : "twice",
+             static_cast<long long>(placement_.counted()), is_wide ? "u32" : "u16", is_wide ? "u16" : "u32");
+}
+
+// Reads the new lines. Settled, and without a new line, if the files have not changed.
+void Pair::look() {
+    const file::Stamp side_now = file::stamp(side_path_), pixels_now = file::stamp(pixel_path_);
+    rests_ = side_now == side_stamp_ && pixels_now == pixel_stamp_;
+    if (rests_ && is_settled_)
+        return;
+    is_settled_ = false;
+    const file::Reader side(side_path_);
+    pixels_.emplace(pixel_path_);
+    const file::Stamp side_stamp = side.stamp(), pixel_stamp = pixels_->stamp();
+    const bool is_replaced = side_stamp_.was_replaced(side_stamp) || pixel_stamp_.was_replaced(pixel_stamp);
+    const bool is_second = std::exchange(is_doubtful_, is_replaced && options_.growing);
+    side_stamp_ = side_stamp;
+    pixel_stamp_ = pixel_stamp;
+    if (is_replaced)
+        restart();
+    if (is_doubtful_)
+        return;
+    read_lines(side);
+    check_type(is_second || !options_.growing);
+    placement_.set_size(pixel_stamp_.size);
+    is_settled_ = !is_doubtful_;
+}
+
+// Files that have disappeared have changed.
+bool Pair::is_unchanged() const noexcept {
+    try {
+        return file::stamp(side_path_) == side_stamp_ && file::stamp(pixel_path_) == pixel_stamp_;
+    } catch (const Error &) {
+        return false;
+    }
+}
+
+Event Pair::report(Slot &slot, EventKind kind, Reason reason, std::string text) {
+    slot.text = std::move(text);
+    (kind == EventKind::damage ? counts_.damaged : counts_.warnings)++;
+    Event event;
+    event.kind = kind;
+    event.reason = reason;
+    event.file = &side_path_;
+    event.number = front_number();
+    event.text = slot.text.c_str();
+    return event;
+}
+
+// Reports the first line as damaged.
+Event Pair::damage(Slot &slot, Reason reason, std::string text) {
+    Event event = report(slot, EventKind::damage, reason, std::move(text));
+    const SideLine &line = front();
+    event.line.has_key = line.has_key;
+    if (line.has_key) {
+        event.line.session = line.session;
+        event.line.roi = line.roi;
+        event.line.frame_id = line.frame_id;
+    }
+    release();
+    return event;
+}
+
+Event Pair::frame(Slot &slot, const Place &place) {
+    slot.pixels.resize(static_cast<size_t>(place.bytes));
+    is_settled_ = false; // if the file was truncated meanwhile
+    pixels_->read_exactly(place.offset, slot.pixels.data(), slot.pixels.size());
+    is_settled_ = true;
+    Event event;
+    event.kind = EventKind::frame;
+    event.file = &side_path_;
+    event.number = front_number();
+    event.line = front();
+    event.pixels = slot.pixels.data();
+    counts_.frames++;
+    clock_.pass(front(), front_number());
+    release();
+    return event;
+}
+
+void Pair::release() {
+    placement_.release(front());
+    front() = {};
+    first_++;
+    is_warned_ = false;
+    if (is_empty()) {
+        lines_.clear();
+        first_ = 0;
+    }
+}
+
+void Pair::skip() {
+    counts_.skipped++;
+    clock_.pass(front(), front_number());
+    release();
+}
+
+std::optional<Event> Pair::give_placed(Slot &slot, const Place &place) {
+    const SideLine &line = front();
+    if (!line.error.empty())
+        return damage(slot, Reason::bad_line, line.error);
+    if (placement_.bytes(line) != place.bytes)
+        return damage(slot, Reason::bad_line,
+                      text_of("n_rows = %u, n_cols = %u: the frames in %s have another shape", line.rows, line.cols,
+                              pixel_path_.c_str()));
+    if (!is_wanted(line)) {
+        skip();
+        return std::nullopt;
+    }
+    if (is_warned_)
+        return frame(slot, place);
+    std::string jump = clock_.jump(line, front_number()), drift;
+    if (jump.empty() && !has_drifted_)
+        drift = clock_.drift(line);
+    if (jump.empty() && drift.empty())
+        return frame(slot, place);
+    is_warned_ = true;
+    has_drifted_ = has_drifted_ || !drift.empty();
+    return jump.empty() ? report(slot, EventKind::warning, Reason::clocks_differ, std::move(drift))
+                        : report(slot, EventKind::warning, Reason::clock_jump, std::move(jump));
+}
+
+// Decides at the end of the files whether lines without pixels and pixels without line are damage.
+void Pair::begin_rest() {
+    if (is_over_ || !(options_.growing ? is_finished_ : is_settled_))
+        return;
+    is_over_ = true;
+    if (options_.growing && !(is_settled_ && rests_ && is_unchanged())) // may still grow
+        lines_.clear();
+    else if (is_empty())
+        extra_bytes_ = placement_.extra_bytes();
+    else
+        rest_reason_ = placement_.has_odd() || placement_.is_odd(front()) ? Reason::place_unknown : Reason::short_file;
+}
+
+std::optional<Event> Pair::give_rest(Slot &slot) {
+    for (; !is_empty(); skip()) {
+        if (!front().error.empty())
+            return damage(slot, Reason::bad_line, front().error);
+        if (!is_wanted(front()))
+            continue;
+        const bool is_short = rest_reason_ == Reason::short_file;
+        return damage(slot, rest_reason_,
+                      text_of(is_short ? "%s ends before this frame"
+                                       : "the position of the frame in %s is unknown: this or an earlier line is "
+                                         "malformed or has another shape",
+                              pixel_path_.c_str()));
+    }
+    if (extra_bytes_ == 0)
+        return std::nullopt;
+    Event event = report(slot, EventKind::warning, Reason::extra_bytes,
+                         text_of("has %llu bytes more than the frames of %s",
+                                 static_cast<unsigned long long>(std::exchange(extra_bytes_, 0)), side_path_.c_str()));
+    event.file = &pixel_path_;
+    event.number = 0;
+    return event;
+}
+
+std::optional<Event> Pair::give(Slot &slot) {
+    while (is_settled_ && !is_empty()) {
+        const std::optional<Place> place = placement_.next(front());
+        if (!place)
+            break;
+        if (std::optional<Event> event = give_placed(slot, *place))
+            return event;
+    }
+    begin_rest();
+    return is_over_ ? give_rest(slot) : std::nullopt;
+}
+
+Event Pair::next() {
+    const bool may_look = !is_over_ && !is_finished_ && (options_.growing || !is_settled_);
+    if (is_idle_ && may_look)
+        look();
+    slot_ = (slot_ + 1) % slots_.size();
+    is_idle_ = true; // also if what follows fails
+    std::optional<Event> event = give(slots_[slot_]);
+    if (event) {
+        is_idle_ = false;
+        return *event;
+    }
+    pixels_.reset();
+    Event nothing;
+    nothing.file = &side_path_;
+    return nothing;
+}
+
+} // namespace toliman::ingest

@@ -1,0 +1,116 @@
+// Reader of a pair of files, X_frames.bin and X_meta.jsonl, which may still grow.
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "backend/file.hpp"
+#include "base/buffer.hpp"
+#include "ingest/clock_checks.hpp"
+#include "ingest/placement.hpp"
+#include "ingest/side_file.hpp"
+#include "ingest/side_line.hpp"
+
+namespace toliman::ingest {
+
+struct PairOptions {
+    bool growing = false;
+    size_t pixel_bytes = 2;
+    int64_t shift_ns = 0; // from a time stamp to the middle of the exposure
+    size_t rows = 0, cols = 0;
+    std::optional<std::pair<int64_t, int64_t>> ids; // first and end; others are skipped
+    size_t buffers = 1;
+};
+
+// In the order of TOLIMAN_INGEST_EVENT_... and TOLIMAN_INGEST_REASON_...
+enum class EventKind { nothing, frame, damage, warning };
+enum class Reason { none, bad_line, short_file, place_unknown, clock_jump, clocks_differ, extra_bytes };
+
+// Pointers are valid during the next `buffers` - 1 calls of next.
+struct Event {
+    EventKind kind = EventKind::nothing;
+    Reason reason = Reason::none;
+    const std::string *file = nullptr;
+    int64_t number = 0; // of the line, from 1; 0: the whole file
+    const char *text = "";
+    SideLine line = {};           // of a frame; of damage the key alone
+    const void *pixels = nullptr; // of a frame
+};
+
+struct PairCounts {
+    int64_t lines = 0, frames = 0, damaged = 0, warnings = 0, skipped = 0;
+    uint64_t bytes = 0;
+};
+
+class Pair {
+  public:
+    // path: one of the two files, or what both have in common. Status::not_found if a file cannot be read.
+    Pair(const std::string &path, const PairOptions &options);
+
+    // Status::not_found if a file cannot be read, Status::format if it cannot be a file of such a pair.
+    Event next();
+    void finish() noexcept { is_finished_ = options_.growing; }
+
+    PairCounts counts() const noexcept;
+    const std::string &side_path() const noexcept { return side_path_; }
+    const std::string &pixel_path() const noexcept { return pixel_path_; }
+
+  private:
+    struct Slot {
+        Buffer<uint8_t> pixels;
+        std::string text;
+    };
+    void look();
+    void restart() noexcept;
+    void read_lines(const file::Reader &side);
+    void add_line(const std::string &text, int64_t most);
+    void check_type(bool certain);
+    void begin_rest();
+    bool is_unchanged() const noexcept;
+    std::optional<Event> give(Slot &slot);
+    std::optional<Event> give_placed(Slot &slot, const Place &place);
+    std::optional<Event> give_rest(Slot &slot);
+    Event report(Slot &slot, EventKind kind, Reason reason, std::string text);
+    Event damage(Slot &slot, Reason reason, std::string text);
+    Event frame(Slot &slot, const Place &place);
+    bool is_wanted(const SideLine &line) const noexcept;
+    SideLine &front() noexcept { return lines_[first_]; }
+    bool is_empty() const noexcept { return first_ == lines_.size(); }
+    int64_t front_number() const noexcept { return placement_.released() + 1; }
+    void release();
+    void skip();
+
+    std::string side_path_, pixel_path_;
+    PairOptions options_;
+    std::set<std::string> names_; // of all lines: frames point to them
+    std::vector<Slot> slots_;
+    size_t slot_ = 0;
+    PairCounts counts_;
+
+    // State of the files.
+    file::Stamp side_stamp_, pixel_stamp_;
+    std::optional<file::Reader> pixels_; // open while frames are read
+    bool is_idle_ = true;                // the next call examines the files
+    bool is_settled_ = false;            // the last examination was completed and left no doubt
+    bool is_doubtful_ = false;           // the files may be about to change: decided by the next examination
+    bool rests_ = false;                 // the last examination found the files unchanged
+    bool is_finished_ = false;
+
+    // Lines that were read, from the first that was not reported.
+    SideFile side_;
+    std::vector<SideLine> lines_;
+    size_t first_ = 0;
+    Placement placement_;
+    ClockChecks clock_;
+    bool is_warned_ = false;   // of the first line
+    bool has_drifted_ = false; // reported once per pair
+
+    // The end of the files.
+    bool is_over_ = false;
+    Reason rest_reason_ = Reason::none; // of lines without pixels
+    uint64_t extra_bytes_ = 0;          // pixels without line, until they are reported
+};
+
+} // namespace toliman::ingest

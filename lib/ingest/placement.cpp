@@ -1,0 +1,54 @@
+// Method: the file of pixels has no header, so the lines of the side file must give the position of each frame. A
+// malformed line counts as a frame of the expected shape. If the frames of all lines fill the file exactly, each line
+// is where the sum of those before it ends. If frames of the expected shape fill it, lines of other shapes are wrong.
+// Otherwise positions are known only before the first line that is malformed or of another shape than the first: what
+// follows may be shifted. Only sums are kept, so that a line costs the same at any length of the file.
+#include "ingest/placement.hpp"
+
+namespace toliman::ingest {
+
+uint64_t Placement::bytes(const SideLine &line) const noexcept {
+    return line.error.empty() ? uint64_t{line.rows} * line.cols * pixel_bytes_ : usual_bytes_;
+}
+
+void Placement::add(Sums &sums, const SideLine &line) const noexcept {
+    sums.lines++;
+    if (line.error.empty())
+        sums.valid_bytes += bytes(line);
+    else
+        sums.bad++;
+}
+
+void Placement::count(const SideLine &line) noexcept {
+    if (usual_bytes_ == 0 && line.error.empty())
+        usual_bytes_ = bytes(line);
+    if (all_.lines == 0)
+        first_bytes_ = bytes(line);
+    add(all_, line);
+}
+
+void Placement::release(const SideLine &line) noexcept {
+    has_odd_ = has_odd_ || is_odd(line);
+    add(done_, line);
+}
+
+void Placement::set_size(uint64_t size) noexcept {
+    size_ = size;
+    is_exact_ = bytes(all_) == size;
+    is_uniform_ = !is_exact_ && static_cast<uint64_t>(all_.lines) * usual_bytes_ == size;
+}
+
+bool Placement::is_odd(const SideLine &line) const noexcept {
+    return !line.error.empty() || bytes(line) != first_bytes_;
+}
+
+std::optional<Place> Placement::next(const SideLine &line) const noexcept {
+    if (is_uniform_)
+        return Place{static_cast<uint64_t>(done_.lines) * usual_bytes_, usual_bytes_};
+    const Place place = {bytes(done_), bytes(line)};
+    if (is_exact_ || (!has_odd_ && !is_odd(line) && place.offset + place.bytes <= size_))
+        return place;
+    return std::nullopt;
+}
+
+} // namespace toliman::ingest

@@ -1,0 +1,49 @@
+// Where the frames are in the file of pixels.
+#pragma once
+#include <cstdint>
+#include <optional>
+
+#include "ingest/side_line.hpp"
+
+namespace toliman::ingest {
+
+struct Place {
+    uint64_t offset, bytes;
+};
+
+class Placement {
+  public:
+    // rows, cols: the expected shape; 0 = that of the first valid line.
+    Placement(size_t pixel_bytes, size_t rows, size_t cols) noexcept
+        : pixel_bytes_(pixel_bytes), usual_bytes_(rows * cols * pixel_bytes) {}
+
+    void count(const SideLine &line) noexcept;   // a line was read
+    void release(const SideLine &line) noexcept; // the first line that was not released is reported
+    void set_size(uint64_t size) noexcept;       // of the file of pixels
+
+    int64_t counted() const noexcept { return all_.lines; }
+    int64_t released() const noexcept { return done_.lines; }
+    uint64_t bytes() const noexcept { return bytes(all_); } // of all lines
+    bool is_odd(const SideLine &line) const noexcept;       // malformed, or of another shape than the first line
+    bool has_odd() const noexcept { return has_odd_; }      // among the released lines
+    uint64_t bytes(const SideLine &line) const noexcept;
+    // Bytes after the frames of all lines; 0 if positions are unknown.
+    uint64_t extra_bytes() const noexcept { return is_uniform_ || has_odd_ || size_ < bytes() ? 0 : size_ - bytes(); }
+    // The place of the first line that was not released, if it is known. Its size differs from bytes(line) if the line
+    // has a wrong shape.
+    std::optional<Place> next(const SideLine &line) const noexcept;
+
+  private:
+    struct Sums {
+        int64_t lines = 0;
+        uint64_t bad = 0, valid_bytes = 0; // malformed lines; bytes of the frames of the others
+    };
+    uint64_t bytes(const Sums &sums) const noexcept { return sums.valid_bytes + sums.bad * usual_bytes_; }
+    void add(Sums &sums, const SideLine &line) const noexcept;
+
+    uint64_t pixel_bytes_, usual_bytes_, first_bytes_ = 0, size_ = 0;
+    Sums all_, done_;
+    bool is_exact_ = false, is_uniform_ = false, has_odd_ = false;
+};
+
+} // namespace toliman::ingest

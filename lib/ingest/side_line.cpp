@@ -1,0 +1,91 @@
+#include "ingest/side_line.hpp"
+
+#include <algorithm>
+#include <iterator>
+
+#include "backend/json.hpp"
+#include "base/error.hpp"
+#include "base/name.hpp"
+
+namespace toliman::ingest {
+
+namespace {
+
+using json::Value;
+
+constexpr const char *kKeys[] = {"frame_id",  "timestamp_ns", "host_time", "nframes_dropped",
+                                 "roi_label", "n_rows",       "n_cols",    "session_id"};
+constexpr int64_t kLargestSide = 65536, kMostDropped = 65535;
+
+const Value &member(const Value &object, const char *key) {
+    const Value *const value = object.find(key);
+    if (value == nullptr)
+        fail(Status::format, "%s is missing", key);
+    return *value;
+}
+
+int64_t integer(const Value &object, const char *key, int64_t least = INT64_MIN, int64_t most = INT64_MAX) {
+    const Value &value = member(object, key);
+    if (value.kind != Value::Kind::number)
+        fail(Status::format, "%s must be an integer", key);
+    if (!value.integer)
+        fail(Status::format, "%s must be an integer of 64 bits, not %g", key, value.number);
+    if (*value.integer < least || *value.integer > most)
+        fail(Status::format, "%s must be in [%lld, %lld], not %lld", key, static_cast<long long>(least),
+             static_cast<long long>(most), static_cast<long long>(*value.integer));
+    return *value.integer;
+}
+
+const char *name(const Value &object, const char *key, std::set<std::string> &names) {
+    const Value &value = member(object, key);
+    if (value.kind != Value::Kind::text || !is_name(value.text))
+        fail(Status::format, "%s %s", key, kNameRule);
+    return names.insert(value.text).first->c_str();
+}
+
+void check_keys(const Value &object) {
+    for (size_t i = 0; i < object.names.size(); i++) {
+        const std::string &key = object.names[i];
+        if (std::find(std::begin(kKeys), std::end(kKeys), key) == std::end(kKeys))
+            fail(Status::format, "unknown key \"%.64s\"", key.c_str());
+        if (object.find(key) != &object.items[i])
+            fail(Status::format, "duplicate key \"%s\"", key.c_str());
+    }
+}
+
+void parse(const std::string &text, std::set<std::string> &names, SideLine &line) {
+    if (text.size() > kLongestLine)
+        fail(Status::format, "longer than %zu bytes", kLongestLine);
+    const Value object = json::parse(text, "malformed JSON", json::Duplicates::kept);
+    if (object.kind != Value::Kind::object)
+        fail(Status::format, "not a JSON object");
+    line.session = name(object, "session_id", names);
+    line.roi = name(object, "roi_label", names);
+    line.frame_id = integer(object, "frame_id");
+    line.has_key = true;
+    line.stamp_ns = integer(object, "timestamp_ns");
+    line.dropped = integer(object, "nframes_dropped", 0, kMostDropped);
+    line.rows = static_cast<uint32_t>(integer(object, "n_rows", 1, kLargestSide));
+    line.cols = static_cast<uint32_t>(integer(object, "n_cols", 1, kLargestSide));
+    const Value &host = member(object, "host_time");
+    if (host.kind != Value::Kind::number)
+        fail(Status::format, "host_time must be a number");
+    line.host_s = host.number;
+    check_keys(object);
+}
+
+} // namespace
+
+SideLine parse_side_line(const std::string &text, std::set<std::string> &names) {
+    SideLine line;
+    try {
+        parse(text, names, line);
+    } catch (const Error &error) {
+        if (error.status() != Status::format)
+            throw;
+        line.error = error.what();
+    }
+    return line;
+}
+
+} // namespace toliman::ingest

@@ -1,0 +1,576 @@
+/* Tests the reader of complete pairs: frames, damage of every kind, warnings, options and errors. */
+#include <inttypes.h>
+#include <sys/stat.h>
+
+#include "pair_files.h"
+
+static void test_frames(void **state) {
+    (void)state;
+    static const char *const lines[] = {
+        "{\"frame_id\": -5, \"timestamp_ns\": -9223372036854775808, \"host_time\": 1.5, \"nframes_dropped\": 65535, "
+        "\"roi_label\": \"a\", \"n_rows\": 1, \"n_cols\": 5, \"session_id\": \"s.1_-\"}\n",
+        "\t{ \"session_id\":\"s\\u002e1_-\",\"n_cols\":2,\"n_rows\":3,\"roi_label\":\"b\",\"nframes_dropped\":0,"
+        "\"host_time\":125e-2,\"timestamp_ns\":-9223372036854775807,\"frame_id\":9007199254740993 } \r\n",
+        "{\"frame_id\": 9223372036854775807, \"timestamp_ns\": 9223372036854775807, \"host_time\": 0, "
+        "\"nframes_dropped\": 1, \"roi_label\": \"a\", \"n_rows\": 1, \"n_cols\": 1, \"session_id\": \"s.1_-\"}"};
+    const int64_t ids[] = {-5, INT64_C(9007199254740993), INT64_MAX}, dropped[] = {65535, 0, 1};
+    const int64_t stamps[] = {INT64_MIN, INT64_MIN + 1, INT64_MAX}, shape[3][2] = {{1, 5}, {3, 2}, {1, 1}};
+    const double host[] = {1.5, 1.25, 0};
+    for (int i = 0; i < 3; i++)
+        put_text(side_path, i == 0 ? "wb" : "ab", lines[i]);
+    for (size_t width = 2; width <= 4; width += 2) {
+        put_pixels(12 * width);
+        const char *const paths[] = {stem_path, side_path, pixel_path};
+        for (int p = 0; p < 3; p++) {
+            toliman_ingest_options options = pair_options(0);
+            options.pixel = width == 2 ? TOLIMAN_PIXEL_U16 : TOLIMAN_PIXEL_U32;
+            toliman_ingest *ingest = NULL;
+            assert_ok(toliman_ingest_create(paths[p], &options, &ingest));
+            uint64_t offset = 0;
+            for (int i = 0; i < 3; i++) {
+                if (i == 2)
+                    assert_warning(ingest, TOLIMAN_INGEST_REASON_CLOCKS_DIFFER, 3, "since line 1 timestamp_ns has");
+                assert_frame(ingest, ids[i], i + 1, offset);
+                assert_string_equal(frame.session, "s.1_-");
+                assert_string_equal(frame.roi, i == 1 ? "b" : "a");
+                assert_int_equal(frame.camera_ns, stamps[i]);
+                assert_int_equal(event.stamp_ns, stamps[i]);
+                assert_true(event.host_s == host[i]);
+                assert_int_equal(event.has_key, 1);
+                assert_int_equal(frame.dropped, dropped[i]);
+                assert_int_equal(frame.rows, shape[i][0]);
+                assert_int_equal(frame.cols, shape[i][1]);
+                assert_int_equal(frame.pixel, options.pixel);
+                assert_int_equal((uintptr_t)frame.pixels % 64, 0);
+                assert_true(frame.sigma == 0 && frame.exposure_s == 0 && frame.intervals == NULL);
+                assert_string_equal(event.file, side_path);
+                offset += (uint64_t)(frame.rows * frame.cols) * width;
+            }
+            for (int i = 0; i < 3; i++)
+                assert_nothing(ingest);
+            const toliman_ingest_info info = info_of(ingest);
+            assert_int_equal(info.lines, 3);
+            assert_int_equal(info.frames, 3);
+            assert_int_equal(info.warnings, 1);
+            assert_int_equal(info.damaged, 0);
+            assert_int_equal(info.bytes, 12 * width);
+            assert_string_equal(info.side_file, side_path);
+            assert_string_equal(info.pixel_file, pixel_path);
+            toliman_ingest_destroy(ingest);
+        }
+    }
+}
+
+static void test_stamps(void **state) {
+    (void)state;
+    put_lines(3, 1);
+    put_pixels(FRAME_BYTES);
+    const struct {
+        int32_t stamp;
+        double exposure_s;
+        int64_t camera_ns;
+    } cases[] = {{0, 0, 3000000000},
+                 {0, 0.5, 3250000000},
+                 {TOLIMAN_FRAME_STAMP_START, 2.000000001, 4000000001}, // half a nanosecond away from 0
+                 {TOLIMAN_FRAME_STAMP_MIDDLE, 0.5, 3000000000},
+                 {TOLIMAN_FRAME_STAMP_END, 0.5, 2750000000},
+                 {TOLIMAN_FRAME_STAMP_END, 1e9, 3000000000 - INT64_C(500000000000000000)}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        toliman_ingest_options options = pair_options(0);
+        options.stamp = cases[i].stamp;
+        options.exposure_s = cases[i].exposure_s;
+        toliman_ingest *const ingest = open_with(options);
+        assert_frame(ingest, 3, 1, 0);
+        assert_int_equal(frame.camera_ns, cases[i].camera_ns);
+        assert_int_equal(event.stamp_ns, 3000000000);
+        assert_true(frame.exposure_s == cases[i].exposure_s);
+        const toliman_ingest_info info = info_of(ingest);
+        assert_int_equal(info.stamp, cases[i].stamp != 0 ? cases[i].stamp : TOLIMAN_FRAME_STAMP_START);
+        assert_true(info.exposure_s == cases[i].exposure_s);
+        toliman_ingest_destroy(ingest);
+    }
+    char text[512];
+    put_text(side_path, "wb", side_line(text, 3, INT64_MAX - 9, 0, ROWS, COLS));
+    toliman_ingest_options options = pair_options(0);
+    options.exposure_s = 19e-9;
+    toliman_ingest *ingest = open_with(options);
+    assert_damage(ingest, TOLIMAN_INGEST_REASON_BAD_LINE, 1,
+                  "timestamp_ns: the middle of the exposure exceeds 64 bits");
+    toliman_ingest_destroy(ingest);
+    options.stamp = TOLIMAN_FRAME_STAMP_END;
+    ingest = open_with(options);
+    assert_frame(ingest, 3, 1, 0);
+    assert_int_equal(frame.camera_ns, INT64_MAX - 19);
+    toliman_ingest_destroy(ingest);
+}
+
+#define KEY "\"session_id\": \"s\", \"roi_label\": \"r\", \"frame_id\": 7"
+#define SHAPE "\"n_rows\": 3, \"n_cols\": 4"
+#define REST "\"timestamp_ns\": 5, \"nframes_dropped\": 0, \"host_time\": 0"
+#define LONG_NAME "abcdefghijklmnopqrstuvwxyzabcdefghijklmnopqrstuvwxyzabcdefghijklm"
+
+static void test_malformed_lines(void **state) {
+    (void)state;
+    static const struct {
+        const char *line, *text;
+        int has_key;
+    } cases[] = {
+        {"", "malformed JSON: is empty", 0},
+        {"[]", "not a JSON object", 0},
+        {"5", "not a JSON object", 0},
+        {"{", "malformed JSON: line 1, column 2", 0},
+        {"{" KEY ", " SHAPE ", " REST "} x", "malformed JSON", 0},
+        {"{" KEY ", " SHAPE ", " REST ", \"a\": 01}", "leading zero", 0},
+        {"{" KEY ", " SHAPE ", " REST ", \"\xff\": 1}", "invalid UTF-8", 0},
+        {"{" KEY ", " SHAPE ", \"timestamp_ns\": 5, \"nframes_dropped\": 0, \"host_time\": 1e999}", "range of double",
+         0},
+        {"{}", "session_id is missing", 0},
+        {"{\"session_id\": \"s\", \"roi_label\": \"r\", " SHAPE ", " REST "}", "frame_id is missing", 0},
+        {"{\"session_id\": \"s\", \"roi_label\": \"r\", \"frame_id\": 7.5}", "frame_id must be an integer", 0},
+        {"{\"session_id\": \"s\", \"roi_label\": \"r\", \"frame_id\": 9223372036854775808}", "frame_id must be an", 0},
+        {"{\"session_id\": \"s\", \"roi_label\": \"r\", \"frame_id\": \"7\"}", "frame_id must be an integer", 0},
+        {"{\"session_id\": \"../s\", \"roi_label\": \"r\", \"frame_id\": 7}", "session_id must be 1 to 64 of", 0},
+        {"{\"session_id\": \".s\", \"roi_label\": \"r\", \"frame_id\": 7}", "session_id must be 1 to 64 of", 0},
+        {"{\"session_id\": \"\", \"roi_label\": \"r\", \"frame_id\": 7}", "session_id must be 1 to 64 of", 0},
+        {"{\"session_id\": \"" LONG_NAME "\"}", "session_id must be 1 to 64 of", 0},
+        {"{\"session_id\": \"s\", \"roi_label\": 5, \"frame_id\": 7}", "roi_label must be 1 to 64 of", 0},
+        {"{" KEY ", " SHAPE ", \"nframes_dropped\": 0, \"host_time\": 0}", "timestamp_ns is missing", 1},
+        {"{" KEY ", \"timestamp_ns\": 1e3}", "timestamp_ns must be an integer of 64 bits, not 1000", 1},
+        {"{" KEY ", \"timestamp_ns\": null}", "timestamp_ns must be an integer", 1},
+        {"{" KEY ", \"timestamp_ns\": 5}", "nframes_dropped is missing", 1},
+        {"{" KEY ", \"timestamp_ns\": 5, \"nframes_dropped\": -1}", "nframes_dropped must be in [0, 65535], not -1", 1},
+        {"{" KEY ", \"timestamp_ns\": 5, \"nframes_dropped\": 65536}", "nframes_dropped must be in", 1},
+        {"{" KEY ", " REST ", \"n_rows\": 0}", "n_rows must be in [1, 65536], not 0", 1},
+        {"{" KEY ", " REST ", \"n_rows\": 3, \"n_cols\": 65537}", "n_cols must be in [1, 65536], not 65537", 1},
+        {"{" KEY ", " SHAPE ", \"timestamp_ns\": 5, \"nframes_dropped\": 0}", "host_time is missing", 1},
+        {"{" KEY ", " SHAPE ", \"timestamp_ns\": 5, \"nframes_dropped\": 0, \"host_time\": true}",
+         "host_time must be a number", 1},
+        {"{" KEY ", " SHAPE ", " REST ", \"gain\": 3}", "unknown key \"gain\"", 1},
+        {"{" KEY ", " SHAPE ", " REST ", \"\\u001b[2J\": 3}", "unknown key \"?[2J\"", 1},
+        {"{" KEY ", " SHAPE ", " REST ", \"n_rows\": 3}", "duplicate key \"n_rows\"", 1},
+    };
+    put_pixels(3 * FRAME_BYTES);
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        char text[512];
+        put_text(side_path, "wb", side_line(text, 0, 0, 0, ROWS, COLS));
+        put_text(side_path, "ab", cases[i].line);
+        put_text(side_path, "ab", "\n");
+        put_text(side_path, "ab", side_line(text, 2, 0, 0, ROWS, COLS));
+        toliman_ingest *const ingest = open_pair(0);
+        assert_frame(ingest, 0, 1, 0);
+        assert_damage(ingest, TOLIMAN_INGEST_REASON_BAD_LINE, 2, cases[i].text);
+        assert_int_equal(event.has_key, cases[i].has_key);
+        if (cases[i].has_key) {
+            assert_string_equal(frame.session, "s");
+            assert_string_equal(frame.roi, "r");
+        } else {
+            assert_null(frame.session);
+        }
+        assert_int_equal(frame.frame_id, cases[i].has_key ? 7 : 0);
+        assert_null(frame.pixels);
+        assert_int_equal(frame.rows, 0);
+        assert_warning(ingest, TOLIMAN_INGEST_REASON_CLOCK_JUMP, 3, "as in the frame before");
+        assert_frame(ingest, 2, 3, 2 * FRAME_BYTES);
+        assert_nothing(ingest);
+        toliman_ingest_destroy(ingest);
+    }
+}
+
+/* Lines longer than 4096 bytes, also longer than what is read at once, are reported and skipped. */
+static void test_long_lines(void **state) {
+    (void)state;
+    static char spaces[200001];
+    memset(spaces, ' ', sizeof spaces - 1);
+    const size_t sizes[] = {4096, 4097, 65535, 65536, 65537, 200000};
+    for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++)
+        for (int last = 0; last < 2; last++) {
+            char text[512];
+            const char *const line = side_line(text, 1, 1000000000, 1, ROWS, COLS);
+            remove(side_path);
+            put_lines(0, 1);
+            put_bytes(side_path, "ab", spaces, sizes[i] - (strlen(line) - 1));
+            put_bytes(side_path, "ab", line, strlen(line) - (size_t)last); // the last line lacks its newline
+            if (!last)
+                put_lines(2, 1);
+            remove(pixel_path);
+            put_pixels((size_t)(3 - last) * FRAME_BYTES);
+            toliman_ingest *const ingest = open_pair(0);
+            assert_frame(ingest, 0, 1, 0);
+            if (sizes[i] > 4096)
+                assert_damage(ingest, TOLIMAN_INGEST_REASON_BAD_LINE, 2, "longer than 4096 bytes");
+            else
+                assert_frame(ingest, 1, 2, FRAME_BYTES);
+            if (!last)
+                assert_frame(ingest, 2, 3, 2 * FRAME_BYTES);
+            assert_nothing(ingest);
+            toliman_ingest_destroy(ingest);
+        }
+}
+
+/* Five lines; `odd` is malformed or of another shape. */
+static void put_odd_lines(int odd, const char *line) {
+    char text[512];
+    remove(side_path);
+    remove(pixel_path);
+    for (int i = 0; i < 5; i++)
+        put_text(side_path, "ab", i == odd ? line : side_line(text, i, i * INT64_C(1000000000), i, ROWS, COLS));
+}
+
+static void test_positions(void **state) {
+    (void)state;
+    char text[512];
+    /* The shapes of the lines fill the file: every position is known. */
+    put_odd_lines(2, side_line(text, 2, 2000000000, 2, 1, 5));
+    put_pixels(4 * FRAME_BYTES + 10);
+    toliman_ingest *ingest = open_pair(0);
+    for (int i = 0; i < 5; i++)
+        assert_frame(ingest, i, i + 1, (uint64_t)i * FRAME_BYTES - (i > 2 ? FRAME_BYTES - 10 : 0));
+    assert_nothing(ingest);
+    toliman_ingest_destroy(ingest);
+    /* Frames of the expected shape fill the file: the line is wrong. */
+    put_pixels(5 * FRAME_BYTES);
+    ingest = open_pair(0);
+    assert_frame(ingest, 0, 1, 0);
+    assert_frame(ingest, 1, 2, FRAME_BYTES);
+    assert_damage(ingest, TOLIMAN_INGEST_REASON_BAD_LINE, 3, "n_rows = 1, n_cols = 5: the frames in ");
+    assert_int_equal(frame.frame_id, 2);
+    assert_frame(ingest, 3, 4, 3 * FRAME_BYTES);
+    assert_frame(ingest, 4, 5, 4 * FRAME_BYTES);
+    assert_nothing(ingest);
+    toliman_ingest_destroy(ingest);
+    /* Neither: the positions after the odd line are unknown, and bytes are not reported as extra. */
+    const char *const odd[] = {side_line(text, 2, 2000000000, 2, 1, 5), "{}\n"};
+    for (int k = 0; k < 2; k++)
+        for (int longer = 0; longer < 2; longer++) {
+            put_odd_lines(2, odd[k]);
+            put_pixels((longer ? 5 : 4) * FRAME_BYTES + 1);
+            ingest = open_pair(0);
+            assert_frame(ingest, 0, 1, 0);
+            assert_frame(ingest, 1, 2, FRAME_BYTES);
+            if (k == 1)
+                assert_damage(ingest, TOLIMAN_INGEST_REASON_BAD_LINE, 3, "session_id is missing");
+            else
+                assert_damage(ingest, TOLIMAN_INGEST_REASON_PLACE_UNKNOWN, 3, "position of the frame in ");
+            for (int i = 3; i < 5; i++) {
+                assert_damage(ingest, TOLIMAN_INGEST_REASON_PLACE_UNKNOWN, i + 1, pixel_path);
+                assert_int_equal(event.has_key, 1);
+                assert_int_equal(frame.frame_id, i);
+                assert_string_equal(frame.session, "day1");
+            }
+            assert_nothing(ingest);
+            assert_int_equal(info_of(ingest).damaged, 3);
+            toliman_ingest_destroy(ingest);
+        }
+    /* A malformed line counts as a frame of the expected shape, by default that of the first valid line. */
+    put_odd_lines(0, "{}\n");
+    put_pixels(5 * FRAME_BYTES);
+    for (int k = 0; k < 2; k++) {
+        toliman_ingest_options options = pair_options(0);
+        options.rows *= k;
+        options.cols *= k;
+        ingest = open_with(options);
+        assert_damage(ingest, TOLIMAN_INGEST_REASON_BAD_LINE, 1, "session_id");
+        for (int i = 1; i < 5; i++)
+            assert_frame(ingest, i, i + 1, (uint64_t)i * FRAME_BYTES);
+        assert_nothing(ingest);
+        toliman_ingest_destroy(ingest);
+    }
+}
+
+static void test_sizes(void **state) {
+    (void)state;
+    put_lines(0, 3);
+    put_pixels(2 * FRAME_BYTES + 5);
+    toliman_ingest *ingest = open_pair(0);
+    assert_frame(ingest, 0, 1, 0);
+    assert_frame(ingest, 1, 2, FRAME_BYTES);
+    assert_damage(ingest, TOLIMAN_INGEST_REASON_SHORT_FILE, 3, "ends before this frame");
+    assert_int_equal(frame.frame_id, 2);
+    assert_string_equal(event.file, side_path);
+    assert_nothing(ingest);
+    toliman_ingest_destroy(ingest);
+
+    put_pixels(3 * FRAME_BYTES + 3);
+    ingest = open_pair(0);
+    for (int i = 0; i < 3; i++)
+        assert_frame(ingest, i, i + 1, (uint64_t)i * FRAME_BYTES);
+    assert_warning(ingest, TOLIMAN_INGEST_REASON_EXTRA_BYTES, 0, "has 3 bytes more than the frames of ");
+    assert_string_equal(event.file, pixel_path);
+    assert_nothing(ingest);
+    toliman_ingest_destroy(ingest);
+
+    put_text(side_path, "wb", "");
+    ingest = open_pair(0);
+    assert_warning(ingest, TOLIMAN_INGEST_REASON_EXTRA_BYTES, 0, "has 75 bytes more");
+    assert_nothing(ingest);
+    toliman_ingest_destroy(ingest);
+    put_text(pixel_path, "wb", "");
+    ingest = open_pair(0);
+    assert_nothing(ingest);
+    toliman_ingest_destroy(ingest);
+    put_lines(0, 1);
+    ingest = open_pair(0);
+    assert_damage(ingest, TOLIMAN_INGEST_REASON_SHORT_FILE, 1, "ends before");
+    toliman_ingest_destroy(ingest);
+}
+
+static void test_other_pixel_type(void **state) {
+    (void)state;
+    put_lines(0, 3);
+    put_pixels(6 * FRAME_BYTES);
+    toliman_ingest_options options = pair_options(0);
+    toliman_ingest *ingest = open_with(options);
+    for (int i = 0; i < 2; i++)
+        assert_fails(toliman_ingest_next(ingest, &frame, &event), TOLIMAN_E_FORMAT,
+                     "has 144 bytes, twice those of 3 frames of u16: is the pixel type u32?");
+    assert_string_equal(toliman_last_error_field(), pixel_path);
+    toliman_ingest_destroy(ingest);
+    options.pixel = TOLIMAN_PIXEL_U32;
+    ingest = open_with(options);
+    for (int i = 0; i < 3; i++)
+        assert_frame(ingest, i, i + 1, (uint64_t)i * 2 * FRAME_BYTES);
+    assert_nothing(ingest);
+    toliman_ingest_destroy(ingest);
+    remove(pixel_path);
+    put_pixels(3 * FRAME_BYTES);
+    ingest = open_with(options);
+    assert_fails(toliman_ingest_next(ingest, &frame, &event), TOLIMAN_E_FORMAT,
+                 "has 72 bytes, half those of 3 frames of u32: is the pixel type u16?");
+    toliman_ingest_destroy(ingest);
+}
+
+static void test_too_many_lines(void **state) {
+    (void)state;
+    put_pixels(1);
+    for (int i = 0; i < 1034; i++)
+        put_text(side_path, "ab", "\n");
+    toliman_ingest *ingest = open_pair(0);
+    assert_fails(toliman_ingest_next(ingest, &frame, &event), TOLIMAN_E_FORMAT,
+                 "has more than 1032 lines in 1034 bytes: a frame takes 120 bytes");
+    assert_string_equal(toliman_last_error_field(), side_path);
+    toliman_ingest_destroy(ingest);
+}
+
+/* The times in s of up to 12 lines, NaN for a malformed one, and the lines that are reported. */
+static void test_clock(void **state) {
+    (void)state;
+    static const struct {
+        int count;
+        double times[12];
+        int reported[3];
+        const char *text;
+    } cases[] = {
+        {4, {0, 1, 2, 3}, {0}, ""},
+        {4, {0, 1, 2, 1001.9}, {0}, ""},
+        {5, {0, 1, 2, 1003, 1004}, {4}, "timestamp_ns advances by 1001 s, the median step is 1 s"},
+        {5, {0, 1, 2, 1.5, 2.5}, {4}, "timestamp_ns goes back by 0.5 s"},
+        {6, {0, 1, 1, 1, 2, 2}, {3, 6}, "as in the frame before"},
+        {6, {0, 1, 2, NAN, NAN, 1.5}, {6}, "goes back by 0.5 s"},
+        {7, {0, 1, 2, NAN, NAN, 3001.9, 3003}, {0}, ""},
+        {7, {0, 1, 2, NAN, NAN, 3002.1, 3003}, {6}, "advances by 3000.1 s"},
+        {1, {-5}, {0}, ""},
+    };
+    char text[512];
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        remove(side_path);
+        for (int i = 0; i < cases[k].count; i++) {
+            const double t = cases[k].times[i];
+            put_text(side_path, "ab",
+                     t != t ? "{}\n" : side_line(text, i, (int64_t)(t * 1e9 + (t < 0 ? -0.5 : 0.5)), t, ROWS, COLS));
+        }
+        remove(pixel_path);
+        put_pixels((size_t)cases[k].count * FRAME_BYTES);
+        toliman_ingest *const ingest = open_pair(0);
+        const int *reported = cases[k].reported;
+        for (int i = 0; i < cases[k].count; i++) {
+            if (*reported == i + 1) {
+                assert_warning(ingest, TOLIMAN_INGEST_REASON_CLOCK_JUMP, i + 1, cases[k].text);
+                reported++;
+            }
+            if (cases[k].times[i] != cases[k].times[i])
+                assert_damage(ingest, TOLIMAN_INGEST_REASON_BAD_LINE, i + 1, "");
+            else
+                assert_frame(ingest, i, i + 1, (uint64_t)i * FRAME_BYTES);
+        }
+        assert_nothing(ingest);
+        toliman_ingest_destroy(ingest);
+    }
+}
+
+static void test_drift(void **state) {
+    (void)state;
+    const struct {
+        double scale, late;
+        int line;
+    } cases[] = {{1, 0.99, 0}, {1, 1.02, 2}, {1.009, 0, 0}, {1.02, 0, 2}, {0.98, 0, 2}, {1e-3, 0, 2}, {0, 0, 2}};
+    char text[512];
+    put_pixels(5 * FRAME_BYTES);
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        remove(side_path);
+        for (int i = 0; i < 5; i++) {
+            const double t = 1e5 * i;
+            put_text(side_path, "ab",
+                     side_line(text, i, (int64_t)(t * 1e9),
+                               cases[k].scale * t + (i > 0) * cases[k].late * (1 + 0.01 * t), ROWS, COLS));
+        }
+        toliman_ingest *const ingest = open_pair(0);
+        for (int i = 0; i < 5; i++) {
+            if (cases[k].line == i + 1)
+                assert_warning(ingest, TOLIMAN_INGEST_REASON_CLOCKS_DIFFER, i + 1,
+                               "since line 1 timestamp_ns has advanced by 100000 s, host_time by ");
+            assert_frame(ingest, i, i + 1, (uint64_t)i * FRAME_BYTES);
+        }
+        assert_nothing(ingest);
+        toliman_ingest_destroy(ingest);
+    }
+}
+
+static void test_range_of_ids(void **state) {
+    (void)state;
+    put_lines(-3, 8);
+    put_pixels(7 * FRAME_BYTES); // of the last frame none
+    toliman_ingest_options options = pair_options(0);
+    options.first_id = -1;
+    options.end_id = 2;
+    toliman_ingest *ingest = open_with(options);
+    for (int i = -1; i < 2; i++)
+        assert_frame(ingest, i, i + 4, (uint64_t)(i + 3) * FRAME_BYTES);
+    assert_nothing(ingest);
+    assert_int_equal(info_of(ingest).skipped, 5);
+    assert_int_equal(info_of(ingest).frames, 3);
+    toliman_ingest_destroy(ingest);
+    options.first_id = INT64_MIN;
+    options.end_id = -2;
+    ingest = open_with(options);
+    assert_frame(ingest, -3, 1, 0);
+    assert_nothing(ingest);
+    toliman_ingest_destroy(ingest);
+}
+
+/* The memory of a frame and the text of an event stay valid during the next `buffers` - 1 calls, and are reused. */
+static void test_buffers(void **state) {
+    (void)state;
+    enum { COUNT = 12, BUFFERS = 4 };
+    put_lines(0, COUNT);
+    put_pixels(COUNT * FRAME_BYTES);
+    toliman_ingest_options options = pair_options(0);
+    options.buffers = BUFFERS;
+    toliman_ingest *ingest = open_with(options);
+    const unsigned char *pixels[COUNT];
+    for (int i = 0; i < COUNT; i++) {
+        assert_frame(ingest, i, i + 1, (uint64_t)i * FRAME_BYTES);
+        pixels[i] = frame.pixels;
+        for (int k = i; k >= 0 && k > i - BUFFERS; k--)
+            for (int b = 0; b < FRAME_BYTES; b++)
+                assert_int_equal(pixels[k][b], pixel_byte((uint64_t)(k * FRAME_BYTES + b)));
+        if (i >= BUFFERS)
+            assert_ptr_equal(pixels[i], pixels[i - BUFFERS]);
+    }
+    toliman_ingest_destroy(ingest);
+    put_odd_lines(1, "{}\n");
+    put_text(side_path, "ab", "[]\n");
+    put_pixels(6 * FRAME_BYTES);
+    options.buffers = 6;
+    ingest = open_with(options);
+    assert_frame(ingest, 0, 1, 0);
+    assert_damage(ingest, TOLIMAN_INGEST_REASON_BAD_LINE, 2, "session_id is missing");
+    const char *const text = event.text;
+    for (int i = 2; i < 5; i++)
+        assert_frame(ingest, i, i + 1, (uint64_t)i * FRAME_BYTES);
+    assert_damage(ingest, TOLIMAN_INGEST_REASON_BAD_LINE, 6, "not a JSON object");
+    assert_string_equal(text, "session_id is missing");
+    toliman_ingest_destroy(ingest);
+}
+
+static void test_options(void **state) {
+    (void)state;
+    put_lines(0, 1);
+    put_pixels(FRAME_BYTES);
+    toliman_ingest *ingest = NULL;
+#define ASSERT_REFUSED(change, text)                                                                                   \
+    do {                                                                                                               \
+        toliman_ingest_options options = pair_options(0);                                                              \
+        options.change;                                                                                                \
+        assert_fails(toliman_ingest_create(stem_path, &options, &ingest), TOLIMAN_E_ARGUMENT, text);                   \
+        assert_null(ingest);                                                                                           \
+    } while (0)
+    ASSERT_REFUSED(flags = 2, "options->flags = 0x2: unknown bits");
+    ASSERT_REFUSED(pixel = 0, "options->pixel = 0: must be TOLIMAN_PIXEL_U16");
+    ASSERT_REFUSED(pixel = TOLIMAN_PIXEL_F64, "options->pixel = ");
+    ASSERT_REFUSED(stamp = TOLIMAN_FRAME_STAMP_END + 1, "options->stamp = 604");
+    ASSERT_REFUSED(exposure_s = -1, "options->exposure_s = -1: must be in [0, 1e+09] s");
+    ASSERT_REFUSED(exposure_s = NAN, "options->exposure_s = nan");
+    ASSERT_REFUSED(exposure_s = 1.1e9, "options->exposure_s");
+    ASSERT_REFUSED(rows = 0, "options->rows = 0: rows and cols must both be 0");
+    ASSERT_REFUSED(cols = 0, "options->cols = 0: rows and cols must both be 0");
+    ASSERT_REFUSED(rows = -1, "options->rows = -1: must be in [1, 65536]");
+    ASSERT_REFUSED(cols = 65537, "options->cols = 65537: must be in [1, 65536]");
+    ASSERT_REFUSED(first_id = 5, "options->end_id = 0: must be above first_id, 5");
+    ASSERT_REFUSED(end_id = -5, "options->end_id = -5: must be above first_id, 0");
+    ASSERT_REFUSED(buffers = 4097, "options->buffers = 4097: must be in [1, 4096]");
+    ASSERT_REFUSED(reserved = 1, "options->reserved = 1: must be 0");
+    ASSERT_REFUSED(struct_size = 8, "options");
+    toliman_ingest_options options = pair_options(0);
+    assert_fails(toliman_ingest_create(NULL, &options, &ingest), TOLIMAN_E_ARGUMENT, "path is NULL");
+    assert_fails(toliman_ingest_create(stem_path, NULL, &ingest), TOLIMAN_E_ARGUMENT, "options is NULL");
+    assert_fails(toliman_ingest_create(stem_path, &options, NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
+    ingest = open_with(options);
+    assert_fails(toliman_ingest_next(ingest, NULL, &event), TOLIMAN_E_ARGUMENT, "frame is NULL");
+    assert_fails(toliman_ingest_next(ingest, &frame, NULL), TOLIMAN_E_ARGUMENT, "event is NULL");
+    frame.struct_size = 4; /* refused before the event is taken */
+    assert_fails(toliman_ingest_next(ingest, &frame, &event), TOLIMAN_E_ARGUMENT, "frame");
+    assert_frame(ingest, 0, 1, 0);
+    toliman_ingest_destroy(ingest);
+    assert_string_equal(toliman_ingest_reason_name(TOLIMAN_INGEST_REASON_PLACE_UNKNOWN), "place unknown");
+    assert_string_equal(toliman_ingest_reason_name(TOLIMAN_INGEST_REASON_EXTRA_BYTES), "extra bytes");
+    assert_string_equal(toliman_ingest_reason_name(TOLIMAN_INGEST_REASON_EXTRA_BYTES + 1), "?");
+    assert_string_equal(toliman_ingest_reason_name(0), "?");
+}
+
+static void test_files(void **state) {
+    (void)state;
+    const toliman_ingest_options options = pair_options(0);
+    toliman_ingest *ingest = NULL;
+    char message[512];
+    snprintf(message, sizeof message, "%s: No such file or directory", side_path);
+    assert_fails(toliman_ingest_create(pixel_path, &options, &ingest), TOLIMAN_E_NOT_FOUND, message);
+    put_lines(0, 1);
+    snprintf(message, sizeof message, "%s: No such file or directory", pixel_path);
+    assert_fails(toliman_ingest_create(side_path, &options, &ingest), TOLIMAN_E_NOT_FOUND, message);
+    assert_string_equal(toliman_last_error_field(), pixel_path);
+    assert_int_equal(mkfifo(pixel_path, 0600), 0); /* is not waited for */
+    assert_fails(toliman_ingest_create(stem_path, &options, &ingest), TOLIMAN_E_NOT_FOUND, "not a regular file");
+    remove(pixel_path);
+    assert_int_equal(mkdir(pixel_path, 0700), 0);
+    assert_fails(toliman_ingest_create(stem_path, &options, &ingest), TOLIMAN_E_NOT_FOUND, "not a regular file");
+    rmdir(pixel_path);
+    put_pixels(FRAME_BYTES);
+    assert_ok(toliman_ingest_create(stem_path, &options, &ingest));
+    remove(pixel_path);
+    assert_fails(toliman_ingest_next(ingest, &frame, &event), TOLIMAN_E_NOT_FOUND, message);
+    put_pixels(FRAME_BYTES);
+    assert_frame(ingest, 0, 1, 0);
+    toliman_ingest_destroy(ingest);
+    assert_null(strstr(toliman_last_error(), "destroyed"));
+    toliman_ingest_destroy(NULL);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(test_frames, make_pair, remove_pair),
+        cmocka_unit_test_setup_teardown(test_stamps, make_pair, remove_pair),
+        cmocka_unit_test_setup_teardown(test_malformed_lines, make_pair, remove_pair),
+        cmocka_unit_test_setup_teardown(test_long_lines, make_pair, remove_pair),
+        cmocka_unit_test_setup_teardown(test_positions, make_pair, remove_pair),
+        cmocka_unit_test_setup_teardown(test_sizes, make_pair, remove_pair),
+        cmocka_unit_test_setup_teardown(test_other_pixel_type, make_pair, remove_pair),
+        cmocka_unit_test_setup_teardown(test_too_many_lines, make_pair, remove_pair),
+        cmocka_unit_test_setup_teardown(test_clock, make_pair, remove_pair),
+        cmocka_unit_test_setup_teardown(test_drift, make_pair, remove_pair),
+        cmocka_unit_test_setup_teardown(test_range_of_ids, make_pair, remove_pair),
+        cmocka_unit_test_setup_teardown(test_buffers, make_pair, remove_pair),
+        cmocka_unit_test_setup_teardown(test_options, make_pair, remove_pair),
+        cmocka_unit_test_setup_teardown(test_files, make_pair, remove_pair),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
