@@ -57,8 +57,7 @@ bool Pair::is_wanted(const SideLine &line) const noexcept {
 // Forgets the lines of files that were replaced. Counts of events stay.
 void Pair::restart() noexcept {
     side_ = {};
-    lines_.clear();
-    first_ = 0;
+    forget_lines();
     placement_ = {options_.pixel_bytes, options_.rows, options_.cols};
     clock_ = {};
     is_warned_ = false;
@@ -94,7 +93,7 @@ void Pair::check_type(bool certain) {
     const bool is_wide = options_.pixel_bytes == 4;
     if (placement_.released() > 0 || bytes == 0 || (is_wide ? bytes != 2 * size : 2 * bytes != size))
         return;
-    is_doubtful_ = true;
+    is_other_type_ = true;
     if (certain)
         fail(Status::format, "{%s}: has %llu bytes, %s those of %lld frames of %s: is the pixel type %s?",
              pixel_path_.c_str(), static_cast<unsigned long long>(size), is_wide ? "half" : "twice",
@@ -112,17 +111,17 @@ void Pair::look() {
     pixels_.emplace(pixel_path_);
     const file::Stamp side_stamp = side.stamp(), pixel_stamp = pixels_->stamp();
     const bool is_replaced = side_stamp_.was_replaced(side_stamp) || pixel_stamp_.was_replaced(pixel_stamp);
-    const bool is_second = std::exchange(is_doubtful_, is_replaced && options_.growing);
     side_stamp_ = side_stamp;
     pixel_stamp_ = pixel_stamp;
+    const bool is_second = std::exchange(is_other_type_, false);
     if (is_replaced)
         restart();
-    if (is_doubtful_)
+    if (is_replaced && options_.growing)
         return;
     read_lines(side);
     check_type(is_second || !options_.growing);
     placement_.set_size(pixel_stamp_.size);
-    is_settled_ = !is_doubtful_;
+    is_settled_ = !is_other_type_;
 }
 
 // Files that have disappeared have changed.
@@ -182,10 +181,8 @@ void Pair::release() {
     front() = {};
     first_++;
     is_warned_ = false;
-    if (is_empty()) {
-        lines_.clear();
-        first_ = 0;
-    }
+    if (is_empty())
+        forget_lines();
 }
 
 void Pair::skip() {
@@ -225,7 +222,7 @@ void Pair::begin_rest() {
         return;
     is_over_ = true;
     if (options_.growing && !(is_settled_ && rests_ && is_unchanged())) // may still grow
-        lines_.clear();
+        forget_lines();
     else if (is_empty())
         extra_bytes_ = placement_.extra_bytes();
     else

@@ -64,6 +64,10 @@ class Pair {
     };
     void look();
     void restart() noexcept;
+    void forget_lines() noexcept {
+        lines_.clear();
+        first_ = 0;
+    }
     void read_lines(const file::Reader &side);
     void add_line(const std::string &text, int64_t most);
     void check_type(bool certain);
@@ -94,7 +98,7 @@ class Pair {
     std::optional<file::Reader> pixels_; // open while frames are read
     bool is_idle_ = true;                // the next call examines the files
     bool is_settled_ = false;            // the last examination was completed and left no doubt
-    bool is_doubtful_ = false;           // the files may be about to change: decided by the next examination
+    bool is_other_type_ = false;         // the last examination found the size of the other pixel type
     bool rests_ = false;                 // the last examination found the files unchanged
     bool is_finished_ = false;
 
