@@ -50,7 +50,7 @@ the file is empty or was written by toliman; with --force it replaces any file.
 
 Exit codes:
   0              success
-  1              internal error; gnuplot is missing or fails (report)
+  1              internal error; a Python package is missing (report)
   2              invalid options or scene content
   3              an input file is missing or malformed
   4              finished, but samples or frames were skipped (--strict), or doctor is not ready
@@ -75,7 +75,7 @@ void add_commands(CLI::App &app, Context &context) {
           add_track, add_status, add_rebuild, add_plan, add_pupil, add_report, add_doctor})
         add(app, context);
     for (const char *name :
-         {"run", "experiment", "psf", "simulate", "train", "convert", "period", "merge", "pupil", "report"})
+         {"run", "experiment", "psf", "simulate", "train", "convert", "period", "merge", "pupil", "report", "status"})
         app.get_subcommand(name)->add_flag_callback("--force", replace_anything,
                                                     "replace any existing file, not only those written by toliman");
 }

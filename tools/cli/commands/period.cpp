@@ -169,7 +169,7 @@ void write_results(const Options &options, const Series *series, const Periodogr
     const toliman_period_info info = info_of(periodogram.handle);
     if (!options.power_file.empty())
         write_power(options.power_file,
-                    power_of(periodogram.handle, info.nf, kNormalisations.at(options.normalisation)));
+                    power_of(periodogram.handle.get(), info.nf, kNormalisations.at(options.normalisation)));
     const PeriodReport report = {
         periodogram, {info.f0, info.df, info.nf}, info.count, peaks_of(periodogram, options.peaks), fap};
     if (options.as_json)

@@ -1,4 +1,4 @@
-// toliman report: results of other commands as an HTML page with figures.
+// toliman report: starts the Python module toliman.report on folders of results; writes those of state folders first.
 #include <cerrno>
 #include <cstring>
 #include <unistd.h>
@@ -7,9 +7,9 @@
 #include "common/failure.hpp"
 #include "common/input.hpp"
 #include "common/output.hpp"
+#include "downlink/state_folder.hpp"
+#include "downlink/state_results.hpp"
 #include "options/command.hpp"
-#include "report/page.hpp"
-#include "report/sections.hpp"
 
 namespace cli {
 
@@ -20,70 +20,76 @@ constexpr char kDescription[] = R"(Write an HTML page with figures from results 
 Examples:
   # the page chapter.run/report/report.html
   toliman report chapter.run
-  # two folders on one page
-  toliman report chapter.run table --out paper
+  # two folders on one page, with PDF files of all figures
+  toliman report chapter.run table --out paper --pdf
   # a state folder of track, also while track writes to it
   toliman report mission
 
 Input: the type of a folder is recognised by its files.
-  result.json                       a folder of toliman run
+  result.json                       a folder of toliman run, or of toliman status --out
   experiment.json                   a folder of toliman experiment
-  ledger.tlml                       a state folder of toliman track
+  ledger.tlml                       a state folder of toliman track: its results are written to DIR/report first
   *.json of toliman-bench/1         a folder of make bench
 
-Output: report.html, which needs no other file and no network, and each figure as figures/NAME.svg and
-figures/NAME.png. They replace the page and the figures of an earlier report in the same folder. The path of the page
-is printed.
+Output: report.html, which needs no other file and no network, and each figure as figures/NAME.svg, with --png and --pdf
+also as figures/NAME.png and figures/NAME.pdf. They replace the page and the figures of an earlier report in the same
+folder. The path of the page is printed.
 
-Images are computed from the scene and the weights in the folder of `toliman run`; frames are those of the run.
-Figures are drawn by gnuplot (Debian package gnuplot-nox).
+The page is drawn by the Python module toliman.report, which reads result files only: `python3 -m toliman.report`
+has the same options. It needs the Debian packages python3-numpy, python3-matplotlib and python3-jinja2.
 
-Exit codes: 1 if gnuplot is missing or fails; the others are listed in `toliman --help`.)";
+Exit codes: 1 if one of these packages is missing; the others are listed in `toliman --help`.)";
 
 struct Options {
     std::vector<std::string> folders;
     std::string out;
+    bool png = false, pdf = false, force = false;
 };
 
-using Section = void (*)(const std::string &folder, Page &page, Progress &progress);
-
-Section section_of(const std::string &folder) {
-    if (!exists(folder))
-        malformed(folder, errno == ENOENT ? "No such folder" : std::strerror(errno));
-    if (!is_folder(folder))
+// The folder whose results are drawn: that of the results of a state folder, or the folder itself.
+std::string with_results(const std::string &folder, Progress &progress) {
+    if (exists(folder) && !is_folder(folder))
         malformed(folder,
                   "is not a folder: give one written by run, experiment, track or `make bench`" + kind_of(folder));
-    if (::access(folder.c_str(), R_OK | X_OK) != 0)
-        malformed(folder, std::strerror(errno));
-    if (exists(folder + "/result.json"))
-        return add_run_section;
-    if (exists(folder + "/experiment.json"))
-        return add_experiment_section;
-    if (exists(folder + "/ledger.tlml"))
-        return add_state_section;
-    if (!bench_files(folder).empty())
-        return add_bench_section;
-    malformed(folder,
-              "contains neither result.json (of toliman run), nor experiment.json (experiment), nor ledger.tlml "
-              "(track), nor a *.json of schema toliman-bench/1 (make bench)" +
-                  kind_of(folder));
+    if (!exists(folder + "/ledger.tlml"))
+        return folder;
+    const toliman_track_options how = state_to_read(folder);
+    write_results(open_tracker(how, progress), how, folder + "/report");
+    return folder + "/report";
 }
 
-void report(Options &options, Progress &progress) {
-    std::vector<Section> sections;
-    for (std::string &folder : options.folders) {
-        folder = plain(folder);
-        sections.push_back(section_of(folder));
-    }
-    Page page(options.out.empty() ? options.folders[0] + "/report" : plain(options.out));
-    for (size_t i = 0; i < sections.size(); i++) {
-        page.set_prefix(i > 0 ? std::to_string(i + 1) + "-" : "");
-        sections[i](options.folders[i], page, progress);
-        stop_if_asked();
-    }
-    const std::string path = page.write();
+// Replaces this process. The module's folder takes the place of the current folder in Python's search path.
+[[noreturn]] void start_python(const std::vector<std::string> &words) {
+    const std::string modules = installed("lib/python3/dist-packages");
+    if (!exists(modules + "/toliman/report/__main__.py"))
+        throw Failure(kExitInternal, "report needs the Python package toliman: apt-get install python3-toliman");
+    constexpr char python[] = "/usr/bin/python3";
+    constexpr char start[] = "import sys; sys.path[0] = sys.argv.pop(1); from toliman.report.__main__ import main; "
+                             "sys.exit(main())";
+    std::vector<const char *> arguments = {python, "-B", "-c", start, modules.c_str()};
+    for (const std::string &word : words)
+        arguments.push_back(word.c_str());
+    arguments.push_back(nullptr);
+    ::execv(python, const_cast<char **>(arguments.data()));
+    throw Failure(kExitInternal, std::string(python) + ": " + std::strerror(errno) +
+                                     ": report needs the Debian packages python3-matplotlib and python3-jinja2");
+}
+
+void report(const Options &options, Progress &progress) {
+    progress.show("report", 0);
+    std::vector<std::string> words;
+    for (const auto &[name, is_given] :
+         {std::pair("--png", options.png), {"--pdf", options.pdf}, {"--force", options.force}})
+        if (is_given)
+            words.emplace_back(name);
+    const std::string first = plain(options.folders[0]);
+    words.push_back("--out=" + (options.out.empty() ? first + "/report" : plain(options.out)));
+    words.emplace_back("--");
+    for (const std::string &folder : options.folders)
+        words.push_back(with_results(plain(folder), progress));
+    stop_if_asked();
     progress.clear();
-    print_stdout(path + "\n");
+    start_python(words);
 }
 
 } // namespace
@@ -91,18 +97,13 @@ void report(Options &options, Progress &progress) {
 void add_report(CLI::App &app, Context &context) {
     CLI::App *command = app.add_subcommand("report", kDescription);
     auto options = std::make_shared<Options>();
-    command->add_option("DIR", options->folders, "folders of results, shown on one page in this order")
-        ->type_name("")
-        ->required();
-    command
-        ->add_option("--out", options->out, "folder for the page and its figures, default DIR/report of the first DIR")
-        ->type_name("FOLDER");
-    command->callback([&context, options] {
-        context.action = [&context, options] {
-            Progress progress(context.style());
-            report(*options, progress);
-        };
-    });
+    add_option(command, "DIR", options->folders, "", "folders of results, shown on one page in this order")->required();
+    add_option(command, "--out", options->out, "FOLDER",
+               "folder for the page and its figures, default DIR/report of the first DIR");
+    command->add_flag("--png", options->png, "write each figure as PNG too");
+    command->add_flag("--pdf", options->pdf, "write each figure as PDF too");
+    set_action(*command, context, options, report,
+               [command, options] { options->force = command->count("--force") > 0; });
 }
 
 } // namespace cli

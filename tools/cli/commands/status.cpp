@@ -8,6 +8,7 @@
 #include "downlink/ledger_report.hpp"
 #include "downlink/setup_options.hpp"
 #include "downlink/state_folder.hpp"
+#include "downlink/state_results.hpp"
 #include "options/command.hpp"
 
 namespace cli {
@@ -25,6 +26,8 @@ Examples:
   toliman status mission --missing
   # the accepted values, searched on another grid
   toliman status mission --series | toliman period - --f0 1e-3 --df 1e-4 --nf 5000
+  # the results as files, for a spreadsheet or a notebook
+  toliman status mission --out results
 
 The folder may be read while `toliman track` writes to it. The period is that of the highest peak, with its false
 alarm probability for one query and for repeated monitoring (sequential). The counts are:
@@ -39,6 +42,11 @@ alarm probability for one query and for repeated monitoring (sequential). The co
   expected     frame ids from the first to the last of each session and region
   missing      expected frame ids that are neither accepted nor outliers nor quarantined
   dropped      frames that the camera reports as dropped
+
+--out DIR also writes the results as files, which `toliman report DIR` draws:
+  result.json      all results (schema toliman-state/1)
+  series.csv       columns t, y, sigma of the samples in the periodogram (t in days, y in px)
+  periodogram.csv  frequency in 1/day, power
 
 A session whose name is lost is shown as # and its digest. Frames beyond the end of a truncated file and malformed
 lines are not in the folder: only the output of `toliman track` has reported them.
@@ -62,7 +70,7 @@ camera_ns,tai_ns. Frames that were rejected because of their time must be given 
 Output: as that of `toliman status`. Exit codes are listed in `toliman --help`.)";
 
 struct Options {
-    std::string folder;
+    std::string folder, out;
     bool as_json = false, records = false, series = false, missing = false;
 };
 
@@ -102,30 +110,12 @@ std::string sessions_text(const std::vector<toliman_track_stream> &streams) {
     return text;
 }
 
-Json session_json(const toliman_track_stream &stream) {
-    Json json;
-    json.set("session", stream.session).set("roi", stream.roi);
-    json.set("first_id", stream.first_id).set("last_id", stream.last_id);
-    return std::move(json.set("frames", stream.frames).set("missing", stream.missing));
-}
-
 void print(const toliman::tracker &tracker, const toliman_track_options &how, bool as_json) {
     const std::string folder = how.folder;
     const toliman_track_info info = info_of(tracker);
-    const std::vector<toliman_track_stream> streams = streams_of(tracker);
     const PeriodFacts period(tracker, Fit::made);
-    Json json;
-    json.set("schema", "toliman-track-status/2").set("folder", folder);
-    period.add_to(json);
-    add_counts(tracker, json);
-    json.set("records", info.records).set("sigma", info.sigma);
-    Json grid;
-    grid.set("f0", how.f0).set("df", how.df).set("nf", how.nf).set("time_offset_ns", how.time_offset_ns);
-    json.set("grid", std::move(grid))
-        .set("clock", !clock_of(tracker).empty())
-        .set("streams", array_of(streams, session_json));
     if (as_json)
-        return print_stdout(json.text());
+        return print_stdout(status_json(tracker, how, period).text());
     const auto number = [](int64_t value) { return static_cast<long long>(value); };
     const std::string text =
         formatted("%s\n  %s\n"
@@ -136,7 +126,7 @@ void print(const toliman::tracker &tracker, const toliman_track_options &how, bo
                   folder.c_str(), period.text().c_str(), number(info.received), number(info.accepted),
                   number(info.outlier), number(info.quarantined), number(info.repeated), number(info.rejected),
                   number(info.expected), number(info.missing), number(info.dropped), number(info.sessions));
-    print_stdout(text + settings_text(tracker, how) + sessions_text(streams));
+    print_stdout(text + settings_text(tracker, how) + sessions_text(streams_of(tracker)));
 }
 
 void status(Options &options, Progress &progress) {
@@ -146,9 +136,11 @@ void status(Options &options, Progress &progress) {
     if (options.records)
         return print_records(tracker);
     if (options.series)
-        return print_series(tracker, how.time_offset_ns, how.unit_ns);
+        return print_series(tracker, how, print_stdout);
     if (options.missing)
         return print_missing(tracker);
+    if (!options.out.empty())
+        write_results(tracker, how, options.out);
     print(tracker, how, options.as_json);
 }
 
@@ -179,9 +171,11 @@ void add_status(CLI::App &app, Context &context) {
         "--series", options->series, "print CSV t,y,sigma of the samples in the periodogram (t in days, y in px)");
     CLI::Option *missing =
         command->add_flag("--missing", options->missing, "print CSV session,roi,first,last of missing frame ids");
-    records->excludes(json);
-    series->excludes(json)->excludes(records);
-    missing->excludes(json)->excludes(records)->excludes(series);
+    CLI::Option *out =
+        add_option(command, "--out", options->out, "DIR", "also write the results as files into this folder");
+    records->excludes(json)->excludes(out);
+    series->excludes(json)->excludes(records)->excludes(out);
+    missing->excludes(json)->excludes(records)->excludes(series)->excludes(out);
     set_action(*command, context, options, status);
 }
 

@@ -126,10 +126,14 @@ std::string kind_of(const std::string &path) {
     return name.empty() ? "" : "; it is " + name;
 }
 
-std::string shipped_scenes() {
+std::string installed(const std::string &below_prefix) {
     std::error_code error;
     const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", error);
-    return (program.parent_path().parent_path() / "share/toliman/scenes").string();
+    return (program.parent_path().parent_path() / below_prefix).string();
+}
+
+std::string shipped_scenes() {
+    return installed("share/toliman/scenes");
 }
 
 void need(const std::string &path, const std::string &wanted, std::initializer_list<Content> kinds) {
@@ -159,8 +163,8 @@ bool is_own(const Identity &file) {
     case Content::npy:
         return is_own_npy(file.head);
     case Content::text:
-        return has_mark(kSeriesMark) || has_mark(kPeriodogramMark) || has_mark(kTrainingMark) ||
-               has_mark(kDisplacementMark) || has_mark(kTrialsMark) || has_mark(kPageMark) ||
+        return has_mark(kSeriesMark) || has_mark(kPeriodogramMark) || has_mark(kStatePeriodogramMark) ||
+               has_mark(kTrainingMark) || has_mark(kDisplacementMark) || has_mark(kTrialsMark) ||
                (has_mark("# Experiment: ") && file.head.find(kExperimentMark) != std::string::npos);
     default:
         return false;

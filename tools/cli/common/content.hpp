@@ -21,7 +21,9 @@ std::string kind_of(const std::string &path);
 // is left to its reader.
 void need(const std::string &path, const std::string &wanted, std::initializer_list<Content> kinds);
 
-// ../share/toliman/scenes relative to the program, so that both can be moved together.
+// The path of an installed file or folder, relative to the prefix of the program: both can be moved together.
+std::string installed(const std::string &below_prefix);
+// installed("share/toliman/scenes")
 std::string shipped_scenes();
 
 // Whether a mark in the content shows that this program wrote it, see formats.md. Scenes have no mark.
@@ -33,12 +35,11 @@ inline constexpr char kPeriodogramMark[] =
     "# Lomb-Scargle power of the latents and of the template's values: frequency in 1/day\n";
 inline constexpr char kDisplacementMark[] =
     "# errors of displaced images over the largest change of a pixel by the displacement\n";
+inline constexpr char kStatePeriodogramMark[] = "# Lomb-Scargle power of a state folder: frequency per unit of time\n";
 inline constexpr char kTrainingMark[] = "# loss after each step of training\n";
 inline constexpr char kTrialsMark[] =
     "# a method on a series of frames: amplitude_px 0 is without signal; the rest in pixels and days\n";
 inline constexpr char kExperimentMark[] = " Medians over the seeds; found: log10 FAP ";
-inline constexpr char kPageMark[] = "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
-                                    "<meta name=\"generator\" content=\"toliman report\">\n";
 
 // Bytes of the header of .npy files that this program writes; NumPy writes 128 for such arrays.
 inline constexpr size_t kNpyHeaderSize = 256;

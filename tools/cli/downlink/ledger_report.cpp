@@ -14,23 +14,26 @@ namespace {
 
 constexpr size_t kChunk = 4096; // lines read and printed at once
 
-template <class Chunk> void for_chunks(const toliman::tracker &tracker, Chunk work) {
+// Texts of lines, printed many at once.
+template <class Each>
+void each_line(const toliman::tracker &tracker, Each each,
+               const std::function<void(const std::string &text)> &print = print_stdout) {
     std::vector<toliman_track_record> lines(kChunk);
     lines[0].struct_size = sizeof lines[0];
     size_t done = kChunk;
     for (int64_t first = 0; done == kChunk; first += static_cast<int64_t>(kChunk)) {
         toliman::check(toliman_track_get_records(tracker.get(), first, kChunk, lines.data(), &done));
-        work(lines.data(), done);
+        std::string text;
+        for (size_t i = 0; i < done; i++)
+            each(lines[i], text);
+        print(text);
     }
 }
 
-template <class Each> void each_line(const toliman::tracker &tracker, Each each) {
-    for_chunks(tracker, [&](const toliman_track_record *lines, size_t count) {
-        std::string text;
-        for (size_t i = 0; i < count; i++)
-            each(lines[i], text);
-        print_stdout(text);
-    });
+// Of a line, in units of unit_ns of TAI since offset_ns.
+double time_of(const toliman_track_record &line, int64_t offset_ns, double unit_ns) {
+    const long double elapsed = static_cast<long double>(line.tai_ns) - static_cast<long double>(offset_ns);
+    return static_cast<double>(elapsed / static_cast<long double>(unit_ns));
 }
 
 bool is_known(const toliman_track_record &line) noexcept {
@@ -39,16 +42,6 @@ bool is_known(const toliman_track_record &line) noexcept {
 }
 
 } // namespace
-
-void for_lines(const toliman::tracker &tracker, const std::function<void(const toliman_track_record &line)> &work) {
-    for_chunks(tracker,
-               [&](const toliman_track_record *lines, size_t count) { std::for_each(lines, lines + count, work); });
-}
-
-double time_of(const toliman_track_record &line, int64_t offset_ns, double unit_ns) {
-    const long double elapsed = static_cast<long double>(line.tai_ns) - static_cast<long double>(offset_ns);
-    return static_cast<double>(elapsed / static_cast<long double>(unit_ns));
-}
 
 std::vector<toliman_track_stream> streams_of(const toliman::tracker &tracker) {
     size_t count = 0;
@@ -88,16 +81,20 @@ void print_records(const toliman::tracker &tracker) {
     });
 }
 
-void print_series(const toliman::tracker &tracker, int64_t offset_ns, double unit_ns) {
-    print_stdout("t,y,sigma\n");
-    each_line(tracker, [&](const toliman_track_record &line, std::string &text) {
-        if (line.verdict != TOLIMAN_TRACK_VERDICT_ACCEPTED)
-            return;
-        char row[120];
-        std::snprintf(row, sizeof row, "%.17g,%.17g,%.17g\n", time_of(line, offset_ns, unit_ns), line.value,
-                      line.sigma);
-        text += row;
-    });
+void print_series(const toliman::tracker &tracker, const toliman_track_options &how,
+                  const std::function<void(const std::string &text)> &print) {
+    print("t,y,sigma\n");
+    each_line(
+        tracker,
+        [&](const toliman_track_record &line, std::string &text) {
+            if (line.verdict != TOLIMAN_TRACK_VERDICT_ACCEPTED)
+                return;
+            char row[120];
+            std::snprintf(row, sizeof row, "%.17g,%.17g,%.17g\n", time_of(line, how.time_offset_ns, how.unit_ns),
+                          line.value, line.sigma);
+            text += row;
+        },
+        print);
 }
 
 void print_missing(const toliman::tracker &tracker) {

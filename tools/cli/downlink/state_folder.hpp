@@ -40,9 +40,6 @@ class PeriodFacts {
     PeriodFacts(const toliman::tracker &tracker, Fit fit);
     void add_to(Json &json) const;
     std::string text() const;
-    const toliman_period_peak &peak() const noexcept { return peak_; }
-    double sequential() const noexcept { return sequential_; } // log10 FAP for who looks after every frame
-    const toliman_period_peak &fit() const noexcept { return fit_; }
 
   private:
     int64_t count_;

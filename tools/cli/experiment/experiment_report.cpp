@@ -1,7 +1,9 @@
 #include "experiment/experiment_report.hpp"
 
 #include "common/content.hpp"
+#include "common/provenance.hpp"
 #include "common/text.hpp"
+#include "experiment/methods.hpp"
 
 namespace cli {
 
@@ -109,11 +111,14 @@ std::string report_json(const Campaign &campaign, const std::vector<TableSummary
     Json json, grid;
     grid.set("f0", campaign.grid().f0).set("df", campaign.grid().df).set("nf", campaign.grid().nf);
     json.set("schema", "toliman-experiment/1").set("version", toliman_version());
-    json.set("scene", toliman_sim_get_name(campaign.scene().sim.get()));
+    json.set("provenance", provenance()).set("scene", toliman_sim_get_name(campaign.scene().sim.get()));
     json.set("frames", info.frames).set("true_period_days", info.period_days);
     json.set("amplitude_px", info.amplitude_px);
     json.set("seeds", campaign.options().seeds);
     json.set("blind", campaign.options().blind).set("grid", std::move(grid));
+    json.set("methods", array_of(campaign.options().methods, [](const std::string &name) {
+                 return std::move(Json().set("method", name).set("what", method_kind(name).what));
+             }));
     json.set("tables", array_of(summaries, table_json));
     return json.text();
 }

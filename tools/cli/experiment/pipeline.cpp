@@ -12,6 +12,7 @@
 #include "common/library.hpp"
 #include "common/stopwatch.hpp"
 #include "frames/frame_loop.hpp"
+#include "series/fap.hpp"
 
 namespace cli {
 
@@ -21,13 +22,6 @@ constexpr size_t kControlFrames = 2000; // at least: efficiency to 1/sqrt(2 * 20
 constexpr uint32_t kSteps = 300;        // the library's default
 
 using toliman::check;
-
-// Power that the grid's highest peak exceeds in noise alone with the probability 10^kFalseAlarm.
-double false_alarm_power(const toliman::periodogram &periodogram) {
-    double log10_residual = 0;
-    check(toliman_period_query_threshold(periodogram.get(), TOLIMAN_PERIOD_FAP_BALUEV, kFalseAlarm, &log10_residual));
-    return 1 - std::pow(10, log10_residual);
-}
 
 // The estimators of one scene and the frames that they encode.
 class Estimators {
@@ -166,21 +160,21 @@ Pipeline run_pipeline(const Scene &scene, const Cadence &cadence, uint64_t seed,
         const Stopwatch watch(result.timings.period);
         const Periodogram periodogram = searched(result.latents);
         result.latent.peak = periodogram.peak;
-        result.power = power_of(periodogram.handle, result.grid.nf);
-        result.false_alarm_power = false_alarm_power(periodogram.handle);
+        result.power = power_of(periodogram.handle.get(), result.grid.nf);
+        result.false_alarm_power = power_at_fap_1e_3(periodogram.handle.get());
     }
     const Stopwatch watch(result.timings.controls);
     blank_latents.resize(cadence.times.size());
     const Periodogram of_template = searched(result.estimates);
     result.estimate.peak = of_template.peak;
-    result.estimate_power = power_of(of_template.handle, result.grid.nf);
+    result.estimate_power = power_of(of_template.handle.get(), result.grid.nf);
     result.no_signal.peak = searched(blank_latents).peak;
     result.untrained.peak = searched(untrained).peak;
     result.true_power.resize(result.power.size());
     if (deviation(cadence.displacements) > 0) {
         const Periodogram of_truth = searched(cadence.displacements);
         result.truth.peak = of_truth.peak;
-        result.true_power = power_of(of_truth.handle, result.grid.nf);
+        result.true_power = power_of(of_truth.handle.get(), result.grid.nf);
     }
     return result;
 }

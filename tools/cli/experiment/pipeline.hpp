@@ -16,8 +16,6 @@ struct Outcome {
     toliman_period_peak peak = {};
 };
 
-constexpr double kFalseAlarm = -3; // log10 FAP
-
 struct Timings {
     double setup = 0, train = 0, simulate = 0, encode = 0, period = 0, controls = 0, images = 0, total = 0;
 };
@@ -35,7 +33,7 @@ struct Pipeline {
     std::vector<double> latents, estimates;         // of the frames with signal
     std::vector<double> power, estimate_power;      // of the latents and of the template's values
     std::vector<double> true_power;                 // of the true displacements; 0 without signal
-    double false_alarm_power = 0;                   // power whose log10 FAP is kFalseAlarm
+    double false_alarm_power = 0;                   // power_at_fap_1e_3
     std::vector<double> losses;                     // of training, after each step
     std::vector<unsigned char> weights;             // of the trained network, a TLMW
     Timings timings;

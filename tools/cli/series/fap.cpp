@@ -38,6 +38,16 @@ std::vector<double> resample(const FapOptions &options, const toliman::periodogr
 
 } // namespace
 
+double power_at_fap_1e_3(const toliman_period *period) {
+    double log10_residual = 0;
+    const toliman_status status =
+        toliman_period_query_threshold(period, TOLIMAN_PERIOD_FAP_BALUEV, -3, &log10_residual);
+    if (status == TOLIMAN_E_STATE || status == TOLIMAN_E_RANGE)
+        return NAN;
+    toliman::check(status);
+    return 1 - std::pow(10, log10_residual);
+}
+
 void add_fap(CLI::App &command, FapOptions &options) {
     std::vector<std::string> names = {kBootstrap};
     for (const auto &[name, method] : kMethods)

@@ -18,6 +18,9 @@ namespace cli {
 
 constexpr double kSignificant = -2; // log10 FAP up to which a peak counts as a period that was found
 
+// The power that the highest peak of noise exceeds with a probability of 1e-3 (Baluev's FAP); NaN for too few samples.
+double power_at_fap_1e_3(const toliman_period *period);
+
 struct FapOptions {
     std::string method = "baluev";
     size_t resamplings = 1000;

@@ -165,9 +165,9 @@ toliman_period_info info_of(const toliman::periodogram &periodogram) {
     return info_from<toliman_period_info>(toliman_period_get_info, periodogram.get());
 }
 
-std::vector<double> power_of(const toliman::periodogram &periodogram, int64_t nf, int32_t normalisation) {
+std::vector<double> power_of(const toliman_period *periodogram, int64_t nf, int32_t normalisation) {
     std::vector<double> power(static_cast<size_t>(nf));
-    toliman::check(toliman_period_query_power(periodogram.get(), normalisation, 0, power.size(), power.data()));
+    toliman::check(toliman_period_query_power(periodogram, normalisation, 0, power.size(), power.data()));
     return power;
 }
 

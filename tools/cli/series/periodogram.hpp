@@ -60,7 +60,7 @@ constexpr const char kEdgeWarning[] =
 toliman_period_info info_of(const toliman::periodogram &periodogram);
 
 // The power at all frequencies, in the given normalisation.
-std::vector<double> power_of(const toliman::periodogram &periodogram, int64_t nf,
+std::vector<double> power_of(const toliman_period *periodogram, int64_t nf,
                              int32_t normalisation = TOLIMAN_PERIOD_POWER_STANDARD);
 
 } // namespace cli

@@ -12,7 +12,7 @@ import jinja2
 from matplotlib.figure import Figure
 
 from . import style
-from .results import OUTPUT, Failure, readable
+from .results import OUTPUT, Failure, Result, readable
 
 MARK = ('<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="generator" content="toliman report">\n')  # by which a page is known to be replaceable
@@ -67,10 +67,10 @@ class Page:
         cells = [[readable(cell) for cell in row] for row in rows]
         self.blocks.append(Block("table", readable(caption), heads=heads, rows=cells))
 
-    def explain(self, **words: str) -> None:
-        """Adds terms to the glossary at the end of the page, each once; _ in a name stands for a blank."""
+    def explain(self, words: typing.Mapping[str, str]) -> None:
+        """Adds terms and their meanings to the glossary at the end of the page, each once."""
         for name, meaning in words.items():
-            self.words.setdefault(name.replace("_", " "), meaning)
+            self.words.setdefault(readable(name), readable(meaning))
 
     def html(self) -> str:
         """Returns the page as text."""
@@ -105,6 +105,12 @@ class Page:
         for old in owned - set(files):
             old.unlink(missing_ok=True)
         return path
+
+
+def add_provenance(page: Page, result: Result) -> None:
+    """Adds who computed a result: command, date, processor and version; results of earlier versions have the last only."""
+    parts = [result.text("provenance." + key) for key in ("command", "date", "processor")] if result.has("provenance") else []
+    page.add("provenance", " · ".join([*parts, "libtoliman " + result.text("version")]))
 
 
 def _figures_of(path: pathlib.Path) -> list[str]:

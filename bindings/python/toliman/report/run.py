@@ -1,13 +1,249 @@
-"""The section of `toliman run`."""
+"""The section of `toliman run`: the period, the estimators, images, series and periodograms."""
 from __future__ import annotations
 
+import math
 import pathlib
 
-from . import results
-from .page import Page
+import numpy
+
+from . import figures, glossary, results, run_images
+from .figures import Power, Sinusoid
+from .page import Page, add_provenance
+from .results import Array, Result, Table
+from .text import LOG_FAP, UNKNOWN, decimals_of, exponential, fixed, scaled, scientific, significant, with_error
+
+CHAPTER = ("Delli Veneri et al., Periodic Astrometric Signal Recovery Through Convolutional Autoencoders, in Intelligent "
+           "Astrophysics, Springer, 2021, doi:10.1007/978-3-030-65867-0_8")
+_WORDS = {
+    **glossary.BOUND,
+    "network": "the autoencoder, trained on the scene and on no frame; its latent, one number per frame, is the separation "
+               "in px",
+    "template": "least-squares fit of the derivative image to a frame: the reference method, which reaches the bound",
+    "untrained network": "the network with random weights, on the frames with signal: a period that it finds needs no "
+                         "training",
+    "network, no signal": "the trained network on frames without a planet: its highest peak is noise",
+    "signal": "the true displacements: without noise, hence a FAP of almost 0",
+    "the chapter": "the book chapter whose experiment the scene chapter repeats with a better mask: " + CHAPTER,
+    "nuisances": "other parameters that change a frame: fluxes of both stars, shift in x and y, roll, scale, focus, "
+                 "background",
+    "decoder: cosine, gain": "similarity in shape and in size of the decoder's output for a latent and the derivative "
+                             "image; 1 and 1 if they are equal",
+    "mean squared error": "of the reconstruction: mean square of frame minus reconstruction, both scaled to 0..1; mean of "
+                          "the first 110 frames, or of all if there are fewer; with noise alone it would be the second "
+                          "number",
+    "1 − MSSIM": "structural dissimilarity of frame and reconstruction (MSSIM: mean structural similarity); 0 if equal",
+    **glossary.FAP, **glossary.FWHM, **glossary.PEAKS,
+}
+
+
+class _Run:
+    """Numbers that several parts use."""
+
+    def __init__(self, folder: pathlib.Path):
+        self.folder = folder
+        self.result = result = results.load(folder / "result.json", "toliman-run/2")
+        self.amplitude = result.number("amplitude_px")
+        self.true_period = result.number("true_period_days")
+        self.period, self.error = result.number("period_days"), result.number("period_error_days")
+        self.log10_fap = result.number("log10_fap")
+        self.has_signal = self.amplitude != 0
+        self.found = significant(self.log10_fap)
+
+    @property
+    def is_right(self) -> bool:
+        """Whether the period found is that of the signal, as `toliman experiment` decides it."""
+        return self.has_signal and self.found and abs(self.period / self.true_period - 1) < 0.05
+
+    def period_text(self, period: float, error: float) -> str:
+        return with_error(period, error) if math.isfinite(error) else fixed(period, decimals_of(self.error))
 
 
 def add(folder: pathlib.Path, page: Page) -> None:
     """Adds the results of a run to the page."""
-    result = results.load(folder / "result.json", "toliman-run/2")
-    page.add("title", "toliman run: " + result.text("scene"))
+    run = _Run(folder)
+    page.add("title", "toliman run: " + run.result.text("scene"))
+    _add_summary(run, page)
+    _add_estimators(run, page)
+    _add_chapter_table(run, page)
+    page.add("heading", "The signal")
+    _add_series(run, page)
+    _add_periodograms(run, page)
+    page.add("heading", "Images")
+    run_images.add(folder, run.result, page)
+    page.add("heading", "Training")
+    _add_training(run, page)
+    page.explain(_WORDS)
+
+
+def _distance(value: float, error: float, truth: float) -> str:
+    """How far a value is from the truth."""
+    if not (error > 0 and math.isfinite(value)):
+        return ""
+    sigmas = (value - truth) / error
+    return f"{fixed(abs(sigmas), 1)} sigma {'above' if sigmas > 0 else 'below'} the true value, {scientific(truth)}"
+
+
+def _add_summary(run: _Run, page: Page) -> None:
+    result = run.result
+    text = ("Period found: " if run.found else "Highest peak: ") + with_error(run.period, run.error) + " days"
+    if run.has_signal and run.found:
+        text += f" ({_distance(run.period, run.error, run.true_period)})"
+    text += f", {LOG_FAP} {fixed(run.log10_fap, 1)}." + ("" if run.found else " This is not a significant period.")
+    page.add("found", text)
+    if result.flag("at_edge"):
+        page.add("text", "The peak is at the edge of the frequency grid: the period may be outside it.")
+    text = f"{result.whole('frames')} frames, seed {result.whole('seed')}."
+    if run.has_signal:
+        error = result.number("fitted_amplitude_error_px")
+        text += (f" Signal: amplitude {scientific(run.amplitude)} px ({scientific(result.number('amplitude_uas'))} µas), "
+                 f"period {run.true_period:g} days. Fitted amplitude: {scaled(result.number('fitted_amplitude_px'), error)} "
+                 f"px, {_distance(result.number('fitted_amplitude_px'), error, run.amplitude)} px.")
+    page.add("text", text)
+    add_provenance(page, result)
+
+
+def _efficiency(run: _Run, sigma: float) -> str:
+    defined = math.isfinite(run.result.number("efficiency"))
+    return fixed(run.result.number("crb_projected_px") / sigma, 3) if defined and sigma > 0 else UNKNOWN
+
+
+def _add_estimators(run: _Run, page: Page) -> None:
+    result = run.result
+    defined = math.isfinite(result.number("efficiency"))
+    network, untrained = result.number("latent_sigma_px"), result.number("untrained.sigma_px")
+    page.add_table(
+        "Estimators: one number per frame (see Words). sigma: its standard deviation over "
+        f"{result.whole('no_signal.frames')} frames without signal. efficiency: the bound divided by sigma"
+        + (f", known to ± {fixed(result.number('efficiency_error'), 3)}: it may exceed 1 by chance." if defined else
+           "; not given, because the bound assumes photon noise, which these frames do not have."),
+        ["", "sigma, px", "efficiency", "period, days", LOG_FAP],
+        [["Cramér-Rao bound", exponential(result.number("crb_projected_px")), "1", "", ""],
+         ["network", exponential(network), fixed(result.number("efficiency"), 3), run.period_text(run.period, run.error),
+          fixed(run.log10_fap, 1)],
+         ["template", exponential(result.number("template.sigma_px")), _efficiency(run, result.number("template.sigma_px")),
+          run.period_text(result.number("template.period_days"), result.number("template.period_error_days")),
+          fixed(result.number("template.log10_fap"), 1)],
+         ["untrained network", exponential(untrained), _efficiency(run, untrained), "",
+          fixed(result.number("untrained.log10_fap"), 1)],
+         ["network, no signal", exponential(network), "", "", fixed(result.number("no_signal.log10_fap"), 1)]])
+    squared = scientific(result.number("mmse"), 4)
+    page.add_table(
+        "The bound of one frame, and the network.", ["", ""],
+        [["bound, all other parameters known, px", scientific(result.number("crb_px"))],
+         ["bound, fluxes and common shift free, px", scientific(result.number("crb_flux_shift_px"))],
+         ["bound, all eight nuisances free, px", scientific(result.number("crb_marginal_px"))],
+         ["cosine of encoder and ideal: the expected efficiency, no unit", fixed(result.number("cosine"), 4)],
+         ["decoder: cosine, gain, no unit",
+          f"{fixed(result.number('decoder.cosine'), 4)}, {fixed(result.number('decoder.gain'), 4)}"],
+         ["mean squared error; noise alone, no unit" if defined else "mean squared error, no unit",
+          squared + (f"; {scientific(result.number('photon_floor'), 4)}" if defined else "")],
+         ["1 − MSSIM, no unit", scientific(1 - result.number("mssim"), 2)]])
+    spent = [(name, result.number(f"timings.{key}_s")) for name, key in
+             (("set-up", "setup"), ("training", "train"), ("frames", "simulate"), ("encoding", "encode"), ("period", "period"),
+              ("controls", "controls"), ("images", "images")) if result.has(f"timings.{key}_s")]
+    page.add("text", f"Time: {fixed(result.number('timings.total_s'), 1)} s in total; "
+             + ", ".join(f"{name} {fixed(seconds, 1)}" for name, seconds in spent) + ".")
+
+
+def _half_width(value: float, half: float) -> str:
+    decimals = decimals_of(half, 4)
+    return f"{fixed(value, decimals)}; {fixed(half, decimals)}"
+
+
+def _add_chapter_table(run: _Run, page: Page) -> None:
+    """Table 1 of the chapter: periods in units of the time span."""
+    result = run.result
+    span = 1.5 / result.positive("grid.f0")
+    rows = []
+    for name, prefix, of_chapter in (("signal", "true_series.", "0.33; 0.05, FAP 0"),
+                                     ("network (atom)", "", f"0.33; 0.06, {LOG_FAP} −67.1")):
+        if prefix and not result.has("true_series"):
+            continue
+        rows.append([name, _half_width(result.number(prefix + "period_days") / span,
+                                       result.number(prefix + "half_width_period_days") / span),
+                     fixed(result.number(prefix + "log10_fap"), 1)] + ([of_chapter] if run.has_signal else []))
+    page.add_table(
+        f"Table 1 of the chapter: the period in units of the time span of {span:g} days; half the FWHM of the peak (a width, "
+        f"not an error); {LOG_FAP}. The chapter calls the latent an atom."
+        + (" The chapter's values are for three cycles and 10⁻⁶ px." if run.has_signal else ""),
+        ["", "period; half width", LOG_FAP] + (["the chapter"] if run.has_signal else []), rows)
+
+
+def _add_series(run: _Run, page: Page) -> None:
+    result, table = run.result, Table(run.folder / "series.csv")
+    t, truth = table.numbers("t"), table.numbers("true")
+    panels = {"network (latents)": table.numbers("latent"), "template": table.numbers("template")}
+    uas = result.number("amplitude_uas") / run.amplitude if run.has_signal else 0.0
+    period = run.period if run.is_right else run.true_period
+    cycles = numpy.ptp(t) / period if period > 0 else 0
+    step = figures.thinned(len(t))
+    thinned = f" One of {step} frames is drawn." if step > 1 else ""
+    caption = "Values of each frame less their mean, for the network and the template"
+    truth_words = f" The truth, in the same unit, is the displacement without noise: its amplitude is {_noise(run)}." \
+        if run.has_signal else ""
+    if cycles <= figures.MOST_CYCLES and len(t) >= figures.BINS * cycles:
+        figure = figures.series(t, panels, truth if run.has_signal else None, uas, period if cycles else math.nan)
+        page.add_figure("series", figure, f"{caption}, with means and their standard errors.{truth_words}{thinned}")
+    if period > 0:
+        which = "found" if run.is_right else "true"
+        true_wave = _true_wave(run, t, truth) if run.has_signal else None
+        fits = {"network (latents)": _fit(run)} if run.is_right else {}
+        figure = figures.folded(t, panels, period, true_wave, uas, fits)
+        shown = run.period_text(period, math.nan) if run.is_right else f"{period:g}"
+        page.add_figure("folded", figure, f"The same folded: all {cycles:.1f} cycles over one period, the {which} one, "
+                        f"{shown} days, each frame at its phase.{truth_words}{thinned}")
+
+
+def _noise(run: _Run) -> str:
+    return f"{scientific(run.amplitude / run.result.number('latent_sigma_px'))} of the scatter of one latent without signal"
+
+
+def _true_wave(run: _Run, t: Array, truth: Array) -> Sinusoid:
+    """The sinusoid of the true displacements, from the displacements themselves."""
+    angle = 2 * numpy.pi * (t - t.min()) / run.true_period
+    columns = numpy.stack([numpy.sin(angle), numpy.cos(angle), numpy.ones(len(t))], axis=1)
+    sine, cosine, offset = numpy.linalg.lstsq(columns, truth, rcond=None)[0]
+    return Sinusoid(math.hypot(sine, cosine), run.true_period, math.atan2(cosine, sine), offset, float(t.min()))
+
+
+def _fit(run: _Run) -> Sinusoid:
+    result = run.result
+    return Sinusoid(result.number("fitted_amplitude_px"), run.period, result.number("fitted_phase_rad"),
+                    result.number("fitted_offset_px"), result.number("fitted_time_offset_days"))
+
+
+def power(name: str, frequency: Array, values: Array, result: Result, prefix: str = "", level: float = math.nan) -> Power:
+    """Returns a periodogram with the marks of keys of the result that begin with `prefix`."""
+    period = result.number(prefix + "period_days")
+    error = result.number(prefix + "period_error_days", math.nan)
+    return Power(name, frequency, values, float(frequency[int(values.argmax())]), 1 / period, error / period**2,
+                 result.number(prefix + "fwhm_period_days") / period**2, level)
+
+
+def _add_periodograms(run: _Run, page: Page) -> None:
+    result, table = run.result, Table(run.folder / "periodogram.csv")
+    frequency, level = table.numbers("frequency"), result.number("power_at_fap_1e-3")
+    curves = [power("network's latents", frequency, table.numbers("power"), result, "", level),
+              power("template's values", frequency, table.numbers("template"), result, "template.", level)]
+    if result.has("true_series"):
+        curves.insert(0, power("true displacements", frequency, table.numbers("true"), result, "true_series."))
+    figure = figures.periodogram(curves)
+    if figure is None:
+        page.add("text", "No figure of the periodogram: its grid does not have two frequencies above 0.")
+        return
+    page.add_figure("periodogram", figure, f"Lomb-Scargle periodograms. Network: fit {with_error(run.period, run.error)} "
+                    f"days, FWHM {_two_digits(result.number('fwhm_period_days'))} days, {LOG_FAP} "
+                    f"{fixed(run.log10_fap, 1)}. Noise alone exceeds the dashed line once in a thousand series.")
+
+
+def _two_digits(value: float) -> str:
+    return fixed(value, decimals_of(value))
+
+
+def _add_training(run: _Run, page: Page) -> None:
+    table = Table(run.folder / "training.csv")
+    loss = table.numbers("loss")
+    page.add_figure("training", figures.training(table.numbers("step"), loss),
+                    f"Loss after each of {len(loss)} training steps: 1 − cosine² between the network's derivative image and "
+                    f"the exact one, 0 if they are equal in shape; at the end {scientific(float(loss[-1]))}. The cosine of "
+                    f"the encoder, the efficiency that it predicts, is {fixed(run.result.number('cosine'), 4)}.")

@@ -1,23 +1,45 @@
 """Recognises a folder by its files and returns the function that adds it to the page."""
 from __future__ import annotations
 
+import json
 import os
 import pathlib
 import typing
 
-from . import run
+from . import bench, experiment, run, state
 from .page import Page
-from .results import malformed
+from .results import malformed, readable
 
 Section = typing.Callable[[pathlib.Path, Page], None]
 
 
 def section_of(folder: pathlib.Path) -> Section:
-    """Returns the section of a folder; the folder must be readable."""
+    """Returns the section of a folder, which must be readable."""
     try:
         names = os.listdir(folder)
+    except NotADirectoryError:
+        raise malformed(folder, "is not a folder: give one written by run, experiment, track or `make bench`") from None
+    except FileNotFoundError:
+        raise malformed(folder, "No such folder") from None
     except OSError as error:
         raise malformed(folder, error.strerror or str(error)) from None
+    if "ledger.tlml" in names:
+        name = readable(folder)
+        raise malformed(folder, f"is a state folder of toliman track: run `toliman report {name}`, or `toliman status {name} --out "
+                        "FOLDER` and give that folder")
     if "result.json" in names:
-        return run.add
-    raise malformed(folder, "contains no results")
+        return state.add if _schema(folder / "result.json").startswith("toliman-state/") else run.add
+    if "experiment.json" in names:
+        return experiment.add
+    if bench.files_of(folder):
+        return bench.add
+    raise malformed(folder, "contains neither result.json (of toliman run, or toliman status --out), nor experiment.json (toliman "
+                    f"experiment), nor a *.json of schema {bench.SCHEMA} (make bench)" + ("" if names else "; it is empty"))
+
+
+def _schema(path: pathlib.Path) -> str:
+    """The schema of a JSON file; "" if there is none, of which the section complains."""
+    try:
+        return str(json.loads(path.read_bytes())["schema"])
+    except (OSError, ValueError, LookupError, TypeError, RecursionError):
+        return ""

@@ -1,0 +1,107 @@
+"""The section of `make bench`: time against error."""
+from __future__ import annotations
+
+import math
+import pathlib
+
+import numpy
+
+from . import figures, results
+from .page import Page
+from .results import Array, Failure, Result
+from .text import scientific
+
+SCHEMA = "toliman-bench/1"
+_FEWEST = 7  # points of a figure
+_SPEED = ("error", "seconds", "error (relative)", "time, s", "time against error: better is lower and further left")
+_BYTES = ("bytes", "efficiency", "size of the weights file, bytes", "efficiency (no unit)",
+          "efficiency against size, of the same frames: better is higher and further left")
+
+
+def files_of(folder: pathlib.Path) -> list[pathlib.Path]:
+    """Returns the files of a folder that are results of `make bench`."""
+    found = []
+    for path in sorted(folder.glob("*.json")):
+        try:
+            results.load(path, SCHEMA)
+            found.append(path)
+        except Failure:
+            continue
+    return found
+
+
+def add(folder: pathlib.Path, page: Page) -> None:
+    """Adds the results of benchmarks to the page."""
+    files = [results.load(path, SCHEMA) for path in files_of(folder)]
+    page.add("title", "make bench: time against error")
+    page.add("text", "Medians of processor time on one core, with half the interquartile range of the runs; the largest error; a "
+             "reference that was measured in the same run and its time divided by this one; the time divided by the lower bound "
+             "that the hardware allows.")
+    machines: dict[str, list[list[str]]] = {}
+    for file in files:
+        rows = [_cells(row) for row in file.items("rows") if row.find("headline", False) is True]
+        machines.setdefault(_machine(file), []).extend(rows)
+    for machine, rows in machines.items():
+        _add_cells(machine, rows, page)
+    for file in files:
+        benches: dict[str, list[Result]] = {}
+        for row in file.items("rows"):
+            benches.setdefault(row.text("bench"), []).append(row)
+        for bench, rows_of in benches.items():
+            page.add("heading", bench)
+            _add_figure(bench, rows_of, page)
+            _add_cells("", [_cells(row) for row in rows_of], page)
+
+
+def _add_figure(bench: str, rows: list[Result], page: Page) -> None:
+    x, y, x_label, y_label, what = _BYTES if rows[0].has("bytes") else _SPEED
+    points: dict[str, list[tuple[float, float]]] = {}
+    for row in rows:
+        at = row.number(x, math.nan), row.number(y, math.nan)
+        if at[0] > 0 and at[1] > 0:
+            points.setdefault(row.text("series", ""), []).append(at)
+    if sum(map(len, points.values())) < _FEWEST:
+        return
+    columns: dict[str, tuple[Array, Array]] = {}
+    for name, of in points.items():
+        array = numpy.array(of)
+        columns[name] = array[:, 0], array[:, 1]
+    page.add_figure("bench-" + bench, figures.benchmark(columns, x_label, y_label, x == "error"), f"{bench}: {what}.")
+
+
+def _machine(file: Result) -> str:
+    words = [file.find(f"machine.{key}", None) for key in ("date", "cpu", "isa", "blas_core", "fftw")]
+    return "Machine: " + ", ".join(word for word in words if isinstance(word, str)) + "."
+
+
+def _time(seconds: float) -> str:
+    for unit, size in (("s", 1.0), ("ms", 1e-3)):
+        if seconds >= size:
+            return f"{seconds / size:.3g} {unit}"
+    return f"{seconds / 1e-6:.3g} µs"
+
+
+def _ratio(value: float, form: str) -> str:
+    return format(value, form) if math.isfinite(value) else ""
+
+
+def _spread(part: float) -> str:
+    return "" if math.isnan(part) else "< 1 %" if part < 0.005 else f"{100 * part:.0f} %"
+
+
+def _error(row: Result) -> str:
+    error = row.number("error", math.nan)
+    of, at = row.text("error_of", ""), row.text("error_at", "")
+    return scientific(error, 1) + (f" {of}" if of else "") + (f" at {at}" if at else "") if math.isfinite(error) else ""
+
+
+def _cells(row: Result) -> list[str]:
+    seconds = row.positive("seconds")
+    return [row.text("what"), _time(seconds), _spread(row.number("spread", math.nan) / seconds), _error(row),
+            row.text("peer", ""), _ratio(row.number("ratio_peer", math.nan), ".3g"),
+            _ratio(row.number("ratio_roofline", math.nan), ".2f")]
+
+
+def _add_cells(caption: str, rows: list[list[str]], page: Page) -> None:
+    if rows:
+        page.add_table(caption, ["", "time", "±", "error", "reference", "speed-up", "× roofline"], rows)
