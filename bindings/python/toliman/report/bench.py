@@ -34,9 +34,10 @@ def add(folder: pathlib.Path, page: Page) -> None:
     """Adds the results of benchmarks to the page."""
     files = [results.load(path, SCHEMA) for path in files_of(folder)]
     page.add("title", "make bench: time against error")
-    page.add("text", "Medians of processor time on one core, with half the interquartile range of the runs; the largest error; a "
-             "reference that was measured in the same run and its time divided by this one; the time divided by the lower bound "
-             "that the hardware allows.")
+    page.add("text", "Medians of processor time on one core, with half the interquartile range of the runs; the "
+                     "largest error; a "
+             "reference that was measured in the same run and its time divided by this one; the time divided by the "
+             "lower bound that the hardware allows.")
     machines: dict[str, list[list[str]]] = {}
     for file in files:
         rows = [_cells(row) for row in file.items("rows") if row.find("headline", False) is True]

@@ -16,9 +16,10 @@ _WORDS = {
     "seed": "of random weights and of noise: each seed is an independent trial",
     "found": f"{LOG_FAP} below −3 and the period within 5 % of the true one",
     "at the bound": "expected by theory of a method whose scatter is the Cramér-Rao bound",
-    "slope": "change of a method's value per px of displacement: 1 if the values are in px; methods that learn from the "
-             "series have units of their own and either sign",
-    "efficiency": "the Cramér-Rao bound divided by a method's scatter about that slope, in px: at most 1, apart from chance",
+    "slope": "change of a method's value per px of displacement: 1 if the values are in px; methods that learn from "
+             "the series have units of their own and either sign",
+    "efficiency": "the Cramér-Rao bound divided by a method's scatter about that slope, in px: at most 1, apart from "
+                  "chance",
     "bias": "mean of a method's values without signal",
     "uniform, KS p": "Kolmogorov-Smirnov: probability that uniform FAPs, as those of noise should be, are as uneven as "
                      "these; suspicious below 0.01",
@@ -31,7 +32,8 @@ def add(folder: pathlib.Path, page: Page) -> None:
     result = results.load(folder / "experiment.json", "toliman-experiment/1")
     blind = _read_blind(Table(folder / "experiment.csv"))
     page.add("title", "toliman experiment: " + result.text("scene"))
-    page.add("text", f"{result.whole('frames')} frames per series, period {result.number('true_period_days'):g} days; seeds 1 "
+    page.add("text", f"{result.whole('frames')} frames per series, period {result.number('true_period_days'):g} days; "
+                     "seeds 1 "
              f"to {result.whole('seeds')}; {result.whole('blind')} series without signal per table.")
     add_provenance(page, result)
     others = []
@@ -66,9 +68,11 @@ def _is_seen(row: Result) -> bool:
 def _add_table(table: Result, blind: dict[str, dict[str, Array]], page: Page) -> None:
     name, rows, controls = table.text("table"), table.items("ladder"), table.items("controls")
     page.add("heading", f"Table {name}: {table.text('what')}")
-    page.add("text", f"Cramér-Rao bound of a frame {scientific(table.number('crb_projected_px'), 4)} px, with all nuisances free "
-             f"{scientific(table.number('crb_marginal_px'))} px. Flux ratio {table.number('flux_ratio'):.3g}. The signal is the "
-             f"first principal component of whitened frames above {scientific(table.number('pca_threshold_px'))} px.")
+    page.add("text", f"Cramér-Rao bound of a frame {scientific(table.number('crb_projected_px'), 4)} px, with all "
+                     "nuisances free "
+             f"{scientific(table.number('crb_marginal_px'))} px. Flux ratio {table.number('flux_ratio'):.3g}. The "
+             "signal is the first principal component of whitened frames above "
+             f"{scientific(table.number('pca_threshold_px'))} px.")
     if rows:
         _add_detection(table, rows, page)
         _add_rows(rows, page)
@@ -77,8 +81,9 @@ def _add_table(table: Result, blind: dict[str, dict[str, Array]], page: Page) ->
         shown = {method: blind[name][method] for method in methods if method in blind[name]}
         if shown:
             page.add_figure(f"blind-{name}", figures.false_alarms(shown),
-                            f"Number of series without signal, of {max(map(len, shown.values()))}, with a FAP in each interval. If "
-                            "the FAP is correct, all intervals have the same number (dashed; grey: one standard deviation).")
+                            f"Number of series without signal, of {max(map(len, shown.values()))}, with a FAP in each "
+                            "interval. If the FAP is correct, all intervals have the same number (dashed; grey: one "
+                            "standard deviation).")
     if controls:
         _add_controls(controls, page)
 
@@ -91,15 +96,14 @@ def _add_detection(table: Result, rows: list[Result], page: Page) -> None:
         seen = row.number("efficiency") if _is_seen(row) else math.nan
         points.setdefault(row.text("method"), []).append((amplitude, max(-_finite(row, "log10_fap"), _LEAST), seen))
         bound[amplitude] = max(-_finite(row, "expected_log10_fap"), _LEAST)
-    columns = {name: numpy.array(sorted(of)).T for name, of in points.items()}
     threshold = table.number("threshold_px")
-    figure = figures.detection(*({name: column[i] for name, column in columns.items()} for i in range(3)),
+    figure = figures.detection({name: numpy.array(sorted(of)).T for name, of in points.items()},
                                numpy.array(sorted(bound.items())).T, threshold)
     page.add_figure(f"detection-{table.text('table')}", figure,
-                    "Top: significance of the highest peak, median over the seeds; dashed: expected at the Cramér-Rao bound. "
-                    "Bottom: efficiency, where most seeds found the signal. Dotted: the amplitude from which a method at the "
-                    f"bound is expected to find it, {scientific(threshold)} px. A network may lose efficiency at large amplitudes: "
-                    "it is linear only near the scene's reference image.")
+                    "Top: significance of the highest peak, median over the seeds; dashed: expected at the Cramér-Rao "
+                    "bound. Bottom: efficiency, where most seeds found the signal. Dotted: the amplitude from which a "
+                    f"method at the bound is expected to find it, {scientific(threshold)} px. A network may lose "
+                    "efficiency at large amplitudes: it is linear only near the scene's reference image.")
 
 
 def _finite(row: Result, key: str) -> float:
@@ -123,7 +127,8 @@ def _add_rows(rows: list[Result], page: Page) -> None:
     for row in rows:
         amplitude = row.number("amplitude_px")
         if amplitude != last:
-            cells.append(["at the bound", exponential(amplitude), "", "", fixed(row.number("expected_log10_fap"), 1), "1", "1"])
+            expected = fixed(row.number("expected_log10_fap"), 1)
+            cells.append(["at the bound", exponential(amplitude), "", "", expected, "1", "1"])
         last = amplitude
         seen = _is_seen(row)
         cells.append([row.text("method"), exponential(amplitude), f"{row.whole('found')} of {row.whole('seeds')}",

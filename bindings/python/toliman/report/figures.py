@@ -12,7 +12,7 @@ from matplotlib.ticker import FixedFormatter, FixedLocator, LogLocator, MaxNLoca
 from . import style
 from .results import Array
 from .style import BLUE, DARK, DOTS, GREEN, GREY, ORANGE, new_figure, plain, styled
-from .text import decimals_of, fixed, short_unit
+from .text import decimals_of, fixed, short_unit, with_error
 
 MOST_DOTS = 3000  # frames that are drawn
 MOST_CYCLES = 16  # periods along a time axis
@@ -78,7 +78,9 @@ def _centred(values: Array) -> Array:
 def _separation_axes(axes: list[Axes], values: typing.Iterable[Array], truth: Array | None,
                      uas_per_px: float) -> tuple[float, float]:
     """Labels and limits of axes in px, a second axis in microarcsec; returns the factor from px and the limit."""
-    spread = max([float(numpy.std(one)) for one in values] + ([float(numpy.ptp(truth)) / 8] if truth is not None else []))
+    spread = max(float(numpy.std(one)) for one in values)
+    if truth is not None:
+        spread = max(spread, float(numpy.ptp(truth)) / 8)
     factor, unit = short_unit([_SPREAD * spread], "px")
     limit = _SPREAD * spread * factor or 1.0
     for axis in axes:
@@ -153,7 +155,8 @@ def folded(t: Array, panels: dict[str, Array], period: float, truth: Sinusoid | 
         axis.set_ylabel("")
     if uas_per_px > 0:
         scale = uas_per_px / factor
-        axes[-1].secondary_yaxis("right", functions=(lambda y: y * scale, lambda y: y / scale)).set_ylabel("separation, µas")
+        right = axes[-1].secondary_yaxis("right", functions=(lambda y: y * scale, lambda y: y / scale))
+        right.set_ylabel("separation, µas")
     return figure
 
 
@@ -172,7 +175,8 @@ def envelope(frequency: Array, power: Array) -> tuple[Array, Array]:
 
 def _nice(low: float, high: float) -> Array:
     """Places of ticks: 1, 2, 5 of each decade; even steps within a decade; powers of ten over many decades."""
-    locator = MaxNLocator(6) if high < 8 * low else LogLocator(subs=(1, 2, 5) if high < 1e5 * low else (1,), numticks=20)
+    digits = (1, 2, 5) if high < 1e5 * low else (1,)
+    locator = MaxNLocator(6) if high < 8 * low else LogLocator(subs=digits, numticks=20)
     places = locator.tick_values(low, high)
     return places[(places >= low * (1 - 1e-9)) & (places <= high * (1 + 1e-9))]
 
@@ -196,9 +200,10 @@ def _mark_peak(axis: Axes, curve: Power, top: float, middle: float, unit: str) -
         text.append(f"grid peak {fixed(1 / curve.grid_peak, decimals_of(curve.fit_error / curve.grid_peak**2))} {unit}")
     if curve.fit > 0:
         error = curve.fit_error / curve.fit**2
-        axis.errorbar([curve.fit], [1.08 * top], xerr=None if math.isnan(curve.fit_error) else [curve.fit_error], fmt="D",
-                      color=GREEN, capsize=3, zorder=6, label="fit ± error")
-        shown = fixed(1 / curve.fit, decimals_of(error)) + ("" if math.isnan(error) else f" ± {fixed(error, decimals_of(error))}")
+        known = not math.isnan(error)
+        axis.errorbar([curve.fit], [1.08 * top], xerr=[curve.fit_error] if known else None, fmt="D", color=GREEN,
+                      capsize=3, zorder=6, label="fit ± error" if known else "fit")
+        shown = with_error(1 / curve.fit, error) if known else fixed(1 / curve.fit, 2)
         text.insert(0, f"fit {shown} {unit}")
     axis.annotate("\n".join(text), (at, top), (shift, 0), textcoords="offset points", ha=side, va="center",
                   bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1})
@@ -212,8 +217,8 @@ def _mark_peak(axis: Axes, curve: Power, top: float, middle: float, unit: str) -
 
 @styled
 def periodogram(curves: typing.Sequence[Power], unit: str = "days") -> Figure | None:
-    """Lomb-Scargle power over frequency, one curve per panel, the period on a second axis. Returns None if there are not
-    two frequencies above 0. unit: of the period."""
+    """Lomb-Scargle power over frequency, one curve per panel, the period on a second axis. Returns None if the grid
+    does not have two frequencies above 0. unit: of the period."""
     frequency = curves[0].frequency
     frequency = frequency[frequency > 0]
     if len(frequency) < 2:
@@ -257,20 +262,19 @@ def training(step: Array, loss: Array) -> Figure:
 
 
 @styled
-def detection(amplitude: dict[str, Array], log_fap: dict[str, Array], efficiency: dict[str, Array], bound: tuple[Array, Array],
-              threshold: float = math.nan, significance: float = 3.0) -> Figure:
+def detection(methods: dict[str, Array], bound: Array, threshold: float = math.nan) -> Figure:
     """Significance of the highest peak and efficiency of each method over the amplitude of the signal.
 
-    amplitude, log_fap, efficiency: arrays per method; log_fap is -log10 FAP. bound: amplitude and -log10 FAP of a method
-    at the Cramer-Rao bound. threshold: the amplitude in px from which such a method is expected to find the signal.
-    """
+    methods: [3][points] per method: amplitude in px, -log10 FAP, efficiency (NaN: not drawn). bound: [2][points],
+    amplitude and -log10 FAP of a method at the Cramer-Rao bound. threshold: the amplitude from which such a method is
+    expected to find the signal."""
     figure, (top, bottom) = new_figure(6.2, 2, sharex=True)
     top.plot(*bound, "--", color=DARK, label="at the bound")
-    top.axhline(significance, color=GREY, linewidth=1, label="found: FAP 0.001")
-    for number, name in enumerate(amplitude):
-        look = {"color": f"C{number % 6}", "marker": style.MARKERS[number % len(style.MARKERS)], "markersize": 5}
-        top.plot(amplitude[name], log_fap[name], label=plain(name), **look)
-        bottom.plot(amplitude[name], efficiency[name], **look)
+    top.axhline(3, color=GREY, linewidth=1, label="found: FAP 0.001")
+    for number, (name, (amplitude, log_fap, efficiency)) in enumerate(methods.items()):
+        look = {"color": f"C{number}", "marker": style.MARKERS[number % len(style.MARKERS)], "markersize": 5}
+        top.plot(amplitude, log_fap, label=plain(name), **look)
+        bottom.plot(amplitude, efficiency, **look)
     for axis in (top, bottom):
         if threshold > 0:
             axis.axvline(threshold, color=DARK, linestyle=":", linewidth=1.2)
@@ -300,7 +304,7 @@ def false_alarms(faps: dict[str, Array]) -> Figure:
     for number, (name, values) in enumerate(faps.items()):
         heights, edges = numpy.histogram(values[~numpy.isnan(values)], bins, (0, 1))
         highest = max(highest, int(heights.max()))
-        axis.bar(edges[:-1] + 0.075 / bins + bar * (number + 0.5), heights, bar, color=f"C{number % 6}", label=plain(name))
+        axis.bar(edges[:-1] + 0.075 / bins + bar * (number + 0.5), heights, bar, color=f"C{number}", label=plain(name))
     axis.set_xlim(0, 1)
     axis.set_ylim(0, max(2 * each, each + 5 * sigma, 1.3 * highest) + 1)
     axis.set_xlabel("FAP of the highest peak (no unit)")
@@ -314,7 +318,7 @@ def benchmark(points: dict[str, tuple[Array, Array]], x: str, y: str, logarithmi
     """Two measured quantities against each other, one mark per series; x, y: labels of the axes."""
     figure, (axis,) = new_figure(4.0)
     for number, (name, (at_x, at_y)) in enumerate(points.items()):
-        axis.plot(at_x, at_y, style.MARKERS[number % len(style.MARKERS)], color=f"C{number % 6}", markersize=7,
+        axis.plot(at_x, at_y, style.MARKERS[number % len(style.MARKERS)], color=f"C{number}", markersize=7,
                   label=plain(name))
     if logarithmic:
         axis.set_xscale("log")

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from . import style
 from .results import Array
-from .style import BLUE, DARK, ORANGE, new_figure, plain, styled
+from .style import BLUE, ORANGE, new_figure, plain, styled
 
 DEPTH = 1e-5  # lowest value of a logarithmic scale, relative to the highest
 _ARROW = 0.16  # length of the arrows north and east, relative to the side of the image
@@ -55,7 +55,8 @@ def _norm(panels: typing.Sequence[Panel], limit: float) -> Normalize:
 def _draw(axis: Axes, panel: Panel, norm: Normalize) -> typing.Any:
     rows, columns = panel.values.shape
     left, bottom = panel.first_x - panel.step / 2, panel.first_y - panel.step / 2
-    shown = axis.imshow(panel.values, norm=norm, extent=(left, left + columns * panel.step, bottom, bottom + rows * panel.step),
+    extent = left, left + columns * panel.step, bottom, bottom + rows * panel.step
+    shown = axis.imshow(panel.values, norm=norm, extent=extent,
                         cmap=style.DIFFERENCE if panel.scale == "difference" else style.INTENSITY, origin="lower")
     axis.set_facecolor("#b8b8b8")
     axis.grid(False)
@@ -93,7 +94,8 @@ def images(panels: typing.Sequence[Panel], sky: Sky | None = None, limit: float 
             if sky is not None and panel.axis_unit == "arcsec" and panel.scale == "log":
                 _mark(axis, panel, sky)
         extend = "min" if panels[start].scale == "log" else "neither"
-        figure.colorbar(shown, ax=axes[start:end], label=plain(panels[start].unit), fraction=0.05, pad=0.02, extend=extend)
+        figure.colorbar(shown, ax=axes[start:end], label=plain(panels[start].unit), fraction=0.05, pad=0.02,
+                        extend=extend)
     return figure
 
 
@@ -112,7 +114,7 @@ def cut(curves: dict[str, Array], x: Array, resolution: float) -> Figure:
     figure, (axis,) = new_figure(3.6)
     for name, values in curves.items():
         axis.semilogy(x, values, label=plain(name), linewidth=1.1)
-    highest = max((float(numpy.nanmax(values)) for values in curves.values() if numpy.isfinite(values).any()), default=1.0)
+    highest = max(float(numpy.nanmax(values)) for values in curves.values())
     axis.set_ylim(DEPTH * highest, 2 * highest)
     axis.set_xlim(float(x[0]), float(x[-1]))
     axis.set_xlabel("x, arcsec")
@@ -128,7 +130,7 @@ def radial_power(residuals: Array) -> tuple[Array, Array, Array]:
     [images][rows][columns], in units of their variance: 1 everywhere for white noise."""
     count, rows, columns = residuals.shape
     power = (numpy.abs(numpy.fft.fft2(residuals)) ** 2).mean(axis=0) / (rows * columns) / residuals.var()
-    radius = numpy.hypot(*numpy.meshgrid(numpy.fft.fftfreq(rows), numpy.fft.fftfreq(columns), indexing="ij"))
+    radius = numpy.hypot(numpy.fft.fftfreq(rows, 1.0)[:, None], numpy.fft.fftfreq(columns, 1.0))
     inside = (radius > 0) & (radius <= 0.5)
     place = numpy.minimum((radius[inside] * 40).astype(int), 19)
     number = numpy.bincount(place, minlength=20)
@@ -141,7 +143,7 @@ def radial_power(residuals: Array) -> tuple[Array, Array, Array]:
 
 @styled
 def whiteness(residuals: Array) -> Figure:
-    """Histogram and power spectrum of residuals over their sigma, [images][rows][columns], against those of white noise."""
+    """Histogram and power spectrum of residuals over their sigma, [images][rows][columns], and those of white noise."""
     figure, (left, right) = new_figure(3.4, 1, 2)
     values = residuals[numpy.isfinite(residuals)]
     edges = numpy.linspace(-5, 5, 51)

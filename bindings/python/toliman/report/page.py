@@ -80,7 +80,7 @@ class Page:
         return MARK + here.get_template("page.html").render(title=title, blocks=self.blocks, words=self.words) + "\n"
 
     def write(self) -> pathlib.Path:
-        """Writes all files or none, the page last, and removes figures of the page that it replaces; returns its path."""
+        """Writes all files or none, the page last, removes figures of the page that it replaces; returns its path."""
         path, inner = self.folder / "report.html", self.folder / "figures"
         before = _figures_of(path)
         owned = {inner / f"{name}.{kind}" for name in before for kind in style.FORMATS}
@@ -108,8 +108,9 @@ class Page:
 
 
 def add_provenance(page: Page, result: Result) -> None:
-    """Adds who computed a result: command, date, processor and version; results of earlier versions have the last only."""
-    parts = [result.text("provenance." + key) for key in ("command", "date", "processor")] if result.has("provenance") else []
+    """Adds command, date, processor and version of a result; results of earlier versions have the last only."""
+    keys = ("command", "date", "processor") if result.has("provenance") else ()
+    parts = [result.text("provenance." + key) for key in keys]
     page.add("provenance", " · ".join([*parts, "libtoliman " + result.text("version")]))
 
 

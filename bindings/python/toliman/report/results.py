@@ -70,11 +70,11 @@ class Result:
         return self.find(key, None) is not None
 
     def number(self, key: str, default: float | None = None) -> float:
-        """Returns a number; NaN for null."""
+        """Returns a number; NaN for null; the default, if there is one, for a key that is absent."""
         value = self.find(key, MISSING if default is None else default)
-        if value is None:
-            return math.nan
-        if isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) < math.inf and value == value:
+        if value is None or value is default:
+            return math.nan if value is None else float(value)
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) < math.inf:
             raise self.fail(key, "a finite number or null")
         return float(value)
 
@@ -167,7 +167,8 @@ class Table:
 
     def _fail(self, name: str, words: tuple[str, ...], bad: Array) -> Failure:
         at = int(numpy.flatnonzero(bad)[0])
-        return malformed(f"{readable(self.path)}:{self.lines[at]}", f"{name} = {words[at][:60]}: must be a finite number")
+        where = f"{readable(self.path)}:{self.lines[at]}"
+        return malformed(where, f"{name} = {words[at][:60]}: must be a finite number")
 
 
 def _number(word: str) -> float:
@@ -185,6 +186,6 @@ def array(path: pathlib.Path, dimensions: int) -> Array:
         raise malformed(path, error.strerror or str(error)) from None
     except (ValueError, EOFError) as error:
         raise malformed(path, f"is damaged: {error}") from None
-    if not isinstance(values, numpy.ndarray) or values.dtype.kind not in "fiu" or values.ndim != dimensions or not values.size:
+    if values.dtype.kind not in "fiu" or values.ndim != dimensions or not values.size:
         raise malformed(path, f"must be an array of real numbers with {dimensions} axes")
     return values.astype(float)

@@ -12,12 +12,12 @@ from .page import Page, add_provenance
 from .results import Array, Result, Table
 from .text import LOG_FAP, UNKNOWN, decimals_of, exponential, fixed, scaled, scientific, significant, with_error
 
-CHAPTER = ("Delli Veneri et al., Periodic Astrometric Signal Recovery Through Convolutional Autoencoders, in Intelligent "
-           "Astrophysics, Springer, 2021, doi:10.1007/978-3-030-65867-0_8")
+CHAPTER = ("Delli Veneri et al., Periodic Astrometric Signal Recovery Through Convolutional Autoencoders, in "
+           "Intelligent Astrophysics, Springer, 2021, doi:10.1007/978-3-030-65867-0_8")
 _WORDS = {
     **glossary.BOUND,
-    "network": "the autoencoder, trained on the scene and on no frame; its latent, one number per frame, is the separation "
-               "in px",
+    "network": "the autoencoder, trained on the scene and on no frame; its latent, one number per frame, is the "
+               "separation in px",
     "template": "least-squares fit of the derivative image to a frame: the reference method, which reaches the bound",
     "untrained network": "the network with random weights, on the frames with signal: a period that it finds needs no "
                          "training",
@@ -28,9 +28,9 @@ _WORDS = {
                  "background",
     "decoder: cosine, gain": "similarity in shape and in size of the decoder's output for a latent and the derivative "
                              "image; 1 and 1 if they are equal",
-    "mean squared error": "of the reconstruction: mean square of frame minus reconstruction, both scaled to 0..1; mean of "
-                          "the first 110 frames, or of all if there are fewer; with noise alone it would be the second "
-                          "number",
+    "mean squared error": "of the reconstruction: mean square of frame minus reconstruction, both scaled to 0..1; "
+                          "mean of the first 110 frames, or of all if there are fewer; with noise alone it would be "
+                          "the second number",
     "1 − MSSIM": "structural dissimilarity of frame and reconstruction (MSSIM: mean structural similarity); 0 if equal",
     **glossary.FAP, **glossary.FWHM, **glossary.PEAKS,
 }
@@ -95,9 +95,10 @@ def _add_summary(run: _Run, page: Page) -> None:
     text = f"{result.whole('frames')} frames, seed {result.whole('seed')}."
     if run.has_signal:
         error = result.number("fitted_amplitude_error_px")
-        text += (f" Signal: amplitude {scientific(run.amplitude)} px ({scientific(result.number('amplitude_uas'))} µas), "
-                 f"period {run.true_period:g} days. Fitted amplitude: {scaled(result.number('fitted_amplitude_px'), error)} "
-                 f"px, {_distance(result.number('fitted_amplitude_px'), error, run.amplitude)} px.")
+        text += (f" Signal: amplitude {scientific(run.amplitude)} px ({scientific(result.number('amplitude_uas'))} "
+                 f"µas), period {run.true_period:g} days. Fitted amplitude: "
+                 f"{scaled(result.number('fitted_amplitude_px'), error)} px, "
+                 f"{_distance(result.number('fitted_amplitude_px'), error, run.amplitude)} px.")
     page.add("text", text)
     add_provenance(page, result)
 
@@ -111,6 +112,8 @@ def _add_estimators(run: _Run, page: Page) -> None:
     result = run.result
     defined = math.isfinite(result.number("efficiency"))
     network, untrained = result.number("latent_sigma_px"), result.number("untrained.sigma_px")
+    template = result.number("template.sigma_px")
+    template_period = run.period_text(*(result.number(f"template.{key}_days") for key in ("period", "period_error")))
     page.add_table(
         "Estimators: one number per frame (see Words). sigma: its standard deviation over "
         f"{result.whole('no_signal.frames')} frames without signal. efficiency: the bound divided by sigma"
@@ -118,10 +121,9 @@ def _add_estimators(run: _Run, page: Page) -> None:
            "; not given, because the bound assumes photon noise, which these frames do not have."),
         ["", "sigma, px", "efficiency", "period, days", LOG_FAP],
         [["Cramér-Rao bound", exponential(result.number("crb_projected_px")), "1", "", ""],
-         ["network", exponential(network), fixed(result.number("efficiency"), 3), run.period_text(run.period, run.error),
-          fixed(run.log10_fap, 1)],
-         ["template", exponential(result.number("template.sigma_px")), _efficiency(run, result.number("template.sigma_px")),
-          run.period_text(result.number("template.period_days"), result.number("template.period_error_days")),
+         ["network", exponential(network), fixed(result.number("efficiency"), 3),
+          run.period_text(run.period, run.error), fixed(run.log10_fap, 1)],
+         ["template", exponential(template), _efficiency(run, template), template_period,
           fixed(result.number("template.log10_fap"), 1)],
          ["untrained network", exponential(untrained), _efficiency(run, untrained), "",
           fixed(result.number("untrained.log10_fap"), 1)],
@@ -139,8 +141,8 @@ def _add_estimators(run: _Run, page: Page) -> None:
           squared + (f"; {scientific(result.number('photon_floor'), 4)}" if defined else "")],
          ["1 − MSSIM, no unit", scientific(1 - result.number("mssim"), 2)]])
     spent = [(name, result.number(f"timings.{key}_s")) for name, key in
-             (("set-up", "setup"), ("training", "train"), ("frames", "simulate"), ("encoding", "encode"), ("period", "period"),
-              ("controls", "controls"), ("images", "images")) if result.has(f"timings.{key}_s")]
+             (("set-up", "setup"), ("training", "train"), ("frames", "simulate"), ("encoding", "encode"),
+              ("period", "period"), ("controls", "controls"), ("images", "images")) if result.has(f"timings.{key}_s")]
     page.add("text", f"Time: {fixed(result.number('timings.total_s'), 1)} s in total; "
              + ", ".join(f"{name} {fixed(seconds, 1)}" for name, seconds in spent) + ".")
 
@@ -163,8 +165,8 @@ def _add_chapter_table(run: _Run, page: Page) -> None:
                                        result.number(prefix + "half_width_period_days") / span),
                      fixed(result.number(prefix + "log10_fap"), 1)] + ([of_chapter] if run.has_signal else []))
     page.add_table(
-        f"Table 1 of the chapter: the period in units of the time span of {span:g} days; half the FWHM of the peak (a width, "
-        f"not an error); {LOG_FAP}. The chapter calls the latent an atom."
+        f"Table 1 of the chapter: the period in units of the time span of {span:g} days; half the FWHM of the peak (a "
+        f"width, not an error); {LOG_FAP}. The chapter calls the latent an atom."
         + (" The chapter's values are for three cycles and 10⁻⁶ px." if run.has_signal else ""),
         ["", "period; half width", LOG_FAP] + (["the chapter"] if run.has_signal else []), rows)
 
@@ -195,7 +197,8 @@ def _add_series(run: _Run, page: Page) -> None:
 
 
 def _noise(run: _Run) -> str:
-    return f"{scientific(run.amplitude / run.result.number('latent_sigma_px'))} of the scatter of one latent without signal"
+    part = scientific(run.amplitude / run.result.number("latent_sigma_px"))
+    return f"{part} of the scatter of one latent without signal"
 
 
 def _true_wave(run: _Run, t: Array, truth: Array) -> Sinusoid:
@@ -212,8 +215,8 @@ def _fit(run: _Run) -> Sinusoid:
                     result.number("fitted_offset_px"), result.number("fitted_time_offset_days"))
 
 
-def power(name: str, frequency: Array, values: Array, result: Result, prefix: str = "", level: float = math.nan) -> Power:
-    """Returns a periodogram with the marks of keys of the result that begin with `prefix`."""
+def _power(name: str, frequency: Array, values: Array, result: Result, prefix: str, level: float = math.nan) -> Power:
+    """A periodogram with the marks of keys of the result that begin with `prefix`."""
     period = result.number(prefix + "period_days")
     error = result.number(prefix + "period_error_days", math.nan)
     return Power(name, frequency, values, float(frequency[int(values.argmax())]), 1 / period, error / period**2,
@@ -223,15 +226,16 @@ def power(name: str, frequency: Array, values: Array, result: Result, prefix: st
 def _add_periodograms(run: _Run, page: Page) -> None:
     result, table = run.result, Table(run.folder / "periodogram.csv")
     frequency, level = table.numbers("frequency"), result.number("power_at_fap_1e-3")
-    curves = [power("network's latents", frequency, table.numbers("power"), result, "", level),
-              power("template's values", frequency, table.numbers("template"), result, "template.", level)]
+    curves = [_power("network's latents", frequency, table.numbers("power"), result, "", level),
+              _power("template's values", frequency, table.numbers("template"), result, "template.", level)]
     if result.has("true_series"):
-        curves.insert(0, power("true displacements", frequency, table.numbers("true"), result, "true_series."))
+        curves.insert(0, _power("true displacements", frequency, table.numbers("true"), result, "true_series."))
     figure = figures.periodogram(curves)
     if figure is None:
         page.add("text", "No figure of the periodogram: its grid does not have two frequencies above 0.")
         return
-    page.add_figure("periodogram", figure, f"Lomb-Scargle periodograms. Network: fit {with_error(run.period, run.error)} "
+    page.add_figure("periodogram", figure, "Lomb-Scargle periodograms. Network: fit "
+                                           f"{with_error(run.period, run.error)} "
                     f"days, FWHM {_two_digits(result.number('fwhm_period_days'))} days, {LOG_FAP} "
                     f"{fixed(run.log10_fap, 1)}. Noise alone exceeds the dashed line once in a thousand series.")
 
@@ -244,6 +248,7 @@ def _add_training(run: _Run, page: Page) -> None:
     table = Table(run.folder / "training.csv")
     loss = table.numbers("loss")
     page.add_figure("training", figures.training(table.numbers("step"), loss),
-                    f"Loss after each of {len(loss)} training steps: 1 − cosine² between the network's derivative image and "
-                    f"the exact one, 0 if they are equal in shape; at the end {scientific(float(loss[-1]))}. The cosine of "
-                    f"the encoder, the efficiency that it predicts, is {fixed(run.result.number('cosine'), 4)}.")
+                    f"Loss after each of {len(loss)} training steps: 1 − cosine² between the network's derivative "
+                    "image and the exact one, 0 if they are equal in shape; at the end "
+                    f"{scientific(float(loss[-1]))}. The cosine of the encoder, the efficiency that it predicts, is "
+                    f"{fixed(run.result.number('cosine'), 4)}.")

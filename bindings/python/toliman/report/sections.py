@@ -25,16 +25,18 @@ def section_of(folder: pathlib.Path) -> Section:
         raise malformed(folder, error.strerror or str(error)) from None
     if "ledger.tlml" in names:
         name = readable(folder)
-        raise malformed(folder, f"is a state folder of toliman track: run `toliman report {name}`, or `toliman status {name} --out "
-                        "FOLDER` and give that folder")
+        raise malformed(folder, f"is a state folder of toliman track: run `toliman report {name}`, or `toliman status "
+                                f"{name} --out FOLDER` and give that folder")
     if "result.json" in names:
         return state.add if _schema(folder / "result.json").startswith("toliman-state/") else run.add
     if "experiment.json" in names:
         return experiment.add
     if bench.files_of(folder):
         return bench.add
-    raise malformed(folder, "contains neither result.json (of toliman run, or toliman status --out), nor experiment.json (toliman "
-                    f"experiment), nor a *.json of schema {bench.SCHEMA} (make bench)" + ("" if names else "; it is empty"))
+    kind = "a folder" if names else "an empty folder"
+    raise malformed(folder, "contains neither result.json (of toliman run or toliman status --out), nor "
+                            f"experiment.json (toliman experiment), nor a *.json of schema {bench.SCHEMA} (make "
+                            f"bench); it is {kind}")
 
 
 def _schema(path: pathlib.Path) -> str:

@@ -1,4 +1,4 @@
-"""The section of a state folder of `toliman track`, as `toliman status --out` writes it: counts, series, periodogram."""
+"""The section of a state folder of `toliman track`, from the files of `toliman status --out`."""
 from __future__ import annotations
 
 import math
@@ -13,8 +13,8 @@ from .results import Result, Table
 from .text import LOG_FAP, decimals_of, fixed, scaled, significant, with_error
 
 _WORDS = {
-    "sequential FAP": "the same for repeated monitoring, after every frame: how often noise alone has such a peak at any number "
-                      "of frames",
+    "sequential FAP": "the same for repeated monitoring, after every frame: how often noise alone has such a peak at "
+                      "any number of frames",
     "outliers": "good frames whose value exceeds the limit, or whose time the periodogram cannot represent: not in the "
                 "periodogram",
     "quarantined": "frames that arrived with two different contents: neither is used",
@@ -22,7 +22,8 @@ _WORDS = {
 }
 _COUNTS = {"received": "received", "accepted": "accepted", "outlier": "outliers", "quarantined": "quarantined",
            "repeated": "repeated", "rejected": "rejected"}
-_MORE = {"expected": "expected", "missing": "missing", "dropped": "dropped by the camera", "sessions": "sessions and regions"}
+_MORE = {"expected": "expected", "missing": "missing", "dropped": "dropped by the camera",
+         "sessions": "sessions and regions"}
 
 
 def add(folder: pathlib.Path, page: Page) -> None:
@@ -50,10 +51,12 @@ def _period_text(status: Result, fit: Result | None, unit: str) -> str:
     if not status.has("log10_fap"):
         return "no period yet."
     period, error, fap = status.number("period"), math.nan, status.number("log10_fap")
+    sequential = status.number("log10_fap_sequential")
     if fit is not None:
         period, error, fap = fit.number("period"), fit.number("period_error"), fit.number("log10_fap")
-    return (f"period {with_error(period, error)} {unit}, {LOG_FAP} {fixed(fap, 1)}; sequential, for repeated monitoring, "
-            f"{fixed(status.number('log10_fap_sequential'), 1)}." + ("" if significant(fap) else " This is not a significant period."))
+    return (f"period {with_error(period, error)} {unit}, {LOG_FAP} {fixed(fap, 1)}; sequential, for repeated "
+            f"monitoring, {fixed(sequential, 1)}." + ("" if significant(sequential) else " This is not a significant "
+                                                                                         "period."))
 
 
 def _add_counts(status: Result, page: Page) -> None:
@@ -78,29 +81,32 @@ def _add_series(table: Table, fit: Result | None, unit: str, page: Page) -> None
     wave = _wave(fit)
     caption = "The value of each frame in the periodogram, less their mean"
     if fit is not None and wave is not None:
-        caption += (f", and the sinusoid that fits best: amplitude {scaled(wave.amplitude, fit.number('amplitude_error'))} px, "
-                    f"period {with_error(wave.period, fit.number('period_error'))} {unit}")
+        caption += (", and the sinusoid that fits best: amplitude "
+                    f"{scaled(wave.amplitude, fit.number('amplitude_error'))} px, period "
+                    f"{with_error(wave.period, fit.number('period_error'))} {unit}")
     step = figures.thinned(len(t))
     thinned = f" One of {step} frames is drawn." if step > 1 else ""
     cycles = numpy.ptp(t) / wave.period if wave else 0
     if cycles <= figures.MOST_CYCLES:
-        page.add_figure("series", figures.series(t, {"separation": y}, period=wave.period if wave else math.nan, unit=unit,
-                                                 fit=wave), f"{caption}.{thinned}")
+        figure = figures.series(t, {"all frames": y}, period=wave.period if wave else math.nan, unit=unit, fit=wave)
+        page.add_figure("series", figure, f"{caption}.{thinned}")
     if wave is not None and fit is not None and significant(fit.number("log10_fap")) and numpy.ptp(t) > 0:
-        page.add_figure("folded", figures.folded(t, {"separation": y}, wave.period, fits={"separation": wave}),
-                        f"{caption}; folded over this period, from the first frame on.{thinned}")
+        page.add_figure("folded", figures.folded(t, {"all frames": y}, wave.period, fits={"all frames": wave}),
+                        f"The same folded over this period, from the first frame on.{thinned}")
 
 
 def _add_periodogram(table: Table, result: Result, status: Result, fit: Result | None, unit: str, page: Page) -> None:
-    best = fit is not None and fit.has("period")
-    period, error = (fit.number("period"), fit.number("period_error")) if fit is not None and best else (math.nan, math.nan)
+    period = error = math.nan
+    if fit is not None:
+        period, error = fit.number("period"), fit.number("period_error")
     grid = status.number("period")
     curve = Power("all frames", table.numbers("frequency"), table.numbers("power"), status.number("frequency"),
-                  1 / period, error / period**2, status.number("fwhm_period") / grid**2, result.number("power_at_fap_1e-3"))
+                  1 / period, error / period**2, status.number("fwhm_period") / grid**2,
+                  result.number("power_at_fap_1e-3"))
     figure = figures.periodogram([curve], unit)
     if figure is None:
         page.add("text", "No figure of the periodogram: its grid does not have two frequencies above 0.")
         return
     page.add_figure("periodogram", figure, f"Lomb-Scargle power on the grid of the folder; highest at a period of "
-                    f"{fixed(grid, decimals_of(error))} {unit} (grid peak). The dashed line holds for one query; for repeated "
-                    "monitoring the sequential FAP applies.")
+                    f"{fixed(grid, decimals_of(error))} {unit} (grid peak). The dashed line holds for one query; for "
+                    "repeated monitoring the sequential FAP applies.")

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 WIDTH = 9.0  # inch
 BLUE, ORANGE, GREEN, PURPLE, SKY, GOLD, YELLOW = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00",
                                                   "#f0e442")  # Okabe and Ito: distinct also to the colour-blind
+CYCLE = (BLUE, ORANGE, GREEN, PURPLE, SKY, GOLD, "#222222", "#999999", "#8c564b", YELLOW)
 DOTS, DARK, GREY = "#9db8cf", "#222222", "#999999"
 INTENSITY, DIFFERENCE = "viridis", "RdBu_r"
 MARKERS = "osD^vP*X<>hp"
@@ -20,7 +21,7 @@ FORMATS = ("svg", "png", "pdf")
 _STYLE: dict[str, typing.Any] = {
     "figure.dpi": 100, "savefig.dpi": 200, "figure.facecolor": "white", "figure.constrained_layout.use": True,
     "font.family": "DejaVu Sans", "font.size": 10, "axes.titlesize": 10, "axes.labelsize": 10, "legend.fontsize": 9,
-    "axes.prop_cycle": matplotlib.cycler(color=[BLUE, ORANGE, GREEN, PURPLE, SKY, GOLD, DARK]),
+    "axes.prop_cycle": matplotlib.cycler(color=CYCLE),
     "axes.edgecolor": "#444444", "axes.grid": True, "grid.color": "#e8e8e8", "grid.linewidth": 0.8,
     "axes.axisbelow": True, "lines.linewidth": 1.4, "lines.markersize": 4, "legend.frameon": True,
     "legend.framealpha": 0.85, "legend.edgecolor": "none", "legend.fancybox": False, "xtick.color": "#444444",
