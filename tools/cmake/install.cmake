@@ -38,10 +38,11 @@ endif()
 
 # Debian's Python searches this folder below /usr; for other prefixes PYTHONPATH must name it.
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/bindings/python/toliman DESTINATION lib/python3/dist-packages COMPONENT python
-        FILES_MATCHING PATTERN *.py PATTERN py.typed PATTERN __pycache__ EXCLUDE)
+        FILES_MATCHING PATTERN *.py PATTERN page.html PATTERN py.typed PATTERN __pycache__ EXCLUDE)
 # Metadata for pip and importlib.metadata.
 file(WRITE ${PROJECT_BINARY_DIR}/python/METADATA
      "Metadata-Version: 2.1\nName: toliman\nVersion: ${PROJECT_VERSION}\nSummary: ${PROJECT_DESCRIPTION}\n"
-     "Requires-Python: >=3.9\nRequires-Dist: numpy (>=1.20)\n")
+     "Requires-Python: >=3.9\nRequires-Dist: numpy (>=1.20)\n"
+     "Provides-Extra: report\nRequires-Dist: matplotlib; extra == 'report'\nRequires-Dist: jinja2; extra == 'report'\n")
 install(FILES ${PROJECT_BINARY_DIR}/python/METADATA COMPONENT python
         DESTINATION lib/python3/dist-packages/toliman-${PROJECT_VERSION}.dist-info)

@@ -36,10 +36,12 @@ toliman_package(python python3-toliman python "${same}, python3, python3-numpy" 
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_RECOMMENDS "libfftw3-dev, libopenblas-dev, libcjson-dev, zlib1g-dev, liberfa-dev") # static
 set(CPACK_DEBIAN_PYTHON_PACKAGE_ARCHITECTURE all)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS toliman) # contains the scenes
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS "python3-matplotlib, python3-jinja2") # for toliman.report
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)
-set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS gnuplot-nox) # for `toliman report`
+# For `toliman report`.
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS "python3-toliman, python3-matplotlib, python3-jinja2")
 if(TARGET toliman_mpi)
   toliman_package(mpi toliman-mpi science "${same}, openmpi-bin" "frames of the TOLIMAN space telescope on many machines")
   set(CPACK_DEBIAN_MPI_PACKAGE_SHLIBDEPS ON)
