@@ -11,6 +11,7 @@ SYM, BASE, LINEAR, TRACK, PERIOD = ("lib/api/toliman.sym", "include/toliman/base
                                     "include/toliman/track.h", "include/toliman/period.h")
 FORTRAN, PYTHON = "bindings/fortran/toliman.f90", "bindings/python/toliman/_raw.py"
 RESULTS, SIZES = "bindings/python/toliman/_results.py", "lib/api/struct_sizes.hpp"
+LAYOUT, NETWORK = "lib/cae/layout.hpp", "bindings/python/toliman/report/_network.py"
 
 
 class Bindings(unittest.TestCase):
@@ -18,7 +19,7 @@ class Bindings(unittest.TestCase):
         self.top = tempfile.mkdtemp()
         self.addCleanup(shutil.rmtree, self.top)
         for name in ("CMakeLists.txt", SYM, "tools/gen/shapes", "tools/gen/toliman.f90.in", FORTRAN, PYTHON, RESULTS,
-                     SIZES):
+                     SIZES, LAYOUT, NETWORK):
             os.makedirs(os.path.dirname(os.path.join(self.top, name)), exist_ok=True)
             shutil.copy(os.path.join(TOP, name), os.path.join(self.top, name))
         shutil.copytree(os.path.join(TOP, "include"), os.path.join(self.top, "include"))
@@ -62,6 +63,12 @@ class Bindings(unittest.TestCase):
                     self.refuses("include/toliman/period.h:", "expected a type of <stdint.h>")
                 else:
                     self.refuses(FORTRAN + ":", PYTHON + ":", "differs from the output of tools/gen/generate")
+
+    def test_changed_network(self):
+        self.change(LAYOUT, '{"conv2.weight", {16, 8, 3, 3}}', '{"conv2.weight", {16, 8, 5, 5}}')
+        self.refuses(NETWORK + ":", "differs from the output of tools/gen/generate")
+        self.change(LAYOUT, '{"conv2.bias", {16}}', '{"conv2_bias", {16}}')
+        self.refuses(LAYOUT + ": 19 tensors and 4 stages were found: must be 20 and 4")
 
     def test_changed_binding(self):
         self.change(FORTRAN, "toliman_version_number() bind(C)", "toliman_version_numbers() bind(C)")

@@ -3,6 +3,7 @@ import os
 
 import fortran_layer
 import model
+import network
 import python_raw
 import python_results
 import shapes
@@ -18,6 +19,7 @@ def products(top):
     return {
         "bindings/python/toliman/_raw.py": python_raw.write(table),
         "bindings/python/toliman/_results.py": python_results.write(table),
+        "bindings/python/toliman/report/_network.py": network.write(top),
         "lib/api/struct_sizes.hpp": struct_sizes.write(table),
         "bindings/fortran/toliman.f90": fortran_layer.write(table, template),
     }

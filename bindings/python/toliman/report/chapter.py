@@ -1,0 +1,217 @@
+"""Figures after those of the book chapter: functions of arrays that return a matplotlib Figure."""
+from __future__ import annotations
+
+import math
+import typing
+
+import numpy
+from matplotlib.axes import Axes
+from matplotlib.colors import LogNorm
+from matplotlib.figure import Figure
+from matplotlib.patches import FancyArrowPatch, Rectangle
+
+from . import style
+from ._network import MAX_POOL, SIDE, STAGES, TENSORS
+from .style import BLUE, DARK, DOTS, GREEN, GREY, ORANGE, new_figure, styled
+
+Array = numpy.ndarray[typing.Any, typing.Any]
+
+DEPTH = 1e-5  # lowest value of a logarithmic scale, relative to the highest
+MOST_SIGMAS = 4  # of a residual's scale
+SHOWN_SIDE = 128  # rows and columns of the frames that are drawn
+
+
+def half_maximum(frequency: Array, power: Array) -> tuple[float, float, float]:
+    """Returns half of the highest power and the two frequencies next to the peak where the power is that; NaN for a
+    side that stays above."""
+    top = int(power.argmax())
+    half = float(power[top]) / 2
+    ends = []
+    for step, end in ((-1, -1), (1, len(power))):
+        below = next((k for k in range(top, end, step) if power[k] < half), None)
+        if below is None:
+            ends.append(math.nan)
+            continue
+        inner = below - step
+        share = (power[inner] - half) / (power[inner] - power[below])
+        ends.append(float(frequency[inner] + share * (frequency[below] - frequency[inner])))
+    return half, ends[0], ends[1]
+
+
+def _standardised(values: Array, by: Array) -> Array:
+    return (values - values.mean()) / by.std()
+
+
+def _periodogram(axis: Axes, frequency: Array, power: Array, colour: str) -> None:
+    half, low, high = half_maximum(frequency, power)
+    axis.plot(frequency, power, color=colour, linewidth=1.1)
+    if math.isfinite(low + high):
+        peak = float(frequency[power.argmax()])
+        axis.plot([low, high], [half, half], "|-", color=ORANGE, markersize=9,
+                  label=f"peak {1 / peak:.3g} days, FWHM {(high - low) / peak**2:.3g} days")
+        axis.legend(loc="upper right")
+    axis.set_xscale("log")
+    axis.set_xlim(frequency[0], frequency[-1])
+    axis.set_ylim(0, 1.05 * max(float(power.max()), 1e-9))
+    axis.set_xlabel("frequency, 1/day")
+    axis.set_ylabel("power (no unit)")
+
+
+@styled
+def signal_and_atom(t: Array, truth: Array, latent: Array, frequency: Array, true_power: Array, power: Array) -> Figure:
+    """True displacements and latents, each standardised (mean 0, standard deviation 1), above their periodograms with the
+    full width at half maximum of the highest peak. t: days; truth, latent: px; frequency: above 0, in 1/day."""
+    figure, (left, right, below_left, below_right) = new_figure(5.2, 2, 2)
+    left.plot(t, _standardised(truth, truth), color=BLUE)
+    left.set_title("true displacements")
+    right.plot(t, _standardised(latent, latent), ".", color=DOTS, markersize=3, label="latent of a frame")
+    right.plot(t, _standardised(truth, latent), color=ORANGE, label="true, same unit")
+    right.set_title("latents (the chapter's atom)")
+    right.legend(loc="upper right")
+    for axis in (left, right):
+        axis.set_xlabel("time, days")
+        axis.set_ylabel("standard deviations")
+        axis.set_xlim(t[0], t[-1])
+    _periodogram(below_left, frequency, true_power, BLUE)
+    _periodogram(below_right, frequency, power, BLUE)
+    return figure
+
+
+def _margin(count: int) -> int:
+    """Rows or columns on either side that are not drawn."""
+    return max(0, (count - SHOWN_SIDE) // 2)
+
+
+def _middle(images: Array) -> Array:
+    rows, columns = (slice(_margin(n), n - _margin(n)) for n in images.shape[-2:])
+    return images[..., rows, columns]
+
+
+@styled
+def reconstructions(numbers: typing.Sequence[int], frames: Array, again: Array, residuals: Array,
+                    place: tuple[float, float, float], unit: str) -> Figure:
+    """Frames above their reconstructions and residuals, the middle 128x128 px of each. numbers: of the frames; frames,
+    again: counts [frames][rows][columns] in `unit`; residuals: frame less reconstruction over the sigma of the pixel.
+    place: x and y of the first pixel and size of a pixel, in arcsec."""
+    x, y, step = place
+    left = x + (_margin(frames.shape[2]) - 0.5) * step
+    bottom = y + (_margin(frames.shape[1]) - 0.5) * step
+    frames, again, residuals = _middle(frames), _middle(again), _middle(residuals)
+    count, rows, columns = frames.shape
+    figure, axes = new_figure(0.6 + 3 * (style.WIDTH - 1.6) / count * rows / columns, 3, count, sharex=True, sharey=True)
+    highest = float(frames.max())
+    extent = (left, left + columns * step, bottom, bottom + rows * step)
+    light = {"norm": LogNorm(DEPTH * highest, highest, clip=True), "cmap": style.INTENSITY}
+    noise = {"vmin": -MOST_SIGMAS, "vmax": MOST_SIGMAS, "cmap": style.DIFFERENCE}
+    for row, (images, how, name) in enumerate(((frames, light, "frame"), (again, light, "reconstruction"),
+                                               (residuals, noise, "residual"))):
+        line = axes[row * count:(row + 1) * count]
+        for axis, image in zip(line, images):
+            shown = axis.imshow(image, extent=extent, origin="lower", **how)
+            axis.grid(False)
+        line[0].set_ylabel(f"{name}\ny, arcsec")
+        label = f"{unit} per pixel" if row == 0 else "sigma"
+        if row != 1:
+            figure.colorbar(shown, ax=axes[:2 * count] if row == 0 else line, label=label, pad=0.01, aspect=30 if row == 0 else 15,
+                            extend="min" if row == 0 else "both")
+    for axis, number in zip(axes, numbers):
+        axis.set_title(f"frame {number}")
+    for axis in axes[2 * count:]:
+        axis.set_xlabel("x, arcsec")
+    return figure
+
+
+class Layer(typing.NamedTuple):
+    """An image of the network, and the operation that makes it from the one before ("" for the input)."""
+
+    operation: str
+    rows: int
+    columns: int
+    channels: int
+    parameters: int
+
+
+def _count(name: str) -> int:
+    return sum(math.prod(TENSORS[f"{name}.{part}"]) for part in ("weight", "bias"))
+
+
+def layers(layout: str = "flight") -> list[Layer]:
+    """Returns the layers of a layout, from the input through the latent to the output."""
+    max_pool = MAX_POOL[layout]
+    down = "conv 3×3\nELU\nmax 2×2" if max_pool else "conv 3×3\nmean 2×2\nELU"
+    up = "un-pool\ndeconv 3×3" if max_pool else "repeat 2×2\ndeconv 3×3"
+    found = [Layer("", SIDE, SIDE, STAGES[0][2], 0)]
+    found += [Layer(down, rows, columns, coarse, _count(f"conv{i}")) for i, (rows, columns, _, coarse) in enumerate(STAGES, 1)]
+    deep = STAGES[-1]
+    found += [Layer("dense", 1, 1, 1, _count("latent")), Layer("dense\nELU", deep[0], deep[1], deep[3], _count("expand"))]
+    for i in range(len(STAGES), 0, -1):
+        rows, columns, fine, _ = STAGES[i - 1]
+        found.append(Layer(up + ("\nELU" if i > 1 else ""), 2 * rows, 2 * columns, fine, _count(f"deconv{i}")))
+    return found
+
+
+@styled
+def architecture(names: typing.Sequence[str] = ("flight", "paper")) -> Figure:
+    """The network's layers, a row for each layout: boxes are images (height: rows, width: channels, both on a logarithmic
+    scale), arrows are operations."""
+    figure, axes = new_figure(2.7 * len(names), len(names), 1)
+    for axis, name in zip(axes, names):
+        at = before = 0.0
+        every = layers(name)
+        for number, layer in enumerate(every):
+            height, width = 0.25 + math.log2(layer.rows) / 4, 0.12 + math.log2(layer.channels) / 14
+            if number > 0:
+                axis.add_patch(FancyArrowPatch((before, 0), (at, 0), arrowstyle="-|>", mutation_scale=8, color=GREY,
+                                               shrinkA=1, shrinkB=1))
+                axis.text((before + at) / 2, 0.12, layer.operation, ha="center", va="bottom", fontsize=6.5, color=DARK,
+                          linespacing=1.1)
+            latent = layer.rows == 1
+            axis.add_patch(Rectangle((at, -height / 2), width, height, facecolor=ORANGE if latent else "#cfe2f0",
+                                     edgecolor=ORANGE if latent else BLUE))
+            text = "latent" if latent else f"{layer.rows}×{layer.columns}\n×{layer.channels}"
+            axis.text(at + width / 2, -height / 2 - 0.08, text, ha="center", va="top", fontsize=7)
+            before, at = at + width, at + width + 1.0
+        axis.set_xlim(-0.1, before + 0.1)
+        axis.set_ylim(-1.6, 1.2)
+        axis.axis("off")
+        total = sum(layer.parameters for layer in every)
+        axis.set_title(f"layout {name}: {total:,} weights", loc="left")
+    return figure
+
+
+@styled
+def activations() -> Figure:
+    """ELU with alpha = 1, the network's, and ReLU: value and derivative."""
+    x = numpy.linspace(-4, 2, 601)
+    figure, (left, right) = new_figure(3.2, 1, 2)
+    left.plot(x, numpy.where(x > 0, x, numpy.expm1(x)), color=BLUE, label="ELU")
+    left.plot(x, numpy.maximum(x, 0), "--", color=ORANGE, label="ReLU")
+    right.plot(x, numpy.where(x > 0, 1, numpy.exp(x)), color=BLUE, label="ELU")
+    right.plot(x, numpy.where(x > 0, 1.0, 0.0), "--", color=ORANGE, label="ReLU")
+    left.set_ylabel("value (no unit)")
+    right.set_ylabel("derivative (no unit)")
+    for axis in (left, right):
+        axis.set_xlabel("input (no unit)")
+        axis.legend(loc="upper left")
+    return figure
+
+
+@styled
+def displacement(displacement_px: Array, errors: dict[str, Array]) -> Figure:
+    """Error of a displaced image over the largest change of a pixel by the displacement. errors: the columns linear, cubic,
+    linear_change, cubic_change and taylor of displacement.csv."""
+    figure, (axis,) = new_figure(3.8)
+    for name, label, look in (
+            ("linear", "shifted and downsampled, linear", {"color": ORANGE, "marker": "o"}),
+            ("cubic", "shifted and downsampled, cubic", {"color": GREEN, "marker": "s"}),
+            ("linear_change", "the change alone, linear", {"color": ORANGE, "linestyle": ":", "marker": "o"}),
+            ("cubic_change", "the change alone, cubic", {"color": GREEN, "linestyle": ":", "marker": "s"}),
+            ("taylor", "Taylor expansion, used here", {"color": BLUE, "marker": "D"})):
+        axis.plot(displacement_px, errors[name], label=label, **look)
+    axis.axhline(1, color=DARK, linestyle="--", label="error as large as the signal")
+    axis.set_xscale("log")
+    axis.set_yscale("log")
+    axis.set_xlabel("displacement, px")
+    axis.set_ylabel("error / signal (no unit)")
+    axis.legend(loc="upper left", bbox_to_anchor=(1.01, 1), borderaxespad=0)
+    return figure
