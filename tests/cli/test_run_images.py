@@ -4,13 +4,16 @@ import datetime
 import functools
 import json
 import math
+import pathlib
 import shlex
 import signal
 import subprocess
+import tempfile
 import time
 import unittest
 
 import numpy
+import schemas
 from astropy.timeseries import LombScargle
 from program import PROGRAM, ProgramTest, one_wavelength
 
@@ -53,23 +56,32 @@ class Telescope:
         return abs(rows @ field @ columns.T) ** 2 * (self.step * scale) ** 2 / self.amplitude.sum()
 
 
-class Images(ProgramTest):
-    @classmethod
-    def setUpClass(cls):
-        super().setUpClass()
-        one = cls("run_once")
-        ProgramTest.setUp(one)
-        cls.addClassCleanup(one.doCleanups)
-        cls.kept, cls.scene = one.folder, scene_of()
-        (cls.kept / "it's a scene.json").write_text(json.dumps(cls.scene))
-        cls.began = datetime.datetime.now(datetime.timezone.utc)
-        cls.printed = one.succeed("run", "it's a scene.json", "--out", "r", "--json")
-        cls.result = json.loads(cls.printed)
-        cls.images = {name: numpy.load(cls.kept / "r" / cls.result["images"][name]["file"]) for name in NAMES}
-        cls.telescope = Telescope(cls.images["pupil_amplitude"], cls.images["pupil_opd"], 0.125)
+class Run:
+    """A run that the tests share."""
 
-    def run_once(self):
-        """Never called: the name that setUpClass gives its instance."""
+    def __init__(self, folder):
+        self.folder, self.scene = folder / "r", folder / "it's a scene.json"
+        self.scene.write_text(json.dumps(scene_of()))
+        self.began = datetime.datetime.now(datetime.timezone.utc)
+        done = subprocess.run([PROGRAM, "run", self.scene.name, "--out", "r", "--json"], cwd=folder, capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        schemas.check(done.stdout)
+        self.result = json.loads(done.stdout)
+        self.images = {name: numpy.load(self.folder / self.result["images"][name]["file"]) for name in NAMES}
+
+
+def setUpModule():
+    global RUN
+    kept = tempfile.TemporaryDirectory()
+    unittest.addModuleCleanup(kept.cleanup)
+    RUN = Run(pathlib.Path(kept.name))
+
+
+class Images(ProgramTest):
+    def setUp(self):
+        super().setUp()
+        self.result, self.images = RUN.result, RUN.images
+        self.telescope = Telescope(self.images["pupil_amplitude"], self.images["pupil_opd"], 0.125)
 
     def place(self, name):
         """Coordinates of the columns and of the rows of an image."""
@@ -77,10 +89,10 @@ class Images(ProgramTest):
         return (image["first_x"] + image["step"] * numpy.arange(columns), image["first_y"] + image["step"] * numpy.arange(rows))
 
     def test_they_are_listed(self):
-        self.assertEqual({path.name for path in (self.kept / "r").iterdir()}, {
+        self.assertEqual({path.name for path in (RUN.folder).iterdir()}, {
             "displacement.csv", "images", "periodogram.csv", "result.json", "scene.json", "series.csv", "training.csv",
             "weights.tlmw"})
-        self.assertEqual({path.name for path in (self.kept / "r" / "images").iterdir()}, {name + ".npy" for name in NAMES})
+        self.assertEqual({path.name for path in (RUN.folder / "images").iterdir()}, {name + ".npy" for name in NAMES})
         for name, values in self.images.items():
             image = self.result["images"][name]
             self.assertEqual((list(values.shape), values.dtype, image["reason"]), (image["shape"], numpy.float64, None))
@@ -122,7 +134,7 @@ class Images(ProgramTest):
         self.assertAlmostEqual(high, 580, delta=1e-9)
         scale = 1e9 / still.max()
         numpy.testing.assert_allclose(self.images["expected"], scale * still, rtol=0, atol=1e3)
-        largest = max(rows_of(self.kept / "r/series.csv")["true"], key=abs)
+        largest = max(rows_of(RUN.folder / "series.csv")["true"], key=abs)
         change = scale * (self.frame_of(largest) - still)
         numpy.testing.assert_allclose(self.images["difference"], change, rtol=0, atol=1e-3 * abs(change).max())
         self.assertAlmostEqual(self.result["peak_counts"], 1e9, delta=1)
@@ -143,7 +155,7 @@ class Images(ProgramTest):
     def test_random_frames(self):
         samples = self.result["samples"]
         self.assertEqual([k * 5 // FRAMES for k in samples], [0, 1, 2, 3, 4])
-        self.run_program("simulate", self.kept / "it's a scene.json", "--out", self.folder / "f.npy")
+        self.run_program("simulate", RUN.scene, "--out", self.folder / "f.npy")
         frames = numpy.load(self.folder / "f.npy")
         self.assertTrue((self.images["frame"] == frames[0]).all())
         first_x, first_y = (self.place("frames")[i][0] - self.place("frame")[i][0] for i in range(2))
@@ -155,7 +167,7 @@ class Images(ProgramTest):
 
     def test_reconstructions_are_the_latents(self):
         """The derivative image, scaled by the latent: here 1e-4 px is 80 times the noise."""
-        series = rows_of(self.kept / "r/series.csv")
+        series = rows_of(RUN.folder / "series.csv")
         crop = int(self.place("frames")[0][0] - self.place("frame")[0][0])
         largest = max(series["true"], key=abs)
         per_px = self.images["difference"][:, crop:crop + SIDE] / largest
@@ -176,7 +188,7 @@ class Images(ProgramTest):
         self.assertAlmostEqual(stated["correlation"], pairs, delta=error)
 
     def test_power_of_the_truth(self):
-        table, series = rows_of(self.kept / "r/periodogram.csv"), rows_of(self.kept / "r/series.csv")
+        table, series = rows_of(RUN.folder / "periodogram.csv"), rows_of(RUN.folder / "series.csv")
         want = LombScargle(series["t"], series["true"]).power(table["frequency"], method="cython")
         numpy.testing.assert_allclose(table["true"][:-1], want[:-1], rtol=0, atol=1e-9)  # at the last, sine is 0
         truth = self.result["true_series"]
@@ -184,7 +196,7 @@ class Images(ProgramTest):
 
     def test_fitted_sinusoid(self):
         """Least squares at the stated period by numpy."""
-        series, result = rows_of(self.kept / "r/series.csv"), self.result
+        series, result = rows_of(RUN.folder / "series.csv"), self.result
         angle = 2 * math.pi * (series["t"] - result["fitted_time_offset_days"]) / result["period_days"]
         columns = numpy.stack([numpy.sin(angle), numpy.cos(angle), numpy.ones(FRAMES)], axis=1)
         (sine, cosine, offset), squares, _, _ = numpy.linalg.lstsq(columns, series["latent"], rcond=None)
@@ -198,12 +210,12 @@ class Images(ProgramTest):
         origin = self.result["provenance"]
         self.assertEqual(shlex.split(origin["command"]), ["toliman", "run", "it's a scene.json", "--out", "r", "--json"])
         date = datetime.datetime.fromisoformat(origin["date"].replace("Z", "+00:00"))
-        self.assertLessEqual(abs(date - self.began), datetime.timedelta(minutes=5))
+        self.assertLessEqual(abs(date - RUN.began), datetime.timedelta(minutes=5))
         self.assertEqual(origin["processor"], json.loads(self.succeed("doctor", "--json"))["cpu"])
 
     def test_displacement_errors(self):
         """Interpolation between fifths of a pixel, here by the weights of Keys and over more of the image."""
-        table = rows_of(self.kept / "r/displacement.csv")
+        table = rows_of(RUN.folder / "displacement.csv")
         numpy.testing.assert_allclose(table["displacement_px"], [1e-2, 1e-3, 1e-4, 1e-5, 1e-6])
         self.assertLess(table["taylor"].max(), 1e-8)
         x = numpy.arange(-15.5, 16)
