@@ -12,13 +12,14 @@ from matplotlib.patches import FancyArrowPatch, Rectangle
 
 from . import style
 from ._network import MAX_POOL, SIDE, STAGES, TENSORS
+from .figures import envelope, thinned
+from .images import DEPTH
+from .results import Array
 from .style import BLUE, DARK, DOTS, GREEN, GREY, ORANGE, new_figure, styled
 
-Array = numpy.ndarray[typing.Any, typing.Any]
-
-DEPTH = 1e-5  # lowest value of a logarithmic scale, relative to the highest
 MOST_SIGMAS = 4  # of a residual's scale
 SHOWN_SIDE = 128  # rows and columns of the frames that are drawn
+DISPLACEMENTS = ("linear", "cubic", "linear_change", "cubic_change", "taylor")  # columns of displacement.csv
 
 
 def half_maximum(frequency: Array, power: Array) -> tuple[float, float, float]:
@@ -42,13 +43,14 @@ def _standardised(values: Array, by: Array) -> Array:
     return (values - values.mean()) / by.std()
 
 
-def _periodogram(axis: Axes, frequency: Array, power: Array, colour: str) -> None:
+def _periodogram(axis: Axes, frequency: Array, power: Array) -> None:
     half, low, high = half_maximum(frequency, power)
-    axis.plot(frequency, power, color=colour, linewidth=1.1)
+    axis.plot(*envelope(frequency, power), color=BLUE, linewidth=1.1)
     if math.isfinite(low + high):
         peak = float(frequency[power.argmax()])
+        width = (high - low) / peak**2
         axis.plot([low, high], [half, half], "|-", color=ORANGE, markersize=9,
-                  label=f"peak {1 / peak:.3g} days, FWHM {(high - low) / peak**2:.3g} days")
+                  label=f"FWHM {width:.3g} days, half of it {width / 2:.3g}")
         axis.legend(loc="upper right")
     axis.set_xscale("log")
     axis.set_xlim(frequency[0], frequency[-1])
@@ -62,18 +64,19 @@ def signal_and_atom(t: Array, truth: Array, latent: Array, frequency: Array, tru
     """True displacements and latents, each standardised (mean 0, standard deviation 1), above their periodograms with the
     full width at half maximum of the highest peak. t: days; truth, latent: px; frequency: above 0, in 1/day."""
     figure, (left, right, below_left, below_right) = new_figure(5.2, 2, 2)
-    left.plot(t, _standardised(truth, truth), color=BLUE)
+    step = thinned(len(t))
+    left.plot(t[::step], _standardised(truth, truth)[::step], color=BLUE)
     left.set_title("true displacements")
-    right.plot(t, _standardised(latent, latent), ".", color=DOTS, markersize=3, label="latent of a frame")
-    right.plot(t, _standardised(truth, latent), color=ORANGE, label="true, same unit")
+    right.plot(t[::step], _standardised(latent, latent)[::step], ".", color=DOTS, markersize=3, label="each frame")
+    right.plot(t[::step], _standardised(truth, latent)[::step], color=ORANGE, label="truth")
     right.set_title("latents (the chapter's atom)")
     right.legend(loc="upper right")
     for axis in (left, right):
         axis.set_xlabel("time, days")
         axis.set_ylabel("standard deviations")
         axis.set_xlim(t[0], t[-1])
-    _periodogram(below_left, frequency, true_power, BLUE)
-    _periodogram(below_right, frequency, power, BLUE)
+    _periodogram(below_left, frequency, true_power)
+    _periodogram(below_right, frequency, power)
     return figure
 
 
@@ -179,6 +182,37 @@ def architecture(names: typing.Sequence[str] = ("flight", "paper")) -> Figure:
     return figure
 
 
+def pooled(image: Array) -> tuple[Array, Array, Array]:
+    """Returns the maxima of 2x2 groups of pixels, the image un-pooled from them (each at its place, 0 elsewhere), and the
+    means of the groups."""
+    rows, columns = (n // 2 for n in image.shape)
+    groups = image.reshape(rows, 2, columns, 2).swapaxes(1, 2).reshape(rows, columns, 4)
+    highest = groups.max(axis=2)
+    first = numpy.arange(4) == groups.argmax(axis=2)[..., None]
+    again = (first * highest[..., None]).reshape(rows, columns, 2, 2).swapaxes(1, 2).reshape(image.shape)
+    return highest, again, groups.mean(axis=2)
+
+
+@styled
+def pooling(image: Array) -> Figure:
+    """Pooling of a small image with an even number of rows and columns, first row above: the layout paper keeps maxima and
+    their places, the layout flight keeps means and repeats them."""
+    highest, again, mean = pooled(image)
+    figure, axes = new_figure(2.05, 1, 5)
+    low, high = float(min(image.min(), 0)), float(image.max())
+    for axis, (title, values) in zip(axes, (("image", image), ("paper: maxima", highest), ("paper: un-pooled", again),
+                                            ("flight: means", mean),
+                                            ("flight: repeated", mean.repeat(2, axis=0).repeat(2, axis=1)))):
+        axis.imshow(values, cmap="Blues", vmin=low, vmax=2 * high - low, origin="upper")
+        for (row, column), value in numpy.ndenumerate(values):
+            axis.text(column, row, f"{value:g}", ha="center", va="center")
+        axis.set_title(title)
+        axis.set_xticks(numpy.arange(-0.5, values.shape[1]))
+        axis.set_yticks(numpy.arange(-0.5, values.shape[0]))
+        axis.tick_params(length=0, labelbottom=False, labelleft=False)
+    return figure
+
+
 @styled
 def activations() -> Figure:
     """ELU with alpha = 1, the network's, and ReLU: value and derivative."""
@@ -198,16 +232,14 @@ def activations() -> Figure:
 
 @styled
 def displacement(displacement_px: Array, errors: dict[str, Array]) -> Figure:
-    """Error of a displaced image over the largest change of a pixel by the displacement. errors: the columns linear, cubic,
-    linear_change, cubic_change and taylor of displacement.csv."""
+    """Error of a displaced image over the largest change of a pixel by the displacement. errors: by the names of
+    DISPLACEMENTS."""
     figure, (axis,) = new_figure(3.8)
-    for name, label, look in (
-            ("linear", "shifted and downsampled, linear", {"color": ORANGE, "marker": "o"}),
-            ("cubic", "shifted and downsampled, cubic", {"color": GREEN, "marker": "s"}),
-            ("linear_change", "the change alone, linear", {"color": ORANGE, "linestyle": ":", "marker": "o"}),
-            ("cubic_change", "the change alone, cubic", {"color": GREEN, "linestyle": ":", "marker": "s"}),
-            ("taylor", "Taylor expansion, used here", {"color": BLUE, "marker": "D"})):
-        axis.plot(displacement_px, errors[name], label=label, **look)
+    looks = (("shifted and downsampled, linear", ORANGE, "-", "o"), ("shifted and downsampled, cubic", GREEN, "-", "s"),
+             ("the change alone, linear", ORANGE, ":", "o"), ("the change alone, cubic", GREEN, ":", "s"),
+             ("Taylor expansion, used here", BLUE, "-", "D"))
+    for name, (label, colour, line, marker) in zip(DISPLACEMENTS, looks):
+        axis.plot(displacement_px, errors[name], color=colour, linestyle=line, marker=marker, label=label)
     axis.axhline(1, color=DARK, linestyle="--", label="error as large as the signal")
     axis.set_xscale("log")
     axis.set_yscale("log")

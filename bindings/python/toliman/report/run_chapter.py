@@ -1,0 +1,84 @@
+"""The section of `toliman run` with the figures of the book chapter."""
+from __future__ import annotations
+
+import pathlib
+
+import numpy
+
+from . import chapter, results
+from .images import images
+from .page import Page
+from .results import Result, Table
+from .run_images import BANDS, Images, band
+from .text import scientific
+
+_EXAMPLE = numpy.array([[1, 3, 2, 0], [5, 2, 4, 4], [0, 1, 7, 3], [2, 1, 2, 0]])  # of pooling
+
+
+def add(folder: pathlib.Path, result: Result, page: Page) -> None:
+    """Adds the figures to the page."""
+    if not result.has("images"):
+        return
+    _add_signal(folder, result, page)
+    _add_images(folder, result, page)
+    _add_displacement(folder, page)
+    page.add_figure("architecture", chapter.architecture(),
+                    "The network, as the chapter draws its own. Boxes are images, rows × columns × channels; a dense layer "
+                    "compresses the last to one number, the latent, which the chapter calls an atom. This run used the layout "
+                    "flight; paper is that of the chapter, where a maximum is pooled and its place kept for un-pooling.")
+    page.add_figure("pooling", chapter.pooling(_EXAMPLE),
+                    "Pooling of 2 × 2 pixels, an example. Maxima do not change linearly with an image and lose a signal far below "
+                    "the noise; means keep it. This is the main difference of the layouts.")
+    page.add_figure("activations", chapter.activations(),
+                    "The chapter's reason for ELU, the exponential linear unit: negative values keep a gradient, so that they "
+                    "can be trained. ReLU has none below 0.")
+
+
+def _add_signal(folder: pathlib.Path, result: Result, page: Page) -> None:
+    if not result.has("true_series"):
+        return
+    series, table = Table(folder / "series.csv"), Table(folder / "periodogram.csv")
+    frequency = table.numbers("frequency")
+    above = frequency > 0
+    if above.sum() < 2:
+        return
+    figure = chapter.signal_and_atom(series.numbers("t"), series.numbers("true"), series.numbers("latent"), frequency[above],
+                                     table.numbers("true")[above], table.numbers("power")[above])
+    page.add_figure("signal-and-atom", figure,
+                    "The chapter's figure of its result. Left: the signal without noise and its periodogram. Right: the latents "
+                    "and theirs. Series are standardised: less their mean, over their standard deviation. The full width at half "
+                    "maximum (FWHM) is that of the peak, in days: its frequency width over the square of the frequency.")
+
+
+def _add_images(folder: pathlib.Path, result: Result, page: Page) -> None:
+    files = Images(folder, result)
+    shown = [name for name in BANDS if not files.reason(name)]
+    if shown:
+        panels = [files.panel(name, band(name), unit="fraction of the light per pixel") for name in shown]
+        page.add_figure("bandwidths", images(panels),
+                        "A star in the chapter's three bands, same colours: far from the middle, fringes of different wavelengths "
+                        "overlap and wash out; those near it stay. The step of the mask is half a wave at one wavelength only; the "
+                        "others also leave light in the core.")
+    names = ("frames", "reconstructions", "residuals")
+    frames, again, residuals = (files.values(name, 3) for name in names)
+    place = tuple(files.scale * result.number(f"images.frames.{key}") for key in ("first_x", "first_y", "step"))
+    numbers = [int(number) for number in result.find("samples")]
+    rms = scientific(float(numpy.sqrt(numpy.mean(residuals**2))), 4)
+    noise = ", where noise alone has 1" if result.has("efficiency") else \
+        ", as the bound assumes it; these frames have less, because they lack photon noise"
+    figure = chapter.reconstructions(numbers, frames, again, residuals, place, result.text("unit"))
+    page.add_figure("reconstructions", figure,
+                    f"{len(numbers)} random frames, and what the network reconstructs of the one number to which it compresses "
+                    f"each, as in the chapter; the middle {chapter.SHOWN_SIDE} × {chapter.SHOWN_SIDE} px. Residuals are in units of "
+                    f"the noise of each pixel{noise}; their rms is {rms}.")
+
+
+def _add_displacement(folder: pathlib.Path, page: Page) -> None:
+    if not (folder / "displacement.csv").exists():
+        return
+    table = Table(folder / "displacement.csv")
+    errors = {name: table.numbers(name) for name in chapter.DISPLACEMENTS}
+    page.add_figure("displacement", chapter.displacement(table.numbers("displacement_px"), errors),
+                    "Why images are not shifted and downsampled here, which the chapter warns of: largest error of a pixel over the "
+                    "largest change of a pixel by the displacement. The star is 1/3 px off the grid of an image with 5 samples per "
+                    "pixel. In a series, the constant part of the error cancels; that of the change (dotted) remains.")
