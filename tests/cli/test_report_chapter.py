@@ -25,6 +25,9 @@ class Pages:
     def __init__(self):
         self.figures, self.captions = {}, {}
 
+    def add(self, kind, text):
+        self.last = kind, text
+
     def add_figure(self, name, figure, caption):
         self.figures[name], self.captions[name] = figure, caption
 
@@ -117,12 +120,35 @@ class Figures(unittest.TestCase):
             self.assertIn(name.partition("_")[0], line.get_label().lower())
             self.assertEqual("change" in name, "change" in line.get_label())
 
-    def test_no_signal_and_no_noise_of_photons(self):
+    def changed(self, change, **keys):
+        """The page of a copy of the run with other keys of its result."""
         with tempfile.TemporaryDirectory() as top:
             copy = pathlib.Path(top) / "r"
             shutil.copytree(FOLDER, copy)
-            (copy / "result.json").write_text(json.dumps({**self.result, "true_series": None, "efficiency": None}))
-            page = page_of(copy)
+            (copy / "result.json").write_text(json.dumps({**self.result, **keys}))
+            change(copy)
+            return page_of(copy)
+
+    def test_damaged_files(self):
+        def shorten(folder):
+            numpy.save(folder / "images/residuals.npy", numpy.zeros((4, 256, 256)))
+
+        def none(folder):
+            pass
+
+        frames = self.result["images"]["frames"]
+        for change, keys, message in (
+            (shorten, {}, r"residuals\.npy: has axes \(4, 256, 256\), the frames \(5, 256, 256\)"),
+            (none, {"samples": [1, 2]}, r"result\.json: samples = \[1, 2\]: must be a list of 5 frame numbers"),
+            (none, {"images": {**self.result["images"], "frames": {**frames, "first_x": None}}}, r"result\.json: images\.frames\.first_x = null: must be a finite number"),
+            (none, {"images": {**self.result["images"], "frames": {**frames, "step": 0}}}, r"images\.frames\.step = 0: must be above 0"),
+            (lambda folder: (folder / "displacement.csv").write_text("displacement_px,linear\n1e-6,x\n"), {}, r"displacement\.csv:1: has no column cubic|displacement\.csv:2: linear = x: must be"),
+        ):
+            with self.subTest(message), self.assertRaisesRegex(results.Failure, message):
+                self.changed(change, **keys)
+
+    def test_no_signal_and_no_noise_of_photons(self):
+        page = self.changed(lambda folder: None, true_series=None, efficiency=None)
         self.assertEqual(list(page.figures), NAMES[1:])
         self.assertIn("because they lack photon noise", page.captions["reconstructions"])
         self.assertNotIn("noise alone", page.captions["reconstructions"])

@@ -40,7 +40,7 @@ def half_maximum(frequency: Array, power: Array) -> tuple[float, float, float]:
 
 
 def _standardised(values: Array, by: Array) -> Array:
-    return (values - values.mean()) / by.std()
+    return (values - values.mean()) / (float(by.std()) or 1.0)
 
 
 def _periodogram(axis: Axes, frequency: Array, power: Array) -> None:
@@ -102,7 +102,7 @@ def reconstructions(numbers: typing.Sequence[int], frames: Array, again: Array, 
     frames, again, residuals = _middle(frames), _middle(again), _middle(residuals)
     count, rows, columns = frames.shape
     figure, axes = new_figure(0.6 + 3 * (style.WIDTH - 1.6) / count * rows / columns, 3, count, sharex=True, sharey=True)
-    highest = float(frames.max())
+    highest = float(numpy.nanmax(frames, initial=0)) or 1.0
     extent = (left, left + columns * step, bottom, bottom + rows * step)
     light = {"norm": LogNorm(DEPTH * highest, highest, clip=True), "cmap": style.INTENSITY}
     noise = {"vmin": -MOST_SIGMAS, "vmax": MOST_SIGMAS, "cmap": style.DIFFERENCE}

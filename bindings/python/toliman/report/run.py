@@ -6,7 +6,7 @@ import pathlib
 
 import numpy
 
-from . import figures, glossary, results, run_images
+from . import figures, glossary, results, run_chapter, run_images
 from .figures import Power, Sinusoid
 from .page import Page, add_provenance
 from .results import Array, Result, Table
@@ -70,6 +70,7 @@ def add(folder: pathlib.Path, page: Page) -> None:
     _add_periodograms(run, page)
     page.add("heading", "Images")
     run_images.add(folder, run.result, page)
+    run_chapter.add(folder, run.result, page)
     page.add("heading", "Training")
     _add_training(run, page)
     page.explain(_WORDS)

@@ -1,14 +1,15 @@
 """The section of `toliman run` with the figures of the book chapter."""
 from __future__ import annotations
 
+import math
 import pathlib
 
 import numpy
 
-from . import chapter, results
+from . import chapter
 from .images import images
 from .page import Page
-from .results import Result, Table
+from .results import Result, Table, malformed
 from .run_images import BANDS, Images, band
 from .text import scientific
 
@@ -19,6 +20,7 @@ def add(folder: pathlib.Path, result: Result, page: Page) -> None:
     """Adds the figures to the page."""
     if not result.has("images"):
         return
+    page.add("heading", "Figures of the chapter")
     _add_signal(folder, result, page)
     _add_images(folder, result, page)
     _add_displacement(folder, page)
@@ -61,8 +63,14 @@ def _add_images(folder: pathlib.Path, result: Result, page: Page) -> None:
                         "others also leave light in the core.")
     names = ("frames", "reconstructions", "residuals")
     frames, again, residuals = (files.values(name, 3) for name in names)
-    place = tuple(files.scale * result.number(f"images.frames.{key}") for key in ("first_x", "first_y", "step"))
-    numbers = [int(number) for number in result.find("samples")]
+    for name, values in zip(names, (frames, again, residuals)):
+        if values.shape != frames.shape:
+            raise malformed(folder / result.text(f"images.{name}.file"), f"has axes {values.shape}, the frames {frames.shape}")
+    x, y = (files.scale * _finite(result, f"images.frames.first_{axis}") for axis in "xy")
+    place = (x, y, files.scale * result.positive("images.frames.step"))
+    numbers = result.find("samples")
+    if not isinstance(numbers, list) or len(numbers) != len(frames):
+        raise result.fail("samples", f"a list of {len(frames)} frame numbers")
     rms = scientific(float(numpy.sqrt(numpy.mean(residuals**2))), 4)
     noise = ", where noise alone has 1" if result.has("efficiency") else \
         ", as the bound assumes it; these frames have less, because they lack photon noise"
@@ -71,6 +79,13 @@ def _add_images(folder: pathlib.Path, result: Result, page: Page) -> None:
                     f"{len(numbers)} random frames, and what the network reconstructs of the one number to which it compresses "
                     f"each, as in the chapter; the middle {chapter.SHOWN_SIDE} × {chapter.SHOWN_SIDE} px. Residuals are in units of "
                     f"the noise of each pixel{noise}; their rms is {rms}.")
+
+
+def _finite(result: Result, key: str) -> float:
+    value = result.number(key)
+    if not math.isfinite(value):
+        raise result.fail(key, "a finite number")
+    return value
 
 
 def _add_displacement(folder: pathlib.Path, page: Page) -> None:

@@ -61,7 +61,7 @@ def add(folder: pathlib.Path, result: Result, page: Page) -> None:
 
 
 def band(name: str) -> str:
-    """Returns a band in words: "550–600 nm"."""
+    """The wavelengths of a point spread function as text."""
     return name.removeprefix("psf_").replace("nm", " nm").replace("-", "–")
 
 
