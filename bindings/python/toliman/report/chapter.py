@@ -43,14 +43,12 @@ def _standardised(values: Array, by: Array) -> Array:
     return (values - values.mean()) / (float(by.std()) or 1.0)
 
 
-def _periodogram(axis: Axes, frequency: Array, power: Array) -> None:
+def _periodogram(axis: Axes, frequency: Array, power: Array, fwhm_days: float) -> None:
     half, low, high = half_maximum(frequency, power)
     axis.plot(*envelope(frequency, power), color=BLUE, linewidth=1.1)
     if math.isfinite(low + high):
-        peak = float(frequency[power.argmax()])
-        width = (high - low) / peak**2
         axis.plot([low, high], [half, half], "|-", color=ORANGE, markersize=9,
-                  label=f"FWHM {width:.3g} days, half of it {width / 2:.3g}")
+                  label=f"FWHM {fwhm_days:.3g} days, half of it {fwhm_days / 2:.3g}")
         axis.legend(loc="upper right")
     axis.set_xscale("log")
     axis.set_xlim(frequency[0], frequency[-1])
@@ -60,9 +58,11 @@ def _periodogram(axis: Axes, frequency: Array, power: Array) -> None:
 
 
 @styled
-def signal_and_atom(t: Array, truth: Array, latent: Array, frequency: Array, true_power: Array, power: Array) -> Figure:
+def signal_and_atom(t: Array, truth: Array, latent: Array, frequency: Array, true_power: Array, power: Array,
+                    fwhm_days: tuple[float, float]) -> Figure:
     """True displacements and latents, each standardised (mean 0, standard deviation 1), above their periodograms with the
-    full width at half maximum of the highest peak. t: days; truth, latent: px; frequency: above 0, in 1/day."""
+    full width at half maximum of the highest peak. t: days; truth, latent: px; frequency: above 0, in 1/day; fwhm_days: the
+    two widths in period."""
     figure, (left, right, below_left, below_right) = new_figure(5.2, 2, 2)
     step = thinned(len(t))
     left.plot(t[::step], _standardised(truth, truth)[::step], color=BLUE)
@@ -75,8 +75,8 @@ def signal_and_atom(t: Array, truth: Array, latent: Array, frequency: Array, tru
         axis.set_xlabel("time, days")
         axis.set_ylabel("standard deviations")
         axis.set_xlim(t[0], t[-1])
-    _periodogram(below_left, frequency, true_power)
-    _periodogram(below_right, frequency, power)
+    _periodogram(below_left, frequency, true_power, fwhm_days[0])
+    _periodogram(below_right, frequency, power, fwhm_days[1])
     return figure
 
 

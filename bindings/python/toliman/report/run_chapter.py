@@ -45,7 +45,8 @@ def _add_signal(folder: pathlib.Path, result: Result, page: Page) -> None:
     if above.sum() < 2:
         return
     figure = chapter.signal_and_atom(series.numbers("t"), series.numbers("true"), series.numbers("latent"), frequency[above],
-                                     table.numbers("true")[above], table.numbers("power")[above])
+                                     table.numbers("true")[above], table.numbers("power")[above],
+                                     (result.number("true_series.fwhm_period_days"), result.number("fwhm_period_days")))
     page.add_figure("signal-and-atom", figure,
                     "The chapter's figure of its result. Left: the signal without noise and its periodogram. Right: the latents "
                     "and theirs. Series are standardised: less their mean, over their standard deviation. The full width at half "
@@ -72,13 +73,13 @@ def _add_images(folder: pathlib.Path, result: Result, page: Page) -> None:
     if not isinstance(numbers, list) or len(numbers) != len(frames):
         raise result.fail("samples", f"a list of {len(frames)} frame numbers")
     rms = scientific(float(numpy.sqrt(numpy.mean(residuals**2))), 4)
-    noise = ", where noise alone has 1" if result.has("efficiency") else \
-        ", as the bound assumes it; these frames have less, because they lack photon noise"
+    noise = f"the noise of each pixel; their rms is {rms}, and 1 for noise alone." if result.has("efficiency") else \
+        f"the noise that the bound assumes; their rms is {rms}, because these frames lack photon noise."
     figure = chapter.reconstructions(numbers, frames, again, residuals, place, result.text("unit"))
     page.add_figure("reconstructions", figure,
                     f"{len(numbers)} random frames, and what the network reconstructs of the one number to which it compresses "
-                    f"each, as in the chapter; the middle {chapter.SHOWN_SIDE} × {chapter.SHOWN_SIDE} px. Residuals are in units of "
-                    f"the noise of each pixel{noise}; their rms is {rms}.")
+                    f"each, as in the chapter; the middle {chapter.SHOWN_SIDE} × {chapter.SHOWN_SIDE} px. Residuals are divided by "
+                    + noise)
 
 
 def _finite(result: Result, key: str) -> float:
@@ -94,6 +95,6 @@ def _add_displacement(folder: pathlib.Path, page: Page) -> None:
     table = Table(folder / "displacement.csv")
     errors = {name: table.numbers(name) for name in chapter.DISPLACEMENTS}
     page.add_figure("displacement", chapter.displacement(table.numbers("displacement_px"), errors),
-                    "Why images are not shifted and downsampled here, which the chapter warns of: largest error of a pixel over the "
-                    "largest change of a pixel by the displacement. The star is 1/3 px off the grid of an image with 5 samples per "
-                    "pixel. In a series, the constant part of the error cancels; that of the change (dotted) remains.")
+                    "Images that are shifted and downsampled are inaccurate, as the chapter warns: largest error of a pixel over the "
+                    "largest change of a pixel by the displacement, for a star 1/3 px off the grid and an image with 5 samples per "
+                    "pixel. In a series the constant part of the error cancels; that of the change (dotted) remains.")
