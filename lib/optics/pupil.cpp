@@ -125,8 +125,7 @@ void add_mask(const Scene &scene, Pupil &pupil) {
         });
     if (mask.kind != Mask::Kind::file)
         return;
-    const std::vector<double> map =
-        read_map(scene, "mask.file", mask.file, pupil.samples, scene::within(-1e6, 1e6, ""));
+    const std::vector<double> map = read_map(scene, "mask.file", mask.file, pupil.samples, scene::within(-1e6, 1e6));
     for (size_t i = 0; i < map.size(); i++)
         pupil.opd_m[i] = opd_of(mask, map[i], i);
 }
@@ -154,7 +153,7 @@ void add_amplitude(const Scene &scene, Pupil &pupil) {
     const std::string &path = scene.telescope.amplitude_file;
     if (path.empty())
         return;
-    const std::vector<double> map = read_map(scene, "amplitude.file", path, pupil.samples, scene::within(0, 1, ""));
+    const std::vector<double> map = read_map(scene, "amplitude.file", path, pupil.samples, scene::within(0, 1));
     const double open = pupil.area;
     pupil.area = 0;
     for (size_t i = 0; i < map.size(); i++) {

@@ -70,7 +70,7 @@ constexpr Row kBinaryRows[] = {
                             "Date of time 0, Julian year of 365.25 days, e.g. 2027.0; the stars keep these positions "
                             "unless moving is true")
         .when(kNoOffsets, kByOrbit),
-    required<read_orbit>("orbit", kOrbit, "Orbit of B about A: Akeson et al. 2021, AJ 162, 14; or elements")
+    required<read_orbit>("orbit", kOrbit, "Orbit of B about A; alpha-cen: Akeson et al. 2021, AJ 162, 14; or elements")
         .or_word("alpha-cen")
         .when(kNoOffsets, kByOrbit),
     optional<&Binary::moving>("moving", "Whether the stars follow the orbit during the cadence")

@@ -23,16 +23,17 @@ void check_dark(const Reader &reader, const Detector &detector) {
 constexpr Row kDetectorRows[] = {
     required<read_shape>("shape", within(1, 2048, "px"), "Rows and columns").as(Type::integers).entries(2, 2),
     required<&Detector::pixel_scale_arcsec>("pixel_scale_arcsec", within(1e-6, 100, "arcsec"), "Side of a pixel"),
-    optional<&Detector::integrated>("pixel", Words{"point integrated"},
-                                    "Sampling: the image at the pixel's centre, or its mean over the pixel"),
+    optional<&Detector::integrated>(
+        "pixel", Words{"point integrated"},
+        "Sampling; point: the image at the pixel's centre; integrated: its mean over the pixel"),
     optional<&Detector::rotation_deg>("rotation_deg", kTurn, "Position angle of the +y axis"),
-    optional<&Detector::qe>("qe", above(0, 1, ""),
+    optional<&Detector::qe>("qe", above(0, 1),
                             "Quantum efficiency, electrons per photon; photons_per_s and peak_photons are photons "
                             "before the detector"),
     optional<&Detector::coadds>("coadds", within(1, 1e9, "frames"),
                                 "Frames summed on board; read variance and full well apply to each; exposure_s is that "
                                 "of the sum"),
-    optional<&Detector::flat_rms>("flat_rms", within(0, 0.1, ""), // keeps responses above 0
+    optional<&Detector::flat_rms>("flat_rms", within(0, 0.1), // keeps responses above 0
                                   "Pixel response non-uniformity, relative rms; a fixed pattern of noise.seed"),
     optional<&Detector::dark_e_per_s>("dark_e_per_s", within(0, 1e9, "e-/s"),
                                       "Dark current per pixel; needs cadence.exposure_s")

@@ -8,6 +8,6 @@ constexpr Range kTurn = within(-360, 360, "deg");
 constexpr Range kEccentricity = within(0, 0.9999, "");
 
 extern const Group kTelescope, kBand, kStars, kBinary, kCadence, kDetector, kSignal, kSystematics;
-extern const Group kWhole; // the scene itself
+extern const Group kScene; // the scene itself
 
 } // namespace toliman::scene

@@ -11,10 +11,10 @@ struct Range {
     bool low_excluded = false;
 };
 constexpr double kUnlimited = std::numeric_limits<double>::infinity();
-constexpr Range above(double low, double high, const char *unit) {
+constexpr Range above(double low, double high, const char *unit = "") {
     return {low, high, unit, true};
 }
-constexpr Range within(double low, double high, const char *unit) {
+constexpr Range within(double low, double high, const char *unit = "") {
     return {low, high, unit, false};
 }
 

@@ -8,13 +8,11 @@
 #include "scene/groups.hpp"
 #include "scene/wobble.hpp"
 
-namespace toliman {
-
-namespace scene {
+namespace toliman::scene {
 
 namespace {
 
-constexpr double kLargestWhole = 9007199254740991.0; // JSON numbers are doubles: 2^53 + 1 would become 2^53
+constexpr double kLargestWhole = 9007199254740991.0; // 2^53 - 1: larger ones become doubles in other programs
 constexpr const char kNuisanceNames[] = "flux_a flux_b shift_x shift_y roll scale focus background";
 
 void read_schema(const Reader &reader, const Row &row, Scene & /*scene*/) {
@@ -84,7 +82,7 @@ void derive_signal(const Reader &reader, Scene &scene) {
 constexpr Row kNoiseRows[] = {
     optional<&Noise::photon>("photon", "Poisson noise of the photons"),
     optional<&Noise::read_e>("read_e", within(0, 1e6, "e-"), "Read noise, rms per pixel"),
-    optional<&Noise::seed>("seed", within(0, kLargestWhole, ""), "Seed"),
+    optional<&Noise::seed>("seed", within(0, kLargestWhole), "Seed"),
 };
 constexpr Group kNoise = group_of("noise", "Noise", kNoiseRows);
 
@@ -111,38 +109,36 @@ constexpr Row kPreprocessRows[] = {
 };
 constexpr Group kPreprocess = group_of("preprocess", "Preprocessing of a frame by all estimators", kPreprocessRows);
 
-void read_preprocess(const Reader &reader, const Row &row, Scene &scene) {
-    read_group(kPreprocess, reader.object(row.key), &scene);
-}
-
 // In this order, because groups use those before them.
 constexpr Row kSceneRows[] = {
     required<read_schema>("schema", Words{"toliman-scene/1"}, "Schema of the file"),
     optional<read_name>("name", "Name of the scene, default name of the results folder").as(Type::name),
-    required<&Scene::telescope>("telescope", kTelescope, ""),
-    optional<&Scene::band>("band", kBand, ""),
-    required<&Scene::stars>("stars", kStars, "").checked<check_stars>(),
-    optional<&Scene::binary>("binary", kBinary, "").checked<derive_positions>(),
-    required<&Scene::cadence>("cadence", kCadence, "").checked<check_fluxes>(),
-    required<&Scene::detector>("detector", kDetector, ""),
-    optional<&Scene::signal>("signal", kSignal, "").checked<derive_signal>(),
-    optional<&Scene::noise>("noise", kNoise, ""),
-    optional<&Scene::systematics>("systematics", kSystematics, ""),
-    optional<read_preprocess>("preprocess", kPreprocess, ""),
-    optional<&Scene::accuracy>("accuracy", within(1e-15, 1, ""),
+    required<&Scene::telescope>("telescope", kTelescope),
+    optional<&Scene::band>("band", kBand),
+    required<&Scene::stars>("stars", kStars).checked<check_stars>(),
+    optional<&Scene::binary>("binary", kBinary).checked<derive_positions>(),
+    required<&Scene::cadence>("cadence", kCadence).checked<check_fluxes>(),
+    required<&Scene::detector>("detector", kDetector),
+    optional<&Scene::signal>("signal", kSignal).checked<derive_signal>(),
+    optional<&Scene::noise>("noise", kNoise),
+    optional<&Scene::systematics>("systematics", kSystematics),
+    part("preprocess", kPreprocess),
+    optional<&Scene::accuracy>("accuracy", within(1e-15, 1),
                                "Allowed relative error of the noise-free frame and of the signal"),
 };
 
 } // namespace
 
-constexpr Group kWhole =
+constexpr Group kScene =
     group_of("scene",
              "A scene of the TOLIMAN simulator: telescope, stars, signal, cadence, detector and noise. Key names "
              "contain the units. A missing key switches its stage off; an unknown key is an error. File names are "
              "relative to the scene file. The text is at most 256 KiB, 16 levels deep and 4096 values long",
              kSceneRows);
 
-} // namespace scene
+} // namespace toliman::scene
+
+namespace toliman {
 
 std::string name_of(Nuisance nuisance) {
     return scene::split(scene::kNuisanceNames)[static_cast<size_t>(nuisance)];
@@ -163,7 +159,7 @@ Scene read_scene(const std::string &json, const std::string &source, const std::
     scene.source = source;
     scene.digest = fnv1a(json.data(), json.size());
     const scene::Context context = {source, folder, scene};
-    read_group(scene::kWhole, scene::Reader(tree, "", context), &scene);
+    read_group(scene::kScene, scene::Reader(tree, "", context), &scene);
     return scene;
 }
 

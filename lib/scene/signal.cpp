@@ -22,7 +22,7 @@ void read_microarcsec(const Reader &reader, const Row &row, Signal &signal) {
 
 constexpr Row kSignalRows[] = {
     required<&Signal::kind>("kind", Words{"none sinusoid planet"},
-                            "No signal; amplitude sin(2 pi t / period + phase); or the reflex motion of a planet's "
+                            "none; sinusoid: amplitude sin(2 pi t / period + phase); planet: reflex motion of its "
                             "star, a m/(M + m) r/a sin(true anomaly + argument) on the sky, at most 100 px, which "
                             "needs the star's mass_sun and the binary's distance_pc"),
     optional<&Signal::star>("star", Words{"A B"}, "The star that moves").when(kMoves).checked<check_star>(),
@@ -53,8 +53,8 @@ constexpr Row kSignalRows[] = {
 
 constexpr Group kSignal =
     group_of("signal",
-             "Motion of one star along the binary's axis (+x for a single star); positive lengthens "
-             "the separation",
+             "Motion of one star along the binary's axis (+x for a single star); positive lengthens the "
+             "separation",
              kSignalRows);
 
 } // namespace toliman::scene

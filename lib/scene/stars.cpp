@@ -49,7 +49,7 @@ void check_weights(const Reader &reader, const Spectrum &spectrum) {
 
 constexpr Row kSpectrumRows[] = {
     required<&Spectrum::kind>("kind", Words{"blackbody table lines"},
-                              "Black body; table, interpolated linearly; or exactly the given wavelengths"),
+                              "blackbody; table: interpolated linearly; lines: exactly the given wavelengths"),
     required<&Spectrum::temperature_k>("temperature_k", within(100, 1e6, "K"), "Temperature")
         .when(is("kind", "blackbody")),
     required<&Spectrum::file>("file", "csv: wavelength_nm,relative photon flux; must cover the band")
@@ -57,7 +57,7 @@ constexpr Row kSpectrumRows[] = {
     required<&Spectrum::wavelength_nm>("wavelength_nm", kWavelength, "Wavelengths")
         .entries(1, 1024)
         .when(is("kind", "lines")),
-    required<&Spectrum::weight>("weight", within(0, 1e30, ""), "Relative photons, one value per wavelength")
+    required<&Spectrum::weight>("weight", within(0, 1e30), "Relative photons, one value per wavelength")
         .entries(1, 1024)
         .when(is("kind", "lines"))
         .checked<check_weights>(),
@@ -65,8 +65,8 @@ constexpr Row kSpectrumRows[] = {
 constexpr Group kSpectrum = group_of("spectrum", "Spectrum", kSpectrumRows);
 
 constexpr Row kStarRows[] = {
-    required<&Star::spectrum>("spectrum", kSpectrum, ""),
-    optional<&Star::relative_flux>("relative_flux", above(0, 1e12, ""),
+    required<&Star::spectrum>("spectrum", kSpectrum),
+    optional<&Star::relative_flux>("relative_flux", above(0, 1e12),
                                    "Photons over the band, relative to the other star; 1 if not given")
         .either("photons_per_s"),
     optional<&Star::photons_per_s>("photons_per_s", above(0, 1e15, "photons/s"),
@@ -81,8 +81,8 @@ void read_star(const Reader &reader, const Row &row, std::vector<Star> &stars) {
 }
 
 constexpr Row kStarsRows[] = {
-    required<read_star>("A", kStar, ""),
-    optional<read_star>("B", kStar, ""),
+    required<read_star>("A", kStar),
+    optional<read_star>("B", kStar),
 };
 
 } // namespace

@@ -1,5 +1,5 @@
-// Tables of the scene's keys. Each key is described once, by a row: the parser (reader.cpp) and the JSON Schema
-// (tools/gen/scene_schema) both follow the rows.
+// Tables of the scene's keys. Each key is described once, by a row: the parser (table.cpp) and the JSON Schema
+// (tools/gen/scene_schema) follow the rows.
 #pragma once
 #include <cstddef>
 #include <optional>
@@ -165,19 +165,30 @@ template <auto target> constexpr Row optional(const char *key, Words words, cons
     row.words = words.list;
     return row;
 }
-template <auto target> constexpr Row optional(const char *key, const Group &group, const char *text) {
+template <auto target> constexpr Row optional(const char *key, const Group &group, const char *text = "") {
     Row row = make<target>(key, Type::group, text);
     row.group = &group;
     return row;
-}
-// A key of a later version.
-constexpr Row reserved(const char *key, const char *text) {
-    return {key, Type::integer, text};
 }
 template <auto target, class... Arguments> constexpr Row required(const char *key, const Arguments &...arguments) {
     Row row = optional<target>(key, arguments...);
     row.required = true;
     return row;
+}
+
+// An object whose keys belong to the object that contains it.
+constexpr Row part(const char *key, const Group &group) {
+    Row row = {key, Type::group, ""};
+    row.group = &group;
+    row.read = [](const Reader &reader, const Row &own, void *object) {
+        read_group(*own.group, reader.object(own.key), object);
+    };
+    return row;
+}
+
+// A key of a later version.
+constexpr Row reserved(const char *key, const char *text) {
+    return {key, Type::integer, text};
 }
 
 template <auto function> constexpr Row Row::checked() const {

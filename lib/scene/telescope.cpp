@@ -8,7 +8,7 @@ namespace toliman::scene {
 namespace {
 
 constexpr double kNanometre = 1e-9;
-constexpr Range kFree = within(-1e4, 1e4, "");
+constexpr Range kFree = within(-1e4, 1e4);
 constexpr Condition kIsSpiral = is("kind", "spiral"), kIsFile = is("kind", "file");
 
 void check_secondary(const Reader &reader, const Telescope &telescope) {
@@ -26,7 +26,7 @@ constexpr Row kTermRows[] = {
     optional<&SpiralTerm::f>("f", kFree, "Cycles per radius"),
     optional<&SpiralTerm::l>("l", kFree, "Radians per ln r"),
     optional<&SpiralTerm::m>("m", kFree, "Cycles per turn").as(Type::integer),
-    optional<&SpiralTerm::p>("p", within(-1e4, 1e4, ""), "Phase in rad"),
+    optional<&SpiralTerm::p>("p", kFree, "Phase in rad"),
 };
 constexpr Group kTerm = group_of("term",
                                  "a cos(2 pi f r + l ln r + m theta + p), where r is in units of the aperture's radius "
@@ -40,11 +40,12 @@ void read_terms(const Reader &reader, const Row &row, Mask &mask) {
 
 // The OPD of a step is given directly, or as the height of a stepped mirror, whose OPD is twice the height.
 constexpr Row kMaskRows[] = {
-    required<&Mask::kind>("kind", Words{"clear spiral file"},
-                          "No mask; a step where a sum of spiral cosines is positive; or a map from a file"),
-    required<&Mask::quantity>("quantity", Words{"binary opd_m phase_rad"},
-                              "Quantity in the map: 0 and 1, with opd_nm or height_nm; OPD in m; or phase in rad, with "
-                              "reference_nm")
+    required<&Mask::kind>(
+        "kind", Words{"clear spiral file"},
+        "clear: no mask; spiral: a step where a sum of spiral cosines is positive; file: a map from a file"),
+    required<&Mask::quantity>(
+        "quantity", Words{"binary opd_m phase_rad"},
+        "Quantity in the map; binary: 0 and 1, with opd_nm or height_nm; phase_rad: with reference_nm")
         .when(kIsFile),
     required<&Mask::file>("file",
                           ".npy (from FITS: toliman convert) of float32, float64, uint8 or bool, pupil_samples x "
@@ -103,23 +104,19 @@ constexpr Row kAberrationRows[] = {
 };
 constexpr Group kAberrations = group_of("aberrations", "Aberrations: added to the mask's OPD", kAberrationRows);
 
-template <const Group &group> void read_part(const Reader &reader, const Row &row, Telescope &telescope) {
-    read_group(group, reader.object(row.key), &telescope);
-}
-
 constexpr Row kTelescopeRows[] = {
     required<&Telescope::aperture_m>("aperture_m", within(1e-3, 100, "m"), "Diameter of the aperture"),
     optional<&Telescope::secondary_m>("secondary_m", within(0, 100, "m"),
                                       "Diameter of the central obstruction; less than aperture_m")
         .checked<check_secondary>(),
-    optional<&Telescope::struts>("struts", kStruts, ""),
+    optional<&Telescope::struts>("struts", kStruts),
     optional<&Telescope::pupil_samples>("pupil_samples", within(8, kMostPupilSamples, "samples"),
                                         "Samples across the aperture; at least 2 R D / wavelength, where R is the "
                                         "angle from a star to the farthest side of the frame; otherwise the image "
                                         "would be aliased"),
-    optional<read_part<kAmplitude>>("amplitude", kAmplitude, ""),
-    optional<&Telescope::mask>("mask", kMask, ""),
-    optional<read_part<kAberrations>>("aberrations", kAberrations, ""),
+    part("amplitude", kAmplitude),
+    optional<&Telescope::mask>("mask", kMask),
+    part("aberrations", kAberrations),
 };
 
 } // namespace

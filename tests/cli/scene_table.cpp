@@ -74,7 +74,7 @@ void print_group(const Group &group, std::vector<const Group *> &done) {
     std::printf("\"rows\": [\n");
     for (const Row &row : group)
         print_row(row, &row + 1 == group.end() ? "" : ",");
-    std::printf("  ]}%s\n", &group == &kWhole ? "" : ",");
+    std::printf("  ]}%s\n", &group == &kScene ? "" : ",");
 }
 
 } // namespace
@@ -82,7 +82,7 @@ void print_group(const Group &group, std::vector<const Group *> &done) {
 int main() {
     std::vector<const Group *> done;
     std::printf("{\n");
-    print_group(kWhole, done);
+    print_group(kScene, done);
     std::printf("}\n");
     return std::fflush(stdout) == 0 ? 0 : 1;
 }
