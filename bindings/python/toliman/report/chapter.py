@@ -70,7 +70,9 @@ def signal_and_atom(t: Array, truth: Array, latent: Array, frequency: Array, tru
     right.plot(t[::step], _standardised(latent, latent)[::step], ".", color=DOTS, markersize=3, label="each frame")
     right.plot(t[::step], _standardised(truth, latent)[::step], color=ORANGE, label="truth")
     right.set_title("latents (the chapter's atom)")
-    right.legend(loc="upper right")
+    right.legend(loc="upper right", ncol=2)
+    highest = max(abs(float(y)) for line in right.lines for y in (line.get_ydata().min(), line.get_ydata().max())) or 1.0
+    right.set_ylim(-1.1 * highest, 1.5 * highest)
     for axis in (left, right):
         axis.set_xlabel("time, days")
         axis.set_ylabel("standard deviations")
