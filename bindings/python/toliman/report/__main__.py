@@ -4,6 +4,7 @@ from __future__ import annotations
 import argparse
 import importlib.util
 import logging
+import os
 import pathlib
 import signal
 import sys
@@ -46,23 +47,37 @@ def report(options: argparse.Namespace) -> pathlib.Path:
     return page.write()
 
 
+def stop(number: int, _: object) -> None:
+    """Handles a signal: ends the program, which then removes its temporary files."""
+    print("toliman: stopped by a signal", file=sys.stderr)
+    sys.exit(128 + number)
+
+
 def main(words: list[str] | None = None) -> int:
     """Runs the program; returns its exit code."""
-    signal.signal(signal.SIGINT, signal.SIG_DFL)  # nothing is written before the end
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        if signal.getsignal(number) != signal.SIG_IGN:
+            signal.signal(number, stop)
     options = parse(words)
     missing = missing_packages()
     if missing:
         print("toliman: report needs Debian packages that are not installed: apt-get install " + " ".join(missing),
               file=sys.stderr)
         return 1
-    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # nothing about its cache of fonts
+    logging.getLogger("matplotlib").setLevel(logging.CRITICAL)  # nothing about its cache of fonts or the user's settings
     warnings.simplefilter("ignore")  # nothing about letters that the font does not have
-    from .results import Failure
+    from .results import OUTPUT, Failure, readable
     try:
-        print(report(options))
+        path = report(options)
+        os.write(1, (readable(path) + "\n").encode())
     except Failure as failure:
         print(f"toliman: {failure}", file=sys.stderr)
         return failure.code
+    except BrokenPipeError:
+        return OUTPUT
+    except OSError as error:
+        print(f"toliman: standard output: {error.strerror}", file=sys.stderr)
+        return OUTPUT
     return 0
 
 

@@ -113,7 +113,7 @@ def series(t: Array, panels: dict[str, Array], truth: Array | None = None, uas_p
             x = numpy.linspace(t.min(), t.max(), _CURVE)
             axis.plot(x, factor * (fit.at(x) - values.mean()), color=GREEN, label="best sinusoid")
         place, mean, error = means(t, factor * _centred(values), bins, float(t.min()), float(t.max()))
-        axis.errorbar(place, mean, error, fmt="o", color=BLUE, markersize=3, elinewidth=0.8,
+        axis.errorbar(place, mean, numpy.nan_to_num(error), fmt="o", color=BLUE, markersize=3, elinewidth=0.8,
                       label=f"mean over 1/{BINS} of a period" if period > 0 else "mean over 1/72 of the time")
         axis.set_title(plain(name), loc="left")
         axis.legend(loc="upper right", ncol=4)
@@ -137,7 +137,7 @@ def folded(t: Array, panels: dict[str, Array], period: float, truth: Sinusoid | 
         axis.plot(phase[::step], factor * _centred(values)[::step], ".", color=DOTS, markersize=3, label="each frame",
                   zorder=1)
         place, mean, error = means(phase, factor * _centred(values), BINS, 0, 1)
-        axis.errorbar(place, mean, error, fmt="o", color=BLUE, elinewidth=1, label="mean of 1/24", zorder=4)
+        axis.errorbar(place, mean, numpy.nan_to_num(error), fmt="o", color=BLUE, elinewidth=1, label="mean of 1/24", zorder=4)
         spread = max(spread, float(numpy.nanmax(numpy.abs(mean) + numpy.nan_to_num(error))))
         if truth is not None:
             axis.plot(x, factor * truth._replace(offset=0.0).at(t.min() + x * truth.period), color=ORANGE,
@@ -176,7 +176,7 @@ def envelope(frequency: Array, power: Array) -> tuple[Array, Array]:
 def _nice(low: float, high: float) -> Array:
     """Places of ticks: 1, 2, 5 of each decade; even steps within a decade; powers of ten over many decades."""
     digits = (1, 2, 5) if high < 1e5 * low else (1,)
-    locator = MaxNLocator(6) if high < 8 * low else LogLocator(subs=digits, numticks=20)
+    locator = MaxNLocator(6, steps=(1, 2, 5, 10)) if high < 8 * low else LogLocator(subs=digits, numticks=20)
     places = locator.tick_values(low, high)
     return places[(places >= low * (1 - 1e-9)) & (places <= high * (1 + 1e-9))]
 
@@ -252,7 +252,7 @@ def periodogram(curves: typing.Sequence[Power], unit: str = "days") -> Figure | 
 def training(step: Array, loss: Array) -> Figure:
     """Loss after each training step."""
     figure, (axis,) = new_figure(3.2)
-    axis.semilogy(step, loss)
+    axis.semilogy(step, loss, label="loss")
     above = loss[loss > 0]
     if above.size:
         _set_ticks(axis.yaxis, *[_nice(float(above.min()), float(above.max()))] * 2)

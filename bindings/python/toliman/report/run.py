@@ -184,7 +184,7 @@ def _add_series(run: _Run, page: Page) -> None:
     caption = "Values of each frame less their mean, for the network and the template"
     truth_words = f" The truth, in the same unit, is the displacement without noise: its amplitude is {_noise(run)}." \
         if run.has_signal else ""
-    if cycles <= figures.MOST_CYCLES and len(t) >= figures.BINS * cycles:
+    if cycles <= figures.MOST_CYCLES:
         figure = figures.series(t, panels, truth if run.has_signal else None, uas, period if cycles else math.nan)
         page.add_figure("series", figure, f"{caption}, with means and their standard errors.{truth_words}{thinned}")
     if period > 0:
