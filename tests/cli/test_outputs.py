@@ -403,8 +403,8 @@ class Encode(OutputTest):
 
         side = 1 << 24
         for name, content, text in (
-            ("two", npy(head("(1, 1)"), bytes(8), 2), "unsupported .npy version 2: must be 1"),
-            ("three", npy(head("(1, 1)"), bytes(8), 3), "unsupported .npy version 3: must be 1"),
+            ("four", npy(head("(1, 1)"), bytes(8), 4), ".npy format version 4: must be in [1, 3]"),
+            ("long", b"\x93NUMPY\2\0" + struct.pack("<I", 1 << 30), "1073741824 bytes: must be at most 1048576"),
             ("big", npy(head("(1, 1)", ">f8"), bytes(8)), "little-endian"),
             ("wraps", npy(head(f"({side}, {side}, {side})")), "sides of 1 to 16384"),  # 2^75 bytes, 0 modulo 2^64
             ("endless", npy(head("(1, 99999999999999999999999, 2)")), "sides of 1 to 16384"),

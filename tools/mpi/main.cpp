@@ -10,7 +10,6 @@
 #include "frames/network.hpp"
 #include "options/command.hpp"
 #include "options/help.hpp"
-#include "options/seed.hpp"
 #include "options/suggest.hpp"
 #include "ranks.hpp"
 #include "scenes/scene.hpp"

@@ -15,19 +15,6 @@ struct Options {
     std::string in, out;
 };
 
-constexpr char kDescription[] = R"(Convert an image or a cube of images between FITS and .npy.
-
-Examples:
-  # a mask for a scene: scenes can name .npy files only
-  toliman convert mask.fits mask.npy
-  # an image for a FITS viewer
-  toliman convert psf.npy psf.fits
-
-The output is float64. From a FITS file the first image is read, also if it is tile-compressed by fpack (.fits.fz).
-Blank and NaN pixels are errors.
-
-Exit codes are listed in `toliman --help`.)";
-
 void convert(const Options &options, Progress &progress) {
     if (!ends_with(options.in, ".npy") && !is_fits(options.in))
         throw Failure(kExitUsage, "IN " + options.in + ": must end in .npy, .fits or .fits.fz" + kind_of(options.in));
@@ -49,7 +36,7 @@ void convert(const Options &options, Progress &progress) {
 } // namespace
 
 void add_convert(CLI::App &app, Context &context) {
-    CLI::App *command = app.add_subcommand("convert", kDescription);
+    CLI::App *command = add_command(app, "convert");
     auto options = std::make_shared<Options>();
     add_option(command, "IN", options->in, "", "file to read: .npy, .fits or .fits.fz")->required();
     add_option(command, "OUT", options->out, "", "file to write: .npy or .fits; - writes .npy to standard output")

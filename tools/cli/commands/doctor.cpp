@@ -28,21 +28,6 @@ constexpr double kSlowSync = 50;                                    // ms: 20 re
 constexpr char kRecord[] = "about as long as a record of a ledger"; // written and fsync'ed
 constexpr const char *kSets[] = {"baseline", "avx2", "avx512"};
 
-constexpr char kDescription[] = R"(Check that this machine is fit to run toliman.
-
-Examples:
-  # this machine, and the disk of the current folder
-  toliman doctor
-  # the disk of another folder, such as the state folder of track
-  toliman doctor /data/mission
-  # for scripts
-  toliman doctor --json
-
-Output: the CPU, the compute kernels in use, the speed of OpenBLAS, the versions of the libraries and the latency of
-fsync. The last line is the verdict: ready, or what is wrong and how to fix it.
-
-Exit codes: 0 ready, possibly with a warning; 4 not ready. Everything is printed in either case.)";
-
 struct Sync {
     std::string folder;
     double milliseconds = NAN; // median of write + fsync
@@ -187,7 +172,7 @@ void add_doctor(CLI::App &app, Context &context) {
         std::string folder = ".";
         bool json = false;
     };
-    CLI::App *command = app.add_subcommand("doctor", kDescription);
+    CLI::App *command = add_command(app, "doctor");
     auto options = std::make_shared<Options>();
     add_option(command, "FOLDER", options->folder, "", "folder whose disk is tested; default: the current one");
     command->add_flag("--json", options->json, "print JSON, schema toliman-doctor/1");

@@ -20,39 +20,6 @@ struct EncodeOptions {
     std::vector<std::string> files;
 };
 
-constexpr char kEncodeDescription[] = R"(Encode frames: print one separation in pixels per frame, as CSV.
-
-Examples:
-  # .npy and FITS files, also those compressed by fpack
-  toliman encode --weights chapter.tlmw frames.npy night1.fits night2.fits.fz
-  # a file of unsigned 32-bit frames without header
-  toliman encode --weights chapter.tlmw --dtype u32le --shape 256x256 frames.bin
-  # simulated frames, their latents and the period, through pipes
-  toliman simulate chapter.json --out - | toliman encode --weights chapter.tlmw - | toliman period - --columns frame,latent_px
-  # frames of a receiver as they arrive
-  receiver | toliman encode --weights chapter.tlmw --dtype u16be --shape 256x256 -
-
-Input: frames of the size that the weights were trained for. From a FITS file the first image is read: one frame or a
-cube, of any BITPIX, also tile-compressed. Standard input (-) is .npy or, with --dtype and --shape, frames without
-header until the input ends.
-
-Output: one line per frame, printed as soon as the frame has been read.
-  file        the input, as named on the command line
-  frame       number of the frame in that input, from 0
-  latent_px   measured separation in pixels, relative to that of the undisturbed scene
-  chi_square  residual of the frame against the scene, per degree of freedom
-
-The column is called latent, not latent_px, if it has no unit (after unsupervised training). chi_square is 1 +- 0.0055
-(1 sigma) for frames of the scene. It differs for damaged frames and for systematic effects that the network was not
-trained against.
-
-A warning names the first frame whose latent is above 1000 times the Cramer-Rao bound or whose chi_square is more than
-5 sigma from 1. For scale: a frame that is 0.1 % brighter than the scene's has an error of 6e-6 px (chapter scene). A
-shifted frame has a much larger error, unless the network was trained with `preprocess.project`.
-
-A frame that cannot be encoded, for example because of a NaN, ends the command with exit code 3. The lines before it
-are complete. The other exit codes are listed in `toliman --help`.)";
-
 constexpr double kFarSigmas = 1000;
 constexpr double kChiSquareSigma = 0.00552; // sqrt(2/65536)
 constexpr double kFarChiSquare = 5 * kChiSquareSigma;
@@ -140,7 +107,7 @@ void encode(const EncodeOptions &options, Progress &progress) {
 } // namespace
 
 void add_encode(CLI::App &app, Context &context) {
-    CLI::App *command = app.add_subcommand("encode", kEncodeDescription);
+    CLI::App *command = add_command(app, "encode");
     auto options = std::make_shared<EncodeOptions>();
     add_option(command, "--weights", options->weights, "FILE", "weights file of `toliman train`")->required();
     command

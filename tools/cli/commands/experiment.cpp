@@ -1,68 +1,28 @@
 // toliman experiment: detection methods over a range of signal amplitudes, with controls.
 #include <algorithm>
 #include <charconv>
-#include <cstring>
 
 #include "common/failure.hpp"
 #include "common/output.hpp"
-#include "experiment/experiment_report.hpp"
+#include "common/text.hpp"
+#include "experiment/summary.hpp"
 #include "options/command.hpp"
 
 namespace cli {
 
 namespace {
 
-constexpr char kBeforeMethods[] = R"(Compare detection methods over a range of signal amplitudes, with controls.
-
-Examples:
-  # a first impression: four minutes
-  toliman experiment chapter.json --quick --out quick
-  # all methods and tables: about an hour on two cores
-  toliman experiment chapter.json --out table
-  # two methods at three amplitudes with 50 seeds each
-  toliman experiment scene.json --tables real --amplitudes 1e-5,3e-6,1e-6 --methods cae,template --seeds 50 --out fine
-
-The scene's signal is given each amplitude in turn. For each amplitude and seed a series of frames is simulated with
-fresh noise that no training has seen, and every method gets the same frames. The results per method are the period,
-its relative error, log10 FAP, the slope of the values over the true displacement, and the efficiency: the Cramer-Rao
-bound divided by the scatter about that line.
-
-Methods:
-)";
-constexpr char kAfterMethods[] = R"(
-Tables:
-  real    the scene as it is
-  equal   the scene with both stars equally bright
-  robust  frames with jitter of pointing and fluxes, with and without projecting it out; and frames of
-          scenes that differ from the one the methods were made for, as they are and relative to
-          their own mean; with the scene's own amplitude and at most 10 seeds
-
-Controls: --blind series without signal per table, on which the FAP should be uniformly distributed, and the results
-expected in theory of a method that reaches the Cramer-Rao bound.
-
-Methods that learn from the series itself (pca, pca-white, pca-blocks, dictionary, cae-unsupervised) and
-untrained-paper are in the tables `real` and `equal` only. Those that learn from the series have no series without
-signal. cae-unsupervised takes about a minute per series, so it has only seed 1 and amplitudes of at least 1e-4 px.
-Methods that learn from the series, except pca-blocks, hold the frames of one series in memory, 4 bytes per pixel.
-
-Output: the tables on standard output, and a folder with these files.
-  experiment.json  all results (schema toliman-experiment/1)
-  experiment.csv   one row per method and series
-  experiment.md    the tables
-  journal.jsonl    every result as soon as it is known
-If the experiment is stopped, the same command resumes from the journal. Other arguments need another folder.
-
-Exit codes are listed in `toliman --help`.)";
-
 constexpr const char *kTables[] = {"real", "equal", "robust"};
 constexpr uint64_t kMostSeeds = 100000, kMostBlind = 10000000;
 constexpr double kMostAmplitude = 0.1; // px, range of the expansion in the displacement
 
+// The help text, with the list of methods.
 std::string description() {
-    std::string methods;
+    std::string methods, text = help_text("experiment");
     for (const MethodKind &kind : method_kinds())
-        methods += "  " + std::string(kind.name).append(18 - std::strlen(kind.name), ' ') + kind.what + "\n";
-    return kBeforeMethods + methods + kAfterMethods;
+        methods += formatted("  %-16s  %s\n", kind.name, kind.what);
+    const std::string place = "{methods}";
+    return text.replace(text.find(place), place.size(), methods);
 }
 
 struct Options {

@@ -28,32 +28,6 @@ struct Options {
 
 constexpr char kBounds[] = " (--value-bound, --sigma-floor, --sigma-ceiling of the run that made the first state)";
 
-constexpr char kDescription[] = R"(Merge saved sums of periodograms, or state folders of track, into one.
-
-Examples:
-  # the sums of two nights, one after the other
-  toliman period monday.csv --f0 1e-3 --df 1e-4 --nf 5000 --follow --save-state monday.tlmp
-  toliman period tuesday.csv --from-state monday.tlmp --save-state both.tlmp
-  # sums that were made on two machines, and the period of all samples
-  toliman merge here.tlmp there.tlmp --out all.tlmp
-  toliman period --from-state all.tlmp
-  # the state folders of three shards
-  toliman merge shard_1 shard_2 shard_3 --out mission
-  # the intact records of a damaged state folder
-  toliman merge mission --salvage --out mission_saved
-
-Input: files of `toliman period --save-state`, or state folders; not both. No file or folder may be given twice, not
-even as a copy. Either all samples have a sigma or none.
-
-Files: all must have the same frequencies. The output has the grid and the references (of time and value) of the first
-file. If all references are equal, the result has the same bits as one periodogram of all samples, however they were
-split and ordered. Otherwise the sums of the other files are re-referenced to those of the first.
-
-State folders: grid and clock are those of the first folder, unless both are given. A folder that is refused because
-its ledger is damaged can be copied into a new folder with --salvage, without the records that are lost.
-
-Exit codes are listed in `toliman --help`.)";
-
 // Refuses a state that was given before, as the same file or as a copy: its samples would count twice. The same samples
 // always have the same bytes, so a hash of the bytes identifies them.
 class DuplicateCheck {
@@ -117,7 +91,7 @@ void merge(Options &options, Progress &progress) {
 } // namespace
 
 void add_merge(CLI::App &app, Context &context) {
-    CLI::App *command = app.add_subcommand("merge", kDescription);
+    CLI::App *command = add_command(app, "merge");
     auto options = std::make_shared<Options>();
     add_option(command, "STATES", options->files, "", "files of `toliman period --save-state`, or state folders")
         ->required();

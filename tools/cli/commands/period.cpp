@@ -10,7 +10,6 @@
 #include "options/command.hpp"
 #include "series/columns.hpp"
 #include "series/fap.hpp"
-#include "series/grid_warnings.hpp"
 #include "series/period_report.hpp"
 #include "series/period_stream.hpp"
 
@@ -28,73 +27,6 @@ struct Options {
     std::string normalisation = "standard";
     bool as_json = false, follow = false, strict = false;
 };
-
-constexpr char kDescription[] = R"(Find the period of a time series with columns t, y and optionally sigma.
-
-Examples:
-  # the highest peak of the default frequency grid
-  toliman period velocities.csv
-  # five peaks of a given grid as JSON, and the power at every frequency as .npy
-  toliman period rv.csv --f0 1e-4 --df 2e-5 --nf 2500 --peaks 5 --json --power power.npy
-  # false alarm probability by bootstrap, for noise of any distribution
-  toliman period rv.csv --fap bootstrap --resamplings 10000
-  # columns with other names
-  toliman period chapter.run/series.csv --columns t,template
-  # one result after every sample; the sums are saved
-  receiver | toliman period - --follow --f0 1e-3 --df 1e-4 --nf 5000 --save-state now.tlmp
-  # more samples for the saved sums
-  toliman period tonight.csv --from-state now.tlmp
-
-Input: text, JSON Lines, or a .npy table of float64 [samples][2 or 3]. Columns of text are separated by semicolons if
-the first line contains one, otherwise by commas if it contains one, otherwise by white space. The decimal separator
-is a point. Empty lines and lines that begin with # are ignored. If the first line contains names, the columns t, y
-and sigma are used and the others are ignored; --columns selects other names. If it contains numbers, the columns are
-t, y and sigma in this order.
-
-The periodogram is that of Lomb and Scargle with a floating mean. Its frequencies are f0 + k df, k = 0 ... nf - 1, in
-cycles per unit of t. By default f0 = 1.5/T and df = 1/(10 T), up to 1/(2 median dt), where T is the time from the first to the
-last sample plus one median step. A grid of more than 2e6 frequencies must be given explicitly.
-
-The highest peak is refined by a least-squares fit of
-  y = offset + amplitude sin(2 pi frequency (t - time_offset) + phase)
-where time_offset is the first time. If the signal is not a sinusoid, as for an eccentric orbit, its peak may be some
-standard errors away from its period. A standard error that the samples cannot determine, for example at the Nyquist
-frequency of regular samples, is printed as inf (null in JSON).
-
-The false alarm probability (FAP) is the probability that noise alone has a peak this high. --fap selects the method:
-  baluev      anywhere on the grid; an upper bound that is nearly reached (default)
-  naive       as if the grid, up to f, had f T independent frequencies; 3 times too small at 0.01
-  single      at one frequency that was known beforehand
-  bootstrap   (k + 1)/(n + 1) if k of n resampled series have a peak this high; any distribution
-  sequential  anywhere on the grid at any number of samples: for repeated (sequential) monitoring
-The FAP depends on the grid, so the result contains the grid.
-
-Warnings report a peak at the edge of the grid (the period may lie beyond it), a grid step above 1/(5 T), a grid that
-exceeds 1/(2 median dt), and powers that may be wrong by more than 0.001 at frequencies where the samples cover too
-small a part of a cycle.
-
---peaks lists more peaks, the highest first. Peaks that the sampling may have produced from a higher one are marked as
-aliases.
-
---follow prints one JSON line (schema toliman-period-update/1) after every sample from the fifth on, as soon as
-not all values are equal. It needs a grid or a state. Base decisions on its log10_fap_sequential. Of streams of pure noise, one in four
-reaches -2 in log10_fap (baluev) within 1095 samples, but only one in a hundred reaches -2 in log10_fap_sequential. Some
-lines are skipped: those that are not samples, those beyond the limits below, and a last line without newline, which
-may be truncated. They are reported by number and counted; with --strict the exit code is then 4.
-
---save-state writes the exact sums; with --follow it writes them every minute and at the end, also after an error or a
-signal. --from-state continues from these sums and gives the same sums and powers, bit for bit, as all samples at once
-with this grid and these limits. `toliman merge` adds up
-such files. From sums alone, without the samples, the peak is interpolated by a parabola and has no standard error;
-amplitude, phase and offset are those of the nearest frequency of the grid.
-
-The samples of the run that creates the sums set limits for all later ones. A sigma must be between 1/8 of their
-smallest sigma and 4 times their largest. The distance of a value from their median must be below 2^20 times their
-spread; with --follow the spread is not
-known beforehand, so the distance of a value from the first value must be below 2^20 in the unit of y.
---sigma-floor, --sigma-ceiling and --value-bound set other limits. Either all samples have a sigma or none.
-
-Exit codes are listed in `toliman --help`.)";
 
 const std::map<std::string, int32_t> kNormalisations = {{"standard", TOLIMAN_PERIOD_POWER_STANDARD},
                                                         {"model", TOLIMAN_PERIOD_POWER_MODEL},
@@ -214,7 +146,7 @@ void period(const Options &options, Progress &progress) {
 } // namespace
 
 void add_period(CLI::App &app, Context &context) {
-    CLI::App *command = app.add_subcommand("period", kDescription);
+    CLI::App *command = add_command(app, "period");
     auto options = std::make_shared<Options>();
     CLI::Option *file =
         add_option(command, "FILE", options->file, "",

@@ -18,26 +18,6 @@ struct Options {
     bool as_json = false;
 };
 
-constexpr char kDescription[] = R"(Show what a scene requires and what it costs to compute, without computing it.
-
-Examples:
-  # effects, approximations, errors and cost of a scene
-  toliman plan mission.json
-  # the same for padded FFTs, as JSON
-  toliman plan scene.json --engine fft --json
-
-Output: which effects the scene models; each approximation with its error; the number of operations, the time and the
-memory. Errors are the largest pixel error divided by the peak of the image.
-
-The scene's `accuracy` determines how many wavelengths are propagated, the order of the expansion in the displacement
-and the sampling of the pixels. Errors above the accuracy are marked. Two errors do not depend on it: the rounding of
-double precision, and the error of the pupil, whose number of cells (telescope.pupil_samples) the scene gives.
-
-The pupil error compares the image of the mask drawn on these cells with the image of the ideal mask. Frames, template
-and network of a scene use the same cells, so this error does not disturb a period that is found in simulated frames.
-
-Standard error has the warnings that `toliman simulate` would give. Exit codes are listed in `toliman --help`.)";
-
 std::string stages(const toliman_sim_plan_info &plan, bool there) {
     std::string text;
     for (int32_t i = 0; toliman_sim_stage_name(i) != nullptr; i++)
@@ -144,7 +124,7 @@ void plan(const Options &options, Progress &progress) {
 } // namespace
 
 void add_plan(CLI::App &app, Context &context) {
-    CLI::App *command = app.add_subcommand("plan", kDescription);
+    CLI::App *command = add_command(app, "plan");
     auto options = std::make_shared<Options>();
     add_scene(*command, options->scene);
     command

@@ -8,7 +8,6 @@
 #include "common/json.hpp"
 #include "common/output.hpp"
 #include "options/command.hpp"
-#include "options/seed.hpp"
 #include "scenes/pupil_search.hpp"
 #include "scenes/scene.hpp"
 
@@ -24,33 +23,6 @@ struct Options {
 
 constexpr uint64_t kDefaultCount = 4000;
 constexpr double kMostMinutes = 100000;
-
-constexpr char kDescription[] = R"(Search for a spiral phase mask with a smaller Cramer-Rao bound of the separation.
-
-Examples:
-  # 4000 masks, some minutes
-  toliman pupil chapter.json
-  # as many masks as ten minutes allow; the scene with the best mask goes to better.json
-  toliman pupil chapter.json --minutes 10 --out better.json
-  # another seed of the random masks; the result as JSON
-  toliman pupil chapter.json --count 1000 --seed 7 --json
-
-Method: masks are drawn at random; then the best of them and the scene's own mask are varied. Both steps use a coarse
-version of the scene (six wavelengths, half the pupil samples). Finally the best masks are evaluated and improved with
-the full scene.
-
-A mask is accepted only if its peak-to-mean ratio (brightest pixel over mean pixel of the noise-free frame) is not
-above that of the scene's own mask, so it needs no more dynamic range of the detector. The fraction of the light that
-falls in the frame is reported. In a scene that gives the peak, light outside the frame does not count as a loss.
-
-Output: bound, peak-to-mean ratio and light in the frame, of the scene's own mask and of the best one found, and that
-mask as JSON. --out writes the scene with this mask.
-
---count limits the masks drawn and varied; evaluations of the scene's own mask and those with the full scene do not
-count. Without --minutes the result depends only on scene, seed and count. Ctrl-C ends the search and keeps the best
-mask so far.
-
-Exit codes are listed in `toliman --help`.)";
 
 // Rewrites file names of the scene that are relative to one folder, relative to another one.
 void move_files(cJSON *item, const std::filesystem::path &from, const std::filesystem::path &to) {
@@ -137,7 +109,7 @@ void pupil(const Options &options, Progress &progress) {
 } // namespace
 
 void add_pupil(CLI::App &app, Context &context) {
-    CLI::App *command = app.add_subcommand("pupil", kDescription);
+    CLI::App *command = add_command(app, "pupil");
     auto options = std::make_shared<Options>();
     add_scene(*command, options->scene);
     add_option(command, "--out", options->out, "FILE",

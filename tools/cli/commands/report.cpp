@@ -15,31 +15,6 @@ namespace cli {
 
 namespace {
 
-constexpr char kDescription[] = R"(Write an HTML page with figures from results of run, experiment, track or make bench.
-
-Examples:
-  # the page chapter.run/report/report.html
-  toliman report chapter.run
-  # two folders on one page, with PDF files of all figures
-  toliman report chapter.run table --out paper --pdf
-  # a state folder of track, also while track writes to it
-  toliman report mission
-
-Input: the type of a folder is recognised by its files.
-  result.json                       a folder of toliman run, or of toliman status --out
-  experiment.json                   a folder of toliman experiment
-  ledger.tlml                       a state folder of toliman track: its results are written to DIR/report first
-  *.json of toliman-bench/1         a folder of make bench
-
-Output: report.html, which needs no other file and no network, and each figure as figures/NAME.svg, with --png and --pdf
-also as figures/NAME.png and figures/NAME.pdf. They replace the page and the figures of an earlier report in the same
-folder. The path of the page is printed.
-
-The page is drawn by the Python module toliman.report, which reads result files only: `python3 -m toliman.report`
-has the same options. It needs the Debian packages python3-numpy, python3-matplotlib and python3-jinja2.
-
-Exit codes: 1 if one of these packages is missing; the others are listed in `toliman --help`.)";
-
 struct Options {
     std::vector<std::string> folders;
     std::string out;
@@ -95,7 +70,7 @@ void report(const Options &options, Progress &progress) {
 } // namespace
 
 void add_report(CLI::App &app, Context &context) {
-    CLI::App *command = app.add_subcommand("report", kDescription);
+    CLI::App *command = add_command(app, "report");
     auto options = std::make_shared<Options>();
     add_option(command, "DIR", options->folders, "", "folders of results, shown on one page in this order")->required();
     add_option(command, "--out", options->out, "FOLDER",

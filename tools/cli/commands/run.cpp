@@ -15,7 +15,6 @@
 #include "experiment/run_images.hpp"
 #include "experiment/run_result.hpp"
 #include "options/command.hpp"
-#include "options/seed.hpp"
 #include "scenes/scene_json.hpp"
 #include "series/fap.hpp"
 
@@ -28,39 +27,6 @@ struct Options {
     uint64_t seed = 0;
     bool seed_given = false, as_json = false;
 };
-
-constexpr char kDescription[] = R"(Simulate a scene, train the network, encode fresh frames and find the period.
-
-Examples:
-  # the scene of the book chapter; the results go to the folder chapter.run
-  toliman run chapter.json
-  # another seed and another folder; the result as JSON on standard output
-  toliman run mission.json --seed 7 --out mission7 --json
-
-Input: a scene with noise and 5 to 400000 frames of at least 256x256 pixels.
-
-Output: a summary on standard output and a folder with these files. `toliman report` draws figures from them.
-  result.json      all results (schema toliman-run/2)
-  series.csv       columns frame, t (days), true displacement, latent, template value (px)
-  periodogram.csv  frequency in 1/day, power of the latents, of the template's values and of the true displacements
-  training.csv     loss after each training step
-  displacement.csv errors of the scene's Taylor expansion and of interpolated images, for displacements of 1e-2 to
-                   1e-6 px
-  images/          pupil, point spread functions at 600, 550-600 and 500-700 nm, expected frame, frame 0, change by the
-                   signal, five random frames with their reconstructions and residuals, as .npy
-  scene.json       the scene as it was read
-  weights.tlmw     the trained network, for toliman encode
-
-The summary compares the network with four references: the template estimator (least squares on the scene's derivative
-image), the untrained network, the network on frames without signal, and the Cramer-Rao bound of one frame. Efficiency
-is this bound divided by the scatter of the latents over frames without signal. A peak counts as a period that was
-found if its log10 FAP is at most -2.
-
-The row `decoder` compares reconstructed frames with the noisy ones, both scaled to 0..1; its values are means over at
-most 110 frames. The first is the mean squared error (mmse in result.json). In parentheses is the error expected from
-noise alone (photon_floor). The last is 1 - mssim, where mssim is the structural similarity, 1 for equal frames.
-
-Exit codes are listed in `toliman --help`.)";
 
 void print_warnings(const Pipeline &pipeline, const std::string &folder, Progress &progress) {
     if ((pipeline.latent.peak.flags & TOLIMAN_PERIOD_AT_EDGE) != 0)
@@ -147,7 +113,7 @@ void run(const Options &options, Progress &progress) {
 } // namespace
 
 void add_run(CLI::App &app, Context &context) {
-    CLI::App *command = app.add_subcommand("run", kDescription);
+    CLI::App *command = add_command(app, "run");
     auto options = std::make_shared<Options>();
     add_scene(*command, options->scene);
     add_option(command, "--out", options->folder, "FOLDER",

@@ -8,7 +8,6 @@
 #include "common/text.hpp"
 #include "frames/frames_out.hpp"
 #include "options/command.hpp"
-#include "options/seed.hpp"
 #include "scenes/scene.hpp"
 
 namespace cli {
@@ -22,43 +21,6 @@ struct Options {
 };
 
 constexpr size_t kFramesAtOnce = 32;
-
-constexpr char kPsfDescription[] = R"(Write the expected (noise-free) image of a scene.
-
-Examples:
-  # star A alone, as a NumPy array
-  toliman psf chapter.json --out psf.npy --star A
-  # both stars, as FITS
-  toliman psf chapter.json --out psf.fits
-
-Output: one float64 image [row][column] in the unit of the scene's frames: photons, or electrons or DN if the scene's
-detector converts to them (BUNIT of the FITS header). The FITS header also contains CREATOR, SCENE, SCENEID, PIXSCALE,
-APERTURE, WAVEMIN, WAVEMAX and NWAVES.
-
-Exit codes are listed in `toliman --help`.)";
-
-constexpr char kSimulateDescription[] = R"(Write noisy frames of a scene.
-
-Examples:
-  # frames 0 to 99 as a NumPy array [frame][row][column] of float64, not rounded
-  toliman simulate chapter.json --frames 0:100 --out frames.npy
-  # the same rounded to whole counts: unsigned 32-bit, little-endian, without header
-  toliman simulate chapter.json --frames 0:100 --out frames.bin
-  # the same as a FITS cube with header and a table of the frames' times
-  toliman simulate chapter.json --frames 0:100 --out frames.fits
-  # the same as the mission's pair of files: downlink/day1_frames.bin and downlink/day1_meta.jsonl
-  toliman simulate chapter.json --frames 0:100 --out downlink --session day1 --dtype u32le
-
-The suffix of --out selects the format. Pixel values are photons, or electrons or DN if the scene's detector converts
-to them. A FITS cube contains unsigned 32-bit integers if the frames are whole counts, and float64 otherwise. Its
-table FRAMES contains the frame number, the time in days and the true displacement in pixels.
-
-Unsigned counts cannot be negative: if read noise makes a pixel negative, .bin and --session fail with exit code 2.
-
-Frame k depends only on the scene, the seed and k. Any part of the cadence can therefore be simulated separately, in
-any order.
-
-Exit codes are listed in `toliman --help`.)";
 
 void check_star(const Scene &scene) {
     auto places = toliman::sized<toliman_sim_offsets>();
@@ -148,7 +110,7 @@ std::string session_complaint(const std::string &name) {
 } // namespace
 
 void add_psf(CLI::App &app, Context &context) {
-    CLI::App *command = app.add_subcommand("psf", kPsfDescription);
+    CLI::App *command = add_command(app, "psf");
     auto options = std::make_shared<Options>();
     add_scene(*command, options->scene);
     add_option(command, "--out", options->out, "FILE", "output file, .npy or .fits; - writes .npy to standard output")
@@ -159,7 +121,7 @@ void add_psf(CLI::App &app, Context &context) {
 }
 
 void add_simulate(CLI::App &app, Context &context) {
-    CLI::App *command = app.add_subcommand("simulate", kSimulateDescription);
+    CLI::App *command = add_command(app, "simulate");
     auto options = std::make_shared<Options>();
     add_scene(*command, options->scene);
     add_option(command, "--out", options->out, "PATH",

@@ -15,60 +15,6 @@ namespace cli {
 
 namespace {
 
-constexpr char kStatusDescription[] = R"(Show what a state folder of track contains.
-
-Examples:
-  # counts of frames, the period and the sessions
-  toliman status mission
-  # the same as JSON
-  toliman status mission --json
-  # frame ids to request again
-  toliman status mission --missing
-  # the accepted values, searched on another grid
-  toliman status mission --series | toliman period - --f0 1e-3 --df 1e-4 --nf 5000
-  # the results as files, for a spreadsheet or a notebook
-  toliman status mission --out results
-
-The folder may be read while `toliman track` writes to it. The period is that of the highest peak, with its false
-alarm probability for one query and for repeated monitoring (sequential). The counts are:
-  received     all arrivals of frames
-  accepted     frames in the periodogram now
-  outlier      good frames that are not used: the value exceeds --value-limit of track, or, after a change
-               of grid or clock, the periodogram cannot represent the time
-  quarantined  frames that arrived with two different contents; not used, but not missing either
-  repeated     arrivals of a frame that had arrived before, also because a file was given again
-  rejected     arrivals that could not be used; several bad copies of a frame count several times, and a
-               good copy may still be accepted
-  expected     frame ids from the first to the last of each session and region
-  missing      expected frame ids that are neither accepted nor outliers nor quarantined
-  dropped      frames that the camera reports as dropped
-
---out DIR also writes the results as files, which `toliman report DIR` draws:
-  result.json      all results (schema toliman-state/1)
-  series.csv       columns t, y, sigma of the samples in the periodogram (t in days, y in px)
-  periodogram.csv  frequency in 1/day, power
-
-A session whose name is lost is shown as # and its digest. Frames beyond the end of a truncated file and malformed
-lines are not in the folder: only the output of `toliman track` has reported them.
-
-Exit codes are listed in `toliman --help`.)";
-
-constexpr char kRebuildDescription[] =
-    R"(Rebuild the sums of a state folder from its ledger, for another grid, clock or epoch.
-
-Examples:
-  # another frequency grid, in cycles per day
-  toliman rebuild mission --grid 1e-3:1e-5:50000
-  # a better clock correlation
-  toliman rebuild mission --clock clock.csv
-  # the default grid of a longer mission; the camera's time is TAI
-  toliman rebuild mission --mission-days 1500 --clock camera
-
-The frames themselves are not needed. Settings that are not given stay as they are. --clock names a CSV of pairs
-camera_ns,tai_ns. Frames that were rejected because of their time must be given to `toliman track` again.
-
-Output: as that of `toliman status`. Exit codes are listed in `toliman --help`.)";
-
 struct Options {
     std::string folder, out;
     bool as_json = false, records = false, series = false, missing = false;
@@ -161,7 +107,7 @@ void rebuild(RebuildOptions &options, Progress &progress) {
 } // namespace
 
 void add_status(CLI::App &app, Context &context) {
-    CLI::App *command = app.add_subcommand("status", kStatusDescription);
+    CLI::App *command = add_command(app, "status");
     auto options = std::make_shared<Options>();
     add_option(command, "DIR", options->folder, "", "a state folder")->required();
     CLI::Option *json = command->add_flag("--json", options->as_json, "print JSON, schema toliman-track-status/2");
@@ -180,7 +126,7 @@ void add_status(CLI::App &app, Context &context) {
 }
 
 void add_rebuild(CLI::App &app, Context &context) {
-    CLI::App *command = app.add_subcommand("rebuild", kRebuildDescription);
+    CLI::App *command = add_command(app, "rebuild");
     auto options = std::make_shared<RebuildOptions>();
     add_option(command, "DIR", options->folder, "", "a state folder")->required();
     options->setup.add_to(*command);

@@ -29,58 +29,6 @@ struct Options {
     DownlinkOptions downlink;
 };
 
-constexpr char kDescription[] = R"(Process frames as they arrive from the spacecraft and keep the period up to date.
-
-Examples:
-  # a folder of raw pairs; the first run creates the state folder `mission`
-  toliman track --weights w.tlmw --state mission --mission-days 1095 --dtype u16le downlink/
-  # resume, and wait for new frames until stopped by Ctrl-C (SIGINT) or SIGTERM
-  toliman track --weights w.tlmw --state mission --dtype u16le --follow downlink/
-  # files named on standard input; least squares instead of a network; an explicit frequency grid
-  ls passes/*_meta.jsonl | toliman track --template scene.json --state squares --dtype u32le --grid 1e-3:1e-4:5000 -
-  # a NumPy cube of one frame per day
-  toliman track --template scene.json --state lab --mission-days 100 --cadence 86400 cube.npy
-  # FITS files with times in their headers
-  toliman track --template scene.json --state sky --mission-days 1095 2029-*.fits
-  # one shard of many: frames 3000 to 3999 only
-  toliman track --template scene.json --state shard_3 --frames 3000:4000 --mission-days 1095 --dtype u32le downlink/
-  # frames and period so far
-  toliman status mission
-
-Input: a frame is identified by session, frame id and region of interest (ROI). INPUT is a raw pair (X_frames.bin and
-X_meta.jsonl in one folder; name one of them), a folder of such pairs, a .npy or FITS file, or - for names of these on
-standard input, one per line. Frames may be duplicated, out of order or
-damaged.
-
-The state folder contains a ledger with a record of every frame. The same command therefore resumes where it was
-stopped, and frames in any order of arrival give the same bits
-(on processors with the same instruction set). A duplicate is ignored. A frame that arrives with two
-different contents is quarantined and removed from the sums. A new state folder needs --grid or --mission-days. An
-existing one remembers grid, clock, shape and limits, and refuses others; `toliman rebuild` changes grid and clock.
-
-Output: one JSON line per frame (schema toliman-frame/2), printed as soon as the frame's record is durable (see --sync),
-and updates of the period (toliman-track-update/2). Damaged frames, malformed lines, truncated files and clock jumps
-(time not increasing with the frame id, or a gap of more than 1000 usual steps) do not stop the run: each is a JSON
-line, standard error has a warning per file and the total counts, and with --strict the exit code is 4. A malformed line of
-X_meta.jsonl may belong to a frame. If the size of X_frames.bin shows that it does, the positions of later frames are
-unknown, and only the frames before that line are used.
-
-Times of FITS frames: the first of these keywords that is present gives the middle of the exposure.
-  MJD-AVG, DATE-AVG, MJD-BEG + XPOSURE/2, MJD-OBS + EXPTIME/2, DATE-OBS + EXPTIME/2
-TIMESYS gives the time scale: UTC (also if it is missing), TAI, TT or GPS; a file with another scale is refused. The time is converted to TAI in ns since
-1970-01-01T00:00:00 TAI; the state folder must not have a clock table. If XPOSURE or EXPTIME is missing, the time is
-used as the middle of the exposure, with a warning. In a cube of several frames, the header has the time of
-the first frame; the times of the others follow from the table FRAMES of `toliman simulate`, or from --cadence. In a file without these keywords, the times are those of
-that table, or the product of frame number and --cadence. Times in a file take precedence over --cadence. Standard error states which
-rule was used for each file.
-
-FRAME1 in a FITS header is the number of the file's first frame (default 0); with it many files may share one
---session. .npy files have no FRAME1: each begins at frame 0 and time 0, and needs a session name of its own,
-by default its file name. A
-warning names files whose times by --cadence overlap.
-
-Exit codes are listed in `toliman --help`.)";
-
 // "16,24" or "256x256".
 void two_numbers(const std::string &text, const char *option, const char *form, int64_t least, int64_t &a, int64_t &b) {
     if (text.empty())
@@ -260,7 +208,7 @@ void track(Options &options, Progress &progress) {
 } // namespace
 
 void add_track(CLI::App &app, Context &context) {
-    CLI::App *command = app.add_subcommand("track", kDescription);
+    CLI::App *command = add_command(app, "track");
     auto options = std::make_shared<Options>();
     DownlinkOptions &downlink = options->downlink;
     // Not a CLI11 option group of --weights and --template: it would report any mistyped word as a missing one of

@@ -7,7 +7,6 @@
 #include "common/output.hpp"
 #include "frames/network.hpp"
 #include "options/command.hpp"
-#include "options/seed.hpp"
 #include "scenes/scene.hpp"
 
 namespace cli {
@@ -22,42 +21,6 @@ struct Options {
 
 constexpr uint32_t kEpochs = 300;                       // the default
 constexpr uint64_t kTrainingNoise = 0x5452414900000000; // XORed with the seed of the weights: seed of the frames' noise
-
-constexpr char kDescription[] = R"(Train the autoencoder for a scene and write its weights file.
-
-Examples:
-  # tied training, the default: needs no frames
-  toliman train chapter.json --out chapter.tlmw
-  # a weights file of 1.2 MB instead of 2.0 MB
-  toliman train chapter.json --out small.tlmw --payload fp16
-  # the training of the book chapter: unsupervised, on simulated frames; big.json is a scene of your own
-  toliman train big.json --mode unsupervised --layout paper --input raw --epochs 300 --out paper.tlmw
-  # another 300 epochs
-  toliman train big.json --resume paper.tlmw --epochs 600 --out paper.tlmw
-
-Input: a scene with frames of at least 256x256 pixels.
-
-Output: a weights file with everything that `toliman encode` needs (layout, preprocessing, images of the scene), and one
-message with the training result on standard error.
-
-Tied training (--mode tied) needs no frames. Its result includes the cosine: the fraction of the photon limit that the
-encoder reaches.
-
-Unsupervised training, that of the book chapter, teaches the network to reproduce the scene's own noisy frames. One
-tenth of the frames is held out for validation. The latent has no unit, and signals below about 1e-4 px are not found.
-The training takes 7 ms of processor time per frame and epoch with layout `paper` (2.5 ms with `flight`) and 256 KiB
-of memory per frame. Its frames have other noise than those of `toliman simulate` with the same seed.
-
-A training that is stopped by a signal after its first step or epoch is saved as OUT.part; an existing OUT stays
-unchanged. --resume continues it and gives the same result as a training without interruption. A finished unsupervised
-training can be continued in the same way with more --epochs. Mode, steps and seed are those of the file; --epochs is
-the new total (default 300).
-
---payload bf16 or fp16 stores all numbers except the reference image in 16 instead of 32 bits, with
-significands of 8 bits (bf16) or 11 bits (fp16); tools/docs/formats.md lists the resulting errors. Only a float32 file can be resumed. OUT.part is always
-float32.
-
-Exit codes are listed in `toliman --help`.)";
 
 using Names = std::map<std::string, int32_t>;
 
@@ -203,7 +166,7 @@ void train(const Options &options, Progress &progress) {
 } // namespace
 
 void add_train(CLI::App &app, Context &context) {
-    CLI::App *command = app.add_subcommand("train", kDescription);
+    CLI::App *command = add_command(app, "train");
     auto options = std::make_shared<Options>();
     add_scene(*command, options->scene);
     add_option(command, "--out", options->out, "FILE", "weights file to write (.tlmw); - writes to standard output")

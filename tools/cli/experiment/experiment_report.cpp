@@ -1,4 +1,4 @@
-#include "experiment/experiment_report.hpp"
+#include "experiment/summary.hpp"
 
 #include "common/content.hpp"
 #include "common/provenance.hpp"

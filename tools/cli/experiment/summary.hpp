@@ -40,4 +40,9 @@ bool found(const Campaign &campaign, const Row &row);
 // Cramer-Rao bound over the scatter, both in px.
 double efficiency(const Table &table, const Row &row);
 
+// The results as JSON, as Markdown, and as CSV with one row per method and series of frames.
+std::string report_json(const Campaign &campaign, const std::vector<TableSummary> &summaries);
+std::string report_markdown(const Campaign &campaign, const std::vector<TableSummary> &summaries);
+std::string report_csv(const Campaign &campaign, const Journal &journal);
+
 } // namespace cli

@@ -1,9 +1,12 @@
-// Frames as headerless little-endian counts.
+// Writes headerless little-endian counts, and the mission's pair of files: counts, and one JSON object per frame. Files
+// of a pair are never replaced.
 #include <cmath>
 
 #include "common/failure.hpp"
+#include "common/input.hpp"
 #include "common/output.hpp"
 #include "common/text.hpp"
+#include "frames/frames_in.hpp"
 #include "frames/frames_out.hpp"
 
 namespace cli {
@@ -60,10 +63,66 @@ class CountOutput : public FrameOutput {
     double largest_;
 };
 
+long long nanoseconds(double days) {
+    const std::optional<int64_t> ns = ns_of_days(days);
+    if (!ns)
+        throw Failure(kExitUsage,
+                      "timestamp_ns: a frame at " + std::to_string(days) + " days: must be within 100000 days");
+    return *ns;
+}
+
+// Existing files of a downlink may be the only copy.
+void check_free(const std::string &path) {
+    if (exists(path))
+        throw Failure(kExitOutput, path + ": exists already: give another --session, or remove it first");
+}
+
+class SessionOutput : public FrameOutput {
+  public:
+    SessionOutput(const std::string &folder, const std::string &session, const CountFormat &format,
+                  const Simulated &frames)
+        : folder_(folder), session_(session), cadence_(frames.scene), next_(frames.range.first), rows_(frames.rows()),
+          cols_(frames.cols()), counts_(count_output(folder_.file(session + "_frames.bin"), format, frames)),
+          meta_(folder_.file(session + "_meta.jsonl")) {}
+
+    void write(const double *images, size_t count) override {
+        counts_->write(images, count);
+        for (size_t k = 0; k < count; k++, next_++) {
+            const double days = cadence_.times[static_cast<size_t>(next_)];
+            meta_.print("{\"frame_id\": %lld, \"timestamp_ns\": %lld, \"host_time\": %.9f, \"nframes_dropped\": 0, "
+                        "\"roi_label\": \"single_roi\", \"n_rows\": %zu, \"n_cols\": %zu, \"session_id\": \"%s\"}\n",
+                        static_cast<long long>(next_), nanoseconds(days), days * 86400, rows_, cols_, session_.c_str());
+        }
+    }
+
+    // The side file last: it implies that the frames are complete.
+    void commit() override {
+        counts_->commit();
+        meta_.commit();
+        folder_.keep();
+    }
+
+  private:
+    OutputFolder folder_;
+    std::string session_;
+    Cadence cadence_;
+    int64_t next_; // number of the next frame
+    size_t rows_, cols_;
+    std::unique_ptr<FrameOutput> counts_;
+    OutputFile meta_;
+};
+
 } // namespace
 
 std::unique_ptr<FrameOutput> count_output(const std::string &path, const CountFormat &format, const Simulated &frames) {
     return std::make_unique<CountOutput>(path, format, frames);
+}
+
+std::unique_ptr<FrameOutput> session_output(const std::string &folder, const std::string &session,
+                                            const CountFormat &format, const Simulated &frames) {
+    for (const char *end : {"_frames.bin", "_meta.jsonl"})
+        check_free(plain(folder) + "/" + session + end);
+    return std::make_unique<SessionOutput>(folder, session, format, frames);
 }
 
 } // namespace cli

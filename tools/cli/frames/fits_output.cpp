@@ -17,13 +17,11 @@ class FitsOutput : public FrameOutput {
         : out_(path), pixels_(static_cast<LONGLONG>(axes.back() * axes[axes.size() - 2])) {
         out_.need_space(axes, type == ULONG_IMG ? 4 : 8);
         std::vector<LONGLONG> lengths(axes.rbegin(), axes.rend()); // NAXIS1 is the columns
-        int status = 0;
         fitsfile *file = nullptr;
-        fits_create_diskfile(&file, plain_name(out_.hand_over()).c_str(), &status);
+        fits_create_diskfile(&file, plain_name(out_.hand_over()).c_str(), &status_);
         file_.reset(file);
-        check(status);
-        fits_create_imgll(file, type, static_cast<int>(lengths.size()), lengths.data(), &status);
-        check(status);
+        fits_create_imgll(file, type, static_cast<int>(lengths.size()), lengths.data(), &status_);
+        check();
         text("CREATOR", std::string("toliman ") + toliman_version(), "");
     }
 
@@ -38,16 +36,14 @@ class FitsOutput : public FrameOutput {
 
     void write(const double *images, size_t count) override {
         const LONGLONG values = static_cast<LONGLONG>(count) * pixels_;
-        int status = 0;
-        fits_write_img(file_.get(), TDOUBLE, first_, values, const_cast<double *>(images), &status);
-        check(status);
+        fits_write_img(file_.get(), TDOUBLE, first_, values, const_cast<double *>(images), &status_);
+        check();
         first_ += values;
     }
 
     void commit() override {
-        int status = 0;
-        fits_close_file(file_.release(), &status);
-        check(status);
+        fits_close_file(file_.release(), &status_);
+        check();
         out_.commit();
     }
 
@@ -73,29 +69,28 @@ class FitsOutput : public FrameOutput {
 
   protected:
     void text(const char *key, const std::string &value, const char *comment) {
-        int status = 0;
-        fits_write_key_longstr(file(), key, value.c_str(), comment, &status);
-        check(status);
+        fits_write_key_longstr(file(), key, value.c_str(), comment, &status_);
+        check();
     }
 
     void number(const char *key, double value, const char *comment) {
-        int status = 0;
-        fits_write_key_dbl(file(), key, value, -15, comment, &status);
-        check(status);
+        fits_write_key_dbl(file(), key, value, -15, comment, &status_);
+        check();
     }
 
     void number(const char *key, uint64_t value, const char *comment) {
-        int status = 0;
-        fits_write_key(file(), TULONGLONG, key, &value, comment, &status);
-        check(status);
+        fits_write_key(file(), TULONGLONG, key, &value, comment, &status_);
+        check();
     }
 
-    void check(int status) const {
-        if (status != 0)
-            out_.fail(fits_reason(status));
+    void check() const {
+        if (status_ != 0)
+            out_.fail(fits_reason(status_));
     }
 
     fitsfile *file() noexcept { return file_.get(); }
+
+    int status_ = 0; // of CFITSIO, whose functions do nothing after an error
 
   private:
     OutputFile out_;
@@ -133,13 +128,12 @@ class SimulatedCube : public FitsOutput {
         char frame[] = "frame", time[] = "time_days", displacement[] = "displacement_px", whole[] = "K", real[] = "D";
         char none[] = "", days[] = "d", pixels[] = "pixel";
         char *names[] = {frame, time, displacement}, *types[] = {whole, real, real}, *units[] = {none, days, pixels};
-        int status = 0;
-        fits_create_tbl(file(), BINARY_TBL, 0, 3, names, types, units, "FRAMES", &status);
+        fits_create_tbl(file(), BINARY_TBL, 0, 3, names, types, units, "FRAMES", &status_);
         const auto n = static_cast<LONGLONG>(rows);
-        fits_write_col(file(), TLONGLONG, 1, 1, 1, n, numbers.data(), &status);
-        fits_write_col(file(), TDOUBLE, 2, 1, 1, n, &cadence_.times[first], &status);
-        fits_write_col(file(), TDOUBLE, 3, 1, 1, n, &cadence_.displacements[first], &status);
-        check(status);
+        fits_write_col(file(), TLONGLONG, 1, 1, 1, n, numbers.data(), &status_);
+        fits_write_col(file(), TDOUBLE, 2, 1, 1, n, &cadence_.times[first], &status_);
+        fits_write_col(file(), TDOUBLE, 3, 1, 1, n, &cadence_.displacements[first], &status_);
+        check();
     }
 
     FrameRange range_;

@@ -1,7 +1,11 @@
 // The subcommands: each adds itself with its options to the CLI11 app and stores its work in Context::action.
 #pragma once
 #include <CLI/App.hpp> // alone: what CLI/CLI.hpp adds is compiled once, in commands.cpp
+#include <charconv>
+#include <cstdint>
 #include <functional>
+#include <memory>
+#include <string>
 
 #include "common/terminal.hpp"
 
@@ -20,6 +24,11 @@ struct Context {
 
 // The whole program: its description, options and subcommands.
 void add_commands(CLI::App &app, Context &context);
+// help/COMMAND.txt without its last newline; help/toliman.txt is that of the whole program.
+std::string help_text(const std::string &command);
+// A subcommand with its help text.
+CLI::App *add_command(CLI::App &app, const std::string &name);
+
 // Stores work(*options, progress) as the action of a command; `check` is called after parsing and may throw.
 template <class Options, class Work>
 void set_action(
@@ -40,10 +49,21 @@ CLI::Option *add_option(CLI::App *command, const char *name, Value &value, const
     return command->add_option(name, value, what)->type_name(type);
 }
 
-// All options of a command, including those of its option groups; positionals are options without names.
-std::vector<const CLI::Option *> options_of(const CLI::App &command);
 // The positional SCENE of many commands.
 void add_scene(CLI::App &command, std::string &name);
+
+// --seed: a whole number of 64 bits without sign. Parsed here because CLI11 wraps -1 around and clips numbers that are
+// too large.
+template <class Seed> CLI::Option *add_seed(CLI::App &command, Seed &seed, const std::string &description) {
+    const auto take = [&seed](const std::string &text) {
+        uint64_t value = 0;
+        const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+        if (error != std::errc() || end != text.data() + text.size())
+            throw CLI::ValidationError("--seed", text + ": must be a whole number from 0 to 18446744073709551615");
+        seed = value;
+    };
+    return command.add_option_function<std::string>("--seed", take, description)->type_name("UINT");
+}
 
 void add_run(CLI::App &app, Context &context);
 void add_experiment(CLI::App &app, Context &context);

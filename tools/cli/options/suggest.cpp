@@ -16,7 +16,7 @@ namespace cli {
 namespace {
 
 void add_options(const CLI::App &app, std::vector<std::string> &names) {
-    for (const CLI::Option *option : options_of(app))
+    for (const CLI::Option *option : app.get_options())
         for (const std::string &name : option->get_lnames())
             names.push_back("--" + name);
 }
@@ -80,7 +80,7 @@ std::string unexpected_word(const std::string &message, const CLI::App &command)
     if (word.rfind('-', 0) == 0)
         return "unknown option " + word;
     std::string accepted;
-    for (const CLI::Option *option : options_of(command))
+    for (const CLI::Option *option : command.get_options())
         if (option->get_positional())
             accepted += (accepted.empty() ? "one " : " and one ") + option->get_single_name();
     const std::string program = command.get_parent() != nullptr ? "toliman " : "";

@@ -11,7 +11,7 @@
 
 #include "common/failure.hpp"
 #include "common/text.hpp"
-#include "options/seed.hpp"
+#include "options/command.hpp"
 
 namespace cli {
 

@@ -10,7 +10,7 @@
 #include "common/failure.hpp"
 #include "common/output.hpp"
 #include "common/text.hpp"
-#include "series/grid_warnings.hpp"
+#include "series/periodogram.hpp"
 
 namespace cli {
 

@@ -54,13 +54,17 @@ toliman::periodogram load_state(const std::string &path);
 std::vector<unsigned char> state_bytes(const toliman::periodogram &periodogram);
 void save_state(const toliman::periodogram &periodogram, const std::string &path);
 
-constexpr const char kEdgeWarning[] =
-    "the peak is at the edge of the frequency grid; the period may lie beyond: give another grid (--f0, --df, --nf)";
-
 toliman_period_info info_of(const toliman::periodogram &periodogram);
 
 // The power at all frequencies, in the given normalisation.
 std::vector<double> power_of(const toliman_period *periodogram, int64_t nf,
                              int32_t normalisation = TOLIMAN_PERIOD_POWER_STANDARD);
+
+// Warns of a grid step above 1/(5 T), with T from the sums alone, and of inaccurate powers, each once: `warned` holds
+// the flags of toliman_period_sampling that were reported.
+void warn_while_following(const toliman::periodogram &periodogram, uint32_t &warned, Progress &progress);
+// All warnings, also of a peak at the edge. series: NULL if only the sums are known; then the median time step is
+// unknown.
+void warn_of_grid(const Periodogram &periodogram, const Series *series, Progress &progress);
 
 } // namespace cli
