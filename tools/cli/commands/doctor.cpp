@@ -135,32 +135,30 @@ std::string as_json(const Health &health) {
     return json.text();
 }
 
-void print(const Health &health) {
+std::string as_text(const Health &health) {
     const toliman_machine &machine = health.machine;
-    std::printf("libtoliman   %s, ABI %d\n", toliman_version(), toliman_abi_version());
-    std::printf("CPU          %s, %d processors\n", health.cpu.c_str(), machine.processors);
-    std::printf("kernels      %s in use; this CPU has %s\n", machine.isa, joined(health.sets).c_str());
-    std::printf("OpenBLAS     %s kernels, %s; %d thread(s), %.0f GFLOP/s (%s)\n", machine.blas_core,
-                machine.blas_is_slow != 0 ? "older than the CPU" : "suited to the CPU", machine.blas_threads,
-                health.gflops, machine.blas_config);
-    std::printf("FFTW         %s\n", machine.fftw);
-    std::printf("libraries    zlib %s, cJSON %s, CFITSIO %s, CLI11 %s\n", ::zlibVersion(), ::cJSON_Version(),
-                health.cfitsio.c_str(), CLI11_VERSION);
-    std::printf("fsync        %s in %s\n",
-                health.sync.error.empty() ? (rounded(health.sync.milliseconds) + " ms, median of 9,").c_str()
-                                          : health.sync.error.c_str(),
-                health.sync.folder.c_str());
-    std::printf("verdict      %s\n", verdict(health).c_str());
+    return formatted("libtoliman   %s, ABI %d\n", toliman_version(), toliman_abi_version()) +
+           formatted("CPU          %s, %d processors\n", health.cpu.c_str(), machine.processors) +
+           formatted("kernels      %s in use; this CPU has %s\n", machine.isa, joined(health.sets).c_str()) +
+           formatted("OpenBLAS     %s kernels, %s; %d thread(s), %.0f GFLOP/s (%s)\n", machine.blas_core,
+                     machine.blas_is_slow != 0 ? "older than the CPU" : "suited to the CPU", machine.blas_threads,
+                     health.gflops, machine.blas_config) +
+           formatted("FFTW         %s\n", machine.fftw) +
+           formatted("libraries    zlib %s, cJSON %s, CFITSIO %s, CLI11 %s\n", ::zlibVersion(), ::cJSON_Version(),
+                     health.cfitsio.c_str(), CLI11_VERSION) +
+           "fsync        " +
+           (health.sync.error.empty() ? rounded(health.sync.milliseconds) + " ms, median of 9," : health.sync.error) +
+           " in " + health.sync.folder + "\nverdict      " + verdict(health) + "\n";
 }
 
-void doctor(const std::string &folder, bool json) {
-    const Health health = examine(folder.empty() ? "." : folder);
-    if (json)
-        print_stdout(as_json(health));
-    else {
-        print(health);
-        print_stdout("");
-    }
+struct Options {
+    std::string folder = ".";
+    bool json = false;
+};
+
+void doctor(const Options &options, Progress &) {
+    const Health health = examine(options.folder.empty() ? "." : options.folder);
+    print_stdout(options.json ? as_json(health) : as_text(health));
     if (!health.problems.empty())
         throw Failure(kExitRejected, "not ready: " + verdict(health));
 }
@@ -168,15 +166,11 @@ void doctor(const std::string &folder, bool json) {
 } // namespace
 
 void add_doctor(CLI::App &app, Context &context) {
-    struct Options {
-        std::string folder = ".";
-        bool json = false;
-    };
     CLI::App *command = add_command(app, "doctor");
     auto options = std::make_shared<Options>();
     add_option(command, "FOLDER", options->folder, "", "folder whose disk is tested; default: the current one");
     command->add_flag("--json", options->json, "print JSON, schema toliman-doctor/1");
-    command->callback([&context, options] { context.action = [options] { doctor(options->folder, options->json); }; });
+    set_action(*command, context, options, doctor);
 }
 
 } // namespace cli

@@ -110,11 +110,9 @@ void add_encode(CLI::App &app, Context &context) {
     CLI::App *command = add_command(app, "encode");
     auto options = std::make_shared<EncodeOptions>();
     add_option(command, "--weights", options->weights, "FILE", "weights file of `toliman train`")->required();
-    command
-        ->add_option("--dtype", options->dtype,
-                     "pixel type of files without header: u16le, u32le, i16le, f32le, or big-endian u16be, u32be, "
-                     "i16be, f32be")
-        ->check(CLI::IsMember(dtypes()));
+    add_choice(command, "--dtype", options->dtype, dtypes(),
+               "pixel type of files without header: u16le, u32le, i16le, f32le, or big-endian u16be, u32be, "
+               "i16be, f32be");
     add_option(command, "--shape", options->shape, "ROWSxCOLS",
                "size of the frames in files without header: ROWSxCOLS");
     add_option(command, "FRAMES", options->files, "",

@@ -12,7 +12,6 @@ namespace cli {
 
 namespace {
 
-constexpr const char *kTables[] = {"real", "equal", "robust"};
 constexpr uint64_t kMostSeeds = 100000, kMostBlind = 10000000;
 constexpr double kMostAmplitude = 0.1; // px, range of the expansion in the displacement
 
@@ -27,8 +26,8 @@ std::string description() {
 
 struct Options {
     std::string scene, folder;
-    CampaignOptions campaign = {{1e-2, 1e-3, 1e-4, 1e-5, 1e-6}, {}, {std::begin(kTables), std::end(kTables)}, 20, 200};
-    bool as_json = false;
+    CampaignOptions campaign = {{1e-2, 1e-3, 1e-4, 1e-5, 1e-6}, {}, {"real", "equal", "robust"}, 20, 200};
+    bool as_json = false, quick = false;
 };
 
 std::vector<double> amplitudes_of(const std::vector<std::string> &words) {
@@ -39,22 +38,20 @@ std::vector<double> amplitudes_of(const std::vector<std::string> &words) {
         const bool number = error == std::errc() && end == word.data() + word.size();
         if (!number || !(value > 0 && value <= kMostAmplitude))
             throw CLI::ValidationError("--amplitudes", word + ": must be in (0, 0.1] px");
-        if (std::count(amplitudes.begin(), amplitudes.end(), value) != 0)
-            throw CLI::ValidationError("--amplitudes", word + ": must be given once");
         amplitudes.push_back(value);
     }
     return amplitudes;
 }
 
+template <class Value> void check_once(const CLI::Option *option, const std::vector<Value> &values) {
+    for (size_t i = 0; i < values.size(); i++)
+        if (std::count(values.begin(), values.end(), values[i]) != 1)
+            throw CLI::ValidationError(option->get_name(), option->results()[i] + ": must be given once");
+}
+
 void remove_slow(std::vector<std::string> &methods) {
     const auto slow = [](const std::string &name) { return method_kind(name).slow; };
     methods.erase(std::remove_if(methods.begin(), methods.end(), slow), methods.end());
-}
-
-void check_names(const char *option, const std::vector<std::string> &names) {
-    for (const std::string &name : names)
-        if (std::count(names.begin(), names.end(), name) != 1)
-            throw CLI::ValidationError(option, name + ": must be given once");
 }
 
 void write(OutputFile &out, const std::string &text) {
@@ -112,47 +109,42 @@ void add_experiment(CLI::App &app, Context &context) {
     CampaignOptions &asked = options->campaign;
     for (const MethodKind &kind : method_kinds())
         asked.methods.emplace_back(kind.name);
-    auto amplitudes = std::make_shared<std::vector<std::string>>();
-    auto quick = std::make_shared<bool>(false);
+    const auto list = [](CLI::Option *option, const std::string &type) {
+        return option->delimiter(',')->allow_extra_args(false)->type_name(type);
+    };
     add_scene(*command, options->scene);
     add_option(command, "--out", options->folder, "FOLDER", "folder for the results")->required();
-    CLI::Option *ladder =
-        command->add_option("--amplitudes", *amplitudes, "signal amplitudes in px, default 1e-2,1e-3,1e-4,1e-5,1e-6")
-            ->delimiter(',')
-            ->allow_extra_args(false)
-            ->type_name("PX,...");
-    CLI::Option *methods = command->add_option("--methods", asked.methods, "methods to compare, default all")
-                               ->delimiter(',')
-                               ->allow_extra_args(false)
-                               ->type_name("NAME,...:{" + CLI::detail::join(asked.methods, ",") + "}");
-    CLI::Option *tables = command->add_option("--tables", asked.tables, "tables to make, default real,equal,robust")
-                              ->delimiter(',')
-                              ->allow_extra_args(false)
-                              ->type_name("NAME,...")
-                              ->check(CLI::IsMember(std::vector<std::string>(std::begin(kTables), std::end(kTables))));
+    CLI::Option *amplitudes =
+        list(command->add_option_function<std::vector<std::string>>(
+                 "--amplitudes", [&asked](const auto &words) { asked.amplitudes = amplitudes_of(words); },
+                 "signal amplitudes in px, default 1e-2,1e-3,1e-4,1e-5,1e-6"),
+             "PX,...");
+    CLI::Option *methods = list(command->add_option("--methods", asked.methods, "methods to compare, default all"),
+                                "NAME,...:{" + joined(asked.methods, ",") + "}");
+    CLI::Option *tables =
+        list(command->add_option("--tables", asked.tables, "tables to make, default real,equal,robust"), "NAME,...")
+            ->check(CLI::IsMember(asked.tables));
     CLI::Option *seeds = command->add_option("--seeds", asked.seeds, "N: seeds 1 to N of weights and noise, default 20")
                              ->check(CLI::Range(uint64_t{1}, kMostSeeds));
     CLI::Option *blind = command->add_option("--blind", asked.blind, "series without signal per table, default 200")
                              ->check(CLI::Range(uint64_t{0}, kMostBlind));
-    command->add_flag("--quick", *quick,
+    command->add_flag("--quick", options->quick,
                       "change the defaults: 3 seeds, 30 series without signal, table real, no cae-unsupervised");
     command->add_flag("--json", options->as_json, "print experiment.json instead of the tables");
-    set_action(*command, context, options, experiment,
-               [options, amplitudes, quick, ladder, methods, tables, seeds, blind] {
-                   CampaignOptions &campaign = options->campaign;
-                   if (ladder->count() > 0)
-                       campaign.amplitudes = amplitudes_of(*amplitudes);
-                   check_names("--methods", campaign.methods);
-                   check_names("--tables", campaign.tables);
-                   if (*quick && methods->count() == 0)
-                       remove_slow(campaign.methods);
-                   if (*quick && tables->count() == 0)
-                       campaign.tables = {"real"};
-                   if (*quick && seeds->count() == 0)
-                       campaign.seeds = 3;
-                   if (*quick && blind->count() == 0)
-                       campaign.blind = 30;
-               });
+    set_action(*command, context, options, experiment, [options, amplitudes, methods, tables, seeds, blind] {
+        CampaignOptions &campaign = options->campaign;
+        check_once(amplitudes, campaign.amplitudes);
+        check_once(methods, campaign.methods);
+        check_once(tables, campaign.tables);
+        if (options->quick && methods->count() == 0)
+            remove_slow(campaign.methods);
+        if (options->quick && tables->count() == 0)
+            campaign.tables = {"real"};
+        if (options->quick && seeds->count() == 0)
+            campaign.seeds = 3;
+        if (options->quick && blind->count() == 0)
+            campaign.blind = 30;
+    });
 }
 
 } // namespace cli

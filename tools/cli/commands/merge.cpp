@@ -30,19 +30,13 @@ constexpr char kBounds[] = " (--value-bound, --sigma-floor, --sigma-ceiling of t
 
 // Refuses a state that was given before, as the same file or as a copy: its samples would count twice. The same samples
 // always have the same bytes, so a hash of the bytes identifies them.
-class DuplicateCheck {
-  public:
-    void check(const toliman::periodogram &state, const std::string &file) {
-        const std::vector<unsigned char> bytes = state_bytes(state);
-        const std::string_view text(reinterpret_cast<const char *>(bytes.data()), bytes.size());
-        const auto [other, is_new] = seen_.emplace(std::hash<std::string_view>()(text), file);
-        if (!is_new && toliman_period_count(state.get()) > 0)
-            malformed(file, "has the same samples as " + other->second + ": give each once; nothing was written");
-    }
-
-  private:
-    std::map<size_t, std::string> seen_; // files by a hash of their content
-};
+void check_new(const toliman::periodogram &state, const std::string &file, std::map<size_t, std::string> &seen) {
+    const std::vector<unsigned char> bytes = state_bytes(state);
+    const std::string_view text(reinterpret_cast<const char *>(bytes.data()), bytes.size());
+    const auto [other, is_new] = seen.emplace(std::hash<std::string_view>()(text), file);
+    if (!is_new && toliman_period_count(state.get()) > 0)
+        malformed(file, "has the same samples as " + other->second + ": give each once; nothing was written");
+}
 
 // Refuses to mix samples with and without sigma: those without would have the weight of the smallest sigma.
 void check_weights(const toliman_period_info &before, const toliman_period_info &more, const std::string &file) {
@@ -72,12 +66,12 @@ void merge(Options &options, Progress &progress) {
         throw Failure(kExitUsage, "merge: --salvage, --grid, --mission-days and --clock are for state folders only");
     check_output(options.out);
     const toliman::periodogram sum = load_state(options.files.front());
-    DuplicateCheck duplicates;
-    duplicates.check(sum, options.files.front());
+    std::map<size_t, std::string> seen; // files by a hash of their content
+    check_new(sum, options.files.front(), seen);
     for (size_t i = 1; i < options.files.size(); i++) {
         const std::string &file = options.files[i];
         const toliman::periodogram more = load_state(file);
-        duplicates.check(more, file);
+        check_new(more, file, seen);
         check_weights(info_of(sum), info_of(more), file);
         const toliman_status status = toliman_period_merge(sum.get(), more.get());
         if (status != TOLIMAN_OK)

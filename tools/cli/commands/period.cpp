@@ -175,10 +175,8 @@ void add_period(CLI::App &app, Context &context) {
         state->excludes(command->get_option(name)); // contained in the state
     command->add_flag("--json", options->as_json, "print JSON, schema toliman-period/2");
     add_option(command, "--power", options->power_file, "FILE", "write the power at every frequency to this .npy file");
-    command
-        ->add_option("--normalisation", options->normalisation,
-                     "normalisation of --power: standard (default), model, log or psd, as in astropy")
-        ->check(CLI::IsMember(kNormalisations));
+    add_choice(command, "--normalisation", options->normalisation, kNormalisations,
+               "normalisation of --power: standard (default), model, log or psd, as in astropy");
     add_fap(*command, options->fap);
     CLI::Option *follow = command->add_flag("--follow", options->follow, "print a JSON line after every sample");
     for (const char *name : {"--power", "--normalisation", "--peaks", "--fap", "--resamplings", "--seed"})

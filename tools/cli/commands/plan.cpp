@@ -127,10 +127,8 @@ void add_plan(CLI::App &app, Context &context) {
     CLI::App *command = add_command(app, "plan");
     auto options = std::make_shared<Options>();
     add_scene(*command, options->scene);
-    command
-        ->add_option("--engine", options->engine,
-                     "propagation: matrix DFT (mdft), padded FFT (fft, that of the book chapter) or auto (default)")
-        ->check(CLI::IsMember({"auto", "mdft", "fft"}));
+    add_choice(command, "--engine", options->engine, {"auto", "mdft", "fft"},
+               "propagation: matrix DFT (mdft), padded FFT (fft, that of the book chapter) or auto (default)");
     command->add_flag("--json", options->as_json, "print JSON, schema toliman-plan/1");
     set_action(*command, context, options, plan);
 }

@@ -6,6 +6,7 @@
 #include "common/failure.hpp"
 #include "common/output.hpp"
 #include "common/text.hpp"
+#include "frames/frame_loop.hpp"
 #include "frames/frames_out.hpp"
 #include "options/command.hpp"
 #include "scenes/scene.hpp"
@@ -19,8 +20,6 @@ struct Options {
     int bit_depth = 0; // 0: that of the scene or, if it has none, 12 for u16le and 32 for u32le
     std::optional<uint64_t> seed;
 };
-
-constexpr size_t kFramesAtOnce = 32;
 
 void check_star(const Scene &scene) {
     auto places = toliman::sized<toliman_sim_offsets>();
@@ -85,17 +84,11 @@ void simulate(const Options &options, Progress &progress) {
                               options.seed.value_or(scene.info.seed)};
     const size_t total = frames.count();
     const auto out = output_of(options, frames);
-    std::vector<double> images(std::min(total, kFramesAtOnce) * scene.pixels());
-    for (size_t done = 0; done < total;) {
-        const size_t count = std::min(kFramesAtOnce, total - done);
-        toliman::check(toliman_sim_frame_many(scene.sim.get(), nullptr, frames.seed,
-                                              frames.range.first + static_cast<int64_t>(done), count, 0,
-                                              images.data()));
-        out->write(images.data(), count);
-        done += count;
-        progress.show("simulate", static_cast<double>(done) / static_cast<double>(total));
-        stop_if_asked();
-    }
+    for_frames(scene, frames.seed, frames.range.first, total, nullptr,
+               [&](size_t at, size_t count, const double *images) {
+                   out->write(images, count);
+                   progress.show("simulate", static_cast<double>(at + count) / static_cast<double>(total));
+               });
     out->commit();
 }
 
@@ -115,8 +108,7 @@ void add_psf(CLI::App &app, Context &context) {
     add_scene(*command, options->scene);
     add_option(command, "--out", options->out, "FILE", "output file, .npy or .fits; - writes .npy to standard output")
         ->required();
-    command->add_option("--star", options->star, "stars in the image: A, B or both (default)")
-        ->check(CLI::IsMember({"A", "B", "both"}));
+    add_choice(command, "--star", options->star, {"A", "B", "both"}, "stars in the image: A, B or both (default)");
     set_action(*command, context, options, psf);
 }
 

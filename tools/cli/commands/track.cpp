@@ -221,17 +221,15 @@ void add_track(CLI::App &app, Context &context) {
                "state folder: ledger, settings and sums; created if it does not exist")
         ->required();
     options->setup.add_to(*command);
-    command
-        ->add_option("--sync", options->sync,
-                     "durability of ledger records: fsync after each record (frame), after 64 records or a second "
-                     "(group, default), or never (none)")
-        ->check(CLI::IsMember({"frame", "group", "none"}));
+    add_choice(command, "--sync", options->sync, {"frame", "group", "none"},
+               "durability of ledger records: fsync after each record (frame), after 64 records or a second "
+               "(group, default), or never (none)");
     command->add_option("--every", options->every, "accepted frames between two updates of the period, default 1")
         ->check(CLI::Range(1u, 1000000000u));
     command->add_option("--jobs", options->jobs,
                         "threads that estimate frames between two updates, default 1; 0: one per processor");
-    command->add_option("--dtype", downlink.dtype, "pixel type of raw pairs, required for them: u16le or u32le")
-        ->check(CLI::IsMember({"u16le", "u32le"}));
+    add_choice(command, "--dtype", downlink.dtype, {"u16le", "u32le"},
+               "pixel type of raw pairs, required for them: u16le or u32le");
     command
         ->add_option("--bit-depth", options->bit_depth,
                      "N: a frame with a pixel of 2^N or more is rejected; default 12 for u16le, 32 for u32le")

@@ -173,29 +173,22 @@ void add_train(CLI::App &app, Context &context) {
         ->required();
     CLI::Option *resume =
         add_option(command, "--resume", options->resume, "FILE", "weights file with a training to continue");
-    resume->excludes(
-        add_seed(*command, options->seed, "seed of the initial weights and of the frames' noise, default 1"));
-    resume->excludes(command->add_option("--mode", options->mode, "training: tied (default) or unsupervised")
-                         ->check(CLI::IsMember(kModes)));
-    resume->excludes(
-        command
-            ->add_option("--layout", options->layout,
-                         "network: flight (default), or paper, the book chapter's; paper needs --mode unsupervised")
-            ->check(CLI::IsMember(kLayouts)));
-    resume->excludes(
-        command
-            ->add_option("--input", options->input,
-                         "preprocessing of frames: whitened (default), residual or raw; the last two need --mode "
-                         "unsupervised")
-            ->check(CLI::IsMember(kInputs)));
-    resume->excludes(command->add_option("--steps", options->steps, "number of steps of tied training, default 300")
-                         ->check(CLI::Range(1u, 1000000u)));
+    add_seed(*command, options->seed, "seed of the initial weights and of the frames' noise, default 1");
+    add_choice(command, "--mode", options->mode, kModes, "training: tied (default) or unsupervised");
+    add_choice(command, "--layout", options->layout, kLayouts,
+               "network: flight (default), or paper, the book chapter's; paper needs --mode unsupervised");
+    add_choice(command, "--input", options->input, kInputs,
+               "preprocessing of frames: whitened (default), residual or raw; the last two need --mode unsupervised");
+    command->add_option("--steps", options->steps, "number of steps of tied training, default 300")
+        ->check(CLI::Range(1u, 1000000u));
+    for (const char *name : {"--seed", "--mode", "--layout", "--input", "--steps"})
+        resume->excludes(command->get_option(name)); // those of the file
     command
         ->add_option("--epochs", options->epochs,
                      "number of epochs of unsupervised training, including those before --resume, default 300")
         ->check(CLI::Range(1u, 1000000u));
-    command->add_option("--payload", options->payload, "number format of the file: float32 (default), bf16 or fp16")
-        ->check(CLI::IsMember(kPayloads));
+    add_choice(command, "--payload", options->payload, kPayloads,
+               "number format of the file: float32 (default), bf16 or fp16");
     set_action(*command, context, options, train);
 }
 

@@ -1,6 +1,7 @@
 // Variants of a scene, each with one difference, for the tables of `experiment`.
 #pragma once
 #include <string>
+#include <vector>
 
 #include "common/json.hpp"
 #include "scenes/scene.hpp"
@@ -24,6 +25,8 @@ class SceneVariants {
     std::string moved(double separation_px, double shift_px, double scale) const;
 
   private:
+    std::string with(const std::vector<std::string> &patches) const;
+
     JsonTree json_;
     double wavelength_nm_; // the middle one
     toliman_sim_offsets offsets_ = toliman::sized<toliman_sim_offsets>();

@@ -29,6 +29,12 @@ std::string help_text(const std::string &command);
 // A subcommand with its help text.
 CLI::App *add_command(CLI::App &app, const std::string &name);
 
+// An option whose value is one of the names, which are a list or the keys of a map.
+template <class Names = std::vector<std::string>>
+CLI::Option *add_choice(CLI::App *command, const char *name, std::string &value, const Names &names, const char *what) {
+    return command->add_option(name, value, what)->check(CLI::IsMember(names));
+}
+
 // Stores work(*options, progress) as the action of a command; `check` is called after parsing and may throw.
 template <class Options, class Work>
 void set_action(

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/library.hpp"
+#include "common/text.hpp"
 #include "scenes/scene_json.hpp"
 
 namespace cli {
@@ -52,25 +53,24 @@ MaskedScene::MaskedScene(const std::string &path, const toliman_sim *sim)
 }
 
 MaskedScene::MaskedScene(const MaskedScene &other)
-    : scene_(cJSON_Duplicate(other.scene_.get(), 1)), folder_(other.folder_), step_(other.step_),
-      step_nm_(other.step_nm_) {}
+    : scene_(copy_of(other.scene_.get())), folder_(other.folder_), step_(other.step_), step_nm_(other.step_nm_) {}
 
 const cJSON *MaskedScene::own_mask() const noexcept {
     return item_of(item_of(scene_.get(), "telescope"), "mask");
 }
 
 JsonTree MaskedScene::mask(const Terms &terms) const {
-    JsonTree mask(cJSON_CreateObject());
-    cJSON_AddStringToObject(mask.get(), "kind", "spiral");
-    put(mask.get(), step_.c_str(), step_nm_);
-    put(mask.get(), "terms", json_of(terms));
-    return mask;
+    Json mask;
+    return mask.set("kind", "spiral").set(step_.c_str(), step_nm_).set("terms", json_of(terms)).release();
 }
 
 JsonTree MaskedScene::with(const Terms &terms) const {
-    JsonTree scene(cJSON_Duplicate(scene_.get(), 1));
-    if (!terms.empty())
-        put(item_of(scene.get(), "telescope"), "mask", mask(terms));
+    JsonTree scene = copy_of(scene_.get());
+    cJSON *telescope = item_of(scene.get(), "telescope");
+    if (terms.empty())
+        return scene;
+    cJSON_DeleteItemFromObjectCaseSensitive(telescope, "mask");
+    cJSON_AddItemToObject(telescope, "mask", mask(terms).release());
     return scene;
 }
 
@@ -85,31 +85,28 @@ Score MaskedScene::evaluate(const Terms &terms) const {
 
 MaskedScene MaskedScene::without_signal() const {
     MaskedScene quiet(*this);
-    const cJSON *signal = item_of(scene_.get(), "signal");
+    const cJSON *signal = item_of(scene_.get(), "signal"), *star = item_of(signal, "star");
     if (signal == nullptr)
         return quiet;
-    JsonTree still(cJSON_CreateObject());
-    cJSON_AddStringToObject(still.get(), "kind", "sinusoid");
-    if (item_of(signal, "star") != nullptr)
-        put(still.get(), "star", JsonTree(cJSON_Duplicate(item_of(signal, "star"), 1)));
-    put(still.get(), "amplitude_px", 0);
-    put(still.get(), "period_days", 1);
-    put(quiet.scene_.get(), "signal", std::move(still));
+    merge(quiet.scene_.get(), R"({"signal": null})");
+    merge(quiet.scene_.get(),
+          formatted(R"({"signal": {"kind": "sinusoid", "star": %s, "amplitude_px": 0, "period_days": 1}})",
+                    star != nullptr ? line_of(star).c_str() : "null"));
     return quiet;
 }
 
 MaskedScene MaskedScene::coarse() const {
     MaskedScene few_wavelengths(*this);
-    cJSON *band = item_of(few_wavelengths.scene_.get(), "band");
-    const cJSON *step = item_of(band, "step_nm");
+    const cJSON *band = item_of(scene_.get(), "band"), *step = item_of(band, "step_nm");
     if (step != nullptr) {
         const double width = item_of(band, "max_nm")->valuedouble - item_of(band, "min_nm")->valuedouble;
-        put(band, "step_nm", std::max(step->valuedouble, width / kCoarseSteps));
+        merge(few_wavelengths.scene_.get(),
+              formatted(R"({"band": {"step_nm": %.17g}})", std::max(step->valuedouble, width / kCoarseSteps)));
     }
     MaskedScene half(few_wavelengths);
-    cJSON *telescope = item_of(half.scene_.get(), "telescope");
-    const cJSON *samples = item_of(telescope, "pupil_samples");
-    put(telescope, "pupil_samples", std::floor((samples != nullptr ? samples->valuedouble : 256) / 2));
+    const cJSON *samples = item_of(item_of(scene_.get(), "telescope"), "pupil_samples");
+    merge(half.scene_.get(), formatted(R"({"telescope": {"pupil_samples": %.17g}})",
+                                       std::floor((samples != nullptr ? samples->valuedouble : 256) / 2)));
     return half.accepted() ? half : few_wavelengths;
 }
 

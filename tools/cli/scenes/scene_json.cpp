@@ -27,22 +27,38 @@ std::string folder_of(const std::string &path) {
     return folder.empty() ? "." : folder;
 }
 
+namespace {
+
+// A new object has nothing that null could remove.
+JsonTree copy_without_nulls(const cJSON *item) {
+    if (!cJSON_IsObject(item))
+        return copy_of(item);
+    JsonTree object(cJSON_CreateObject());
+    merge(object.get(), item);
+    return object;
+}
+
+} // namespace
+
 cJSON *item_of(const cJSON *object, const char *name) {
     return cJSON_GetObjectItemCaseSensitive(object, name);
 }
 
-cJSON *object_of(cJSON *object, const char *name) {
-    cJSON *found = item_of(object, name);
-    return found != nullptr ? found : cJSON_AddObjectToObject(object, name);
+void merge(cJSON *object, const cJSON *patch) {
+    for (const cJSON *item = patch->child; item != nullptr; item = item->next) {
+        cJSON *found = item_of(object, item->string);
+        if (cJSON_IsObject(item) && cJSON_IsObject(found)) {
+            merge(found, item);
+            continue;
+        }
+        cJSON_DeleteItemFromObjectCaseSensitive(object, item->string);
+        if (!cJSON_IsNull(item))
+            cJSON_AddItemToObject(object, item->string, copy_without_nulls(item).release());
+    }
 }
 
-void put(cJSON *object, const char *name, JsonTree value) {
-    cJSON_DeleteItemFromObjectCaseSensitive(object, name);
-    cJSON_AddItemToObject(object, name, value.release());
-}
-
-void put(cJSON *object, const char *name, double value) {
-    put(object, name, JsonTree(cJSON_CreateNumber(value)));
+void merge(cJSON *object, const std::string &patch) {
+    merge(object, JsonTree(cJSON_Parse(patch.c_str())).get());
 }
 
 } // namespace cli

@@ -16,9 +16,8 @@ std::string folder_of(const std::string &path);
 
 // nullptr if there is no such item or if object is nullptr.
 cJSON *item_of(const cJSON *object, const char *name);
-// The object under `name`, created empty if there is none.
-cJSON *object_of(cJSON *object, const char *name);
-void put(cJSON *object, const char *name, JsonTree value);
-void put(cJSON *object, const char *name, double value);
+// Applies a merge patch (RFC 7386): objects are merged, null removes an item, other values replace it.
+void merge(cJSON *object, const cJSON *patch);
+void merge(cJSON *object, const std::string &patch);
 
 } // namespace cli

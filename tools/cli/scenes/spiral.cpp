@@ -90,18 +90,12 @@ Terms terms_of(const cJSON *mask) {
     return terms;
 }
 
-JsonTree json_of(const Terms &terms) {
-    JsonTree array(cJSON_CreateArray());
-    for (const SpiralTerm &term : terms) {
-        cJSON *item = cJSON_CreateObject();
-        cJSON_AddItemToArray(array.get(), item);
-        cJSON_AddNumberToObject(item, "a", term.a);
-        cJSON_AddNumberToObject(item, "f", term.f);
-        cJSON_AddNumberToObject(item, "l", term.l);
-        cJSON_AddNumberToObject(item, "m", term.m);
-        cJSON_AddNumberToObject(item, "p", term.p);
-    }
-    return array;
+std::vector<Json> json_of(const Terms &terms) {
+    return array_of(terms, [](const SpiralTerm &term) {
+        Json json;
+        json.set("a", term.a).set("f", term.f).set("l", term.l).set("m", term.m).set("p", term.p);
+        return json;
+    });
 }
 
 } // namespace cli

@@ -20,6 +20,6 @@ Terms vary_terms(const Terms &terms, double reach, uint64_t seed, uint64_t k);
 
 // The terms of a mask of a valid scene; empty if it is not a spiral.
 Terms terms_of(const cJSON *mask);
-JsonTree json_of(const Terms &terms);
+std::vector<Json> json_of(const Terms &terms);
 
 } // namespace cli
