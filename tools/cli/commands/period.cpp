@@ -22,6 +22,7 @@ struct Options {
     std::optional<double> f0, df;
     std::optional<int64_t> nf;
     SumOptions sums;
+    TimeOptions times;
     size_t peaks = 1;
     FapOptions fap;
     std::string normalisation = "standard";
@@ -95,6 +96,7 @@ void write_power(const std::string &path, const std::vector<double> &power) {
 
 // Writes and prints the results. series: NULL if only the sums are known.
 void write_results(const Options &options, const Series *series, const Periodogram &periodogram, Progress &progress) {
+    const std::string given = options.times.scale.empty() ? "" : result_scale(options.times.scale);
     const Fap fap(options.fap, periodogram.handle, series, progress);
     progress.clear();
     warn_of_grid(periodogram, series, progress);
@@ -102,8 +104,9 @@ void write_results(const Options &options, const Series *series, const Periodogr
     if (!options.power_file.empty())
         write_power(options.power_file,
                     power_of(periodogram.handle.get(), info.nf, kNormalisations.at(options.normalisation)));
-    const PeriodReport report = {
-        periodogram, {info.f0, info.df, info.nf}, info.count, peaks_of(periodogram, options.peaks), fap};
+    const PeriodReport report = {periodogram, {info.f0, info.df, info.nf},
+                                 info.count,  peaks_of(periodogram, options.peaks),
+                                 fap,         series != nullptr ? series->time_scale : given};
     if (options.as_json)
         print_stdout(report.json());
     else
@@ -113,8 +116,9 @@ void write_results(const Options &options, const Series *series, const Periodogr
 void stream(const Options &options, Progress &progress) {
     if (options.follow && options.save_state == "-")
         throw Failure(kExitUsage, "--save-state -: must be a file with --follow, which prints to standard output");
-    StreamOptions how = {options.file, columns_of(options), options.from_state, options.save_state,
-                         {},           options.sums,        options.follow,     options.strict};
+    StreamOptions how = {options.file, columns_of(options), options.times,  options.from_state, options.save_state,
+                         {},           options.sums,        options.follow, options.strict};
+    how.times.of_state = !options.from_state.empty();
     if (options.from_state.empty()) {
         if (!options.f0 || !options.df || !options.nf)
             throw Failure(kExitUsage, "--follow needs --f0, --df and --nf, or --from-state");
@@ -132,7 +136,7 @@ void period(const Options &options, Progress &progress) {
             check_output(output);
     if (options.follow || !options.from_state.empty())
         return stream(options, progress);
-    const Series series = read_series(options.file, columns_of(options));
+    const Series series = read_series(options.file, columns_of(options), options.times);
     if (!series.warning.empty())
         progress.warn(series.warning);
     SumOptions sums = options.sums;
@@ -153,6 +157,7 @@ void add_period(CLI::App &app, Context &context) {
                    "series t,y or t,y,sigma: text, JSON Lines or .npy; - reads text or JSON Lines from standard input");
     add_option(command, "--columns", options->columns, "NAMES",
                "names of the columns to use: T,Y or T,Y,SIGMA; default t,y and, if present, sigma");
+    add_times(*command, options->times);
     command->add_option("--f0", options->f0, "first frequency in cycles per unit of t, default 1.5/T");
     command->add_option("--df", options->df, "frequency step in cycles per unit of t, default 1/(10 T)");
     command->add_option("--nf", options->nf, "number of frequencies, default up to the frequency 1/(2 median dt)");

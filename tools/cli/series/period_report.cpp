@@ -51,7 +51,8 @@ void PeriodReport::print() const {
                 peak.half_width_period, peak.fwhm_period);
     std::printf("amplitude   %s, offset %.6g\n", text_with_error(peak.amplitude, peak.amplitude_error).c_str(),
                 peak.offset);
-    std::printf("phase       %.4g rad at t = %.15g\n", peak.phase, periodogram.time_offset);
+    std::printf("phase       %.4g rad at t = %.15g%s\n", peak.phase, periodogram.time_offset,
+                time_scale.empty() ? "" : (", Modified Julian Day in " + time_scale).c_str());
     std::printf("power       %.6f at frequency %.8g\n", peak.power, peak.frequency);
     const double residual = fap.residual_of(peak);
     std::printf("log10 FAP   %s (%s)\n", fap.text(residual).c_str(), fap.how(residual).c_str());
@@ -75,6 +76,10 @@ std::string PeriodReport::json() const {
     at.set("log10_fap", fap.log10(fap.residual_of(peak))).set("at_edge", periodogram.at_edge());
     on.set("f0", grid.f0).set("df", grid.df).set("nf", grid.nf);
     json.set("schema", "toliman-period/2").set("n", samples);
+    if (time_scale.empty())
+        json.set("time_scale", nullptr);
+    else
+        json.set("time_scale", time_scale);
     json.set("peak", std::move(at)).set("fap_method", fap.method());
     searched.set("shortest", shortest(grid)).set("longest", longest(grid));
     json.set("grid", std::move(on)).set("searched", std::move(searched));

@@ -15,6 +15,7 @@ struct PeriodReport {
     int64_t samples;
     std::vector<toliman_period_peak> peaks; // the highest first
     const Fap &fap;
+    std::string time_scale; // of Modified Julian Days; empty for plain numbers
 
     void print() const; // as text
     std::string json() const;

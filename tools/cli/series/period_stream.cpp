@@ -21,7 +21,7 @@ using toliman::check;
 constexpr int64_t kFewest = 5; // samples before the first peak
 
 // False if there is no peak yet.
-bool print_update(const toliman::periodogram &periodogram, double t) {
+bool print_update(const toliman::periodogram &periodogram, double t, const std::string &time_scale) {
     auto peak = toliman::sized<toliman_period_peak>();
     const toliman_status status = toliman_period_query_peak(periodogram.get(), &peak);
     if (status == TOLIMAN_E_STATE || status == TOLIMAN_E_RANGE) // too few samples, or nearly equal ones
@@ -32,10 +32,11 @@ bool print_update(const toliman::periodogram &periodogram, double t) {
     const std::string period = std::isfinite(peak.period) ? formatted("%.10g", peak.period) : "null"; // at frequency 0
     print_stdout(formatted("{\"schema\":\"toliman-period-update/1\",\"n\":%lld,\"t\":%.17g,\"period\":%s,"
                            "\"frequency\":%.10g,\"power\":%.10g,\"log10_fap\":%.6g,\"log10_fap_sequential\":%.6g,"
-                           "\"at_edge\":%s}\n",
+                           "\"at_edge\":%s,\"time_scale\":%s}\n",
                            static_cast<long long>(toliman_period_count(periodogram.get())), t, period.c_str(),
                            peak.frequency, peak.power, peak.log10_fap, sequential,
-                           (peak.flags & TOLIMAN_PERIOD_AT_EDGE) != 0 ? "true" : "false"));
+                           (peak.flags & TOLIMAN_PERIOD_AT_EDGE) != 0 ? "true" : "false",
+                           time_scale.empty() ? "null" : ("\"" + time_scale + "\"").c_str()));
     return true;
 }
 
@@ -53,8 +54,8 @@ class Stream {
             stop_if_asked();
             save_if_due();
         };
-        SampleReader reader = options_.follow ? SampleReader(options_.file, options_.columns, on_idle)
-                                              : SampleReader(options_.file, options_.columns);
+        SampleReader reader = options_.follow ? SampleReader(options_.file, options_.columns, options_.times, on_idle)
+                                              : SampleReader(options_.file, options_.columns, options_.times);
         name_ = reader.name();
         while (step(reader)) {
         }
@@ -138,8 +139,8 @@ class Stream {
         throw bad;
     }
 
-    void report(double t) {
-        if (count() >= kFewest && print_update(periodogram_, t))
+    void report(double t, const std::string &time_scale) {
+        if (count() >= kFewest && print_update(periodogram_, t, time_scale))
             printed_ = true;
         warn_while_following(periodogram_, warned_, progress_);
     }
@@ -159,7 +160,7 @@ class Stream {
             return true;
         }
         if (options_.follow)
-            report(sample.t);
+            report(sample.t, reader.time_scale());
         return true;
     }
 

@@ -11,6 +11,7 @@ namespace cli {
 struct StreamOptions {
     std::string file; // empty: no samples, only the state
     std::vector<std::string> columns;
+    TimeOptions times;
     std::string from_state, save_state;
     std::optional<FrequencyGrid> grid; // only without a state
     SumOptions sums;                   // only without a state
