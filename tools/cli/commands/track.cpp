@@ -257,7 +257,7 @@ void add_track(CLI::App &app, Context &context) {
     add_option(command, "--session", downlink.session, "NAME",
                "session name for .npy and FITS files, default their file names");
     add_option(command, "--leap-seconds", options->leap_seconds, "FILE",
-               "leap-seconds.list of the IERS, default the built-in table");
+               "leap-seconds.list of the IERS, default the table of ERFA");
     command->add_flag("--follow", downlink.follow,
                       "wait for folders and pairs to grow, until stopped by SIGINT or SIGTERM");
     command->add_flag("--strict", options->strict, "exit with code 4 if anything was damaged or quarantined");

@@ -1,0 +1,148 @@
+"""Dates, Modified Julian Days and Julian Days in the series of toliman period, against astropy."""
+import json
+import random
+import unittest
+import warnings
+
+import numpy
+from astropy.time import Time
+from program import ProgramTest
+
+GRID = ("--f0", 0.01, "--df", 0.001, "--nf", 300)
+ULP = 2**-37  # days, of an MJD
+
+
+def quietly(make):
+    """Without warnings of years to come, of which no leap seconds are known."""
+    with warnings.catch_warnings(action="ignore"):
+        return make()
+
+
+def mjd(text, scale, form="isot"):
+    """MJD of the result's scale: TAI for UTC, otherwise the same."""
+    time = quietly(lambda: Time(text, scale=scale, format=form))
+    return quietly(lambda: time.tai.mjd if scale == "utc" else time.mjd)
+
+
+class Times(ProgramTest):
+    def setUp(self):
+        super().setUp()
+        chance = random.Random(5)
+        self.dates = [f"{chance.randint(1972, 2098)}-{chance.randint(1, 12):02d}-{chance.randint(1, 28):02d}"
+                      f"T{chance.randint(0, 23):02d}:{chance.randint(0, 59):02d}:{chance.uniform(0, 59.9):06.3f}"
+                      for _ in range(40)]
+        self.dates += ["2016-12-31T23:59:59", "2016-12-31T23:59:60", "2016-12-31T23:59:60.5", "2017-01-01T00:00:00"]
+        self.y = [chance.gauss(0, 1) for _ in self.dates]
+
+    def series(self, head, times, name="s.csv"):
+        (self.folder / name).write_text(head + "".join(f"{t},{y!r}\n" for t, y in zip(times, self.y)))
+        return name
+
+    def times(self, name, *more, stdin=None):
+        """The times that the program uses, from the fifth on, and their scale."""
+        out = self.run_program("period", name, "--follow", *GRID, *more, input=stdin)
+        self.assertEqual(out.returncode, 0, out.stderr)
+        self.assertNotIn("skipped", out.stderr)
+        lines = [json.loads(line) for line in out.stdout.splitlines()]
+        self.assertEqual(len(lines), len(self.dates) - 4)
+        scales = {line["time_scale"] for line in lines}
+        self.assertEqual(len(scales), 1)
+        return [line["t"] for line in lines], scales.pop()
+
+    def check(self, found, expected, scale):
+        self.assertEqual(found[1], scale)
+        numpy.testing.assert_allclose(found[0], expected[4:], rtol=0, atol=ULP)
+
+    def test_dates(self):
+        in_tai = [date for date in self.dates if ":60" not in date]
+        for scale in ("utc", "tai", "tt", "tdb"):
+            dates = self.dates if scale == "utc" else in_tai + in_tai[:2]
+            options = () if scale == "utc" else ("--time-scale", scale)
+            expected = [mjd(date, scale) for date in dates]
+            name = self.series("", dates)
+            self.check(self.times(name, *options), expected, "TAI" if scale == "utc" else scale.upper())
+        expected = [mjd(date, "utc") for date in self.dates]
+        self.check(self.times(self.series("t,y\n", [date + "Z" for date in self.dates])), expected, "TAI")
+        self.check(self.times(self.series("# x\nwhen,y\n", self.dates), "--columns", "when,y"), expected, "TAI")
+        objects = "".join(json.dumps({"t": t, "y": y}) + "\n" for t, y in zip(self.dates, self.y))
+        self.check(self.times("-", stdin=objects), expected, "TAI")
+        days = [f"2028-01-{k + 1:02d}" if k < 31 else f"2028-02-{k - 30:02d}" for k in range(len(self.dates))]
+        self.check(self.times(self.series("", days)), [mjd(day + "T00:00:00", "utc") for day in days], "TAI")
+        self.assertEqual(self.times(self.series("", in_tai + in_tai[:2]), "--time-scale", "gps")[1], "GPS")
+
+    def test_days(self):
+        days = [f"{41400 + 900 * k}.{k * 7919 % 1000:03d}5" for k in range(len(self.dates) - 2)] + ["57753.5", "57753.99"]
+        julian = [f"{int(day.split('.')[0]) + 2400000}.{day.split('.')[1]}" for day in days]
+        for scale in ("utc", "tdb"):
+            options, result = (("--time-scale", scale), scale.upper()) if scale != "utc" else ((), "TAI")
+            by_mjd, by_jd = [mjd(day, scale, "mjd") for day in days], [mjd(day, scale, "jd") for day in julian]
+            self.check(self.times(self.series("mjd,y\n", days), *options), by_mjd, result)
+            self.check(self.times(self.series("JD,y\n", julian), *options), by_jd, result)
+            self.check(self.times(self.series("", days), *options, "--time-format", "mjd"), by_mjd, result)
+            self.check(self.times(self.series("jd,y\n", days), *options, "--time-format", "mjd"), by_mjd, result)
+            objects = "".join(f'{{"jd": "{t}", "y": {y!r}}}\n' for t, y in zip(julian, self.y))
+            self.check(self.times("-", *options, stdin=objects), by_jd, result)
+            found, _ = self.times("-", *options, stdin=objects.replace('": "', '": ').replace('", ', ", "))
+            numpy.testing.assert_allclose(found, by_jd[4:], rtol=0, atol=2**-31)  # of a number in JSON
+        plain = [float(day) for day in days]
+        self.check(self.times(self.series("mjd,y\n", days), "--time-format", "days"), plain, None)
+        self.check(self.times(self.series("t,y\n", days)), plain, None)  # as ever
+        self.check(self.times(self.series("mjd,t,y\n", [f"{k},{day}" for k, day in enumerate(days)])), plain, None)
+
+    def test_results(self):
+        """The scale is in all results, and the period is that of plain numbers."""
+        self.y = [numpy.sin(2 * numpy.pi * k / 9.7) for k in range(60)]
+        dates = [str(numpy.datetime64("2016-12-01") + k) for k in range(60)]
+        name, plain = self.series("", dates), self.series("", range(60), "plain.csv")
+        result, other = (json.loads(self.succeed("period", file, "--json")) for file in (name, plain))
+        self.assertEqual((result["time_scale"], other["time_scale"]), ("TAI", None))
+        self.assertEqual(result["peak"]["time_offset"], mjd("2016-12-01T00:00:00", "utc"))
+        self.assertAlmostEqual(result["peak"]["period"], other["peak"]["period"], delta=1e-5)
+        self.assertIn(", Modified Julian Day in TAI\n", self.succeed("period", name))
+        self.assertNotIn("Modified", self.succeed("period", plain))
+        numpy.save(self.folder / "s.npy", numpy.array([[57723.0 + k, y] for k, y in enumerate(self.y)]))
+        for options, scale in ((("--time-format", "mjd"), "TAI"), ((), None)):
+            result = json.loads(self.succeed("period", "s.npy", "--json", *options))
+            self.assertEqual(result["time_scale"], scale)
+            self.assertEqual(result["peak"]["time_offset"], mjd("57723", "utc", "mjd") if scale else 57723)
+
+    def test_states(self):
+        """Sums contain no scale: that of further samples must be given, and then the bits are those of all at once."""
+        (self.folder / "all.csv").write_text("".join(f"{t},{y!r}\n" for t, y in zip(self.dates, self.y)))
+        for name, part in (("a.csv", slice(20)), ("b.csv", slice(20, None))):
+            (self.folder / name).write_text("".join(f"{t},{y!r}\n" for t, y in zip(self.dates[part], self.y[part])))
+        for name in ("all", "a"):
+            self.run_program("period", f"{name}.csv", "--follow", *GRID, "--save-state", f"{name}.tlmp")
+        self.refuse(2, "sums contain no time scale", "--time-scale", arguments=("period", "b.csv", "--from-state", "a.tlmp"))
+        done = self.run_program("period", "b.csv", "--from-state", "a.tlmp", "--time-scale", "utc", "--json",
+                                "--save-state", "b.tlmp")
+        self.assertEqual(json.loads(done.stdout)["time_scale"], "TAI")
+        self.assertEqual((self.folder / "b.tlmp").read_bytes(), (self.folder / "all.tlmp").read_bytes())
+
+    def test_refused(self):
+        for text, code, *why in (
+            ("2028-03-01,1\n2028-02-30,2\n", 3, "s.csv:2: t: ", "2028-02-30", "must be YYYY-MM-DD"),
+            ("2028-03-01,1\n61832,2\n", 3, "s.csv:2: t: ", "61832"),
+            ("61832,1\n2028-03-01,2\n", 3, 's.csv:2: t = "2028-03-01": must be a finite number'),
+            ("2028-03-01 12:00:00,1\n", 3, "s.csv:1: t: ", "must be YYYY-MM-DD"),
+            ("1971-12-31,1\n", 3, "1972-01-01"), ("2100-01-01,1\n", 3, "2099-12-31"),
+            ("2017-12-31T23:59:60,1\n", 3, "no such second"), ("2028-03-01\0x,1\n", 3, "zero byte"),
+            ("mjd,y\n2460000.5,1\n", 3, "s.csv:2: t: ", "2099-12-31", "--time-format days"),
+            ("jd,y\n60000.5,1\n", 3, "s.csv:2: t: ", "--time-format days"), ("mjd,y\n1e5x,1\n", 3, "Modified Julian Day"),
+            ('{"t": "x", "y": 1}\n', 3, "s.csv:1: "), ('{"t": "1", "y": 1}\n', 3, "t: must be a number"),
+            ('{"t": [1], "y": 1}\n', 3, "t: must be a number"),
+            ('{"t": "2028-03-01", "y": 1}\n{"t": 5, "y": 1}\n', 3, "s.csv:2: t: ", '"5"'),
+        ):
+            (self.folder / "s.csv").write_text(text)
+            self.refuse(code, *why, arguments=("period", "s.csv"))
+        self.series("", range(len(self.y)))
+        for options in (("--time-scale", "tt"), ("--time-scale", "utc", "--time-format", "days")):
+            self.refuse(2, "--time-scale", "plain numbers", arguments=("period", "s.csv", *options))
+        self.refuse(2, "--time-scale", arguments=("period", "s.csv", "--time-scale", "ut1"))
+        self.refuse(2, "--time-format", arguments=("period", "s.csv", "--time-format", "date"))
+        numpy.save(self.folder / "s.npy", numpy.array([[5.0, 1.0]] * 6))
+        self.refuse(3, "s.npy: row 0, t: ", "1972-01-01", arguments=("period", "s.npy", "--time-format", "mjd"))
+
+
+if __name__ == "__main__":
+    unittest.main()
