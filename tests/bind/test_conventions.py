@@ -36,7 +36,8 @@ from toliman._words import words  # noqa: E402
 NOT_NEEDED = {"toliman_last_error_copy", "toliman_version_number", "toliman_track_reason_name", "toliman_track_verdict_name",
               "toliman_cae_get_train_options", "toliman_cae_encode", "toliman_linear_encode",
               "toliman_components_push", "toliman_load_options_init",
-              "toliman_linear_options_init", "toliman_sim_image_name", "toliman_period_push", "toliman_period_retract"}
+              "toliman_linear_options_init", "toliman_sim_image_name", "toliman_period_push", "toliman_period_retract",
+              "toliman_ingest_read_leap_seconds"}
 
 
 class Coverage(unittest.TestCase):

@@ -100,10 +100,10 @@ class Arguments(unittest.TestCase):
             unit = "d"
         with Periodogram(**GRID) as periodogram:
             for bad, why in (((Quantity(1), 1), "t is in d: give plain numbers"), ((1, None), "y is a NoneType: give one"),
-                             ((t, 1), "t is a ndarray"), ((numpy.datetime64("2020-01-01"), 1), "t is a datetime64")):
+                             ((t, 1), "t is a ndarray"), (("2020-01-01", 1), "t is a str")):
                 with self.assertRaisesRegex(TypeError, why):
                     periodogram.push(*bad)
-            for bad in (t.astype("M8[D]"), t.astype("m8[D]"), t.astype(str)):
+            for bad in (t.astype("m8[D]"), t.astype(str)):
                 with self.assertRaisesRegex(TypeError, "t is an array of .*: give plain numbers"):
                     periodogram.push_many(bad, y)
             with self.assertRaisesRegex(ValueError, "t is an array of int64 whose values float64 cannot represent exactly"):

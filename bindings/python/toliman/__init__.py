@@ -16,10 +16,17 @@ Data flow: scene -> frames -> one number per frame -> periodogram.
 Conventions
     Images are numpy arrays [row][column] of float64; row 0 and column 0 are the most negative coordinates. Separations
     are in detector pixels; a positive displacement increases the separation.
-    Times are in any unit; no barycentric correction is applied. Frequencies are f0 + k df in cycles per unit of t.
+    Times are in any unit, or dates (see below); no barycentric correction is applied. Frequencies are f0 + k df in cycles per unit of t.
     Weights are 1/sigma**2. The power is astropy's "standard" normalisation, in [0, 1] and never NaN.
     threads=0 uses one thread per processor. The number of threads never changes a result.
     Results are frozen dataclasses; print() and notebooks show them as tables.
+
+Dates and units
+    Times may be datetime64 of numpy, in UTC, or Time of astropy, in any scale: they become Modified Julian Days (MJD) of
+    TAI, in days, which resolve 0.6 us. A Quantity of astropy becomes days. astropy.time.Time(mjd, format="mjd",
+    scale="tai") converts back. datetime64 has no leap seconds: the second 23:59:60 equals the second after it.
+    Values may be a Quantity, then their sigma too. period() and batch() compute in the unit of the values, a Periodogram in
+    that of its first sample, in which results are. Frequencies are cycles per day then.
 
 Errors
     A failed library call raises a subclass of toliman.Error with the library's message. Each is also a Python

@@ -8,6 +8,7 @@ from .linear import Components, Template
 from .machine import blas_speed, machine
 from .periodogram import AccuracyWarning, Grid, Peak, Periodogram, batch, period, suited_grid
 from .sim import Simulator, Spectrum, plan, shipped_scenes
+from .times import parse_time, read_clock
 from .track import REASONS, VERDICTS, Estimate, Frame, Tracker
 
 
@@ -18,5 +19,5 @@ __all__ = [
     "NotFoundError", "Outcome", "Peak", "Periodogram", "PeriodogramInfo", "Plan", "REASONS", "Reconstruction",
     "Sampling", "SceneInfo", "Simulator", "Spectrum", "StateError", "Stream", "Template", "TrackInfo", "Tracker",
     "Training", "UnsupportedError", "VERDICTS", "WriteError", "abi_version", "batch", "blas_speed", "library_path",
-    "machine", "period", "plan", "shipped_scenes", "suited_grid", "version",
+    "machine", "parse_time", "period", "plan", "read_clock", "shipped_scenes", "suited_grid", "version",
 ]

@@ -20,6 +20,7 @@ from ._progress import Progress, Watch
 from ._results import Model, PeriodogramInfo, Sampling
 from ._result_base import result
 from ._words import number
+from .times import plain_times, plain_values, unit_of
 
 
 @result
@@ -31,8 +32,10 @@ class Peak(_results.Peak):
         return f"Peak(period={self.period:.6g}{error}, power={self.power:.6g}, log10_fap={self.log10_fap:.4g})"
 
 
-def _series(t: ArrayLike, y: ArrayLike, sigma: ArrayLike | None) -> tuple[Doubles, Doubles, Doubles | None]:
-    """Returns float64 arrays of equal length; a scalar sigma is repeated."""
+def _series(t: ArrayLike, y: ArrayLike, sigma: ArrayLike | None,
+            unit: typing.Any) -> tuple[Doubles, Doubles, Doubles | None]:
+    """Returns float64 arrays of equal length, y and sigma in `unit`; a scalar sigma is repeated."""
+    t, y, sigma = plain_times("t", t), plain_values("y", y, unit), plain_values("sigma", sigma, unit)
     if sigma is not None and numpy.ndim(sigma) == 0:
         sigma = numpy.full(numpy.shape(t), real("sigma", sigma))
     times, values = plain("t", t), plain("y", y)
@@ -43,13 +46,14 @@ def _series(t: ArrayLike, y: ArrayLike, sigma: ArrayLike | None) -> tuple[Double
     return times, values, sigmas
 
 
-def _sample(t: float, y: float, sigma: float | None, t_low: float, ns: bool) -> typing.Any:
+def _sample(t: typing.Any, y: float, sigma: float | None, t_low: float, ns: bool, unit: typing.Any) -> typing.Any:
     """Returns one sample as a C struct, in which sigma = 0 means unweighted."""
+    y, sigma = plain_values("y", y, unit), plain_values("sigma", sigma, unit)
     sample = _raw.toliman_period_sample(y=real("y", y), t_low=real("t_low", t_low))
     if ns:
         sample.flags, sample.t_ns = _raw.TOLIMAN_PERIOD_TIME_NS, within("t", t, -INT64, INT64)  # type: ignore[arg-type]
     else:
-        sample.t = real("t", t)
+        sample.t = real("t", plain_times("t", t))
     if sigma is not None:
         sample.sigma = real("sigma", sigma)
         if sample.sigma == 0:
@@ -91,7 +95,7 @@ def suited_grid(t: ArrayLike, mission_span: float = 0.0) -> Grid:
 
     Raises StateError if all times are equal, InputError for more than 2e6 frequencies.
     """
-    return _suggested(plain("t", t), None, None, mission_span)[0]
+    return _suggested(plain("t", plain_times("t", t)), None, None, plain_times("mission_span", mission_span))[0]
 
 
 def _suggested(t: Doubles, y: Doubles | None, sigma: Doubles | None,
@@ -112,9 +116,9 @@ def period(t: ArrayLike, y: ArrayLike, dy: ArrayLike | None = None) -> Peak:
 
     Takes times t, values y and standard errors dy (None: unweighted), searches the grid of suited_grid(t) for the
     highest peak, and refines it by least squares against the samples. Returns the Peak: period, amplitude, their
-    standard errors, and the false alarm probability.
+    standard errors, and the false alarm probability, in the units of t and y, in days for dates and quantities of time.
     """
-    times, values, sigmas = _series(t, y, dy)
+    times, values, sigmas = _series(t, y, dy, unit_of(y))
     grid, options = _suggested(times, values, sigmas, 0.0)
     with Periodogram(*grid, time_offset=options.time_offset, value_offset=options.value_offset,
                      value_bound=options.value_bound, sigma_floor=options.sigma_floor,
@@ -132,7 +136,7 @@ def batch(f0: float, df: float, nf: int, t: ArrayLike, y: ArrayLike, sigma: Arra
     fit_mean: fit the mean at each frequency (floating mean) instead of subtracting the weighted mean once. tolerance:
     largest error of any power, by nonuniform FFT. direct: sum without an FFT, to 1e-13. Returns power[nf].
     """
-    times, values, sigmas = _series(t, y, sigma)
+    times, values, sigmas = _series(t, y, sigma, unit_of(y))
     power = numpy.empty(whole_float("nf", nf))
     with Watch(progress) as watch:
         options = options_of(_raw.toliman_period_batch_options, library.toliman_period_batch_options_init,
@@ -146,9 +150,23 @@ def batch(f0: float, df: float, nf: int, t: ArrayLike, y: ArrayLike, sigma: Arra
 
 
 class View(Handle):
-    """Queries of a periodogram. Tracker.period is a View: its samples come from the tracker alone."""
+    """Queries of a periodogram. Tracker.period is a View: its samples come from the tracker alone.
+
+    value_unit: unit of the values, to which quantities are converted; None: plain numbers.
+    """
 
     _kind = _raw.toliman_period
+    value_unit: typing.Any = None
+
+    def _unit_for(self, y: typing.Any) -> typing.Any:
+        """Returns the unit of the values, which the first sample determines."""
+        given = unit_of(y)
+        if given is None or self.value_unit is not None:
+            return self.value_unit
+        if len(self) > 0:
+            raise TypeError(f"y is in {given}: the samples so far have no unit, or one that is not known after load(); "
+                            "give plain numbers or set value_unit")
+        return given
 
     @property
     def info(self) -> PeriodogramInfo:
@@ -201,7 +219,7 @@ class View(Handle):
     def fit(self, t: ArrayLike, y: ArrayLike, sigma: ArrayLike | None = None) -> Peak:
         """Refines the highest peak by least squares against t, y, sigma, which must be the samples pushed; only their
         number is checked. Returns period, amplitude and phase with standard errors."""
-        times, values, sigmas = _series(t, y, sigma)
+        times, values, sigmas = _series(t, y, sigma, self._unit_for(y))
         peak = _raw.toliman_period_peak()
         check(library.toliman_period_query_fit(self._c, pointer(times), pointer(values), pointer(sigmas), len(times),
                                                ctypes.byref(peak)))
@@ -231,7 +249,7 @@ class View(Handle):
                   threads: int = 0, progress: Progress | bool | None = None) -> Doubles:
         """Returns log10(1 - P) of the highest peak of each of `count` bootstrap resamplings, strongest peak first. t,
         y, sigma must be the samples pushed."""
-        times, values, sigmas = _series(t, y, sigma)
+        times, values, sigmas = _series(t, y, sigma, self._unit_for(y))
         peaks = numpy.empty(whole("count", count))
         with Watch(progress) as watch:
             options = options_of(_raw.toliman_period_bootstrap_options, library.toliman_period_bootstrap_options_init,
@@ -248,7 +266,8 @@ class View(Handle):
         t: the times pushed, for the exact time span and median step; None estimates both from the variance of the
         times, assuming even sampling.
         """
-        times, found = None if t is None else plain("t", t), _raw.toliman_period_sampling()
+        times = None if t is None else plain("t", plain_times("t", t))
+        found = _raw.toliman_period_sampling()
         check(library.toliman_period_query_sampling(self._c, pointer(times), 0 if times is None else times.size,
                                                     ctypes.byref(found)))
         return Sampling._of(found)
@@ -259,7 +278,9 @@ class View(Handle):
 
     def copy(self) -> Periodogram:
         """Returns an independent periodogram with the same grid, options and samples."""
-        return Periodogram._adopt(self._create(library.toliman_period_copy, self._c))
+        copy = Periodogram._adopt(self._create(library.toliman_period_copy, self._c))
+        copy.value_unit = self.value_unit
+        return copy
 
     def __len__(self) -> int:
         return library.toliman_period_count(self._c)
@@ -291,41 +312,55 @@ class Periodogram(View):
     time_offset_ns, unit_ns: for times in integer nanoseconds (push with ns=True): the offset, and the number of
         nanoseconds per unit of t.
 
+    Times may also be dates, and values quantities; see "Dates and units" in help(toliman). The bounds are plain numbers in
+    the unit of the values. Attributes: epoch is the time_offset as it was given, to which phases refer; value_unit is the
+    unit of the values, taken from the first quantity. Neither is saved.
+
     Raises InputError for an invalid grid or options.
     """
 
     _destroy = "toliman_period_destroy"
 
-    def __init__(self, f0: float, df: float, nf: int, *, fit_mean: bool = True, time_offset: float = 0.0,
+    def __init__(self, f0: float, df: float, nf: int, *, fit_mean: bool = True, time_offset: typing.Any = 0.0,
                  value_offset: float = 0.0, value_bound: float = 2.0**20, sigma_floor: float = 1.0,
                  sigma_ceiling: float = 0.0, double_limb: bool = False, time_offset_ns: int = 0, unit_ns: float = 1e9):
         flags = ((0 if fit_mean else _raw.TOLIMAN_PERIOD_FIXED_MEAN)
                  | (_raw.TOLIMAN_PERIOD_DOUBLE_LIMB if double_limb else 0))
         options = options_of(
             _raw.toliman_period_options, library.toliman_period_options_init, flags=flags,
-            time_offset=real("time_offset", time_offset), value_offset=real("value_offset", value_offset),
+            time_offset=real("time_offset", plain_times("time_offset", time_offset)), value_offset=real("value_offset", value_offset),
             value_bound=real("value_bound", value_bound), sigma_floor=real("sigma_floor", sigma_floor),
             sigma_ceiling=real("sigma_ceiling", sigma_ceiling),
             time_offset_ns=within("time_offset_ns", time_offset_ns, -INT64, INT64), unit_ns=real("unit_ns", unit_ns))
         super().__init__(self._create(library.toliman_period_create, real("f0", f0), real("df", df),
                                       whole_float("nf", nf), ctypes.byref(options)))
+        self._epoch = time_offset
+
+    @property
+    def epoch(self) -> typing.Any:
+        """The time to which phases refer: time_offset as it was given, or a plain number after load()."""
+        return getattr(self, "_epoch", self.info.time_offset)
 
     def push(self, t: float, y: float, sigma: float | None = None, *, t_low: float = 0.0, ns: bool = False) -> None:
         """Adds one sample.
 
-        t: the time is t + t_low, like astropy's Time.jd1 and jd2; with ns=True, t is in integer nanoseconds. sigma:
+        t: the time is t + t_low, in days for dates; with ns=True, t is in integer nanoseconds. sigma:
         standard error of y; None: unweighted, counted as sigma_floor. Raises StateError for a mixture of unweighted
         samples and samples whose sigma is not sigma_floor, InputError for a value or sigma outside the bounds given at
         creation.
 
         Every sample counts as evidence: a sample pushed twice is counted twice.
         """
-        check(library.toliman_period_push_samples(self._c, _sample(t, y, sigma, t_low, ns), 1))
+        unit = self._unit_for(y)
+        check(library.toliman_period_push_samples(self._c, _sample(t, y, sigma, t_low, ns, unit), 1))
+        self.value_unit = unit
 
     def push_many(self, t: ArrayLike, y: ArrayLike, sigma: ArrayLike | None = None) -> None:
         """Adds arrays of samples, all or none. sigma may be one number; None: unweighted. Exceptions as in push()."""
-        times, values, sigmas = _series(t, y, sigma)
+        unit = self._unit_for(y)
+        times, values, sigmas = _series(t, y, sigma, unit)
         check(library.toliman_period_push_many(self._c, pointer(times), pointer(values), pointer(sigmas), len(times)))
+        self.value_unit = unit
 
     def retract(self, t: float, y: float, sigma: float | None = None, *, t_low: float = 0.0, ns: bool = False) -> None:
         """Removes a sample previously pushed with exactly these values.
@@ -333,11 +368,11 @@ class Periodogram(View):
         The sums become bit-identical to never having pushed it. The library cannot check that the sample was pushed.
         Raises StateError if the remaining sums cannot be those of any samples.
         """
-        check(library.toliman_period_retract_samples(self._c, _sample(t, y, sigma, t_low, ns), 1))
+        check(library.toliman_period_retract_samples(self._c, _sample(t, y, sigma, t_low, ns, self._unit_for(y)), 1))
 
     def retract_many(self, t: ArrayLike, y: ArrayLike, sigma: ArrayLike | None = None) -> None:
         """Removes arrays of samples, all or none. See retract()."""
-        times, values, sigmas = _series(t, y, sigma)
+        times, values, sigmas = _series(t, y, sigma, self._unit_for(y))
         check(library.toliman_period_retract_many(self._c, pointer(times), pointer(values), pointer(sigmas),
                                                   len(times)))
 
