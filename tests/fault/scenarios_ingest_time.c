@@ -1,0 +1,68 @@
+/* ingest.h: clock tables, leap seconds, dates */
+#include <string.h>
+
+#include "scenario.h"
+
+enum { ROWS = 2 };
+
+static const char kClock[] = "clock", kList[] = "list";
+
+static void put_clock(void) {
+    static const char text[] = "camera_ns,tai_ns\n0,5\n1000,2005\n";
+    write_file(kClock, text, sizeof text - 1);
+}
+
+static void put_list(void) {
+    static const char text[] = "#@ 3928521600\n2272060800 10\n2287785600 11\n";
+    write_file(kList, text, sizeof text - 1);
+}
+
+static void ignore_text(int32_t level, const char *text, void *user_data) {
+    (void)level, (void)text, (void)user_data;
+}
+
+static toliman_status read_clock(attempt *a) {
+    return toliman_ingest_read_clock(in_folder(kClock), (int64_t *)(a->out + 8), ROWS, (size_t *)a->out, ignore_text,
+                                     NULL);
+}
+
+static toliman_status read_small(attempt *a) {
+    return toliman_ingest_read_clock(in_folder(kClock), (int64_t *)(a->out + 8), 1, (size_t *)a->out, NULL, NULL);
+}
+
+static toliman_status read_leap_seconds(attempt *a) {
+    toliman_leap_second table[ROWS] = {TOLIMAN_LEAP_SECOND_INIT};
+    const toliman_status status =
+        toliman_ingest_read_leap_seconds(in_folder(kList), table, ROWS, (size_t *)a->out, (int64_t *)(a->out + 8));
+    must(table[1].tai_utc_s == (status == TOLIMAN_OK ? 11 : 0), "rows of a call that failed");
+    return status;
+}
+
+static toliman_status known_leap_seconds(attempt *a) {
+    return toliman_ingest_read_leap_seconds(NULL, NULL, 0, (size_t *)a->out, (int64_t *)(a->out + 8));
+}
+
+static toliman_status parse_time(attempt *a) {
+    return toliman_ingest_parse_time("2016-12-31T23:59:60.5", TOLIMAN_INGEST_FORMAT_ISO, TOLIMAN_INGEST_SCALE_UTC, NULL,
+                                     0, (int64_t *)a->out);
+}
+
+static toliman_status convert_times(attempt *a) {
+    const toliman_leap_second table[ROWS] = {{sizeof table[0], 10, 41317}, {0, 11, 41499}};
+    const int64_t times[2] = {1500000000000000000, 1600000000000000000};
+    return toliman_ingest_convert_times(times, 2, TOLIMAN_INGEST_SCALE_UTC, table, ROWS, (int64_t *)a->out);
+}
+
+static const scenario all[] = {
+    {.function = "toliman_ingest_read_clock", .call = read_clock, .stage = put_clock},
+    {.function = "toliman_ingest_read_clock",
+     .variant = "too many pairs",
+     .call = read_small,
+     .stage = put_clock,
+     .refused = TOLIMAN_E_CAPACITY},
+    {.function = "toliman_ingest_read_leap_seconds", .call = read_leap_seconds, .stage = put_list},
+    {.function = "toliman_ingest_read_leap_seconds", .variant = "of ERFA", .call = known_leap_seconds},
+    {.function = "toliman_ingest_parse_time", .call = parse_time},
+    {.function = "toliman_ingest_convert_times", .call = convert_times},
+};
+SCENARIO_LIST(ingest_time_scenarios, all);
