@@ -93,7 +93,7 @@ class Dates(unittest.TestCase):
             plain.retract_many(times[:9], Y[:9])
             self.assertEqual(periodogram.to_bytes(), plain.to_bytes())
         with Periodogram(**GRID, time_offset=DATES[0]) as periodogram:
-            self.assertEqual(periodogram.epoch, DATES[0])
+            self.assertEqual((periodogram.epoch, periodogram.copy().epoch), (DATES[0], DATES[0]))
             self.assertEqual(periodogram.info.time_offset, times[0].tai.mjd)
 
     def test_refused(self):

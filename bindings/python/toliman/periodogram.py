@@ -280,6 +280,8 @@ class View(Handle):
         """Returns an independent periodogram with the same grid, options and samples."""
         copy = Periodogram._adopt(self._create(library.toliman_period_copy, self._c))
         copy.value_unit = self.value_unit
+        if hasattr(self, "_epoch"):
+            copy._epoch = self._epoch
         return copy
 
     def __len__(self) -> int:

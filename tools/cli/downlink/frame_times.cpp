@@ -73,7 +73,8 @@ int64_t time_of(const FrameFile &file, const Rule &rule, const std::string &valu
 // Half an exposure in s, in ns. The exponent of a FITS number may be a D.
 int64_t half_of(const FrameFile &file, const char *key, const std::string &value) {
     std::string text = value;
-    std::replace(text.begin(), text.end(), 'D', 'E');
+    std::replace_if(
+        text.begin(), text.end(), [](char letter) { return letter == 'D' || letter == 'd'; }, 'E');
     double seconds = 0;
     if (!number_of(text, seconds) || !(seconds >= 0 && seconds <= 1e9))
         malformed(file.path(), std::string(key) + " = " + value + ": must be from 0 to 1e9 s");
