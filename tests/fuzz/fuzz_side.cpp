@@ -1,9 +1,11 @@
-// The mission's pair of files: the side file's description of the frames, and their location in the binary. The input
-// is the size of the binary (u16), followed by the side file.
+// The mission's pair of files. The input is the size of the file of pixels (2 bytes; odd: u32), the part of both files
+// that a growing pair has at first (2 bytes), and the side file.
 #include <algorithm>
+#include <cctype>
+#include <memory>
 
-#include "common/failure.hpp"
-#include "downlink/pair.hpp"
+#include <toliman/toliman.hpp>
+
 #include "fuzz.hpp"
 #include "memory_file.hpp"
 
@@ -17,36 +19,96 @@ bool is_name(const std::string &text) {
                        [](unsigned char c) { return std::isalnum(c) != 0 || c == '.' || c == '_' || c == '-'; });
 }
 
-// Accepts every frame, and counts that each line of the side file is reported once.
-class Watch final : public cli::Receiver {
+struct Input {
+    bool wide;
+    size_t pixel_bytes;
+    Bytes text;
+};
+
+// Counts the lines that are reported, in their order.
+class Watch {
   public:
-    Watch(size_t width, size_t bytes) : width_(width), bytes_(bytes) {}
-    cli::Arrival &next() override { return arrival_; }
-    void take() override {
-        const cli::FrameFacts &facts = arrival_.facts;
-        require(is_name(facts.session) && is_name(facts.roi), "a name with invalid characters");
-        require(facts.rows > 0 && facts.cols > 0 && facts.dropped >= 0, "impossible facts");
-        require(arrival_.pixels.size() == facts.rows * facts.cols * width_, "a frame of wrong size");
-        taken_ += arrival_.pixels.size();
-        require(taken_ <= bytes_, "more frames than the file has");
-        reported++;
+    Watch(const Input &input, const std::string &path, uint32_t flags) : input_(input) {
+        auto options = toliman::sized<toliman_ingest_options>();
+        options.flags = flags;
+        options.pixel = input.wide ? TOLIMAN_PIXEL_U32 : TOLIMAN_PIXEL_U16;
+        options.rows = options.cols = 4;
+        options.exposure_s = 1;
+        toliman_ingest *made = nullptr;
+        require(toliman_ingest_create(path.c_str(), &options, &made) == TOLIMAN_OK, "a pair cannot be opened");
+        ingest_.reset(made);
     }
-    void reject(const std::string &, const cli::FrameFacts *facts, const char *, const std::string &why) override {
-        require(!why.empty() && (facts == nullptr || is_name(facts->session)), "rejected without a reason");
-        reported++;
+
+    // Reads up to NOTHING. False for a file that cannot be of such a pair.
+    bool read() {
+        for (;;) {
+            auto frame = toliman::sized<toliman_frame>();
+            auto event = toliman::sized<toliman_ingest_event>();
+            const toliman_status status = toliman_ingest_next(ingest_.get(), &frame, &event);
+            require(status == TOLIMAN_OK || status == TOLIMAN_E_FORMAT, toliman_last_error());
+            if (status != TOLIMAN_OK)
+                return false;
+            if (event.event == TOLIMAN_INGEST_EVENT_NOTHING)
+                return true;
+            take(frame, event);
+        }
     }
-    void remark(cli::Remark, const std::string &, const std::string &text) override {
-        require(!text.empty(), "an empty warning");
-    }
-    void tell(const char *, const std::string &, const std::string &, bool) override {}
-    bool wants(const cli::FrameFacts &) override { return true; }
-    void wait() override {}
-    size_t reported = 0;
+    void finish() { require(toliman_ingest_finish(ingest_.get()) == TOLIMAN_OK, "finish"); }
+    size_t lines() const noexcept { return lines_; }
 
   private:
-    cli::Arrival arrival_;
-    size_t width_, bytes_, taken_ = 0;
+    void take(const toliman_frame &frame, const toliman_ingest_event &event) {
+        if (event.event == TOLIMAN_INGEST_EVENT_WARNING)
+            return require(event.text[0] != 0 && event.line <= static_cast<int64_t>(lines_) + 1, "a stray warning");
+        require(event.line == static_cast<int64_t>(++lines_), "a line is not reported exactly once");
+        require(event.has_key == 0 || (is_name(frame.session) && is_name(frame.roi)), "an invalid name");
+        if (event.event == TOLIMAN_INGEST_EVENT_DAMAGE)
+            return require(event.text[0] != 0, "damage without a reason");
+        require(frame.rows > 0 && frame.cols > 0 && frame.dropped >= 0, "an impossible frame");
+        const auto bytes = static_cast<size_t>(frame.rows * frame.cols) * (input_.wide ? 4 : 2);
+        taken_ += bytes;
+        require(taken_ <= input_.pixel_bytes, "more frames than the file has");
+        const auto *const pixels = static_cast<const uint8_t *>(frame.pixels);
+        require(std::all_of(pixels, pixels + bytes, [](uint8_t byte) { return byte == 0; }), "wrong pixels");
+    }
+
+    struct Destroy {
+        void operator()(toliman_ingest *ingest) const noexcept { toliman_ingest_destroy(ingest); }
+    };
+    std::unique_ptr<toliman_ingest, Destroy> ingest_;
+    const Input &input_;
+    size_t lines_ = 0, taken_ = 0;
 };
+
+void read_complete(const Input &input, MemoryFile &side, MemoryFile &pixels) {
+    side.set(input.text.data(), input.text.size());
+    pixels.resize(input.pixel_bytes);
+    Watch watch(input, side.path(), 0);
+    const auto newlines = static_cast<size_t>(std::count(input.text.begin(), input.text.end(), '\n'));
+    if (watch.read())
+        require(watch.lines() == newlines + (input.text.empty() || input.text.back() == '\n' ? 0 : 1),
+                "a line of a complete file is missing");
+}
+
+// A first part of both files, then all of them.
+void read_growing(const Input &input, size_t part, MemoryFile &side, MemoryFile &pixels) {
+    const size_t first = std::min(part, input.text.size()), first_pixels = std::min(part, input.pixel_bytes);
+    side.set(input.text.data(), first);
+    pixels.resize(0);
+    pixels.resize(first_pixels);
+    Watch watch(input, side.path(), TOLIMAN_INGEST_GROWING);
+    watch.read();
+    if (first < input.text.size())
+        side.set(input.text.data(), input.text.size());
+    if (first_pixels < input.pixel_bytes)
+        pixels.resize(input.pixel_bytes);
+    if (!watch.read() || !watch.read())
+        return;
+    watch.finish();
+    require(watch.read() &&
+                watch.lines() == static_cast<size_t>(std::count(input.text.begin(), input.text.end(), '\n')),
+            "a line of a growing file is missing");
+}
 
 } // namespace
 
@@ -60,28 +122,17 @@ std::vector<Bytes> fuzz::seeds() {
         text += line + std::string("\n");
     std::vector<Bytes> seeds;
     for (const std::string size : {"\x40", "\x80", "\x21", "\x41"})
-        seeds.push_back(bytes_of(size + '\0' + text));
+        for (const std::string part : {"\x20", "\xc8"})
+            seeds.push_back(bytes_of(size + '\0' + part + '\0' + text));
     return seeds;
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
-    static MemoryFile side("x_meta.jsonl"), binary("x_frames.bin");
+    static MemoryFile side("x_meta.jsonl"), pixels("x_frames.bin");
     Source source(data, size);
-    const size_t bytes = source.number(2);
-    const bool wide = (bytes & 1) != 0;
-    const Bytes text = source.rest();
-    side.set(text.data(), text.size());
-    binary.resize(bytes);
-    const auto lines =
-        static_cast<size_t>(std::count(text.begin(), text.end(), '\n')) + (text.empty() || text.back() == '\n' ? 0 : 1);
-    Watch watch(wide ? 4 : 2, bytes);
-    cli::Pair pair(side.path(), {wide, 4, 4});
-    try {
-        pair.read(watch, false);
-        pair.end(watch);
-        require(watch.reported == lines, "a line was not reported exactly once");
-    } catch (const cli::Failure &failure) {
-        require(failure.code() == cli::kExitInput, failure.what());
-    }
+    const size_t bytes = source.number(2), part = source.number(2);
+    const Input input = {(bytes & 1) != 0, bytes, source.rest()};
+    read_complete(input, side, pixels);
+    read_growing(input, part, side, pixels);
     return 0;
 }

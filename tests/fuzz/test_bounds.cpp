@@ -1,5 +1,6 @@
 // Tests crafted inputs of the library: decompression bombs, giant dimensions, deep and long JSON, ledgers with hash
 // collisions, long tables and numbers.
+#include <algorithm>
 #include <cstring>
 #include <optional>
 #include <string>
@@ -8,6 +9,7 @@
 #include <toliman/ingest.h>
 #include <toliman/period.h>
 #include <toliman/sim.h>
+#include <toliman/toliman.hpp>
 
 #include "bounds.hpp"
 #include "cae/layout.hpp"
@@ -303,6 +305,50 @@ void tables() {
     });
 }
 
+// A pair whose side file has this text, read to its end.
+void pair(const char *what, const std::string &text, size_t pixel_bytes, toliman_status status, int64_t frames) {
+    static MemoryFile side("x_meta.jsonl"), pixels("x_frames.bin");
+    side.set(text.data(), text.size());
+    pixels.resize(pixel_bytes);
+    within(what, text.size(), [&] {
+        auto options = sized<toliman_ingest_options>();
+        options.pixel = TOLIMAN_PIXEL_U16;
+        toliman_ingest *ingest = nullptr;
+        expect(toliman_ingest_create(side.path().c_str(), &options, &ingest) == TOLIMAN_OK, what);
+        auto frame = sized<toliman_frame>();
+        auto event = sized<toliman_ingest_event>();
+        toliman_status found = TOLIMAN_OK;
+        do
+            found = toliman_ingest_next(ingest, &frame, &event);
+        while (found == TOLIMAN_OK && event.event != TOLIMAN_INGEST_EVENT_NOTHING);
+        auto info = sized<toliman_ingest_info>();
+        expect(toliman_ingest_get_info(ingest, &info) == TOLIMAN_OK && found == status && info.frames == frames, what);
+        toliman_ingest_destroy(ingest);
+    });
+}
+
+void pairs() {
+    const auto line = [](const std::string &roi, const char *side) {
+        return R"({"roi_label": ")" + roi + R"(", "frame_id": 9007199254740993, "timestamp_ns" : 2, "host_time": 3,)" +
+               R"( "nframes_dropped": 4, "n_rows": )" + side + R"(, "n_cols": )" + side + R"(, "session_id": "s"})" +
+               "\n";
+    };
+    pair("pair: empty lines", repeated("\n", kMiB), 0, TOLIMAN_E_FORMAT, 0);
+    pair("pair: small objects", repeated("{}\n", kMiB), 0, TOLIMAN_E_FORMAT, 0);
+    pair("pair: one line", repeated("[", kMiB), 0, TOLIMAN_OK, 0);
+    pair("pair: one object", "{" + repeated("\"a\":1,", kMiB - 1), 0, TOLIMAN_OK, 0);
+    const std::string frames = repeated(line("r", "1"), kMiB);
+    const auto count = static_cast<size_t>(std::count(frames.begin(), frames.end(), '\n'));
+    pair("pair: frames", frames, 2 * count, TOLIMAN_OK, static_cast<int64_t>(count));
+    pair("pair: giant frames", repeated(line("r", "65536"), kMiB), 1000, TOLIMAN_OK, 0);
+    std::string names;
+    for (int i = 0; names.size() < kMiB - 300; i++)
+        names += line(std::to_string(1000000 + i) + std::string(57, 'r'), "1");
+    const auto named = static_cast<size_t>(std::count(names.begin(), names.end(), '\n'));
+    pair("pair: long names, all different", names, 2 * named, TOLIMAN_OK, static_cast<int64_t>(named));
+    pair("pair: a region with the name of a key", line("frame_id", "1"), 2, TOLIMAN_OK, 1);
+}
+
 } // namespace
 
 int main() {
@@ -313,5 +359,6 @@ int main() {
     blobs();
     folders();
     tables();
+    pairs();
     return failures != 0;
 }

@@ -4,7 +4,6 @@
 
 #include "bounds.hpp"
 #include "common/failure.hpp"
-#include "downlink/side_file.hpp"
 #include "frames/frames_in.hpp"
 #include "memory_file.hpp"
 #include "series/series.hpp"
@@ -41,19 +40,7 @@ void samples(const char *what, const std::string &text, size_t model = 0) {
     costs(what, text, model, [](const std::string &path) { cli::read_series(path); });
 }
 
-void sides(const char *what, const std::string &text) {
-    costs(what, text, text.size(), [](const std::string &path) { cli::read_side_file(path, false); });
-}
-
-std::string side_line(const std::string &roi, const std::string &extra) {
-    return R"({"roi_label": ")" + roi + R"(", "frame_id": 9007199254740993, "timestamp_ns" : 2, "host_time": 3,)" +
-           R"( "nframes_dropped": 4, "n_rows": 5, "n_cols": 6, "session_id": "s")" + extra + "}";
-}
-
 void past_misreadings() {
-    const cli::SideLine line = cli::read_side_line(side_line("frame_id", ""));
-    expect(line.why.empty() && line.facts.id == 9007199254740993, "a region by the name of a key is refused");
-    expect(!cli::read_side_line(side_line("r", std::string(5000, ' '))).why.empty(), "a long line of a side file");
     fuzz::MemoryFile file;
     const auto reads = [&](const std::string &text, auto read) {
         file.set(text.data(), text.size());
@@ -84,11 +71,6 @@ int main() {
     samples("samples: .npy of 2^60",
             "\x93NUMPY\x01" + std::string("\0\x76\0", 3) +
                 "{'descr': '<f8', 'fortran_order': False, 'shape': (1152921504606846976, 2), }" + std::string(47, ' '));
-    sides("side file: empty lines", repeated("\n"));
-    sides("side file: one line", repeated("["));
-    sides("side file: one object", "{" + repeated("\"a\":1,"));
-    sides("side file: small objects", repeated("{}\n"));
-    sides("side file: frames", repeated(side_line("r", "") + "\n"));
     const auto frames = [](const std::string &path) { cli::open_frames(path); };
     for (const std::string shape : {"16777216, 16384, 16384", "18446744073709551615, 18446744073709551615, 8"})
         costs("frames: giant .npy",
