@@ -116,6 +116,15 @@ Stamp stamp(const std::string &path) {
     return stamp_of(status);
 }
 
+bool is_unchanged(const std::string &path, const Stamp &before) {
+    struct stat status = {};
+    if (::stat(path.c_str(), &status) == 0)
+        return stamp_of(status) == before;
+    if (errno != ENOENT)
+        fail(Status::not_found, "{%s}: %s", path.c_str(), std::strerror(errno));
+    return false;
+}
+
 // O_NONBLOCK: opening a pipe would otherwise wait for a writer. It has no effect on regular files.
 Reader::Reader(const std::string &path)
     : path_(path), descriptor_(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC)) {

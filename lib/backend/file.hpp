@@ -35,6 +35,9 @@ struct Stamp {
 // Status::not_found if there is no such file.
 Stamp stamp(const std::string &path);
 
+// Whether the file still has this stamp. False if it does not exist, Status::not_found if it cannot be examined.
+bool is_unchanged(const std::string &path, const Stamp &before);
+
 // A regular file for reading at any position. Status::not_found if it cannot be opened or read.
 class Reader {
   public:

@@ -124,15 +124,6 @@ void Pair::look() {
     is_settled_ = !is_other_type_;
 }
 
-// Files that have disappeared have changed.
-bool Pair::is_unchanged() const noexcept {
-    try {
-        return file::stamp(side_path_) == side_stamp_ && file::stamp(pixel_path_) == pixel_stamp_;
-    } catch (const Error &) {
-        return false;
-    }
-}
-
 Event Pair::report(Slot &slot, EventKind kind, Reason reason, std::string text) {
     slot.text = std::move(text);
     (kind == EventKind::damage ? counts_.damaged : counts_.warnings)++;
@@ -220,8 +211,10 @@ std::optional<Event> Pair::give_placed(Slot &slot, const Place &place) {
 void Pair::begin_rest() {
     if (is_over_ || !(options_.growing ? is_finished_ : is_settled_))
         return;
+    const bool may_grow = options_.growing && !(is_settled_ && rests_ && file::is_unchanged(side_path_, side_stamp_) &&
+                                                file::is_unchanged(pixel_path_, pixel_stamp_));
     is_over_ = true;
-    if (options_.growing && !(is_settled_ && rests_ && is_unchanged())) // may still grow
+    if (may_grow)
         forget_lines();
     else if (is_empty())
         extra_bytes_ = placement_.extra_bytes();

@@ -72,7 +72,6 @@ class Pair {
     void add_line(const std::string &text, int64_t most);
     void check_type(bool certain);
     void begin_rest();
-    bool is_unchanged() const noexcept;
     std::optional<Event> give(Slot &slot);
     std::optional<Event> give_placed(Slot &slot, const Place &place);
     std::optional<Event> give_rest(Slot &slot);
