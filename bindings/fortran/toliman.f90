@@ -525,6 +525,11 @@ module toliman
         real(c_double) :: threshold_px = 0.0_c_double
     end type
 
+    ! Point of the exposure to which the time stamps of a file refer. Since 0.2.
+    integer(c_int32_t), parameter, public :: TOLIMAN_FRAME_STAMP_START = 601
+    integer(c_int32_t), parameter, public :: TOLIMAN_FRAME_STAMP_MIDDLE = 602
+    integer(c_int32_t), parameter, public :: TOLIMAN_FRAME_STAMP_END = 603
+
     ! Downlinked frame. Its pixels belong to the caller and are not needed after the call. session, roi and frame_id
     ! together are the key of a frame. A second valid frame with the same key is a duplicate if its content is the same:
     ! pixels and their type, shape, camera_ns, dropped, sigma, exposure_s, intervals and window. Otherwise both are
@@ -605,12 +610,6 @@ module toliman
     end interface
     public :: toliman_estimate_fn
 
-    ! Point of the exposure to which the time stamps of a file refer.
-    ! start of the exposure, as the mission writes it
-    integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_STAMP_START = 601
-    integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_STAMP_MIDDLE = 602
-    integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_STAMP_END = 603
-
     ! Flags of toliman_ingest_options.
     ! the files may still grow: next returns NOTHING instead of an end; see finish
     integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_GROWING = 1
@@ -621,7 +620,7 @@ module toliman
         integer(c_int32_t) :: flags = 0 ! TOLIMAN_INGEST_GROWING
         ! type of the pixels: TOLIMAN_PIXEL_U16 or TOLIMAN_PIXEL_U32; there is no default
         integer(c_int32_t) :: pixel = 0
-        integer(c_int32_t) :: stamp = 0 ! TOLIMAN_INGEST_STAMP_..., 0 = START
+        integer(c_int32_t) :: stamp = 0 ! TOLIMAN_FRAME_STAMP_..., 0 = START, as the mission writes it
         real(c_double) :: exposure_s = 0.0_c_double ! length of an exposure, at most 1e9 s; 0 = unknown
         ! expected shape of a frame. It locates the frames if lines of the side file are damaged; 0 = the shape in the
         ! first valid line
@@ -674,14 +673,14 @@ module toliman
     ! Properties and counts of a reader. Since 0.2.
     type, bind(C), public :: toliman_ingest_info
         integer(c_int32_t) :: struct_size = 80 ! in: sizeof(toliman_ingest_info)
-        integer(c_int32_t) :: stamp = 0 ! TOLIMAN_INGEST_STAMP_...
+        integer(c_int32_t) :: stamp = 0 ! TOLIMAN_FRAME_STAMP_...
         real(c_double) :: exposure_s = 0.0_c_double
         integer(c_int64_t) :: lines = 0 ! lines of the side file read so far
         integer(c_int64_t) :: frames = 0 ! FRAME events
         integer(c_int64_t) :: damaged = 0 ! DAMAGE events
         integer(c_int64_t) :: warnings = 0 ! WARNING events
         integer(c_int64_t) :: skipped = 0 ! frames outside first_id to end_id
-        integer(c_int64_t) :: bytes = 0 ! size of the file of pixels when it was last looked at
+        integer(c_int64_t) :: bytes = 0 ! size of the file of pixels when it was last examined
         type(c_ptr) :: side_file = c_null_ptr ! paths; memory of the reader
         type(c_ptr) :: pixel_file = c_null_ptr
     end type

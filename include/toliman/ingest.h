@@ -99,9 +99,9 @@ typedef struct toliman_ingest_event {
  *          during the next `buffers` - 1 calls
  *   event  becomes the event
  * The struct_size of both must be set.
- * A call after NOTHING looks at the files again and reads only what is new. If one of them has been replaced by
- * another file or truncated, reading starts again with its first frame.
- * Errors, after which next may be called again: TOLIMAN_E_NOT_FOUND if a file has disappeared or cannot be read;
+ * With GROWING, a call after NOTHING examines the files again and reads only what is new. If one of them has been
+ * replaced by another file or truncated, reading starts again with its first frame.
+ * Errors, after which next may be called again: TOLIMAN_E_NOT_FOUND if a file cannot be read or is truncated meanwhile;
  * TOLIMAN_E_FORMAT if the file has the size that frames of the other pixel type would have, or far more lines than
  * frames. Since 0.2. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_next(toliman_ingest *ingest, toliman_frame *frame,
@@ -122,7 +122,7 @@ typedef struct toliman_ingest_info {
     int64_t damaged;                    /* DAMAGE events */
     int64_t warnings;                   /* WARNING events */
     int64_t skipped;                    /* frames outside first_id to end_id */
-    uint64_t bytes;                     /* size of the file of pixels when it was last looked at */
+    uint64_t bytes;                     /* size of the file of pixels when it was last examined */
     const char *side_file, *pixel_file; /* paths; memory of the reader */
 } toliman_ingest_info;
 #define TOLIMAN_INGEST_INFO_INIT TOLIMAN_INIT(toliman_ingest_info)

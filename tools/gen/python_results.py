@@ -44,6 +44,7 @@ WORDS = {
     "verdict": "TOLIMAN_TRACK_VERDICT",
     "reason": "TOLIMAN_TRACK_REASON",
     "input": "TOLIMAN_CAE_INPUT",
+    "stamp": "TOLIMAN_FRAME_STAMP",
 }
 
 # Prefixes between TOLIMAN_ and a constant's word that are longer than the module's name.

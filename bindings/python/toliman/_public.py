@@ -1,9 +1,10 @@
 """The public names of the package; importing this module loads libtoliman."""
 from ._library import (Cancelled, CapacityError, Error, InputError, LostError, NoMemoryError, NotFoundError, StateError,
                        UnsupportedError, WriteError, abi_version, library_path, version)
-from ._results import (ComponentsInfo, ComponentsTraining, Machine, Model, NetworkInfo, Outcome, PeriodogramInfo, Plan,
-                       Sampling, SceneInfo, Stream, TrackInfo, Training)
+from ._results import (ComponentsInfo, ComponentsTraining, Machine, Model, NetworkInfo, Outcome, PairInfo,
+                       PeriodogramInfo, Plan, Sampling, SceneInfo, Stream, TrackInfo, Training)
 from .cae import CAE, Reconstruction
+from .ingest import Pair, PairEvent
 from .linear import Components, Template
 from .machine import blas_speed, machine
 from .periodogram import AccuracyWarning, Grid, Peak, Periodogram, batch, period, suited_grid
@@ -16,8 +17,8 @@ __version__ = version()
 __all__ = [
     "AccuracyWarning", "CAE", "Cancelled", "CapacityError", "Components", "ComponentsInfo", "ComponentsTraining",
     "Error", "Estimate", "Frame", "Grid", "InputError", "LostError", "Machine", "Model", "NetworkInfo", "NoMemoryError",
-    "NotFoundError", "Outcome", "Peak", "Periodogram", "PeriodogramInfo", "Plan", "REASONS", "Reconstruction",
-    "Sampling", "SceneInfo", "Simulator", "Spectrum", "StateError", "Stream", "Template", "TrackInfo", "Tracker",
-    "Training", "UnsupportedError", "VERDICTS", "WriteError", "abi_version", "batch", "blas_speed", "library_path",
+    "NotFoundError", "Outcome", "Pair", "PairEvent", "PairInfo", "Peak", "Periodogram", "PeriodogramInfo", "Plan",
+    "REASONS", "Reconstruction", "Sampling", "SceneInfo", "Simulator", "Spectrum", "StateError", "Stream", "Template",
+    "TrackInfo", "Tracker", "Training", "UnsupportedError", "VERDICTS", "WriteError", "abi_version", "batch", "blas_speed", "library_path",
     "machine", "parse_time", "period", "plan", "read_clock", "shipped_scenes", "suited_grid", "version",
 ]

@@ -654,6 +654,12 @@ class toliman_components_info(Sized):
     ]
 
 
+# Point of the exposure to which the time stamps of a file refer. Since 0.2.
+TOLIMAN_FRAME_STAMP_START = 601
+TOLIMAN_FRAME_STAMP_MIDDLE = 602
+TOLIMAN_FRAME_STAMP_END = 603
+
+
 class toliman_frame(Sized):
     """Downlinked frame. Its pixels belong to the caller and are not needed after the call. session, roi and frame_id
     together are the key of a frame. A second valid frame with the same key is a duplicate if its content is the same:
@@ -763,11 +769,6 @@ class toliman_ingest(Structure):
     """Reader of one pair of files. Needs exclusive use."""
 
 
-# Point of the exposure to which the time stamps of a file refer.
-TOLIMAN_INGEST_STAMP_START = 601  # start of the exposure, as the mission writes it
-TOLIMAN_INGEST_STAMP_MIDDLE = 602
-TOLIMAN_INGEST_STAMP_END = 603
-
 # Flags of toliman_ingest_options.
 TOLIMAN_INGEST_GROWING = 1  # the files may still grow: next returns NOTHING instead of an end; see finish
 
@@ -776,7 +777,7 @@ class toliman_ingest_options(Sized):
     """Options of a reader. Since 0.2.
     flags: TOLIMAN_INGEST_GROWING
     pixel: type of the pixels: TOLIMAN_PIXEL_U16 or TOLIMAN_PIXEL_U32; there is no default
-    stamp: TOLIMAN_INGEST_STAMP_..., 0 = START
+    stamp: TOLIMAN_FRAME_STAMP_..., 0 = START, as the mission writes it
     exposure_s: length of an exposure, at most 1e9 s; 0 = unknown
     rows: expected shape of a frame. It locates the frames if lines of the side file are damaged;
         0 = the shape in the first valid line
@@ -848,13 +849,13 @@ class toliman_ingest_event(Sized):
 class toliman_ingest_info(Sized):
     """Properties and counts of a reader. Since 0.2.
     struct_size: in: sizeof(toliman_ingest_info)
-    stamp: TOLIMAN_INGEST_STAMP_...
+    stamp: TOLIMAN_FRAME_STAMP_...
     lines: lines of the side file read so far
     frames: FRAME events
     damaged: DAMAGE events
     warnings: WARNING events
     skipped: frames outside first_id to end_id
-    bytes: size of the file of pixels when it was last looked at
+    bytes: size of the file of pixels when it was last examined
     side_file: paths; memory of the reader
     pixel_file: paths; memory of the reader"""
 
@@ -2119,9 +2120,9 @@ Errors: TOLIMAN_E_NOT_FOUND if one of the files is missing or cannot be read. Si
          during the next `buffers` - 1 calls
   event  becomes the event
 The struct_size of both must be set.
-A call after NOTHING looks at the files again and reads only what is new. If one of them has been replaced by
-another file or truncated, reading starts again with its first frame.
-Errors, after which next may be called again: TOLIMAN_E_NOT_FOUND if a file has disappeared or cannot be read;
+With GROWING, a call after NOTHING examines the files again and reads only what is new. If one of them has been
+replaced by another file or truncated, reading starts again with its first frame.
+Errors, after which next may be called again: TOLIMAN_E_NOT_FOUND if a file cannot be read or is truncated meanwhile;
 TOLIMAN_E_FORMAT if the file has the size that frames of the other pixel type would have, or far more lines than
 frames. Since 0.2.""",
     ),

@@ -150,14 +150,14 @@ class ComponentsInfo(Result):
 class PairInfo(Result):
     """Properties and counts of a reader."""
 
-    stamp: int = member("stamp_...")
+    stamp: str = member("...", words="TOLIMAN_FRAME_STAMP")
     exposure_s: float
     lines: int = member("lines of the side file read so far")
     frames: int = member("FRAME events")
     damaged: int = member("DAMAGE events")
     warnings: int = member("WARNING events")
     skipped: int = member("frames outside first_id to end_id")
-    bytes: int = member("size of the file of pixels when it was last looked at")
+    bytes: int = member("size of the file of pixels when it was last examined")
     side_file: str = member("paths; memory of the reader")
     pixel_file: str = member("paths; memory of the reader")
 

@@ -78,6 +78,10 @@ class Frame:
     intervals: ArrayLike | None = None
     window: tuple[int, int] = (0, 0)
 
+    def __array__(self, dtype: typing.Any = None, copy: bool | None = None) -> NDArray:
+        """The pixels, so that an estimator encodes a frame as it is."""
+        return numpy.array(self.pixels, dtype, copy=bool(copy))
+
 
 class _RunningCall:
     """Holds the Watch of the running call, which receives exceptions of the estimator function."""

@@ -1,0 +1,155 @@
+"""Reads the mission's pairs of files, also while they grow. Reference: include/toliman/ingest.h."""
+from __future__ import annotations
+
+import ctypes
+import dataclasses
+import logging
+import os
+import time
+import typing
+
+import numpy
+
+from . import _raw
+from ._arguments import INT64, file_name, of_kind, options_of, real, whole, within
+from ._handle import Handle
+from ._library import check, library
+from ._results import PairInfo
+from ._words import number, words
+from .track import Frame
+
+_log = logging.getLogger("toliman")
+_PIXELS = {"u16le": (_raw.TOLIMAN_PIXEL_U16, ctypes.c_uint16), "u32le": (_raw.TOLIMAN_PIXEL_U32, ctypes.c_uint32)}
+_EVENTS = words("TOLIMAN_INGEST_EVENT")
+_REASONS = words("TOLIMAN_INGEST_REASON")
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class PairEvent:
+    """An event of a Pair.
+
+    kind: "frame", "damage" (a frame that cannot be read) or "warning" (suspicious time or size; the next frame is
+        valid).
+    reason: "bad_line", "short_file", "place_unknown", "clock_jump", "clocks_differ" or "extra_bytes"; "none" for a frame.
+    file, line: where; line 0 is the whole file.
+    text: what is wrong.
+    frame: of a frame.
+    key: session, roi and frame_id of a frame, and of damage if they are known.
+    stamp_ns, host_s: timestamp_ns and host_time of a frame, as written.
+    """
+
+    kind: str
+    reason: str
+    file: str
+    line: int
+    text: str
+    frame: Frame | None
+    key: tuple[str, str, int] | None
+    stamp_ns: int
+    host_s: float
+
+    def __str__(self) -> str:
+        return f"{self.file}{f':{self.line}' if self.line else ''}: {self.text or self.kind}"
+
+
+class Pair(Handle):
+    """Frames of a pair of files, X_frames.bin and X_meta.jsonl.
+
+        for frame in Pair("day1", dtype="u16le"):
+            tracker.push(frame)
+
+    Iterating gives the frames that are complete now; damaged frames and suspicious times are logged as warnings to
+    Python's logging, logger "toliman". events() gives all of them. A pair that grows may be iterated again, which gives
+    what is new, or followed:
+
+        for frame in Pair("day1", dtype="u16le", growing=True).follow():
+
+    path: one of the two files, or X.
+    dtype: type of the pixels, "u16le" or "u32le".
+    growing: the files may still grow.
+    rows, cols: expected shape of a frame, which locates the frames if lines are damaged; 0: that of the first valid one.
+    stamp: point of the exposure to which the time stamps refer: "start", "middle" or "end".
+    exposure_s: length of an exposure; 0: unknown. With it, Frame.camera_ns is the middle of the exposure.
+    frame_ids: a range; frames with other ids are skipped.
+    copy: False gives pixels that are valid only until the next frame, without copying them.
+
+    Raises NotFoundError if a file is missing, InputError if the file of pixels has the size of the other dtype.
+    """
+
+    _kind, _destroy = _raw.toliman_ingest, "toliman_ingest_destroy"
+
+    def __init__(self, path: str | os.PathLike[str], dtype: str, *, growing: bool = False, rows: int = 0, cols: int = 0,
+                 stamp: str = "start", exposure_s: float = 0.0, frame_ids: range | None = None, copy: bool = True):
+        if dtype not in _PIXELS:
+            raise ValueError(f"dtype = {dtype!r}: must be {' or '.join(_PIXELS)}")
+        pixel, self._type = _PIXELS[dtype]
+        first, end = _limits(frame_ids)
+        options = options_of(_raw.toliman_ingest_options, library.toliman_ingest_options_init, pixel=pixel,
+                             flags=_raw.TOLIMAN_INGEST_GROWING if growing else 0, rows=whole("rows", rows),
+                             cols=whole("cols", cols), stamp=number("stamp", stamp, "TOLIMAN_FRAME_STAMP"),
+                             exposure_s=real("exposure_s", exposure_s), first_id=first, end_id=end)
+        self._copy = copy
+        self._finished = False
+        super().__init__(self._create(library.toliman_ingest_create, file_name(path), ctypes.byref(options)))
+
+    def events(self) -> typing.Iterator[PairEvent]:
+        """Yields the events up to now: frames, damage and warnings in the order of the lines."""
+        if self._finished:
+            check(library.toliman_ingest_finish(self._c))
+        while True:
+            frame, event = _raw.toliman_frame(), _raw.toliman_ingest_event()
+            check(library.toliman_ingest_next(self._c, ctypes.byref(frame), ctypes.byref(event)))
+            if event.event == _raw.TOLIMAN_INGEST_EVENT_NOTHING:
+                return
+            yield self._event(frame, event)
+
+    def __iter__(self) -> typing.Iterator[Frame]:
+        for event in self.events():
+            if event.frame is None:
+                _log.warning("%s", event)
+            else:
+                yield event.frame
+
+    def follow(self, interval_s: float = 1.0) -> typing.Iterator[Frame]:
+        """Yields the frames of a growing pair as they arrive and examines the files every interval_s seconds. Ends after
+        finish(), which another thread or a signal handler may call."""
+        while not self._finished:
+            yield from self
+            time.sleep(real("interval_s", interval_s))
+        yield from self
+
+    def finish(self) -> None:
+        """Ends the growth of the files: the next iteration reports lines without pixels and pixels without line, unless
+        the files have changed since the last two iterations."""
+        self._finished = True
+
+    def info(self) -> PairInfo:
+        """Returns the properties and counts of the reader."""
+        return self._read(library.toliman_ingest_get_info, _raw.toliman_ingest_info, PairInfo)
+
+    def _event(self, frame: _raw.toliman_frame, event: _raw.toliman_ingest_event) -> PairEvent:
+        key = (frame.session.decode(), frame.roi.decode(), frame.frame_id) if event.has_key else None
+        return PairEvent(_EVENTS[event.event], _REASONS[event.reason], os.fsdecode(event.file), event.line,
+                         event.text.decode(errors="replace"), self._frame(frame) if frame.pixels else None, key,
+                         event.stamp_ns, event.host_s)
+
+    def _frame(self, frame: _raw.toliman_frame) -> Frame:
+        memory = (self._type * (frame.rows * frame.cols)).from_address(frame.pixels)
+        memory.owner = self._c  # the reader owns the pixels
+        pixels = numpy.frombuffer(memory, memory._type_).reshape(frame.rows, frame.cols)
+        return Frame(pixels.copy() if self._copy else pixels, frame.frame_id, frame.camera_ns, frame.session.decode(),
+                     frame.roi.decode(), frame.dropped, exposure_s=frame.exposure_s)
+
+    def _summary(self) -> str:
+        info = self.info()
+        return f"Pair {info.side_file}: {info.frames} frames, {info.damaged} damaged"
+
+
+def _limits(frame_ids: range | None) -> tuple[int, int]:
+    """Returns the first frame id and the one after the last."""
+    if frame_ids is None:
+        return 0, 0
+    ids = of_kind("frame_ids", frame_ids, range)
+    if ids.step != 1 or not ids:
+        raise ValueError(f"frame_ids = {ids}: must be a range of consecutive numbers, not empty")
+    return within("frame_ids.start", ids.start, -INT64, INT64), within("frame_ids.stop", ids.stop, -INT64, INT64)
