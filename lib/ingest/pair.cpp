@@ -16,8 +16,8 @@ namespace toliman::ingest {
 namespace {
 
 const std::string kSide = "_meta.jsonl", kPixels = "_frames.bin";
-// A valid line has more bytes than this. A file with far more lines is no side file, and would take more memory than it
-// has bytes.
+// A valid line has more bytes than this. A file with far more lines cannot be a side file, and would take more memory
+// than it has bytes.
 constexpr uint64_t kShortestLine = 120;
 constexpr int64_t kMoreLines = 1024;
 
