@@ -20,7 +20,7 @@ class Follow(unittest.TestCase):
         self.addCleanup(folder.cleanup)
         self.folder = pathlib.Path(folder.name)
         scene = json.loads((TOP / "examples/scenes/chapter.json").read_text())
-        scene["detector"]["shape"] = [64, 64]
+        scene["detector"]["shape"] = [96, 96]
         scene["signal"].update(amplitude_px=1e-4, period_days=PERIOD)
         scene["cadence"]["frames"] = FRAMES
         self.scene = self.folder / "small.json"
