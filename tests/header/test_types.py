@@ -14,8 +14,8 @@ import model  # noqa: E402
 HEADERS = model.read(TOP)
 STRUCTS = [struct.name for struct in HEADERS.all(model.Struct) if struct.sized]
 # Last words in the names of members and arguments that hold an enumeration.
-CHOICES = {"engine", "encoding", "input", "kind", "layout", "level", "method", "mode", "normalisation", "pixel", "reason",
-           "status", "sync", "unit", "verdict"}
+CHOICES = {"engine", "encoding", "event", "format", "input", "kind", "layout", "level", "method", "mode", "normalisation", "pixel", "reason",
+           "scale", "stamp", "status", "sync", "unit", "verdict"}
 
 
 def header_text():

@@ -48,6 +48,7 @@ static void defaults_stay_within_their_size(void **state) {
     CHECK_INIT(toliman_cae_train);
     CHECK_INIT(toliman_cae_save);
     CHECK_INIT(toliman_components);
+    CHECK_INIT(toliman_ingest);
     CHECK_INIT(toliman_components_train);
     CHECK_INIT(toliman_period);
     CHECK_INIT(toliman_period_bootstrap);

@@ -19,6 +19,7 @@ __all__ = [
     "Error", "Estimate", "Frame", "Grid", "InputError", "LostError", "Machine", "Model", "NetworkInfo", "NoMemoryError",
     "NotFoundError", "Outcome", "Pair", "PairEvent", "PairInfo", "Peak", "Periodogram", "PeriodogramInfo", "Plan",
     "REASONS", "Reconstruction", "Sampling", "SceneInfo", "Simulator", "Spectrum", "StateError", "Stream", "Template",
-    "TrackInfo", "Tracker", "Training", "UnsupportedError", "VERDICTS", "WriteError", "abi_version", "batch", "blas_speed", "library_path",
-    "machine", "parse_time", "period", "plan", "read_clock", "shipped_scenes", "suited_grid", "version",
+    "TrackInfo", "Tracker", "Training", "UnsupportedError", "VERDICTS", "WriteError", "abi_version", "batch",
+    "blas_speed", "library_path", "machine", "parse_time", "period", "plan", "read_clock", "shipped_scenes",
+    "suited_grid", "version",
 ]
