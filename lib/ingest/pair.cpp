@@ -15,14 +15,14 @@ namespace toliman::ingest {
 
 namespace {
 
-const std::string kSide = "_meta.jsonl", kPixels = "_frames.bin";
+constexpr const char kSide[] = "_meta.jsonl", kPixels[] = "_frames.bin";
 // A valid line has more bytes than this. A file with far more lines cannot be a side file, and would take more memory
 // than it has bytes.
 constexpr uint64_t kShortestLine = 120;
 constexpr int64_t kMoreLines = 1024;
 
 std::string stem_of(const std::string &path) {
-    for (const std::string &end : {kSide, kPixels})
+    for (const std::string end : {kSide, kPixels})
         if (path.size() >= end.size() && path.compare(path.size() - end.size(), end.size(), end) == 0)
             return path.substr(0, path.size() - end.size());
     return path;
@@ -73,8 +73,13 @@ void Pair::add_line(const std::string &text, int64_t most) {
     if (line.error.empty() && __builtin_add_overflow(line.stamp_ns, options_.shift_ns, &middle))
         line.error = "timestamp_ns: the middle of the exposure exceeds 64 bits";
     lines_.push_back(std::move(line));
+    try {
+        clock_.count(lines_.back());
+    } catch (...) { // out of memory: the line is given again
+        lines_.pop_back();
+        throw;
+    }
     placement_.count(lines_.back());
-    clock_.count(lines_.back());
 }
 
 void Pair::read_lines(const file::Reader &side) {
@@ -258,8 +263,9 @@ std::optional<Event> Pair::give(Slot &slot) {
 }
 
 Event Pair::next() {
-    const bool may_look = !is_over_ && !is_finished_ && (options_.growing || !is_settled_);
-    if (is_idle_ && may_look)
+    const bool is_first = side_stamp_.inode == 0;
+    const bool may_grow = options_.growing ? !is_finished_ : !is_settled_;
+    if (is_idle_ && !is_over_ && (is_first || may_grow))
         look();
     slot_ = (slot_ + 1) % slots_.size();
     is_idle_ = true; // also if what follows fails
