@@ -1,6 +1,7 @@
 // Tests the owning handles of toliman.hpp: creates, uses and destroys one of each. Does not use CMocka, whose longjmp
 // would skip destructors.
 #include <cstdio>
+#include <cstdlib>
 #include <stdexcept>
 #include <string>
 
@@ -12,6 +13,23 @@ constexpr char kScene[] = R"({"schema": "toliman-scene/1", "telescope": {"apertu
     "band": {"wavelength_nm": 550}, "stars": {"A": {"spectrum": {"kind": "blackbody", "temperature_k": 5790}}},
     "cadence": {"frames": 10, "peak_photons": 1e6}, "detector": {"shape": [256, 256], "pixel_scale_arcsec": 0.1}})";
 
+// A pair of empty files, whose names are gone at the end of the program.
+struct EmptyPair {
+    EmptyPair() {
+        char folder[] = "/tmp/toliman-handles-XXXXXX";
+        if (::mkdtemp(folder) == nullptr)
+            throw std::runtime_error("no temporary folder");
+        path = folder;
+        for (const std::string &name : {path + "/x_frames.bin", path + "/x_meta.jsonl"})
+            std::fclose(std::fopen(name.c_str(), "wb"));
+    }
+    ~EmptyPair() {
+        for (const std::string &name : {path + "/x_frames.bin", path + "/x_meta.jsonl", path})
+            std::remove(name.c_str());
+    }
+    std::string path;
+};
+
 int make_one_of_each() {
     using namespace toliman;
     const auto sim = make<simulator>(toliman_sim_create_json, kScene, sizeof kScene - 1, nullptr, nullptr);
@@ -19,6 +37,10 @@ int make_one_of_each() {
     const auto linear = make<linear_estimator>(toliman_linear_create, sim.get(), nullptr);
     const auto components = make<component_set>(toliman_components_create, sim.get(), nullptr);
     const auto period = make<periodogram>(toliman_period_create, 0.0, 0.1, 3, nullptr);
+    const EmptyPair files;
+    auto reading = sized<toliman_ingest_options>();
+    reading.pixel = TOLIMAN_PIXEL_U16;
+    const auto pair = make<pair_reader>(toliman_ingest_create, (files.path + "/x").c_str(), &reading);
     toliman_track_options options;
     toliman_track_options_init(&options, sizeof options);
     options.linear = linear.get();
@@ -27,7 +49,7 @@ int make_one_of_each() {
     const auto track = make<tracker>(toliman_track_create, &options);
     const toliman_period *sums = nullptr;
     check(toliman_track_get_period(track.get(), &sums));
-    return cae && linear && components && period && toliman_period_count(sums) == 0 ? 0 : 1;
+    return cae && linear && components && period && pair && toliman_period_count(sums) == 0 ? 0 : 1;
 }
 
 int a_failure_is_an_exception() {

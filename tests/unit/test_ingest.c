@@ -482,6 +482,50 @@ static void test_buffers(void **state) {
     toliman_ingest_destroy(ingest);
 }
 
+/* Pixels come from the caller's allocator: one block per buffer, however many frames are read. */
+static struct { int taken, held, most; } memory;
+
+static void *take(size_t size, size_t alignment, void *user_data) {
+    assert_ptr_equal(user_data, &memory);
+    if (memory.taken == memory.most)
+        return NULL;
+    memory.taken++;
+    memory.held++;
+    return aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment);
+}
+
+static void give_back(void *block, size_t size, void *user_data) {
+    (void)size, (void)user_data;
+    memory.held--;
+    free(block);
+}
+
+static void test_allocator(void **state) {
+    (void)state;
+    put_lines(0, 9);
+    put_pixels(9 * FRAME_BYTES);
+    const toliman_allocator allocator = {sizeof allocator, 0, take, give_back, &memory};
+    toliman_ingest_options options = pair_options(0);
+    options.allocator = &allocator;
+    options.buffers = 2;
+    memory.most = 2;
+    toliman_ingest *ingest = open_with(options);
+    for (int i = 0; i < 9; i++)
+        assert_frame(ingest, i, i + 1, (uint64_t)i * FRAME_BYTES);
+    assert_int_equal(memory.taken, 2);
+    assert_int_equal(memory.held, 2);
+    toliman_ingest_destroy(ingest);
+    assert_int_equal(memory.held, 0);
+    ingest = open_with(options);
+    for (int i = 0; i < 2; i++)
+        assert_int_equal(toliman_ingest_next(ingest, &frame, &event), TOLIMAN_E_MEMORY);
+    memory.most = 4;
+    for (int i = 0; i < 9; i++)
+        assert_frame(ingest, i, i + 1, (uint64_t)i * FRAME_BYTES);
+    toliman_ingest_destroy(ingest);
+    assert_int_equal(memory.held, 0);
+}
+
 static void test_options(void **state) {
     (void)state;
     put_lines(0, 1);
@@ -569,6 +613,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_drift, make_pair, remove_pair),
         cmocka_unit_test_setup_teardown(test_range_of_ids, make_pair, remove_pair),
         cmocka_unit_test_setup_teardown(test_buffers, make_pair, remove_pair),
+        cmocka_unit_test_setup_teardown(test_allocator, make_pair, remove_pair),
         cmocka_unit_test_setup_teardown(test_options, make_pair, remove_pair),
         cmocka_unit_test_setup_teardown(test_files, make_pair, remove_pair),
     };
