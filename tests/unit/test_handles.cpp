@@ -13,13 +13,13 @@ constexpr char kScene[] = R"({"schema": "toliman-scene/1", "telescope": {"apertu
     "band": {"wavelength_nm": 550}, "stars": {"A": {"spectrum": {"kind": "blackbody", "temperature_k": 5790}}},
     "cadence": {"frames": 10, "peak_photons": 1e6}, "detector": {"shape": [256, 256], "pixel_scale_arcsec": 0.1}})";
 
-// A pair of empty files, whose names are gone at the end of the program.
+// A pair of empty files in a temporary folder.
 struct EmptyPair {
     EmptyPair() {
-        char folder[] = "/tmp/toliman-handles-XXXXXX";
-        if (::mkdtemp(folder) == nullptr)
+        const char *const above = std::getenv("TMPDIR");
+        path = std::string(above != nullptr ? above : "/tmp") + "/toliman-handles-XXXXXX";
+        if (::mkdtemp(&path[0]) == nullptr)
             throw std::runtime_error("no temporary folder");
-        path = folder;
         for (const std::string &name : {path + "/x_frames.bin", path + "/x_meta.jsonl"})
             std::fclose(std::fopen(name.c_str(), "wb"));
     }
