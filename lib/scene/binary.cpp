@@ -65,12 +65,12 @@ void read_offsets(const Reader &reader, const Row &row, Binary &binary) {
 
 constexpr Row kBinaryRows[] = {
     optional<&Binary::distance_pc>("distance_pc", above(0, 1e6, "pc"), "Distance; for a planet"),
-    optional<read_offsets>("offsets_px", kOffsets, "Positions of the stars relative to the frame's axis"),
+    optional<read_offsets>("offsets_px", &kOffsets, "Positions of the stars relative to the frame's axis"),
     required<&Binary::date>("date", kDate,
                             "Date of time 0, Julian year of 365.25 days, e.g. 2027.0; the stars keep these positions "
                             "unless moving is true")
         .when(kNoOffsets, kByOrbit),
-    required<read_orbit>("orbit", kOrbit, "Orbit of B about A; alpha-cen: Akeson et al. 2021, AJ 162, 14; or elements")
+    required<read_orbit>("orbit", &kOrbit, "Orbit of B about A; alpha-cen: Akeson et al. 2021, AJ 162, 14; or elements")
         .or_word("alpha-cen")
         .when(kNoOffsets, kByOrbit),
     optional<&Binary::moving>("moving", "Whether the stars follow the orbit during the cadence")

@@ -65,7 +65,7 @@ constexpr Row kSpectrumRows[] = {
 constexpr Group kSpectrum = group_of("spectrum", "Spectrum", kSpectrumRows);
 
 constexpr Row kStarRows[] = {
-    required<&Star::spectrum>("spectrum", kSpectrum),
+    required<&Star::spectrum>("spectrum", &kSpectrum),
     optional<&Star::relative_flux>("relative_flux", above(0, 1e12),
                                    "Photons over the band, relative to the other star; 1 if not given")
         .either("photons_per_s"),
@@ -81,8 +81,8 @@ void read_star(const Reader &reader, const Row &row, std::vector<Star> &stars) {
 }
 
 constexpr Row kStarsRows[] = {
-    required<read_star>("A", kStar),
-    optional<read_star>("B", kStar),
+    required<read_star>("A", &kStar),
+    optional<read_star>("B", &kStar),
 };
 
 } // namespace

@@ -31,15 +31,15 @@ constexpr Condition without(const char *keys, const char *why) {
 // One key of a group. The functions get the group's object, of the type that its rows are written for.
 struct Row {
     const char *key;
-    Type type;
     const char *text; // description, without the unit
+    Type type;
+    bool required = false; // where its conditions hold
     Range range = {};
     const char *words = "";                                      // of a choice, separated by spaces
     const Group *group = nullptr;                                // of an object
     void (*read)(const Reader &, const Row &, void *) = nullptr; // nullptr: the key is reserved, and refused
     void (*check)(const Reader &, void *) = nullptr;             // called after read; may also derive members
     double (*initial)() = nullptr;                               // default, as the key would give it
-    bool required = false;                                       // where its conditions hold
     const char *instead = nullptr;     // another key that replaces this one; both are not allowed together
     size_t least = 0, most = 0;        // entries of an array
     double scale = 1;                  // the member is the number times this
@@ -139,7 +139,7 @@ template <auto member> double initial_value() {
 
 template <auto target> constexpr Row make(const char *key, Type type, const char *text) {
     using Value = typename Target<decltype(target)>::Value;
-    Row row = {key, type, text};
+    Row row = {key, text, type};
     row.read = read_into<target>;
     if constexpr (std::is_arithmetic_v<Value> || std::is_enum_v<Value>)
         row.initial = initial_value<target>;
@@ -165,9 +165,9 @@ template <auto target> constexpr Row optional(const char *key, Words words, cons
     row.words = words.list;
     return row;
 }
-template <auto target> constexpr Row optional(const char *key, const Group &group, const char *text = "") {
+template <auto target> constexpr Row optional(const char *key, const Group *group, const char *text = "") {
     Row row = make<target>(key, Type::group, text);
-    row.group = &group;
+    row.group = group;
     return row;
 }
 template <auto target, class... Arguments> constexpr Row required(const char *key, const Arguments &...arguments) {
@@ -177,9 +177,9 @@ template <auto target, class... Arguments> constexpr Row required(const char *ke
 }
 
 // An object whose keys belong to the object that contains it.
-constexpr Row part(const char *key, const Group &group) {
-    Row row = {key, Type::group, ""};
-    row.group = &group;
+constexpr Row part(const char *key, const Group *group) {
+    Row row = {key, "", Type::group};
+    row.group = group;
     row.read = [](const Reader &reader, const Row &own, void *object) {
         read_group(*own.group, reader.object(own.key), object);
     };
@@ -188,7 +188,7 @@ constexpr Row part(const char *key, const Group &group) {
 
 // A key of a later version.
 constexpr Row reserved(const char *key, const char *text) {
-    return {key, Type::integer, text};
+    return {key, text, Type::integer};
 }
 
 template <auto function> constexpr Row Row::checked() const {

@@ -51,7 +51,7 @@ constexpr Row kMaskRows[] = {
                           ".npy (from FITS: toliman convert) of float32, float64, uint8 or bool, pupil_samples x "
                           "pupil_samples")
         .when(kIsFile),
-    required<read_terms>("terms", kTerm, "Terms of the sum").as(Type::groups).entries(1, 64).when(kIsSpiral),
+    required<read_terms>("terms", &kTerm, "Terms of the sum").as(Type::groups).entries(1, 64).when(kIsSpiral),
     required<&Mask::opd_m>("opd_nm", above(0, 1e6, "nm"), "OPD of the step")
         .scaled(kNanometre)
         .either("height_nm")
@@ -109,14 +109,14 @@ constexpr Row kTelescopeRows[] = {
     optional<&Telescope::secondary_m>("secondary_m", within(0, 100, "m"),
                                       "Diameter of the central obstruction; less than aperture_m")
         .checked<check_secondary>(),
-    optional<&Telescope::struts>("struts", kStruts),
+    optional<&Telescope::struts>("struts", &kStruts),
     optional<&Telescope::pupil_samples>("pupil_samples", within(8, kMostPupilSamples, "samples"),
                                         "Samples across the aperture; at least 2 R D / wavelength, where R is the "
                                         "angle from a star to the farthest side of the frame; otherwise the image "
                                         "would be aliased"),
-    part("amplitude", kAmplitude),
-    optional<&Telescope::mask>("mask", kMask),
-    part("aberrations", kAberrations),
+    part("amplitude", &kAmplitude),
+    optional<&Telescope::mask>("mask", &kMask),
+    part("aberrations", &kAberrations),
 };
 
 } // namespace

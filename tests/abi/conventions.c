@@ -211,7 +211,7 @@ static void search(const char *folder) {
         {.struct_size = sizeof *peaks}, {.struct_size = sizeof *peaks}, {.struct_size = sizeof *peaks}};
     for (int i = 0; i < SAMPLES; i++) {
         t[i] = i;
-        y[i] = sin(2 * 3.14159265358979 * i / PERIOD_DAYS) + 0.001 * (double)(mixed((uint64_t)i) % 1000);
+        y[i] = sin(2 * M_PI * i / PERIOD_DAYS) + 0.001 * (double)(mixed((uint64_t)i) % 1000);
     }
     assert_ok(toliman_period_create(0.01, 0.0005, 3 * SAMPLES, NULL, &period));
     assert_ok(toliman_period_push_many(period, t, y, NULL, SAMPLES));

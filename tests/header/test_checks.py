@@ -112,6 +112,7 @@ class Files(Tree):
 class Layers(Tree):
     def test_good_includes(self):
         self.accepts("layers", "lib/optics/a.cpp", '#include <vector>\n#include "kernels/b.hpp"\n#include "base/c.hpp"\n')
+        self.accepts("layers", "lib/optics/b.cpp", '#include "scene/a.hpp"\n')
         self.accepts("layers", "lib/backend/blas.cpp", "#include <cblas.h>\n#include <lapacke.h>\n")
         self.accepts("layers", "lib/backend/file.cpp", "#include <unistd.h>\n")
         self.accepts("layers", "lib/backend/store.cpp", "#include <fcntl.h>\n#include <sys/file.h>\n")
@@ -129,7 +130,8 @@ class Layers(Tree):
         for module, header in (("optics", "cae/a.hpp"), ("cae", "linear/a.hpp"), ("linear", "period/a.hpp"),
                              ("period", "track/a.hpp"), ("track", "cae/a.hpp"), ("backend", "kernels/a.hpp"),
                              ("base", "backend/a.hpp"), ("kernels", "base/error.hpp"), ("api", "kernels/a.hpp"),
-                             ("optics", "api/a.hpp"), ("base", "error.hpp"), ("attic", "base/error.hpp")):
+                             ("optics", "api/a.hpp"), ("scene", "optics/a.hpp"), ("cae", "scene/a.hpp"),
+                             ("base", "error.hpp"), ("attic", "base/error.hpp")):
             name = "lib/%s/a.cpp" % module
             self.refuses("layers", name, '\n#include "%s"\n' % header, name + ":2: " + header)
 
