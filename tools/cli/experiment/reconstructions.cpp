@@ -5,6 +5,8 @@
 #include <random>
 #include <utility>
 
+#include "common/library.hpp"
+
 namespace cli {
 
 namespace {
@@ -22,9 +24,7 @@ void append(std::vector<double> &images, const std::vector<double> &image) {
 
 Reconstructor::Reconstructor(const Scene &scene, const toliman::autoencoder &cae, uint64_t seed, size_t total)
     : scene_(scene), cae_(cae) {
-    toliman_cae_info info = {};
-    info.struct_size = sizeof info;
-    check(toliman_cae_get_info(cae.get(), &info));
+    const auto info = info_from<toliman_cae_info>(toliman_cae_get_info, cae.get());
     result_.crop_row = static_cast<size_t>(info.crop_row);
     result_.crop_col = static_cast<size_t>(info.crop_col);
     std::vector<double> variance(scene.pixels());

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "base/constants.hpp"
 #include "common/provenance.hpp"
 #include "scenes/scene_json.hpp"
 
@@ -17,7 +18,7 @@ void set_scene(const Scene &scene, uint64_t seed, Json &json) {
     const toliman_sim_info &info = scene.info;
     json.set("scene", toliman_sim_get_name(scene.sim.get())).set("seed", seed);
     json.set("scene_folder", std::filesystem::absolute(folder_of(scene.path)).lexically_normal().string());
-    json.set("frames", static_cast<double>(info.frames)).set("amplitude_px", info.amplitude_px);
+    json.set("frames", info.frames).set("amplitude_px", info.amplitude_px);
     json.set("amplitude_uas", info.amplitude_uas);
     json.set("true_period_days", info.period_days).set("crb_px", info.crb_px);
     json.set("crb_flux_shift_px", info.crb_flux_shift_px)
@@ -37,7 +38,7 @@ void set_brightest(const Scene &scene, const RunImage &expected, Json &json) {
 
 // Stars and sky on the detector: +x to higher columns, +y to higher rows.
 Json geometry(const Scene &scene, double rotation_deg) {
-    constexpr double degree = 3.14159265358979323846 / 180;
+    constexpr double degree = toliman::kPi / 180;
     auto offsets = toliman::sized<toliman_sim_offsets>();
     check(toliman_sim_get_offsets(scene.sim.get(), &offsets));
     const double sine = std::sin(rotation_deg * degree), cosine = std::cos(rotation_deg * degree);
@@ -71,7 +72,7 @@ void set_references(const Pipeline &pipeline, Json &json) {
     of_template.set("period_error_days", estimate.period_error).set("log10_fap", estimate.log10_fap);
     of_template.set("fwhm_period_days", estimate.fwhm_period);
     no_signal.set("log10_fap", pipeline.no_signal.peak.log10_fap);
-    no_signal.set("frames", static_cast<double>(pipeline.control_frames));
+    no_signal.set("frames", pipeline.control_frames);
     untrained.set("log10_fap", pipeline.untrained.peak.log10_fap).set("sigma_px", pipeline.untrained.sigma_px);
     truth.set("period_days", true_peak.period).set("half_width_period_days", true_peak.half_width_period);
     truth.set("fwhm_period_days", true_peak.fwhm_period).set("log10_fap", true_peak.log10_fap);
@@ -86,23 +87,17 @@ void set_reconstructions(const Pipeline &pipeline, Json &json) {
     decoder.set("cosine", pipeline.decoder_cosine).set("gain", pipeline.decoder_gain);
     json.set("mmse", from.mmse).set("photon_floor", from.photon_floor).set("mssim", from.mssim);
     json.set("decoder", std::move(decoder));
-    residuals.set("frames", static_cast<double>(from.validation_frames)).set("mean", from.residual_mean);
+    residuals.set("frames", from.validation_frames).set("mean", from.residual_mean);
     residuals.set("rms", std::sqrt(from.residual_square));
     residuals.set("correlation", from.residual_product / from.residual_square);
     json.set("residuals", std::move(residuals));
-    JsonTree samples(cJSON_CreateArray());
-    for (const size_t k : from.samples)
-        cJSON_AddItemToArray(samples.get(), cJSON_CreateNumber(static_cast<double>(k)));
-    json.set("samples", std::move(samples));
+    json.set("samples", from.samples);
 }
 
 Json of_image(const char *name, const RunImage &image) {
     Json json;
-    JsonTree shape(cJSON_CreateArray());
-    for (const size_t axis : image.shape)
-        cJSON_AddItemToArray(shape.get(), cJSON_CreateNumber(static_cast<double>(axis)));
     json.set("file", std::string("images/") + name + ".npy").set("what", image.what).set("unit", image.unit);
-    json.set("shape", std::move(shape)).set("axis_unit", image.axis_unit);
+    json.set("shape", image.shape).set("axis_unit", image.axis_unit);
     json.set("first_x", image.first_x).set("first_y", image.first_y).set("step", image.step);
     json.set("min_nm", image.min_nm).set("max_nm", image.max_nm);
     image.reason.empty() ? json.set("reason", nullptr) : json.set("reason", image.reason);
@@ -132,7 +127,7 @@ std::string run_result(const Scene &scene, double rotation_deg, const Cadence &c
     for (size_t i = 0; i < images.size(); i++)
         list.set(kRunImages[i], of_image(kRunImages[i], images[i]));
     json.set("images", std::move(list));
-    grid.set("f0", pipeline.grid.f0).set("df", pipeline.grid.df).set("nf", static_cast<double>(pipeline.grid.nf));
+    grid.set("f0", pipeline.grid.f0).set("df", pipeline.grid.df).set("nf", pipeline.grid.nf);
     json.set("grid", std::move(grid)).set("timings", of_timings(pipeline.timings));
     return json.text();
 }

@@ -43,9 +43,7 @@ Scene single_star(const std::string &path, const cJSON *telescope, const SingleS
     a.set("spectrum", std::move(spectrum)).set("photons_per_s", kPhotons);
     stars.set("A", std::move(a));
     cadence.set("frames", 1.0).set("exposure_s", 1.0);
-    const double shape[] = {static_cast<double>(star.side), static_cast<double>(star.side)};
-    detector.set("shape", JsonTree(cJSON_CreateDoubleArray(shape, 2)));
-    detector.set("pixel_scale_arcsec", star.pixel_scale_arcsec);
+    detector.set("shape", std::vector<size_t>{star.side, star.side}).set("pixel_scale_arcsec", star.pixel_scale_arcsec);
     json.set("schema", "toliman-scene/1").set("telescope", copy_of(telescope)).set("band", band_of(star));
     json.set("stars", std::move(stars)).set("cadence", std::move(cadence)).set("detector", std::move(detector));
     if (star.amplitude_px > 0)
