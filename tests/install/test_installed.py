@@ -184,6 +184,17 @@ class Installed(unittest.TestCase):
         self.assertEqual((folder / "psf.npy").stat().st_size, 256 + 8 * 256 * 256)
         self.run_tool(program, "plan", "mission.json", folder=folder)
 
+    def test_report(self):
+        """By the Python package of the same prefix."""
+        folder = pathlib.Path(tempfile.mkdtemp(dir=self.top))
+        (folder / "a.json").write_text('{"schema": "toliman-bench/1", "machine": {}, "rows": []}')
+        self.assertEqual(self.run_tool(self.prefix / "bin" / "toliman", "report", folder), f"{folder}/report/report.html\n")
+        self.assertIn("toliman report", (folder / "report" / "report.html").read_text())
+        (self.lib / "python3").rename(self.lib / "hidden")
+        self.addCleanup((self.lib / "hidden").rename, self.lib / "python3")
+        with self.assertRaisesRegex(AssertionError, "report needs the Python package toliman: apt-get install python3-toliman"):
+            self.run_tool(self.prefix / "bin" / "toliman", "report", folder)
+
     def test_files(self):
         names = {str(path.relative_to(self.prefix)) for path in self.prefix.rglob("*") if not path.is_dir()}
         for name in ("share/man/man1/toliman.1.gz", "share/man/man1/toliman-run.1.gz", "share/man/man3/libtoliman.3.gz",

@@ -59,6 +59,8 @@ class Packages(unittest.TestCase):
         for library in ("libfftw3-double3", "libopenblas0", "libcjson1", "zlib1g", "liberfa1", "libc6", "libstdc++6"):
             self.assertIn(library, self.field(RUNTIME, "Depends"))
         self.assertIn("libcfitsio10", self.field("toliman", "Depends"))
+        for package in ("python3-toliman", "python3-matplotlib", "python3-jinja2"):
+            self.assertIn(package, self.field("toliman", "Recommends"))
         if "toliman-mpi" in self.files:  # starts its own ranks, or runs as a single process
             self.assertIn("openmpi-bin", self.field("toliman-mpi", "Depends"))
         for package in set(self.files) - {RUNTIME}:
@@ -106,6 +108,8 @@ class Packages(unittest.TestCase):
         version = run("/usr/bin/python3", "-c", "import toliman; print(toliman.version())",
                       PYTHONPATH=str(self.usr / "lib/python3/dist-packages"))
         self.assertEqual(version, VERSION + "\n")
+        (self.top / "a.json").write_text('{"schema": "toliman-bench/1", "machine": {}, "rows": []}')
+        self.assertEqual(run(self.usr / "bin/toliman", "report", self.top), f"{self.top}/report/report.html\n")
 
 
 if __name__ == "__main__":

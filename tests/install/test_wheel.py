@@ -32,7 +32,9 @@ class Wheel(unittest.TestCase):
         wheel = run(ROOT / "tools" / "cmake" / "wheel", os.environ["TOLIMAN_LIBRARY"], folder).strip()
         self.assertRegex(wheel, rf"/toliman-[0-9.]+-py3-none-linux_{os.uname().machine}\.whl$")
         names = zipfile.ZipFile(wheel).namelist()
-        self.assertIn("toliman/py.typed", names)
+        for name in ("py.typed", "report/__main__.py", "report/page.html"):
+            self.assertIn(f"toliman/{name}", names)
+        self.assertEqual([name for name in names if "__pycache__" in name], [])
         self.assertTrue(any(name.endswith("/LICENSE") for name in names), names)
 
         run(sys.executable, "-m", "venv", "--system-site-packages", "venv")

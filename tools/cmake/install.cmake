@@ -43,6 +43,7 @@ install(DIRECTORY ${PROJECT_SOURCE_DIR}/bindings/python/toliman DESTINATION lib/
 file(WRITE ${PROJECT_BINARY_DIR}/python/METADATA
      "Metadata-Version: 2.1\nName: toliman\nVersion: ${PROJECT_VERSION}\nSummary: ${PROJECT_DESCRIPTION}\n"
      "Requires-Python: >=3.9\nRequires-Dist: numpy (>=1.20)\n"
-     "Provides-Extra: report\nRequires-Dist: matplotlib; extra == 'report'\nRequires-Dist: jinja2; extra == 'report'\n")
+     "Provides-Extra: report\nRequires-Dist: matplotlib (>=3.6); extra == 'report'\n"
+     "Requires-Dist: jinja2 (>=3.0); extra == 'report'\n")
 install(FILES ${PROJECT_BINARY_DIR}/python/METADATA COMPONENT python
         DESTINATION lib/python3/dist-packages/toliman-${PROJECT_VERSION}.dist-info)

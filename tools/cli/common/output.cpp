@@ -49,7 +49,7 @@ size_t portion(const std::string &text, size_t at) {
 }
 
 void check_own(const std::string &path, Replaces what) {
-    if (is_forced || what == Replaces::anything)
+    if (is_forced)
         return;
     const Identity file = identify(path);
     if (file.content != Content::empty && !(file.content == Content::scene && what == Replaces::scenes) &&
@@ -182,15 +182,6 @@ void OutputFile::print(const char *format, ...) {
     const int written = std::vfprintf(file_, format, arguments);
     va_end(arguments);
     if (written < 0)
-        fail();
-}
-
-void OutputFile::close() {
-    if (temporary_.empty()) // written directly
-        return;
-    const int failed = std::fclose(file_);
-    file_ = nullptr;
-    if (failed != 0)
         fail();
 }
 

@@ -7,9 +7,9 @@
 
 namespace cli {
 
-// What an output may replace without --force: files that content.hpp recognises as this program's; these and scenes; or
-// any file, if the caller knows it to be its own. Empty files may always be replaced.
-enum class Replaces { results, scenes, anything };
+// What an output may replace without --force: files that content.hpp recognises as this program's, or these and scenes.
+// Empty files may always be replaced.
+enum class Replaces { results, scenes };
 // --force: from now on every output may replace any file.
 void replace_anything() noexcept;
 
@@ -31,8 +31,6 @@ class OutputFile {
     // then.
     std::string hand_over();
     [[noreturn]] void fail(const std::string &why) const;
-    // Closes the file before commit(), for many files at once. Do not call write afterwards.
-    void close();
     void commit();
 
   private:
@@ -44,7 +42,7 @@ class OutputFile {
     bool is_stdout_;
     std::string target_, temporary_; // both empty if written directly; temporary_ also after the rename
     mode_t mode_ = 0;                // permissions after commit()
-    std::FILE *file_;                // null if handed over or closed
+    std::FILE *file_;                // null if handed over
 };
 
 // A folder for results, created if it does not exist; a created folder is removed again unless keep() is called.
