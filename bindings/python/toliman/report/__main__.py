@@ -69,10 +69,11 @@ def main(words: list[str] | None = None) -> int:
     from .results import OUTPUT, Failure, readable
     try:
         path = report(options)
-        os.write(1, (readable(path) + "\n").encode())
     except Failure as failure:
         print(f"toliman: {failure}", file=sys.stderr)
         return failure.code
+    try:
+        os.write(1, (readable(path) + "\n").encode())
     except BrokenPipeError:
         return OUTPUT
     except OSError as error:

@@ -16,7 +16,7 @@ from .results import OUTPUT, Failure, Result, readable
 
 MARK = ('<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="generator" content="toliman report">\n')  # by which a page is known to be replaceable
-_FIGURE = re.compile(r'<figure id="([A-Za-z0-9-]+)">')
+_FIGURE = re.compile(r'<figure id="([A-Za-z0-9-]+)">\n<img alt="\1" ')
 
 
 @dataclasses.dataclass(frozen=True)
@@ -115,15 +115,19 @@ def add_provenance(page: Page, result: Result) -> None:
 
 
 def _figures_of(path: pathlib.Path) -> list[str]:
-    return _FIGURE.findall(path.read_text(errors="replace")) if _is_page(path) else []
+    """Figures of a page that another report left, also of an earlier version."""
+    return _FIGURE.findall(_text(path))
 
 
 def _is_page(path: pathlib.Path) -> bool:
+    return _text(path).startswith(MARK) or bool(_figures_of(path))
+
+
+def _text(path: pathlib.Path) -> str:
     try:
-        with open(path, "rb") as file:
-            return file.read(len(MARK)) == MARK.encode()
+        return path.read_text(errors="replace") if path.is_file() else ""
     except OSError:
-        return False
+        return ""
 
 
 def _make(folder: pathlib.Path) -> bool:

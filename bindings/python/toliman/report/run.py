@@ -71,8 +71,9 @@ def add(folder: pathlib.Path, page: Page) -> None:
     page.add("heading", "Images")
     run_images.add(folder, run.result, page)
     run_chapter.add(folder, run.result, page)
-    page.add("heading", "Training")
-    _add_training(run, page)
+    if (folder / "training.csv").exists():
+        page.add("heading", "Training")
+        _add_training(run, page)
     page.explain(_WORDS)
 
 
