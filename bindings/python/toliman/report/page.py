@@ -85,12 +85,13 @@ class Page:
         before = _figures_of(path)
         owned = {inner / f"{name}.{kind}" for name in before for kind in style.FORMATS}
         files = {inner / name: data for name, data in self.files.items()}
+        for target in () if self.force else (path, *files):
+            if target not in owned and not (target == path and _is_page(path)):
+                _check_free(target)
         made = [folder for folder in (self.folder, inner) if _make(folder)]
         written: list[tuple[pathlib.Path, pathlib.Path]] = []
         try:
             for target, data in [*files.items(), (path, self.html().encode())]:
-                if not self.force and target not in owned and not (target == path and _is_page(path)):
-                    _check_free(target)
                 written.append((_temporary(target, data), target.resolve()))
             for temporary, target in written:
                 os.replace(temporary, target)
