@@ -1,170 +1,196 @@
-"""toliman report of experiment, track and bench folders."""
+"""toliman report of experiment, track and bench folders, and toliman status --out."""
 import json
-import re
+import math
+import shutil
 import unittest
 
 import numpy
-from figures import plots_of
+import schemas
+from pages import Reader, Recorder, ReportTest, lines, results
 from test_outputs import write_scene
-from test_report import ReportTest
+
+ROW = {"method": "cae", "amplitude_px": 1e-5, "seeds": 3, "found": 3, "period_error": 0.00123, "log10_fap": -831.26,
+       "expected_log10_fap": -829.2, "slope": 0.999, "efficiency": 1.008}
+TABLE = {"what": "the scene <as it is>", "flux_ratio": 3.12, "crb_px": 1.2e-6, "crb_projected_px": 1.2e-6,
+         "crb_marginal_px": 3.4e-6, "threshold_px": 2.9e-7, "pca_threshold_px": 4.9e-6}
+CONTROL = {"method": "cae", "series": 50, "frames": 6000, "alarms": 1, "ks_p": 0.37, "sigma_px": 1.24e-6,
+           "efficiency": 0.995, "bias_px": 2e-9, "slope": 1}
+HEAD = "# comment\ntable,method,amplitude_px,seed,series,period_days,period_error,log10_fap,found,slope,sigma,mean,efficiency\n"
 
 
-class Others(ReportTest):
-    def test_experiment(self):
-        rung = {"method": "cae", "amplitude_px": 1e-5, "seeds": 3, "found": 3, "period_error": 0.00123,
-                "log10_fap": -831.26, "expected_log10_fap": -829.2, "slope": 0.999, "efficiency": 1.008}
-        low = {**rung, "amplitude_px": 1e-6, "log10_fap": -0.4, "found": 1, "efficiency": 0.123}
-        other = {**rung, "method": "pca<white>\udcfe", "efficiency": None, "amplitude_px": 1e-2, "slope": -10667038957.912,
+class Experiment(ReportTest):
+    def setUp(self):
+        super().setUp()
+        self.low = {**ROW, "amplitude_px": 1e-6, "log10_fap": -0.4, "found": 1, "efficiency": 0.123}
+        other = {**ROW, "method": "pca<white>\udcfe", "efficiency": None, "amplitude_px": 1e-2, "slope": -10667038957.912,
                  "period_error": 5.8e-7}
-        control = {"method": "cae", "series": 50, "frames": 6000, "alarms": 1, "ks_p": 0.37, "sigma_px": 1.24e-6,
-                   "efficiency": 0.995, "bias_px": 2e-9, "slope": 1}
-        facts = {"what": "the scene <as it is>", "flux_ratio": 3.12, "crb_px": 1.2e-6, "crb_projected_px": 1.2e-6,
-                 "crb_marginal_px": 3.4e-6, "threshold_px": 2.9e-7, "pca_threshold_px": 4.9e-6}
-        tables = [{"table": "real", **facts, "ladder": [rung, other, low], "controls": [control]},
-                  {"table": "pointing-0.1", **facts, "ladder": [rung], "controls": [control]},
-                  {"table": "real", **facts, "ladder": [rung], "controls": []}]
-        result = {"schema": "toliman-experiment/1", "version": "0.1.0", "scene": "chapter", "frames": 1095,
-                  "true_period_days": 365, "amplitude_px": 1e-6, "seeds": 3, "blind": 50,
-                  "grid": {"f0": 1, "df": 1, "nf": 9}, "tables": tables}
-        folder = self.folder / "table"
-        folder.mkdir()
+        tables = [{"table": "real", **TABLE, "ladder": [ROW, other, self.low], "controls": [CONTROL]},
+                  {"table": "pointing-0.1", **TABLE, "ladder": [ROW], "controls": [CONTROL]},
+                  {"table": "equal", **TABLE, "ladder": [ROW], "controls": []}]
+        self.result = {"schema": "toliman-experiment/1", "version": "0.1.0", "scene": "chapter", "frames": 1095,
+                       "true_period_days": 365, "amplitude_px": 1e-6, "seeds": 3, "blind": 50,
+                       "provenance": {"command": "toliman experiment", "date": "d", "processor": "p"},
+                       "methods": [{"method": "cae", "what": "the autoencoder"}], "tables": tables}
+        faps = [0.05] * 40 + [0.95] * 10
+        rows = [f"real,cae,0,1,{k},365,0,{math.log10(fap)!r},0,1,1,0,nan" for k, fap in enumerate(faps)]
+        (self.folder / "experiment.csv").write_text(HEAD + "\n".join(rows) + "\n")
+        self.write()
 
-        def write_result():  # \udcfe is a byte that is no UTF-8
-            text = json.dumps(result, ensure_ascii=False).replace("Infinity", "1e999")
-            (folder / "experiment.json").write_text(text, errors="surrogateescape")
+    def write(self):  # \udcfe is a byte that is not UTF-8
+        text = json.dumps(self.result, ensure_ascii=False).replace("Infinity", "1e999")
+        (self.folder / "experiment.json").write_text(text, errors="surrogateescape")
 
-        write_result()
-        heights = [40, 0, 1, 2, 3, 0, 0, 1, 0, 3]  # of 50 FAPs, by tenths
-        faps = [0.1 * k + 0.05 for k, height in enumerate(heights) for _ in range(height)]
-        rows = [f"real,cae,0,1,{k},365,0,{numpy.log10(fap)!r},0,1,1,0,1" for k, fap in enumerate(faps)]
-        head = ("# remark\ntable,method,amplitude_px,seed,series,period_days,period_error,log10_fap,found,slope,sigma,mean,"
-                "efficiency\n")
-        (folder / "experiment.csv").write_text(head + "\n".join(rows) + "\n")
-        self.assertEqual(self.succeed("report", "table"), "table/report/report.html\n")
-        page = self.check_page(folder / "report", {
-            "ladder-real": ["amplitude of the signal, px", "FAP (no unit)", "efficiency (no unit)", "pca<white>\ufffd"],
-            "blind-real": ["FAP of the highest peak (no unit)", "number of series"], "ladder-real-2": [], "blind-real-2": []})
+    def test_page(self):
+        self.assertEqual(self.succeed("report", ".", "--out", "page"), "page/report.html\n")
+        page = self.check_page(self.folder / "page", ["detection-real", "blind-real", "detection-equal"])
         self.assertIn("Table real: the scene <as it is>", page.text)
-        self.assertEqual(page.row("cae")[:5], ["1.00 \u00d7 10-5", "3 of 3", "0.12", "-831.3", "0.999"])
-        self.assertEqual(page.row("pca<white>\ufffd")[:5], ["1.00 \u00d7 10-2", "3 of 3", "0.000058", "-831.3", "-1.07 \u00d7 1010"])
-        self.assertIn("caethe autoencoder, trained once for each seed of weights", page.text)  # its line of --help
-        self.assertIn("foundlog10 FAP below -3", page.text)
+        self.assertEqual(page.row("cae")[:6], ["1.00 × 10⁻⁵", "3 of 3", "0.12", "−831.3", "0.999", "1.008"])
+        self.assertEqual(page.row("pca<white>\ufffd")[:5], ["1.00 × 10⁻²", "3 of 3", "0.000058", "−831.3", "−1.07 × 10¹⁰"])
+        self.assertIn("caethe autoencoder", page.text)
+        self.assertIn("foundlog₁₀ FAP below −3", page.text)
         self.assertIn("1 of 3", page.cells)
         self.assertNotIn("0.123", page.cells)  # not found: an efficiency of noise
         self.assertIn("0.37", page.cells)
-        self.assertIn("2.90 \u00d7 10-7 px", page.text)
-        top, bottom = plots_of(folder / "report/figures/ladder-real.svg")
-        for plot, name, log, points in ((top, "cae", "xy", [[1e-6, 0.4], [1e-5, 831.26]]), (top, "pca<white>\ufffd", "xy", [[1e-2, 831.26]]),
-                                        (top, "at the bound", "xy", [[1e-6, 829.2], [1e-5, 829.2], [1e-2, 829.2]]),
-                                        (bottom, "gnuplot_plot_1b", "x", [[1e-5, 1.008]])):
-            at = plot.line(name, log) if name == "at the bound" else plot.marks(name, log)
-            self.assertLess(abs(at / points - 1).max(), 0.005, name)
-        self.assertLess(abs(top.line("found: FAP 0.001", "xy")[:, 1] - 3).max(), 0.01)
-        self.assertLess(abs(top.line(None, "xy")[:, 0] / 2.9e-7 - 1).max(), 0.005)  # the threshold
-        (blind,) = plots_of(folder / "report/figures/blind-real.svg")
-        bars = [[0.1 * k + 0.05, height] for k, height in enumerate(heights) if height]
-        self.assertLess(abs(blind.bars("cae") - bars).max(), 0.05)
-        for key, value, words in (("amplitude_px", 0, "must be above 0"), ("expected_log10_fap", numpy.inf, "must be a finite number")):
-            kept, low[key] = low[key], value
-            write_result()
-            self.refuse(3, f"table/experiment.json: {key}: {words}", arguments=("report", "table"))
-            low[key] = kept
-        write_result()
-        (folder / "experiment.csv").write_text(head + "real,cae\n")
-        self.refuse(3, "table/experiment.csv:3: has 2 columns, the header 13", arguments=("report", "table"))
-        (folder / "experiment.csv").write_text(head.replace("log10_fap", "x"))
-        self.refuse(3, "table/experiment.csv:2: has no column log10_fap", arguments=("report", "table"))
+        self.assertIn("it, 2.90 × 10⁻⁷ px", page.text)
+        self.assertIn("toliman experiment · d · p · libtoliman 0.1.0", page.text)
 
-    def test_many_methods_look_different(self):
-        names = [f"method {i}" for i in range(12)]
-        rung = {"amplitude_px": 1e-5, "seeds": 1, "found": 1, "period_error": 0.001, "log10_fap": -8, "expected_log10_fap": -8,
-                "slope": 1, "efficiency": 1}
-        table = {"table": "real", "what": "all", "flux_ratio": 1, "crb_px": 1, "crb_projected_px": 1, "crb_marginal_px": 1,
-                 "threshold_px": 1e-6, "pca_threshold_px": 1, "controls": [],
-                 "ladder": [{"method": name, **rung} for name in names]}
-        result = {"schema": "toliman-experiment/1", "version": "0.1.0", "scene": "x", "frames": 9, "true_period_days": 3,
-                  "seeds": 1, "blind": 0, "tables": [table]}
-        (self.folder / "experiment.json").write_text(json.dumps(result))
-        (self.folder / "experiment.csv").write_text("table,method,amplitude_px,log10_fap\n")
-        self.succeed("report", ".", "--out", "page")
-        svg = (self.folder / "page" / "figures" / "ladder-real.svg").read_text()
-        looks = list(dict.fromkeys(re.findall(r"<use xlink:href='#(gpPt\d+)'[^>]*color='([^']*)'", svg)))
-        self.assertEqual(len(looks), 12)
-        self.assertEqual(len({colour for _, colour in looks[:9]}), 9)
+    def test_figures(self):
+        page = Recorder(self.folder)
+        top, bottom = page.figures["detection-real"].axes
+        found = lines(top)
+        for name, points in (("cae", [[1e-6, 1e-5], [0.4, 831.26]]), ("pca<white>\ufffd", [[1e-2], [831.26]]),
+                             ("at the bound", [[1e-6, 1e-5, 1e-2], [829.2] * 3])):
+            numpy.testing.assert_allclose(found[name], points)
+        efficiency = next(line for line in bottom.get_lines() if len(line.get_xdata()) == 2 and line.get_marker() == "o")
+        numpy.testing.assert_array_equal(efficiency.get_ydata(), [math.nan, 1.008])
+        (bars,) = page.figures["blind-real"].axes[0].containers
+        self.assertEqual([bar.get_height() for bar in bars], [40, 0, 0, 0, 0, 0, 0, 0, 0, 10])
+
+    def test_refusals(self):
+        for key, value, words in (("amplitude_px", 0, "= 0: must be above 0"), ("expected_log10_fap", math.inf, "must be a finite number"),
+                                  ("found", None, "= null: must be a whole number")):
+            kept, self.low[key] = self.low[key], value
+            self.write()
+            self.refuse(3, f"experiment.json: tables[0].ladder[2].{key}", words, arguments=("report", "."))
+            self.low[key] = kept
+        self.write()
+        for text, words in ((HEAD + "real,cae\n", "3: has 2 columns, the header 13"),
+                            (HEAD.replace("log10_fap", "x"), "2: has no column log10_fap"),
+                            (HEAD + ",".join(["x"] * 13), "3: amplitude_px = x: must be a finite number")):
+            (self.folder / "experiment.csv").write_text(text)
+            self.refuse(3, f"experiment.csv:{words}", arguments=("report", "."))
+
+
+class State(ReportTest):
+    def track(self, state, days, frames="0:50", **scene):
+        write_scene(self.folder / "scene.json", **scene)
+        shutil.rmtree(self.folder / "in", ignore_errors=True)
+        self.succeed("simulate", "scene.json", "--out", "in", "--session", "s", "--dtype", "u32le", "--frames", frames)
+        done = self.run_program("track", "--template", "scene.json", "--state", state, "--mission-days", days, "--dtype", "u32le", "in")
+        self.assertEqual(done.returncode, 0, done.stderr)
 
     def test_state(self):
-        write_scene(self.folder / "scene.json", cadence={"frames": 60, "interval_days": 20})
-        self.succeed("simulate", "scene.json", "--out", "in", "--session", "s", "--dtype", "u32le", "--frames", "0:50")
-        done = self.run_program("track", "--template", "scene.json", "--state", "state", "--mission-days", "1200",
-                                "--dtype", "u32le", "in")
-        self.assertEqual(done.returncode, 0, done.stderr)
-        self.succeed("report", "state", "--out", "page")
-        page = self.check_page(self.folder / "page", {
-            "series": ["time, days", "separation, 10", "px", "best sinusoid"],
-            "periodogram": ["frequency, 1/day", "power (no unit)", "FAP 0.001"]})
+        self.track("state", "60", cadence={"frames": 60, "interval_days": 1}, signal={"period_days": 20, "amplitude_px": 1e-4})
+        self.assertEqual(self.succeed("report", "state"), "state/report/report.html\n")
+        page = self.check_page(self.folder / "state" / "report", ["series", "folded", "periodogram"])
         status = json.loads(self.succeed("status", "state", "--json"))
         for name in ("received", "accepted", "rejected", "expected"):
             self.assertEqual(page.row(name)[0], str(status[name]))
         self.assertEqual(status["accepted"], 50)
         fit = status["fit"]
-        decimals = max(2, 1 - int(f"{fit['period_error']:.1e}".split("e")[1]))
-        self.assertEqual(page.text.count(f"period {fit['period']:.{decimals}f} \u00b1 {fit['period_error']:.{decimals}f} days"), 2)
-        (plot,) = plots_of(self.folder / "page" / "figures" / "series.svg")
-        exponent = int(re.search(r"separation, 10(-?\d+)", " ".join(plot.labels).replace("\u2212", "-"))[1])
-        series = self.succeed("status", "state", "--series").splitlines()
-        t, y, sigma = numpy.array([row.split(",") for row in series if row[0] in "-.0123456789"], float).T
-        self.assertLess(abs(plot.marks("frames") - numpy.stack([t, y / 10.0**exponent], axis=1)).max(axis=0)[1], 0.01)
+        decimals = max(0, 1 - int(f"{fit['period_error']:.1e}".split("e")[1]))
+        self.assertEqual(page.text.count(f"period {fit['period']:.{decimals}f} ± {fit['period_error']:.{decimals}f} days"), 3)
+        self.assertIn("sequential, for repeated monitoring, ", page.text)
+        # The files are those of status --out, and hold what status prints.
+        self.succeed("status", "state", "--out", "files")
+        names = ["periodogram.csv", "result.json", "series.csv"]
+        self.assertEqual(sorted(path.name for path in (self.folder / "files").iterdir()), names)
+        for name in ("series.csv", "periodogram.csv"):
+            self.assertEqual((self.folder / "files" / name).read_text(), (self.folder / "state" / "report" / name).read_text())
+        result = json.loads((self.folder / "files" / "result.json").read_text())
+        schemas.check(json.dumps(result, indent=1))
+        self.assertEqual((result["schema"], result["status"], result["unit_s"]), ("toliman-state/1", status, 86400))
+        series = self.succeed("status", "state", "--series")
+        self.assertEqual((self.folder / "files" / "series.csv").read_text().partition("\n")[2], series)
+        t, y, _ = numpy.array([row.split(",") for row in series.splitlines()[1:]], float).T
+        recorded = Recorder(self.folder / "files")
+        (axes,) = recorded.figures["series"].axes
+        factor = {"separation, 10⁻⁶ px": 1e6, "separation, 10⁻³ px": 1e3}[axes.get_ylabel()]
+        numpy.testing.assert_allclose(lines(axes)["each frame"], [t, factor * (y - y.mean())], rtol=1e-9, atol=1e-9)
 
         def waves(times):
             angle = 2 * numpy.pi * times / fit["period"]
             return numpy.stack([numpy.ones(len(times)), numpy.cos(angle), numpy.sin(angle)], axis=1)
 
-        best = numpy.linalg.lstsq(waves(t) / sigma[:, None], y / sigma, rcond=None)[0]
-        line = plot.line("best sinusoid")
-        self.assertLess(abs(line[:, 1] - waves(line[:, 0]) @ best / 10.0**exponent).max(), 0.05 * abs(line[:, 1]).max())
-        self.assertNotIn("+-", page.text)
-        self.assertIn("sequential, for who looks after every frame, ", page.text)
-        self.assertIn("sequential FAPthe same for who looks", page.text)
+        x, wave = lines(axes)["best sinusoid"]
+        best = waves(x) @ numpy.linalg.lstsq(waves(t), y, rcond=None)[0]
+        self.assertLess(abs(wave - factor * (best - y.mean())).max(), 1e-3 * abs(wave).max())
+        found = lines(recorded.figures["periodogram"].axes[0])
+        self.assertEqual(found["grid peak"][0][0], status["frequency"])
+        self.assertEqual(found["fit ± error"][0][0], 1 / fit["period"])
+        frequency, power = found["all frames"]
+        angle = 2 * numpy.pi * frequency[:, None] * t
+        design = numpy.stack([numpy.ones_like(angle), numpy.cos(angle), numpy.sin(angle)], axis=2)
+        square = [((y - d @ numpy.linalg.lstsq(d, y, rcond=None)[0]) ** 2).sum() for d in design[::97]]
+        numpy.testing.assert_allclose(power[::97], 1 - numpy.array(square) / ((y - y.mean()) ** 2).sum(), atol=1e-5)
+        # Not by the module alone, which does not read ledgers; and not with a lost setup.
+        with self.assertRaisesRegex(results.Failure, r"state: is a state folder .*: run `toliman report .*state`, or `toliman status"):
+            Recorder(self.folder / "state")
+        self.refuse(2, "--series excludes --out", arguments=("status", "state", "--out", "x", "--series"))
+        (self.folder / "files" / "result.json").write_text("notes")
+        self.refuse(6, "files/result.json: exists and was not written by toliman", arguments=("status", "state", "--out", "files"))
         (self.folder / "state" / "setup.tlms").unlink()
         self.refuse(5, "state: setup.tlms", "toliman rebuild", arguments=("report", "state"))
 
-    def test_state_of_a_short_period(self):
-        write_scene(self.folder / "scene.json", cadence={"frames": 60, "interval_days": 1},
-                    signal={"period_days": 2.6, "amplitude_px": 1e-3})
-        self.succeed("simulate", "scene.json", "--out", "in", "--session", "s", "--dtype", "u32le")
-        done = self.run_program("track", "--template", "scene.json", "--state", "state", "--mission-days", "60",
-                                "--dtype", "u32le", "in")
-        self.assertEqual(done.returncode, 0, done.stderr)
-        self.succeed("report", "state", "--out", "page")
-        page = self.check_page(self.folder / "page", {"series": ["phase, days of the best period"], "periodogram": ["FWHM"]})
-        self.assertIn("into one of which all are folded", page.text)
+    def test_short_periods_and_no_period(self):
+        self.track("state", "60", "0:60", cadence={"frames": 60, "interval_days": 1}, signal={"period_days": 2.6, "amplitude_px": 1e-3})
+        self.succeed("status", "state", "--out", "x")
+        page = Recorder(self.folder / "x")
+        self.assertEqual(list(page.figures), ["folded", "periodogram"])
         status = json.loads(self.succeed("status", "state", "--json"))
-        of_fit, of_grid = (f"{period:.5f} days" for period in (status["fit"]["period"], status["period"]))
+        of_fit, of_grid = (f"{period:.5f}" for period in (status["fit"]["period"], status["period"]))
         self.assertNotEqual(of_fit, of_grid)
-        (plot,) = plots_of(self.folder / "page" / "figures" / "periodogram.svg")
-        self.assertIn(of_fit, plot.labels)
-        self.assertNotIn(of_grid, plot.labels)
-        self.assertIn(f"a period of {of_grid} (grid peak)", page.text)
-        self.assertAlmostEqual(plot.marks(None, "x")[0][0] * status["fit"]["period"], 1, delta=1e-3)
-        # All at one time: a period, but no errors and no sinusoid.
-        scene = json.loads((self.folder / "scene.json").read_text())
-        scene["cadence"]["interval_days"] = 1e-9
-        (self.folder / "scene.json").write_text(json.dumps(scene))
-        self.succeed("simulate", "scene.json", "--out", "at_once", "--session", "s", "--dtype", "u32le", "--frames", "0:30")
-        done = self.run_program("track", "--template", "scene.json", "--state", "other", "--mission-days", "10",
-                                "--dtype", "u32le", "at_once")
-        self.assertEqual(done.returncode, 0, done.stderr)
-        self.succeed("report", "other", "--out", "page")
-        page = self.check_page(self.folder / "page", {"series": ["frames"], "periodogram": []})
-        self.assertRegex(page.text, r"period 3\.8\d \u00b1 \u2013 days, log")
-        self.assertNotIn("sinusoid", page.text)
+        (label,) = [note.get_text() for note in page.figures["periodogram"].axes[0].texts if "grid" in note.get_text()]
+        self.assertRegex(label, f"^fit {of_fit} ± 0.000.. days\ngrid peak {of_grid} days$")
+        self.assertIn(f"a period of {of_grid} days (grid peak)", page.captions["periodogram"])
+        # All at one time: a period, but no errors and no sinusoid. Then no frame at all.
+        self.track("other", "10", cadence={"frames": 60, "interval_days": 1e-9})
+        self.succeed("status", "other", "--out", "y")
+        page = Recorder(self.folder / "y")
+        self.assertEqual(list(page.figures), ["series", "periodogram"])
+        text = Reader(page.html()).text
+        self.assertRegex(text, r"period \d+\.\d\d ± – days, log")
+        self.assertNotIn("sinusoid", page.captions["series"])
+        result = json.loads((self.folder / "y" / "result.json").read_text())
+        result["status"].update(dict.fromkeys(("period", "frequency", "power", "log10_fap", "log10_fap_sequential", "fit")))
+        (self.folder / "y" / "result.json").write_text(json.dumps(result))
+        (self.folder / "y" / "series.csv").write_text("t,y,sigma\n")
+        page = Recorder(self.folder / "y")
+        self.assertEqual(page.figures, {})
+        self.assertIn("no period yet", Reader(page.html()).text)
 
+    def test_refusals(self):
+        self.track("state", "60", cadence={"frames": 60, "interval_days": 1})
+        self.succeed("status", "state", "--out", "x")
+        path = self.folder / "x" / "result.json"
+        result = json.loads(path.read_text())
+        for changes, words in (({"status": 3}, "status = 3: must be an object"), ({"unit_s": 0}, "unit_s = 0: must be above 0"),
+                               ({"status": {**result["status"], "rejected_by": []}}, "status.rejected_by = []: must be an object"),
+                               ({"status": {**result["status"], "accepted": "x"}}, 'status.accepted = "x": must be a whole number')):
+            path.write_text(json.dumps({**result, **changes}))
+            with self.assertRaises(results.Failure) as caught:
+                Recorder(self.folder / "x")
+            self.assertIn(f"x/result.json: {words}", str(caught.exception))
+
+
+class Bench(ReportTest):
     def test_bench(self):
         row = {"bench": "a b", "what": "33 nodes", "series": "Chebyshev", "seconds": 0.0481, "spread": 0.001,
                "error": 3.2e-10, "ratio_peer": 19.4, "peer": "numpy", "ratio_roofline": 1.3}
+        errors = (2e-16, 3e-16, 4e-16, 5e-16, 6e-16)
         rows = [row, {**row, "what": "48 nodes", "seconds": 0.069, "error": 5e-13, "headline": True, "spread": 0.0003,
                        "error_of": "of peak", "error_at": "14 <nodes>"},
-                *({**row, "series": "every wavelength", "error": error} for error in (2e-16, 3e-16, 4e-16, 5e-16, 6e-16)),
+                *({**row, "series": "every wavelength", "error": error} for error in errors),
                 {"bench": "end to end", "what": "chapter", "seconds": 4.6, "headline": False},
                 *({"bench": "a-b", "what": "x", "series": "bf16", "seconds": 1, "bytes": 1e6 + i, "efficiency": 1.01}
                   for i in range(7))]
@@ -174,21 +200,20 @@ class Others(ReportTest):
             (self.folder / "bench" / (name + ".json")).write_text(json.dumps(
                 {"schema": "toliman-bench/1", "machine": {"cpu": cpu, "isa": "avx2", "cores": 2}, "rows": its}))
         (self.folder / "bench" / "other.json").write_text("[")
-        self.succeed("report", "bench")
-        page = self.check_page(self.folder / "bench" / "report", {
-            "bench-a-b": ["error (relative)", "seconds", "Chebyshev", "every wavelength"],
-            "bench-a-b-2": ["bytes of the weights file", "efficiency (no unit)", "bf16"]})
-        (plot,) = plots_of(self.folder / "bench" / "report" / "figures" / "bench-a-b.svg")
-        for name, points in (("Chebyshev", [[3.2e-10, 0.0481], [5e-13, 0.069]]),
-                             ("every wavelength", [[error, 0.0481] for error in (2e-16, 3e-16, 4e-16, 5e-16, 6e-16)])):
-            self.assertLess(abs(plot.marks(name, "xy") / points - 1).max(), 0.02)
+        page = self.report("bench")
+        self.check_page(self.folder / "bench" / "report", ["bench-a-b", "bench-a-b-2"])
         # Benches of one machine share a table.
         self.assertEqual([page.text.count(text) for text in ("Machine: A <CPU>, avx2.", "Machine: Other, avx2.")], [1, 1])
         self.assertLess(page.text.index("far"), page.text.index("Machine: Other"))
-        self.assertEqual(page.row("33 nodes")[:5], ["48.1 ms", "2 %", "3 \u00d7 10-10", "numpy", "19.4"])
-        self.assertEqual(page.row("48 nodes")[1:3], ["< 1 %", "5 \u00d7 10-13 of peak at 14 <nodes>"])
+        self.assertEqual(page.row("33 nodes"), ["48.1 ms", "2 %", "3 × 10⁻¹⁰", "numpy", "19.4", "1.30"])
+        self.assertEqual(page.row("48 nodes")[1:3], ["< 1 %", "5 × 10⁻¹³ of peak at 14 <nodes>"])
         self.assertEqual(page.row("chapter")[0], "4.6 s")
         self.assertLess(page.text.index("48 nodes"), page.text.index("33 nodes"))  # the headlines come first
+        figures = Recorder(self.folder / "bench").figures
+        found = lines(figures["bench-a b"].axes[0])
+        numpy.testing.assert_array_equal(found["Chebyshev"], [[3.2e-10, 5e-13], [0.0481, 0.069]])
+        numpy.testing.assert_array_equal(found["every wavelength"], [errors, [0.0481] * 5])
+        numpy.testing.assert_array_equal(lines(figures["bench-a-b"].axes[0])["bf16"][0], 1e6 + numpy.arange(7))
 
 
 if __name__ == "__main__":

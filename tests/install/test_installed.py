@@ -126,7 +126,7 @@ class Installed(unittest.TestCase):
         """With Debian's Python, without configuring the library's path."""
         packages = self.lib / "python3/dist-packages"
         self.assertEqual(self.run_tool("/usr/bin/python3", "-c", PYTHON, PYTHONPATH=str(packages)), EXPECTED)
-        found = self.run_tool("/usr/bin/python3", "-c", "import toliman, re; print(toliman.__file__, re.findall("
+        found = self.run_tool("/usr/bin/python3", "-c", "import toliman, re; toliman.version(); print(toliman.__file__, re.findall("
                               "r'\\S*libtoliman\\S*', open('/proc/self/maps').read())[0])", PYTHONPATH=str(packages))
         for path in found.split():
             self.assertIn(str(self.prefix), path)
