@@ -312,10 +312,14 @@ class GoingOn(Experiment):
         with open(journal, "ab") as file:
             file.write(b'{"table":"real","method":"templ')  # as a process leaves it that dies
         self.assertEqual(self.succeed(*self.ARGUMENTS, "--out", "parts"), whole)
-        for name in ("experiment.json", "experiment.csv", "experiment.md", "journal.jsonl"):
+        for name in ("experiment.csv", "experiment.md", "journal.jsonl"):
             self.assertEqual(
                 (self.folder / "parts" / name).read_bytes(), (self.folder / "whole" / name).read_bytes(), name
             )
+        results = [json.loads((self.folder / name / "experiment.json").read_text()) for name in ("parts", "whole")]
+        self.assertIn("--out whole", results[1].pop("provenance")["command"])
+        results[0].pop("provenance")
+        self.assertEqual(*results)
         modified = journal.stat().st_mtime_ns
         self.assertEqual(self.succeed(*self.ARGUMENTS, "--out", "parts"), whole)  # nothing is left to do
         self.assertEqual(journal.stat().st_mtime_ns, modified)
