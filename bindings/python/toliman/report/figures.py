@@ -257,7 +257,7 @@ def training(step: Array, loss: Array) -> Figure:
     if above.size:
         _set_ticks(axis.yaxis, *[_nice(float(above.min()), float(above.max()))] * 2)
     axis.set_xlabel("training step")
-    axis.set_ylabel("mismatch of the derivative images\n1 − cosine² (no unit)")
+    axis.set_ylabel("1 − cosine² (no unit)")
     return figure
 
 

@@ -79,20 +79,22 @@ def _wave(fit: Result | None) -> Sinusoid | None:
 def _add_series(table: Table, fit: Result | None, unit: str, page: Page) -> None:
     t, y = table.numbers("t"), table.numbers("y")
     wave = _wave(fit)
+    found = fit is not None and wave is not None and significant(fit.number("log10_fap"))
+    cycles = numpy.ptp(t) / wave.period if wave is not None else 0.0
     caption = "The value of each frame in the periodogram, less their mean"
     if fit is not None and wave is not None:
         caption += (", and the sinusoid that fits best: amplitude "
-                    f"{scaled(wave.amplitude, fit.number('amplitude_error'))} px, period "
-                    f"{with_error(wave.period, fit.number('period_error'))} {unit}")
+                    f"{scaled(wave.amplitude, fit.number('amplitude_error'))} px, "
+                    f"period {with_error(wave.period, fit.number('period_error'))} {unit}")
     step = figures.thinned(len(t))
     thinned = f" One of {step} frames is drawn." if step > 1 else ""
-    cycles = numpy.ptp(t) / wave.period if wave else 0
-    if cycles <= figures.MOST_CYCLES:
-        figure = figures.series(t, {"all frames": y}, period=wave.period if wave else math.nan, unit=unit, fit=wave)
+    if not found or cycles <= figures.MOST_CYCLES:
+        figure = figures.series(t, {"all frames": y}, period=wave.period if found and wave else math.nan, unit=unit,
+                                fit=wave if cycles <= figures.MOST_CYCLES else None)
         page.add_figure("series", figure, f"{caption}.{thinned}")
-    if wave is not None and fit is not None and significant(fit.number("log10_fap")) and numpy.ptp(t) > 0:
+    if found and wave is not None:
         page.add_figure("folded", figures.folded(t, {"all frames": y}, wave.period, fits={"all frames": wave}),
-                        f"The same folded over this period, from the first frame on.{thinned}")
+                        f"{caption}; folded over this period, from the first frame on.{thinned}")
 
 
 def _add_periodogram(table: Table, result: Result, status: Result, fit: Result | None, unit: str, page: Page) -> None:
