@@ -147,9 +147,13 @@ class Figures(unittest.TestCase):
             with self.subTest(message), self.assertRaisesRegex(results.Failure, message):
                 self.changed(change, **keys)
 
-    def test_no_signal_and_no_noise_of_photons(self):
-        page = self.changed(lambda folder: None, true_series=None, efficiency=None)
-        self.assertEqual(list(page.figures), NAMES[1:])
+    def test_no_signal_no_noise_of_photons_and_no_displacements(self):
+        def empty(folder):
+            path = folder / "displacement.csv"
+            path.write_text("".join(path.read_text().splitlines(True)[:2]))
+
+        page = self.changed(empty, true_series=None, efficiency=None)
+        self.assertEqual(list(page.figures), [name for name in NAMES[1:] if name != "displacement"])
         self.assertIn("because these frames lack photon noise", page.captions["reconstructions"])
         self.assertNotIn("noise alone", page.captions["reconstructions"])
 

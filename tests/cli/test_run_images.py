@@ -247,16 +247,27 @@ class Images(ProgramTest):
 
 
 class OtherRuns(ProgramTest):
+    def run_scene(self, scene):
+        (self.folder / "s.json").write_text(json.dumps(scene))
+        done = self.run_program("run", "s.json", "--out", "r")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return json.loads((self.folder / "r/result.json").read_text())
+
+    def test_pixels_too_small_to_be_divided(self):
+        scene = scene_of(telescope={"aperture_m": 100, "secondary_m": 10}, binary={"separation_arcsec": 2e-4})
+        scene["detector"]["pixel_scale_arcsec"] = 4e-6  # at least 1e-6
+        scene["cadence"]["frames"] = 5
+        self.run_scene(scene)
+        lines = (self.folder / "r/displacement.csv").read_text().splitlines()
+        self.assertEqual(lines[1:], ["displacement_px,linear,cubic,linear_change,cubic_change,taylor"])
+
     def test_no_signal_one_star_and_a_pupil_with_too_few_samples(self):
         """Every image is there in every run, so that none of an earlier run remains."""
         scene = scene_of(signal={"amplitude_px": 0}, telescope={"pupil_samples": 60})
         scene["stars"].pop("B")
         scene.pop("binary")
         scene["cadence"]["frames"] = 7
-        (self.folder / "s.json").write_text(json.dumps(scene))
-        done = self.run_program("run", "s.json", "--out", "r")
-        self.assertEqual(done.returncode, 0, done.stderr)
-        result = json.loads((self.folder / "r/result.json").read_text())
+        result = self.run_scene(scene)
         self.assertIsNone(result["true_series"])
         self.assertEqual({result["geometry"][key] for key in ("b_x_px", "b_y_px")}, {None})
         self.assertEqual(set(rows_of(self.folder / "r/periodogram.csv")["true"]), {0})

@@ -65,17 +65,8 @@ double largest(const Image &image) {
     return most;
 }
 
-} // namespace
-
-std::vector<DisplacementErrors> displacement_errors(const std::string &path, const cJSON *telescope, double min_nm,
-                                                    double max_nm, double pixel_scale_arcsec) {
-    SingleStar star = {min_nm, max_nm, kSide, pixel_scale_arcsec, kDisplacements[0], kAccuracy};
-    const Scene scene = single_star(path, telescope, star);
-    star.side = kFineSide;
-    star.pixel_scale_arcsec /= kOversampling;
-    star.amplitude_px = 0;
-    const Image fine = light_fractions(single_star(path, telescope, star));
-
+// `fine`: the image of the star of `scene` with smaller pixels.
+std::vector<DisplacementErrors> errors_of(const Scene &scene, const Image &fine) {
     const Image centred = light_fractions(scene, 0, true), still = light_fractions(scene, kOffset, true);
     std::vector<DisplacementErrors> all;
     for (const double displacement : kDisplacements) {
@@ -94,6 +85,24 @@ std::vector<DisplacementErrors> displacement_errors(const std::string &path, con
         all.push_back({displacement, error(linear), error(cubic), change_error(linear), change_error(cubic), taylor});
     }
     return all;
+}
+
+} // namespace
+
+std::vector<DisplacementErrors> displacement_errors(const std::string &path, const cJSON *telescope, double min_nm,
+                                                    double max_nm, double pixel_scale_arcsec) {
+    SingleStar star = {min_nm, max_nm, kSide, pixel_scale_arcsec, kDisplacements[0], kAccuracy};
+    try {
+        const Scene scene = single_star(path, telescope, star);
+        star.side = kFineSide;
+        star.pixel_scale_arcsec /= kOversampling;
+        star.amplitude_px = 0;
+        return errors_of(scene, light_fractions(single_star(path, telescope, star)));
+    } catch (const toliman::error &error) {
+        if (error.status() != TOLIMAN_E_SCENE)
+            throw;
+        return {};
+    }
 }
 
 } // namespace cli

@@ -16,7 +16,8 @@ struct DisplacementErrors {
     double taylor = 0;
 };
 
-// For displacements of 1e-2, 1e-3 ... 1e-6 px, by the telescope of a scene in a band of wavelengths.
+// For displacements of 1e-2, 1e-3 ... 1e-6 px, by the telescope of a scene in a band of wavelengths. Empty if the
+// library refuses a star with this pupil and these pixels, a fifth of those of the scene.
 std::vector<DisplacementErrors> displacement_errors(const std::string &path, const cJSON *telescope, double min_nm,
                                                     double max_nm, double pixel_scale_arcsec);
 

@@ -12,10 +12,11 @@ namespace {
 constexpr double kPhotons = 1e9; // of the star: far above the least that a scene may have
 
 Json band_of(const SingleStar &star) {
+    constexpr double most_steps = 1000;
     Json band;
-    const double width = star.max_nm - star.min_nm;
+    const double width = star.max_nm - star.min_nm, steps = std::min(std::ceil(width), most_steps);
     if (width > 0)
-        band.set("min_nm", star.min_nm).set("max_nm", star.max_nm).set("step_nm", width / std::ceil(width));
+        band.set("min_nm", star.min_nm).set("max_nm", star.max_nm).set("step_nm", width / steps);
     else
         band.set("wavelength_nm", star.min_nm);
     return band;

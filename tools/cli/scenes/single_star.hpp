@@ -8,7 +8,7 @@
 namespace cli {
 
 struct SingleStar {
-    double min_nm, max_nm; // band in steps of about 1 nm; equal: one wavelength
+    double min_nm, max_nm; // band in steps of about 1 nm, at most 1000 steps; equal: one wavelength
     size_t side;           // rows and columns of the frame
     double pixel_scale_arcsec;
     double amplitude_px; // of the signal along the rows; 0 = none

@@ -93,6 +93,8 @@ def _add_displacement(folder: pathlib.Path, page: Page) -> None:
     if not (folder / "displacement.csv").exists():
         return
     table = Table(folder / "displacement.csv")
+    if not table.lines:
+        return
     errors = {name: table.numbers(name) for name in chapter.DISPLACEMENTS}
     page.add_figure("displacement", chapter.displacement(table.numbers("displacement_px"), errors),
                     "Images that are shifted and downsampled are inaccurate, as the chapter warns: largest error of a pixel over the "
