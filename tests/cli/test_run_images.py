@@ -262,11 +262,14 @@ class OtherRuns(ProgramTest):
         self.assertEqual(lines[1:], ["displacement_px,linear,cubic,linear_change,cubic_change,taylor"])
 
     def test_no_signal_one_star_and_a_pupil_with_too_few_samples(self):
-        """Every image is there in every run, so that none of an earlier run remains."""
+        """Every image is there in every run, so that none of an earlier run remains. The lines are more than 4096 nm apart, the
+        most steps that a band may have."""
         scene = scene_of(signal={"amplitude_px": 0}, telescope={"pupil_samples": 60})
         scene["stars"].pop("B")
         scene.pop("binary")
         scene["cadence"]["frames"] = 7
+        scene.pop("band")
+        scene["stars"]["A"]["spectrum"] = {"kind": "lines", "wavelength_nm": [5580, 580], "weight": [0.01, 1]}
         result = self.run_scene(scene)
         self.assertIsNone(result["true_series"])
         self.assertEqual({result["geometry"][key] for key in ("b_x_px", "b_y_px")}, {None})
@@ -274,6 +277,8 @@ class OtherRuns(ProgramTest):
         self.assertEqual(len(set(result["samples"])), 5)
         arrays = {name: numpy.load(self.folder / f"r/images/{name}.npy") for name in NAMES}
         self.assertFalse(arrays["difference"].any())
+        self.assertEqual([result["images"]["expected"][key] for key in ("min_nm", "max_nm")], [580, 5580])
+        self.assertEqual(len(rows_of(self.folder / "r/displacement.csv")["taylor"]), 5)
         for name, missing in (("psf_600nm", False), ("psf_500-700nm", True)):
             self.assertEqual((arrays[name].shape, numpy.isnan(arrays[name]).all()), ((SIDE, SIDE), missing))
             self.assertEqual(result["images"][name]["reason"] is not None, missing)
