@@ -204,7 +204,7 @@ module toliman
     ! Properties of a prepared scene. Each Cramer-Rao bound is the smallest standard deviation of the separation that an
     ! unbiased estimator can reach from one frame; it is infinite if the frame does not constrain the separation.
     type, bind(C), public :: toliman_sim_info
-        integer(c_int32_t) :: struct_size = 208 ! in: sizeof(toliman_sim_info)
+        integer(c_int32_t) :: struct_size = 216 ! in: sizeof(toliman_sim_info)
         integer(c_int32_t) :: wavelengths = 0 ! number of wavelengths of the spectrum
         integer(c_int64_t) :: rows = 0 ! shape of a frame
         integer(c_int64_t) :: cols = 0
@@ -242,6 +242,8 @@ module toliman
         real(c_double) :: peak_counts = 0.0_c_double ! brightest pixel of the expected frame, in its unit
         integer(c_int32_t) :: unit = 0 ! TOLIMAN_SIM_UNIT_..., of frames and expected images
         integer(c_int32_t) :: bit_depth = 0 ! bits per pixel of the detector; 0 = counts are not rounded
+        ! length of an exposure; 0 if the scene has peak_photons instead. Since 0.2
+        real(c_double) :: exposure_s = 0.0_c_double
     end type
 
     ! Plan of a scene: what the simulator will compute to reach the accuracy of the scene, with the expected error and
@@ -666,8 +668,8 @@ module toliman
         type(c_ptr) :: file = c_null_ptr ! path of the file that the event concerns, usually the side file; never NULL
         integer(c_int64_t) :: line = 0 ! its line, from 1; 0 = the whole file
         type(c_ptr) :: text = c_null_ptr ! what is wrong, without file and line; "" for frames and NOTHING; never NULL
-        integer(c_int64_t) :: stamp_ns = 0 ! timestamp_ns of the line, as written; 0 unless FRAME
-        real(c_double) :: host_s = 0.0_c_double ! host_time of the line, in s; 0 unless FRAME
+        integer(c_int64_t) :: stamp_ns = 0 ! timestamp_ns of a valid line, as written; else 0
+        real(c_double) :: host_s = 0.0_c_double ! host_time of a valid line, in s; else 0
     end type
 
     ! Properties and counts of a reader. Since 0.2.
@@ -980,7 +982,7 @@ module toliman
 
     ! Options of a tracker.
     type, bind(C), public :: toliman_track_options
-        integer(c_int32_t) :: struct_size = 416
+        integer(c_int32_t) :: struct_size = 432
         integer(c_int32_t) :: flags = 0 ! TOLIMAN_TRACK_...
         ! folder of ledger, setup and checkpoint, created if missing. NULL = in memory, which takes 64 bytes more per
         ! frame and 8 per column
@@ -1043,6 +1045,13 @@ module toliman
         ! ledger; lost session names. May be NULL.
         type(c_funptr) :: log = c_null_funptr
         type(c_ptr) :: log_data = c_null_ptr
+        ! Time stamps from which the camera times of all frames were computed (ingest.h). They are recorded in the
+        ! setup file and change no time. Since 0.2. TOLIMAN_FRAME_STAMP_..., 0 = that of the folder; in a new folder
+        ! MIDDLE
+        integer(c_int32_t) :: stamp = 0
+        integer(c_int32_t) :: reserved = 0 ! 0
+        ! length of an exposure, at most 1e9 s; 0 = that of the folder; in a new folder unknown
+        real(c_double) :: exposure_s = 0.0_c_double
     end type
 
     ! Record of the ledger: a frame as it arrived and its present verdict, or, with TOLIMAN_TRACK_VERDICT_MERGED, counts
@@ -1675,9 +1684,9 @@ module toliman
             type(c_ptr) :: answer
         end function
 
-        ! Reads the next event. frame becomes the frame of a FRAME event; for DAMAGE with has_key = 1, session, roi
-        ! and frame_id only; else 0. camera_ns is the middle of the exposure by the camera clock: the stamp, plus or
-        ! minus half the exposure.
+        ! Reads the next event. frame becomes the frame of a FRAME event; for DAMAGE, what its line contains: all
+        ! members but the pixels, of a BAD_LINE with has_key = 1 session, roi and frame_id only; else 0. camera_ns is
+        ! the middle of the exposure by the camera clock: the stamp, plus or minus half the exposure.
         function toliman_ingest_next(ingest, frame, event) bind(C) result(answer)
             import
             type(c_ptr), value :: ingest
@@ -2124,8 +2133,8 @@ module toliman
 
         ! Reads the options of a folder to *options, whose struct_size must be set, for toliman_track_create: folder
         ! (the given pointer), estimator_id, values, sigma, value_limit, bit_depth, zero_run_bytes, the flag
-        ! TOLIMAN_TRACK_ALLOW_ZERO_RUNS, geometry, grid (nf = 0 if the setup file is lost), and a capacity of twice
-        ! the number of records, at least 2^20 and at most 2^28.
+        ! TOLIMAN_TRACK_ALLOW_ZERO_RUNS, geometry, grid, stamp and exposure_s (nf = 0 and stamp = 0 if the setup file
+        ! is lost), and a capacity of twice the number of records, at least 2^20 and at most 2^28.
         function toliman_track_load_options(folder, options) bind(C) result(answer)
             import
             character(kind=c_char), intent(in) :: folder(*)
@@ -3443,9 +3452,9 @@ contains
         answer = toliman_text(toliman_ingest_reason_name(reason))
     end function
 
-    ! Reads the next event. frame becomes the frame of a FRAME event; for DAMAGE with has_key = 1, session, roi and
-    ! frame_id only; else 0. camera_ns is the middle of the exposure by the camera clock: the stamp, plus or minus
-    ! half the exposure.
+    ! Reads the next event. frame becomes the frame of a FRAME event; for DAMAGE, what its line contains: all members
+    ! but the pixels, of a BAD_LINE with has_key = 1 session, roi and frame_id only; else 0. camera_ns is the middle
+    ! of the exposure by the camera clock: the stamp, plus or minus half the exposure.
     subroutine pair_reader_next(self, frame, event, stat, errmsg)
         class(toliman_pair_reader), intent(inout) :: self
         type(toliman_frame), intent(inout) :: frame

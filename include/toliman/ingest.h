@@ -87,13 +87,14 @@ typedef struct toliman_ingest_event {
     const char *file;     /* path of the file that the event concerns, usually the side file; never NULL */
     int64_t line;         /* its line, from 1; 0 = the whole file */
     const char *text;     /* what is wrong, without file and line; "" for frames and NOTHING; never NULL */
-    int64_t stamp_ns;     /* timestamp_ns of the line, as written; 0 unless FRAME */
-    double host_s;        /* host_time of the line, in s; 0 unless FRAME */
+    int64_t stamp_ns;     /* timestamp_ns of a valid line, as written; else 0 */
+    double host_s;        /* host_time of a valid line, in s; else 0 */
 } toliman_ingest_event;
 #define TOLIMAN_INGEST_EVENT_INIT TOLIMAN_INIT(toliman_ingest_event)
 
 /* Reads the next event.
- *   frame  becomes the frame of a FRAME event; for DAMAGE with has_key = 1, session, roi and frame_id only; else 0.
+ *   frame  becomes the frame of a FRAME event; for DAMAGE, what its line contains: all members but the pixels, of a
+ *          BAD_LINE with has_key = 1 session, roi and frame_id only; else 0.
  *          camera_ns is the middle of the exposure by the camera clock: the stamp, plus or minus half the exposure. If
  *          the exposure is unknown, camera_ns is the stamp. Pixels and names belong to the reader and stay valid
  *          during the next `buffers` - 1 calls

@@ -188,6 +188,7 @@ typedef struct toliman_sim_info {
     double peak_counts;     /* brightest pixel of the expected frame, in its unit */
     int32_t unit;           /* TOLIMAN_SIM_UNIT_..., of frames and expected images */
     int32_t bit_depth;      /* bits per pixel of the detector; 0 = counts are not rounded */
+    double exposure_s;      /* length of an exposure; 0 if the scene has peak_photons instead. Since 0.2 */
 } toliman_sim_info;
 #define TOLIMAN_SIM_INFO_INIT TOLIMAN_INIT(toliman_sim_info)
 

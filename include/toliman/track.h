@@ -153,6 +153,11 @@ typedef struct toliman_track_options {
      * session names. May be NULL. */
     toliman_log_fn log;
     void *log_data;
+    /* Time stamps from which the camera times of all frames were computed (ingest.h). They are recorded in the setup
+     * file and change no time. Since 0.2. */
+    int32_t stamp;     /* TOLIMAN_FRAME_STAMP_..., 0 = that of the folder; in a new folder MIDDLE */
+    int32_t reserved;  /* 0 */
+    double exposure_s; /* length of an exposure, at most 1e9 s; 0 = that of the folder; in a new folder unknown */
 } toliman_track_options;
 #define TOLIMAN_TRACK_OPTIONS_INIT TOLIMAN_INIT(toliman_track_options)
 
@@ -161,17 +166,17 @@ TOLIMAN_API void toliman_track_options_init(toliman_track_options *options, size
 
 /* Reads the options of a folder to *options, whose struct_size must be set, for toliman_track_create: folder (the
  * given pointer), estimator_id, values, sigma, value_limit, bit_depth, zero_run_bytes, the flag
- * TOLIMAN_TRACK_ALLOW_ZERO_RUNS, geometry, grid (nf = 0 if the setup file is lost), and a capacity of twice the
- * number of records, at least 2^20 and at most 2^28. Other members are set to their defaults. TOLIMAN_E_NOT_FOUND,
- * TOLIMAN_E_FORMAT. */
+ * TOLIMAN_TRACK_ALLOW_ZERO_RUNS, geometry, grid, stamp and exposure_s (nf = 0 and stamp = 0 if the setup file is lost),
+ * and a capacity of twice the number of records, at least 2^20 and at most 2^28. Other members are set to their
+ * defaults. TOLIMAN_E_NOT_FOUND, TOLIMAN_E_FORMAT. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
 toliman_track_load_options(const char *folder, toliman_track_options *options) TOLIMAN_NOEXCEPT;
 
 /* Creates a tracker, or opens an existing folder and continues with its frames. For an existing folder, start from
  * toliman_track_load_options. Allocates all memory and locks the ledger until the tracker is destroyed. The caller
  * destroys *out. Errors:
- *   - TOLIMAN_E_MISMATCH if the folder has another estimator, other values, geometry or limits, or, without REBUILD,
- *     another grid or clock table;
+ *   - TOLIMAN_E_MISMATCH if the folder has another estimator, other values, geometry or limits, another stamp or
+ *     exposure_s, or, without REBUILD, another grid or clock table;
  *   - TOLIMAN_E_STATE if another tracker writes to the folder;
  *   - TOLIMAN_E_LOST if the ledger has lost records. toliman_track_merge with SALVAGE recovers the others;
  *   - TOLIMAN_E_FORMAT if the ledger is damaged otherwise, is missing although other files of the folder exist, or is

@@ -101,14 +101,16 @@ toliman_frame public_frame(const ingest::Event &event, const toliman_ingest_opti
     frame.session = line.session;
     frame.roi = line.roi;
     frame.frame_id = line.frame_id;
+    if (line.rows == 0) // no valid line
+        return frame;
+    frame.camera_ns = line.stamp_ns + shift_ns;
+    frame.dropped = line.dropped;
+    frame.rows = line.rows;
+    frame.cols = line.cols;
     if (event.kind != ingest::EventKind::frame)
         return frame;
     frame.pixel = options.pixel;
-    frame.camera_ns = line.stamp_ns + shift_ns;
-    frame.dropped = line.dropped;
     frame.pixels = event.pixels;
-    frame.rows = line.rows;
-    frame.cols = line.cols;
     frame.exposure_s = options.exposure_s;
     return frame;
 }

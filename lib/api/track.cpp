@@ -47,6 +47,10 @@ class ExclusiveUse {
     Use<toliman_period> period_;
 };
 
+constexpr Choice<track::Stamp> kStamps = {TOLIMAN_FRAME_STAMP_START, TOLIMAN_FRAME_STAMP_END,
+                                          "TOLIMAN_FRAME_STAMP_..."};
+constexpr double kLongestExposure = 1e9; // s
+
 constexpr int64_t kLargestSide = 65536;
 constexpr uint32_t kLargestGroup = 65536;
 constexpr double kSigmasToLimit = 1e4;
@@ -82,6 +86,10 @@ toliman_track_options known_options(const toliman_track_options *given) {
              kGroup);
     if (memchr(options.values, 0, sizeof options.values) == nullptr)
         fail(Status::argument, "{options->values}: must have at most %zu characters", sizeof options.values - 1);
+    kStamps.to_enum_or(options.stamp, track::Stamp::middle, "options->stamp");
+    if (!(options.exposure_s >= 0 && options.exposure_s <= kLongestExposure))
+        fail(Status::argument, "{options->exposure_s} = %g: must be in [0, %g], 0 = unknown", options.exposure_s,
+             kLongestExposure);
     if (options.capacity < 1 || options.capacity > track::FrameIndex::kMax)
         fail(Status::argument, "{options->capacity} = %lld: must be in [1, 2^28], or 0 for 2^20",
              static_cast<long long>(options.capacity));
@@ -164,6 +172,13 @@ std::optional<track::Clock> clock_of(const toliman_track_options &options) {
     return track::Clock(std::move(points));
 }
 
+// Stamp and exposure of the options, else those of the folder.
+track::Timing timing_of(const toliman_track_options &options, const track::StateFolder &place) {
+    const track::Timing otherwise = place.setup ? place.setup->timing : track::Timing();
+    return {kStamps.to_enum_or(options.stamp, otherwise.stamp, "options->stamp"),
+            options.exposure_s != 0 ? options.exposure_s : otherwise.exposure_s};
+}
+
 // Grid and clock of the options, else those of the folder. If the folder has records but has lost its setup file, both
 // must be given: a guess would silently shift all times.
 track::Setup setup_of(std::optional<period::Grid> grid, std::optional<track::Clock> clock,
@@ -215,6 +230,11 @@ void set_grid(toliman_track_options &options, const period::Grid &grid) {
     options.period_flags = flags_of(grid);
 }
 
+void set_timing(toliman_track_options &options, const track::Timing &timing) {
+    options.stamp = kStamps.to_constant(timing.stamp);
+    options.exposure_s = timing.exposure_s;
+}
+
 toliman_track_options options_of(Store &store) {
     toliman_track_options options = {};
     const std::optional<track::Setup> setup = track::load_setup(store);
@@ -222,8 +242,10 @@ toliman_track_options options_of(Store &store) {
     const auto lines = static_cast<int64_t>(ledger.count());
     options.capacity = std::min(std::max(kCapacity, 2 * lines), track::FrameIndex::kMax);
     set_terms(options, ledger.terms(), ledger.columns());
-    if (setup)
+    if (setup) {
         set_grid(options, setup->grid);
+        set_timing(options, setup->timing);
+    }
     return options;
 }
 
@@ -242,6 +264,7 @@ void keep_options(toliman_track &made, const toliman_track_options &given) {
     options.group = given.group;
     set_terms(options, plan.terms, made.tracker->columns());
     set_grid(options, made.period.stream.grid());
+    set_timing(options, plan.timing);
     options.folder = given.folder != nullptr ? made.folder.c_str() : nullptr;
     options.clock = made.clock.empty() ? nullptr : made.clock.data();
     options.clock_points = plan.clock.points().size();
@@ -272,6 +295,7 @@ std::unique_ptr<toliman_track> make_track(const toliman_track_options &options) 
     place.rebuild = (options.flags & TOLIMAN_TRACK_REBUILD) != 0;
     const track::Setup setup = setup_of(grid, clock, place);
     plan.clock = setup.clock;
+    plan.timing = timing_of(options, place);
     auto made = std::unique_ptr<toliman_track>(new toliman_track{
         {}, {{}, period::Stream(setup.grid)}, std::nullopt, options.flags, options.cae, options.linear});
     made->tracker.emplace(std::move(plan), std::move(source.estimate), std::move(place), made->period.stream);
@@ -279,7 +303,6 @@ std::unique_ptr<toliman_track> make_track(const toliman_track_options &options) 
     return made;
 }
 
-constexpr double kLongestExposure = 1e9; // s
 constexpr size_t kMostIntervals = 65536;
 constexpr int64_t kFarthestWindow = int64_t{1} << 31;
 
@@ -323,8 +346,8 @@ void check_exposure(const toliman_frame &given, size_t i) {
     }
 }
 
-// Converts a frame; Status::argument, naming the member, if it is impossible for this tracker.
-track::Frame known_frame(const toliman_frame &given, size_t i, const track::Terms &terms) {
+// Status::argument, naming the member, if a frame is impossible for this tracker.
+void check_frame(const toliman_frame &given, size_t i, const track::Terms &terms) {
     const auto refuse = [i](const char *name, int64_t value, const char *allowed) {
         fail(Status::argument, "{frames[%zu].%s} = %lld: must be %s", i, name, static_cast<long long>(value), allowed);
     };
@@ -345,10 +368,13 @@ track::Frame known_frame(const toliman_frame &given, size_t i, const track::Term
         fail(Status::argument, "{frames[%zu].sigma} = %g: must be 0 or in [%g, %g], 1 to 32 times the tracker's", i,
              given.sigma, terms.sigma, track::Terms::kMaxSigmaRatio * terms.sigma);
     check_exposure(given, i);
-    const Pixel pixel = kPixels.to_enum(given.pixel, "pixel");
-    if (reinterpret_cast<uintptr_t>(given.pixels) % size_of(pixel) != 0)
-        fail(Status::argument, "{frames[%zu].pixels}: must be aligned to %zu bytes, the size of a pixel", i,
-             size_of(pixel));
+    const size_t width = size_of(kPixels.to_enum(given.pixel, "pixel"));
+    if (reinterpret_cast<uintptr_t>(given.pixels) % width != 0)
+        fail(Status::argument, "{frames[%zu].pixels}: must be aligned to %zu bytes, the size of a pixel", i, width);
+}
+
+// Converts a frame that has been checked.
+track::Frame frame_of(const toliman_frame &given) {
     track::Frame frame = {};
     frame.session = given.session;
     frame.roi = given.roi;
@@ -356,7 +382,7 @@ track::Frame known_frame(const toliman_frame &given, size_t i, const track::Term
     frame.camera_ns = given.camera_ns;
     frame.dropped = static_cast<uint16_t>(given.dropped);
     frame.sigma = given.sigma != 0 ? given.sigma : 0; // -0 becomes 0
-    frame.pixel = pixel;
+    frame.pixel = kPixels.to_enum(given.pixel, "pixel");
     frame.pixels = given.pixels;
     frame.rows = static_cast<size_t>(given.rows);
     frame.cols = static_cast<size_t>(given.cols);
@@ -377,7 +403,7 @@ void push_batch(track::Tracker &tracker, const Frames &frames, size_t count, con
     track::Frame batch[track::Tracker::kBatch];
     track::Outcome results[track::Tracker::kBatch];
     for (size_t i = 0; i < count; i++)
-        batch[i] = known_frame(frames.get(done + i), done + i, tracker.plan().terms);
+        batch[i] = frame_of(frames.get(done + i));
     size_t processed = 0;
     const auto deliver_outcomes = [&] {
         for (size_t i = 0; i < processed; i++)
@@ -450,7 +476,7 @@ toliman_status toliman_track_push(toliman_track *track, const toliman_frame *fra
             if (frame.struct_size != given.size())
                 fail(Status::argument, "{frames[%zu].struct_size} = %u: must be %u, as in frames[0]", i,
                      frame.struct_size, given.size());
-            known_frame(frame, i, tracker.plan().terms);
+            check_frame(frame, i, tracker.plan().terms);
         }
         while (*done < count)
             push_batch(tracker, given, std::min(track::Tracker::kBatch, count - *done), results, *done);

@@ -146,7 +146,9 @@ Event Pair::damage(Slot &slot, Reason reason, std::string text) {
     Event event = report(slot, EventKind::damage, reason, std::move(text));
     const SideLine &line = front();
     event.line.has_key = line.has_key;
-    if (line.has_key) {
+    if (reason != Reason::bad_line) {
+        event.line = line;
+    } else if (line.has_key) {
         event.line.session = line.session;
         event.line.roi = line.roi;
         event.line.frame_id = line.frame_id;
@@ -167,6 +169,7 @@ Event Pair::frame(Slot &slot, const Place &place) {
     event.line = front();
     event.pixels = slot.pixels.data();
     counts_.frames++;
+    calls_since_frame_ = 0;
     clock_.pass(front(), front_number());
     release();
     return event;
@@ -268,6 +271,7 @@ Event Pair::next() {
     if (is_idle_ && !is_over_ && (is_first || may_grow))
         look();
     slot_ = (slot_ + 1) % slots_.size();
+    calls_since_frame_++;
     is_idle_ = true; // also if what follows fails
     std::optional<Event> event = give(slots_[slot_]);
     if (event) {
@@ -275,6 +279,9 @@ Event Pair::next() {
         return *event;
     }
     pixels_.reset();
+    if (calls_since_frame_ >= slots_.size()) // nobody uses them: thousands of pairs may be followed
+        for (Slot &slot : slots_)
+            slot.pixels = {};
     Event nothing;
     nothing.file = &side_path_;
     return nothing;

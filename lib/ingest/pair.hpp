@@ -35,7 +35,7 @@ struct Event {
     const std::string *file = nullptr;
     int64_t number = 0; // of the line, from 1; 0: the whole file
     const char *text = "";
-    SideLine line = {};           // of a frame; of damage the key alone
+    SideLine line = {};           // of a frame, and of damage; of a bad line the key alone
     const void *pixels = nullptr; // of a frame
 };
 
@@ -89,7 +89,7 @@ class Pair {
     PairOptions options_;
     std::set<std::string> names_; // of all lines: frames point to them
     std::vector<Slot> slots_;
-    size_t slot_ = 0;
+    size_t slot_ = 0, calls_since_frame_ = 0;
     PairCounts counts_;
 
     // State of the files.

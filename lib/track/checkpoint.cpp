@@ -19,7 +19,7 @@ constexpr size_t kBeforeSums = 4 + 4 + 8 + 8 + 8 + 4 + 4;
 constexpr int64_t kLargest = int64_t{1} << 35;
 
 Loaded read(const std::vector<uint8_t> &bytes) {
-    ByteReader in = checked_content(bytes, kMagic, kVersion, kKind);
+    ByteReader in = checked_content(bytes, kMagic, kVersion, kKind).in;
     Checkpoint checkpoint;
     checkpoint.salt = in.u64();
     checkpoint.records = in.u64();

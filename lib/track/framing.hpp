@@ -22,14 +22,23 @@ inline std::vector<uint8_t> finish_file(ByteWriter out) {
     return out.take();
 }
 
-// Returns a reader of the content between; bytes.size() must be at least kFramingSize. Status::format if it is damaged.
-inline ByteReader checked_content(const std::vector<uint8_t> &bytes, const char *magic, uint32_t version,
-                                  const char *kind) {
+// A file without its frame.
+struct Content {
+    ByteReader in;
+    uint32_t version;
+};
+
+// Returns the content of a file of version 1 to `newest`; bytes.size() must be at least kFramingSize. Status::format if
+// it is damaged.
+inline Content checked_content(const std::vector<uint8_t> &bytes, const char *magic, uint32_t newest,
+                               const char *kind) {
     const size_t size = bytes.size() - 4;
     ByteReader in(bytes.data(), size, kind), crc(bytes.data() + size, 4, kind);
-    if (std::memcmp(in.raw(4), magic, 4) != 0 || in.u32() != version || crc.u32() != zip::crc32(bytes.data(), size))
+    const bool has_magic = std::memcmp(in.raw(4), magic, 4) == 0;
+    const uint32_t version = in.u32();
+    if (!has_magic || version < 1 || version > newest || crc.u32() != zip::crc32(bytes.data(), size))
         fail(Status::format, "%s: is damaged or has another version", kind);
-    return in;
+    return {in, version};
 }
 
 } // namespace toliman::track

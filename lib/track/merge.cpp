@@ -41,6 +41,8 @@ uint64_t Tracker::merge(Store &other, bool salvage) {
     if (ledger_ && file.salt() == ledger_->salt())
         fail(Status::argument, "{%s}: is the tracker's own ledger, or a copy of it", file.path().c_str());
     check_columns(file, columns_);
+    if (const std::optional<Setup> theirs = load_setup(other))
+        check_timing(theirs->timing, plan_.timing, other.path(Setup::kName));
     uint64_t lost = 0;
     if (salvage)
         lost = merge_salvaged_records(file, point);

@@ -104,9 +104,12 @@ void Tracker::resume_from_checkpoint(StateFolder &folder) {
 }
 
 void Tracker::check_setup(const StateFolder &folder) const {
-    if (folder.rebuild || !folder.setup)
+    if (!folder.setup)
         return;
     const std::string path = store_->path(Setup::kName);
+    check_timing(folder.setup->timing, plan_.timing, path);
+    if (folder.rebuild)
+        return;
     if (folder.setup->grid.digest() != sums_.grid().digest())
         fail(Status::mismatch, "{%s}: has another frequency grid, time offset or unit: rebuild to change it",
              path.c_str());

@@ -10,12 +10,26 @@ namespace toliman::track {
 namespace {
 
 constexpr char kMagic[] = "TLMS", kKind[] = "setup";
-constexpr uint32_t kVersion = 1;
+constexpr uint32_t kVersion = 2, kVersionWithoutTiming = 1;
+constexpr double kLongestExposure = 1e9; // s
 constexpr size_t kPointSize = 16;
 constexpr int64_t kLargest = int64_t{1} << 30;
 
+const char *name_of(Stamp stamp) noexcept {
+    static const char *const names[] = {"start", "middle", "end"};
+    return names[static_cast<size_t>(stamp)];
+}
+
+Timing read_timing(ByteReader &in) {
+    const uint32_t stamp = in.u32();
+    const double exposure = in.f64();
+    if (stamp > static_cast<uint32_t>(Stamp::end) || !(exposure >= 0 && exposure <= kLongestExposure))
+        fail(Status::format, "%s: time stamps %u of exposures of %g s", kKind, stamp, exposure);
+    return {static_cast<Stamp>(stamp), exposure};
+}
+
 Setup read(const std::vector<uint8_t> &bytes) {
-    ByteReader in = checked_content(bytes, kMagic, kVersion, kKind);
+    auto [in, version] = checked_content(bytes, kMagic, kVersion, kKind);
     const size_t count = in.u32();
     if (count > in.left() / kPointSize)
         fail(Status::format, "%s: %zu clock points exceed the size of the file", kKind, count);
@@ -26,9 +40,10 @@ Setup read(const std::vector<uint8_t> &bytes) {
     }
     const size_t size = period::Stream::kHeaderSize;
     const period::Grid grid = period::Stream::load_header(in.raw(size), size);
+    const Timing timing = version == kVersionWithoutTiming ? Timing() : read_timing(in);
     if (in.left() > 0)
         fail(Status::format, "%s: has %zu extra bytes", kKind, in.left());
-    return {grid, Clock(std::move(points))};
+    return {grid, Clock(std::move(points)), timing};
 }
 
 } // namespace
@@ -38,8 +53,10 @@ uint32_t Setup::digest() const {
     return ByteReader(bytes.data() + bytes.size() - 4, 4, kKind).u32();
 }
 
+// The default timing is written as version 1, so that older folders keep their bytes and their checkpoints stay valid.
 std::vector<uint8_t> to_bytes(const Setup &setup) {
-    ByteWriter out = begin_file(kMagic, kVersion);
+    const bool has_timing = !(setup.timing == Timing());
+    ByteWriter out = begin_file(kMagic, has_timing ? kVersion : kVersionWithoutTiming);
     out.u32(static_cast<uint32_t>(setup.clock.points().size()));
     for (const ClockPoint &point : setup.clock.points()) {
         out.i64(point.camera_ns);
@@ -47,7 +64,18 @@ std::vector<uint8_t> to_bytes(const Setup &setup) {
     }
     const std::vector<uint8_t> grid = period::Stream::header(setup.grid);
     out.raw(grid.data(), grid.size());
+    if (has_timing) {
+        out.u32(static_cast<uint32_t>(setup.timing.stamp));
+        out.f64(setup.timing.exposure_s);
+    }
     return finish_file(std::move(out));
+}
+
+void check_timing(const Timing &in_file, const Timing &own, const std::string &path) {
+    if (!(in_file == own))
+        fail(Status::mismatch,
+             "{%s}: has time stamps at the %s of exposures of %g s, the options name the %s of %g s (0 s: unknown)",
+             path.c_str(), name_of(in_file.stamp), in_file.exposure_s, name_of(own.stamp), own.exposure_s);
 }
 
 period::Grid for_terms(period::Grid grid, const Terms &terms) {

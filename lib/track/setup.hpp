@@ -1,7 +1,10 @@
-// Setup: what the sums depend on in addition to the ledger, frequency grid and clock (tools/docs/formats.md, "TLMS").
+// Setup: what a folder records in addition to the ledger: frequency grid, clock, and how the times of its frames were
+// read (tools/docs/formats.md, "TLMS").
 #pragma once
 #include <cstdint>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "backend/store.hpp"
 #include "period/stream.hpp"
@@ -10,10 +13,25 @@
 
 namespace toliman::track {
 
+enum class Stamp : int32_t { start = 0, middle = 1, end = 2 };
+
+// Time stamps from which the camera times of all frames were computed. Recorded only: they change no time.
+struct Timing {
+    Stamp stamp = Stamp::middle;
+    double exposure_s = 0; // 0: unknown
+    bool operator==(const Timing &other) const noexcept {
+        return stamp == other.stamp && exposure_s == other.exposure_s;
+    }
+};
+
+// Status::mismatch, naming the setup file at `path`, if its timing differs from that of the tracker.
+void check_timing(const Timing &in_file, const Timing &own, const std::string &path);
+
 struct Setup {
     static constexpr const char *kName = "setup.tlms";
     period::Grid grid; // as of Stream::grid()
     Clock clock;
+    Timing timing = {};
     uint32_t digest() const;
 };
 

@@ -59,6 +59,7 @@ struct Plan {
     Terms terms;
     Columns columns; // of a new ledger; an existing ledger keeps its own
     Clock clock;
+    Timing timing;
     unsigned workers = 1;
     size_t group = 64; // records per write and fsync
     Sync sync = Sync::group;
@@ -156,7 +157,7 @@ class Tracker {
     void merge_all_records(Store &other, const Checkpoint &point);
     uint64_t merge_salvaged_records(const LedgerFile &file, const Checkpoint &point);
     bool merge_record(const Record &theirs, bool is_new);
-    Setup setup() const { return {sums_.grid(), plan_.clock}; }
+    Setup setup() const { return {sums_.grid(), plan_.clock, plan_.timing}; }
     void evaluate(const Frame &frame, Job &job, unsigned worker) noexcept;
     void validate_and_estimate(const Frame &frame, Job &job, unsigned worker);
     Cells cells_of(const Frame &frame, const Job &job) const noexcept;

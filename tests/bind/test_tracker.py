@@ -137,6 +137,20 @@ class Pushing(unittest.TestCase):
                 self.assertEqual(there.options["values"], ("dx",))
                 self.assertTrue(numpy.isnan(there.records()["dx"][0]))
 
+    def test_time_stamps_of_a_folder(self):
+        with tempfile.TemporaryDirectory() as folder:
+            with tracker(folder=folder, stamp="start", exposure_s=0.5) as ours:
+                self.assertEqual((ours.options["stamp"], ours.options["exposure_s"]), ("start", 0.5))
+            with tracker(folder=folder) as again:
+                self.assertEqual((again.options["stamp"], again.options["exposure_s"]), ("start", 0.5))
+            with self.assertRaises(InputError) as raised:
+                tracker(folder=folder, stamp="end")
+            self.assertEqual(raised.exception.name, "TOLIMAN_E_MISMATCH")
+        with tracker() as ours:
+            self.assertEqual((ours.options["stamp"], ours.options["exposure_s"]), ("middle", 0.0))
+        with self.assertRaisesRegex(ValueError, "stamp = 'begin': must be one of start, middle, end"):
+            tracker(stamp="begin")
+
     def test_outcomes_up_to_an_error(self):
         with tracker(capacity=2) as ours:
             with self.assertRaises(Error) as raised:

@@ -362,9 +362,9 @@ class Encode(OutputTest):
         (self.folder / "folder.fits").mkdir()
         os.mkfifo(self.folder / "pipe.fits")
         for name, *texts in (
-            ("nan", "frame 1, row 3, column 4", "must be a finite number"),
-            ("inf", "frame 1, row 3, column 4", "must be a finite number"),
-            ("blank", "frame 1, row 3, column 4", "blank"),
+            ("nan", "frame 1: counts[3][4] = nan: must be finite"),
+            ("inf", "frame 1: counts[3][4] = nan: must be finite"),
+            ("blank", "frame 1: counts[3][4] = nan: must be finite"),
             ("small", "64x32", "256x256"),
             ("line", "has 1 axes", "2 or 3"),
             ("four", "has 4 axes"),

@@ -12,7 +12,7 @@ import schemas
 from program import HEADER, LINE, PATIENCE, PROGRAM, SCENES, ProgramTest, one_wavelength
 
 FRAMES, SIDE = 48, 64
-GRID = ("--grid", "0.03:0.002:230")
+GRID = ("--grid", "0.03:0.002:230", "--stamp", "middle")  # the scene has no exposure
 
 
 class Track(ProgramTest):
@@ -336,7 +336,7 @@ class Stops(Track):
             self.assertEqual(read_frames(27), list(range(3, 30)))
             self.pair("in/b", self.lines[30:], self.frames[30:])
             self.assertEqual(read_frames(FRAMES - 30), list(range(30, FRAMES)))
-            status = json.loads(self.succeed("status", "s", "--json"))  # beside the writer
+            status = json.loads(self.succeed("status", "s", "--json"))  # while the writer runs
             self.assertEqual(status["accepted"], FRAMES)
             run.send_signal(signal.SIGTERM)
             run.stdout.read()
@@ -366,7 +366,7 @@ class Stops(Track):
         self.refuse(2, "--dtype", arguments=(*base, *GRID, "all"))
         self.refuse(2, "F0:DF:NF", arguments=(*base, "--grid", "1:2", "--dtype", "u32le", "all"))
         self.refuse(3, "none", arguments=(*base, *GRID, "--dtype", "u32le", "none"))
-        self.refuse(2, "alone", arguments=(*base, *GRID, "--dtype", "u32le", "-", "all"))
+        self.refuse(2, "-: standard input must be the only input", arguments=(*base, *GRID, "--dtype", "u32le", "-", "all"))
         numpy.save(self.folder / "x.npy", self.frames)
         self.refuse(2, "--cadence", arguments=(*base, *GRID, "x.npy"))
         self.refuse(3, "none", arguments=("status", "none"))

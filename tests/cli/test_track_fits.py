@@ -29,7 +29,7 @@ def tai_ns(text, scale, form):
 
 class Fits(Track):
     def write(self, name, cards, images=None):
-        """A FITS file by hand, so that a value stands there exactly as given: cards {key: text}."""
+        """A FITS file by hand, so that a value is written exactly as given: cards {key: text}."""
         images = numpy.asarray(self.frames[0] if images is None else images, ">i4")
         axes = {f"NAXIS{k + 1}": n for k, n in enumerate(reversed(images.shape))}
         lines = [f"{key:<8}= {value:>20}" for key, value in
@@ -363,18 +363,18 @@ class Files(Fits):
         self.assertIn("no key FRAME1", issued[bare[1]]["text"])
 
     def test_clock(self):
-        """TAI by itself is no time of a clock."""
+        """A time that is TAI is not converted by a clock table."""
         (self.folder / "clock.csv").write_text("0,1000\n")
         (self.folder / "same.csv").write_text("0,0\n5,5\n")
         self.write("x.fits", {"MJD-AVG": "60000", "TIMESYS": "'TAI'"})
         self.track("s", "x.fits", "--clock", "clock.csv", code=2)
-        self.assertIn("x.fits: its time (MJD-AVG in TAI) becomes TAI by itself, and the folder has a clock", self.errors)
+        self.assertIn("x.fits: its time (MJD-AVG in TAI) is TAI, but the state folder has a clock table", self.errors)
         self.assertFalse((self.folder / "s").exists())  # as it has no frame
         self.succeed("simulate", "scene.json", "--out", "day.fits")
         out = self.track("s", "day.fits", "--clock", "clock.csv")  # the camera's time
         self.assertTrue(all(line["tai_ns"] == line["camera_ns"] + 1000 for line in out if "value" in line))
         self.track("s", "-", code=2, stdin="x.fits")  # the clock is remembered
-        self.assertIn("the folder has a clock", self.errors)
+        self.assertIn("the state folder has a clock table", self.errors)
         out = self.track("same", "x.fits", "--clock", "same.csv")
         self.assertEqual(self.counts(out)["accepted"], 1)
 

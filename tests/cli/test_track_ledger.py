@@ -14,7 +14,7 @@ class Ledger(Mistakes):
         self.track("s", "all")
         (self.folder / "s/ledger.tlml").unlink()
         for left in ("checkpoint.tlmc", "setup.tlms", "streams.txt"):
-            text = f"s: ledger.tlml is gone, though {left} is there", "give all frames again, into a new folder"
+            text = f"s: ledger.tlml is missing although {left} exists", "give all frames again, into a new folder"
             self.refuse_track(5, *text)
             for command in (("status", "s"), ("rebuild", "s"), ("merge", "s", "--salvage", "--out", "no")):
                 self.refuse(5, *text, arguments=command)
@@ -27,7 +27,7 @@ class Ledger(Mistakes):
         for name in ("checkpoint.tlmc", "setup.tlms", "streams.txt"):
             (self.folder / "s" / name).unlink()
         os.truncate(self.folder / "s/ledger.tlml", HEADER)
-        self.refuse(3, "s: is no state folder", arguments=("status", "s"))
+        self.refuse(3, "s: is not a state folder", arguments=("status", "s"))
         self.track("s", "all")
         self.assertEqual(self.errors, "")
         self.assertEqual(self.sums("s"), self.clean(range(FRAMES)))
@@ -166,7 +166,7 @@ class Ledger(Mistakes):
                     self.assertEqual(run.wait(60), 6, self.errors)
                     self.assertNotIn("accepted", [json.loads(line).get("verdict") for line in out.splitlines()])
                 self.assertIn(f"s/ledger.tlml: was {what} while it was being written", self.errors)
-                self.assertIn("frames that were printed as accepted may be lost", self.errors)
+                self.assertIn("frames printed as accepted may be lost", self.errors)
                 self.assertNotIn("state saved", self.errors)
                 self.assertNotIn("are safe", self.errors)
 

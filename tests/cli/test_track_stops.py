@@ -15,7 +15,7 @@ STOPS = ((signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129))
 
 class Stopped(Mistakes):
     def start_narrow(self, state, *arguments):
-        """A run that cannot go on unless its output is read, of which a page is held."""
+        """A run that cannot continue unless its output is read, of which a page is buffered."""
         run = self.start(state, *arguments, bufsize=0)
         fcntl.fcntl(run.stdout, fcntl.F_SETPIPE_SZ, 4096)
         return run

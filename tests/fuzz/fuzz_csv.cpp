@@ -57,7 +57,7 @@ class Header final : public cli::FrameFile {
     }
 
   private:
-    void next(double *) override {}
+    void next(void *) override {}
     void skip_next() override {}
     std::map<std::string, std::string> values_;
 };

@@ -25,7 +25,7 @@ void read_frames(const std::string &path, size_t size) {
     require(pixels > 0 && pixels * frames->count() <= size, "more pixels than the file has bytes");
     std::vector<double> image(pixels);
     for (size_t k = 0; k < 3 && frames->more(); k++) {
-        frames->read(image.data());
+        frames->read_finite(image.data());
         for (const double pixel : image)
             require(std::isfinite(pixel), "a pixel that is not finite");
         if (frames->more())

@@ -50,12 +50,17 @@ Files files_of(const Parts &parts) {
     return files;
 }
 
+// The parameters with which a folder was created.
+struct Made {
+    track::Terms terms;
+    std::string further; // names of the values
+    track::Timing timing;
+};
+
 // A tracker and its periodogram, on files.
 struct Run {
-    Run(Files &files, Access access, const track::Terms &terms, const std::string &further)
-        : Run(place_of(files, access, terms), terms, further) {}
-    Run(const track::Terms &terms, const std::string &further)
-        : Run(track::StateFolder(), terms, further) {} // in memory
+    Run(Files &files, Access access, const Made &made) : Run(place_of(files, access, made.terms), made) {}
+    explicit Run(const Made &made) : Run(track::StateFolder(), made) {} // in memory
 
     void push(int64_t id) { push_pixel(id, 1); }
     // Pushes a frame whose first pixel is its value.
@@ -86,11 +91,12 @@ struct Run {
         grid.check();
         return grid;
     }
-    Run(track::StateFolder place, const track::Terms &terms, const std::string &further) : sums(grid_of(place, terms)) {
+    Run(track::StateFolder place, const Made &made) : sums(grid_of(place, made.terms)) {
         track::Plan plan;
         plan.capacity = kCapacity;
-        plan.terms = terms;
-        plan.columns = track::Columns(further);
+        plan.terms = made.terms;
+        plan.columns = track::Columns(made.further);
+        plan.timing = made.timing;
         if (place.setup)
             plan.clock = place.setup->clock;
         tracker.emplace(
@@ -104,12 +110,6 @@ struct Run {
     }
 };
 
-// The parameters with which a ledger was created.
-struct Made {
-    track::Terms terms;
-    std::string further; // names of the values
-};
-
 // Empty if an API call would refuse the ledger.
 std::optional<Made> made_of(Files &files) {
     MemoryStore store(files);
@@ -121,7 +121,8 @@ std::optional<Made> made_of(Files &files) {
         return std::nullopt; // larger images would only be slower
     const std::string further = ledger.columns().further();
     track::Columns expected(further);
-    return Made{terms, further};
+    const std::optional<track::Setup> setup = track::load_setup(store);
+    return Made{terms, further, setup ? setup->timing : track::Timing()};
 }
 
 void check(const track::Tracker &tracker) {
@@ -144,14 +145,13 @@ void check(const track::Tracker &tracker) {
 
 // Reading must change nothing, and what is pushed after reopening must be kept.
 void reopen(Files files, const Made &made) {
-    const auto &[terms, further] = made;
     const Files before = files;
-    check(*Run(files, Access::read, terms, further).tracker);
+    check(*Run(files, Access::read, made).tracker);
     require(files == before, "reading has changed a file");
     std::vector<uint8_t> sums;
     uint64_t lines;
     {
-        Run run(files, Access::write, terms, further);
+        Run run(files, Access::write, made);
         run.push(1);
         run.push(int64_t{1} << 40);
         run.tracker->save();
@@ -160,7 +160,7 @@ void reopen(Files files, const Made &made) {
         lines = run.tracker->records();
     }
     const Files saved = files;
-    Run again(files, Access::write, terms, further);
+    Run again(files, Access::write, made);
     require(again.tracker->records() == lines && again.sums.save() == sums, "reopened with different contents");
     again.tracker->save();
     require(files == saved, "saved files differ from the opened ones");
@@ -168,7 +168,7 @@ void reopen(Files files, const Made &made) {
 
 void merge(Files files, const Made &made, bool salvage) {
     MemoryStore other(files);
-    Run run(made.terms, made.further);
+    Run run(made);
     run.tracker->merge(other, salvage);
     check(*run.tracker);
     const Bytes sums = run.sums.save();
@@ -235,9 +235,11 @@ std::vector<Bytes> fuzz::seeds() {
     terms.value_limit = 100;
     terms.estimator = 5;
     std::vector<Bytes> seeds;
-    Files files;
-    for (int64_t pass = 0; pass < 3; pass++) {
-        Run run(files, Access::write, terms, "dx");
+    Files files, timed_files;
+    for (int64_t pass = 0; pass < 4; pass++) {
+        const bool timed = pass == 3;
+        Files &own = timed ? timed_files : files;
+        Run run(own, Access::write, {terms, "dx", timed ? track::Timing{track::Stamp::start, 0.5} : track::Timing()});
         for (int64_t id = 0; id < 6; id++)
             run.push(2 * pass + id);
         run.push_pixel(1, 2);
@@ -249,7 +251,7 @@ std::vector<Bytes> fuzz::seeds() {
             run.tracker->save();
         Parts parts;
         for (size_t i = 0; i < kFiles; i++)
-            parts[i] = files[kNames[i]];
+            parts[i] = own[kNames[i]];
         seeds.push_back(input_of(parts));
     }
     return seeds;

@@ -152,6 +152,9 @@ static void read_mission(const char *version) {
         if (id != 10)
             push_number(expected, id);
     assert_same_periods(period_of(track), period_of(expected));
+    toliman_track_options kept = TOLIMAN_TRACK_OPTIONS_INIT; /* times are the middle of an exposure of unknown length */
+    assert_ok(toliman_track_get_options(track, &kept));
+    assert_true(kept.stamp == TOLIMAN_FRAME_STAMP_MIDDLE && kept.exposure_s == 0);
     assert_int_equal(info_of(track).quarantined, 1);
     assert_int_equal(push_number(track, LAST), TOLIMAN_TRACK_VERDICT_DUPLICATE);
     assert_int_equal(push_number(track, LAST + 1), TOLIMAN_TRACK_VERDICT_ACCEPTED);

@@ -286,6 +286,7 @@ static void test_sizes(void **state) {
     assert_frame(ingest, 1, 2, FRAME_BYTES);
     assert_damage(ingest, TOLIMAN_INGEST_REASON_SHORT_FILE, 3, "ends before this frame");
     assert_int_equal(frame.frame_id, 2);
+    assert_true(frame.camera_ns == event.stamp_ns && frame.camera_ns != 0 && frame.rows != 0 && frame.pixels == NULL);
     assert_string_equal(event.file, side_path);
     assert_nothing(ingest);
     toliman_ingest_destroy(ingest);

@@ -233,7 +233,8 @@ class toliman_sim_info(Sized):
     crb_marginal_px: Cramer-Rao bound with all eight nuisances unknown; may be infinite
     peak_counts: brightest pixel of the expected frame, in its unit
     unit: TOLIMAN_SIM_UNIT_..., of frames and expected images
-    bit_depth: bits per pixel of the detector; 0 = counts are not rounded"""
+    bit_depth: bits per pixel of the detector; 0 = counts are not rounded
+    exposure_s: length of an exposure; 0 if the scene has peak_photons instead. Since 0.2"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -264,6 +265,7 @@ class toliman_sim_info(Sized):
         ("peak_counts", c_double),
         ("unit", c_int32),
         ("bit_depth", c_int32),
+        ("exposure_s", c_double),
     ]
 
 
@@ -830,8 +832,8 @@ class toliman_ingest_event(Sized):
     file: path of the file that the event concerns, usually the side file; never NULL
     line: its line, from 1; 0 = the whole file
     text: what is wrong, without file and line; "" for frames and NOTHING; never NULL
-    stamp_ns: timestamp_ns of the line, as written; 0 unless FRAME
-    host_s: host_time of the line, in s; 0 unless FRAME"""
+    stamp_ns: timestamp_ns of a valid line, as written; else 0
+    host_s: host_time of a valid line, in s; else 0"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -1331,7 +1333,12 @@ class toliman_track_options(Sized):
     allocator: for the large arrays of the object; NULL = malloc
     log: Receives a warning for each kind of damage that toliman_track_create repairs or ignores, during that call only:
         a checkpoint that is damaged, missing or of another ledger; an incomplete record at the end of the ledger; lost
-        session names. May be NULL."""
+        session names. May be NULL.
+    stamp: Time stamps from which the camera times of all frames were computed (ingest.h). They are recorded in the setup
+        file and change no time. Since 0.2.
+        TOLIMAN_FRAME_STAMP_..., 0 = that of the folder; in a new folder MIDDLE
+    reserved: 0
+    exposure_s: length of an exposure, at most 1e9 s; 0 = that of the folder; in a new folder unknown"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -1369,6 +1376,9 @@ class toliman_track_options(Sized):
         ("allocator", POINTER(toliman_allocator)),
         ("log", toliman_log_fn),
         ("log_data", c_void_p),
+        ("stamp", c_int32),
+        ("reserved", c_int32),
+        ("exposure_s", c_double),
     ]
 
 
@@ -2114,7 +2124,8 @@ Errors: TOLIMAN_E_NOT_FOUND if one of the files is missing or cannot be read. Si
             ("event", POINTER(toliman_ingest_event)),
         ),
         """Reads the next event.
-  frame  becomes the frame of a FRAME event; for DAMAGE with has_key = 1, session, roi and frame_id only; else 0.
+  frame  becomes the frame of a FRAME event; for DAMAGE, what its line contains: all members but the pixels, of a
+         BAD_LINE with has_key = 1 session, roi and frame_id only; else 0.
          camera_ns is the middle of the exposure by the camera clock: the stamp, plus or minus half the exposure. If
          the exposure is unknown, camera_ns is the stamp. Pixels and names belong to the reader and stay valid
          during the next `buffers` - 1 calls
@@ -2616,17 +2627,17 @@ Errors: as toliman_period_query_fit; TOLIMAN_E_CANCELLED.""",
         c_int32, (("folder", c_char_p), ("options", POINTER(toliman_track_options))),
         """Reads the options of a folder to *options, whose struct_size must be set, for toliman_track_create: folder (the
 given pointer), estimator_id, values, sigma, value_limit, bit_depth, zero_run_bytes, the flag
-TOLIMAN_TRACK_ALLOW_ZERO_RUNS, geometry, grid (nf = 0 if the setup file is lost), and a capacity of twice the
-number of records, at least 2^20 and at most 2^28. Other members are set to their defaults. TOLIMAN_E_NOT_FOUND,
-TOLIMAN_E_FORMAT.""",
+TOLIMAN_TRACK_ALLOW_ZERO_RUNS, geometry, grid, stamp and exposure_s (nf = 0 and stamp = 0 if the setup file is lost),
+and a capacity of twice the number of records, at least 2^20 and at most 2^28. Other members are set to their
+defaults. TOLIMAN_E_NOT_FOUND, TOLIMAN_E_FORMAT.""",
     ),
     "toliman_track_create": (
         c_int32, (("options", POINTER(toliman_track_options)), ("out", POINTER(POINTER(toliman_track)))),
         """Creates a tracker, or opens an existing folder and continues with its frames. For an existing folder, start from
 toliman_track_load_options. Allocates all memory and locks the ledger until the tracker is destroyed. The caller
 destroys *out. Errors:
-  - TOLIMAN_E_MISMATCH if the folder has another estimator, other values, geometry or limits, or, without REBUILD,
-    another grid or clock table;
+  - TOLIMAN_E_MISMATCH if the folder has another estimator, other values, geometry or limits, another stamp or
+    exposure_s, or, without REBUILD, another grid or clock table;
   - TOLIMAN_E_STATE if another tracker writes to the folder;
   - TOLIMAN_E_LOST if the ledger has lost records. toliman_track_merge with SALVAGE recovers the others;
   - TOLIMAN_E_FORMAT if the ledger is damaged otherwise, is missing although other files of the folder exist, or is

@@ -51,6 +51,7 @@ class SceneInfo(Result):
     peak_counts: float = member("brightest pixel of the expected frame, in its unit")
     unit: str = member("..., of frames and expected images", words="TOLIMAN_SIM_UNIT")
     bit_depth: int = member("bits per pixel of the detector; 0 = counts are not rounded")
+    exposure_s: float = member("length of an exposure; 0 if the scene has peak_photons instead. Since 0.2")
 
 
 @result

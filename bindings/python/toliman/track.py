@@ -126,6 +126,9 @@ class Tracker(Handle):
     sync: durability of ledger records: "group" (fsync every `group` records), "frame" (every record) or "none".
     read_only: open the folder for queries; a writer may be active.
     rebuild: recompute the sums from the ledger with the given grid and clock.
+    stamp, exposure_s: the time stamps from which the camera times of all frames were computed: "start", "middle" or
+        "end" of an exposure of this length, in s. Recorded in the folder; they change no time. None and 0 take the
+        folder's, or for a new folder "middle" and unknown.
 
     Recoverable damage to the folder is logged as warnings to Python's logging, logger "toliman".
 
@@ -143,7 +146,7 @@ class Tracker(Handle):
                  bit_depth: int = 0, zero_run_bytes: int = 4096, allow_zero_runs: bool = False, time_offset_ns: int = 0,
                  unit_ns: float = 86400e9, fit_mean: bool = True, double_limb: bool = False, threads: int = 0,
                  clock: ArrayLike | None = None, sync: str = "group", group: int = 64, read_only: bool = False,
-                 rebuild: bool = False):
+                 rebuild: bool = False, stamp: str | None = None, exposure_s: float = 0.0):
         period_flags = ((0 if fit_mean else _raw.TOLIMAN_PERIOD_FIXED_MEAN)
                         | (_raw.TOLIMAN_PERIOD_DOUBLE_LIMB if double_limb else 0))
         options = options_of(
@@ -158,6 +161,8 @@ class Tracker(Handle):
             time_offset_ns=within("time_offset_ns", time_offset_ns, -INT64, INT64), unit_ns=real("unit_ns", unit_ns),
             threads=whole("threads", threads, 2**32), group=whole("group", group, 2**32),
             sync=number("sync", sync, "TOLIMAN_TRACK_SYNC"), log=log, period_flags=period_flags,
+            stamp=0 if stamp is None else number("stamp", stamp, "TOLIMAN_FRAME_STAMP"),
+            exposure_s=real("exposure_s", exposure_s),
             flags=(_raw.TOLIMAN_TRACK_READ_ONLY if read_only else 0) | (_raw.TOLIMAN_TRACK_REBUILD if rebuild else 0)
             | (_raw.TOLIMAN_TRACK_ALLOW_ZERO_RUNS if allow_zero_runs else 0))
         if folder is not None:
@@ -261,10 +266,11 @@ class Tracker(Handle):
         check(library.toliman_track_get_options(self._c, ctypes.byref(struct)))
         options = {name: getattr(struct, name) for name, kind in struct._fields_
                    if kind in (ctypes.c_double, ctypes.c_int32, ctypes.c_int64, ctypes.c_uint32, ctypes.c_uint64)}
-        del options["struct_size"]
+        del options["struct_size"], options["reserved"]
         options["values"] = tuple(filter(None, struct.values.decode().split(",")))
         options["folder"] = None if struct.folder is None else os.fsdecode(struct.folder)
         options["sync"] = words("TOLIMAN_TRACK_SYNC")[struct.sync]
+        options["stamp"] = words("TOLIMAN_FRAME_STAMP")[struct.stamp]
         return options
 
     @property

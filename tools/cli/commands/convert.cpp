@@ -25,7 +25,7 @@ void convert(const Options &options, Progress &progress) {
     const auto out = image_output(options.out, in->axes());
     std::vector<double> image(in->rows() * in->cols());
     for (size_t k = 0; k < in->count(); k++) {
-        in->read(image.data());
+        in->read_finite(image.data());
         out->write(image.data(), 1);
         progress.show("convert", static_cast<double>(k + 1) / static_cast<double>(in->count()));
         stop_if_asked();

@@ -7,7 +7,7 @@
 #include "common/library.hpp"
 #include "common/output.hpp"
 #include "common/text.hpp"
-#include "frames/frames_in.hpp"
+#include "frames/frame_source.hpp"
 #include "frames/network.hpp"
 #include "options/command.hpp"
 
@@ -44,15 +44,15 @@ std::string other_width(const EncodeOptions &options, const FrameFile &frames) {
            std::to_string(frames.count()) + ".";
 }
 
-void encode_frame(const Network &network, const std::vector<double> &pixels, const FrameFile &frames, size_t k,
-                  double &latent, double &chi_square) {
-    const toliman_image image = plain_image(pixels.data());
+void encode_frame(const Network &network, const toliman_frame &frame, const std::string &place, double &latent,
+                  double &chi_square) {
+    auto image = toliman::sized<toliman_image>();
+    image.pixel = frame.pixel;
+    image.pixels = frame.pixels;
     if (toliman_cae_encode_many(network.cae.get(), &image, 1, 1, &latent, &chi_square) == TOLIMAN_OK)
         return;
-    const toliman_status status = // once more alone, for a message without the frame's number in the batch
-        toliman_cae_encode(network.cae.get(), pixels.data(), frames.cols(), &latent);
-    throw Failure(kExitInput, frames.path() + ": frame " + std::to_string(k) + ": " +
-                                  (status != TOLIMAN_OK ? toliman_last_error() : "out of memory"));
+    const std::string why = toliman_last_error(), number = "frame 0: "; // that of the frame in its batch of one
+    throw Failure(kExitInput, place + ": " + (why.rfind(number, 0) == 0 ? why.substr(number.size()) : why));
 }
 
 // Why a frame seems not to be of the network's scene, "" if it seems to be. A latent without unit is not judged, only
@@ -76,29 +76,33 @@ void encode(const EncodeOptions &options, Progress &progress) {
     const char *head = in_pixels ? "file,frame,latent_px,chi_square\n" : "file,frame,latent,chi_square\n";
     bool far = false;
     for (const std::string &path : options.files) {
-        const auto file = open_frames(path, options.dtype, rows, cols);
-        FrameFile &frames = *file;
+        auto file = open_frames(path, options.dtype, rows, cols);
+        const FrameFile &frames = *file;
         if (frames.rows() != static_cast<size_t>(info.rows) || frames.cols() != static_cast<size_t>(info.cols))
             throw Failure(kExitInput, frames.path() + ": frames of " + std::to_string(frames.rows()) + "x" +
                                           std::to_string(frames.cols()) + ": the weights are for " +
                                           std::to_string(info.rows) + "x" + std::to_string(info.cols));
-        std::vector<double> image(frames.rows() * frames.cols());
-        for (size_t k = 0; frames.more(); k++) {
-            frames.read(image.data());
+        toliman_frame frame;
+        toliman_ingest_event event;
+        FileSource source(std::move(file), 1, [](size_t, toliman_frame &) { return true; });
+        while (source.next(frame, event)) {
+            const std::string number = std::to_string(event.line), place = frames.path() + ": frame " + number;
             double latent, chi_square;
-            encode_frame(network, image, frames, k, latent, chi_square);
+            encode_frame(network, frame, place, latent, chi_square);
             const std::string complaint = far ? "" : complaint_of(latent, chi_square, info);
             if (!complaint.empty()) {
                 far = true;
-                progress.warn(frames.path() + ": frame " + std::to_string(k) + ": " + complaint +
+                progress.warn(place + ": " + complaint +
                               ": is this frame of the network's scene, pointing and exposure?" +
                               other_width(options, frames));
             }
-            print_stdout(std::exchange(head, "") + path + formatted(",%zu,%.17g,%.6g\n", k, latent, chi_square));
+            print_stdout(std::exchange(head, "") + path + "," + number +
+                         formatted(",%.17g,%.6g\n", latent, chi_square));
+            const int64_t done = event.line + 1;
             if (frames.counted())
-                progress.show("encode", static_cast<double>(k + 1) / static_cast<double>(frames.count()));
+                progress.show("encode", static_cast<double>(done) / static_cast<double>(frames.count()));
             else
-                progress.note("encode", std::to_string(k + 1) + " frames");
+                progress.note("encode", std::to_string(done) + " frames");
             stop_if_asked();
         }
     }

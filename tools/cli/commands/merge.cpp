@@ -62,7 +62,7 @@ void merge(Options &options, Progress &progress) {
         refuse_single(options.files.front());
     if (folders > 0)
         return merge_folders(options.files, options.out, options.salvage, options.setup, progress);
-    if (options.salvage || options.setup.has_grid() || options.setup.has_clock())
+    if (options.salvage || options.setup.has_grid() || options.setup.has_clock() || options.setup.has_timing())
         throw Failure(kExitUsage, "merge: --salvage, --grid, --mission-days and --clock are for state folders only");
     check_output(options.out);
     const toliman::periodogram sum = load_state(options.files.front());

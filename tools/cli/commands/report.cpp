@@ -28,8 +28,8 @@ std::string with_results(const std::string &folder, Progress &progress) {
                   "is not a folder: give one written by run, experiment, track or `make bench`" + kind_of(folder));
     if (!exists(folder + "/ledger.tlml"))
         return folder;
-    const toliman_track_options how = state_to_read(folder);
-    write_results(open_tracker(how, progress), how, folder + "/report");
+    const toliman::tracker tracker = open_tracker(state_to_read(folder), progress);
+    write_results(tracker, settings_of(tracker), folder + "/report");
     return folder + "/report";
 }
 

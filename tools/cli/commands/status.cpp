@@ -27,12 +27,14 @@ struct RebuildOptions : Options {
 constexpr size_t kShownSessions = 20;
 
 // The settings that the folder was created with.
-std::string settings_text(const toliman::tracker &tracker, const toliman_track_options &how) {
+std::string settings_text(const toliman_track_options &how) {
     const auto number = [](int64_t value) { return static_cast<long long>(value); };
     std::string text = formatted("  grid        %.6g + k %.6g per day, %lld frequencies; time 0 at TAI %lld ns\n",
                                  how.f0, how.df, number(how.nf), number(how.time_offset_ns));
-    text +=
-        formatted("  clock       %s\n", clock_of(tracker).empty() ? "the camera's time is TAI" : "a table of pairs");
+    text += formatted("  clock       %s\n", how.clock_points == 0 ? "the camera's time is TAI" : "a table of pairs");
+    text += formatted("  exposures   %s, time stamps at their %s\n",
+                      how.exposure_s > 0 ? formatted("%.6g s", how.exposure_s).c_str() : "of unknown length",
+                      stamp_name(how.stamp));
     text += formatted("  frames      %lldx%lld of %u bits", number(how.rows), number(how.cols), how.bit_depth);
     if (how.image_rows != how.rows || how.image_cols != how.cols)
         text += formatted(", cropped to %lldx%lld from row %lld, column %lld%s", number(how.image_rows * how.bin),
@@ -72,7 +74,7 @@ void print(const toliman::tracker &tracker, const toliman_track_options &how, bo
                   folder.c_str(), period.text().c_str(), number(info.received), number(info.accepted),
                   number(info.outlier), number(info.quarantined), number(info.repeated), number(info.rejected),
                   number(info.expected), number(info.missing), number(info.dropped), number(info.sessions));
-    print_stdout(text + settings_text(tracker, how) + sessions_text(streams_of(tracker)));
+    print_stdout(text + settings_text(how) + sessions_text(streams_of(tracker)));
 }
 
 void status(Options &options, Progress &progress) {
@@ -85,9 +87,10 @@ void status(Options &options, Progress &progress) {
         return print_series(tracker, how, print_stdout);
     if (options.missing)
         return print_missing(tracker);
+    const toliman_track_options settings = settings_of(tracker);
     if (!options.out.empty())
-        write_results(tracker, how, options.out);
-    print(tracker, how, options.as_json);
+        write_results(tracker, settings, options.out);
+    print(tracker, settings, options.as_json);
 }
 
 void rebuild(RebuildOptions &options, Progress &progress) {
@@ -97,11 +100,13 @@ void rebuild(RebuildOptions &options, Progress &progress) {
         throw Failure(kExitUsage, options.folder +
                                       ": setup.tlms with grid and clock is missing: give --clock, and --grid "
                                       "or --mission-days");
+    if (how.nf == 0)
+        options.setup.warn_of_lost_timing(options.folder, progress);
     options.setup.set(how, progress);
     how.flags |= TOLIMAN_TRACK_REBUILD;
     const toliman::tracker tracker = open_tracker(how, progress);
     toliman::check(toliman_track_save(tracker.get()));
-    print(tracker, how, options.as_json);
+    print(tracker, settings_of(tracker), options.as_json);
 }
 
 } // namespace

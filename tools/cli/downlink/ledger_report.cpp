@@ -12,7 +12,7 @@ namespace cli {
 
 namespace {
 
-constexpr size_t kChunk = 4096; // lines read and printed at once
+constexpr size_t kChunk = 4096; // records read and printed at once
 
 // Texts of lines, printed many at once.
 template <class Each>

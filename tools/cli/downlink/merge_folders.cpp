@@ -28,7 +28,7 @@ std::string salt_of(const std::string &folder) {
     return salt;
 }
 
-// A ledger has a number of its own, which copies share.
+// Each ledger has a random number, which its copies share.
 void check_different(const std::vector<std::string> &folders) {
     std::map<std::string, std::string> seen;
     for (const std::string &folder : folders) {
@@ -38,19 +38,6 @@ void check_different(const std::vector<std::string> &folders) {
     }
 }
 
-void copy(const std::string &from, const std::string &to) {
-    InputFile in(from);
-    OutputFile out(to);
-    std::vector<char> buffer(size_t{1} << 16);
-    for (size_t left = in.size(); left > 0;) {
-        const size_t count = std::min(left, buffer.size());
-        in.read_known(buffer.data(), count);
-        out.write(buffer.data(), count);
-        left -= count;
-    }
-    out.commit();
-}
-
 // A new folder, which is removed again unless kept.
 class NewFolder {
   public:
@@ -58,7 +45,7 @@ class NewFolder {
         if (::mkdir(path.c_str(), 0777) != 0)
             throw Failure(kExitOutput,
                           path + (errno == EEXIST ? ": exists: give a new folder to merge into"
-                                                  : std::string(": cannot be made: ") + std::strerror(errno)));
+                                                  : std::string(": cannot be created: ") + std::strerror(errno)));
     }
     ~NewFolder() {
         if (kept_)
@@ -82,29 +69,33 @@ void merge_folders(const std::vector<std::string> &given, const std::string &out
     folders.reserve(given.size());
     for (const std::string &folder : given)
         folders.push_back(plain(folder));
-    int64_t lines = 1;
+    int64_t records = 1;
     toliman_track_options how = known_state(folders.front());
     for (const std::string &folder : folders) {
         known_state(folder);
-        lines += static_cast<int64_t>(InputFile(folder + kLedger).size() / kLineSize);
+        records += static_cast<int64_t>(InputFile(folder + kLedger).size() / kLineSize);
     }
     if (setup.has_grid() != setup.has_clock())
         throw Failure(kExitUsage, "merge: --clock and --grid or --mission-days: both, or the first folder's");
-    const bool given_anew = setup.has_grid();
-    if (how.nf == 0 && !given_anew)
-        throw Failure(kExitState, folders.front() +
-                                      ": setup.tlms, which had grid and clock, is lost: needs --clock and "
-                                      "--grid or --mission-days");
+    const bool has_setup = setup.has_grid();
+    if (setup.has_timing() && !has_setup)
+        throw Failure(kExitUsage, "merge: --stamp and --exposure: only together with --clock and --grid");
+    if (how.nf == 0 && !has_setup)
+        throw Failure(kExitState, folders.front() + ": setup.tlms with grid and clock is lost: needs --clock and "
+                                                    "--grid or --mission-days");
     check_different(folders);
     NewFolder made(out);
     how.folder = out.c_str();
-    how.capacity = std::min(lines, int64_t{1} << 28);
-    if (given_anew) {
+    how.capacity = std::min(records, int64_t{1} << 28);
+    if (has_setup) {
         setup.set(how, progress);
     } else { // the ledger comes first, then the grid and clock of the first folder
         open_tracker(how, progress);
         ::unlink((out + kSetup).c_str());
-        copy(folders.front() + kSetup, out + kSetup);
+        const std::string text = whole_text(folders.front() + kSetup);
+        OutputFile copy(out + kSetup);
+        copy.write(text.data(), text.size());
+        copy.commit();
         how.nf = 0;
     }
     toliman::tracker tracker = open_tracker(how, progress);
@@ -116,7 +107,7 @@ void merge_folders(const std::vector<std::string> &given, const std::string &out
             malformed(folder, toliman_last_error());
         const bool is_lost = status == TOLIMAN_E_LOST && toliman_last_error_field() == folder + kLedger;
         if (status == TOLIMAN_E_FORMAT || is_lost)
-            throw Failure(kExitState, damage_of(status, folder));
+            throw Failure(kExitState, damage_text(status, folder));
         toliman::check(status);
         if (lost > 0)
             std::fprintf(stderr, "%s: %lld record%s damaged or lost\n", folder.c_str(), static_cast<long long>(lost),

@@ -13,13 +13,13 @@ namespace cli {
 
 namespace {
 
-// "F0:DF:NF", cycles a day.
+// "F0:DF:NF", cycles per day.
 FrequencyGrid grid_of(const std::string &text) {
     FrequencyGrid grid = {};
     long long nf = 0;
     char rest = '\0';
     if (std::sscanf(text.c_str(), "%lf:%lf:%lld%c", &grid.f0, &grid.df, &nf, &rest) != 3)
-        throw Failure(kExitUsage, "--grid " + text + ": must be F0:DF:NF in cycles a day, e.g. 0.001:0.0001:5000");
+        throw Failure(kExitUsage, "--grid " + text + ": must be F0:DF:NF in cycles per day, e.g. 0.001:0.0001:5000");
     grid.nf = nf;
     if (!(grid.f0 >= 0) || !(grid.df > 0) || nf < 1 || nf > (1 << 26) || !std::isfinite(grid.f0 + grid.df))
         throw Failure(kExitUsage, "--grid " + text + ": must be F0 >= 0, DF > 0 and 1 <= NF <= 2^26");
@@ -68,6 +68,16 @@ void SetupOptions::add_to(CLI::App &command) {
         ->type_name("FILE");
     command.add_option("--epoch", epoch_,
                        "TAI in ns of time 0, to which phases refer; default: that of the folder; for a new folder, 0");
+    command
+        .add_option("--stamp", stamp_,
+                    "point of the exposure to which the time stamps of raw pairs refer; default: that of the folder; "
+                    "for a new folder, start")
+        ->check(CLI::IsMember({"start", "middle", "end"}));
+    command
+        .add_option("--exposure", exposure_s_,
+                    "length of an exposure of raw pairs in s; default: that of the folder; for a new folder, that of "
+                    "the scene of --template, or unknown")
+        ->check(CLI::Range(1e-9, 1e9));
 }
 
 void SetupOptions::set(toliman_track_options &how, Progress &progress) {
@@ -79,9 +89,20 @@ void SetupOptions::set(toliman_track_options &how, Progress &progress) {
         how.period_flags = TOLIMAN_PERIOD_DOUBLE_LIMB; // as `run` and `period`
     }
     how.time_offset_ns = epoch_.value_or(how.time_offset_ns);
+    if (!stamp_.empty())
+        how.stamp = stamp_ == "start"    ? TOLIMAN_FRAME_STAMP_START
+                    : stamp_ == "middle" ? TOLIMAN_FRAME_STAMP_MIDDLE
+                                         : TOLIMAN_FRAME_STAMP_END;
+    how.exposure_s = exposure_s_.value_or(how.exposure_s);
     pairs_ = read_clock(clock_, progress);
     how.clock = pairs_.data();
     how.clock_points = pairs_.size() / 2;
+}
+
+void SetupOptions::warn_of_lost_timing(const std::string &folder, Progress &progress) const {
+    if (!has_timing())
+        progress.warn(folder + ": setup.tlms is lost: time stamps are taken as the middle of the exposures, unless "
+                               "--stamp and --exposure are given");
 }
 
 std::string SetupOptions::text() const {

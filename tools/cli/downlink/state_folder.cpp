@@ -10,6 +10,7 @@
 
 #include "common/failure.hpp"
 #include "common/input.hpp"
+#include "common/library.hpp"
 #include "common/text.hpp"
 #include "series/fap.hpp"
 
@@ -17,10 +18,14 @@ namespace cli {
 
 namespace {
 
-// A file of a state folder that is damaged is no input file, nor is one that another process is writing to.
+// Files of a state folder, the ledger last.
+constexpr const char kLedger[] = "ledger.tlml", kSetup[] = "setup.tlms";
+constexpr const char *kFiles[] = {"checkpoint.tlmc", kSetup, "streams.txt", kLedger};
+
+// Damaged files of a state folder, and those that another process is writing to, have exit codes of their own.
 [[noreturn]] void fail_state(toliman_status status, const std::string &folder) {
     if (status == TOLIMAN_E_FORMAT || status == TOLIMAN_E_LOST)
-        throw Failure(kExitState, damage_of(status, folder));
+        throw Failure(kExitState, damage_text(status, folder));
     if (status == TOLIMAN_E_STATE)
         throw Failure(kExitOutput, toliman_last_error());
     throw toliman::error(status);
@@ -33,39 +38,36 @@ off_t header_size(const std::string &ledger) {
     return 124 + 64 * (columns[0] | columns[1] << 8 | off_t{columns[2]} << 16 | off_t{columns[3]} << 24);
 }
 
-std::string path_in(const std::string &folder, const std::string &name) {
-    return folder + "/" + name;
-}
-
-std::string gone(const std::string &folder, const std::string &name) {
-    return folder + ": ledger.tlml is gone, though " + name +
-           " is there: what is known of its frames is lost: give all frames again, into a new folder";
-}
-
-// False where there certainly is none, or one that was begun and has no frame and no grid: a run was stopped there.
+// False if there is none, or only the header of a run that was stopped before its first frame.
 bool has_ledger(const std::string &folder) {
-    struct stat facts = {};
-    if (::lstat((folder + "/ledger.tlml").c_str(), &facts) == 0)
-        return !S_ISREG(facts.st_mode) || facts.st_size != header_size(folder + "/ledger.tlml") ||
-               exists(folder + "/setup.tlms");
+    struct stat status = {};
+    if (::lstat(file_of_state(folder, kLedger).c_str(), &status) == 0)
+        return !S_ISREG(status.st_mode) || status.st_size != header_size(file_of_state(folder, kLedger)) ||
+               exists(file_of_state(folder, kSetup));
     if (errno != ENOENT && errno != ENOTDIR)
         malformed(folder, std::string("cannot be opened: ") + std::strerror(errno));
-    for (const std::string name : {"checkpoint.tlmc", "setup.tlms", "streams.txt"})
-        if (exists(path_in(folder, name)))
-            throw Failure(kExitState, gone(folder, name));
+    for (const char *name : kFiles)
+        if (exists(file_of_state(folder, name)))
+            throw Failure(kExitState, folder + ": ledger.tlml is missing although " + name +
+                                          " exists: the records of its frames are lost: give all frames again, into a "
+                                          "new folder");
     return false;
 }
 
 } // namespace
 
+std::string file_of_state(const std::string &folder, const char *name) {
+    return folder + "/" + name;
+}
+
 void remove_state(const std::string &folder) {
-    for (const std::string name : {"checkpoint.tlmc", "setup.tlms", "streams.txt", "ledger.tlml"})
+    for (const char *name : kFiles)
         for (const char *suffix : {".tmp", ""})
-            ::unlink(path_in(folder, name + suffix).c_str());
+            ::unlink((file_of_state(folder, name) + suffix).c_str());
     ::rmdir(folder.c_str());
 }
 
-std::string damage_of(toliman_status status, const std::string &folder) {
+std::string damage_text(toliman_status status, const std::string &folder) {
     return toliman_last_error() +
            (status == TOLIMAN_E_LOST ? ": `toliman merge " + folder + " --salvage --out NEW`" : std::string());
 }
@@ -83,15 +85,15 @@ std::optional<toliman_track_options> made_with(const std::string &folder) {
 toliman_track_options known_state(const std::string &folder) {
     const std::optional<toliman_track_options> made = made_with(folder);
     if (!made)
-        malformed(folder, exists(folder) ? "is no state folder of `toliman track`" : std::strerror(ENOENT));
+        malformed(folder, exists(folder) ? "is not a state folder of `toliman track`" : std::strerror(ENOENT));
     return *made;
 }
 
 toliman_track_options state_to_read(const std::string &folder) {
     toliman_track_options how = known_state(folder);
     if (how.nf == 0)
-        throw Failure(kExitState, folder + ": setup.tlms, which had grid and clock, is lost: `toliman rebuild " +
-                                      folder + " --grid F0:DF:NF --clock CSV` rebuilds it");
+        throw Failure(kExitState, folder + ": setup.tlms with grid and clock is lost: `toliman rebuild " + folder +
+                                      " --grid F0:DF:NF --clock CSV` rebuilds it");
     how.flags |= TOLIMAN_TRACK_READ_ONLY;
     return how;
 }
@@ -107,9 +109,11 @@ toliman::tracker open_tracker(toliman_track_options options, Progress &progress)
 }
 
 toliman_track_info info_of(const toliman::tracker &tracker) {
-    auto info = toliman::sized<toliman_track_info>();
-    toliman::check(toliman_track_get_info(tracker.get(), &info));
-    return info;
+    return info_from<toliman_track_info>(toliman_track_get_info, tracker.get());
+}
+
+toliman_track_options settings_of(const toliman::tracker &tracker) {
+    return info_from<toliman_track_options>(toliman_track_get_options, tracker.get());
 }
 
 std::vector<std::pair<std::string, int64_t>> rejected_of(const toliman::tracker &tracker) {
@@ -120,14 +124,6 @@ std::vector<std::pair<std::string, int64_t>> rejected_of(const toliman::tracker 
         rejected.emplace_back(toliman_track_reason_name(reason), frames);
     }
     return rejected;
-}
-
-std::vector<int64_t> clock_of(const toliman::tracker &tracker) {
-    size_t points = 0;
-    toliman::check(toliman_track_get_clock(tracker.get(), nullptr, 0, &points));
-    std::vector<int64_t> clock(2 * points);
-    toliman::check(toliman_track_get_clock(tracker.get(), clock.data(), points, &points));
-    return clock;
 }
 
 namespace {
@@ -142,7 +138,7 @@ toliman_period_peak unknown_peak() noexcept {
     return peak;
 }
 
-// Few frames, or hardly different ones, tell nothing.
+// False for too few frames, or values that are all equal.
 bool is_known(toliman_status status) {
     if (status == TOLIMAN_E_STATE || status == TOLIMAN_E_RANGE)
         return false;
@@ -203,6 +199,16 @@ std::string PeriodFacts::text() const {
                   sequential_ > kSignificant ? ": no significant period" : "",
                   (peak_.flags & TOLIMAN_PERIOD_INACCURATE) != 0 ? "; the power may be wrong by more than 0.001" : "");
     return "period " + text_with_error(best.period, best.period_error) + " " + unit_ + fap;
+}
+
+const char *stamp_name(int32_t stamp) noexcept {
+    static const char *const names[] = {"start", "middle", "end"};
+    return names[stamp - TOLIMAN_FRAME_STAMP_START];
+}
+
+void add_timing(const toliman_track_options &settings, Json &json) {
+    json.set("stamp", stamp_name(settings.stamp))
+        .set("exposure_s", settings.exposure_s > 0 ? settings.exposure_s : NAN); // null: unknown
 }
 
 void add_counts(const toliman::tracker &tracker, Json &json) {

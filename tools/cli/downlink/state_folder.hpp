@@ -1,4 +1,4 @@
-// Folders of `toliman track`: opened for whatever is done with them, and what they tell.
+// State folders of `toliman track`: opens them, and prints counts and period.
 #pragma once
 #include <optional>
 #include <string>
@@ -12,28 +12,30 @@
 
 namespace cli {
 
-// What a folder was made with; none for one that holds no state yet. `folder` must outlive it. A Failure for a folder
-// that cannot be opened, and with exit code 5 for one that is damaged.
+// Settings of a folder, or none if it has no ledger yet. `folder` must outlive them. Throws Failure if it cannot be
+// opened, with exit code 5 if it is damaged.
 std::optional<toliman_track_options> made_with(const std::string &folder);
-// The same of one that must hold a state.
+// The same for a folder that must have a ledger.
 toliman_track_options known_state(const std::string &folder);
-// The same to look at it, beside its writer if need be; a Failure also where its grid and clock are lost.
+// The same for reading, also while another process writes. Failure also if the setup is lost.
 toliman_track_options state_to_read(const std::string &folder);
-// A Failure with exit code 5 where the state is damaged, and 6 where another process is writing to it. What is damaged
-// and can be done without is told.
+// Throws Failure with exit code 5 if the state is damaged, and 6 if another process writes to it. Warns of damage that
+// was repaired.
 toliman::tracker open_tracker(toliman_track_options options, Progress &progress);
 toliman_track_info info_of(const toliman::tracker &tracker);
-// Frames rejected for each reason, by its name.
+// Options in force; folder and clock belong to the tracker.
+toliman_track_options settings_of(const toliman::tracker &tracker);
+// Number of frames rejected for each reason, by its name.
 std::vector<std::pair<std::string, int64_t>> rejected_of(const toliman::tracker &tracker);
-// Pairs of camera's time and TAI, one after the other; none where they are the same.
-std::vector<int64_t> clock_of(const toliman::tracker &tracker);
-// Removes the files of a state folder, the ledger last, and the folder if nothing else is in it.
+// "folder/ledger.tlml"
+std::string file_of_state(const std::string &folder, const char *name);
+// Removes the files of a state folder, the ledger last, and the folder if it is then empty.
 void remove_state(const std::string &folder);
-// The last message of the library, which failed with this status upon a folder that is damaged, and what to do.
-std::string damage_of(toliman_status status, const std::string &folder);
+// The message of the library for a damaged folder, and the remedy.
+std::string damage_text(toliman_status status, const std::string &folder);
 
-// The period as far as frames tell; NaN else. Of a look after each frame the highest peak of the grid; `fit` is the
-// least-squares fit to all values, which are read anew for it.
+// Period of the highest peak on the grid, and, with Fit::made, of the least-squares fit to all values, which reads the
+// ledger. NaN if there are too few frames.
 enum class Fit { none, made };
 class PeriodFacts {
   public:
@@ -48,6 +50,10 @@ class PeriodFacts {
     toliman_period_peak peak_ = {}, fit_ = {};
 };
 
+// "start", "middle" or "end" of TOLIMAN_FRAME_STAMP_...
+const char *stamp_name(int32_t stamp) noexcept;
+
+void add_timing(const toliman_track_options &settings, Json &json);
 void add_counts(const toliman::tracker &tracker, Json &json);
 
 } // namespace cli

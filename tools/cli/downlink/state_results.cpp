@@ -35,8 +35,9 @@ Json status_json(const toliman::tracker &tracker, const toliman_track_options &h
     add_counts(tracker, json);
     json.set("records", info.records).set("sigma", info.sigma);
     grid.set("f0", how.f0).set("df", how.df).set("nf", how.nf).set("time_offset_ns", how.time_offset_ns);
-    json.set("grid", std::move(grid)).set("clock", !clock_of(tracker).empty());
+    json.set("grid", std::move(grid)).set("clock", how.clock_points > 0);
     json.set("streams", array_of(streams_of(tracker), session_json));
+    add_timing(how, json);
     return json;
 }
 

@@ -2,13 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <cstring>
 #include <unistd.h>
+#include <utility>
 
 #include "common/failure.hpp"
 #include "common/json.hpp"
 #include "common/output.hpp"
+#include "common/text.hpp"
+#include "downlink/verdict_text.hpp"
 
 namespace cli {
 
@@ -17,266 +18,178 @@ namespace {
 using toliman::check;
 
 constexpr size_t kBatch = 64;                // frames that are estimated together, at most
-constexpr int64_t kCheckpoint = 4096;        // lines of the ledger
+constexpr int64_t kCheckpoint = 4096;        // records of the ledger
 constexpr std::chrono::seconds kPatience(1); // of lines that wait for the disk
-constexpr const char kBadLine[] = "bad line";
-constexpr const char kSafe[] = "lines that were printed are safe on the disk, and the same command goes on";
-constexpr const char kLost[] =
-    "frames that were printed as accepted may be lost with the ledger: give all frames again";
-constexpr int64_t kMostWarnings = 10; // of one file; the lines on stdout have them all
-constexpr double kFar = 20;           // sigma, of a value that noise does not reach
-constexpr const char *kRemarkNames[kRemarks] = {"unreadable input", "extra bytes", "clock jump"};
-
-Json frame_line(const std::string &where, const FrameFacts *facts, const char *verdict, const char *reason) {
-    const bool timed = facts != nullptr && !(reason != nullptr && std::strcmp(reason, kBadLine) == 0);
-    Json line;
-    line.set("schema", "toliman-frame/2");
-    for (const char *key : {"session", "roi"})
-        facts == nullptr ? line.set(key, nullptr) : line.set(key, key[0] == 's' ? facts->session : facts->roi);
-    facts == nullptr ? line.set("frame_id", nullptr) : line.set("frame_id", facts->id);
-    line.set("verdict", std::string(verdict));
-    reason == nullptr ? line.set("reason", nullptr) : line.set("reason", std::string(reason));
-    timed ? line.set("camera_ns", facts->camera_ns) : line.set("camera_ns", nullptr);
-    line.set("input", where);
-    return line;
-}
-
-std::string remark_line(const char *remark, const std::string &where, const std::string &text) {
-    Json line;
-    line.set("schema", "toliman-track-warning/1").set("warning", remark);
-    return line.set("input", where).set("text", text).line();
-}
-
-toliman_frame frame_of(const Arrival &arrival) noexcept {
-    auto frame = toliman::sized<toliman_frame>();
-    frame.pixel = arrival.pixel;
-    frame.session = arrival.facts.session.c_str();
-    frame.roi = arrival.facts.roi.c_str();
-    frame.frame_id = arrival.facts.id;
-    frame.camera_ns = arrival.facts.camera_ns;
-    frame.dropped = arrival.facts.dropped;
-    frame.pixels = arrival.pixels.data();
-    frame.rows = static_cast<int64_t>(arrival.facts.rows);
-    frame.cols = static_cast<int64_t>(arrival.facts.cols);
-    return frame;
-}
-
-std::string number(double value, int digits) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.*g", digits, value);
-    return text;
-}
-
-std::string shape(int64_t rows, int64_t cols) {
-    return std::to_string(rows) + "x" + std::to_string(cols);
-}
-
-// What to do after the end of a run that could not save.
-const char *advice_after(const std::exception &error) {
-    const auto *failed = dynamic_cast<const toliman::error *>(&error);
-    return failed != nullptr && failed->status() == TOLIMAN_E_LOST ? kLost : kSafe;
-}
+constexpr int64_t kMostWarnings = 10;        // per file; standard output has all of them
+constexpr double kFar = 20;                  // sigma, beyond the reach of noise
 
 } // namespace
 
 Tracking::Tracking(toliman::tracker &&tracker, const TrackingOptions &options, Progress &progress)
-    : tracker_(std::move(tracker)), options_(options), progress_(progress),
-      batch_(options.jobs > 1 ? std::min(kBatch, options.every) : 1), lines_(info_of(tracker_).records), saved_(lines_),
-      sigma_(info_of(tracker_).sigma), clock_(clock_of(tracker_)) {}
+    : tracker_(std::move(tracker)), settings_(settings_of(tracker_)), options_(options), progress_(progress),
+      batch_(options.jobs > 1 ? std::min(kBatch, options.every) : 1), records_(info_of(tracker_).records),
+      saved_(records_) {}
 
-void Tracking::take() {
-    filled_++;
-    // No update is passed over: at most as many frames at once as are left to the next.
-    if (filled_ >= std::min(batch_.size(), std::max<size_t>(1, options_.every - since_update_))) {
+void Tracking::take(const std::shared_ptr<FrameSource> &source, const toliman_frame &frame,
+                    const toliman_ingest_event &event) {
+    const std::string place = place_of(event.file, event.event, event.line);
+    if (event.event != TOLIMAN_INGEST_EVENT_FRAME)
+        reasons_[event.reason]++;
+    if (event.event == TOLIMAN_INGEST_EVENT_DAMAGE)
+        return reject(frame, place, event);
+    if (event.event == TOLIMAN_INGEST_EVENT_WARNING)
+        return report(event.reason == TOLIMAN_INGEST_REASON_CLOCKS_DIFFER ? Severity::warning : Severity::damage,
+                      toliman_ingest_reason_name(event.reason), place, event.text);
+    if (dynamic_cast<const PairSource *>(source.get()) != nullptr)
+        note_unknown_exposure(place);
+    frames_.push_back(frame);
+    origins_.push_back({source, place});
+    // No update is skipped: a batch ends at the next update at the latest.
+    if (frames_.size() >= std::min(batch_, std::max<size_t>(1, options_.every - since_update_))) {
         flush();
         print_acknowledged();
     }
-    stop_if_asked();
+}
+
+void Tracking::note_unknown_exposure(const std::string &place) {
+    const bool shifted = settings_.stamp != TOLIMAN_FRAME_STAMP_MIDDLE;
+    if (!shifted || settings_.exposure_s > 0 || options_.new_folder.empty() || std::exchange(noted_exposure_, true))
+        return;
+    progress_.tell(place + ": times are those of the stamps, the " + stamp_name(settings_.stamp) +
+                   " of the exposure: --exposure SECONDS moves them to its middle");
 }
 
 void Tracking::flush() {
-    if (filled_ == 0)
+    if (frames_.empty())
         return;
-    std::vector<toliman_frame> frames;
-    for (size_t i = 0; i < filled_; i++)
-        frames.push_back(frame_of(batch_[i]));
-    auto blank = toliman::sized<toliman_track_outcome>();
-    std::vector<toliman_track_outcome> outcomes(filled_, blank);
-    filled_ = 0;
+    std::vector<toliman_track_outcome> outcomes(frames_.size(), toliman::sized<toliman_track_outcome>());
+    const auto frames = std::exchange(frames_, {});
+    const auto origins = std::exchange(origins_, {});
     size_t done = 0;
     const toliman_status status =
         toliman_track_push(tracker_.get(), frames.data(), frames.size(), outcomes.data(), &done);
     const toliman::error error(status);
-    lines_ = info_of(tracker_).records;
+    records_ = info_of(tracker_).records;
     for (size_t i = 0; i < done; i++)
-        settled(batch_[i], outcomes[i]);
+        settle(frames[i], origins[i].place, outcomes[i]);
     if (status != TOLIMAN_OK)
         throw error;
     if (since_update_ >= options_.every)
         progress_.note("track", update(Fit::none));
-    if (lines_ - saved_ >= kCheckpoint) {
+    if (records_ - saved_ >= kCheckpoint) {
         check(toliman_track_save(tracker_.get()));
-        saved_ = lines_;
+        saved_ = records_;
     }
 }
 
-void Tracking::settled(const Arrival &arrival, const toliman_track_outcome &outcome) {
+void Tracking::settle(const toliman_frame &frame, const std::string &place, const toliman_track_outcome &outcome) {
     const int32_t verdict = outcome.verdict;
     const bool is_good = verdict == TOLIMAN_TRACK_VERDICT_ACCEPTED,
-               has_value = is_good || verdict == TOLIMAN_TRACK_VERDICT_OUTLIER;
-    Json line =
-        frame_line(arrival.where, &arrival.facts, toliman_track_verdict_name(verdict),
-                   verdict == TOLIMAN_TRACK_VERDICT_REJECTED ? toliman_track_reason_name(outcome.reason) : nullptr);
+               has_value = is_good || verdict == TOLIMAN_TRACK_VERDICT_OUTLIER,
+               is_rejected = verdict == TOLIMAN_TRACK_VERDICT_REJECTED;
+    Json line = frame_line(&frame, true, place, toliman_track_verdict_name(verdict),
+                           is_rejected ? toliman_track_reason_name(outcome.reason) : nullptr);
     has_value ? line.set("tai_ns", outcome.tai_ns) : line.set("tai_ns", nullptr);
     has_value ? line.set_exact("value", outcome.value) : line.set("value", nullptr);
-    line.set("chi_square", outcome.chi_square); // null where there is none
-    say(line.line());
+    say(line.set("chi_square", outcome.chi_square).line()); // null if there is none
     since_update_ += is_good;
-    good_ += is_good;
+    accepted_ += is_good;
     known_ += verdict == TOLIMAN_TRACK_VERDICT_DUPLICATE || verdict == TOLIMAN_TRACK_VERDICT_QUARANTINED;
-    refused_ += verdict == TOLIMAN_TRACK_VERDICT_REJECTED || verdict == TOLIMAN_TRACK_VERDICT_OUTLIER;
-    beyond_clock_ += has_value && is_beyond_clock(arrival);
+    refused_ += is_rejected || verdict == TOLIMAN_TRACK_VERDICT_OUTLIER;
+    outside_clock_ += has_value && is_outside_clock(settings_, frame.camera_ns);
     if (!is_good && verdict != TOLIMAN_TRACK_VERDICT_DUPLICATE)
-        warn(arrival.where, why(arrival.facts, outcome));
+        warn(place, verdict_text(frame, outcome, settings_));
     if (is_good)
-        remark_far(arrival.where, outcome.value);
+        warn_if_far(place, outcome.value);
 }
 
-// A strong signal takes most values so far from 0, damage few.
-void Tracking::remark_far(const std::string &where, double value) {
-    if (std::fabs(value) <= kFar * sigma_)
+// A strong signal takes most values that far from 0, damage takes few.
+void Tracking::warn_if_far(const std::string &place, double value) {
+    const double sigmas = std::fabs(value) / settings_.sigma;
+    if (sigmas <= kFar)
         return;
     far_++;
-    if (10 * far_ <= good_ + 10)
-        progress_.warn(where + ": accepted, but its value of " + number(value, 4) + " px is " +
-                       number(std::fabs(value) / sigma_, 3) +
-                       " sigma: a strong signal, or damage that hides the period; a new folder with --value-limit "
-                       "keeps such frames out");
+    if (10 * far_ <= accepted_ + 10)
+        progress_.warn(place + ": " + far_text(value, sigmas));
 }
 
-std::string Tracking::why(const FrameFacts &facts, const toliman_track_outcome &outcome) const {
-    const std::string reason = toliman_track_reason_name(outcome.reason);
-    if (outcome.verdict == TOLIMAN_TRACK_VERDICT_QUARANTINED)
-        return "quarantined: frame " + std::to_string(facts.id) + " of session " + facts.session +
-               " came before with other pixels, time or count of drops; neither counts any longer, nor will another "
-               "copy";
-    if (outcome.verdict == TOLIMAN_TRACK_VERDICT_OUTLIER)
-        return "outlier: a value of " + number(outcome.value, 4) + " px, beyond the " +
-               number(info_of(tracker_).value_limit, 4) + " px of --value-limit: it stays out of the periodogram";
-    const std::string place = std::to_string(outcome.row) + ", " + std::to_string(outcome.col);
-    switch (outcome.reason) {
-    case TOLIMAN_TRACK_REASON_SHAPE:
-        return "rejected: " + reason + " " + shape(outcome.row, outcome.col) + ", must be " +
-               shape(options_.rows, options_.cols) + ": a new folder takes others by --shape and --crop";
-    case TOLIMAN_TRACK_REASON_OVER_RANGE:
-        return "rejected: " + reason + ", pixel " + place + " is " + number(outcome.pixel, 12) +
-               ", more than --bit-depth allows";
-    case TOLIMAN_TRACK_REASON_ZERO_RUN:
-        return "rejected: " + reason + ", nothing but zeros up to pixel " + place;
-    case TOLIMAN_TRACK_REASON_NOT_FINITE:
-        return "rejected: " + reason + " at pixel " + place;
-    case TOLIMAN_TRACK_REASON_CLOCK:
-        return "rejected: " + reason + ": no TAI for its time, or too far off for the periodogram; see --clock";
-    default:
-        return "rejected: " + reason + ": no finite value, so far is it from frames of the scene or weights";
-    }
-}
-
-// A single pair is a difference of clocks that has no ends.
-bool Tracking::is_beyond_clock(const Arrival &arrival) const noexcept {
-    if (clock_.size() < 4)
-        return false;
-    const int64_t time = arrival.facts.camera_ns, first = clock_.front(), last = clock_[clock_.size() - 2];
-    return time < first || time > last;
-}
-
-void Tracking::warn(const std::string &where, const std::string &text) {
-    troubles_++;
-    const int64_t before = warned_[where.substr(0, where.rfind(':'))]++;
+void Tracking::warn(const std::string &place, const std::string &text) {
+    damaged_++;
+    const int64_t before = warnings_[place.substr(0, place.rfind(':'))]++;
     if (before < kMostWarnings)
-        progress_.warn(where + ": " + text);
+        progress_.warn(place + ": " + text);
     else if (before == kMostWarnings)
-        progress_.tell(where + " and more of this file: see the lines on standard output");
+        progress_.tell(place + " and more of this file: see the lines on standard output");
 }
 
-bool Tracking::wants(const FrameFacts &facts) {
-    const bool wanted = facts.id >= options_.frames.first && facts.id < options_.frames.end;
-    passed_over_ += !wanted;
-    return wanted;
-}
-
-void Tracking::reject(const std::string &where, const FrameFacts *facts, const char *reason, const std::string &text) {
-    if (facts != nullptr && !wants(*facts))
-        return;
+void Tracking::reject(const toliman_frame &frame, const std::string &place, const toliman_ingest_event &event) {
     flush();
-    (std::strcmp(reason, kBadLine) == 0 ? bad_lines_ : short_frames_)++;
     refused_++;
-    warn(where, std::string("rejected: ") + reason + ": " + text);
-    Json line = frame_line(where, facts, "rejected", reason);
+    const char *const reason = toliman_ingest_reason_name(event.reason);
+    warn(place, std::string("rejected: ") + reason + ": " + event.text);
+    Json line = frame_line(event.has_key != 0 ? &frame : nullptr, frame.rows > 0, place, "rejected", reason);
     say(line.set("tai_ns", nullptr).set("value", nullptr).set("chi_square", nullptr).line());
 }
 
-void Tracking::remark(Remark kind, const std::string &where, const std::string &text) {
+void Tracking::report(Severity severity, const std::string &warning, const std::string &input,
+                      const std::string &text) {
     flush();
-    const auto at = static_cast<size_t>(kind);
-    remarks_[at]++;
-    warn(where, text);
-    say(remark_line(kRemarkNames[at], where, text));
-}
-
-void Tracking::tell(const char *remark, const std::string &where, const std::string &text, bool warning) {
-    flush();
-    warning ? progress_.warn(where + ": " + text) : progress_.tell(where + ": " + text);
-    say(remark_line(remark, where, text));
+    unreadable_ += warning == "unreadable input";
+    if (severity == Severity::damage)
+        warn(input, text);
+    else
+        severity == Severity::warning ? progress_.warn(input + ": " + text) : progress_.tell(input + ": " + text);
+    say(warning_line(warning, input, text));
 }
 
 std::string Tracking::update(Fit fit) {
     since_update_ = 0;
-    const toliman_track_info info = info_of(tracker_);
     const PeriodFacts period(tracker_, fit);
     Json line;
     line.set("schema", "toliman-track-update/2");
     period.add_to(line);
     add_counts(tracker_, line);
-    line.set("bad_lines", bad_lines_).set("short_frames", short_frames_);
-    line.set("clock_jumps", remarks_[static_cast<size_t>(Remark::clock_jump)]);
-    line.set("long_files", remarks_[static_cast<size_t>(Remark::extra_bytes)]);
-    line.set("unreadable_inputs", remarks_[static_cast<size_t>(Remark::unreadable)]);
-    line.set("passed_over", passed_over_);
+    add_timing(settings_, line);
+    line.set("bad_lines", reasons_[TOLIMAN_INGEST_REASON_BAD_LINE])
+        .set("short_frames", reasons_[TOLIMAN_INGEST_REASON_SHORT_FILE] + reasons_[TOLIMAN_INGEST_REASON_PLACE_UNKNOWN])
+        .set("clock_jumps", reasons_[TOLIMAN_INGEST_REASON_CLOCK_JUMP])
+        .set("long_files", reasons_[TOLIMAN_INGEST_REASON_EXTRA_BYTES])
+        .set("unreadable_inputs", unreadable_)
+        .set("passed_over", skipped_);
     say(line.line());
-    const std::string passed = passed_over_ > 0 ? ", " + std::to_string(passed_over_) + " passed over" : "";
-    return period.text() + ", " + std::to_string(info.accepted) + " frames" + passed;
+    const std::string skipped = skipped_ > 0 ? ", " + std::to_string(skipped_) + " skipped" : "";
+    return period.text() + ", " + std::to_string(info_of(tracker_).accepted) + " frames" + skipped;
 }
 
-// What only a whole run tells.
+// Messages about the run as a whole.
 void Tracking::conclude() {
-    for (const auto &[file, count] : warned_)
+    for (const auto &[file, count] : warnings_)
         if (count > kMostWarnings)
-            progress_.warn(file + ": " + std::to_string(count) + " frames were not as they should be");
-    if (beyond_clock_ > 0)
-        progress_.warn(std::to_string(beyond_clock_) +
-                       " frames lie outside the clock's table, where its nearest line goes on: is there a newer one?");
-    if (refused_ > 0 && good_ + known_ == 0)
-        progress_.warn(
-            "none of the " + std::to_string(refused_) +
-            " frames of this run is good, all were rejected or are outliers: check the scene or weights, --dtype, "
-            "--bit-depth and --shape");
+            progress_.warn(file + formatted(": %lld warnings, of which %lld were shown", static_cast<long long>(count),
+                                            static_cast<long long>(kMostWarnings)));
+    if (outside_clock_ > 0)
+        progress_.warn("frames outside the clock table: " + std::to_string(outside_clock_) +
+                       "; their times are extrapolated: is there a newer table?");
+    if (refused_ > 0 && accepted_ + known_ == 0)
+        progress_.warn("none of the " + std::to_string(refused_) +
+                       " frames of this run is good, all were rejected or are outliers: check the scene or weights, "
+                       "--dtype, --bit-depth and --shape");
 }
 
 void Tracking::say(const std::string &text) {
-    if (waiting_.empty())
+    if (lines_.empty())
         oldest_ = std::chrono::steady_clock::now();
-    waiting_.push_back({lines_, text});
+    lines_.push_back({records_, text});
 }
 
 void Tracking::print_acknowledged() {
     const int64_t committed = info_of(tracker_).committed;
     std::string text;
-    for (; !waiting_.empty() && waiting_.front().lines <= committed; waiting_.pop_front())
-        text += waiting_.front().text;
+    for (; !lines_.empty() && lines_.front().records <= committed; lines_.pop_front())
+        text += lines_.front().text;
     if (text.empty())
         return;
-    if (::isatty(STDOUT_FILENO) != 0) // the same as that of progress
+    if (::isatty(STDOUT_FILENO) != 0) // the terminal of the progress line
         progress_.clear();
     print_stdout(text);
 }
@@ -284,7 +197,7 @@ void Tracking::print_acknowledged() {
 void Tracking::wait() {
     flush();
     stop_if_asked();
-    if (waiting_.empty() || std::chrono::steady_clock::now() - oldest_ < kPatience)
+    if (lines_.empty() || std::chrono::steady_clock::now() - oldest_ < kPatience)
         return;
     check(toliman_track_commit(tracker_.get()));
     print_acknowledged();
@@ -293,24 +206,6 @@ void Tracking::wait() {
 void Tracking::end() {
     flush();
     const std::string result = update(Fit::made);
-    save();
-    remove_unused();
-    print_acknowledged();
-    conclude();
-    progress_.close("track", result);
-}
-
-// A folder without a frame would only bind the next command to options that may have been wrong. It is still locked,
-// and the library has just looked that the ledger is its own.
-bool Tracking::remove_unused() {
-    if (options_.made.empty() || info_of(tracker_).records > 0)
-        return false;
-    remove_state(options_.made);
-    progress_.tell(options_.made + ": removed again, as no frame was read");
-    return true;
-}
-
-void Tracking::save() {
     try {
         check(toliman_track_save(tracker_.get()));
     } catch (const std::exception &error) {
@@ -318,6 +213,19 @@ void Tracking::save() {
         progress_.tell(advice_after(error));
         throw;
     }
+    remove_unused();
+    print_acknowledged();
+    conclude();
+    progress_.close("track", result);
+}
+
+// A folder without frames would only bind the next command to options that may have been wrong. It is still locked.
+bool Tracking::remove_unused() {
+    if (options_.new_folder.empty() || info_of(tracker_).records > 0)
+        return false;
+    remove_state(options_.new_folder);
+    progress_.tell(options_.new_folder + ": removed again, as no frame was read");
+    return true;
 }
 
 void Tracking::rescue() {
@@ -326,7 +234,7 @@ void Tracking::rescue() {
         const std::string result = update(Fit::none);
         check(toliman_track_save(tracker_.get()));
         const bool is_kept = !remove_unused();
-        ending_of([this] { print_acknowledged(); }); // whether or not anybody reads them
+        ending_of([this] { print_acknowledged(); }); // also if standard output is closed
         conclude();
         progress_.close("track", result);
         if (is_kept)
@@ -335,7 +243,7 @@ void Tracking::rescue() {
         progress_.warn(error.what());
         progress_.tell(advice_after(error));
     }
-    ending_of([this] { print_acknowledged(); }); // whether or not anybody reads them
+    ending_of([this] { print_acknowledged(); });
 }
 
 } // namespace cli

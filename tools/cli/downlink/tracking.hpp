@@ -1,83 +1,93 @@
-// A tracker at work: frames go in, and lines of JSON come out once the frames that they tell of are on the disk.
+// Runs a tracker: frames go in, JSON lines come out once the records of their frames are durable.
 #pragma once
 #include <chrono>
 #include <deque>
 #include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "common/terminal.hpp"
-#include "downlink/arrival.hpp"
 #include "downlink/state_folder.hpp"
+#include "frames/frame_source.hpp"
 
 namespace cli {
 
 // Frame ids first ... end - 1.
 struct FrameIds {
     int64_t first = INT64_MIN, end = INT64_MAX;
+    bool is_all() const noexcept { return first == INT64_MIN && end == INT64_MAX; }
 };
 
 struct TrackingOptions {
-    size_t every = 1;           // accepted frames from update to update
-    size_t jobs = 1;            // more than one: frames between two updates are estimated together
-    FrameIds frames;            // others are passed over
-    int64_t rows = 0, cols = 0; // of the frames that the folder takes
-    std::string made;           // the folder, where it is new and so removed again if no frame comes
+    size_t every = 1;       // accepted frames between two updates
+    size_t jobs = 1;        // if above 1, the frames between two updates are estimated together
+    std::string new_folder; // the folder, if it is new: it is removed again if no frame arrives
 };
 
-class Tracking : public Receiver {
+// Of a message about an input. `damage` counts for --strict.
+enum class Severity { note, warning, damage };
+
+class Tracking {
   public:
     Tracking(toliman::tracker &&tracker, const TrackingOptions &options, Progress &progress);
 
-    Arrival &next() override { return batch_[filled_]; }
-    void take() override;
-    void reject(const std::string &where, const FrameFacts *facts, const char *reason, const std::string &why) override;
-    void remark(Remark kind, const std::string &where, const std::string &text) override;
-    void tell(const char *remark, const std::string &where, const std::string &text, bool warning) override;
-    bool wants(const FrameFacts &facts) override;
-    void wait() override;
+    const toliman_track_options &settings() const noexcept { return settings_; } // of the folder
+    size_t batch() const noexcept { return batch_; } // frames of a source that must stay valid at the same time
 
-    // The last update, the checkpoint, all lines.
+    // Takes what source->next() delivered, and keeps the source as long as the frame is needed.
+    void take(const std::shared_ptr<FrameSource> &source, const toliman_frame &frame,
+              const toliman_ingest_event &event);
+    void report(Severity severity, const std::string &warning, const std::string &input, const std::string &text);
+    void count_skipped(int64_t frames) noexcept { skipped_ += frames; }
+    void wait(); // to be called while no frame arrives
+
+    // Prints the last update and all lines, and saves a checkpoint.
     void end();
-    // The same after an error or a signal, which is told next: an update of what is known, without the fit.
+    // The same after an error or a signal, whose message follows: the update has no fit.
     void rescue();
-    int64_t troubles() const noexcept { return troubles_; } // of this run: all that --strict minds
+    int64_t damaged() const noexcept { return damaged_; } // frames and inputs of this run, for --strict
 
   private:
+    // Where a frame of the batch comes from.
+    struct Origin {
+        std::shared_ptr<FrameSource> source;
+        std::string place;
+    };
     struct Line {
-        int64_t lines; // of the ledger, that must be on the disk
+        int64_t records; // of the ledger that must be durable before it is printed
         std::string text;
     };
     void flush();
-    void settled(const Arrival &arrival, const toliman_track_outcome &outcome);
-    std::string why(const FrameFacts &facts, const toliman_track_outcome &outcome) const;
-    void remark_far(const std::string &where, double value);
-    bool is_beyond_clock(const Arrival &arrival) const noexcept;
-    std::string update(Fit fit); // returns it in a line of text
+    void settle(const toliman_frame &frame, const std::string &place, const toliman_track_outcome &outcome);
+    void reject(const toliman_frame &frame, const std::string &place, const toliman_ingest_event &event);
+    void warn_if_far(const std::string &place, double value);
+    void note_unknown_exposure(const std::string &place);
+    std::string update(Fit fit); // prints it and returns it as text
     bool remove_unused();
-    void save();
     void conclude();
     void say(const std::string &text);
     void print_acknowledged();
-    void warn(const std::string &where, const std::string &text);
+    void warn(const std::string &place, const std::string &text);
 
     toliman::tracker tracker_;
+    toliman_track_options settings_;
     TrackingOptions options_;
     Progress &progress_;
-    std::vector<Arrival> batch_;
-    size_t filled_ = 0;
-    std::deque<Line> waiting_;                     // for the disk
+    size_t batch_;
+    std::vector<toliman_frame> frames_; // that wait for the estimator, with their origins
+    std::vector<Origin> origins_;
+    std::deque<Line> lines_;                       // that wait for the disk
     std::chrono::steady_clock::time_point oldest_; // of them
-    size_t since_update_ = 0;                      // frames accepted
-    int64_t lines_ = 0, saved_ = 0;                // of the ledger: all, up to the checkpoint
-    double sigma_;                                 // px, of a value
-    std::vector<int64_t> clock_;                   // as clock_of
-    int64_t good_ = 0, refused_ = 0;               // frames of this run: accepted; rejected or outliers
-    int64_t known_ = 0;                            // of which the folder has a copy
-    int64_t beyond_clock_ = 0;                     // and such as no pair of the clock's table is on either side of
-    int64_t far_ = 0;                              // accepted, with a value that noise does not reach
-    std::map<std::string, int64_t> warned_;        // of each file
-    int64_t bad_lines_ = 0, short_frames_ = 0, passed_over_ = 0, remarks_[kRemarks] = {}, troubles_ = 0;
+    size_t since_update_ = 0;                      // accepted frames
+    int64_t records_ = 0, saved_ = 0;              // of the ledger; at the last checkpoint
+    bool noted_exposure_ = false;
+    // Counts of this run.
+    int64_t accepted_ = 0, refused_ = 0; // refused: rejected, or outliers
+    int64_t known_ = 0;                  // frames of which the folder has a copy
+    int64_t outside_clock_ = 0, far_ = 0, skipped_ = 0, damaged_ = 0, unreadable_ = 0;
+    std::map<int32_t, int64_t> reasons_;      // TOLIMAN_INGEST_REASON_...
+    std::map<std::string, int64_t> warnings_; // by file
 };
 
 } // namespace cli

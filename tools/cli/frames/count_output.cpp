@@ -81,7 +81,8 @@ class SessionOutput : public FrameOutput {
   public:
     SessionOutput(const std::string &folder, const std::string &session, const CountFormat &format,
                   const Simulated &frames)
-        : folder_(folder), session_(session), cadence_(frames.scene), next_(frames.range.first), rows_(frames.rows()),
+        : folder_(folder), session_(session), cadence_(frames.scene),
+          half_ns_(std::llround(frames.scene.info.exposure_s * 5e8)), next_(frames.range.first), rows_(frames.rows()),
           cols_(frames.cols()), counts_(count_output(folder_.file(session + "_frames.bin"), format, frames)),
           meta_(folder_.file(session + "_meta.jsonl")) {}
 
@@ -89,9 +90,11 @@ class SessionOutput : public FrameOutput {
         counts_->write(images, count);
         for (size_t k = 0; k < count; k++, next_++) {
             const double days = cadence_.times[static_cast<size_t>(next_)];
+            const long long start_ns = nanoseconds(days) - half_ns_; // of the exposure
             meta_.print("{\"frame_id\": %lld, \"timestamp_ns\": %lld, \"host_time\": %.9f, \"nframes_dropped\": 0, "
                         "\"roi_label\": \"single_roi\", \"n_rows\": %zu, \"n_cols\": %zu, \"session_id\": \"%s\"}\n",
-                        static_cast<long long>(next_), nanoseconds(days), days * 86400, rows_, cols_, session_.c_str());
+                        static_cast<long long>(next_), start_ns, static_cast<double>(start_ns) / 1e9, rows_, cols_,
+                        session_.c_str());
         }
     }
 
@@ -105,8 +108,9 @@ class SessionOutput : public FrameOutput {
   private:
     OutputFolder folder_;
     std::string session_;
-    Cadence cadence_;
-    int64_t next_; // number of the next frame
+    Cadence cadence_;   // middle of each exposure
+    long long half_ns_; // of an exposure
+    int64_t next_;      // number of the next frame
     size_t rows_, cols_;
     std::unique_ptr<FrameOutput> counts_;
     OutputFile meta_;

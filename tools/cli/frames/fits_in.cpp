@@ -113,13 +113,13 @@ class FitsFrames : public FrameFile {
         }
     }
 
-    void next(double *image) override {
-        const LONGLONG pixels = static_cast<LONGLONG>(rows()) * static_cast<LONGLONG>(cols());
+    void next(void *pixels) override {
+        const LONGLONG count = static_cast<LONGLONG>(rows()) * static_cast<LONGLONG>(cols());
         double blank = std::numeric_limits<double>::quiet_NaN();
         int status = 0, any = 0;
-        fits_read_img(file_.get(), TDOUBLE, first_, pixels, &blank, image, &any, &status);
+        fits_read_img(file_.get(), TDOUBLE, first_, count, &blank, pixels, &any, &status);
         check(status);
-        first_ += pixels;
+        first_ += count;
     }
 
     void skip_next() override { first_ += static_cast<LONGLONG>(rows()) * static_cast<LONGLONG>(cols()); }

@@ -1,7 +1,6 @@
-// Format: .npy or headerless pixels, read one frame at a time and converted to double; big-endian pixels are
-// byte-swapped. The sizes are checked before any allocation: sides and number of frames are bounded, so no product
-// overflows, and the file must have exactly the bytes of its shape. Only headerless standard input has an unknown
-// number of frames.
+// Format: .npy or headerless pixels, read one frame at a time in their own type, which the library converts. The sizes
+// are checked before any allocation: sides and number of frames are bounded, so no product overflows, and the file must
+// have exactly the bytes of its shape. Only headerless standard input has an unknown number of frames.
 #include "frames/frames_in.hpp"
 
 #include <algorithm>
@@ -22,10 +21,24 @@ InputFile open_input(const std::string &path) {
     return path == "-" ? InputFile::standard_input() : InputFile(path);
 }
 
-// Big-endian numbers of `width` bytes to the machine's order.
-void swap_bytes(unsigned char *raw, size_t count, size_t width) noexcept {
-    for (size_t i = 0; i < count; i++)
-        std::reverse(raw + i * width, raw + (i + 1) * width);
+// Types of .npy and of headerless files. The library has no 64-bit integers: they are converted to double.
+struct PixelType {
+    const char *name;
+    int32_t pixel;
+};
+constexpr PixelType kPixelTypes[] = {
+    {"f4", TOLIMAN_PIXEL_F32},      {"b1", TOLIMAN_PIXEL_U8},       {"u1", TOLIMAN_PIXEL_U8},
+    {"u2", TOLIMAN_PIXEL_U16},      {"u4", TOLIMAN_PIXEL_U32},      {"i2", TOLIMAN_PIXEL_I16},
+    {"i4", TOLIMAN_PIXEL_I32},      {"u16le", TOLIMAN_PIXEL_U16},   {"u32le", TOLIMAN_PIXEL_U32},
+    {"i16le", TOLIMAN_PIXEL_I16},   {"f32le", TOLIMAN_PIXEL_F32},   {"u16be", TOLIMAN_PIXEL_U16BE},
+    {"u32be", TOLIMAN_PIXEL_U32BE}, {"i16be", TOLIMAN_PIXEL_I16BE}, {"f32be", TOLIMAN_PIXEL_F32BE},
+};
+
+int32_t pixel_of(const std::string &type) noexcept {
+    for (const PixelType &known : kPixelTypes)
+        if (type == known.name)
+            return known.pixel;
+    return TOLIMAN_PIXEL_F64;
 }
 
 // "u16be" as "u2".
@@ -40,12 +53,13 @@ class PlainFrames : public FrameFile {
         path_ = file_.path();
         const toliman::NpyHeader header = read_npy_header(file_);
         type_ = header.type;
+        pixel_ = pixel_of(type_);
         set_axes(header.shape);
         check_size(header.size);
     }
 
     PlainFrames(const std::string &path, const std::string &dtype, size_t rows, size_t cols)
-        : FrameFile(path), file_(open_input(path)), type_(type_of(dtype)), dtype_(dtype) {
+        : FrameFile(path), file_(open_input(path)), type_(type_of(dtype)), dtype_(dtype), pixel_(pixel_of(dtype)) {
         path_ = file_.path();
         const size_t frame = rows * cols * width();
         if (file_.ended())
@@ -58,6 +72,8 @@ class PlainFrames : public FrameFile {
         check_size(0);
     }
 
+    int32_t pixel() const noexcept override { return pixel_; }
+    size_t frame_size() const noexcept override { return rows() * cols() * width(); }
     bool counted() const noexcept override { return file_.sized() || start_ > 0; }
     bool more() override {
         if (!counted())
@@ -73,8 +89,6 @@ class PlainFrames : public FrameFile {
   private:
     size_t width() const noexcept { return static_cast<size_t>(type_[1] - '0'); }
 
-    bool is_big_endian() const noexcept { return ends_with(dtype_, "be"); }
-
     // A hint if the file has a whole number of frames as u16 instead of u32.
     std::string narrow_frames(size_t frame) const {
         const size_t half = frame / 2;
@@ -83,34 +97,48 @@ class PlainFrames : public FrameFile {
                                                                std::to_string(file_.size() / half) + " frames";
     }
 
-    // The sides are bounded, so that nothing here overflows; memory is allocated for one frame of the checked size.
+    // The sides are bounded, so that nothing here overflows.
     void check_size(size_t header) {
-        const size_t frame = rows() * cols() * width();
-        if (file_.sized() && header + count() * frame != file_.size())
-            malformed(path_, "has " + std::to_string(file_.size()) + " bytes: must have " +
-                                 std::to_string(header + count() * frame) + " for " + std::to_string(count()) +
-                                 " frames of " + std::to_string(rows()) + "x" + std::to_string(cols()));
-        raw_.resize(frame);
+        const size_t size = header + count() * frame_size();
+        if (file_.sized() && size != file_.size())
+            malformed(path_, "has " + std::to_string(file_.size()) + " bytes: must have " + std::to_string(size) +
+                                 " for " + std::to_string(count()) + " frames of " + std::to_string(rows()) + "x" +
+                                 std::to_string(cols()));
         start_ = header;
     }
 
-    void next(double *image) override {
-        if (!file_.read(raw_.data(), raw_.size()))
+    void read_raw(void *pixels) {
+        if (!file_.read(pixels, frame_size()))
             malformed(path_, "ends within a frame of " + std::to_string(rows()) + "x" + std::to_string(cols()) +
                                  " pixels of " + std::to_string(width()) + " bytes");
-        if (is_big_endian())
-            swap_bytes(raw_.data(), rows() * cols(), width());
-        toliman::convert_npy(type_, raw_.data(), rows() * cols(), image);
         frame_++;
     }
 
-    void skip_next() override { file_.seek(start_ + ++frame_ * raw_.size()); }
+    // A number of 64 bits becomes a double in place.
+    void next(void *pixels) override {
+        read_raw(pixels);
+        if (width() == sizeof(double))
+            convert(static_cast<const unsigned char *>(pixels), static_cast<double *>(pixels));
+    }
+
+    void next_double(double *image) override {
+        raw_.resize(frame_size());
+        read_raw(raw_.data());
+        convert(raw_.data(), image);
+    }
+
+    void convert(const unsigned char *raw, double *image) const noexcept {
+        toliman::convert_npy(type_, raw, rows() * cols(), image);
+    }
+
+    void skip_next() override { file_.seek(start_ + ++frame_ * frame_size()); }
 
     InputFile file_;
     std::string type_;  // as in toliman::NpyHeader
     std::string dtype_; // of headerless files
-    std::vector<unsigned char> raw_;
-    size_t start_ = 0, frame_ = 0; // offset of the pixels in the file; number of the next frame
+    int32_t pixel_ = 0;
+    std::vector<unsigned char> raw_; // of next_double
+    size_t start_ = 0, frame_ = 0;   // offset of the pixels in the file; number of the next frame
 };
 
 } // namespace
@@ -145,8 +173,8 @@ void FrameFile::set_axes(const std::vector<size_t> &axes) {
                              " frames with sides of 1 to " + std::to_string(kLargestSide));
 }
 
-void FrameFile::read_any(double *image) {
-    next(image);
+void FrameFile::read(void *pixels) {
+    next(pixels);
     read_++;
 }
 
@@ -155,8 +183,9 @@ void FrameFile::skip() {
     read_++;
 }
 
-void FrameFile::read(double *image) {
-    read_any(image);
+void FrameFile::read_finite(double *image) {
+    next_double(image);
+    read_++;
     for (size_t i = 0; i < rows() * cols(); i++)
         if (!std::isfinite(image[i]))
             malformed(path_, "frame " + std::to_string(read_ - 1) + ", row " + std::to_string(i / cols()) +

@@ -1,4 +1,4 @@
-// Reads frames of a file or of standard input one by one, as double: .npy, FITS or headerless.
+// Reads frames of a file or of standard input one by one: .npy, FITS or headerless.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -6,6 +6,8 @@
 #include <optional>
 #include <string>
 #include <vector>
+
+#include <toliman/image.h>
 
 namespace cli {
 
@@ -22,10 +24,13 @@ class FrameFile {
     // frame.
     virtual bool counted() const noexcept { return true; }
     virtual bool more() { return read_ < count(); }
-    // Reads the next frame; throws Failure unless every pixel is a finite number.
-    void read(double *image);
-    // Reads the next frame unchecked; a pixel without value is NaN.
-    void read_any(double *image);
+    // TOLIMAN_PIXEL_... of the frames that read() delivers, and the bytes of a frame.
+    virtual int32_t pixel() const noexcept { return TOLIMAN_PIXEL_F64; }
+    virtual size_t frame_size() const noexcept { return rows() * cols() * sizeof(double); }
+    // Reads the next frame unchecked; a pixel without value is NaN. `pixels` is aligned to 8 bytes.
+    void read(void *pixels);
+    // Reads the next frame as double; throws Failure unless every pixel is a finite number.
+    void read_finite(double *image);
     // Skips the next frame.
     void skip();
 
@@ -42,7 +47,8 @@ class FrameFile {
     std::string path_;
 
   private:
-    virtual void next(double *image) = 0; // a pixel without value is NaN
+    virtual void next(void *pixels) = 0;
+    virtual void next_double(double *image) { next(image); }
     virtual void skip_next() = 0;
     std::vector<size_t> axes_;
     size_t read_ = 0;

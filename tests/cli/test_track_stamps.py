@@ -1,0 +1,117 @@
+"""track: raw pairs whose time stamps are the start, middle or end of the exposure."""
+import json
+import unittest
+
+from test_track import FRAMES, Track
+
+GRID = ("--grid", "0.03:0.002:230")
+EXPOSURE = 43200
+HALF = EXPOSURE * 10**9 // 2
+DAY = 86400 * 10**9
+NOTE = r"x_meta\.jsonl:1: times are those of the stamps, the %s of the exposure: --exposure SECONDS moves them to its middle\n"
+
+
+class Stamps(Track):
+    def setUp(self):
+        super().setUp()
+        self.stamps = [json.loads(line)["timestamp_ns"] for line in self.lines]
+        self.pair("in/x", self.lines, self.frames)
+
+    def times(self, state, *more, inputs="in", code=0):
+        out = self.track(state, *more, inputs, grid=GRID, code=code)
+        if code == 0:
+            self.last = self.counts(out)
+        return [line["camera_ns"] for line in out if line["schema"] == "toliman-frame/2"]
+
+    def test_a_pair_is_stamped_at_the_start(self):
+        for number, (more, shift, stamp, exposure) in enumerate((
+            ((), 0, "start", None), (("--exposure", "43200"), HALF, "start", EXPOSURE),
+            (("--stamp", "end", "--exposure", "43200"), -HALF, "end", EXPOSURE), (("--stamp", "end"), 0, "end", None),
+            (("--stamp", "middle", "--exposure", "43200"), 0, "middle", EXPOSURE), (("--exposure", "3e-9"), 2, "start", 3e-9),
+        )):
+            state = f"s{number}"
+            self.assertEqual(self.times(state, *more), [ns + shift for ns in self.stamps], more)
+            status = json.loads(self.succeed("status", state, "--json"))
+            for line in (self.last, status):
+                self.assertEqual((line["stamp"], line["exposure_s"]), (stamp, exposure))
+            noted = exposure is None and stamp != "middle"
+            self.assertRegex(self.errors, f"^toliman: in/{NOTE % stamp}$" if noted else "^$")
+            self.assertEqual(self.times(state), self.times(state, *more))  # the folder keeps both
+            self.assertEqual(self.errors, "")
+        self.assertIn("exposures   43200 s, time stamps at their start", self.succeed("status", "s1"))
+        self.assertIn("exposures   of unknown length, time stamps at their start", self.succeed("status", "s0"))
+
+    def test_another_stamp_or_exposure_is_refused(self):
+        self.times("s", "--exposure", "43200")
+        before = (self.folder / "s/ledger.tlml").read_bytes()
+        for more in (("--stamp", "end"), ("--exposure", "43201"), ("--stamp", "middle", "--exposure", "43200")):
+            self.times("s", *more, code=2)
+            self.assertIn("s/setup.tlms: has time stamps at the start of exposures of 43200 s", self.errors)
+            self.assertIn("leave out --stamp and --exposure, or give a new folder", self.errors)
+        self.refuse(2, "has time stamps at the start", arguments=("rebuild", "s", "--stamp", "end"))
+        self.assertEqual((self.folder / "s/ledger.tlml").read_bytes(), before)
+        self.times("t", "--stamp", "middle")
+        self.refuse(3, "has time stamps at the middle", arguments=("merge", "s", "t", "--out", "no"))
+        self.run_program("merge", "s", "--salvage", "--out", "copy")
+        self.assertEqual(json.loads(self.succeed("status", "copy", "--json"))["exposure_s"], EXPOSURE)
+        for more, text in ((("--stamp", "begin"), "--stamp begin: must be one of start, middle, end"), (("--exposure", "-1"), "--exposure"),
+                           (("--exposure", "2e9"), "--exposure"), (("--exposure", "nan"), "exposure_s = nan: must be in [0, 1e+09]")):
+            self.times("u", *more, code=2)
+            self.assertIn(text, self.errors)
+
+    def test_a_lost_setup_loses_the_stamp(self):
+        self.times("s", "--exposure", "43200")
+        (self.folder / "s/setup.tlms").unlink()
+        lost = "s: setup.tlms is lost: time stamps are taken as the middle of the exposures, unless --stamp and --exposure are given"
+        more = ("--clock", "camera", *GRID)
+        done = self.run_program("rebuild", "s", *more)
+        self.assertEqual((done.returncode, lost in done.stderr), (0, True), done.stderr)
+        (self.folder / "s/setup.tlms").unlink()
+        done = self.run_program("rebuild", "s", *more, "--stamp", "start", "--exposure", "43200")
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.times("s")
+        self.assertEqual(self.last["repeated"], FRAMES)
+
+    def test_other_files_have_the_middle_by_their_own_rules(self):
+        self.succeed("simulate", "scene.json", "--out", "day.fits")
+        done = self.run_program("track", "--template", "scene.json", "--state", "s", *GRID, "day.fits")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        last = self.counts([json.loads(line) for line in done.stdout.splitlines()])
+        self.assertEqual((last["stamp"], last["exposure_s"]), ("middle", None))
+        self.assertNotIn("--exposure", done.stderr)
+        self.times("s")  # the folder remains as it is
+        self.assertEqual((self.last["stamp"], self.last["repeated"]), ("middle", FRAMES))
+        out = self.track("t", "day.fits", "--exposure", "43200", grid=GRID)
+        self.assertEqual([line["camera_ns"] for line in out if "value" in line], self.stamps)
+
+
+class Simulated(Track):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        scene = json.loads(cls.scene)
+        for star in scene["stars"].values():
+            star.pop("relative_flux", None)
+            star["photons_per_s"] = 1e7
+        del scene["cadence"]["peak_photons"]
+        scene["cadence"]["exposure_s"] = EXPOSURE
+        cls.scene = json.dumps(scene)
+
+    def test_start_of_each_exposure(self):
+        """The file has the start, the scene the length: the times are those of the cadence again."""
+        lines = [json.loads(line) for line in self.lines]
+        self.assertEqual([line["timestamp_ns"] for line in lines], [k * DAY - HALF for k in range(FRAMES)])
+        self.assertEqual([line["host_time"] for line in lines], [k * 86400 - EXPOSURE / 2 for k in range(FRAMES)])
+        out = self.track("s", "all", grid=GRID)
+        self.assertEqual((self.errors, self.counts(out)["exposure_s"]), ("", EXPOSURE))
+        self.assertEqual([line["tai_ns"] for line in out if "value" in line], [k * DAY for k in range(FRAMES)])
+        self.succeed("simulate", "scene.json", "--out", "day.fits")
+        self.track("cube", "day.fits", grid=GRID)
+        self.assertEqual(self.sums("cube"), self.sums("s"))
+        other = self.track("t", "all", "--exposure", "10", grid=GRID)  # takes precedence
+        self.assertEqual([line["tai_ns"] for line in other if "value" in line],
+                         [k * DAY - HALF + 5 * 10**9 for k in range(FRAMES)])
+
+
+if __name__ == "__main__":
+    unittest.main()

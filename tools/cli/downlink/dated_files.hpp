@@ -1,0 +1,50 @@
+// .npy and FITS files as sources of frames with session, frame id and time.
+#pragma once
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "downlink/frame_times.hpp"
+#include "downlink/tracking.hpp"
+#include "frames/frame_source.hpp"
+
+namespace cli {
+
+struct DatedFileOptions {
+    std::optional<double> cadence; // seconds
+    std::string session;           // empty: the name of the file
+    LeapSeconds leap_seconds;
+};
+
+bool is_dated_file(const std::string &path); // by its suffix
+
+// Opens such files. Compares each file with those before it.
+class DatedFiles {
+  public:
+    DatedFiles(const DatedFileOptions &options, Tracking &tracking) : options_(options), tracking_(tracking) {}
+    // Frames outside `wanted` are skipped.
+    std::shared_ptr<FrameSource> open(const std::string &path, const FrameIds &wanted);
+
+  private:
+    struct Identity {
+        std::string session;
+        int64_t first_id;
+    };
+    // A file whose frames have their times by the cadence.
+    struct CadenceSpan {
+        std::string path, session;
+        int64_t first_id, last_id, first_ns, last_ns;
+    };
+    Identity identity_of(FrameFile &file);
+    FrameTimes times_of(FrameFile &file, const Identity &identity);
+    void warn_of_overlap(const FrameFile &file, const Identity &identity, const FrameTimes &times);
+
+    const DatedFileOptions &options_;
+    Tracking &tracking_;
+    std::string unnumbered_; // the file without FRAME1 that had --session
+    std::vector<CadenceSpan> spans_;
+    bool warned_of_expiry_ = false; // of the table of leap seconds
+};
+
+} // namespace cli
