@@ -30,6 +30,12 @@ std::string joined(const std::vector<std::string> &words, const char *between) {
     return text;
 }
 
+bool number_of(const std::string &text, double &value) {
+    char *end = nullptr;
+    value = std::strtod(text.c_str(), &end);
+    return !text.empty() && end == text.c_str() + text.size();
+}
+
 std::string digest_text(uint64_t digest) {
     return formatted("%016llx", static_cast<unsigned long long>(digest));
 }

@@ -12,6 +12,9 @@ __attribute__((format(printf, 1, 2))) std::string formatted(const char *format, 
 bool ends_with(const std::string &path, const std::string &suffix);
 std::string joined(const std::vector<std::string> &words, const char *between = ", ");
 
+// Whether the whole text, with any NUL byte in it, is a number.
+bool number_of(const std::string &text, double &value);
+
 // "0123456789abcdef" of a 64-bit hash.
 std::string digest_text(uint64_t digest);
 

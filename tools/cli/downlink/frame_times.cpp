@@ -7,7 +7,7 @@
 #include <toliman/toliman.hpp>
 
 #include "common/failure.hpp"
-#include "series/columns.hpp"
+#include "common/text.hpp"
 
 namespace cli {
 

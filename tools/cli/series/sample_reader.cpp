@@ -6,12 +6,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <cstring>
 
 #include "common/json.hpp"
 #include "common/text.hpp"
-#include "series/columns.hpp"
 
 namespace cli {
 
@@ -20,6 +18,48 @@ namespace {
 constexpr double kLargest = 1e98, kLeastSigma = 1e-98; // their squares and differences are within the range of double
 
 constexpr const char *kNoNumber = "must be a finite number";
+
+constexpr char kSpace[] = " \t\r\v\f";
+
+// Without surrounding white space, and then without surrounding quotes. White space inside remains.
+std::string trimmed(const std::string &text) {
+    const size_t first = text.find_first_not_of(kSpace);
+    if (first == std::string::npos)
+        return "";
+    const std::string word = text.substr(first, text.find_last_not_of(kSpace) - first + 1);
+    const bool quoted = word.size() >= 2 && word.front() == '"' && word.back() == '"';
+    return quoted ? word.substr(1, word.size() - 2) : word;
+}
+
+std::vector<std::string> words_of(const std::string &line) {
+    std::vector<std::string> words;
+    for (size_t start = line.find_first_not_of(kSpace); start != std::string::npos;) {
+        const size_t end = line.find_first_of(kSpace, start);
+        words.push_back(trimmed(line.substr(start, end - start)));
+        start = line.find_first_not_of(kSpace, end);
+    }
+    return words.empty() ? std::vector<std::string>{""} : words;
+}
+
+// The separator of a file's columns, from its first line that is neither empty nor a comment: a semicolon if the line
+// has one, otherwise a comma if it has one, otherwise a blank for white space (any number of blanks and tabs).
+char separator_of(const std::string &line) {
+    if (line.find(';') != std::string::npos)
+        return ';';
+    return line.find(',') != std::string::npos ? ',' : ' ';
+}
+
+const char *separator_name(char separator) noexcept {
+    return separator == ';' ? "semicolons" : separator == ',' ? "commas" : "white space";
+}
+
+// Whether the field is a number with a decimal comma.
+bool decimal_comma(const std::string &field) {
+    const size_t comma = field.find(',');
+    double value;
+    return comma != std::string::npos && comma + 1 < field.size() &&
+           number_of(std::string(field).replace(comma, 1, "."), value);
+}
 
 // Whether a field is a column name, not a damaged number.
 bool is_name(const std::string &field) {
@@ -34,6 +74,18 @@ template <class Has> std::string default_time_name(Has has) {
 }
 
 } // namespace
+
+std::vector<std::string> split(const std::string &line, char separator) {
+    if (separator == ' ')
+        return words_of(line);
+    std::vector<std::string> fields;
+    fields.reserve(3);
+    size_t start = 0;
+    for (size_t end; (end = line.find(separator, start)) != std::string::npos; start = end + 1)
+        fields.push_back(trimmed(line.substr(start, end - start)));
+    fields.push_back(trimmed(line.substr(start)));
+    return fields;
+}
 
 const char *flaw_of(double value, size_t column) noexcept {
     if (!std::isfinite(value))

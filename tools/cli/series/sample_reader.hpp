@@ -20,6 +20,9 @@ constexpr const char *kSampleNames[kMostColumns] = {"t", "y", "sigma"};
 // The range that a value of a column violates; nullptr: none.
 const char *flaw_of(double value, size_t column) noexcept;
 
+// The fields of a line, without surrounding white space and quotes; at least one.
+std::vector<std::string> split(const std::string &line, char separator);
+
 struct Sample {
     double t, y, sigma; // sigma is 1 if the series has none
 };
