@@ -9,7 +9,7 @@
 #include "common/output.hpp"
 #include "options/command.hpp"
 #include "scenes/pupil_search.hpp"
-#include "scenes/scene.hpp"
+#include "scenes/scene_json.hpp"
 
 namespace cli {
 
@@ -35,19 +35,12 @@ void move_files(cJSON *item, const std::filesystem::path &from, const std::files
     }
 }
 
-void write_scene(OutputFile &out, const std::string &path, const MaskedScene &scene, const Terms &terms) {
-    const JsonTree tree = scene.with(terms);
+void write_scene(OutputFile &out, const std::string &path, const std::string &folder, const JsonTree &tree) {
     const std::filesystem::path to = std::filesystem::path(path).parent_path();
-    move_files(tree.get(), scene.folder(), to.empty() ? "." : to);
+    move_files(tree.get(), folder, to.empty() ? "." : to);
     const std::string text = text_of(tree);
     out.write(text.data(), text.size());
     out.commit();
-}
-
-JsonTree mask_of(const MaskedScene &scene, const Terms &terms) {
-    if (!terms.empty())
-        return scene.mask(terms);
-    return JsonTree(scene.own_mask() != nullptr ? cJSON_Duplicate(scene.own_mask(), 1) : cJSON_CreateNull());
 }
 
 void print_json(const Scene &whole, const MaskedScene &scene, const Options &options, const Score &own,
@@ -59,7 +52,11 @@ void print_json(const Scene &whole, const MaskedScene &scene, const Options &opt
     json.set("crb_before_px", own.crb_px).set("crb_px", best.score.crb_px);
     json.set("peak_to_mean_before", own.peak_to_mean).set("peak_to_mean", best.score.peak_to_mean);
     json.set("light_in_frame_before", own.light_in_frame).set("light_in_frame", best.score.light_in_frame);
-    json.set("mask", mask_of(scene, best.terms));
+    if (!best.terms.empty())
+        json.set("mask", scene.mask(best.terms));
+    else
+        json.set("mask",
+                 JsonTree(scene.own_mask() != nullptr ? copy_of(scene.own_mask()).release() : cJSON_CreateNull()));
     print_stdout(json.text());
 }
 
@@ -90,15 +87,15 @@ void pupil(const Options &options, Progress &progress) {
     if (!options.out.empty())
         out.emplace(options.out, Replaces::scenes);
     const Scene whole(options.scene, progress);
-    const MaskedScene scene(whole.path, whole.sim.get());
-    const Score before = score_of(whole.sim.get());
+    const MaskedScene scene(whole);
+    const Score before = score_of(whole);
     if (!std::isfinite(before.crb_px))
         throw Failure(kExitUsage, options.scene + ": masks cannot be compared: the separation has no Cramer-Rao bound");
     PupilSearch search(scene, before, options.limits, progress);
     const Found best = search.run();
     progress.clear();
     if (out)
-        write_scene(*out, options.out, scene, best.terms);
+        write_scene(*out, options.out, folder_of(whole.path), scene.with(best.terms));
     if (options.as_json)
         print_json(whole, scene, options, before, best, search.tried());
     else if (options.out != "-")

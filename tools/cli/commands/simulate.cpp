@@ -35,12 +35,11 @@ void psf(const Options &options, Progress &progress) {
     check_not_input(options.out, {scene.path});
     if (options.star == "B")
         check_star(scene);
-    std::vector<double> image(scene.pixels());
     const int32_t kind = options.star == "A"   ? TOLIMAN_SIM_IMAGE_STAR_A
                          : options.star == "B" ? TOLIMAN_SIM_IMAGE_STAR_B
                                                : TOLIMAN_SIM_IMAGE_BOTH;
+    const std::vector<double> image = scene.image(kind);
     const auto cols = static_cast<size_t>(scene.info.cols);
-    toliman::check(toliman_sim_get_image(scene.sim.get(), kind, image.data(), cols));
     const auto out = image_output(options.out, {image.size() / cols, cols}, &scene);
     out->write(image.data(), 1);
     out->commit();

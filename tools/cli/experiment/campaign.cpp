@@ -58,13 +58,6 @@ std::vector<double> block_means(const std::vector<double> &values, size_t block)
     return means;
 }
 
-std::vector<double> expected(const Scene &scene) {
-    std::vector<double> image(scene.pixels());
-    toliman::check(toliman_sim_get_image(scene.sim.get(), TOLIMAN_SIM_IMAGE_BOTH, image.data(),
-                                         static_cast<size_t>(scene.info.cols)));
-    return image;
-}
-
 void add_reference(const Table &table, double *images, size_t count) {
     const size_t pixels = table.reference.size();
     for (size_t k = 0; k < count; k++)
@@ -162,8 +155,8 @@ void Campaign::add_mismatch(const std::string &name, const std::string &what, co
     const auto frames = std::make_shared<const Scene>(scene_->path, json);
     add_table(name, what, frames, scene_);
     Table &table = add_table(name + "-mean", what + ", relative to their own mean", frames, scene_);
-    table.reference = expected(*scene_);
-    const std::vector<double> own = expected(*frames);
+    table.reference = scene_->image(TOLIMAN_SIM_IMAGE_BOTH);
+    const std::vector<double> own = frames->image(TOLIMAN_SIM_IMAGE_BOTH);
     for (size_t i = 0; i < own.size(); i++)
         table.reference[i] -= own[i];
 }

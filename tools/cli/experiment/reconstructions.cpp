@@ -27,10 +27,7 @@ Reconstructor::Reconstructor(const Scene &scene, const toliman::autoencoder &cae
     const auto info = info_from<toliman_cae_info>(toliman_cae_get_info, cae.get());
     result_.crop_row = static_cast<size_t>(info.crop_row);
     result_.crop_col = static_cast<size_t>(info.crop_col);
-    std::vector<double> variance(scene.pixels());
-    check(toliman_sim_get_image(scene.sim.get(), TOLIMAN_SIM_IMAGE_VARIANCE, variance.data(),
-                                static_cast<size_t>(scene.info.cols)));
-    sigma_ = cropped(variance.data());
+    sigma_ = cropped(scene.image(TOLIMAN_SIM_IMAGE_VARIANCE).data());
     for (double &pixel : sigma_)
         pixel = std::sqrt(pixel);
     result_.validation_frames = std::min(total, kValidationFrames);

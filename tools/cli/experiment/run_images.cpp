@@ -25,8 +25,7 @@ double place_of(int64_t count, int64_t first = 0) {
 }
 
 Band band_of(const Scene &scene) {
-    std::vector<double> waves(static_cast<size_t>(scene.info.wavelengths));
-    check(toliman_sim_get_spectrum(scene.sim.get(), waves.size(), waves.data(), nullptr, nullptr));
+    const std::vector<double> waves = scene.wavelengths();
     const auto [least, greatest] = std::minmax_element(waves.begin(), waves.end());
     return {*least * 1e9, *greatest * 1e9};
 }

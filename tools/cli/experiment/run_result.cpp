@@ -29,9 +29,7 @@ void set_scene(const Scene &scene, uint64_t seed, Json &json) {
 // The expected frame's brightest pixel and its noise.
 void set_brightest(const Scene &scene, const RunImage &expected, Json &json) {
     const auto brightest = std::max_element(expected.values.begin(), expected.values.end());
-    std::vector<double> variance(scene.pixels());
-    check(toliman_sim_get_image(scene.sim.get(), TOLIMAN_SIM_IMAGE_VARIANCE, variance.data(),
-                                static_cast<size_t>(scene.info.cols)));
+    const std::vector<double> variance = scene.image(TOLIMAN_SIM_IMAGE_VARIANCE);
     json.set("unit", unit_of(scene.info)).set("peak_counts", *brightest);
     json.set("peak_sigma", std::sqrt(variance[static_cast<size_t>(brightest - expected.values.begin())]));
 }

@@ -15,16 +15,11 @@ namespace {
 constexpr char kProject[] = R"({"preprocess": {"project": ["flux_a", "flux_b", "shift_x", "shift_y"]}})";
 constexpr char kJitter[] = R"({"systematics": {"pointing_rms_px": 0.001, "flux_rms": 0.0001}})";
 
-double middle_wavelength_nm(const Scene &scene) {
-    std::vector<double> wavelength(static_cast<size_t>(scene.info.wavelengths));
-    toliman::check(toliman_sim_get_spectrum(scene.sim.get(), wavelength.size(), wavelength.data(), nullptr, nullptr));
-    return wavelength[wavelength.size() / 2] * 1e9;
-}
-
 } // namespace
 
 SceneVariants::SceneVariants(const Scene &scene)
-    : json_(read_scene_json(scene.path)), wavelength_nm_(middle_wavelength_nm(scene)) {
+    : json_(read_scene_json(scene.path)),
+      wavelength_nm_(scene.wavelengths()[static_cast<size_t>(scene.info.wavelengths) / 2] * 1e9) {
     toliman::check(toliman_sim_get_offsets(scene.sim.get(), &offsets_));
     if (std::isnan(offsets_.b_x_px))
         throw Failure(kExitUsage, scene.path +

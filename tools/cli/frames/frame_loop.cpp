@@ -35,10 +35,9 @@ double noise_share(const Scene &scene, uint64_t seed) {
     constexpr size_t frames = 16, pairs = frames / 2;
     const size_t pixels = scene.pixels();
     const std::vector<double> still(frames, 0.0);
-    std::vector<double> images(frames * pixels), variance(pixels);
+    std::vector<double> images(frames * pixels);
     toliman::check(toliman_sim_frame_many(scene.sim.get(), still.data(), seed, 0, frames, 0, images.data()));
-    toliman::check(toliman_sim_get_image(scene.sim.get(), TOLIMAN_SIM_IMAGE_VARIANCE, variance.data(),
-                                         static_cast<size_t>(scene.info.cols)));
+    const std::vector<double> variance = scene.image(TOLIMAN_SIM_IMAGE_VARIANCE);
     double found = 0, counted = 0;
     for (size_t i = 0; i < pixels; i++) {
         counted += variance[i] * pairs;

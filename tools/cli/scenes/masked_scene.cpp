@@ -5,7 +5,6 @@
 #include <numeric>
 #include <vector>
 
-#include "common/library.hpp"
 #include "common/text.hpp"
 #include "scenes/scene_json.hpp"
 
@@ -15,32 +14,26 @@ namespace {
 
 constexpr double kCoarseSteps = 5; // of the band
 
-toliman_sim_info info_of(const toliman_sim *sim) {
-    return info_from<toliman_sim_info>(toliman_sim_get_info, sim);
-}
-
 // Half of the middle wavelength in nm: the phase step of pi of an ideal mask.
-double half_wave_nm(const toliman_sim *sim) {
-    std::vector<double> wavelength(static_cast<size_t>(info_of(sim).wavelengths));
-    toliman::check(toliman_sim_get_spectrum(sim, wavelength.size(), wavelength.data(), nullptr, nullptr));
+double half_wave_nm(const Scene &scene) {
+    const std::vector<double> wavelength = scene.wavelengths();
     const auto [least, most] = std::minmax_element(wavelength.begin(), wavelength.end());
     return std::nearbyint((*least + *most) / 4 * 1e10) / 10;
 }
 
 } // namespace
 
-Score score_of(const toliman_sim *sim) {
-    const toliman_sim_info info = info_of(sim);
+Score score_of(const Scene &scene) {
+    const toliman_sim_info &info = scene.info;
     const auto samples = static_cast<size_t>(info.wavelengths);
     std::vector<double> a(samples), b(samples);
-    toliman::check(toliman_sim_get_spectrum(sim, samples, nullptr, a.data(), b.data()));
+    toliman::check(toliman_sim_get_spectrum(scene.sim.get(), samples, nullptr, a.data(), b.data()));
     const double emitted = std::accumulate(a.begin(), a.end(), 0.0) + std::accumulate(b.begin(), b.end(), 0.0);
     const double mean = info.total_photons / static_cast<double>(info.rows * info.cols);
     return {info.crb_px, info.peak_photons / mean, info.total_photons / emitted};
 }
 
-MaskedScene::MaskedScene(const std::string &path, const toliman_sim *sim)
-    : scene_(read_scene_json(path)), folder_(folder_of(path)) {
+MaskedScene::MaskedScene(const Scene &scene) : scene_(read_scene_json(scene.path)), path_(scene.path) {
     for (const char *name : {"opd_nm", "height_nm"}) {
         const cJSON *step = item_of(own_mask(), name);
         if (step == nullptr)
@@ -49,11 +42,11 @@ MaskedScene::MaskedScene(const std::string &path, const toliman_sim *sim)
         step_nm_ = step->valuedouble;
     }
     if (step_nm_ == 0)
-        step_nm_ = half_wave_nm(sim);
+        step_nm_ = half_wave_nm(scene);
 }
 
 MaskedScene::MaskedScene(const MaskedScene &other)
-    : scene_(copy_of(other.scene_.get())), folder_(other.folder_), step_(other.step_), step_nm_(other.step_nm_) {}
+    : scene_(copy_of(other.scene_.get())), path_(other.path_), step_(other.step_), step_nm_(other.step_nm_) {}
 
 const cJSON *MaskedScene::own_mask() const noexcept {
     return item_of(item_of(scene_.get(), "telescope"), "mask");
@@ -75,12 +68,7 @@ JsonTree MaskedScene::with(const Terms &terms) const {
 }
 
 Score MaskedScene::evaluate(const Terms &terms) const {
-    const std::string text = text_of(with(terms));
-    auto options = toliman::sized<toliman_sim_options>();
-    options.threads = 1;
-    const toliman::simulator sim =
-        toliman::make<toliman::simulator>(toliman_sim_create_json, text.data(), text.size(), folder_.c_str(), &options);
-    return score_of(sim.get());
+    return score_of(Scene(path_, text_of(with(terms)), 1));
 }
 
 MaskedScene MaskedScene::without_signal() const {

@@ -3,9 +3,8 @@
 #include <limits>
 #include <string>
 
-#include <toliman/toliman.hpp>
-
 #include "common/json.hpp"
+#include "scenes/scene.hpp"
 #include "scenes/spiral.hpp"
 
 namespace cli {
@@ -16,14 +15,12 @@ struct Score {
     double light_in_frame = 0;                                     // fraction of the stars' photons
 };
 
-Score score_of(const toliman_sim *sim);
+Score score_of(const Scene &scene);
 
 class MaskedScene {
   public:
-    // path: the scene file that the library has read as `sim`.
-    MaskedScene(const std::string &path, const toliman_sim *sim);
+    explicit MaskedScene(const Scene &scene);
 
-    const std::string &folder() const noexcept { return folder_; }
     const cJSON *own_mask() const noexcept; // nullptr if it has none
     JsonTree mask(const Terms &terms) const;
     // The scene with a spiral mask of these terms, or with its own mask if there are no terms.
@@ -43,7 +40,7 @@ class MaskedScene {
     bool accepted() const;
 
     JsonTree scene_;
-    std::string folder_;
+    std::string path_;
     std::string step_ = "opd_nm"; // or height_nm, of every mask
     double step_nm_ = 0;
 };

@@ -68,10 +68,25 @@ Scene::Scene(const std::string &file, const toliman_sim_options &options)
       sim(toliman::make<toliman::simulator>(toliman_sim_create_file, path.c_str(), &options)),
       info(info_from<toliman_sim_info>(toliman_sim_get_info, sim.get())) {}
 
-Scene::Scene(const std::string &file, const std::string &json)
-    : path(file), sim(toliman::make<toliman::simulator>(toliman_sim_create_json, json.data(), json.size(),
-                                                        folder_of(file).c_str(), nullptr)),
-      info(info_from<toliman_sim_info>(toliman_sim_get_info, sim.get())) {}
+Scene::Scene(const std::string &file, const std::string &json, uint32_t threads) : path(file) {
+    auto options = toliman::sized<toliman_sim_options>();
+    options.threads = threads;
+    sim = toliman::make<toliman::simulator>(toliman_sim_create_json, json.data(), json.size(), folder_of(file).c_str(),
+                                            &options);
+    info = info_from<toliman_sim_info>(toliman_sim_get_info, sim.get());
+}
+
+std::vector<double> Scene::image(int32_t kind) const {
+    std::vector<double> image(pixels());
+    toliman::check(toliman_sim_get_image(sim.get(), kind, image.data(), static_cast<size_t>(info.cols)));
+    return image;
+}
+
+std::vector<double> Scene::wavelengths() const {
+    std::vector<double> waves(static_cast<size_t>(info.wavelengths));
+    toliman::check(toliman_sim_get_spectrum(sim.get(), waves.size(), waves.data(), nullptr, nullptr));
+    return waves;
+}
 
 Cadence::Cadence(const Scene &scene) : times(static_cast<size_t>(scene.info.frames)), displacements(times.size()) {
     toliman::check(toliman_sim_get_series(scene.sim.get(), 0, times.size(), times.data(), displacements.data()));

@@ -24,13 +24,16 @@ struct Scene {
     Scene(const std::string &file, Progress &progress);
     Scene(const std::string &file, const toliman_sim_options &options);
     // A variant of a scene file as JSON; its relative file names start at the folder of `file`. No progress or
-    // warnings.
-    Scene(const std::string &file, const std::string &json);
+    // warnings. threads: as in toliman_sim_options.
+    Scene(const std::string &file, const std::string &json, uint32_t threads = 0);
 
     std::string path;
     toliman::simulator sim;
     toliman_sim_info info = {};
     size_t pixels() const noexcept { return static_cast<size_t>(info.rows) * static_cast<size_t>(info.cols); }
+    // TOLIMAN_SIM_IMAGE_..., [rows][cols].
+    std::vector<double> image(int32_t kind) const;
+    std::vector<double> wavelengths() const; // m
 };
 
 // Times (days) and true displacements (px) of all frames.

@@ -53,10 +53,7 @@ Scene single_star(const std::string &path, const cJSON *telescope, const SingleS
 }
 
 std::vector<double> light_fractions(const Scene &star) {
-    std::vector<double> image(star.pixels());
-    toliman::check(toliman_sim_get_image(star.sim.get(), TOLIMAN_SIM_IMAGE_BOTH, image.data(),
-                                         static_cast<size_t>(star.info.cols)));
-    return fractions(std::move(image));
+    return fractions(star.image(TOLIMAN_SIM_IMAGE_BOTH));
 }
 
 std::vector<double> light_fractions(const Scene &star, double displacement_px, bool exact) {
