@@ -1,14 +1,12 @@
-// Method: a cell is one series of frames; it is simulated once and pushed to all methods that lack a result for it. The
-// values of a series with signal are regressed on the true displacement: slope, and scatter about the line. Without
-// signal the scatter is the standard deviation, and the slope is measured on two noise-free expected images at +-1e-5
-// px. Cells are ordered by the scene and the seed of their methods, so that each network is trained once and freed
-// after its last cell. The periodogram uses the grid of `run`; block means have fewer samples and a grid of their own.
+// Method: a series of frames is simulated once and pushed to all methods that lack a result for it. The values of a
+// series with signal are regressed on the true displacement: slope, and scatter about the line. Without signal the
+// scatter is the standard deviation, and the slope is measured on two noise-free expected images at +-1e-5 px. Series
+// are ordered by the scene and the seed of their methods, so that each network is trained once and freed after its last
+// series. The periodogram uses the grid of `run`; block means have fewer samples and a grid of their own.
 #include "experiment/campaign.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <map>
-#include <optional>
 
 #include "common/failure.hpp"
 #include "common/text.hpp"
@@ -80,34 +78,12 @@ double slope_of(const Table &table, Method &method) {
 
 } // namespace
 
-// The methods of one scene and seed, created on first use.
-class Campaign::MethodCache {
-  public:
-    MethodCache(const Scene &scene, uint64_t seed) : scene_(scene), seed_(seed) {}
-    bool serves(const Scene &scene, uint64_t seed) const noexcept { return &scene == &scene_ && seed == seed_; }
-    Method &method(const std::string &name) {
-        std::unique_ptr<Method> &found = made_[name];
-        if (!found)
-            found = method_kind(name).make(scene_, seed_);
-        return *found;
-    }
-
-  private:
-    const Scene &scene_;
-    uint64_t seed_;
-    std::map<std::string, std::unique_ptr<Method>> made_;
-};
-
-struct Campaign::Cell {
+struct Campaign::Work {
+    const Table *table;
     double amplitude_px; // 0 without signal
     uint64_t series;     // without signal
     uint64_t noise_seed;
-};
-
-struct Campaign::Work {
-    const Table *table;
-    Cell cell;
-    std::vector<Row> rows; // still to be computed
+    std::vector<Row> rows = {}; // still to be computed
 };
 
 Campaign::Campaign(std::shared_ptr<const Scene> scene, const CampaignOptions &options)
@@ -187,16 +163,16 @@ JsonTree Campaign::arguments() const {
     return json.release();
 }
 
-std::vector<Campaign::Cell> Campaign::cells(const Table &table, uint64_t seed) const {
-    std::vector<Cell> cells;
+std::vector<Campaign::Work> Campaign::series_of(const Table &table, uint64_t seed) const {
+    std::vector<Work> all;
     const auto noise_seed = [seed](size_t use) { return seed + (static_cast<uint64_t>(use) << 32); };
     for (const double amplitude : table.amplitudes) {
         const auto at = std::find(amplitudes_.begin(), amplitudes_.end(), amplitude);
-        cells.push_back({amplitude, 0, noise_seed(static_cast<size_t>(at - amplitudes_.begin()))});
+        all.push_back({&table, amplitude, 0, noise_seed(static_cast<size_t>(at - amplitudes_.begin()))});
     }
     for (uint64_t series = 0; series < table.blind[seed - 1]; series++)
-        cells.push_back({0, series, noise_seed(amplitudes_.size() + series)});
-    return cells;
+        all.push_back({&table, 0, series, noise_seed(amplitudes_.size() + series)});
+    return all;
 }
 
 // Whether a method takes part in a series.
@@ -213,10 +189,9 @@ std::vector<Campaign::Work> Campaign::left(const Journal &journal) const {
     std::vector<Work> all;
     for (const Table &table : tables_)
         for (uint64_t seed = 1; seed <= table.blind.size(); seed++)
-            for (const Cell &cell : cells(table, seed)) {
-                Work work = {&table, cell, {}};
+            for (Work &work : series_of(table, seed)) {
                 for (const std::string &method : options_.methods) {
-                    const Row row = {table.name, method, cell.amplitude_px, seed, cell.series};
+                    const Row row = {table.name, method, work.amplitude_px, seed, work.series};
                     if (fits(method_kind(method), table, row) && !journal.contains(row))
                         work.rows.push_back(row);
                 }
@@ -238,14 +213,16 @@ void Campaign::run(Journal &journal, Progress &progress) const {
     double total = 0, done = 0;
     for (const Work &work : all)
         total += static_cast<double>(work.rows.size());
-    std::optional<MethodCache> methods_of_seed;
+    Methods methods_of_seed;
+    std::pair<const Scene *, uint64_t> served = {};
     for (Work &work : all) {
-        if (!methods_of_seed || !methods_of_seed->serves(*work.table->methods, work.rows[0].seed))
-            methods_of_seed.emplace(*work.table->methods, work.rows[0].seed);
-        const std::string note = formatted("%s, %g px, seed %llu", work.table->name.c_str(), work.cell.amplitude_px,
+        if (served != std::pair(work.table->methods.get(), work.rows[0].seed))
+            methods_of_seed.clear();
+        served = {work.table->methods.get(), work.rows[0].seed};
+        const std::string note = formatted("%s, %g px, seed %llu", work.table->name.c_str(), work.amplitude_px,
                                            static_cast<unsigned long long>(work.rows[0].seed));
         const auto share = static_cast<double>(work.rows.size());
-        run_series(work, *methods_of_seed,
+        run_series(work, methods_of_seed,
                    [&](double part) { progress.show("experiment", (done + part * share) / total, note); });
         done += share;
         for (const Row &row : work.rows)
@@ -254,20 +231,23 @@ void Campaign::run(Journal &journal, Progress &progress) const {
 }
 
 // Simulates one series of frames and pushes it to all methods at once.
-void Campaign::run_series(Work &work, MethodCache &methods_of_seed, const std::function<void(double)> &show) const {
+void Campaign::run_series(Work &work, Methods &methods_of_seed, const std::function<void(double)> &show) const {
     const Scene &frames = *work.table->frames;
     const size_t count = shape_.size();
-    const bool blind = work.cell.amplitude_px == 0;
+    const bool blind = work.amplitude_px == 0;
     std::vector<Method *> methods;
     for (Row &row : work.rows) {
-        methods.push_back(&methods_of_seed.method(row.method));
+        std::unique_ptr<Method> &method = methods_of_seed[row.method];
+        if (!method)
+            method = method_kind(row.method).make(*work.table->methods, row.seed);
+        methods.push_back(method.get());
         if (blind)
             row.slope = slope_of(*work.table, *methods.back());
     }
     std::vector<double> truth = shape_;
     for (double &value : truth)
-        value *= work.cell.amplitude_px;
-    for_frames(frames, work.cell.noise_seed, 0, count, truth.data(), [&](size_t at, size_t n, double *images) {
+        value *= work.amplitude_px;
+    for_frames(frames, work.noise_seed, 0, count, truth.data(), [&](size_t at, size_t n, double *images) {
         add_reference(*work.table, images, n);
         for (Method *method : methods)
             method->push(images, n);

@@ -5,6 +5,7 @@
 // same seeds and differ in their scenes only. Networks are trained without frames.
 #pragma once
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -53,13 +54,12 @@ class Campaign {
                           double amplitude_px) const;
 
   private:
-    struct Cell; // one series of frames
-    struct Work; // a cell and its rows that are still to be computed
-    class MethodCache;
-    std::vector<Cell> cells(const Table &table, uint64_t seed) const;
+    struct Work; // one series of frames and its rows that are still to be computed
+    using Methods = std::map<std::string, std::unique_ptr<Method>>; // of one scene and seed, created on first use
+    std::vector<Work> series_of(const Table &table, uint64_t seed) const;
     static bool fits(const MethodKind &method, const Table &table, const Row &row);
     std::vector<Work> left(const Journal &journal) const;
-    void run_series(Work &work, MethodCache &methods_of_seed, const std::function<void(double)> &show) const;
+    void run_series(Work &work, Methods &methods_of_seed, const std::function<void(double)> &show) const;
     void make_tables();
     Table &add_table(const std::string &name, const std::string &what, std::shared_ptr<const Scene> frames,
                      std::shared_ptr<const Scene> methods);

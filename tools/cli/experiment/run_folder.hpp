@@ -11,6 +11,10 @@
 
 namespace cli {
 
+// result.json, schema toliman-run/2. rotation_deg: position angle of the detector's +y axis.
+std::string run_result(const Scene &scene, double rotation_deg, const Cadence &cadence, const Pipeline &pipeline,
+                       const std::vector<RunImage> &images);
+
 // Everything that a run writes; result.json as text.
 struct RunFiles {
     const std::string &scene, &result;

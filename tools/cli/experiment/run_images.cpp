@@ -44,21 +44,19 @@ void add_pupil(const Scene &scene, std::vector<RunImage> &images) {
                       first, first, step, NAN, NAN, std::move(opd)});
 }
 
+// An image in pixels of the detector, still without values.
+RunImage image_of(const char *what, const char *unit, const std::vector<size_t> &shape, double first_x, double first_y,
+                  const Band &band) {
+    return {what, unit, "px", shape, first_x, first_y, 1, band.min_nm, band.max_nm, {}};
+}
+
 // NaN if the library refuses the band, as it does where the pupil has too few samples.
 RunImage point_spread(const Scene &scene, const cJSON *telescope, const Band &band) {
     constexpr double accuracy = 1e-6;
     constexpr auto side = static_cast<int64_t>(kNetworkSide);
     const SingleStar star = {band.min_nm, band.max_nm, kNetworkSide, scene.info.pixel_scale_arcsec, 0, accuracy};
-    RunImage image = {"point spread function of a black body of 5790 K in the centre of the frame",
-                      "fraction of light",
-                      "px",
-                      {kNetworkSide, kNetworkSide},
-                      place_of(side),
-                      place_of(side),
-                      1,
-                      band.min_nm,
-                      band.max_nm,
-                      {}};
+    RunImage image = image_of("point spread function of a black body of 5790 K in the centre of the frame",
+                              "fraction of light", {kNetworkSide, kNetworkSide}, place_of(side), place_of(side), band);
     try {
         image.values = light_fractions(single_star(scene.path, telescope, star));
     } catch (const toliman::error &error) {
@@ -68,20 +66,6 @@ RunImage point_spread(const Scene &scene, const cJSON *telescope, const Band &ba
         image.reason = error.what();
     }
     return image;
-}
-
-RunImage frame_image(const Scene &scene, const Band &band, const std::string &what) {
-    const std::vector<size_t> shape = {static_cast<size_t>(scene.info.rows), static_cast<size_t>(scene.info.cols)};
-    return {what,
-            unit_of(scene.info),
-            "px",
-            shape,
-            place_of(scene.info.cols),
-            place_of(scene.info.rows),
-            1,
-            band.min_nm,
-            band.max_nm,
-            std::vector<double>(scene.pixels())};
 }
 
 std::vector<double> expected(const Scene &scene, double displacement) {
@@ -94,30 +78,25 @@ std::vector<double> expected(const Scene &scene, double displacement) {
 // Frame without noise, frame 0, and the change of the former at the largest displacement.
 void add_frames(const Scene &scene, const Band &band, uint64_t seed, std::vector<RunImage> &images) {
     const double low = scene.info.min_displacement_px, high = scene.info.max_displacement_px;
-    RunImage still = frame_image(scene, band, "expected frame without displacement");
-    RunImage frame = frame_image(scene, band, "frame 0");
-    RunImage change = frame_image(scene, band, "expected frame at the largest displacement less that without");
-    still.values = expected(scene, 0);
-    change.values = expected(scene, -low > high ? low : high);
-    std::transform(change.values.begin(), change.values.end(), still.values.begin(), change.values.begin(),
-                   std::minus<double>());
-    check(toliman_sim_frame_many(scene.sim.get(), nullptr, seed, 0, 1, 0, frame.values.data()));
-    for (RunImage *image : {&still, &frame, &change})
-        images.push_back(std::move(*image));
+    std::vector<double> still = expected(scene, 0), frame(scene.pixels());
+    std::vector<double> change = expected(scene, -low > high ? low : high);
+    std::transform(change.begin(), change.end(), still.begin(), change.begin(), std::minus<double>());
+    check(toliman_sim_frame_many(scene.sim.get(), nullptr, seed, 0, 1, 0, frame.data()));
+    const auto add = [&](const char *what, std::vector<double> &values) {
+        images.push_back(image_of(what, unit_of(scene.info),
+                                  {static_cast<size_t>(scene.info.rows), static_cast<size_t>(scene.info.cols)},
+                                  place_of(scene.info.cols), place_of(scene.info.rows), band));
+        images.back().values = std::move(values);
+    };
+    add("expected frame without displacement", still);
+    add("frame 0", frame);
+    add("expected frame at the largest displacement less that without", change);
 }
 
 void add_reconstructions(const Scene &scene, const Band &band, Reconstructions &from, std::vector<RunImage> &images) {
     const auto row = static_cast<int64_t>(from.crop_row), col = static_cast<int64_t>(from.crop_col);
-    RunImage image = {"",
-                      unit_of(scene.info),
-                      "px",
-                      {from.samples.size(), kNetworkSide, kNetworkSide},
-                      place_of(scene.info.cols, col),
-                      place_of(scene.info.rows, row),
-                      1,
-                      band.min_nm,
-                      band.max_nm,
-                      {}};
+    RunImage image = image_of("", unit_of(scene.info), {from.samples.size(), kNetworkSide, kNetworkSide},
+                              place_of(scene.info.cols, col), place_of(scene.info.rows, row), band);
     const auto add = [&](const char *what, std::vector<double> &values) {
         image.what = what;
         image.values = std::move(values);

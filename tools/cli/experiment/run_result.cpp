@@ -1,4 +1,4 @@
-#include "experiment/run_result.hpp"
+#include "experiment/run_folder.hpp"
 
 #include <algorithm>
 #include <cmath>
