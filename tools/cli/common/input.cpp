@@ -26,20 +26,6 @@ std::string plain(std::string path) {
     return path;
 }
 
-FileStamp::FileStamp(const std::string &path) {
-    struct stat status = {};
-    if (::stat(path.c_str(), &status) != 0)
-        malformed(path, std::strerror(errno));
-    inode = status.st_ino;
-    size = static_cast<size_t>(status.st_size);
-    changed_ns = status.st_mtim.tv_sec * int64_t{1000000000} + status.st_mtim.tv_nsec;
-}
-
-bool was_replaced(const FileStamp &before, const FileStamp &now) noexcept {
-    return before.inode != 0 && (now.inode != before.inode || now.size < before.size ||
-                                 (now.size == before.size && now.changed_ns != before.changed_ns));
-}
-
 InputFile::InputFile(const std::string &path) : path_(path), file_(nullptr) {
     struct stat status = {};
     if (::stat(path.c_str(), &status) != 0)

@@ -1,6 +1,5 @@
 // Input files that are read through stdio.
 #pragma once
-#include <cstdint>
 #include <cstdio>
 #include <string>
 #include <sys/types.h>
@@ -11,20 +10,6 @@ bool exists(const std::string &path);
 bool is_folder(const std::string &path);
 // The path without trailing slashes.
 std::string plain(std::string path);
-
-// Identity, size and modification time of a file, to detect that it was replaced or has grown.
-struct FileStamp {
-    FileStamp() = default;
-    explicit FileStamp(const std::string &path); // throws Failure if there is no such file
-    bool operator==(const FileStamp &other) const noexcept {
-        return inode == other.inode && size == other.size && changed_ns == other.changed_ns;
-    }
-    uint64_t inode = 0; // 0: none yet
-    size_t size = 0;
-    int64_t changed_ns = 0;
-};
-// Whether the file was replaced by another file or overwritten; growth is not a replacement.
-bool was_replaced(const FileStamp &before, const FileStamp &now) noexcept;
 
 // An open regular file with its size (throws Failure if there is none), or standard input, whose size is unknown.
 class InputFile {
