@@ -2,8 +2,9 @@
 
 #include <cerrno>
 #include <cstring>
-#include <dirent.h>
+#include <filesystem>
 #include <poll.h>
+#include <utility>
 
 #include "common/failure.hpp"
 #include "common/input.hpp"
@@ -32,19 +33,15 @@ std::string side_of(const std::string &path) {
     return ends_with(path, kSide) ? path : other_file(path);
 }
 
-struct CloseFolder {
-    void operator()(DIR *folder) const noexcept { ::closedir(folder); }
-};
-
 // Side files of the pairs of a folder, in the order of their names; either file of a pair may be missing.
 std::vector<std::string> pairs_of(const std::string &path) {
-    const std::unique_ptr<DIR, CloseFolder> folder(::opendir(path.c_str()));
-    if (!folder)
-        malformed(path, std::strerror(errno));
+    std::error_code error;
     std::set<std::string> sides;
-    while (const dirent *entry = ::readdir(folder.get()))
-        if (is_pair(entry->d_name))
-            sides.insert(side_of(plain(path) + "/" + entry->d_name));
+    for (std::filesystem::directory_iterator entry(path, error), end; entry != end; entry.increment(error))
+        if (is_pair(entry->path().native()))
+            sides.insert(side_of(plain(path) + "/" + entry->path().filename().native()));
+    if (error)
+        malformed(path, error.message());
     return {sides.begin(), sides.end()};
 }
 
