@@ -7,6 +7,7 @@
 #include <toliman/ingest.h>
 
 #include "common/failure.hpp"
+#include "common/text.hpp"
 #include "series/periodogram.hpp"
 
 namespace cli {
@@ -106,11 +107,9 @@ void SetupOptions::warn_of_lost_timing(const std::string &folder, Progress &prog
 }
 
 std::string SetupOptions::text() const {
-    char days[40] = "";
-    if (mission_days_)
-        std::snprintf(days, sizeof days, " --mission-days %.17g", *mission_days_);
-    return (grid_.empty() ? "" : " --grid " + grid_) + days + (epoch_ ? " --epoch " + std::to_string(*epoch_) : "") +
-           (clock_.empty() ? "" : " --clock " + clock_);
+    return (grid_.empty() ? "" : " --grid " + grid_) +
+           (mission_days_ ? formatted(" --mission-days %.17g", *mission_days_) : "") +
+           (epoch_ ? " --epoch " + std::to_string(*epoch_) : "") + (clock_.empty() ? "" : " --clock " + clock_);
 }
 
 } // namespace cli

@@ -2,7 +2,6 @@
 
 #include <cerrno>
 #include <cmath>
-#include <cstdio>
 #include <cstring>
 #include <fstream>
 #include <sys/stat.h>
@@ -21,6 +20,10 @@ namespace {
 // Files of a state folder, the ledger last.
 constexpr const char kLedger[] = "ledger.tlml", kSetup[] = "setup.tlms";
 constexpr const char *kFiles[] = {"checkpoint.tlmc", kSetup, "streams.txt", kLedger};
+
+std::string file_of_state(const std::string &folder, const char *name) {
+    return folder + "/" + name;
+}
 
 // Damaged files of a state folder, and those that another process is writing to, have exit codes of their own.
 [[noreturn]] void fail_state(toliman_status status, const std::string &folder) {
@@ -55,10 +58,6 @@ bool has_ledger(const std::string &folder) {
 }
 
 } // namespace
-
-std::string file_of_state(const std::string &folder, const char *name) {
-    return folder + "/" + name;
-}
 
 void remove_state(const std::string &folder) {
     for (const char *name : kFiles)
@@ -116,16 +115,6 @@ toliman_track_options settings_of(const toliman::tracker &tracker) {
     return info_from<toliman_track_options>(toliman_track_get_options, tracker.get());
 }
 
-std::vector<std::pair<std::string, int64_t>> rejected_of(const toliman::tracker &tracker) {
-    std::vector<std::pair<std::string, int64_t>> rejected;
-    for (int32_t reason = TOLIMAN_TRACK_REASON_SHAPE; reason <= TOLIMAN_TRACK_REASON_ESTIMATE; reason++) {
-        int64_t frames = 0;
-        toliman::check(toliman_track_get_rejected(tracker.get(), reason, &frames));
-        rejected.emplace_back(toliman_track_reason_name(reason), frames);
-    }
-    return rejected;
-}
-
 namespace {
 
 // NaN in all numbers.
@@ -148,11 +137,7 @@ bool is_known(toliman_status status) {
 
 std::string unit_text(double unit_ns) {
     constexpr double kDay = 86400e9;
-    if (unit_ns == kDay)
-        return "d";
-    char text[40];
-    std::snprintf(text, sizeof text, "units of %g s", unit_ns * 1e-9);
-    return text;
+    return unit_ns == kDay ? "d" : formatted("units of %g s", unit_ns * 1e-9);
 }
 
 } // namespace
@@ -162,9 +147,7 @@ PeriodFacts::PeriodFacts(const toliman::tracker &tracker, Fit fit)
     const toliman_period *period = nullptr;
     toliman::check(toliman_track_get_period(tracker.get(), &period));
     count_ = toliman_period_count(period);
-    auto info = toliman::sized<toliman_period_info>();
-    toliman::check(toliman_period_get_info(period, &info));
-    unit_ = unit_text(info.unit_ns);
+    unit_ = unit_text(info_from<toliman_period_info>(toliman_period_get_info, period).unit_ns);
     if (!is_known(toliman_period_query_peak(period, &peak_)))
         return;
     toliman::check(toliman_period_query_fap(period, TOLIMAN_PERIOD_FAP_SEQUENTIAL, peak_.log10_residual, &sequential_));
@@ -194,11 +177,10 @@ std::string PeriodFacts::text() const {
     if (!std::isfinite(peak_.log10_fap))
         return "no period yet";
     const toliman_period_peak &best = std::isfinite(fit_.period) ? fit_ : peak_;
-    char fap[160];
-    std::snprintf(fap, sizeof fap, ", log10 FAP %.2f, sequential %.2f%s%s", best.log10_fap, sequential_,
-                  sequential_ > kSignificant ? ": no significant period" : "",
-                  (peak_.flags & TOLIMAN_PERIOD_INACCURATE) != 0 ? "; the power may be wrong by more than 0.001" : "");
-    return "period " + text_with_error(best.period, best.period_error) + " " + unit_ + fap;
+    return "period " + text_with_error(best.period, best.period_error) + " " + unit_ +
+           formatted(", log10 FAP %.2f, sequential %.2f", best.log10_fap, sequential_) +
+           (sequential_ > kSignificant ? ": no significant period" : "") +
+           ((peak_.flags & TOLIMAN_PERIOD_INACCURATE) != 0 ? "; the power may be wrong by more than 0.001" : "");
 }
 
 const char *stamp_name(int32_t stamp) noexcept {
@@ -217,8 +199,11 @@ void add_counts(const toliman::tracker &tracker, Json &json) {
     json.set("outlier", info.outlier).set("quarantined", info.quarantined);
     json.set("repeated", info.repeated).set("rejected", info.rejected);
     Json reasons;
-    for (const auto &[reason, frames] : rejected_of(tracker))
-        reasons.set(reason.c_str(), frames);
+    for (int32_t reason = TOLIMAN_TRACK_REASON_SHAPE; reason <= TOLIMAN_TRACK_REASON_ESTIMATE; reason++) {
+        int64_t frames = 0;
+        toliman::check(toliman_track_get_rejected(tracker.get(), reason, &frames));
+        reasons.set(toliman_track_reason_name(reason), frames);
+    }
     json.set("rejected_by", std::move(reasons));
     json.set("expected", info.expected).set("missing", info.missing).set("dropped", info.dropped);
     json.set("sessions", info.sessions);

@@ -2,8 +2,6 @@
 #pragma once
 #include <optional>
 #include <string>
-#include <utility>
-#include <vector>
 
 #include <toliman/toliman.hpp>
 
@@ -25,10 +23,6 @@ toliman::tracker open_tracker(toliman_track_options options, Progress &progress)
 toliman_track_info info_of(const toliman::tracker &tracker);
 // Options in force; folder and clock belong to the tracker.
 toliman_track_options settings_of(const toliman::tracker &tracker);
-// Number of frames rejected for each reason, by its name.
-std::vector<std::pair<std::string, int64_t>> rejected_of(const toliman::tracker &tracker);
-// "folder/ledger.tlml"
-std::string file_of_state(const std::string &folder, const char *name);
 // Removes the files of a state folder, the ledger last, and the folder if it is then empty.
 void remove_state(const std::string &folder);
 // The message of the library for a damaged folder, and the remedy.
