@@ -7,8 +7,7 @@
 #include "common/failure.hpp"
 #include "common/input.hpp"
 #include "common/output.hpp"
-#include "downlink/state_folder.hpp"
-#include "downlink/state_results.hpp"
+#include "downlink/ledger_report.hpp"
 #include "options/command.hpp"
 
 namespace cli {

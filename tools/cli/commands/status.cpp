@@ -7,8 +7,6 @@
 #include "common/text.hpp"
 #include "downlink/ledger_report.hpp"
 #include "downlink/setup_options.hpp"
-#include "downlink/state_folder.hpp"
-#include "downlink/state_results.hpp"
 #include "options/command.hpp"
 
 namespace cli {

@@ -1,10 +1,12 @@
-// Prints records of a ledger.
+// Prints and writes what a state folder contains: records of its ledger, status, results.
 #pragma once
 #include <functional>
 #include <string>
 #include <vector>
 
 #include <toliman/toliman.hpp>
+
+#include "downlink/state_folder.hpp"
 
 namespace cli {
 
@@ -18,5 +20,11 @@ void print_series(const toliman::tracker &tracker, const toliman_track_options &
                   const std::function<void(const std::string &text)> &print);
 // CSV session,roi,first,last of missing frame ids.
 void print_missing(const toliman::tracker &tracker);
+
+// Schema toliman-track-status/2.
+Json status_json(const toliman::tracker &tracker, const toliman_track_options &how, const PeriodFacts &period);
+
+// Writes result.json (schema toliman-state/1), series.csv and periodogram.csv, all or none; creates the folder.
+void write_results(const toliman::tracker &tracker, const toliman_track_options &how, const std::string &folder);
 
 } // namespace cli
