@@ -1,4 +1,5 @@
 // toliman encode: latents from frames.
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <utility>
@@ -24,13 +25,10 @@ constexpr double kFarSigmas = 1000;
 constexpr double kChiSquareSigma = 0.00552; // sqrt(2/65536)
 constexpr double kFarChiSquare = 5 * kChiSquareSigma;
 
-void shape_of(const std::string &text, size_t &rows, size_t &cols) {
+void shape_of(const std::string &text, int64_t &rows, int64_t &cols) {
     rows = cols = 0;
-    if (text.empty())
-        return;
-    char rest = '\0';
-    if (std::sscanf(text.c_str(), "%zux%zu%c", &rows, &cols, &rest) != 2 || rows == 0 || cols == 0 || rows > 65536 ||
-        cols > 65536)
+    if (!text.empty() &&
+        (!two_numbers(text, 'x', rows, cols) || std::min(rows, cols) < 1 || std::max(rows, cols) > 65536))
         throw Failure(kExitUsage, "--shape " + text + ": must be ROWSxCOLS, e.g. 256x256");
 }
 
@@ -69,14 +67,14 @@ std::string complaint_of(double latent, double chi_square, const toliman_cae_inf
 void encode(const EncodeOptions &options, Progress &progress) {
     const Network network(options.weights);
     const toliman_cae_info &info = network.info;
-    size_t rows, cols;
+    int64_t rows, cols;
     shape_of(options.shape, rows, cols);
     const bool in_pixels = info.cosine > 0; // unsupervised training leaves the latent without a unit
     // Printed together with the first line: a failure on the first frame leaves standard output empty.
     const char *head = in_pixels ? "file,frame,latent_px,chi_square\n" : "file,frame,latent,chi_square\n";
     bool far = false;
     for (const std::string &path : options.files) {
-        auto file = open_frames(path, options.dtype, rows, cols);
+        auto file = open_frames(path, options.dtype, static_cast<size_t>(rows), static_cast<size_t>(cols));
         const FrameFile &frames = *file;
         if (frames.rows() != static_cast<size_t>(info.rows) || frames.cols() != static_cast<size_t>(info.cols))
             throw Failure(kExitInput, frames.path() + ": frames of " + std::to_string(frames.rows()) + "x" +

@@ -1,8 +1,7 @@
 // toliman track: frames from the spacecraft, in any order, to the period.
-#include <cstdio>
-
 #include "common/failure.hpp"
 #include "common/input.hpp"
+#include "common/text.hpp"
 #include "downlink/downlink.hpp"
 #include "downlink/folder_options.hpp"
 #include "options/command.hpp"
@@ -21,13 +20,10 @@ struct Options {
 
 // "A:B", whole numbers.
 FrameIds frame_ids(const std::string &text) {
-    if (text.empty())
-        return {};
-    long long first = 0, end = 0;
-    char rest = '\0';
-    if (std::sscanf(text.c_str(), "%lld:%lld%c", &first, &end, &rest) != 2 || first >= end)
+    FrameIds ids;
+    if (!text.empty() && (!two_numbers(text, ':', ids.first, ids.end) || ids.first >= ids.end))
         throw Failure(kExitUsage, "--frames " + text + ": must be A:B, two frame ids with A < B");
-    return {first, end};
+    return ids;
 }
 
 void track(Options &options, Progress &progress) {

@@ -1,6 +1,7 @@
 #include "common/text.hpp"
 
 #include <algorithm>
+#include <cinttypes>
 #include <cmath>
 #include <cstdarg>
 #include <cstdio>
@@ -34,6 +35,12 @@ bool number_of(const std::string &text, double &value) {
     char *end = nullptr;
     value = std::strtod(text.c_str(), &end);
     return !text.empty() && end == text.c_str() + text.size();
+}
+
+bool two_numbers(const std::string &text, char separator, int64_t &first, int64_t &second) {
+    char between = '\0', rest = '\0';
+    return std::sscanf(text.c_str(), "%" SCNd64 "%c%" SCNd64 "%c", &first, &between, &second, &rest) == 3 &&
+           between == separator;
 }
 
 std::string digest_text(uint64_t digest) {

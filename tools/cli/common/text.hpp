@@ -14,6 +14,13 @@ std::string joined(const std::vector<std::string> &words, const char *between = 
 
 // Whether the whole text, with any NUL byte in it, is a number.
 bool number_of(const std::string &text, double &value);
+// "256x128"
+template <class Integer> std::string shape_text(Integer rows, Integer cols) {
+    return std::to_string(rows) + "x" + std::to_string(cols);
+}
+
+// Whether the text is two whole numbers with this separator: "0:100", "16,24", "256x128".
+bool two_numbers(const std::string &text, char separator, int64_t &first, int64_t &second);
 
 // "0123456789abcdef" of a 64-bit hash.
 std::string digest_text(uint64_t digest);

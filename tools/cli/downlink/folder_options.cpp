@@ -2,11 +2,11 @@
 
 #include <CLI/App.hpp>
 #include <algorithm>
-#include <cstdio>
 #include <tuple>
 
 #include "common/failure.hpp"
 #include "common/input.hpp"
+#include "common/text.hpp"
 #include "options/command.hpp"
 #include "scenes/scene.hpp"
 
@@ -17,22 +17,17 @@ namespace {
 constexpr char kOtherEstimator[] =
     "the weights or the scene differ from those that the folder was created with: give the same ones, or a new folder";
 
-// "16,24" or "256x256".
-void two_numbers(const std::string &text, const char *option, const char *form, int64_t least, int64_t &a, int64_t &b) {
+// Two whole numbers from `least` to 65536; an empty text leaves a and b unchanged.
+void set_two(const std::string &text, const char *option, char separator, int64_t least, int64_t &a, int64_t &b) {
+    int64_t first = 0, second = 0;
     if (text.empty())
         return;
-    long long first = 0, second = 0;
-    char rest = '\0';
-    if (std::sscanf(text.c_str(), form, &first, &second, &rest) != 2 || first < least || second < least ||
-        first > 65536 || second > 65536)
+    if (!two_numbers(text, separator, first, second) || std::min(first, second) < least ||
+        std::max(first, second) > 65536)
         throw Failure(kExitUsage, std::string(option) + " " + text + ": must be two whole numbers from " +
                                       std::to_string(least) + " to 65536, e.g. " + (least == 0 ? "16,24" : "256x256"));
     a = first;
     b = second;
-}
-
-std::string shape_text(int64_t rows, int64_t cols) {
-    return std::to_string(rows) + "x" + std::to_string(cols);
 }
 
 bool uses_same_frames(const toliman_track_options &a, const toliman_track_options &b) {
@@ -117,8 +112,8 @@ toliman_track_options FolderOptions::track_options(const std::string &dtype, con
     how.bin = bin_.value_or(how.bin);
     how.capacity = capacity_.value_or(how.capacity);
     how.value_limit = value_limit_.value_or(how.value_limit);
-    two_numbers(crop_, "--crop", "%lld,%lld%c", 0, how.crop_row, how.crop_col);
-    two_numbers(shape_, "--shape", "%lldx%lld%c", 1, how.rows, how.cols);
+    set_two(crop_, "--crop", ',', 0, how.crop_row, how.crop_col);
+    set_two(shape_, "--shape", 'x', 1, how.rows, how.cols);
     how.threads = jobs_;
     how.sync = sync_ == "frame" ? TOLIMAN_TRACK_SYNC_FRAME : sync_ == "none" ? TOLIMAN_TRACK_SYNC_NONE : 0;
     how.cae = estimator.network ? estimator.network->cae.get() : nullptr;

@@ -66,8 +66,8 @@ class PlainFrames : public FrameFile {
             malformed(path_, "is empty");
         if (file_.size() % frame != 0)
             malformed(path_, "has " + std::to_string(file_.size()) + " bytes: must be a multiple of " +
-                                 std::to_string(frame) + ", the size of a frame of " + std::to_string(rows) + "x" +
-                                 std::to_string(cols) + narrow_frames(frame) + kind_of(path_));
+                                 std::to_string(frame) + ", the size of a frame of " + shape_text(rows, cols) +
+                                 narrow_frames(frame) + kind_of(path_));
         set_axes({file_.sized() ? file_.size() / frame : kMostFrames, rows, cols});
         check_size(0);
     }
@@ -81,8 +81,7 @@ class PlainFrames : public FrameFile {
         if (FrameFile::more())
             return true;
         if (!file_.sized() && !file_.ended())
-            malformed(path_, "has more than " + std::to_string(count()) + " frames of " + std::to_string(rows()) + "x" +
-                                 std::to_string(cols()));
+            malformed(path_, "has more than " + std::to_string(count()) + " frames of " + shape_text(rows(), cols()));
         return false;
     }
 
@@ -102,15 +101,14 @@ class PlainFrames : public FrameFile {
         const size_t size = header + count() * frame_size();
         if (file_.sized() && size != file_.size())
             malformed(path_, "has " + std::to_string(file_.size()) + " bytes: must have " + std::to_string(size) +
-                                 " for " + std::to_string(count()) + " frames of " + std::to_string(rows()) + "x" +
-                                 std::to_string(cols()));
+                                 " for " + std::to_string(count()) + " frames of " + shape_text(rows(), cols()));
         start_ = header;
     }
 
     void read_raw(void *pixels) {
         if (!file_.read(pixels, frame_size()))
-            malformed(path_, "ends within a frame of " + std::to_string(rows()) + "x" + std::to_string(cols()) +
-                                 " pixels of " + std::to_string(width()) + " bytes");
+            malformed(path_, "ends within a frame of " + shape_text(rows(), cols()) + " pixels of " +
+                                 std::to_string(width()) + " bytes");
         frame_++;
     }
 
@@ -168,9 +166,9 @@ void FrameFile::set_axes(const std::vector<size_t> &axes) {
     if (count() == 0)
         malformed(path_, "contains no frames");
     if (rows() == 0 || cols() == 0 || rows() > kLargestSide || cols() > kLargestSide || count() > kMostFrames)
-        malformed(path_, std::to_string(count()) + " frames of " + std::to_string(rows()) + "x" +
-                             std::to_string(cols()) + ": must be at most " + std::to_string(kMostFrames) +
-                             " frames with sides of 1 to " + std::to_string(kLargestSide));
+        malformed(path_, std::to_string(count()) + " frames of " + shape_text(rows(), cols()) + ": must be at most " +
+                             std::to_string(kMostFrames) + " frames with sides of 1 to " +
+                             std::to_string(kLargestSide));
 }
 
 void FrameFile::read(void *pixels) {
