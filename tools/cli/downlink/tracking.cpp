@@ -9,7 +9,6 @@
 #include "common/json.hpp"
 #include "common/output.hpp"
 #include "common/text.hpp"
-#include "downlink/verdict_text.hpp"
 
 namespace cli {
 
@@ -22,6 +21,67 @@ constexpr int64_t kCheckpoint = 4096;        // records of the ledger
 constexpr std::chrono::seconds kPatience(1); // of lines that wait for the disk
 constexpr int64_t kMostWarnings = 10;        // per file; standard output has all of them
 constexpr double kFar = 20;                  // sigma, beyond the reach of noise
+
+std::string rejection_text(const toliman_track_outcome &outcome, const toliman_track_options &settings) {
+    const std::string pixel = "pixel " + std::to_string(outcome.row) + ", " + std::to_string(outcome.col);
+    switch (outcome.reason) {
+    case TOLIMAN_TRACK_REASON_SHAPE:
+        return " " + shape_text(outcome.row, outcome.col) + ", must be " + shape_text(settings.rows, settings.cols) +
+               ": a new folder takes others by --shape and --crop";
+    case TOLIMAN_TRACK_REASON_OVER_RANGE:
+        return ", " + pixel + " is " + formatted("%.12g", outcome.pixel) + ", more than --bit-depth allows";
+    case TOLIMAN_TRACK_REASON_ZERO_RUN:
+        return ", only zeros up to " + pixel;
+    case TOLIMAN_TRACK_REASON_NOT_FINITE:
+        return " at " + pixel;
+    case TOLIMAN_TRACK_REASON_CLOCK:
+        return ": no TAI for its time, or too far from time 0 for the periodogram; see --clock and --epoch";
+    default:
+        return ": no finite value, as it differs too much from frames of the scene or weights";
+    }
+}
+
+// The verdict on a frame that is not accepted, and its reason.
+std::string verdict_text(const toliman_frame &frame, const toliman_track_outcome &outcome,
+                         const toliman_track_options &settings) {
+    if (outcome.verdict == TOLIMAN_TRACK_VERDICT_QUARANTINED)
+        return "quarantined: frame " + std::to_string(frame.frame_id) + " of session " + frame.session +
+               " arrived before with other pixels, time or count of drops; neither copy counts, nor does any later one";
+    if (outcome.verdict == TOLIMAN_TRACK_VERDICT_OUTLIER)
+        return formatted("outlier: a value of %.4g px, beyond the %.4g px of --value-limit: not in the periodogram",
+                         outcome.value, settings.value_limit);
+    return std::string("rejected: ") + toliman_track_reason_name(outcome.reason) + rejection_text(outcome, settings);
+}
+
+// The first keys of a line toliman-frame/2. frame: NULL if its name is unknown; has_time: its time is known, too;
+// reason: NULL unless it is rejected.
+Json frame_line(const toliman_frame *frame, bool has_time, const std::string &place, const char *verdict,
+                const char *reason) {
+    Json line;
+    line.set("schema", "toliman-frame/2");
+    if (frame != nullptr)
+        line.set("session", frame->session).set("roi", frame->roi).set("frame_id", frame->frame_id);
+    else
+        line.set("session", nullptr).set("roi", nullptr).set("frame_id", nullptr);
+    line.set("verdict", verdict);
+    reason != nullptr ? line.set("reason", reason) : line.set("reason", nullptr);
+    frame != nullptr &&has_time ? line.set("camera_ns", frame->camera_ns) : line.set("camera_ns", nullptr);
+    return std::move(line.set("input", place));
+}
+
+// Whether the clock table was extrapolated for a time. A single pair is a difference of clocks that has no ends.
+bool is_outside_clock(const toliman_track_options &settings, int64_t camera_ns) noexcept {
+    return settings.clock_points > 1 &&
+           (camera_ns < settings.clock[0] || camera_ns > settings.clock[2 * settings.clock_points - 2]);
+}
+
+// Advice at the end of a run that could not save.
+const char *advice_after(const std::exception &error) {
+    const auto *failed = dynamic_cast<const toliman::error *>(&error);
+    return failed != nullptr && failed->status() == TOLIMAN_E_LOST
+               ? "frames printed as accepted may be lost with the ledger: give all frames again"
+               : "printed lines are safe on the disk; the same command resumes";
+}
 
 } // namespace
 
@@ -110,7 +170,10 @@ void Tracking::warn_if_far(const std::string &place, double value) {
         return;
     far_++;
     if (10 * far_ <= accepted_ + 10)
-        progress_.warn(place + ": " + far_text(value, sigmas));
+        progress_.warn(place +
+                       formatted(": accepted, but its value of %.4g px is %.3g sigma: a strong signal, or damage "
+                                 "that hides the period; a new folder with --value-limit excludes such frames",
+                                 value, sigmas));
 }
 
 void Tracking::warn(const std::string &place, const std::string &text) {
@@ -139,7 +202,9 @@ void Tracking::report(Severity severity, const std::string &warning, const std::
         warn(input, text);
     else
         severity == Severity::warning ? progress_.warn(input + ": " + text) : progress_.tell(input + ": " + text);
-    say(warning_line(warning, input, text));
+    Json line;
+    line.set("schema", "toliman-track-warning/1").set("warning", warning);
+    say(line.set("input", input).set("text", text).line());
 }
 
 std::string Tracking::update(Fit fit) {
