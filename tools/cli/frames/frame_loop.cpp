@@ -2,19 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "common/stopwatch.hpp"
 
 namespace cli {
 
-namespace {
-
-constexpr size_t kFramesAtOnce = 48;
-
-} // namespace
-
 void for_frames(const Scene &scene, uint64_t seed, int64_t first, size_t total, const double *displacements,
                 const FrameWork &work, double *seconds) {
+    constexpr size_t kFramesAtOnce = 48;
     double ignored = 0;
     std::vector<double> images(std::min(total, kFramesAtOnce) * scene.pixels());
     for (size_t done = 0; done < total;) {
@@ -50,17 +46,14 @@ double noise_share(const Scene &scene, uint64_t seed) {
 }
 
 double mean(const std::vector<double> &values) {
-    double sum = 0;
-    for (const double value : values)
-        sum += value;
-    return sum / static_cast<double>(values.size());
+    return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
 double deviation(const std::vector<double> &values) {
-    const double centre = mean(values);
-    double square = 0;
-    for (const double value : values)
-        square += (value - centre) * (value - centre);
+    const auto add_square = [centre = mean(values)](double sum, double value) {
+        return sum + (value - centre) * (value - centre);
+    };
+    const double square = std::accumulate(values.begin(), values.end(), 0.0, add_square);
     return std::sqrt(square / static_cast<double>(values.size() - 1));
 }
 

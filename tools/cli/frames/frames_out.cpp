@@ -1,8 +1,13 @@
 #include "frames/frames_out.hpp"
 
+#include <cmath>
+
+#include "common/failure.hpp"
+#include "common/input.hpp"
 #include "common/npy.hpp"
 #include "common/output.hpp"
 #include "common/text.hpp"
+#include "frames/frames_in.hpp"
 
 namespace cli {
 
@@ -23,6 +28,111 @@ class NpyOutput : public FrameOutput {
     size_t pixels_;
 };
 
+// Headerless little-endian counts.
+class CountOutput : public FrameOutput {
+  public:
+    CountOutput(const std::string &path, const CountFormat &format, const Simulated &frames)
+        : path_(path), out_(path), format_(format), rows_(frames.rows()), cols_(frames.cols()),
+          next_(frames.range.first), largest_(std::ldexp(1.0, format.bit_depth) - 1) {
+        out_.need_space({frames.count(), rows_, cols_}, format.wide ? 4 : 2);
+    }
+
+    void write(const double *images, size_t count) override {
+        for (size_t k = 0; k < count; k++, next_++) {
+            if (format_.wide)
+                write_frame<uint32_t>(images + k * rows_ * cols_);
+            else
+                write_frame<uint16_t>(images + k * rows_ * cols_);
+        }
+    }
+
+    void commit() override { out_.commit(); }
+
+  private:
+    template <class T> void write_frame(const double *image) {
+        std::vector<T> counts(rows_ * cols_);
+        for (size_t i = 0; i < counts.size(); i++) {
+            const double rounded = std::nearbyint(image[i]);
+            if (rounded < 0) // clipping at 0 would bias the flux
+                refuse(i, rounded, "must not be negative in an unsigned file; with noise.read_e write .npy or .fits");
+            if (rounded > largest_)
+                refuse(i, rounded,
+                       "bit depth overflow: must be in [0, " + std::to_string(static_cast<uint64_t>(largest_)) +
+                           "] for bit depth " + std::to_string(format_.bit_depth));
+            counts[i] = static_cast<T>(rounded);
+        }
+        out_.write(counts.data(), counts.size() * sizeof counts[0]);
+    }
+
+    [[noreturn]] void refuse(size_t pixel, double counts, const std::string &why) const {
+        throw Failure(kExitUsage, path_ +
+                                      formatted(": frame %lld, row %zu, column %zu: %.0f counts: ",
+                                                static_cast<long long>(next_), pixel / cols_, pixel % cols_, counts) +
+                                      why);
+    }
+
+    std::string path_;
+    OutputFile out_;
+    CountFormat format_;
+    size_t rows_, cols_;
+    int64_t next_; // number of the next frame
+    double largest_;
+};
+
+long long nanoseconds(double days) {
+    const std::optional<int64_t> ns = ns_of_days(days);
+    if (!ns)
+        throw Failure(kExitUsage,
+                      "timestamp_ns: a frame at " + std::to_string(days) + " days: must be within 100000 days");
+    return *ns;
+}
+
+// Existing files of a downlink may be the only copy.
+void check_free(const std::string &path) {
+    if (exists(path))
+        throw Failure(kExitOutput, path + ": exists already: give another --session, or remove it first");
+}
+
+// The mission's pair of files: counts, and one JSON object per frame. Files of a pair are never replaced.
+class SessionOutput : public FrameOutput {
+  public:
+    SessionOutput(const std::string &folder, const std::string &session, const CountFormat &format,
+                  const Simulated &frames)
+        : folder_(folder), session_(session), cadence_(frames.scene),
+          half_ns_(std::llround(frames.scene.info.exposure_s * 5e8)), next_(frames.range.first), rows_(frames.rows()),
+          cols_(frames.cols()), counts_(count_output(folder_.file(session + "_frames.bin"), format, frames)),
+          meta_(folder_.file(session + "_meta.jsonl")) {}
+
+    void write(const double *images, size_t count) override {
+        counts_->write(images, count);
+        for (size_t k = 0; k < count; k++, next_++) {
+            const double days = cadence_.times[static_cast<size_t>(next_)];
+            const long long start_ns = nanoseconds(days) - half_ns_; // of the exposure
+            meta_.print("{\"frame_id\": %lld, \"timestamp_ns\": %lld, \"host_time\": %.9f, \"nframes_dropped\": 0, "
+                        "\"roi_label\": \"single_roi\", \"n_rows\": %zu, \"n_cols\": %zu, \"session_id\": \"%s\"}\n",
+                        static_cast<long long>(next_), start_ns, static_cast<double>(start_ns) / 1e9, rows_, cols_,
+                        session_.c_str());
+        }
+    }
+
+    // The side file last: it implies that the frames are complete.
+    void commit() override {
+        counts_->commit();
+        meta_.commit();
+        folder_.keep();
+    }
+
+  private:
+    OutputFolder folder_;
+    std::string session_;
+    Cadence cadence_;   // middle of each exposure
+    long long half_ns_; // of an exposure
+    int64_t next_;      // number of the next frame
+    size_t rows_, cols_;
+    std::unique_ptr<FrameOutput> counts_;
+    OutputFile meta_;
+};
+
 } // namespace
 
 std::unique_ptr<FrameOutput> image_output(const std::string &path, const std::vector<size_t> &axes,
@@ -30,6 +140,17 @@ std::unique_ptr<FrameOutput> image_output(const std::string &path, const std::ve
     if (ends_with(path, ".fits"))
         return fits_output(path, axes, scene);
     return std::make_unique<NpyOutput>(path, axes);
+}
+
+std::unique_ptr<FrameOutput> count_output(const std::string &path, const CountFormat &format, const Simulated &frames) {
+    return std::make_unique<CountOutput>(path, format, frames);
+}
+
+std::unique_ptr<FrameOutput> session_output(const std::string &folder, const std::string &session,
+                                            const CountFormat &format, const Simulated &frames) {
+    for (const char *end : {"_frames.bin", "_meta.jsonl"})
+        check_free(plain(folder) + "/" + session + end);
+    return std::make_unique<SessionOutput>(folder, session, format, frames);
 }
 
 } // namespace cli
