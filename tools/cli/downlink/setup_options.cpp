@@ -8,6 +8,7 @@
 
 #include "common/failure.hpp"
 #include "common/text.hpp"
+#include "downlink/state_folder.hpp"
 #include "series/periodogram.hpp"
 
 namespace cli {
@@ -90,10 +91,9 @@ void SetupOptions::set(toliman_track_options &how, Progress &progress) {
         how.period_flags = TOLIMAN_PERIOD_DOUBLE_LIMB; // as `run` and `period`
     }
     how.time_offset_ns = epoch_.value_or(how.time_offset_ns);
-    if (!stamp_.empty())
-        how.stamp = stamp_ == "start"    ? TOLIMAN_FRAME_STAMP_START
-                    : stamp_ == "middle" ? TOLIMAN_FRAME_STAMP_MIDDLE
-                                         : TOLIMAN_FRAME_STAMP_END;
+    for (const int32_t stamp : {TOLIMAN_FRAME_STAMP_START, TOLIMAN_FRAME_STAMP_MIDDLE, TOLIMAN_FRAME_STAMP_END})
+        if (stamp_ == stamp_name(stamp))
+            how.stamp = stamp;
     how.exposure_s = exposure_s_.value_or(how.exposure_s);
     pairs_ = read_clock(clock_, progress);
     how.clock = pairs_.data();
