@@ -49,11 +49,6 @@ bool InputFile::read(void *data, size_t size) {
     return whole;
 }
 
-void InputFile::read_known(void *data, size_t size) {
-    if (!read(data, size))
-        malformed(path_, "was truncated while it was read");
-}
-
 bool InputFile::ended() {
     const int next = std::getc(file_);
     check_input();
@@ -71,7 +66,8 @@ void InputFile::check_input() const {
 std::string whole_text(const std::string &path) {
     InputFile file(path);
     std::string text(file.size(), '\0');
-    file.read_known(text.data(), text.size());
+    if (!file.read(text.data(), text.size()))
+        malformed(path, "was truncated while it was read");
     return text;
 }
 

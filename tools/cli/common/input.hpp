@@ -23,9 +23,8 @@ class InputFile {
     bool sized() const noexcept { return file_ != stdin; }
     size_t size() const noexcept { return size_; } // 0 for standard input
     void seek(size_t offset) noexcept { ::fseeko(file_, static_cast<off_t>(offset), SEEK_SET); }
-    bool read(void *data, size_t size);       // false: the file has fewer bytes
-    void read_known(void *data, size_t size); // throws Failure if the file has become shorter
-    bool ended();                             // no bytes are left; blocks on standard input, like read, until a signal
+    bool read(void *data, size_t size); // false: the file has fewer bytes
+    bool ended();                       // no bytes are left; blocks on standard input, like read, until a signal
 
   private:
     InputFile() : path_("standard input"), file_(stdin) {}
