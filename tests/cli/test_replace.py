@@ -80,6 +80,7 @@ class Replace(ProgramTest):
     def test_folders_of_results(self):
         scene = one_wavelength()
         scene["cadence"]["frames"] = 20
+        scene["telescope"]["pupil_samples"] = 70
         (self.folder / "c.json").write_text(json.dumps(scene))
         for _ in range(2):
             self.assertEqual(self.run_program("run", "c.json", "--out", "r").returncode, 0)
@@ -89,8 +90,12 @@ class Replace(ProgramTest):
                 (self.folder / "r" / name).write_text("notes\n")
                 self.refuse(6, f"r/{name}: " + REASON, arguments=("run", "c.json", "--out", "r"))
                 (self.folder / "r" / name).write_bytes(own)
-        for name in ("scene.json", "training.csv"):  # figures that take their time
-            (self.folder / "r" / name).unlink()
+
+    def test_pages(self):
+        rows = [{"bench": "b", "what": "w", "series": "s", "seconds": k, "error": k} for k in range(1, 9)]
+        (self.folder / "r").mkdir()
+        (self.folder / "r" / "b.json").write_text(json.dumps(
+            {"schema": "toliman-bench/1", "machine": {"cpu": "c", "isa": "avx2", "cores": 2}, "rows": rows}))
         page = self.folder / "r" / "report" / "report.html"
         for _ in range(2):
             self.succeed("report", "r")
@@ -101,7 +106,7 @@ class Replace(ProgramTest):
             else:
                 self.refuse(6, "r/report/report.html: " + REASON, arguments=("report", "r"))
         page.unlink()
-        self.refuse(6, "r/report/figures/series.svg: " + REASON, arguments=("report", "r"))
+        self.refuse(6, "r/report/figures/bench-b.svg: " + REASON, arguments=("report", "r"))
         self.succeed("report", "r", "--force")
 
     def test_the_input(self):

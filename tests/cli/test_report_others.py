@@ -200,8 +200,8 @@ class Bench(ReportTest):
             (self.folder / "bench" / (name + ".json")).write_text(json.dumps(
                 {"schema": "toliman-bench/1", "machine": {"cpu": cpu, "isa": "avx2", "cores": 2}, "rows": its}))
         (self.folder / "bench" / "other.json").write_text("[")
-        page = self.report("bench")
-        self.check_page(self.folder / "bench" / "report", ["bench-a-b", "bench-a-b-2"])
+        page = self.report("bench", "--png", "--pdf")
+        self.check_page(self.folder / "bench" / "report", ["bench-a-b", "bench-a-b-2"], ("svg", "png", "pdf"))
         # Benches of one machine share a table.
         self.assertEqual([page.text.count(text) for text in ("Machine: A <CPU>, avx2.", "Machine: Other, avx2.")], [1, 1])
         self.assertLess(page.text.index("far"), page.text.index("Machine: Other"))
