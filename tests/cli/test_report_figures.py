@@ -1,5 +1,8 @@
 """Figures of toliman.report: the data that they plot, against plain arithmetic."""
+import base64
+import io
 import math
+import re
 import unittest
 
 import numpy
@@ -7,6 +10,7 @@ from pages import lines
 
 import matplotlib
 from matplotlib.colors import LogNorm
+from PIL import Image
 from toliman.report import figures, images, style, text
 from toliman.report.figures import Power, Sinusoid
 
@@ -255,6 +259,20 @@ class Comparisons(unittest.TestCase):
 
 
 class Style(unittest.TestCase):
+    def test_images_keep_their_pixels(self):
+        """One byte per pixel, the colours of the colour map; powers of ten are text."""
+        values = numpy.random.default_rng(3).uniform(0.0, 1.0, (20, 30))
+        values[4, 5] = math.nan
+        figure = images.images([images.Panel("a", values, 0, 0, 1, "b")])
+        data = re.findall(rb'"data:image/png;base64,([^"]*)"', style.drawn(figure, "svg"))
+        (image,) = [found for found in (Image.open(io.BytesIO(base64.b64decode(one))) for one in data) if found.size == (30, 20)]
+        self.assertEqual(image.mode, "P")
+        shown = figure.axes[0].images[0]
+        pixels, expected = numpy.asarray(image.convert("RGBA")), shown.to_rgba(values, bytes=True)
+        self.assertTrue((pixels == expected).all() or (pixels == expected[::-1]).all())
+        figure = images.images([images.Panel("a", values + 0.1, 0, 0, 1, "b", scale="log")])
+        self.assertLessEqual({"10⁻¹", "10⁰"}, {label.get_text() for label in figure.axes[1].get_yticklabels()})
+
     def test_same_bytes_whatever_the_user_set(self):
         def draw(kind):
             return style.drawn(figures.training(numpy.arange(1, 9), 1.0 / numpy.arange(1, 9)), kind)

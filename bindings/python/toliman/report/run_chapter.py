@@ -25,14 +25,19 @@ def add(folder: pathlib.Path, result: Result, page: Page) -> None:
     _add_images(folder, result, page)
     _add_displacement(folder, page)
     page.add_figure("architecture", chapter.architecture(),
-                    "The network, as the chapter draws its own. Boxes are images, rows × columns × channels; a dense layer "
-                    "compresses the last to one number, the latent, which the chapter calls an atom. This run used the layout "
-                    "flight; paper is that of the chapter, where a maximum is pooled and its place kept for un-pooling.")
+                    "The network, as the chapter draws its own. Boxes are images, rows × columns × channels; "
+                    "a dense layer "
+                    "compresses the last to one number, the latent, which the chapter calls an atom. This run "
+                    "used the layout "
+                    "flight; paper is that of the chapter, where a maximum is pooled and its place kept for "
+                    "un-pooling.")
     page.add_figure("pooling", chapter.pooling(_EXAMPLE),
-                    "Pooling of 2 × 2 pixels, an example. Maxima do not change linearly with an image and lose a signal far below "
+                    "Pooling of 2 × 2 pixels, an example. Maxima do not change linearly with an image and "
+                    "lose a signal far below "
                     "the noise; means keep it. This is the main difference of the layouts.")
     page.add_figure("activations", chapter.activations(),
-                    "The chapter's reason for ELU, the exponential linear unit: negative values keep a gradient, so that they "
+                    "The chapter's reason for ELU, the exponential linear unit: negative values keep a "
+                    "gradient, so that they "
                     "can be trained. ReLU has none below 0.")
 
 
@@ -44,13 +49,16 @@ def _add_signal(folder: pathlib.Path, result: Result, page: Page) -> None:
     above = frequency > 0
     if above.sum() < 2:
         return
-    figure = chapter.signal_and_atom(series.numbers("t"), series.numbers("true"), series.numbers("latent"), frequency[above],
-                                     table.numbers("true")[above], table.numbers("power")[above],
+    figure = chapter.signal_and_atom(series.numbers("t"), series.numbers("true"), series.numbers("latent"),
+                                     frequency[above], table.numbers("true")[above], table.numbers("power")[above],
                                      (result.number("true_series.fwhm_period_days"), result.number("fwhm_period_days")))
     page.add_figure("signal-and-atom", figure,
-                    "The chapter's figure of its result. Left: the signal without noise and its periodogram. Right: the latents "
-                    "and theirs. Series are standardised: less their mean, over their standard deviation. The full width at half "
-                    "maximum (FWHM) is that of the peak, in days: its frequency width over the square of the frequency.")
+                    "The chapter's figure of its result. Left: the signal without noise and its periodogram. "
+                    "Right: the latents "
+                    "and theirs. Series are standardised: less their mean, over their standard deviation. The "
+                    "full width at half "
+                    "maximum (FWHM) is that of the peak, in days: its frequency width over the square of the "
+                    "frequency.")
 
 
 def _add_images(folder: pathlib.Path, result: Result, page: Page) -> None:
@@ -59,14 +67,17 @@ def _add_images(folder: pathlib.Path, result: Result, page: Page) -> None:
     if shown:
         panels = [files.panel(name, band(name), unit="fraction of the light per pixel") for name in shown]
         page.add_figure("bandwidths", images(panels),
-                        "A star in the chapter's three bands, same colours: far from the middle, fringes of different wavelengths "
-                        "overlap and wash out; those near it stay. The step of the mask is half a wave at one wavelength only; the "
+                        "A star in the chapter's three bands, same colours: far from the middle, fringes of "
+                        "different wavelengths "
+                        "overlap and wash out; those near it stay. The step of the mask is half a wave at one "
+                        "wavelength only; the "
                         "others also leave light in the core.")
     names = ("frames", "reconstructions", "residuals")
     frames, again, residuals = (files.values(name, 3) for name in names)
     for name, values in zip(names, (frames, again, residuals)):
         if values.shape != frames.shape:
-            raise malformed(folder / result.text(f"images.{name}.file"), f"has axes {values.shape}, the frames {frames.shape}")
+            raise malformed(folder / result.text(f"images.{name}.file"),
+                            f"has axes {values.shape}, the frames {frames.shape}")
     x, y = (files.scale * _finite(result, f"images.frames.first_{axis}") for axis in "xy")
     place = (x, y, files.scale * result.positive("images.frames.step"))
     numbers = result.find("samples")
@@ -77,8 +88,10 @@ def _add_images(folder: pathlib.Path, result: Result, page: Page) -> None:
         f"the noise that the bound assumes; their rms is {rms}, because these frames lack photon noise."
     figure = chapter.reconstructions(numbers, frames, again, residuals, place, result.text("unit"))
     page.add_figure("reconstructions", figure,
-                    f"{len(numbers)} random frames, and what the network reconstructs of the one number to which it compresses "
-                    f"each, as in the chapter; the middle {chapter.SHOWN_SIDE} × {chapter.SHOWN_SIDE} px. Residuals are divided by "
+                    f"{len(numbers)} random frames, and what the network reconstructs of the one number to "
+                    "which it compresses "
+                    f"each, as in the chapter; the middle {chapter.SHOWN_SIDE} × {chapter.SHOWN_SIDE} px. "
+                    f"Residuals are divided by "
                     + noise)
 
 
@@ -97,6 +110,8 @@ def _add_displacement(folder: pathlib.Path, page: Page) -> None:
         return
     errors = {name: table.numbers(name) for name in chapter.DISPLACEMENTS}
     page.add_figure("displacement", chapter.displacement(table.numbers("displacement_px"), errors),
-                    "Images that are shifted and downsampled are inaccurate, as the chapter warns: largest error of a pixel over the "
-                    "largest change of a pixel by the displacement, for a star 1/3 px off the grid and an image with 5 samples per "
+                    "Images that are shifted and downsampled are inaccurate, as the chapter warns: largest "
+                    "error of a pixel over the "
+                    "largest change of a pixel by the displacement, for a star 1/3 px off the grid and an "
+                    "image with 5 samples per "
                     "pixel. In a series the constant part of the error cancels; that of the change (dotted) remains.")
