@@ -51,7 +51,8 @@ PairCounts Pair::counts() const noexcept {
 }
 
 bool Pair::is_wanted(const SideLine &line) const noexcept {
-    return !options_.ids || (line.frame_id >= options_.ids->first && line.frame_id < options_.ids->second);
+    return !options_.ids || !line.has_key ||
+           (line.frame_id >= options_.ids->first && line.frame_id < options_.ids->second);
 }
 
 // Forgets the lines of files that were replaced. Counts of events stay.
@@ -186,22 +187,23 @@ void Pair::release() {
 
 void Pair::skip() {
     counts_.skipped++;
-    clock_.pass(front(), front_number());
+    if (front().error.empty())
+        clock_.pass(front(), front_number());
     release();
 }
 
 std::optional<Event> Pair::give_placed(Slot &slot, const Place &place) {
     const SideLine &line = front();
+    if (!is_wanted(line)) {
+        skip();
+        return std::nullopt;
+    }
     if (!line.error.empty())
         return damage(slot, Reason::bad_line, line.error);
     if (placement_.bytes(line) != place.bytes)
         return damage(slot, Reason::bad_line,
                       text_of("n_rows = %u, n_cols = %u: the frames in %s have another shape", line.rows, line.cols,
                               pixel_path_.c_str()));
-    if (!is_wanted(line)) {
-        skip();
-        return std::nullopt;
-    }
     if (is_warned_)
         return frame(slot, place);
     std::string jump = clock_.jump(line, front_number()), drift;
@@ -232,10 +234,10 @@ void Pair::begin_rest() {
 
 std::optional<Event> Pair::give_rest(Slot &slot) {
     for (; !is_empty(); skip()) {
-        if (!front().error.empty())
-            return damage(slot, Reason::bad_line, front().error);
         if (!is_wanted(front()))
             continue;
+        if (!front().error.empty())
+            return damage(slot, Reason::bad_line, front().error);
         const bool is_short = rest_reason_ == Reason::short_file;
         return damage(slot, rest_reason_,
                       text_of(is_short ? "%s ends before this frame"

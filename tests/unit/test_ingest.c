@@ -374,6 +374,35 @@ static void test_range_of_ids(void **state) {
     toliman_ingest_destroy(ingest);
 }
 
+/* Of malformed lines, and of those of a wrong shape, the id decides, too, if it is known. */
+static void test_range_of_damaged_ids(void **state) {
+    (void)state;
+    char text[512];
+    put_lines(0, 2);
+    for (int id = 2; id < 6; id++) {
+        char *const end = strrchr(side_line(text, id, id, id, ROWS, COLS), '}');
+        (void)snprintf(end, sizeof text - (size_t)(end - text), ", \"more\": 1}\n");
+        put_text(side_path, "ab", text);
+    }
+    put_text(side_path, "ab", side_line(text, 6, 6, 6, ROWS, COLS + 1));
+    put_text(side_path, "ab", "junk\n");
+    for (size_t frames = 1; frames <= 8; frames += 7) { // in the file of pixels
+        put_pixels(frames * FRAME_BYTES);
+        toliman_ingest_options options = pair_options(0);
+        options.first_id = 3;
+        options.end_id = 5;
+        toliman_ingest *const ingest = open_with(options);
+        for (int id = 3; id < 5; id++) {
+            assert_damage(ingest, TOLIMAN_INGEST_REASON_BAD_LINE, id + 1, "unknown key \"more\"");
+            assert_int_equal(frame.frame_id, id);
+        }
+        assert_damage(ingest, TOLIMAN_INGEST_REASON_BAD_LINE, 8, "malformed JSON");
+        assert_nothing(ingest);
+        assert_int_equal(info_of(ingest).skipped, 5);
+        toliman_ingest_destroy(ingest);
+    }
+}
+
 /* The memory of a frame and the text of an event stay valid during the next `buffers` - 1 calls, and are reused. */
 static void test_buffers(void **state) {
     (void)state;
@@ -537,6 +566,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_other_pixel_type, make_pair, remove_pair),
         cmocka_unit_test_setup_teardown(test_too_many_lines, make_pair, remove_pair),
         cmocka_unit_test_setup_teardown(test_range_of_ids, make_pair, remove_pair),
+        cmocka_unit_test_setup_teardown(test_range_of_damaged_ids, make_pair, remove_pair),
         cmocka_unit_test_setup_teardown(test_buffers, make_pair, remove_pair),
         cmocka_unit_test_setup_teardown(test_allocator, make_pair, remove_pair),
         cmocka_unit_test_setup_teardown(test_options, make_pair, remove_pair),
