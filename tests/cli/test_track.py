@@ -440,7 +440,7 @@ class Folders(Track):
         self.refuse(2, "slower: setup.tlms with grid and clock is missing: give --clock",
                     arguments=("track", "--state", "slower", "--template", "scene.json", "--dtype", "u32le",
                                "--grid", "0.02:0.001:50", "all"))
-        self.succeed("rebuild", "slower", "--grid", "0.02:0.001:50", "--clock", "clock.csv")
+        self.succeed("rebuild", "slower", "--grid", "0.02:0.001:50", "--clock", "clock.csv", "--stamp", "start")
         self.assertEqual(self.sums("slow"), self.sums("slower"))
         self.shards(2, "--clock", "clock.csv")
         self.run_program("merge", "shard_0", "shard_1", "--out", "both")

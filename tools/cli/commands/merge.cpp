@@ -130,9 +130,10 @@ void merge_folders(Options &options, Progress &progress) {
     const bool has_setup = setup.has_grid();
     if (setup.has_timing() && !has_setup)
         throw Failure(kExitUsage, "merge: --stamp and --exposure: only together with --clock and --grid");
-    if (how.nf == 0 && !has_setup)
+    if (how.nf == 0 && !setup.is_complete())
         throw Failure(kExitState, folders.front() + ": setup.tlms with grid and clock is lost: needs --clock and "
-                                                    "--grid or --mission-days");
+                                                    "--grid or --mission-days, and --stamp, with --exposure if it was "
+                                                    "known");
     check_different(folders);
     NewFolder made(out);
     how.folder = out.c_str();

@@ -94,12 +94,8 @@ void status(Options &options, Progress &progress) {
 void rebuild(RebuildOptions &options, Progress &progress) {
     options.folder = plain(options.folder);
     toliman_track_options how = known_state(options.folder);
-    if (how.nf == 0 && !(options.setup.has_grid() && options.setup.has_clock()))
-        throw Failure(kExitUsage, options.folder +
-                                      ": setup.tlms with grid and clock is missing: give --clock, and --grid "
-                                      "or --mission-days");
     if (how.nf == 0)
-        options.setup.warn_of_lost_timing(options.folder, progress);
+        options.setup.check_complete(options.folder);
     options.setup.set(how, progress);
     how.flags |= TOLIMAN_TRACK_REBUILD;
     const toliman::tracker tracker = open_tracker(how, progress);

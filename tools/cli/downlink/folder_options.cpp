@@ -65,17 +65,12 @@ Estimator FolderOptions::make_estimator(Progress &progress) const {
     return made;
 }
 
-// Refuses a folder whose grid or clock is neither stored in it nor given.
-void FolderOptions::check_setup(const Made &made, Progress &progress) const {
-    if (made && made->nf > 0)
-        return;
-    const std::string lost = made ? ": setup.tlms with grid and clock is missing" : ": is new";
-    if (made && !setup_.has_clock())
-        throw Failure(kExitUsage, folder_ + lost + ": give --clock, and --grid or --mission-days");
-    if (!setup_.has_grid())
-        throw Failure(kExitUsage, folder_ + lost + ": give --grid F0:DF:NF or --mission-days N");
-    if (made)
-        setup_.warn_of_lost_timing(folder_, progress);
+// Refuses a folder whose setup is neither stored in it nor given.
+void FolderOptions::check_setup(const Made &made) const {
+    if (!made && !setup_.has_grid())
+        throw Failure(kExitUsage, folder_ + ": is new: give --grid F0:DF:NF or --mission-days N");
+    if (made && made->nf == 0)
+        setup_.check_complete(folder_);
 }
 
 // Refuses a pixel type that does not fit the bit depth of the folder's frames: one of the two is likely a mistake.
@@ -135,7 +130,7 @@ std::string FolderOptions::remedy_of(const toliman_track_options &how, const Mad
 
 toliman::tracker FolderOptions::open(const std::string &dtype, Estimator &estimator, Progress &progress) {
     const Made made = made_with(folder_);
-    check_setup(made, progress);
+    check_setup(made);
     estimator = make_estimator(progress);
     if (made && (made->image_rows != estimator.rows || made->image_cols != estimator.cols))
         throw Failure(kExitUsage, folder_ + ": " + kOtherEstimator);

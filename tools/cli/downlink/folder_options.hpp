@@ -30,7 +30,7 @@ class FolderOptions {
   private:
     using Made = std::optional<toliman_track_options>; // of a folder that exists
     Estimator make_estimator(Progress &progress) const;
-    void check_setup(const Made &made, Progress &progress) const;
+    void check_setup(const Made &made) const;
     void check_depth(const std::string &dtype, const toliman_track_options &made) const;
     void check_crop(const Estimator &estimator, const toliman_track_options &how) const;
     toliman_track_options track_options(const std::string &dtype, const Estimator &estimator, const Made &made,

@@ -100,10 +100,10 @@ void SetupOptions::set(toliman_track_options &how, Progress &progress) {
     how.clock_points = pairs_.size() / 2;
 }
 
-void SetupOptions::warn_of_lost_timing(const std::string &folder, Progress &progress) const {
-    if (!has_timing())
-        progress.warn(folder + ": setup.tlms is lost: time stamps are taken as the middle of the exposures, unless "
-                               "--stamp and --exposure are given");
+void SetupOptions::check_complete(const std::string &folder) const {
+    if (!is_complete())
+        throw Failure(kExitUsage, folder + ": setup.tlms with grid and clock is missing: give --clock, and --grid or "
+                                           "--mission-days, and --stamp, with --exposure if it was known");
 }
 
 std::string SetupOptions::text() const {

@@ -20,10 +20,13 @@ class SetupOptions {
     bool has_grid() const { return !grid_.empty() || mission_days_; }
     bool has_clock() const { return !clock_.empty(); }
     bool has_timing() const { return !stamp_.empty() || exposure_s_; }
+    // All that a folder must be given if its setup is lost: nothing is guessed, as frames that arrive again with other
+    // times are quarantined.
+    bool is_complete() const { return has_grid() && has_clock() && !stamp_.empty(); }
     // Sets what was given. The pairs of the clock remain in this object. Warnings about the clock go to `progress`.
     void set(toliman_track_options &how, Progress &progress);
-    // Warns that a folder whose setup is lost has lost the reference of its time stamps, too, unless it was given.
-    void warn_of_lost_timing(const std::string &folder, Progress &progress) const;
+    // Throws Failure if the options are not complete, for a folder whose setup is lost.
+    void check_complete(const std::string &folder) const;
     // Grid, epoch and clock as they were given: " --grid 1e-3:1e-5:5000 --clock clock.csv".
     std::string text() const;
 

@@ -92,7 +92,7 @@ toliman_track_options state_to_read(const std::string &folder) {
     toliman_track_options how = known_state(folder);
     if (how.nf == 0)
         throw Failure(kExitState, folder + ": setup.tlms with grid and clock is lost: `toliman rebuild " + folder +
-                                      " --grid F0:DF:NF --clock CSV` rebuilds it");
+                                      " --grid F0:DF:NF --clock CSV --stamp POINT` rebuilds it");
     how.flags |= TOLIMAN_TRACK_READ_ONLY;
     return how;
 }
