@@ -155,6 +155,11 @@ class Events(Pairs):
         writer.join()
         self.assertEqual(seen, list(range(7)))
 
+    def test_a_complete_pair_is_not_followed(self):
+        """It would be examined for ever."""
+        with self.assertRaisesRegex(ValueError, "growing = False: must be True"):
+            next(Pair(self.stem, "u16le").follow())
+
 
 if __name__ == "__main__":
     unittest.main()

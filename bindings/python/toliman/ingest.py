@@ -71,7 +71,7 @@ class Pair(Handle):
     stamp: point of the exposure to which the time stamps refer: "start", "middle" or "end".
     exposure_s: length of an exposure; 0: unknown. With it, Frame.camera_ns is the middle of the exposure.
     frame_ids: a range; frames with other ids are skipped.
-    copy: False gives pixels that are valid only until the next frame, without copying them.
+    copy: False gives pixels that are valid only until the iteration continues or ends, without copying them.
 
     Raises NotFoundError if a file is missing, InputError if the file of pixels has the size of the other dtype.
     """
@@ -88,7 +88,7 @@ class Pair(Handle):
                              flags=_raw.TOLIMAN_INGEST_GROWING if growing else 0, rows=whole("rows", rows),
                              cols=whole("cols", cols), stamp=number("stamp", stamp, "TOLIMAN_FRAME_STAMP"),
                              exposure_s=real("exposure_s", exposure_s), first_id=first, end_id=end)
-        self._copy = copy
+        self._copy, self._growing = copy, growing
         self._finished = False
         super().__init__(self._create(library.toliman_ingest_create, file_name(path), ctypes.byref(options)))
 
@@ -113,6 +113,8 @@ class Pair(Handle):
     def follow(self, interval_s: float = 1.0) -> typing.Iterator[Frame]:
         """Yields the frames of a growing pair as they arrive and examines the files every interval_s seconds. Ends after
         finish(), which another thread or a signal handler may call."""
+        if not self._growing:
+            raise ValueError("growing = False: must be True for a pair that is followed")
         while not self._finished:
             yield from self
             time.sleep(real("interval_s", interval_s))
