@@ -32,8 +32,8 @@ int64_t tai_of(int64_t day, int64_t ns, Scale scale, const LeapSeconds &leap_sec
 // Describes the error.
 [[noreturn]] void fail_format(const char *text, TimeFormat format) {
     constexpr const char *kRules[] = {"YYYY-MM-DD or YYYY-MM-DDThh:mm:ss[.s...], with a final Z in UTC only",
-                                      "a Modified Julian Day, 36204 (1958-01-01) to 88068 (2099-12-31)",
-                                      "a Julian Day, 2436204.5 (1958-01-01) to 2488069.5 (2100-01-01)"};
+                                      "a Modified Julian Day, a decimal number such as 61831.5",
+                                      "a Julian Day, a decimal number such as 2461832.0"};
     fail(Status::format, "{text} = \"%.60s\": must be %s", text, kRules[static_cast<size_t>(format)]);
 }
 

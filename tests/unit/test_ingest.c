@@ -480,6 +480,24 @@ static void test_allocator(void **state) {
         assert_frame(ingest, i, i + 1, (uint64_t)i * FRAME_BYTES);
     toliman_ingest_destroy(ingest);
     assert_int_equal(memory.held, 0);
+    /* The memory is freed when the last frame is no longer valid, and allocated by the same allocator later. */
+    memory.most = memory.taken + 2;
+    options.flags = TOLIMAN_INGEST_GROWING;
+    ingest = open_with(options);
+    for (int i = 0; i < 9; i++)
+        assert_frame(ingest, i, i + 1, (uint64_t)i * FRAME_BYTES);
+    assert_nothing(ingest);
+    assert_int_equal(memory.held, 2);
+    assert_nothing(ingest);
+    assert_int_equal(memory.held, 0);
+    put_lines(9, 1);
+    put_pixels(10 * FRAME_BYTES);
+    assert_int_equal(toliman_ingest_next(ingest, &frame, &event), TOLIMAN_E_MEMORY);
+    memory.most++;
+    assert_frame(ingest, 9, 10, 9 * FRAME_BYTES);
+    assert_int_equal(memory.held, 1);
+    toliman_ingest_destroy(ingest);
+    assert_int_equal(memory.held, 0);
 }
 
 static void test_options(void **state) {
