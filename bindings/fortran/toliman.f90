@@ -532,10 +532,10 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_FRAME_STAMP_MIDDLE = 602
     integer(c_int32_t), parameter, public :: TOLIMAN_FRAME_STAMP_END = 603
 
-    ! Downlinked frame. Its pixels belong to the caller and are not needed after the call. session, roi and frame_id
-    ! together are the key of a frame. A second valid frame with the same key is a duplicate if its content is the same:
-    ! pixels and their type, shape, camera_ns, dropped, sigma, exposure_s, intervals and window. Otherwise both are
-    ! quarantined.
+    ! Downlinked frame. The caller sets it, and its memory is not needed after the call, or toliman_ingest_next does, which
+    ! states how long the memory is valid. session, roi and frame_id together are the key of a frame. A second valid frame
+    ! with the same key is a duplicate if its content is the same: pixels and their type, shape, camera_ns, dropped, sigma,
+    ! exposure_s, intervals and window. Otherwise both are quarantined.
     type, bind(C), public :: toliman_frame
         integer(c_int32_t) :: struct_size = 128 ! sizeof(toliman_frame)
         integer(c_int32_t) :: pixel = 0 ! TOLIMAN_PIXEL_...; there is no default
@@ -543,7 +543,7 @@ module toliman
         type(c_ptr) :: session = c_null_ptr
         type(c_ptr) :: roi = c_null_ptr ! name of the region of interest, likewise
         integer(c_int64_t) :: frame_id = 0 ! any number, also negative
-        ! time of the frame by the camera clock, in nanoseconds: best the middle of the exposure
+        ! time by the camera clock in nanoseconds, usually of the middle of the exposure
         integer(c_int64_t) :: camera_ns = 0
         ! frames that the camera dropped before this one, at most 65535; 0 = none or unknown
         integer(c_int64_t) :: dropped = 0
@@ -613,7 +613,7 @@ module toliman
     public :: toliman_estimate_fn
 
     ! Flags of toliman_ingest_options.
-    ! the files may still grow: next returns NOTHING instead of an end; see finish
+    ! the files may still grow; see toliman_ingest_next and toliman_ingest_finish
     integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_GROWING = 1
 
     ! Options of a reader. Since 0.2.
@@ -622,26 +622,27 @@ module toliman
         integer(c_int32_t) :: flags = 0 ! TOLIMAN_INGEST_GROWING
         ! type of the pixels: TOLIMAN_PIXEL_U16 or TOLIMAN_PIXEL_U32; there is no default
         integer(c_int32_t) :: pixel = 0
-        integer(c_int32_t) :: stamp = 0 ! TOLIMAN_FRAME_STAMP_..., 0 = START, as the mission writes it
+        ! meaning of timestamp_ns: TOLIMAN_FRAME_STAMP_..., 0 = START, as the mission writes it
+        integer(c_int32_t) :: stamp = 0
         real(c_double) :: exposure_s = 0.0_c_double ! length of an exposure, at most 1e9 s; 0 = unknown
-        ! expected shape of a frame. It locates the frames if lines of the side file are damaged; 0 = the shape in the
-        ! first valid line
+        ! expected shape of a frame, each 1 to 65536; both 0 = the shape in the first valid line. If lines of the side
+        ! file are damaged, it gives the positions of the frames
         integer(c_int64_t) :: rows = 0
         integer(c_int64_t) :: cols = 0
-        ! frames with ids from first_id to end_id - 1 are read, all others are skipped.
+        ! frames with ids from first_id to end_id - 1 are reported, others are skipped. Malformed
         integer(c_int64_t) :: first_id = 0
-        integer(c_int64_t) :: end_id = 0 ! Both 0 = all frames
+        integer(c_int64_t) :: end_id = 0 ! lines are always reported. Both 0 = all frames
         integer(c_int32_t) :: buffers = 0 ! frames whose memory stays valid at the same time, 1 to 4096; 0 = 1
         integer(c_int32_t) :: reserved = 0 ! 0
         type(c_ptr) :: allocator = c_null_ptr ! for the pixels; NULL = malloc
     end type
 
     ! Events.
-    ! no event until the files grow; without GROWING: end of the files
+    ! with GROWING: nothing new at present; without: end of the files
     integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_EVENT_NOTHING = 611
-    integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_EVENT_FRAME = 612 ! frame
-    integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_EVENT_DAMAGE = 613 ! frame that cannot be read
-    ! suspicious time or size; the next frame is valid
+    integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_EVENT_FRAME = 612 ! valid frame
+    integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_EVENT_DAMAGE = 613 ! line whose frame cannot be read
+    ! suspicious time stamp, whose frame follows; or extra bytes
     integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_EVENT_WARNING = 614
 
     ! Reasons of damage and warnings.
@@ -652,42 +653,43 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_REASON_SHORT_FILE = 623
     ! DAMAGE: position in the file unknown, after a damaged line
     integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_REASON_PLACE_UNKNOWN = 624
-    ! WARNING: time goes back, stops, or skips 1000 usual steps
+    ! WARNING: time goes back, stops, or skips 1000 median steps
     integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_REASON_CLOCK_JUMP = 625
-    ! WARNING: camera clock and host clock drift apart; once per pair
+    ! WARNING: camera clock and host clock drift apart; only once
     integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_REASON_CLOCKS_DIFFER = 626
-    ! WARNING: pixels that belong to no line; after the last frame
+    ! WARNING: pixels without a line, after those of the last frame
     integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_REASON_EXTRA_BYTES = 627
 
-    ! Event of a reader. Its texts stay valid as long as the frame's memory. Since 0.2.
+    ! Event of a reader. `file` is valid until the reader is destroyed, `text` as long as the memory of a frame. Since
+    ! 0.2.
     type, bind(C), public :: toliman_ingest_event
         integer(c_int32_t) :: struct_size = 56 ! in: sizeof(toliman_ingest_event)
         integer(c_int32_t) :: event = 0 ! TOLIMAN_INGEST_EVENT_...
         integer(c_int32_t) :: reason = 0 ! TOLIMAN_INGEST_REASON_...
-        integer(c_int32_t) :: has_key = 0 ! 1 if session, roi and frame_id of the frame are known, also of a DAMAGE
-        type(c_ptr) :: file = c_null_ptr ! path of the file that the event concerns, usually the side file; never NULL
-        integer(c_int64_t) :: line = 0 ! its line, from 1; 0 = the whole file
-        type(c_ptr) :: text = c_null_ptr ! what is wrong, without file and line; "" for frames and NOTHING; never NULL
-        integer(c_int64_t) :: stamp_ns = 0 ! timestamp_ns of a valid line, as written; else 0
-        real(c_double) :: host_s = 0.0_c_double ! host_time of a valid line, in s; else 0
+        integer(c_int32_t) :: has_key = 0 ! 1 for FRAME, and for DAMAGE if session, roi and frame_id are known; else 0
+        type(c_ptr) :: file = c_null_ptr ! path of the side file; of EXTRA_BYTES, the file of pixels. Never NULL
+        integer(c_int64_t) :: line = 0 ! line of the side file, from 1; 0 for NOTHING and EXTRA_BYTES
+        type(c_ptr) :: text = c_null_ptr ! what is wrong, without file and line; "" for FRAME and NOTHING. Never NULL
+        integer(c_int64_t) :: stamp_ns = 0 ! timestamp_ns as written, for FRAME, SHORT_FILE and PLACE_UNKNOWN; else 0
+        real(c_double) :: host_s = 0.0_c_double ! host_time in s, for the same events; else 0
     end type
 
     ! Properties and counts of a reader. Since 0.2.
     type, bind(C), public :: toliman_ingest_info
         integer(c_int32_t) :: struct_size = 80 ! in: sizeof(toliman_ingest_info)
         integer(c_int32_t) :: stamp = 0 ! TOLIMAN_FRAME_STAMP_...
-        real(c_double) :: exposure_s = 0.0_c_double
-        integer(c_int64_t) :: lines = 0 ! lines of the side file read so far
+        real(c_double) :: exposure_s = 0.0_c_double ! as in the options
+        integer(c_int64_t) :: lines = 0 ! lines of the side file read so far, since it was last replaced
         integer(c_int64_t) :: frames = 0 ! FRAME events
         integer(c_int64_t) :: damaged = 0 ! DAMAGE events
         integer(c_int64_t) :: warnings = 0 ! WARNING events
         integer(c_int64_t) :: skipped = 0 ! frames outside first_id to end_id
-        integer(c_int64_t) :: bytes = 0 ! size of the file of pixels when it was last examined
-        type(c_ptr) :: side_file = c_null_ptr ! paths; memory of the reader
+        integer(c_int64_t) :: bytes = 0 ! size of the file of pixels when it was last examined; 0 before
+        type(c_ptr) :: side_file = c_null_ptr ! paths, valid until the reader is destroyed
         type(c_ptr) :: pixel_file = c_null_ptr
     end type
 
-    ! Time scales. TDB differs from TT by less than 2 ms, and is treated as TT.
+    ! Time scales. TT = TAI + 32.184 s, GPS = TAI - 19 s. TDB differs from TT by less than 2 ms and is treated as TT.
     integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_SCALE_UTC = 631
     integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_SCALE_TAI = 632
     integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_SCALE_TT = 633
@@ -697,14 +699,16 @@ module toliman
     ! Formats of a time in text.
     ! 2028-03-01, 2028-03-01T12:00:00.5; with a final Z only in UTC
     integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_FORMAT_ISO = 641
-    integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_FORMAT_MJD = 642 ! Modified Julian Day, a decimal number
-    integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_FORMAT_JD = 643 ! Julian Day, a decimal number
+    ! Modified Julian Day, a decimal number ("61831.5")
+    integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_FORMAT_MJD = 642
+    ! Julian Day, a decimal number ("2461832.0")
+    integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_FORMAT_JD = 643
 
     ! Row of a table of leap seconds. Since 0.2.
     type, bind(C), public :: toliman_leap_second
         integer(c_int32_t) :: struct_size = 16 ! sizeof(toliman_leap_second)
-        integer(c_int32_t) :: tai_utc_s = 0 ! TAI - UTC in s from that day on
-        integer(c_int64_t) :: mjd = 0 ! day on which it begins, at 0 h UTC
+        integer(c_int32_t) :: tai_utc_s = 0 ! TAI - UTC in s, from `mjd` on
+        integer(c_int64_t) :: mjd = 0 ! Modified Julian Day on which this difference begins, at 0 h UTC
     end type
 
     ! Options of an estimator. Since 0.2.
@@ -1045,9 +1049,9 @@ module toliman
         ! ledger; lost session names. May be NULL.
         type(c_funptr) :: log = c_null_funptr
         type(c_ptr) :: log_data = c_null_ptr
-        ! Time stamps from which the camera times of all frames were computed (ingest.h). They are recorded in the
-        ! setup file and change no time. Since 0.2. TOLIMAN_FRAME_STAMP_..., 0 = that of the folder; in a new folder
-        ! MIDDLE
+        ! Origin of the camera_ns of all frames: stamp and exposure_s of toliman_ingest_options. The tracker records
+        ! both in the setup file and uses them for nothing else. Since 0.2. TOLIMAN_FRAME_STAMP_..., 0 = that of the
+        ! folder; in a new folder MIDDLE
         integer(c_int32_t) :: stamp = 0
         integer(c_int32_t) :: reserved = 0 ! 0
         ! length of an exposure, at most 1e9 s; 0 = that of the folder; in a new folder unknown
@@ -1660,9 +1664,7 @@ module toliman
             type(toliman_ingest_options), intent(inout) :: options
         end subroutine
 
-        ! Opens a pair. path one of the two files, or X, the path without _frames.bin and _meta.jsonl options must not
-        ! be NULL, as the pixel type has no default Errors: TOLIMAN_E_NOT_FOUND if one of the files is missing or
-        ! cannot be read.
+        ! Creates a reader of a pair.
         function toliman_ingest_create(path, options, out) bind(C) result(answer)
             import
             character(kind=c_char), intent(in) :: path(*)
@@ -1671,7 +1673,7 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Destroys a reader and the memory of its frames.
+        ! Destroys a reader and the memory of its frames, events and paths.
         subroutine toliman_ingest_destroy(ingest) bind(C)
             import
             type(c_ptr), value :: ingest
@@ -1684,9 +1686,7 @@ module toliman
             type(c_ptr) :: answer
         end function
 
-        ! Reads the next event. frame becomes the frame of a FRAME event; for DAMAGE, what its line contains: all
-        ! members but the pixels, of a BAD_LINE with has_key = 1 session, roi and frame_id only; else 0. camera_ns is
-        ! the middle of the exposure by the camera clock: the stamp, plus or minus half the exposure.
+        ! Reads the next event.
         function toliman_ingest_next(ingest, frame, event) bind(C) result(answer)
             import
             type(c_ptr), value :: ingest
@@ -1695,7 +1695,7 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Ends the growth of the files.
+        ! Declares that the files no longer grow.
         function toliman_ingest_finish(ingest) bind(C) result(answer)
             import
             type(c_ptr), value :: ingest
@@ -1724,7 +1724,7 @@ module toliman
         end function
 
         ! Reads a table of leap seconds. path a leap-seconds.list of the IERS; NULL = the table of the ERFA library
-        ! table [capacity].
+        ! table [capacity], with the struct_size of table[0] set.
         function toliman_ingest_read_leap_seconds(path, table, capacity, count, expires) bind(C) result(answer)
             import
             integer(c_size_t), value :: capacity
@@ -1735,10 +1735,9 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Converts text to TAI nanoseconds since 1970-01-01T00:00:00 TAI, exact to the nanosecond. text a time from
-        ! 1958-01-01 to 2099-12-31; in UTC from 1972-01-01 on format TOLIMAN_INGEST_FORMAT_... scale
-        ! TOLIMAN_INGEST_SCALE_... of the text table [count] leap seconds, from 1972-01-01 on; NULL if count is 0:
-        ! those of ERFA.
+        ! Converts text to TAI nanoseconds since 1970-01-01T00:00:00 TAI. text a time from 1958-01-01 to 2099-12-31 of
+        ! its scale, in UTC from 1972-01-01 on; without blanks format TOLIMAN_INGEST_FORMAT_... scale
+        ! TOLIMAN_INGEST_SCALE_... of the text table [count] leap seconds for UTC; NULL if count is 0: those of ERFA.
         function toliman_ingest_parse_time(text, format, scale, table, count, tai_ns) bind(C) result(answer)
             import
             integer(c_int32_t), value :: format, scale
@@ -2495,7 +2494,7 @@ module toliman
         final :: component_set_final
     end type
 
-    ! Reader of one pair of files. Needs exclusive use.
+    ! Reader of one pair of files. No file is open after NOTHING, so that one process can follow thousands of pairs.
     type, public :: toliman_pair_reader
         type(c_ptr) :: handle = c_null_ptr
     contains
@@ -3426,9 +3425,7 @@ contains
         call conclude(toliman_components_get_info(self%handle, out), stat, errmsg)
     end subroutine
 
-    ! Opens a pair. path one of the two files, or X, the path without _frames.bin and _meta.jsonl options must not be
-    ! NULL, as the pixel type has no default Errors: TOLIMAN_E_NOT_FOUND if one of the files is missing or cannot be
-    ! read.
+    ! Creates a reader of a pair.
     subroutine pair_reader_create(self, path, options, stat, errmsg)
         class(toliman_pair_reader), intent(inout) :: self
         character(len=*), intent(in) :: path
@@ -3452,9 +3449,7 @@ contains
         answer = toliman_text(toliman_ingest_reason_name(reason))
     end function
 
-    ! Reads the next event. frame becomes the frame of a FRAME event; for DAMAGE, what its line contains: all members
-    ! but the pixels, of a BAD_LINE with has_key = 1 session, roi and frame_id only; else 0. camera_ns is the middle
-    ! of the exposure by the camera clock: the stamp, plus or minus half the exposure.
+    ! Reads the next event.
     subroutine pair_reader_next(self, frame, event, stat, errmsg)
         class(toliman_pair_reader), intent(inout) :: self
         type(toliman_frame), intent(inout) :: frame
@@ -3464,7 +3459,7 @@ contains
         call conclude(toliman_ingest_next(self%handle, frame, event), stat, errmsg)
     end subroutine
 
-    ! Ends the growth of the files.
+    ! Declares that the files no longer grow.
     subroutine pair_reader_finish(self, stat, errmsg)
         class(toliman_pair_reader), intent(inout) :: self
         integer, intent(out), optional :: stat
@@ -3503,7 +3498,7 @@ contains
     end subroutine
 
     ! Reads a table of leap seconds. path a leap-seconds.list of the IERS; NULL = the table of the ERFA library table
-    ! [capacity]. table(capacity).
+    ! [capacity], with the struct_size of table[0] set. table(capacity).
     subroutine pair_reader_read_leap_seconds(count, path, table, expires, stat, errmsg)
         character(len=*), intent(in), optional :: path
         type(toliman_leap_second), intent(inout), optional, contiguous :: table(:)
@@ -3521,10 +3516,9 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Converts text to TAI nanoseconds since 1970-01-01T00:00:00 TAI, exact to the nanosecond. text a time from
-    ! 1958-01-01 to 2099-12-31; in UTC from 1972-01-01 on format TOLIMAN_INGEST_FORMAT_... scale
-    ! TOLIMAN_INGEST_SCALE_... of the text table [count] leap seconds, from 1972-01-01 on; NULL if count is 0: those
-    ! of ERFA. table(count).
+    ! Converts text to TAI nanoseconds since 1970-01-01T00:00:00 TAI. text a time from 1958-01-01 to 2099-12-31 of its
+    ! scale, in UTC from 1972-01-01 on; without blanks format TOLIMAN_INGEST_FORMAT_... scale TOLIMAN_INGEST_SCALE_...
+    ! of the text table [count] leap seconds for UTC; NULL if count is 0: those of ERFA. table(count).
     subroutine pair_reader_parse_time(text, format, scale, tai_ns, table, stat, errmsg)
         character(len=*), intent(in) :: text
         integer(c_int32_t), intent(in) :: format, scale

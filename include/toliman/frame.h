@@ -17,17 +17,17 @@ TOLIMAN_BEGIN_DECLS
 #define TOLIMAN_FRAME_STAMP_MIDDLE 602
 #define TOLIMAN_FRAME_STAMP_END 603
 
-/* Downlinked frame. Its pixels belong to the caller and are not needed after the call. session, roi and frame_id
- * together are the key of a frame. A second valid frame with the same key is a duplicate if its content is the same:
- * pixels and their type, shape, camera_ns, dropped, sigma, exposure_s, intervals and window. Otherwise both are
- * quarantined. */
+/* Downlinked frame. The caller sets it, and its memory is not needed after the call, or toliman_ingest_next does, which
+ * states how long the memory is valid. session, roi and frame_id together are the key of a frame. A second valid frame
+ * with the same key is a duplicate if its content is the same: pixels and their type, shape, camera_ns, dropped, sigma,
+ * exposure_s, intervals and window. Otherwise both are quarantined. */
 typedef struct toliman_frame {
     uint32_t struct_size; /* sizeof(toliman_frame) */
     int32_t pixel;        /* TOLIMAN_PIXEL_...; there is no default */
     const char *session;  /* name of the session: 1 to 64 characters A-Z a-z 0-9 . _ -, not starting with a dot */
     const char *roi;      /* name of the region of interest, likewise */
     int64_t frame_id;     /* any number, also negative */
-    int64_t camera_ns;    /* time of the frame by the camera clock, in nanoseconds: best the middle of the exposure */
+    int64_t camera_ns;    /* time by the camera clock in nanoseconds, usually of the middle of the exposure */
     int64_t dropped;      /* frames that the camera dropped before this one, at most 65535; 0 = none or unknown */
     const void *pixels;   /* [rows][stride], aligned to the size of a pixel */
     int64_t rows, cols;   /* shape */

@@ -153,8 +153,8 @@ typedef struct toliman_track_options {
      * session names. May be NULL. */
     toliman_log_fn log;
     void *log_data;
-    /* Time stamps from which the camera times of all frames were computed (ingest.h). They are recorded in the setup
-     * file and change no time. Since 0.2. */
+    /* Origin of the camera_ns of all frames: stamp and exposure_s of toliman_ingest_options. The tracker records both
+     * in the setup file and uses them for nothing else. Since 0.2. */
     int32_t stamp;     /* TOLIMAN_FRAME_STAMP_..., 0 = that of the folder; in a new folder MIDDLE */
     int32_t reserved;  /* 0 */
     double exposure_s; /* length of an exposure, at most 1e9 s; 0 = that of the folder; in a new folder unknown */

@@ -152,15 +152,15 @@ class PairInfo(Result):
     """Properties and counts of a reader."""
 
     stamp: str = member("...", words="TOLIMAN_FRAME_STAMP")
-    exposure_s: float
-    lines: int = member("lines of the side file read so far")
+    exposure_s: float = member("as in the options")
+    lines: int = member("lines of the side file read so far, since it was last replaced")
     frames: int = member("FRAME events")
     damaged: int = member("DAMAGE events")
     warnings: int = member("WARNING events")
     skipped: int = member("frames outside first_id to end_id")
-    bytes: int = member("size of the file of pixels when it was last examined")
-    side_file: str = member("paths; memory of the reader")
-    pixel_file: str = member("paths; memory of the reader")
+    bytes: int = member("size of the file of pixels when it was last examined; 0 before")
+    side_file: str = member("paths, valid until the reader is destroyed")
+    pixel_file: str = member("paths, valid until the reader is destroyed")
 
 
 @result
