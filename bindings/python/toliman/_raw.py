@@ -663,10 +663,10 @@ TOLIMAN_FRAME_STAMP_END = 603
 
 
 class toliman_frame(Sized):
-    """Downlinked frame. The caller sets it, and its memory is not needed after the call, or toliman_ingest_next does, which
-    states how long the memory is valid. session, roi and frame_id together are the key of a frame. A second valid frame
-    with the same key is a duplicate if its content is the same: pixels and their type, shape, camera_ns, dropped, sigma,
-    exposure_s, intervals and window. Otherwise both are quarantined.
+    """Downlinked frame. As an input, its pixels belong to the caller and are not needed after the call. As an output of
+    toliman_ingest_next, they belong to the reader. session, roi and frame_id together are the key of a frame. A second
+    valid frame with the same key is a duplicate if its content is the same: pixels and their type, shape, camera_ns,
+    dropped, sigma, exposure_s, intervals and window. Otherwise both are quarantined.
     struct_size: sizeof(toliman_frame)
     pixel: TOLIMAN_PIXEL_...; there is no default
     session: name of the session: 1 to 64 characters A-Z a-z 0-9 . _ -, not starting with a dot
