@@ -282,7 +282,7 @@ Event Pair::next() {
     }
     pixels_.reset();
     if (calls_since_frame_ >= slots_.size()) // nobody uses them: thousands of pairs may be followed
-        for (Slot &slot : slots_) // "= {}" would keep the memory
+        for (Slot &slot : slots_)            // "= {}" would keep the memory
             Buffer<uint8_t>(slot.pixels.get_allocator()).swap(slot.pixels);
     Event nothing;
     nothing.file = &side_path_;
