@@ -71,7 +71,7 @@ class Pair(Handle):
     stamp: point of the exposure to which the time stamps refer: "start", "middle" or "end".
     exposure_s: length of an exposure; 0: unknown. With it, Frame.camera_ns is the middle of the exposure.
     frame_ids: a range; frames with other ids are skipped.
-    copy: False gives pixels that are valid only until the iteration continues or ends, without copying them.
+    copy: False gives pixels without copying them. They are valid until the next frame or the next iteration.
 
     Raises NotFoundError if a file is missing, InputError if the file of pixels has the size of the other dtype.
     """
@@ -87,7 +87,8 @@ class Pair(Handle):
         options = options_of(_raw.toliman_ingest_options, library.toliman_ingest_options_init, pixel=pixel,
                              flags=_raw.TOLIMAN_INGEST_GROWING if growing else 0, rows=whole("rows", rows),
                              cols=whole("cols", cols), stamp=number("stamp", stamp, "TOLIMAN_FRAME_STAMP"),
-                             exposure_s=real("exposure_s", exposure_s), first_id=first, end_id=end)
+                             exposure_s=real("exposure_s", exposure_s), first_id=first, end_id=end,
+                             buffers=1 if copy else 2)  # a view outlives the end of the iteration
         self._copy, self._growing = copy, growing
         self._finished = False
         super().__init__(self._create(library.toliman_ingest_create, file_name(path), ctypes.byref(options)))
