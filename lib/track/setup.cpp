@@ -74,8 +74,8 @@ std::vector<uint8_t> to_bytes(const Setup &setup) {
 void check_timing(const Timing &in_file, const Timing &own, const std::string &path) {
     if (!(in_file == own))
         fail(Status::mismatch,
-             "{%s}: has time stamps at the %s of exposures of %g s, the options name the %s of %g s (0 s: unknown)",
-             path.c_str(), name_of(in_file.stamp), in_file.exposure_s, name_of(own.stamp), own.exposure_s);
+             "{%s}: has time stamps at the %s of exposures of %g s, not at the %s of %g s (0 s: unknown)", path.c_str(),
+             name_of(in_file.stamp), in_file.exposure_s, name_of(own.stamp), own.exposure_s);
 }
 
 period::Grid for_terms(period::Grid grid, const Terms &terms) {

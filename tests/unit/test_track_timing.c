@@ -95,7 +95,7 @@ static void another_timing_is_refused(void **unused) {
         other.flags = flags;
         other.stamp = TOLIMAN_FRAME_STAMP_END;
         assert_fails(toliman_track_create(&other, &none), TOLIMAN_E_MISMATCH,
-                     "has time stamps at the start of exposures of 0.5 s, the options name the end of 0.5 s");
+                     "has time stamps at the start of exposures of 0.5 s, not at the end of 0.5 s");
         assert_string_equal(toliman_last_error_field(), setup);
         other.stamp = 0;
         other.exposure_s = 0.25;

@@ -28,8 +28,8 @@ _REASONS = words("TOLIMAN_INGEST_REASON")
 class PairEvent:
     """An event of a Pair.
 
-    kind: "frame", "damage" (a frame that cannot be read) or "warning" (suspicious time or size; the next frame is
-        valid).
+    kind: "frame", "damage" (a frame that cannot be read) or "warning" (a suspicious time stamp, whose frame follows, or
+        extra bytes).
     reason: "bad_line", "short_file", "place_unknown", "clock_jump", "clocks_differ" or "extra_bytes"; "none" for a frame.
     file, line: where; line 0 is the whole file.
     text: what is wrong.

@@ -77,9 +77,9 @@ void SetupOptions::add_to(CLI::App &command) {
         ->check(CLI::IsMember({"start", "middle", "end"}));
     command
         .add_option("--exposure", exposure_s_,
-                    "length of an exposure of raw pairs in s; default: that of the folder; for a new folder, that of "
-                    "the scene of --template, or unknown")
-        ->check(CLI::Range(1e-9, 1e9));
+                    "length of an exposure of raw pairs in s, 0 if unknown; default: that of the folder; for a new "
+                    "folder, that of the scene of --template, or unknown")
+        ->check(CLI::Range(0.0, 1e9));
 }
 
 void SetupOptions::set(toliman_track_options &how, Progress &progress) {
