@@ -631,7 +631,8 @@ module toliman
         integer(c_int64_t) :: cols = 0
         ! frames with ids from first_id to end_id - 1 are reported, others are skipped. Malformed
         integer(c_int64_t) :: first_id = 0
-        integer(c_int64_t) :: end_id = 0 ! lines are always reported. Both 0 = all frames
+        ! lines are reported unless their id is readable and outside. Both 0 = all frames
+        integer(c_int64_t) :: end_id = 0
         integer(c_int32_t) :: buffers = 0 ! frames whose memory stays valid at the same time, 1 to 4096; 0 = 1
         integer(c_int32_t) :: reserved = 0 ! 0
         type(c_ptr) :: allocator = c_null_ptr ! for the pixels; NULL = malloc

@@ -39,7 +39,7 @@ typedef struct toliman_ingest_options {
     int64_t rows, cols; /* expected shape of a frame, each 1 to 65536; both 0 = the shape in the first valid line. If
                            lines of the side file are damaged, it gives the positions of the frames */
     int64_t first_id;   /* frames with ids from first_id to end_id - 1 are reported, others are skipped. Malformed */
-    int64_t end_id;     /* lines are always reported. Both 0 = all frames */
+    int64_t end_id;     /* lines are reported unless their id is readable and outside. Both 0 = all frames */
     uint32_t buffers;   /* frames whose memory stays valid at the same time, 1 to 4096; 0 = 1 */
     uint32_t reserved;  /* 0 */
     const toliman_allocator *allocator; /* for the pixels; NULL = malloc */

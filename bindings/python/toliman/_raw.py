@@ -786,7 +786,7 @@ class toliman_ingest_options(Sized):
     cols: expected shape of a frame, each 1 to 65536; both 0 = the shape in the first valid line. If
         lines of the side file are damaged, it gives the positions of the frames
     first_id: frames with ids from first_id to end_id - 1 are reported, others are skipped. Malformed
-    end_id: lines are always reported. Both 0 = all frames
+    end_id: lines are reported unless their id is readable and outside. Both 0 = all frames
     buffers: frames whose memory stays valid at the same time, 1 to 4096; 0 = 1
     reserved: 0
     allocator: for the pixels; NULL = malloc"""
