@@ -39,8 +39,7 @@ template <class... Values> std::string text_of(const char *format, Values... val
 Pair::Pair(const std::string &path, const PairOptions &options)
     : side_path_(stem_of(path) + kSide), pixel_path_(stem_of(path) + kPixels), options_(options),
       slots_(options.buffers), placement_(options.pixel_bytes, options.rows, options.cols) {
-    file::Reader{side_path_};
-    file::Reader{pixel_path_};
+    [[maybe_unused]] const file::Reader side(side_path_), pixels(pixel_path_); // fail if a file cannot be opened
 }
 
 PairCounts Pair::counts() const noexcept {

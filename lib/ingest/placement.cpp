@@ -8,7 +8,8 @@
 namespace toliman::ingest {
 
 uint64_t Placement::bytes(const SideLine &line) const noexcept {
-    return line.error.empty() ? uint64_t{line.rows} * line.cols * pixel_bytes_ : usual_bytes_;
+    const bool valid = line.error.empty();
+    return valid ? uint64_t{line.rows} * line.cols * pixel_bytes_ : usual_bytes_;
 }
 
 void Placement::add(Sums &sums, const SideLine &line) const noexcept {

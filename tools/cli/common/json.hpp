@@ -64,6 +64,7 @@ class Json {
 // The JSON of every item, for set().
 template <class Items, class Work> std::vector<Json> array_of(const Items &items, Work json_of) {
     std::vector<Json> array;
+    array.reserve(items.size());
     for (const auto &item : items)
         array.push_back(json_of(item));
     return array;
