@@ -719,6 +719,35 @@ module toliman
         type(c_ptr) :: allocator = c_null_ptr ! for the large arrays of the object; NULL = malloc
     end type
 
+    ! Options of a search. Since 0.2.
+    type, bind(C), public :: toliman_mask_options
+        integer(c_int32_t) :: struct_size = 48
+        integer(c_int32_t) :: threads = 0 ! worker threads, 0 = one per processor
+        integer(c_int64_t) :: seed = 0 ! seed of the random masks
+        integer(c_int64_t) :: count = 0 ! largest number of masks to draw and vary; 0 = 4000, or no limit with minutes
+        real(c_double) :: minutes = 0.0_c_double ! time limit, 0 ... 100000; 0 = none
+        ! may be NULL. A nonzero value ends the search early: its result is the best mask so far, not
+        ! TOLIMAN_E_CANCELLED
+        type(c_funptr) :: progress = c_null_funptr
+        type(c_ptr) :: progress_data = c_null_ptr
+    end type
+
+    ! Scores of a mask and of the mask of the scene it was found for ("before"). Equal unless improved. Since 0.2.
+    type, bind(C), public :: toliman_mask_info
+        integer(c_int32_t) :: struct_size = 72 ! in: sizeof(toliman_mask_info)
+        integer(c_int32_t) :: improved = 0 ! 1 if the mask is better than that of the scene, else 0
+        integer(c_int32_t) :: stopped = 0 ! 1 if the progress callback ended the search, else 0
+        integer(c_int32_t) :: reserved = 0 ! 0
+        integer(c_int64_t) :: tried = 0 ! number of masks drawn and varied
+        real(c_double) :: crb_before_px = 0.0_c_double ! Cramer-Rao bound of one frame with all else known
+        real(c_double) :: crb_px = 0.0_c_double
+        real(c_double) :: peak_to_mean_before = 0.0_c_double ! brightest pixel over mean pixel of the noise-free frame
+        real(c_double) :: peak_to_mean = 0.0_c_double
+        ! fraction of the photons of the stars that falls in the frame
+        real(c_double) :: light_in_frame_before = 0.0_c_double
+        real(c_double) :: light_in_frame = 0.0_c_double
+    end type
+
     ! Flags of toliman_period_options.
     ! subtract the weighted mean once, instead of fitting it at each frequency
     integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_FIXED_MEAN = 1
@@ -1815,6 +1844,45 @@ module toliman
         end function
 
         ! Sets *options, a struct of `size` bytes, to the defaults.
+        subroutine toliman_mask_options_init(options, size) bind(C)
+            import
+            integer(c_size_t), value :: size
+            type(toliman_mask_options), intent(inout) :: options
+        end subroutine
+
+        ! Searches for a spiral mask that is better than the mask of the scene (see Scores above): masks are drawn at
+        ! random, then the best of them and the scene's own spiral are varied, both with fewer wavelengths and, where
+        ! possible, half the pupil samples; finally the best masks are evaluated and improved with the full scene.
+        function toliman_mask_search(sim, options, out) bind(C) result(answer)
+            import
+            type(c_ptr), value :: sim
+            type(toliman_mask_options), intent(in), optional :: options
+            type(c_ptr), intent(out) :: out
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Destroys a mask.
+        subroutine toliman_mask_destroy(mask) bind(C)
+            import
+            type(c_ptr), value :: mask
+        end subroutine
+
+        ! Writes the scores of a mask to *out, whose struct_size must be set.
+        function toliman_mask_get_info(mask, out) bind(C) result(answer)
+            import
+            type(c_ptr), value :: mask
+            type(toliman_mask_info), intent(inout) :: out
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Returns the mask as JSON on one line, the value of telescope.mask of a scene: {"kind": "spiral", ...}.
+        function toliman_mask_get_json(mask) bind(C) result(answer)
+            import
+            type(c_ptr), value :: mask
+            type(c_ptr) :: answer
+        end function
+
+        ! Sets *options, a struct of `size` bytes, to the defaults.
         subroutine toliman_period_options_init(options, size) bind(C)
             import
             integer(c_size_t), value :: size
@@ -2367,6 +2435,11 @@ module toliman
     public :: toliman_linear_encode
     public :: toliman_linear_encode_many
     public :: toliman_linear_get_sigma
+    public :: toliman_mask_options_init
+    public :: toliman_mask_search
+    public :: toliman_mask_destroy
+    public :: toliman_mask_get_info
+    public :: toliman_mask_get_json
     public :: toliman_period_options_init
     public :: toliman_period_suggest
     public :: toliman_period_create
@@ -2530,6 +2603,20 @@ module toliman
         procedure, private :: linear_estimator_assign
         generic :: assignment(=) => linear_estimator_assign
         final :: linear_estimator_final
+    end type
+
+    ! Best mask that was found for a scene, with its scores. Immutable: any number of threads may use one object.
+    ! Since 0.2.
+    type, public :: toliman_phase_mask
+        type(c_ptr) :: handle = c_null_ptr
+    contains
+        procedure :: search => phase_mask_search
+        procedure :: get_info => phase_mask_get_info
+        procedure :: get_json => phase_mask_get_json
+        procedure :: destroy => phase_mask_destroy
+        procedure, private :: phase_mask_assign
+        generic :: assignment(=) => phase_mask_assign
+        final :: phase_mask_final
     end type
 
     ! Streaming periodogram. Functions that take a const periodogram may run on one object from several threads.
@@ -3618,6 +3705,41 @@ contains
         call conclude(toliman_linear_get_sigma(self%handle, sigma_px), stat, errmsg)
     end subroutine
 
+    ! Searches for a spiral mask that is better than the mask of the scene (see Scores above): masks are drawn at
+    ! random, then the best of them and the scene's own spiral are varied, both with fewer wavelengths and, where
+    ! possible, half the pupil samples; finally the best masks are evaluated and improved with the full scene.
+    subroutine phase_mask_search(self, sim, options, stat, errmsg)
+        class(toliman_phase_mask), intent(inout) :: self
+        type(toliman_simulator), intent(in) :: sim
+        type(toliman_mask_options), intent(in), optional :: options
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        type(c_ptr) :: made
+        integer(c_int32_t) :: status
+        status = toliman_mask_search(sim%handle, options, made)
+        if (status == TOLIMAN_OK) then
+            call self%destroy()
+            self%handle = made
+        end if
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Writes the scores of a mask to *out, whose struct_size must be set.
+    subroutine phase_mask_get_info(self, out, stat, errmsg)
+        class(toliman_phase_mask), intent(in) :: self
+        type(toliman_mask_info), intent(inout) :: out
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        call conclude(toliman_mask_get_info(self%handle, out), stat, errmsg)
+    end subroutine
+
+    ! Returns the mask as JSON on one line, the value of telescope.mask of a scene: {"kind": "spiral", ...}.
+    function phase_mask_get_json(self) result(answer)
+        class(toliman_phase_mask), intent(in) :: self
+        character(len=:), allocatable :: answer
+        answer = toliman_text(toliman_mask_get_json(self%handle))
+    end function
+
     ! Suggests a frequency grid and options for samples t[n], y[n], sigma[n]. y, sigma and options may be NULL;
     ! options->struct_size must be set. t(n), y(n), sigma(n).
     subroutine periodogram_suggest(t, y, sigma, mission_span, f0, df, nf, options, stat, errmsg)
@@ -4280,6 +4402,25 @@ contains
         class(toliman_linear_estimator), intent(in) :: other
         if (c_associated(self%handle) .or. c_associated(other%handle)) &
             error stop 'libtoliman: a toliman_linear_estimator cannot be assigned'
+    end subroutine
+
+    ! Destroys the object; create may be called again.
+    impure elemental subroutine phase_mask_destroy(self)
+        class(toliman_phase_mask), intent(inout) :: self
+        call toliman_mask_destroy(self%handle)
+        self%handle = c_null_ptr
+    end subroutine
+
+    impure elemental subroutine phase_mask_final(self)
+        type(toliman_phase_mask), intent(inout) :: self
+        call self%destroy()
+    end subroutine
+
+    subroutine phase_mask_assign(self, other)
+        class(toliman_phase_mask), intent(inout) :: self
+        class(toliman_phase_mask), intent(in) :: other
+        if (c_associated(self%handle) .or. c_associated(other%handle)) &
+            error stop 'libtoliman: a toliman_phase_mask cannot be assigned'
     end subroutine
 
     ! Destroys the object; create may be called again.

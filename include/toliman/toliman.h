@@ -9,6 +9,7 @@
 #include <toliman/image.h>
 #include <toliman/ingest.h>
 #include <toliman/linear.h>
+#include <toliman/mask.h>
 #include <toliman/period.h>
 #include <toliman/period_batch.h>
 #include <toliman/period_fap.h>

@@ -67,6 +67,9 @@ inline void destroy_linear(toliman_linear *linear) {
 inline void destroy_components(toliman_components *components) {
     toliman_components_destroy(components);
 }
+inline void destroy_mask(toliman_mask *mask) {
+    toliman_mask_destroy(mask);
+}
 inline void destroy_ingest(toliman_ingest *ingest) {
     toliman_ingest_destroy(ingest);
 }
@@ -81,6 +84,7 @@ using simulator = handle<toliman_sim, destroy_sim>;
 using autoencoder = handle<toliman_cae, destroy_cae>;
 using linear_estimator = handle<toliman_linear, destroy_linear>;
 using component_set = handle<toliman_components, destroy_components>;
+using phase_mask = handle<toliman_mask, destroy_mask>;
 using pair_reader = handle<toliman_ingest, destroy_ingest>;
 using periodogram = handle<toliman_period, destroy_period>;
 using tracker = handle<toliman_track, destroy_track>;

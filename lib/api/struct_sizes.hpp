@@ -35,6 +35,8 @@ constexpr StructSize kStructSizes[] = {
     {"toliman_ingest_info", sizeof(toliman_ingest_info)},
     {"toliman_leap_second", sizeof(toliman_leap_second)},
     {"toliman_linear_options", sizeof(toliman_linear_options)},
+    {"toliman_mask_options", sizeof(toliman_mask_options)},
+    {"toliman_mask_info", sizeof(toliman_mask_info)},
     {"toliman_period_options", sizeof(toliman_period_options)},
     {"toliman_period_sample", sizeof(toliman_period_sample)},
     {"toliman_period_info", sizeof(toliman_period_info)},

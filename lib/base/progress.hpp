@@ -10,9 +10,13 @@ struct Progress {
     int32_t (*call)(const char *stage, double fraction, void *user_data) = nullptr;
     void *user_data = nullptr;
 
-    // Calls the callback, on the caller's thread only and with no lock held; Status::cancelled if it returns nonzero.
+    // Calls the callback, on the caller's thread only and with no lock held. Returns whether it asks to stop.
+    bool asks_to_stop(const char *stage, double fraction) const {
+        return call != nullptr && in_callback("progress", [&] { return call(stage, fraction, user_data); }) != 0;
+    }
+    // The same; Status::cancelled if it asks to stop.
     void report(const char *stage, double fraction) const {
-        if (call != nullptr && in_callback("progress", [&] { return call(stage, fraction, user_data); }) != 0)
+        if (asks_to_stop(stage, fraction))
             fail(Status::cancelled, "%s: cancelled by the progress callback", stage);
     }
 };

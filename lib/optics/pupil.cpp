@@ -93,7 +93,7 @@ double opd_of(const Mask &mask, double value, size_t i) {
         if (value != 0 && value != 1)
             fail(Status::format, "{%s}: element %zu = %g: must be 0 or 1 in a binary mask", mask.file.c_str(), i,
                  value);
-        return value * mask.opd_m;
+        return value * mask.step_m();
     case Mask::Quantity::opd_m:
         break;
     case Mask::Quantity::phase_rad:
@@ -121,7 +121,7 @@ void add_mask(const Scene &scene, Pupil &pupil) {
     if (mask.kind == Mask::Kind::spiral)
         for_each_cell(pupil.samples, [&](size_t i, double x, double y) {
             if (spiral(mask.terms, x, y) > 0)
-                pupil.opd_m[i] = mask.opd_m;
+                pupil.opd_m[i] = mask.step_m();
         });
     if (mask.kind != Mask::Kind::file)
         return;

@@ -19,15 +19,19 @@
 
 namespace toliman::optics {
 
-Outline outline_of(const std::string &json, const std::string &source, const std::string &folder,
-                   const Settings &settings) {
+Outline outline_of(Scene scene, const Settings &settings) {
     Outline outline;
-    outline.scene = read_scene(json, source, folder);
+    outline.scene = std::move(scene);
     outline.pupil = make_pupil(outline.scene, outline.scene.telescope.pupil_samples);
     outline.light = make_light(outline.scene);
     outline.plan =
         make_plan(outline.scene, outline.pupil, outline.light, settings.engine, worker_count(settings.workers));
     return outline;
+}
+
+Outline outline_of(const std::string &json, const std::string &source, const std::string &folder,
+                   const Settings &settings) {
+    return outline_of(read_scene(json, source, folder), settings);
 }
 
 Outline outline_of(const std::string &path, const Settings &settings) {

@@ -30,7 +30,9 @@ struct Outline {
     Plan plan;
 };
 
-// The outline of a scene in JSON text; messages name it `source`, and its relative file names start at `folder`.
+// The outline of a scene.
+Outline outline_of(Scene scene, const Settings &settings);
+// The same of a scene in JSON text; messages name it `source`, and its relative file names start at `folder`.
 Outline outline_of(const std::string &json, const std::string &source, const std::string &folder,
                    const Settings &settings);
 // The same of a scene file, whose relative file names start at its own folder.

@@ -29,10 +29,12 @@ struct SpiralTerm {
 struct Mask {
     enum class Kind { clear, spiral, file } kind = Kind::clear;
     enum class Quantity { binary, opd_m, phase_rad } quantity = Quantity::binary; // what the file holds
-    double opd_m = 0;       // where the sum of a spiral's terms is positive, or a binary file is 1
-    double reference_m = 0; // wavelength of a phase
+    double opd_nm = 0, height_nm = 0; // of the step, where a spiral's sum is positive or a binary file is 1; one is 0
+    double reference_m = 0;           // wavelength of a phase
     std::vector<SpiralTerm> terms;
     std::string file;
+
+    double step_m() const noexcept { return opd_nm != 0 ? opd_nm * 1e-9 : height_nm * 2e-9; } // OPD
 };
 
 struct ZernikeTerm {

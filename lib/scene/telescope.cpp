@@ -52,12 +52,11 @@ constexpr Row kMaskRows[] = {
                           "pupil_samples")
         .when(kIsFile),
     required<read_terms>("terms", &kTerm, "Terms of the sum").as(Type::groups).entries(1, 64).when(kIsSpiral),
-    required<&Mask::opd_m>("opd_nm", above(0, 1e6, "nm"), "OPD of the step")
-        .scaled(kNanometre)
+    required<&Mask::opd_nm>("opd_nm", above(0, 1e6, "nm"), "OPD of the step")
         .either("height_nm")
         .when(is("kind", "spiral file"), is("quantity", "binary")),
-    optional<&Mask::opd_m>("height_nm", above(0, 1e6, "nm"), "Height of a stepped mirror; the OPD is twice the height")
-        .scaled(2 * kNanometre)
+    optional<&Mask::height_nm>("height_nm", above(0, 1e6, "nm"),
+                               "Height of a stepped mirror; the OPD is twice the height")
         .when(is("kind", "spiral file"), is("quantity", "binary")),
     required<&Mask::reference_m>("reference_nm", above(0, 1e6, "nm"), "Wavelength of the phase")
         .scaled(kNanometre)

@@ -22,6 +22,7 @@ RESULTS = {
     "toliman_cae_info": "NetworkInfo",
     "toliman_components_training": "ComponentsTraining",
     "toliman_components_info": "ComponentsInfo",
+    "toliman_mask_info": "MaskInfo",
     "toliman_period_info": "PeriodogramInfo",
     "toliman_period_model": "Model",
     "toliman_period_peak": "Peak",
@@ -54,7 +55,8 @@ ENUMERATIONS = "|".join(sorted({name.removeprefix("TOLIMAN_") for name in WORDS.
 NAMES = {"stages": "names of the modelled stages"}
 
 # Integer members that are booleans, and the bits of `flags` that become booleans.
-SWITCHES = {"blas_is_slow", "whole_counts", "exact_frames", "trained", "converged", "raw", "weighted"}
+SWITCHES = {"blas_is_slow", "whole_counts", "exact_frames", "trained", "converged", "raw", "weighted", "improved",
+            "stopped"}
 FLAGS = {
     "toliman_period_peak": ("TOLIMAN_PERIOD_AT_EDGE", "TOLIMAN_PERIOD_ALIAS", "TOLIMAN_PERIOD_INACCURATE",
                             "TOLIMAN_PERIOD_COARSE", "TOLIMAN_PERIOD_ABOVE_NYQUIST"),

@@ -923,6 +923,57 @@ class toliman_linear_options(Sized):
     ]
 
 
+class toliman_mask(Structure):
+    """Best mask that was found for a scene, with its scores. Immutable: any number of threads may use one object. Since
+    0.2."""
+
+
+class toliman_mask_options(Sized):
+    """Options of a search. Since 0.2.
+    threads: worker threads, 0 = one per processor
+    seed: seed of the random masks
+    count: largest number of masks to draw and vary; 0 = 4000, or no limit with minutes
+    minutes: time limit, 0 ... 100000; 0 = none
+    progress: may be NULL. A nonzero value ends the search early: its result is the best mask so
+        far, not TOLIMAN_E_CANCELLED"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("threads", c_uint32),
+        ("seed", c_uint64),
+        ("count", c_uint64),
+        ("minutes", c_double),
+        ("progress", toliman_progress_fn),
+        ("progress_data", c_void_p),
+    ]
+
+
+class toliman_mask_info(Sized):
+    """Scores of a mask and of the mask of the scene it was found for ("before"). Equal unless improved. Since 0.2.
+    struct_size: in: sizeof(toliman_mask_info)
+    improved: 1 if the mask is better than that of the scene, else 0
+    stopped: 1 if the progress callback ended the search, else 0
+    reserved: 0
+    tried: number of masks drawn and varied
+    crb_before_px: Cramer-Rao bound of one frame with all else known
+    peak_to_mean_before: brightest pixel over mean pixel of the noise-free frame
+    light_in_frame_before: fraction of the photons of the stars that falls in the frame"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("improved", c_int32),
+        ("stopped", c_int32),
+        ("reserved", c_uint32),
+        ("tried", c_uint64),
+        ("crb_before_px", c_double),
+        ("crb_px", c_double),
+        ("peak_to_mean_before", c_double),
+        ("peak_to_mean", c_double),
+        ("light_in_frame_before", c_double),
+        ("light_in_frame", c_double),
+    ]
+
+
 class toliman_period(Structure):
     """Streaming periodogram. Functions that take a const periodogram may run on one object from several threads."""
 
@@ -1542,6 +1593,10 @@ OF_OBJECTS = {
     "toliman_linear_encode": False,
     "toliman_linear_encode_many": False,
     "toliman_linear_get_sigma": False,
+    "toliman_mask_search": False,
+    "toliman_mask_destroy": True,
+    "toliman_mask_get_info": False,
+    "toliman_mask_get_json": False,
     "toliman_period_destroy": True,
     "toliman_period_push": True,
     "toliman_period_push_many": True,
@@ -2295,6 +2350,40 @@ image larger than the address space. Since 0.2.""",
         c_int32, (("linear", POINTER(toliman_linear)), ("sigma_px", POINTER(c_double))),
         """Writes the predicted standard deviation of a value (px) to *sigma_px: the Cramer-Rao bound with the nuisances of
 preprocess.project unknown.""",
+    ),
+    "toliman_mask_options_init": (
+        None, (("options", POINTER(toliman_mask_options)), ("size", c_size_t)),
+        """Sets *options, a struct of `size` bytes, to the defaults. Since 0.2.""",
+    ),
+    "toliman_mask_search": (
+        c_int32, (
+            ("sim", POINTER(toliman_sim)),
+            ("options", POINTER(toliman_mask_options)),
+            ("out", POINTER(POINTER(toliman_mask))),
+        ),
+        """Searches for a spiral mask that is better than the mask of the scene (see Scores above): masks are drawn at random,
+then the best of them and the scene's own spiral are varied, both with fewer wavelengths and, where possible, half
+the pupil samples; finally the best masks are evaluated and improved with the full scene. The step of every mask is
+opd_nm or height_nm of the scene's mask; without one, an OPD of half the middle wavelength. options may be NULL. The
+simulator is not needed afterwards, but the files that its scene names are read again. The caller destroys *out.
+Without a time limit the result depends only on the scene, seed and count, not on threads.
+Errors: TOLIMAN_E_SCENE if the scene's own bound is infinite, TOLIMAN_E_UNSUPPORTED for the engine PADDED_FFT,
+TOLIMAN_E_RANGE for minutes outside the limits, and those of toliman_sim_create_file for the files of the scene. If
+no mask is better, the call succeeds and toliman_mask_info.improved is 0. Since 0.2.""",
+    ),
+    "toliman_mask_destroy": (
+        None, (("mask", POINTER(toliman_mask)),),
+        """Destroys a mask. NULL is allowed. Since 0.2.""",
+    ),
+    "toliman_mask_get_info": (
+        c_int32, (("mask", POINTER(toliman_mask)), ("out", POINTER(toliman_mask_info))),
+        """Writes the scores of a mask to *out, whose struct_size must be set. Since 0.2.""",
+    ),
+    "toliman_mask_get_json": (
+        c_char_p, (("mask", POINTER(toliman_mask)),),
+        """Returns the mask as JSON on one line, the value of telescope.mask of a scene: {"kind": "spiral", ...}. Every number
+is read again as the same double. "" if no mask was better, and for NULL. Valid until the mask is destroyed. Since
+0.2.""",
     ),
     "toliman_period_options_init": (
         None, (("options", POINTER(toliman_period_options)), ("size", c_size_t)),

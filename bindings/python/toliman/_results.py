@@ -164,6 +164,21 @@ class PairInfo(Result):
 
 
 @result
+class MaskInfo(Result):
+    """Scores of a mask and of the mask of the scene it was found for ("before"). Equal unless improved."""
+
+    improved: bool = member("1 if the mask is better than that of the scene, else 0")
+    stopped: bool = member("1 if the progress callback ended the search, else 0")
+    tried: int = member("number of masks drawn and varied")
+    crb_before_px: float = member("Cramer-Rao bound of one frame with all else known")
+    crb_px: float
+    peak_to_mean_before: float = member("brightest pixel over mean pixel of the noise-free frame")
+    peak_to_mean: float
+    light_in_frame_before: float = member("fraction of the photons of the stars that falls in the frame")
+    light_in_frame: float
+
+
+@result
 class PeriodogramInfo(Result):
     """Properties of a periodogram. Members with names of toliman_period_options hold the options in force."""
 

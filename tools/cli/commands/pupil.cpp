@@ -1,14 +1,14 @@
 // toliman pupil: searches for a better phase mask for a scene.
-#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <optional>
 
 #include "common/failure.hpp"
 #include "common/json.hpp"
+#include "common/library.hpp"
 #include "common/output.hpp"
 #include "options/command.hpp"
-#include "scenes/pupil_search.hpp"
+#include "scenes/scene.hpp"
 #include "scenes/scene_json.hpp"
 
 namespace cli {
@@ -17,11 +17,10 @@ namespace {
 
 struct Options {
     std::string scene, out;
-    SearchLimits limits;
+    toliman_mask_options search = toliman::sized<toliman_mask_options>();
     bool as_json = false;
 };
 
-constexpr uint64_t kDefaultCount = 4000;
 constexpr double kMostMinutes = 100000;
 
 // Rewrites file names of the scene that are relative to one folder, relative to another one.
@@ -43,39 +42,43 @@ void write_scene(OutputFile &out, const std::string &path, const std::string &fo
     out.commit();
 }
 
-void print_json(const Scene &whole, const MaskedScene &scene, const Options &options, const Score &own,
-                const Found &best, uint64_t tried) {
+struct Result {
+    const char *scene;
+    toliman_mask_info info;
+    JsonTree mask; // the best one; nullptr if the scene has none and no better one was found
+};
+
+void print_json(Result result, uint64_t seed) {
+    const toliman_mask_info &info = result.info;
     Json json;
     json.set("schema", "toliman-pupil/1").set("version", toliman_version());
-    json.set("scene", toliman_sim_get_name(whole.sim.get())).set("seed", options.limits.seed);
-    json.set("judged", tried);
-    json.set("crb_before_px", own.crb_px).set("crb_px", best.score.crb_px);
-    json.set("peak_to_mean_before", own.peak_to_mean).set("peak_to_mean", best.score.peak_to_mean);
-    json.set("light_in_frame_before", own.light_in_frame).set("light_in_frame", best.score.light_in_frame);
-    if (!best.terms.empty())
-        json.set("mask", scene.mask(best.terms));
+    json.set("scene", result.scene).set("seed", seed).set("judged", info.tried);
+    json.set("crb_before_px", info.crb_before_px).set("crb_px", info.crb_px);
+    json.set("peak_to_mean_before", info.peak_to_mean_before).set("peak_to_mean", info.peak_to_mean);
+    json.set("light_in_frame_before", info.light_in_frame_before).set("light_in_frame", info.light_in_frame);
+    if (result.mask)
+        json.set("mask", std::move(result.mask));
     else
-        json.set("mask",
-                 JsonTree(scene.own_mask() != nullptr ? copy_of(scene.own_mask()).release() : cJSON_CreateNull()));
+        json.set("mask", nullptr);
     print_stdout(json.text());
 }
 
-void print_line(const char *what, const Score &score) {
-    std::printf("%-13s Cramer-Rao bound %.4g px, peak-to-mean %.2f, %.1f %% of the light in the frame\n", what,
-                score.crb_px, score.peak_to_mean, 100 * score.light_in_frame);
+void print_line(const char *what, double crb_px, double peak_to_mean, double light_in_frame) {
+    std::printf("%-13s Cramer-Rao bound %.4g px, peak-to-mean %.2f, %.1f %% of the light in the frame\n", what, crb_px,
+                peak_to_mean, 100 * light_in_frame);
 }
 
-void print_summary(const Scene &whole, const MaskedScene &scene, const Score &own, const Found &best, uint64_t tried) {
-    std::printf("scene         %s: %llu masks tried\n", toliman_sim_get_name(whole.sim.get()),
-                static_cast<unsigned long long>(tried));
-    print_line("own mask", own);
-    if (best.terms.empty()) {
+void print_summary(Result result) {
+    const toliman_mask_info &info = result.info;
+    std::printf("scene         %s: %llu masks tried\n", result.scene, static_cast<unsigned long long>(info.tried));
+    print_line("own mask", info.crb_before_px, info.peak_to_mean_before, info.light_in_frame_before);
+    if (info.improved == 0) {
         print_stdout("found         no better mask\n");
         return;
     }
-    print_line("found", best.score);
+    print_line("found", info.crb_px, info.peak_to_mean, info.light_in_frame);
     Json json;
-    json.set("mask", scene.mask(best.terms));
+    json.set("mask", std::move(result.mask));
     print_stdout(json.text());
 }
 
@@ -86,20 +89,26 @@ void pupil(const Options &options, Progress &progress) {
     check_not_input(options.out, {options.scene});
     if (!options.out.empty())
         out.emplace(options.out, Replaces::scenes);
-    const Scene whole(options.scene, progress);
-    const MaskedScene scene(whole);
-    const Score before = score_of(whole);
-    if (!std::isfinite(before.crb_px))
-        throw Failure(kExitUsage, options.scene + ": masks cannot be compared: the separation has no Cramer-Rao bound");
-    PupilSearch search(scene, before, options.limits, progress);
-    const Found best = search.run();
+    const Scene scene(options.scene, progress);
+    const JsonTree tree = read_scene_json(scene.path);
+    toliman_mask_options search = options.search;
+    search.progress = Progress::callback;
+    search.progress_data = &progress;
+    const auto found = toliman::make<toliman::phase_mask>(toliman_mask_search, scene.sim.get(), &search);
     progress.clear();
+    const auto info = info_from<toliman_mask_info>(toliman_mask_get_info, found.get());
+    cJSON *telescope = item_of(tree.get(), "telescope");
+    if (info.improved != 0) {
+        cJSON_DeleteItemFromObjectCaseSensitive(telescope, "mask");
+        cJSON_AddItemToObject(telescope, "mask", cJSON_Parse(toliman_mask_get_json(found.get())));
+    }
+    Result result = {toliman_sim_get_name(scene.sim.get()), info, copy_of(item_of(telescope, "mask"))};
     if (out)
-        write_scene(*out, options.out, folder_of(whole.path), scene.with(best.terms));
+        write_scene(*out, options.out, folder_of(scene.path), tree);
     if (options.as_json)
-        print_json(whole, scene, options, before, best, search.tried());
+        print_json(std::move(result), search.seed);
     else if (options.out != "-")
-        print_summary(whole, scene, before, best, search.tried());
+        print_summary(std::move(result));
     stop_if_asked();
 }
 
@@ -112,19 +121,17 @@ void add_pupil(CLI::App &app, Context &context) {
     add_option(command, "--out", options->out, "FILE",
                "write the scene with the best mask to this file; - writes to standard output");
     CLI::Option *minutes =
-        command->add_option("--minutes", options->limits.minutes, "time limit in minutes; default: none");
-    CLI::Option *count =
-        command
-            ->add_option("--count", options->limits.count,
-                         "largest number of masks to draw and vary; default 4000, with --minutes no limit")
-            ->check(CLI::Range(1u, 1000000000u));
-    add_seed(*command, options->limits.seed, "seed of the random masks, default 1");
+        command->add_option("--minutes", options->search.minutes, "time limit in minutes; default: none");
+    command
+        ->add_option("--count", options->search.count,
+                     "largest number of masks to draw and vary; default 4000, with --minutes no limit")
+        ->check(CLI::Range(1u, 1000000000u));
+    options->search.seed = 1;
+    add_seed(*command, options->search.seed, "seed of the random masks, default 1");
     command->add_flag("--json", options->as_json, "print JSON, schema toliman-pupil/1");
-    set_action(*command, context, options, pupil, [options, minutes, count] {
-        if (minutes->count() > 0 && !(options->limits.minutes > 0 && options->limits.minutes <= kMostMinutes))
+    set_action(*command, context, options, pupil, [options, minutes] {
+        if (minutes->count() > 0 && !(options->search.minutes > 0 && options->search.minutes <= kMostMinutes))
             throw CLI::ValidationError("--minutes", "must be above 0 and at most 100000");
-        if (minutes->count() == 0 && count->count() == 0)
-            options->limits.count = kDefaultCount;
     });
 }
 

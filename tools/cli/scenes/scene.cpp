@@ -68,13 +68,10 @@ Scene::Scene(const std::string &file, const toliman_sim_options &options)
       sim(toliman::make<toliman::simulator>(toliman_sim_create_file, path.c_str(), &options)),
       info(info_from<toliman_sim_info>(toliman_sim_get_info, sim.get())) {}
 
-Scene::Scene(const std::string &file, const std::string &json, uint32_t threads) : path(file) {
-    auto options = toliman::sized<toliman_sim_options>();
-    options.threads = threads;
-    sim = toliman::make<toliman::simulator>(toliman_sim_create_json, json.data(), json.size(), folder_of(file).c_str(),
-                                            &options);
-    info = info_from<toliman_sim_info>(toliman_sim_get_info, sim.get());
-}
+Scene::Scene(const std::string &file, const std::string &json)
+    : path(file), sim(toliman::make<toliman::simulator>(toliman_sim_create_json, json.data(), json.size(),
+                                                        folder_of(file).c_str(), nullptr)),
+      info(info_from<toliman_sim_info>(toliman_sim_get_info, sim.get())) {}
 
 std::vector<double> Scene::image(int32_t kind) const {
     std::vector<double> image(pixels());

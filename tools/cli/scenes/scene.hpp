@@ -24,8 +24,8 @@ struct Scene {
     Scene(const std::string &file, Progress &progress);
     Scene(const std::string &file, const toliman_sim_options &options);
     // A variant of a scene file as JSON; its relative file names start at the folder of `file`. No progress or
-    // warnings. threads: as in toliman_sim_options.
-    Scene(const std::string &file, const std::string &json, uint32_t threads = 0);
+    // warnings.
+    Scene(const std::string &file, const std::string &json);
 
     std::string path;
     toliman::simulator sim;

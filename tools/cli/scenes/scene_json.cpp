@@ -27,19 +27,6 @@ std::string folder_of(const std::string &path) {
     return folder.empty() ? "." : folder;
 }
 
-namespace {
-
-// A new object has nothing that null could remove.
-JsonTree copy_without_nulls(const cJSON *item) {
-    if (!cJSON_IsObject(item))
-        return copy_of(item);
-    JsonTree object(cJSON_CreateObject());
-    merge(object.get(), item);
-    return object;
-}
-
-} // namespace
-
 cJSON *item_of(const cJSON *object, const char *name) {
     return cJSON_GetObjectItemCaseSensitive(object, name);
 }
@@ -47,13 +34,12 @@ cJSON *item_of(const cJSON *object, const char *name) {
 void merge(cJSON *object, const cJSON *patch) {
     for (const cJSON *item = patch->child; item != nullptr; item = item->next) {
         cJSON *found = item_of(object, item->string);
-        if (cJSON_IsObject(item) && cJSON_IsObject(found)) {
-            merge(found, item);
-            continue;
-        }
-        cJSON_DeleteItemFromObjectCaseSensitive(object, item->string);
-        if (!cJSON_IsNull(item))
-            cJSON_AddItemToObject(object, item->string, copy_without_nulls(item).release());
+        if (!cJSON_IsObject(item) || !cJSON_IsObject(found))
+            cJSON_DeleteItemFromObjectCaseSensitive(object, item->string);
+        if (cJSON_IsObject(item))
+            merge(cJSON_IsObject(found) ? found : cJSON_AddObjectToObject(object, item->string), item);
+        else if (!cJSON_IsNull(item))
+            cJSON_AddItemToObject(object, item->string, copy_of(item).release());
     }
 }
 

@@ -2,11 +2,12 @@
 // fine masks are equally frequent. A variation changes one term for certain and each other one with probability 0.6, by
 // steps that are log-uniform over 1/128 of the reach to the reach. Random numbers depend on (seed, k) only: splitmix64
 // (Steele, Lea, Flood 2014).
-#include "scenes/spiral.hpp"
+#include "mask/spiral.hpp"
 
+#include <charconv>
 #include <cmath>
 
-namespace cli {
+namespace toliman::mask {
 
 namespace {
 
@@ -34,10 +35,15 @@ class RandomStream {
     uint64_t state_;
 };
 
-// Four decimals are finer than any mask is manufactured and keep the JSON short. Rounded before the evaluation, so that
-// the printed mask is the evaluated one.
+// Four decimals are finer than any mask is manufactured and keep the JSON short.
 double rounded(double value) {
     return std::nearbyint(value * 1e4) / 1e4;
+}
+
+// "name": value, with the fewest digits that are read as the same bits, in every locale.
+std::string member(const char *name, double value) {
+    char digits[32];
+    return "\"" + std::string(name) + "\": " + std::string(digits, std::to_chars(digits, std::end(digits), value).ptr);
 }
 
 } // namespace
@@ -77,25 +83,16 @@ Terms vary_terms(const Terms &terms, double reach, uint64_t seed, uint64_t k) {
     return varied;
 }
 
-Terms terms_of(const cJSON *mask) {
-    Terms terms;
-    const cJSON *term;
-    cJSON_ArrayForEach(term, cJSON_GetObjectItemCaseSensitive(mask, "terms")) {
-        const auto number = [&](const char *name) {
-            const cJSON *item = cJSON_GetObjectItemCaseSensitive(term, name);
-            return item != nullptr ? item->valuedouble : 0;
-        };
-        terms.push_back({number("a"), number("f"), number("l"), number("m"), number("p")});
+std::string json_of(const Mask &mask) {
+    std::string json = "{\"kind\": \"spiral\", " +
+                       (mask.opd_nm != 0 ? member("opd_nm", mask.opd_nm) : member("height_nm", mask.height_nm));
+    const char *before = ", \"terms\": [{";
+    for (const SpiralTerm &term : mask.terms) {
+        json += before + member("a", term.a) + ", " + member("f", term.f) + ", " + member("l", term.l) + ", " +
+                member("m", term.m) + ", " + member("p", term.p);
+        before = "}, {";
     }
-    return terms;
+    return json + "}]}";
 }
 
-std::vector<Json> json_of(const Terms &terms) {
-    return array_of(terms, [](const SpiralTerm &term) {
-        Json json;
-        json.set("a", term.a).set("f", term.f).set("l", term.l).set("m", term.m).set("p", term.p);
-        return json;
-    });
-}
-
-} // namespace cli
+} // namespace toliman::mask

@@ -1,0 +1,27 @@
+// The figures of merit of a mask, and the simpler scenes that rank masks like the given one in less time.
+#pragma once
+#include <limits>
+
+#include "optics/simulator.hpp"
+
+namespace toliman::mask {
+
+struct Score {
+    double crb_px = std::numeric_limits<double>::infinity();       // Cramer-Rao bound of the separation, all else known
+    double peak_to_mean = std::numeric_limits<double>::infinity(); // of the noise-free frame
+    double light_in_frame = 0;                                     // fraction of the stars' photons
+};
+
+Score score_of(const optics::Simulator &simulator);
+
+// Simulates the scene with another mask on one thread; may be called from several threads at once.
+Score score_of(Scene scene, const Mask &mask);
+
+// The scene with a signal of amplitude 0, which is faster to simulate: the bound does not depend on the amplitude.
+Scene without_signal(Scene scene);
+
+// A coarse scene, which ranks masks nearly alike in a fraction of the time: few wavelengths and, if it can be simulated
+// with the mask `trial`, half the pupil samples.
+Scene coarse(Scene scene, const Mask &trial);
+
+} // namespace toliman::mask
