@@ -23,7 +23,7 @@ constexpr double kMostMinutes = 100000;
 mask::SearchOptions search_options_of(const toliman_mask_options *options) {
     const auto known = accept(options, toliman_mask_options{}, "options");
     if (!(known.minutes >= 0 && known.minutes <= kMostMinutes))
-        fail(Status::range, "{options->minutes} = %g: must be in [0, %g]", known.minutes, kMostMinutes);
+        fail(Status::argument, "{options->minutes} = %g: must be in [0, %g]", known.minutes, kMostMinutes);
     const uint64_t count = known.count != 0 || known.minutes > 0 ? known.count : kDefaultCount;
     return {known.seed, count, known.minutes, known.threads, {known.progress, known.progress_data}};
 }

@@ -36,6 +36,9 @@ int make_one_of_each() {
     const auto cae = make<autoencoder>(toliman_cae_create, sim.get(), 1u, nullptr);
     const auto linear = make<linear_estimator>(toliman_linear_create, sim.get(), nullptr);
     const auto components = make<component_set>(toliman_components_create, sim.get(), nullptr);
+    auto one = sized<toliman_mask_options>();
+    one.count = 1;
+    const auto mask = make<phase_mask>(toliman_mask_search, sim.get(), &one);
     const auto period = make<periodogram>(toliman_period_create, 0.0, 0.1, 3, nullptr);
     const EmptyPair files;
     auto reading = sized<toliman_ingest_options>();
@@ -49,7 +52,7 @@ int make_one_of_each() {
     const auto track = make<tracker>(toliman_track_create, &options);
     const toliman_period *sums = nullptr;
     check(toliman_track_get_period(track.get(), &sums));
-    return cae && linear && components && period && pair && toliman_period_count(sums) == 0 ? 0 : 1;
+    return cae && linear && components && mask && period && pair && toliman_period_count(sums) == 0 ? 0 : 1;
 }
 
 int a_failure_is_an_exception() {

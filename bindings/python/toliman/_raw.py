@@ -2368,7 +2368,7 @@ opd_nm or height_nm of the scene's mask; without one, an OPD of half the middle 
 simulator is not needed afterwards, but the files that its scene names are read again. The caller destroys *out.
 Without a time limit the result depends only on the scene, seed and count, not on threads.
 Errors: TOLIMAN_E_SCENE if the scene's own bound is infinite, TOLIMAN_E_UNSUPPORTED for the engine PADDED_FFT,
-TOLIMAN_E_RANGE for minutes outside the limits, and those of toliman_sim_create_file for the files of the scene. If
+and those of toliman_sim_create_file for the files of the scene. If
 no mask is better, the call succeeds and toliman_mask_info.improved is 0. Since 0.2.""",
     ),
     "toliman_mask_destroy": (

@@ -1,0 +1,65 @@
+"""search_mask in Python: the masks of the program, the end of a search, errors."""
+import copy
+import json
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "bindings" / "python"))
+import toliman  # noqa: E402
+
+
+def small_scene():
+    """The chapter's scene with few samples, wavelengths and pixels."""
+    scene = json.loads((ROOT / "examples/scenes/chapter.json").read_text())
+    scene["telescope"]["pupil_samples"] = 64
+    scene["band"]["step_nm"] = (scene["band"]["max_nm"] - scene["band"]["min_nm"]) / 4
+    scene["detector"]["shape"] = [64, 64]
+    return scene
+
+
+class SearchMask(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.simulator = toliman.Simulator(small_scene())
+        cls.addClassCleanup(cls.simulator.close)
+
+    def test_masks_equal_the_program_s(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "scene.json"
+            path.write_text(json.dumps(small_scene()))
+            theirs = json.loads(subprocess.run([os.environ["TOLIMAN"], "pupil", path, "--count", "40", "--seed", "5", "--json"],
+                                               check=True, capture_output=True).stdout)
+        mask, info = toliman.search_mask(self.simulator, count=40, seed=5, threads=1)
+        self.assertEqual((mask, info.tried, info.improved, info.stopped), (theirs["mask"], 40, True, False))
+        for name in ("crb_before_px", "crb_px", "peak_to_mean_before", "peak_to_mean", "light_in_frame_before", "light_in_frame"):
+            self.assertEqual(getattr(info, name), theirs[name], name)
+        scene = copy.deepcopy(small_scene())
+        scene["telescope"]["mask"] = mask
+        with toliman.Simulator(scene) as better:
+            self.assertAlmostEqual(better.info.crb_px / info.crb_px, 1, delta=1e-12)
+
+    def test_progress_ends_the_search(self):
+        seen = []
+        mask, info = toliman.search_mask(self.simulator, progress=lambda stage, fraction: seen.append(stage) or True)
+        self.assertEqual((mask, info.tried, info.improved, info.stopped), (None, 0, False, True))
+        self.assertRegex(seen[0], "^draw: best .* px$")
+        self.assertEqual(len(seen), 1)
+        with self.assertRaises(ZeroDivisionError):
+            toliman.search_mask(self.simulator, progress=lambda stage, fraction: 1 / 0)
+
+    def test_refusals(self):
+        with self.assertRaisesRegex(ValueError, "minutes"):
+            toliman.search_mask(self.simulator, minutes=-1)
+        with self.assertRaises(TypeError):
+            toliman.search_mask("chapter.json")
+        with self.assertRaisesRegex(ValueError, "count = -1"):
+            toliman.search_mask(self.simulator, count=-1)
+
+
+if __name__ == "__main__":
+    unittest.main()

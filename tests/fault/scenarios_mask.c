@@ -1,0 +1,73 @@
+/* mask.h */
+#include <string.h>
+
+#include "assert_close.h"
+#include "scenario.h"
+
+/* Of the smallest search that confirms and polishes masks. */
+static toliman_mask_options options_of_search(void) {
+    toliman_mask_options options;
+    toliman_mask_options_init(&options, sizeof options);
+    options.threads = 1;
+    options.count = 3;
+    options.seed = 1;
+    return options;
+}
+
+static void *make(void) {
+    toliman_mask *mask = NULL;
+    const toliman_mask_options options = options_of_search();
+    assert_ok(toliman_mask_search(small_sim(), &options, &mask));
+    return mask;
+}
+
+static void end(void *mask) {
+    toliman_mask_destroy(mask);
+}
+
+static uint64_t digest(const void *mask) {
+    const char *const json = toliman_mask_get_json(mask);
+    toliman_mask_info info = {.struct_size = sizeof info};
+    assert_ok(toliman_mask_get_info(mask, &info));
+    return fnv1a(fnv1a(FNV_START, json, strlen(json)), &info, sizeof info);
+}
+
+static const object_kind masks = {end, digest};
+
+static toliman_status init(attempt *a) {
+    toliman_mask_options_init((void *)a->out, sizeof(toliman_mask_options));
+    return TOLIMAN_OK;
+}
+static toliman_status search(attempt *a) {
+    const toliman_mask_options options = options_of_search();
+    return toliman_mask_search(small_sim(), &options, (toliman_mask **)&a->made);
+}
+static toliman_status destroy(attempt *a) {
+    toliman_mask_destroy(a->object);
+    a->object = NULL;
+    return TOLIMAN_OK;
+}
+static toliman_status get_info(attempt *a) {
+    return toliman_mask_get_info(a->object, (void *)a->out);
+}
+static toliman_status get_json(attempt *a) {
+    strcpy((char *)a->out, toliman_mask_get_json(a->object));
+    return TOLIMAN_OK;
+}
+
+static void put_scene(void) {
+    (void)small_sim();
+}
+
+static const scenario all[] = {
+    {.function = "toliman_mask_options_init", .call = init},
+    {.function = "toliman_mask_search", .call = search, .made = &masks, .stage = put_scene},
+    {.function = "toliman_mask_destroy", .call = destroy, .make = make, .of = &masks},
+    {.function = "toliman_mask_get_info",
+     .call = get_info,
+     .make = make,
+     .of = &masks,
+     .struct_size = sizeof(toliman_mask_info)},
+    {.function = "toliman_mask_get_json", .call = get_json, .make = make, .of = &masks},
+};
+SCENARIO_LIST(mask_scenarios, all);
