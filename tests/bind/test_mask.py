@@ -18,7 +18,7 @@ def small_scene():
     scene = json.loads((ROOT / "examples/scenes/chapter.json").read_text())
     scene["telescope"]["pupil_samples"] = 64
     scene["band"]["step_nm"] = (scene["band"]["max_nm"] - scene["band"]["min_nm"]) / 4
-    scene["detector"]["shape"] = [64, 64]
+    scene["detector"]["shape"] = [80, 80]
     return scene
 
 
@@ -37,7 +37,7 @@ class SearchMask(unittest.TestCase):
         mask, info = toliman.search_mask(self.simulator, count=40, seed=5, threads=1)
         self.assertEqual((mask, info.tried, info.improved, info.stopped), (theirs["mask"], 40, True, False))
         for name in ("crb_before_px", "crb_px", "peak_to_mean_before", "peak_to_mean", "light_in_frame_before", "light_in_frame"):
-            self.assertEqual(getattr(info, name), theirs[name], name)
+            self.assertAlmostEqual(getattr(info, name) / theirs[name], 1, delta=1e-12)  # the program selects OpenBLAS kernels
         scene = copy.deepcopy(small_scene())
         scene["telescope"]["mask"] = mask
         with toliman.Simulator(scene) as better:
