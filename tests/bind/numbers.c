@@ -116,6 +116,20 @@ static void fit_linear(const toliman_sim *sim, const double *frame, int64_t rows
     toliman_linear_destroy(linear);
 }
 
+static void search_mask(const toliman_sim *sim) {
+    toliman_mask *mask;
+    toliman_mask_options options = TOLIMAN_MASK_OPTIONS_INIT;
+    toliman_mask_info info = TOLIMAN_MASK_INFO_INIT;
+    options.count = 1;
+    MUST(toliman_mask_search(sim, &options, &mask));
+    MUST(toliman_mask_get_info(mask, &info));
+    show("mask_crb", info.crb_px);
+    show("mask_peak_to_mean", info.peak_to_mean);
+    show("mask_tried", (double)info.tried);
+    show("mask_json", (double)strlen(toliman_mask_get_json(mask)));
+    toliman_mask_destroy(mask);
+}
+
 static void search(void) {
     static double t[N], y[N], power[5461];
     toliman_period *period, *loaded;
@@ -220,6 +234,7 @@ int main(int argc, char **argv) {
     simulate(sim, info.rows, info.cols, image);
     encode(sim, image, info.cols);
     fit_linear(sim, image, info.rows, info.cols);
+    search_mask(sim);
     search();
     track(sim, info.rows, info.cols);
     free(image);

@@ -33,6 +33,7 @@ contains
         call simulate(sim, image)
         call encode(sim, image)
         call fit_linear(sim, image)
+        call search_mask(sim)
         call search()
         call track(sim, image)
     end subroutine
@@ -135,6 +136,20 @@ contains
         call components%get_series(0, values, share)
         call show('component', values(3))
         call show('share', share)
+    end subroutine
+
+    subroutine search_mask(sim)
+        type(toliman_simulator), intent(in) :: sim
+        type(toliman_phase_mask) :: mask
+        type(toliman_mask_options) :: options
+        type(toliman_mask_info) :: info
+        options%count = 1
+        call mask%search(sim, options)
+        call mask%get_info(info)
+        call show('mask_crb', info%crb_px)
+        call show('mask_peak_to_mean', info%peak_to_mean)
+        call show('mask_tried', real(info%tried, c_double))
+        call show('mask_json', real(len(mask%get_json()), c_double))
     end subroutine
 
     subroutine search()
