@@ -115,8 +115,8 @@ TOLIMAN_API const char *toliman_last_error_field(void) TOLIMAN_NOEXCEPT;
  *   stage     short name of the stage ("frames"), sometimes followed by a colon and details ("train: epoch 3 of 300,
  *             loss 0.9"); valid during the callback
  *   fraction  completed fraction, from 0 to 1
- * Return 0 to continue, any other value to stop. A stopped call returns TOLIMAN_E_CANCELLED; its object stays
- * usable. */
+ * Return 0 to continue, any other value to stop. A stopped call returns TOLIMAN_E_CANCELLED, except
+ * toliman_mask_search, which returns its best result so far; its object stays usable. */
 typedef int32_t (*toliman_progress_fn)(const char *stage, double fraction, void *user_data);
 
 /* Levels of diagnostic messages. */

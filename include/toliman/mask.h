@@ -32,8 +32,9 @@ typedef struct toliman_mask_options {
     uint64_t seed;                /* seed of the random masks */
     uint64_t count;               /* largest number of masks to draw and vary; 0 = 4000, or no limit with minutes */
     double minutes;               /* time limit, 0 ... 100000; 0 = none */
-    toliman_progress_fn progress; /* may be NULL. A nonzero value ends the search early: its result is the best mask so
-                                     far, not TOLIMAN_E_CANCELLED */
+    toliman_progress_fn progress; /* stages "draw", "refine", "polish", each with the best bound so far ("draw: best
+                                     1.2e-06 px"). A nonzero value ends the search: its result is the best mask so
+                                     far, not TOLIMAN_E_CANCELLED. May be NULL */
     void *progress_data;
 } toliman_mask_options;
 #define TOLIMAN_MASK_OPTIONS_INIT TOLIMAN_INIT(toliman_mask_options)
@@ -59,17 +60,17 @@ TOLIMAN_API void toliman_mask_destroy(toliman_mask *mask) TOLIMAN_NOEXCEPT;
 
 /* Scores of a mask and of the mask of the scene it was found for ("before"). Equal unless improved. Since 0.2. */
 typedef struct toliman_mask_info {
-    uint32_t struct_size; /* in: sizeof(toliman_mask_info) */
-    int32_t improved;     /* 1 if the mask is better than that of the scene, else 0 */
-    int32_t stopped;      /* 1 if the progress callback ended the search, else 0 */
-    uint32_t reserved;    /* 0 */
-    uint64_t tried;       /* number of masks drawn and varied */
-    double crb_before_px; /* Cramer-Rao bound of one frame with all else known */
-    double crb_px;
-    double peak_to_mean_before; /* brightest pixel over mean pixel of the noise-free frame */
-    double peak_to_mean;
-    double light_in_frame_before; /* fraction of the photons of the stars that falls in the frame */
-    double light_in_frame;
+    uint32_t struct_size;         /* in: sizeof(toliman_mask_info) */
+    int32_t improved;             /* 1 if the mask is better than that of the scene, else 0 */
+    int32_t stopped;              /* 1 if the progress callback ended the search, else 0 */
+    uint32_t reserved;            /* 0 */
+    uint64_t tried;               /* number of masks drawn and varied */
+    double crb_before_px;         /* Cramer-Rao bound of one frame with all else known: mask of the scene, */
+    double crb_px;                /* this mask */
+    double peak_to_mean_before;   /* brightest pixel over mean pixel of the noise-free frame: mask of the scene, */
+    double peak_to_mean;          /* this mask */
+    double light_in_frame_before; /* fraction of the photons of the stars that falls in the frame: mask of the scene, */
+    double light_in_frame;        /* this mask */
 } toliman_mask_info;
 #define TOLIMAN_MASK_INFO_INIT TOLIMAN_INIT(toliman_mask_info)
 

@@ -70,7 +70,7 @@ static void scores_are_those_of_the_scenes(void **state) {
     toliman_mask_destroy(mask);
 }
 
-/* The masks of 0.1, whose program drew them. */
+/* The expected mask is that of the program before it called the library. */
 static void a_seed_gives_one_mask_on_any_number_of_threads(void **state) {
     (void)state;
     static const char kExpected[] =

@@ -48,8 +48,8 @@ TOLIMAN_E_LOST = 14  # data lost from a file: another program or the disk has ch
 #   stage     short name of the stage ("frames"), sometimes followed by a colon and details ("train: epoch 3 of 300,
 #             loss 0.9"); valid during the callback
 #   fraction  completed fraction, from 0 to 1
-# Return 0 to continue, any other value to stop. A stopped call returns TOLIMAN_E_CANCELLED; its object stays
-# usable.
+# Return 0 to continue, any other value to stop. A stopped call returns TOLIMAN_E_CANCELLED, except
+# toliman_mask_search, which returns its best result so far; its object stays usable.
 # Arguments: stage, fraction, user_data.
 toliman_progress_fn = CFUNCTYPE(c_int32, c_char_p, c_double, c_void_p)
 
@@ -934,8 +934,9 @@ class toliman_mask_options(Sized):
     seed: seed of the random masks
     count: largest number of masks to draw and vary; 0 = 4000, or no limit with minutes
     minutes: time limit, 0 ... 100000; 0 = none
-    progress: may be NULL. A nonzero value ends the search early: its result is the best mask so
-        far, not TOLIMAN_E_CANCELLED"""
+    progress: stages "draw", "refine", "polish", each with the best bound so far ("draw: best
+        1.2e-06 px"). A nonzero value ends the search: its result is the best mask so
+        far, not TOLIMAN_E_CANCELLED. May be NULL"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -955,9 +956,12 @@ class toliman_mask_info(Sized):
     stopped: 1 if the progress callback ended the search, else 0
     reserved: 0
     tried: number of masks drawn and varied
-    crb_before_px: Cramer-Rao bound of one frame with all else known
-    peak_to_mean_before: brightest pixel over mean pixel of the noise-free frame
-    light_in_frame_before: fraction of the photons of the stars that falls in the frame"""
+    crb_before_px: Cramer-Rao bound of one frame with all else known: mask of the scene,
+    crb_px: this mask
+    peak_to_mean_before: brightest pixel over mean pixel of the noise-free frame: mask of the scene,
+    peak_to_mean: this mask
+    light_in_frame_before: fraction of the photons of the stars that falls in the frame: mask of the scene,
+    light_in_frame: this mask"""
 
     _fields_ = [
         ("struct_size", c_uint32),

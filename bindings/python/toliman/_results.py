@@ -170,12 +170,12 @@ class MaskInfo(Result):
     improved: bool = member("1 if the mask is better than that of the scene, else 0")
     stopped: bool = member("1 if the progress callback ended the search, else 0")
     tried: int = member("number of masks drawn and varied")
-    crb_before_px: float = member("Cramer-Rao bound of one frame with all else known")
-    crb_px: float
-    peak_to_mean_before: float = member("brightest pixel over mean pixel of the noise-free frame")
-    peak_to_mean: float
-    light_in_frame_before: float = member("fraction of the photons of the stars that falls in the frame")
-    light_in_frame: float
+    crb_before_px: float = member("Cramer-Rao bound of one frame with all else known: mask of the scene,")
+    crb_px: float = member("this mask")
+    peak_to_mean_before: float = member("brightest pixel over mean pixel of the noise-free frame: mask of the scene,")
+    peak_to_mean: float = member("this mask")
+    light_in_frame_before: float = member("fraction of the photons of the stars that falls in the frame: mask of the scene,")
+    light_in_frame: float = member("this mask")
 
 
 @result
