@@ -49,7 +49,7 @@ void print_summary(const Scene &scene, const Pipeline &pipeline, const std::stri
                 info.crb_projected_px);
     std::printf(std::isnan(pipeline.efficiency) ? "not defined\n" : "%.3f\n", pipeline.efficiency);
     std::printf("template      sigma %.3g px, period %.*f days, log10 FAP %.1f\n", pipeline.estimate.sigma_px,
-                decimals_of(pipeline.estimate.peak.period_error, 0), pipeline.estimate.peak.period,
+                decimals_of(pipeline.estimate.peak.period_error), pipeline.estimate.peak.period,
                 pipeline.estimate.peak.log10_fap);
     std::printf("controls      log10 FAP %.1f untrained, %.1f without signal\n", pipeline.untrained.peak.log10_fap,
                 pipeline.no_signal.peak.log10_fap);

@@ -2,6 +2,7 @@
 
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
 #include <sys/stat.h>
 
 #include "common/content.hpp"
@@ -11,13 +12,13 @@
 namespace cli {
 
 bool exists(const std::string &path) {
-    struct stat status = {};
-    return ::stat(path.c_str(), &status) == 0;
+    std::error_code error;
+    return std::filesystem::exists(path, error);
 }
 
 bool is_folder(const std::string &path) {
-    struct stat status = {};
-    return ::stat(path.c_str(), &status) == 0 && S_ISDIR(status.st_mode);
+    std::error_code error;
+    return std::filesystem::is_directory(path, error);
 }
 
 std::string plain(std::string path) {

@@ -21,16 +21,23 @@ std::string line_of(const cJSON *item);
 
 class Json {
   public:
-    Json() : object_(cJSON_CreateObject()) {}
+    // The members as in set: name, value, name, value, ...
+    template <class... Members> explicit Json(Members &&...members) : object_(cJSON_CreateObject()) {
+        if constexpr (sizeof...(members) > 0)
+            set(std::forward<Members>(members)...);
+    }
     // Values: bool, integers (with all digits), double (15 digits; null if not finite), text, nullptr, Json, JsonTree,
     // and vectors of these.
-    template <class Value> Json &set(const char *name, Value &&value) {
+    template <class Value, class... More> Json &set(const char *name, Value &&value, More &&...more) {
         cJSON_AddItemToObject(object_.get(), name, item_of(std::forward<Value>(value)));
+        if constexpr (sizeof...(more) > 0)
+            set(std::forward<More>(more)...);
         return *this;
     }
     Json &set_exact(const char *name, double value); // 17 digits: the same bits are read again
     std::string text() const { return text_of(object_); }
     std::string line() const { return line_of(object_.get()) + "\n"; }
+    const cJSON *tree() const noexcept { return object_.get(); }
     JsonTree release() { return std::move(object_); }
 
   private:

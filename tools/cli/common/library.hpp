@@ -22,8 +22,8 @@ template <class Save> std::vector<unsigned char> bytes_of(Save save) {
     return bytes;
 }
 
-// Contiguous frames of doubles as a toliman_image.
-inline toliman_image plain_image(const double *frames) noexcept {
+// Contiguous frames as a toliman_image, of doubles unless its `pixel` is changed.
+inline toliman_image plain_image(const void *frames) noexcept {
     toliman_image image = toliman::sized<toliman_image>();
     image.pixels = frames;
     return image;

@@ -6,11 +6,9 @@
 #include <algorithm>
 #include <cerrno>
 #include <climits>
-#include <cstdarg>
-#include <cstdlib>
 #include <cstring>
 #include <fcntl.h>
-#include <memory>
+#include <filesystem>
 #include <poll.h>
 #include <sys/stat.h>
 #include <sys/statvfs.h>
@@ -19,6 +17,7 @@
 
 #include "common/content.hpp"
 #include "common/failure.hpp"
+#include "common/input.hpp"
 #include "common/terminal.hpp"
 #include "common/text.hpp"
 
@@ -29,11 +28,6 @@ namespace {
 constexpr int kMostTemporaries = 100;
 constexpr int kPollTimeout = 1000; // ms, timeout of a wait for the reader of standard output
 bool is_forced = false;
-
-bool is_link(const std::string &path) noexcept {
-    struct stat status = {};
-    return ::lstat(path.c_str(), &status) == 0 && S_ISLNK(status.st_mode);
-}
 
 // fchmod; true also on a file system without permissions.
 bool set_mode(int descriptor, mode_t mode) noexcept {
@@ -76,52 +70,42 @@ OutputFile::OutputFile(const std::string &path, Replaces what)
     if (is_stdout_ && what != Replaces::scenes && ::isatty(STDOUT_FILENO) != 0)
         throw Failure(kExitUsage, "-: standard output is a terminal: redirect it or give a file");
     struct stat status = {};
-    const bool exists = path != "-" && ::stat(path.c_str(), &status) == 0;
-    int descriptor;
-    if (path == "-") {
-        descriptor = ::fcntl(STDOUT_FILENO, F_DUPFD_CLOEXEC, 3);
-    } else if (exists && !S_ISREG(status.st_mode)) {
-        descriptor = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
-    } else {
-        const std::unique_ptr<char, void (*)(void *)> real(::realpath(path.c_str(), nullptr), std::free);
-        if (!real && exists && is_link(path))
-            fail();
-        target_ = real ? real.get() : path;
-        if (exists)
-            check_own(path, what);
-        mode_ = exists ? status.st_mode & 0777 : 0;
-        descriptor = open_temporary(exists ? 0600 : 0666);
-    }
+    const bool exists = !is_stdout_ && ::stat(path.c_str(), &status) == 0;
+    mode_ = status.st_mode;
+    const int descriptor = is_stdout_                           ? ::fcntl(STDOUT_FILENO, F_DUPFD_CLOEXEC, 3)
+                           : exists && !S_ISREG(status.st_mode) ? ::open(path.c_str(), O_WRONLY | O_CLOEXEC)
+                                                                : open_temporary(exists, what);
     if (descriptor >= 0)
         file_ = ::fdopen(descriptor, "wb");
     if (file_ == nullptr)
         fail();
-    if (!temporary_.empty() && !exists && !keep_private()) {
-        abandon();
-        fail();
-    }
 }
 
-// Skips names in use by other writers or left by writers that died.
-int OutputFile::open_temporary(mode_t mode) {
+// Skips names in use by other writers or left by writers that died. A new file is private while it is still empty; its
+// permissions before show the umask, which can only be read by changing it.
+int OutputFile::open_temporary(bool replaces, Replaces what) {
+    std::error_code error;
+    target_ = replaces ? std::filesystem::canonical(path_, error).string() : path_;
+    if (error)
+        fail(error.message());
+    if (replaces)
+        check_own(path_, what);
     int descriptor = -1;
     for (int i = 0; i < kMostTemporaries; i++) {
         temporary_ = target_ + "." + std::to_string(i) + ".tmp";
-        descriptor = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, mode);
+        descriptor =
+            ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, replaces ? 0600 : 0666);
         if (descriptor >= 0 || errno != EEXIST)
             break;
     }
+    struct stat created = {};
+    if (descriptor >= 0 && (::fstat(descriptor, &created) != 0 || !set_mode(descriptor, 0600))) {
+        ::close(descriptor);
+        abandon();
+        return -1;
+    }
+    mode_ = (replaces ? mode_ : created.st_mode) & 0777;
     return descriptor;
-}
-
-// Makes a new, still empty file private. Its permissions until then show the umask, which can only be read by changing
-// it.
-bool OutputFile::keep_private() noexcept {
-    struct stat status = {};
-    if (::fstat(::fileno(file_), &status) != 0)
-        return false;
-    mode_ = status.st_mode & 0777;
-    return set_mode(::fileno(file_), 0600);
 }
 
 OutputFile::~OutputFile() {
@@ -176,15 +160,6 @@ void OutputFile::write(const void *data, size_t size) {
         fail();
 }
 
-void OutputFile::print(const char *format, ...) {
-    va_list arguments;
-    va_start(arguments, format);
-    const int written = std::vfprintf(file_, format, arguments);
-    va_end(arguments);
-    if (written < 0)
-        fail();
-}
-
 void OutputFile::commit() {
     if (file_ == nullptr)
         file_ = std::fopen(temporary_.c_str(), "rb");
@@ -201,31 +176,43 @@ void OutputFile::commit() {
 OutputFolder::OutputFolder(const std::string &path) : path_(path), made_(::mkdir(path.c_str(), 0777) == 0) {
     if (!made_ && errno != EEXIST)
         throw Failure(kExitOutput, path + ": cannot be created: " + std::strerror(errno));
-    struct stat status = {};
-    if (::stat(path.c_str(), &status) == 0 && !S_ISDIR(status.st_mode))
+    if (exists(path) && !is_folder(path))
         throw Failure(kExitOutput, path + ": is not a folder");
     if (::access(path.c_str(), W_OK | X_OK) != 0)
         throw Failure(kExitOutput, path + ": cannot be written: " + std::strerror(errno));
 }
 
 OutputFolder::~OutputFolder() {
+    files_.clear();
     if (made_)
         ::rmdir(path_.c_str());
 }
 
+OutputFile &OutputFolder::open(const std::string &name, Replaces what) {
+    return files_.try_emplace(name, file(name), what).first->second;
+}
+
+void OutputFolder::commit(const std::string &last) {
+    for (auto &[name, file] : files_)
+        if (name != last)
+            file.commit();
+    if (!last.empty())
+        files_.at(last).commit();
+    keep();
+}
+
 void check_not_input(const std::string &output, const std::vector<std::string> &inputs) {
-    struct stat out = {}, in = {};
-    if ((output == "-" ? ::fstat(STDOUT_FILENO, &out) : ::stat(output.c_str(), &out)) != 0 || !S_ISREG(out.st_mode))
-        return;
+    std::error_code error;
+    const std::string file = output == "-" ? "/proc/self/fd/1" : output;
     for (const std::string &input : inputs)
-        if (::stat(input.c_str(), &in) == 0 && in.st_dev == out.st_dev && in.st_ino == out.st_ino)
+        if (std::filesystem::is_regular_file(file, error) && std::filesystem::equivalent(file, input, error))
             throw Failure(kExitUsage, (output == "-" ? "standard output" : output) + ": is the input" +
                                           (input == output ? "" : " " + input) + ": give another output");
 }
 
 void check_output(const std::string &path) {
-    struct stat status = {};
-    if (path != "-" && ::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode) && !S_ISDIR(status.st_mode))
+    std::error_code error;
+    if (path != "-" && std::filesystem::is_other(path, error))
         return; // opening a pipe would wait for its reader, and closing it would end the reader's input
     OutputFile probe(path);
 }

@@ -1,6 +1,7 @@
 // Output files that appear whole or not at all, and streams that are written directly.
 #pragma once
 #include <cstdio>
+#include <map>
 #include <string>
 #include <sys/types.h>
 #include <vector>
@@ -26,7 +27,8 @@ class OutputFile {
     // Throws Failure if the disk has no space for an array with these axes and `width` bytes per number.
     void need_space(const std::vector<size_t> &axes, size_t width) const;
     void write(const void *data, size_t size);
-    void print(const char *format, ...) __attribute__((format(printf, 2, 3)));
+    // Text, or a vector of numbers.
+    template <class Sequence> void write(const Sequence &data) { write(data.data(), data.size() * sizeof data[0]); }
     // For a library that writes files by name: returns an unused name, which commit() will rename. Do not call write
     // then.
     std::string hand_over();
@@ -35,8 +37,7 @@ class OutputFile {
 
   private:
     [[noreturn]] void fail() const;
-    int open_temporary(mode_t mode);
-    bool keep_private() noexcept;
+    int open_temporary(bool replaces, Replaces what);
     void abandon() noexcept;
     std::string path_; // the file's name in messages
     bool is_stdout_;
@@ -45,7 +46,8 @@ class OutputFile {
     std::FILE *file_;                // null if handed over
 };
 
-// A folder for results, created if it does not exist; a created folder is removed again unless keep() is called.
+// A folder for results, created if it does not exist; a created folder is removed again unless its files are committed
+// or keep() is called.
 class OutputFolder {
   public:
     explicit OutputFolder(const std::string &path);
@@ -53,11 +55,16 @@ class OutputFolder {
     OutputFolder(const OutputFolder &) = delete;
     OutputFolder &operator=(const OutputFolder &) = delete;
     std::string file(const std::string &name) const { return path_ + "/" + name; }
+    // A new file of this name, or the same as before.
+    OutputFile &open(const std::string &name, Replaces what = Replaces::results);
+    // Commits all open files; the file `last`, if named, after all others, whose completeness it implies.
+    void commit(const std::string &last = "");
     void keep() noexcept { made_ = false; }
 
   private:
     std::string path_;
     bool made_;
+    std::map<std::string, OutputFile> files_;
 };
 
 // Throws Failure if the output is one of the inputs, also under another name; - is standard output.

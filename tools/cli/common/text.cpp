@@ -55,15 +55,18 @@ std::string size_text(double bytes) {
     return formatted("%.*f %s", unit == 0 || bytes >= 99.95 ? 0 : bytes >= 9.995 ? 1 : 2, bytes, units[unit]);
 }
 
-int exponent_of(double value, int digits) {
-    const std::string text = formatted("%.*e", digits - 1, value);
+namespace {
+
+// Decimal exponent of a finite number after rounding to two digits.
+int exponent_of(double value) {
+    const std::string text = formatted("%.1e", value);
     return std::atoi(text.c_str() + text.find('e') + 1);
 }
 
-int decimals_of(double error, int least) {
-    constexpr int most = 15, unknown = 2;
-    return std::isfinite(error) && error > 0 ? std::clamp(1 - exponent_of(error, 2), least, most)
-                                             : std::max(least, unknown);
+} // namespace
+
+int decimals_of(double error) {
+    return std::isfinite(error) && error > 0 ? std::clamp(1 - exponent_of(error), 0, 15) : 2;
 }
 
 std::string text_with_error(double value, double error) {
@@ -72,11 +75,11 @@ std::string text_with_error(double value, double error) {
         return formatted("%.6g", value);
     if (!std::isfinite(error) || error <= 0)
         return formatted("%.6g +- %.2g", value, error);
-    const int first = exponent_of(std::max(std::fabs(value), error), 2);
+    const int first = exponent_of(std::max(std::fabs(value), error));
     if (first < -plain || first > most)
-        return formatted("%.*e +- %.1e", std::clamp(exponent_of(value, 2) - exponent_of(error, 2) + 1, 0, most), value,
+        return formatted("%.*e +- %.1e", std::clamp(exponent_of(value) - exponent_of(error) + 1, 0, most), value,
                          error);
-    return formatted("%.*f +- %.*f", decimals_of(error, 0), value, decimals_of(error, 0), error);
+    return formatted("%.*f +- %.*f", decimals_of(error), value, decimals_of(error), error);
 }
 
 } // namespace cli

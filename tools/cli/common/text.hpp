@@ -28,12 +28,9 @@ std::string digest_text(uint64_t digest);
 // Bytes in B, kB, MB, GB or TB (powers of 1000) with three digits: "524 kB", "10.5 TB".
 std::string size_text(double bytes);
 
-// Decimal exponent of a finite number after rounding to `digits` digits.
-int exponent_of(double value, int digits);
-
-// Decimals of a value with standard error `error`: those of two digits of the error, but at least `least`, as in
-// 2.59931 +- 0.00042 and 363.11 +- 3.13. If the error is unknown: the larger of `least` and 2.
-int decimals_of(double error, int least = 2);
+// Decimals of a value with standard error `error`: those of two digits of the error, as in 2.59931 +- 0.00042; 2 if the
+// error is unknown.
+int decimals_of(double error);
 
 // "363.1 +- 3.1", "3.012e-07 +- 4.0e-09". The value has six digits if the error is 0, infinite or NaN; a NaN error is
 // left out.

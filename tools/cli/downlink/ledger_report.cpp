@@ -7,6 +7,7 @@
 #include "common/content.hpp"
 #include "common/output.hpp"
 #include "common/provenance.hpp"
+#include "common/text.hpp"
 #include "series/fap.hpp"
 #include "series/periodogram.hpp"
 
@@ -52,9 +53,9 @@ Json session_json(const toliman_track_stream &stream) {
 
 void write_periodogram(const toliman_period *sums, const toliman_track_options &how, OutputFile &out) {
     const std::vector<double> power = power_of(sums, how.nf);
-    out.print("%sfrequency,power\n", kStatePeriodogramMark);
+    out.write(std::string(kStatePeriodogramMark) + "frequency,power\n");
     for (size_t k = 0; k < power.size(); k++)
-        out.print("%.17g,%.17g\n", how.f0 + how.df * static_cast<double>(k), power[k]);
+        out.write(formatted("%.17g,%.17g\n", how.f0 + how.df * static_cast<double>(k), power[k]));
 }
 
 } // namespace
@@ -150,7 +151,7 @@ void write_results(const toliman::tracker &tracker, const toliman_track_options 
     OutputFolder folder(path);
     OutputFile result(folder.file("result.json")), series(folder.file("series.csv")),
         periodogram(folder.file("periodogram.csv"));
-    series.print("%s", kSeriesMark);
+    series.write(std::string(kSeriesMark));
     print_series(tracker, how, [&](const std::string &text) { series.write(text.data(), text.size()); });
     const toliman_period *sums = nullptr;
     toliman::check(toliman_track_get_period(tracker.get(), &sums));

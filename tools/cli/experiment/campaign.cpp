@@ -76,12 +76,19 @@ double slope_of(const Table &table, Method &method) {
     return (values[1] - values[0]) / (2 * kStep);
 }
 
+bool takes_part(const MethodKind &method, const Table &table, const Row &row) {
+    if (row.amplitude_px == 0 && method.learns_from_series)
+        return false;
+    if (method.slow && (row.seed > kSlowSeeds || row.amplitude_px < kSlowLeastPx))
+        return false;
+    return table.ladder || method.knows_scene;
+}
+
 } // namespace
 
 struct Campaign::Work {
     const Table *table;
     double amplitude_px; // 0 without signal
-    uint64_t series;     // without signal
     uint64_t noise_seed;
     std::vector<Row> rows = {}; // still to be computed
 };
@@ -152,52 +159,34 @@ Table &Campaign::add_table(const std::string &name, const std::string &what, std
     return tables_.back();
 }
 
-JsonTree Campaign::arguments() const {
-    Json json;
-    json.set("schema", "toliman-experiment-journal/1").set("version", toliman_version());
-    json.set("scene", toliman_sim_get_name(scene_->sim.get()))
-        .set("scene_digest", digest_text(scene_->info.scene_digest));
-    json.set("crb_px", scene_->info.crb_projected_px); // changes also with the files that the scene names
-    json.set("amplitudes_px", options_.amplitudes).set("methods", options_.methods).set("tables", options_.tables);
-    json.set("seeds", static_cast<double>(options_.seeds)).set("blind", static_cast<double>(options_.blind));
-    return json.release();
-}
-
-std::vector<Campaign::Work> Campaign::series_of(const Table &table, uint64_t seed) const {
-    std::vector<Work> all;
-    const auto noise_seed = [seed](size_t use) { return seed + (static_cast<uint64_t>(use) << 32); };
-    for (const double amplitude : table.amplitudes) {
-        const auto at = std::find(amplitudes_.begin(), amplitudes_.end(), amplitude);
-        all.push_back({&table, amplitude, 0, noise_seed(static_cast<size_t>(at - amplitudes_.begin()))});
-    }
-    for (uint64_t series = 0; series < table.blind[seed - 1]; series++)
-        all.push_back({&table, 0, series, noise_seed(amplitudes_.size() + series)});
-    return all;
-}
-
-// Whether a method takes part in a series.
-bool Campaign::fits(const MethodKind &method, const Table &table, const Row &row) {
-    if (row.amplitude_px == 0 && method.learns_from_series)
-        return false;
-    if (method.slow && (row.seed > kSlowSeeds || row.amplitude_px < kSlowLeastPx))
-        return false;
-    return table.ladder || method.knows_scene;
+Json Campaign::arguments() const {
+    return Json("schema", "toliman-experiment-journal/1", "version", toliman_version(), "scene",
+                toliman_sim_get_name(scene_->sim.get()), "scene_digest", digest_text(scene_->info.scene_digest),
+                "crb_px", scene_->info.crb_projected_px, // changes also with the files that the scene names
+                "amplitudes_px", options_.amplitudes, "methods", options_.methods, "tables", options_.tables, "seeds",
+                static_cast<double>(options_.seeds), "blind", static_cast<double>(options_.blind));
 }
 
 // The work still to be done, ordered so that the methods of a scene and seed are created once.
 std::vector<Campaign::Work> Campaign::left(const Journal &journal) const {
     std::vector<Work> all;
     for (const Table &table : tables_)
-        for (uint64_t seed = 1; seed <= table.blind.size(); seed++)
-            for (Work &work : series_of(table, seed)) {
+        for (uint64_t seed = 1; seed <= table.blind.size(); seed++) {
+            const auto add = [&](double amplitude_px, uint64_t series, uint64_t use) {
+                Work work = {&table, amplitude_px, seed + (use << 32)};
                 for (const std::string &method : options_.methods) {
-                    const Row row = {table.name, method, work.amplitude_px, seed, work.series};
-                    if (fits(method_kind(method), table, row) && !journal.contains(row))
+                    const Row row = {table.name, method, amplitude_px, seed, series};
+                    if (takes_part(method_kind(method), table, row) && !journal.contains(row))
                         work.rows.push_back(row);
                 }
                 if (!work.rows.empty())
                     all.push_back(std::move(work));
-            }
+            };
+            for (const double amplitude : table.amplitudes)
+                add(amplitude, 0, std::find(amplitudes_.begin(), amplitudes_.end(), amplitude) - amplitudes_.begin());
+            for (uint64_t series = 0; series < table.blind[seed - 1]; series++)
+                add(0, series, amplitudes_.size() + series);
+        }
     std::map<const Scene *, size_t> order; // of the methods' scenes
     for (const Table &table : tables_)
         order.emplace(table.methods.get(), order.size());
@@ -269,17 +258,6 @@ void Campaign::run_series(Work &work, Methods &methods_of_seed, const std::funct
             regress(block_means(truth, block), values, row);
         row.sigma *= std::sqrt(static_cast<double>(block)); // of one frame
     }
-}
-
-std::vector<Row> Campaign::rows(const Journal &journal, const Table &table, const std::string &method,
-                                double amplitude_px) const {
-    std::vector<Row> result;
-    for (const Row &row : journal.rows())
-        if (row.table == table.name && row.method == method && row.amplitude_px == amplitude_px)
-            result.push_back(row);
-    std::sort(result.begin(), result.end(),
-              [](const Row &a, const Row &b) { return std::pair(a.seed, a.series) < std::pair(b.seed, b.series); });
-    return result;
 }
 
 } // namespace cli

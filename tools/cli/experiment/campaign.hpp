@@ -44,20 +44,14 @@ class Campaign {
     const std::vector<Table> &tables() const noexcept { return tables_; }
     const Theory &theory() const noexcept { return theory_; }
     const FrequencyGrid &grid() const noexcept { return grid_; }
-    JsonTree arguments() const; // all that the results depend on
+    Json arguments() const; // all that the results depend on
 
     // Computes every result that the journal does not contain.
     void run(Journal &journal, Progress &progress) const;
 
-    // Rows of a method in a table: one per seed for an amplitude, all series without signal for amplitude 0.
-    std::vector<Row> rows(const Journal &journal, const Table &table, const std::string &method,
-                          double amplitude_px) const;
-
   private:
     struct Work; // one series of frames and its rows that are still to be computed
     using Methods = std::map<std::string, std::unique_ptr<Method>>; // of one scene and seed, created on first use
-    std::vector<Work> series_of(const Table &table, uint64_t seed) const;
-    static bool fits(const MethodKind &method, const Table &table, const Row &row);
     std::vector<Work> left(const Journal &journal) const;
     void run_series(Work &work, Methods &methods_of_seed, const std::function<void(double)> &show) const;
     void make_tables();

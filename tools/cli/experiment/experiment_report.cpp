@@ -10,31 +10,23 @@ namespace cli {
 namespace {
 
 Json ladder_json(const LadderRow &row) {
-    Json json;
-    json.set("method", row.method).set("amplitude_px", row.amplitude_px).set("seeds", row.seeds);
-    json.set("found", row.found).set("period_error", row.period_error).set("log10_fap", row.log10_fap);
-    json.set("expected_log10_fap", row.expected_log10_fap).set("slope", row.slope);
-    json.set("efficiency", row.efficiency);
-    return json;
+    return Json("method", row.method, "amplitude_px", row.amplitude_px, "seeds", row.seeds, "found", row.found,
+                "period_error", row.period_error, "log10_fap", row.log10_fap, "expected_log10_fap",
+                row.expected_log10_fap, "slope", row.slope, "efficiency", row.efficiency);
 }
 
 Json control_json(const Control &control) {
-    Json json;
-    json.set("method", control.method).set("series", control.series).set("frames", control.frames);
-    json.set("alarms", control.alarms).set("ks_p", control.uniformity).set("sigma_px", control.sigma_px);
-    json.set("efficiency", control.efficiency).set("bias_px", control.bias_px).set("slope", control.slope);
-    return json;
+    return Json("method", control.method, "series", control.series, "frames", control.frames, "alarms", control.alarms,
+                "ks_p", control.uniformity, "sigma_px", control.sigma_px, "efficiency", control.efficiency, "bias_px",
+                control.bias_px, "slope", control.slope);
 }
 
 Json table_json(const TableSummary &summary) {
     const toliman_sim_info &info = summary.table->frames->info;
-    Json json;
-    json.set("table", summary.table->name).set("what", summary.table->what).set("flux_ratio", info.flux_ratio);
-    json.set("crb_px", info.crb_px).set("crb_projected_px", summary.crb_px);
-    json.set("crb_marginal_px", info.crb_marginal_px).set("threshold_px", summary.threshold_px);
-    json.set("pca_threshold_px", summary.pca_threshold_px);
-    json.set("ladder", array_of(summary.ladder, ladder_json)).set("controls", array_of(summary.controls, control_json));
-    return json;
+    return Json("table", summary.table->name, "what", summary.table->what, "flux_ratio", info.flux_ratio, "crb_px",
+                info.crb_px, "crb_projected_px", summary.crb_px, "crb_marginal_px", info.crb_marginal_px,
+                "threshold_px", summary.threshold_px, "pca_threshold_px", summary.pca_threshold_px, "ladder",
+                array_of(summary.ladder, ladder_json), "controls", array_of(summary.controls, control_json));
 }
 
 void print_ladder(std::string &out, const Campaign &campaign, const TableSummary &summary) {
@@ -108,19 +100,17 @@ void print_robust(std::string &out, const Campaign &campaign, const std::vector<
 
 std::string report_json(const Campaign &campaign, const std::vector<TableSummary> &summaries) {
     const toliman_sim_info &info = campaign.scene().info;
-    Json json, grid;
-    grid.set("f0", campaign.grid().f0).set("df", campaign.grid().df).set("nf", campaign.grid().nf);
-    json.set("schema", "toliman-experiment/1").set("version", toliman_version());
-    json.set("provenance", provenance()).set("scene", toliman_sim_get_name(campaign.scene().sim.get()));
-    json.set("frames", info.frames).set("true_period_days", info.period_days);
-    json.set("amplitude_px", info.amplitude_px);
-    json.set("seeds", campaign.options().seeds);
-    json.set("blind", campaign.options().blind).set("grid", std::move(grid));
-    json.set("methods", array_of(campaign.options().methods, [](const std::string &name) {
-                 return std::move(Json().set("method", name).set("what", method_kind(name).what));
-             }));
-    json.set("tables", array_of(summaries, table_json));
-    return json.text();
+    const auto method_json = [](const std::string &name) {
+        return Json("method", name, "what", method_kind(name).what);
+    };
+    const CampaignOptions &options = campaign.options();
+    const FrequencyGrid &grid = campaign.grid();
+    return Json("schema", "toliman-experiment/1", "version", toliman_version(), "provenance", provenance(), "scene",
+                toliman_sim_get_name(campaign.scene().sim.get()), "frames", info.frames, "true_period_days",
+                info.period_days, "amplitude_px", info.amplitude_px, "seeds", options.seeds, "blind", options.blind,
+                "grid", Json("f0", grid.f0, "df", grid.df, "nf", grid.nf), "methods",
+                array_of(options.methods, method_json), "tables", array_of(summaries, table_json))
+        .text();
 }
 
 std::string report_markdown(const Campaign &campaign, const std::vector<TableSummary> &summaries) {
@@ -146,7 +136,7 @@ std::string report_csv(const Campaign &campaign, const Journal &journal) {
         amplitudes.push_back(0);
         for (const double amplitude : amplitudes)
             for (const std::string &method : campaign.options().methods)
-                for (const Row &row : campaign.rows(journal, table, method, amplitude))
+                for (const Row &row : journal.rows(table.name, method, amplitude))
                     out += formatted("%s,%s,%.17g,%llu,%llu,%.17g,%.17g,%.17g,%d,%.17g,%.17g,%.17g,%.17g\n",
                                      row.table.c_str(), row.method.c_str(), row.amplitude_px,
                                      static_cast<unsigned long long>(row.seed),

@@ -54,46 +54,44 @@ bool read_value(const cJSON *item, uint64_t &value) {
 
 } // namespace
 
-Journal::Journal(const std::string &path, const JsonTree &arguments)
+Journal::Journal(const std::string &path)
     : path_(path), file_(::open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_NOFOLLOW | O_CLOEXEC, 0666)) {
     if (file_ < 0)
         unwritable(path_);
-    try {
-        if (::flock(file_, LOCK_EX | LOCK_NB) != 0)
-            throw Failure(kExitOutput,
-                          path_ + ": another process is writing to it: wait until it ends, or give another --out");
-        read(arguments);
-    } catch (...) {
-        ::close(file_);
-        throw;
-    }
+}
+
+Journal::Journal(const std::string &path, const Json &arguments) : Journal(path) {
+    if (::flock(file_, LOCK_EX | LOCK_NB) != 0)
+        throw Failure(kExitOutput,
+                      path_ + ": another process is writing to it: wait until it ends, or give another --out");
+    read(arguments);
 }
 
 Journal::~Journal() {
     ::close(file_);
 }
 
-void Journal::read(const JsonTree &arguments) {
+void Journal::read(const Json &arguments) {
     std::string text = whole_text(path_);
     const size_t whole = text.rfind('\n') + 1; // 0 without a newline
     if (whole < text.size() && ::ftruncate(file_, static_cast<off_t>(whole)) != 0)
         unwritable(path_);
     text.resize(whole);
     if (text.empty())
-        return append(line_of(arguments.get()));
+        return append(arguments.line());
     std::istringstream lines(text);
     std::string line;
     std::getline(lines, line);
     check_arguments(line, arguments);
     for (size_t number = 2; std::getline(lines, line); number++)
-        keep(parse(line, number));
+        rows_.insert(parse(line, number));
 }
 
-void Journal::check_arguments(const std::string &line, const JsonTree &arguments) const {
+void Journal::check_arguments(const std::string &line, const Json &arguments) const {
     const JsonTree found(cJSON_ParseWithLength(line.data(), line.size()));
     if (!cJSON_IsObject(found.get()))
         malformed(path_ + ":1", "is not the journal of an experiment: give another --out");
-    for (const cJSON *item = arguments->child; item != nullptr; item = item->next) {
+    for (const cJSON *item = arguments.tree()->child; item != nullptr; item = item->next) {
         const cJSON *there = item_of(found.get(), item->string);
         if (cJSON_Compare(item, there, 1) == 0)
             throw Failure(kExitUsage, path_ + ": " + item->string + " = " +
@@ -106,17 +104,14 @@ void Journal::check_arguments(const std::string &line, const JsonTree &arguments
 Row Journal::parse(const std::string &line, size_t number) const {
     const JsonTree found(cJSON_ParseWithLength(line.data(), line.size()));
     Row row;
+    bool is_result = true;
     for_members(row, [&](const char *key, auto &value) {
-        if (!read_value(item_of(found.get(), key), value))
-            malformed(path_ + ":" + std::to_string(number),
-                      "is not a result of an experiment: remove this line, and the result is computed again");
+        is_result = is_result && read_value(item_of(found.get(), key), value);
     });
+    if (!is_result || std::isnan(row.amplitude_px))
+        malformed(path_ + ":" + std::to_string(number),
+                  "is not a result of an experiment: remove this line, and the result is computed again");
     return row;
-}
-
-void Journal::keep(const Row &row) {
-    if (known_.insert(key_of(row)).second)
-        rows_.push_back(row);
 }
 
 void Journal::add(const Row &row) {
@@ -127,13 +122,17 @@ void Journal::add(const Row &row) {
         else
             line.set(key, value);
     });
-    append(line_of(line.release().get()));
-    keep(row);
+    append(line.line());
+    rows_.insert(row);
+}
+
+std::vector<Row> Journal::rows(const std::string &table, const std::string &method, double amplitude_px) const {
+    return {rows_.lower_bound({table, method, amplitude_px}),
+            rows_.upper_bound({table, method, amplitude_px, UINT64_MAX, UINT64_MAX})};
 }
 
 void Journal::append(const std::string &line) {
-    const std::string text = line + "\n";
-    if (::write(file_, text.data(), text.size()) != static_cast<ssize_t>(text.size()))
+    if (::write(file_, line.data(), line.size()) != static_cast<ssize_t>(line.size()))
         unwritable(path_);
     const auto now = std::chrono::steady_clock::now();
     if (now - synced_ < std::chrono::seconds(1)) // a sync may take longer than a result

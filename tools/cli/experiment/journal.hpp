@@ -28,31 +28,35 @@ class Journal {
     // Opens or creates the file; its first line has the arguments. Throws Failure if the file has other arguments or
     // damaged lines, or if another process writes to it. An incomplete last line, left by a process that died, is
     // removed.
-    Journal(const std::string &path, const JsonTree &arguments);
+    Journal(const std::string &path, const Json &arguments);
     ~Journal();
     Journal(const Journal &) = delete;
     Journal &operator=(const Journal &) = delete;
 
-    bool contains(const Row &row) const { return known_.count(key_of(row)) != 0; }
+    bool contains(const Row &row) const { return rows_.count(row) != 0; }
     // Appends a result. It survives a crash of the process at once, and a failure of the machine after at most a
     // second.
     void add(const Row &row);
-    const std::vector<Row> &rows() const noexcept { return rows_; }
+    // The results of a method in a table, by seed and series. amplitude_px 0: all series without signal.
+    std::vector<Row> rows(const std::string &table, const std::string &method, double amplitude_px) const;
 
   private:
-    using Key = std::tuple<std::string, std::string, double, uint64_t, uint64_t>;
-    static Key key_of(const Row &row) { return {row.table, row.method, row.amplitude_px, row.seed, row.series}; }
-    void read(const JsonTree &arguments);
-    void check_arguments(const std::string &line, const JsonTree &arguments) const;
+    struct Order {
+        bool operator()(const Row &a, const Row &b) const {
+            return std::tie(a.table, a.method, a.amplitude_px, a.seed, a.series) <
+                   std::tie(b.table, b.method, b.amplitude_px, b.seed, b.series);
+        }
+    };
+    explicit Journal(const std::string &path);
+    void read(const Json &arguments);
+    void check_arguments(const std::string &line, const Json &arguments) const;
     Row parse(const std::string &line, size_t number) const;
-    void keep(const Row &row);
     void append(const std::string &line);
 
     std::string path_;
     int file_;
     std::chrono::steady_clock::time_point synced_;
-    std::vector<Row> rows_;
-    std::set<Key> known_;
+    std::set<Row, Order> rows_;
 };
 
 } // namespace cli

@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <functional>
-#include <iterator>
 #include <utility>
 
 #include "common/failure.hpp"
@@ -94,12 +93,8 @@ class ComponentMethod : public Method {
     size_t block() const noexcept override { return block_; }
 
     void push(const double *images, size_t count) override {
-        for (size_t k = 0; k < count; k++) {
-            if (block_ == 1)
-                push_frame(images + k * pixels_);
-            else
-                add(images + k * pixels_);
-        }
+        for (size_t k = 0; k < count; k++)
+            add(images + k * pixels_);
     }
 
     std::vector<double> series() override {
@@ -112,11 +107,6 @@ class ComponentMethod : public Method {
     }
 
   private:
-    void push_frame(const double *image) {
-        check(toliman_components_push(components_.get(), image, cols_));
-        pushed_++;
-    }
-
     void add(const double *image) {
         if (summed_ == 0)
             mean_.assign(pixels_, 0);
@@ -124,7 +114,8 @@ class ComponentMethod : public Method {
             mean_[i] += image[i] / static_cast<double>(block_);
         if (++summed_ < block_)
             return;
-        push_frame(mean_.data());
+        check(toliman_components_push(components_.get(), mean_.data(), cols_));
+        pushed_++;
         summed_ = 0;
     }
 
@@ -150,8 +141,7 @@ class UnsupervisedMethod : public Method {
     }
 
     void push(const double *images, size_t count) override {
-        std::transform(images, images + count * scene_.pixels(), std::back_inserter(frames_),
-                       [](double counts) { return static_cast<float>(counts); });
+        frames_.insert(frames_.end(), images, images + count * scene_.pixels());
     }
 
     std::vector<double> series() override {
@@ -165,11 +155,10 @@ class UnsupervisedMethod : public Method {
         options.frame_count = frames_.size() / scene_.pixels();
         options.progress = stop_asked;
         check(toliman_cae_train(cae.get(), &options, nullptr));
-        std::vector<double> values(options.frame_count), image(scene_.pixels());
-        for (size_t i = 0; i < values.size(); i++) {
-            check(give(i, 1, image.data(), this));
-            check(toliman_cae_encode(cae.get(), image.data(), static_cast<size_t>(scene_.info.cols), &values[i]));
-        }
+        std::vector<double> values(options.frame_count);
+        toliman_image images = plain_image(frames_.data());
+        images.pixel = TOLIMAN_PIXEL_F32;
+        check(toliman_cae_encode_many(cae.get(), &images, values.size(), 0, values.data(), nullptr));
         frames_.clear();
         return values;
     }

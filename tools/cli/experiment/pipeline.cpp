@@ -11,6 +11,7 @@
 #include "common/failure.hpp"
 #include "common/library.hpp"
 #include "common/stopwatch.hpp"
+#include "experiment/methods.hpp"
 #include "frames/frame_loop.hpp"
 #include "series/fap.hpp"
 
@@ -29,8 +30,8 @@ class Estimators {
     Estimators(const Scene &scene, uint64_t seed, Progress &progress)
         : scene_(scene), seed_(seed), progress_(progress),
           cae_(toliman::make<toliman::autoencoder>(toliman_cae_create, scene.sim.get(), seed, nullptr)),
-          untrained_(toliman::make<toliman::autoencoder>(toliman_cae_create, scene.sim.get(), seed, nullptr)),
-          linear_(toliman::make<toliman::linear_estimator>(toliman_linear_create, scene.sim.get(), nullptr)) {}
+          untrained_(method_kind("untrained").make(scene, seed)), template_(method_kind("template").make(scene, seed)) {
+    }
 
     void train(Pipeline &result) {
         const Stopwatch watch(result.timings.train);
@@ -67,48 +68,48 @@ class Estimators {
         result.decoder_gain = product / target_square;
     }
 
-    void signal_frames(const Cadence &cadence, Pipeline &result, std::vector<double> &untrained) const {
+    // Returns the values of the untrained network.
+    std::vector<double> signal_frames(const Cadence &cadence, Pipeline &result) const {
         const size_t total = cadence.times.size();
-        result.latents.resize(total);
-        result.estimates.resize(total);
-        untrained.resize(total);
         Reconstructor reconstructor(scene_, cae_, seed_, total);
         const auto work = [&](size_t at, size_t count, const double *images) {
-            const toliman_image image = plain_image(images);
             {
-                const Stopwatch watch(result.timings.encode);
-                check(toliman_cae_encode_many(cae_.get(), &image, count, 0, &result.latents[at], nullptr));
+                const Stopwatch encoding(result.timings.encode);
+                encode(images, count, result.latents);
             }
             const Stopwatch watch(result.timings.controls);
-            check(toliman_cae_encode_many(untrained_.get(), &image, count, 0, &untrained[at], nullptr));
-            estimate(images, count, &result.estimates[at]);
+            untrained_->push(images, count);
+            template_->push(images, count);
             for (size_t i = 0; i < count; i++)
                 reconstructor.take(at + i, images + i * scene_.pixels());
             show("frames", at + count, total);
         };
         for_frames(scene_, seed_, 0, total, nullptr, work, &result.timings.simulate);
         result.reconstructions = reconstructor.result();
+        result.estimates = template_->series();
+        return untrained_->series();
     }
 
-    // Frames without signal; their numbers follow those of the cadence.
-    void control_frames(const Cadence &cadence, Pipeline &result, std::vector<double> &latents,
-                        std::vector<double> &estimates, std::vector<double> &untrained) const {
+    // Frames without signal; their numbers follow those of the cadence. Returns the latents of as many as the cadence
+    // has.
+    std::vector<double> control_frames(const Cadence &cadence, Pipeline &result) const {
         const Stopwatch watch(result.timings.controls);
-        const size_t total = result.control_frames = std::max(kControlFrames, cadence.times.size());
-        latents.resize(total);
-        estimates.resize(total);
-        untrained.resize(std::min(total, cadence.times.size()));
-        const std::vector<double> still(total, 0.0);
+        const size_t signals = cadence.times.size();
+        const size_t total = result.control_frames = std::max(kControlFrames, signals);
+        std::vector<double> latents;
         const auto work = [&](size_t at, size_t count, const double *images) {
-            const toliman_image image = plain_image(images);
-            check(toliman_cae_encode_many(cae_.get(), &image, count, 0, &latents[at], nullptr));
-            estimate(images, count, &estimates[at]);
-            if (at < untrained.size())
-                check(toliman_cae_encode_many(untrained_.get(), &image, std::min(count, untrained.size() - at), 0,
-                                              &untrained[at], nullptr));
+            encode(images, count, latents);
+            template_->push(images, count);
+            if (at < signals)
+                untrained_->push(images, std::min(count, signals - at));
             show("controls", at + count, total);
         };
-        for_frames(scene_, seed_, static_cast<int64_t>(cadence.times.size()), total, still.data(), work);
+        for_frames(scene_, seed_, static_cast<int64_t>(signals), total, std::vector<double>(total).data(), work);
+        result.latent.sigma_px = result.no_signal.sigma_px = deviation(latents);
+        result.estimate.sigma_px = deviation(template_->series());
+        result.untrained.sigma_px = deviation(untrained_->series());
+        latents.resize(signals);
+        return latents;
     }
 
   private:
@@ -116,16 +117,17 @@ class Estimators {
         progress_.show(stage, static_cast<double>(done) / static_cast<double>(total));
     }
 
-    void estimate(const double *images, size_t count, double *values) const {
+    void encode(const double *images, size_t count, std::vector<double> &latents) const {
         const toliman_image image = plain_image(images);
-        check(toliman_linear_encode_many(linear_.get(), &image, count, 0, values, nullptr));
+        latents.resize(latents.size() + count);
+        check(toliman_cae_encode_many(cae_.get(), &image, count, 0, &latents[latents.size() - count], nullptr));
     }
 
     const Scene &scene_;
     uint64_t seed_;
     Progress &progress_;
-    toliman::autoencoder cae_, untrained_;
-    toliman::linear_estimator linear_;
+    toliman::autoencoder cae_;
+    std::unique_ptr<Method> untrained_, template_;
 };
 
 } // namespace
@@ -145,37 +147,27 @@ Pipeline run_pipeline(const Scene &scene, const Cadence &cadence, uint64_t seed,
     Estimators estimators(scene, seed, progress);
     estimators.train(result);
     estimators.inspect_decoder(result);
-    std::vector<double> untrained, blank_latents, blank_estimates, blank_untrained;
-    estimators.signal_frames(cadence, result, untrained);
-    estimators.control_frames(cadence, result, blank_latents, blank_estimates, blank_untrained);
-    result.latent.sigma_px = result.no_signal.sigma_px = deviation(blank_latents);
-    result.estimate.sigma_px = deviation(blank_estimates);
-    result.untrained.sigma_px = deviation(blank_untrained);
+    const std::vector<double> untrained = estimators.signal_frames(cadence, result);
+    const std::vector<double> without_signal = estimators.control_frames(cadence, result);
     result.efficiency = share > kLeastShare ? scene.info.crb_projected_px / result.latent.sigma_px : NAN;
 
-    const auto searched = [&](const std::vector<double> &values) {
-        return find_period({scene.path, cadence.times, values, {}}, result.grid, {}, progress);
+    const auto search = [&](const std::vector<double> &values, Outcome &outcome) {
+        const Periodogram periodogram = find_period({scene.path, cadence.times, values, {}}, result.grid, {}, progress);
+        outcome.peak = periodogram.peak;
+        outcome.power = power_of(periodogram.handle.get(), result.grid.nf);
+        return power_at_fap_1e_3(periodogram.handle.get());
     };
     {
         const Stopwatch watch(result.timings.period);
-        const Periodogram periodogram = searched(result.latents);
-        result.latent.peak = periodogram.peak;
-        result.power = power_of(periodogram.handle.get(), result.grid.nf);
-        result.false_alarm_power = power_at_fap_1e_3(periodogram.handle.get());
+        result.false_alarm_power = search(result.latents, result.latent);
     }
     const Stopwatch watch(result.timings.controls);
-    blank_latents.resize(cadence.times.size());
-    const Periodogram of_template = searched(result.estimates);
-    result.estimate.peak = of_template.peak;
-    result.estimate_power = power_of(of_template.handle.get(), result.grid.nf);
-    result.no_signal.peak = searched(blank_latents).peak;
-    result.untrained.peak = searched(untrained).peak;
-    result.true_power.resize(result.power.size());
-    if (deviation(cadence.displacements) > 0) {
-        const Periodogram of_truth = searched(cadence.displacements);
-        result.truth.peak = of_truth.peak;
-        result.true_power = power_of(of_truth.handle.get(), result.grid.nf);
-    }
+    search(result.estimates, result.estimate);
+    search(without_signal, result.no_signal);
+    search(untrained, result.untrained);
+    result.truth.power.resize(result.latent.power.size());
+    if (deviation(cadence.displacements) > 0)
+        search(cadence.displacements, result.truth);
     return result;
 }
 

@@ -10,10 +10,11 @@
 
 namespace cli {
 
-// The scatter of one estimator and the highest peak of the periodogram of its values.
+// The scatter of one estimator and the periodogram of its values.
 struct Outcome {
     double sigma_px = 0; // over frames without signal
     toliman_period_peak peak = {};
+    std::vector<double> power;
 };
 
 struct Timings {
@@ -29,13 +30,11 @@ struct Pipeline {
     size_t control_frames = 0;
     double efficiency = 0; // of the latent; NaN if the frames lack the photon noise that the bound assumes
     Outcome latent, estimate, untrained, no_signal; // `estimate` is the template's
-    Outcome truth;                                  // of the true displacements; peak of period 0 without signal
-    std::vector<double> latents, estimates;         // of the frames with signal
-    std::vector<double> power, estimate_power;      // of the latents and of the template's values
-    std::vector<double> true_power;                 // of the true displacements; 0 without signal
-    double false_alarm_power = 0;                   // power_at_fap_1e_3
-    std::vector<double> losses;                     // of training, after each step
-    std::vector<unsigned char> weights;             // of the trained network, a TLMW
+    Outcome truth;                          // of the true displacements; peak of period and power 0 without signal
+    std::vector<double> latents, estimates; // of the frames with signal
+    double false_alarm_power = 0;           // power_at_fap_1e_3
+    std::vector<double> losses;             // of training, after each step
+    std::vector<unsigned char> weights;     // of the trained network, a TLMW
     Timings timings;
 };
 

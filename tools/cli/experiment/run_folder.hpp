@@ -1,6 +1,5 @@
 // The folder of a run's results: all files or none.
 #pragma once
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -31,12 +30,7 @@ class RunFolder {
     void write(const RunFiles &files);
 
   private:
-    OutputFile &add(const std::string &name, Replaces what = Replaces::results);
-
-    OutputFolder folder_, image_folder_;
-    std::vector<std::unique_ptr<OutputFile>> files_; // result.json first
-    OutputFile &result_, &series_, &periodogram_, &training_, &displacement_, &scene_, &weights_;
-    std::vector<OutputFile *> images_; // as kRunImages
+    OutputFolder folder_, images_;
 };
 
 } // namespace cli

@@ -20,10 +20,11 @@ struct RunImage {
     std::string reason = {}; // of values that are all NaN; "" otherwise
 };
 
-// Names of the images, in the order of run_images.
-constexpr const char *kRunImages[] = {"pupil_amplitude", "pupil_opd",       "psf_600nm", "psf_550-600nm",
-                                      "psf_500-700nm",   "expected",        "frame",     "difference",
-                                      "frames",          "reconstructions", "residuals"};
+// File names of the images, in the order of run_images.
+constexpr const char *kRunImages[] = {"pupil_amplitude.npy", "pupil_opd.npy",     "psf_600nm.npy",
+                                      "psf_550-600nm.npy",   "psf_500-700nm.npy", "expected.npy",
+                                      "frame.npy",           "difference.npy",    "frames.npy",
+                                      "reconstructions.npy", "residuals.npy"};
 constexpr size_t kExpectedImage = 5; // index of "expected"
 
 // `telescope` is that of the scene. The last three images are moved from the reconstructions.

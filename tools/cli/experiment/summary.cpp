@@ -91,12 +91,12 @@ std::vector<TableSummary> summarise(const Campaign &campaign, const Journal &jou
             campaign.theory().pca_threshold_px(summary.crb_px, static_cast<double>(table.frames->pixels()));
         for (const double amplitude : table.amplitudes)
             for (const std::string &method : campaign.options().methods) {
-                const std::vector<Row> rows = campaign.rows(journal, table, method, amplitude);
+                const std::vector<Row> rows = journal.rows(table.name, method, amplitude);
                 if (!rows.empty())
                     summary.ladder.push_back(ladder_row_of(campaign, table, rows));
             }
         for (const std::string &method : campaign.options().methods) {
-            const std::vector<Row> blind = campaign.rows(journal, table, method, 0);
+            const std::vector<Row> blind = journal.rows(table.name, method, 0);
             if (!blind.empty())
                 summary.controls.push_back(control_of(campaign, table, blind));
         }

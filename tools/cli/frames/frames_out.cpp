@@ -108,10 +108,11 @@ class SessionOutput : public FrameOutput {
         for (size_t k = 0; k < count; k++, next_++) {
             const double days = cadence_.times[static_cast<size_t>(next_)];
             const long long start_ns = nanoseconds(days) - half_ns_; // of the exposure
-            meta_.print("{\"frame_id\": %lld, \"timestamp_ns\": %lld, \"host_time\": %.9f, \"nframes_dropped\": 0, "
-                        "\"roi_label\": \"single_roi\", \"n_rows\": %zu, \"n_cols\": %zu, \"session_id\": \"%s\"}\n",
-                        static_cast<long long>(next_), start_ns, static_cast<double>(start_ns) / 1e9, rows_, cols_,
-                        session_.c_str());
+            meta_.write(
+                formatted("{\"frame_id\": %lld, \"timestamp_ns\": %lld, \"host_time\": %.9f, \"nframes_dropped\": 0, "
+                          "\"roi_label\": \"single_roi\", \"n_rows\": %zu, \"n_cols\": %zu, \"session_id\": \"%s\"}\n",
+                          static_cast<long long>(next_), start_ns, static_cast<double>(start_ns) / 1e9, rows_, cols_,
+                          session_.c_str()));
         }
     }
 
