@@ -80,7 +80,8 @@ class Figures(unittest.TestCase):
             numpy.testing.assert_allclose(axis.lines[0].get_data(), (table["frequency"], table[name]))
             (low, high), half = axis.lines[1].get_xdata(), axis.lines[1].get_ydata()
             numpy.testing.assert_allclose(half, 2 * [table[name].max() / 2])
-            self.assertAlmostEqual((high - low) * stated["period_days"] ** 2 / stated["fwhm_period_days"], 1, delta=0.05)
+            width = (high - low) * stated["period_days"] ** 2
+            self.assertAlmostEqual(width / stated["fwhm_period_days"], 1, delta=0.05)
             width = float(re.match(r"FWHM ([\d.]+) days, half of it ", axis.lines[1].get_label())[1])
             self.assertAlmostEqual(width / stated["fwhm_period_days"], 1, delta=0.01)
 
@@ -140,9 +141,12 @@ class Figures(unittest.TestCase):
         for change, keys, message in (
             (shorten, {}, r"residuals\.npy: has axes \(4, 256, 256\), the frames \(5, 256, 256\)"),
             (none, {"samples": [1, 2]}, r"result\.json: samples = \[1, 2\]: must be a list of 5 frame numbers"),
-            (none, {"images": {**self.result["images"], "frames": {**frames, "first_x": None}}}, r"result\.json: images\.frames\.first_x = null: must be a finite number"),
-            (none, {"images": {**self.result["images"], "frames": {**frames, "step": 0}}}, r"images\.frames\.step = 0: must be above 0"),
-            (lambda folder: (folder / "displacement.csv").write_text("displacement_px,linear\n1e-6,x\n"), {}, r"displacement\.csv:1: has no column cubic|displacement\.csv:2: linear = x: must be"),
+            (none, {"images": {**self.result["images"], "frames": {**frames, "first_x": None}}},
+             r"result\.json: images\.frames\.first_x = null: must be a finite number"),
+            (none, {"images": {**self.result["images"], "frames": {**frames, "step": 0}}},
+             r"images\.frames\.step = 0: must be above 0"),
+            (lambda folder: (folder / "displacement.csv").write_text("displacement_px,linear\n1e-6,x\n"), {},
+             r"displacement\.csv:1: has no column cubic|displacement\.csv:2: linear = x: must be"),
         ):
             with self.subTest(message), self.assertRaisesRegex(results.Failure, message):
                 self.changed(change, **keys)
@@ -196,7 +200,8 @@ class Network(unittest.TestCase):
     def test_activations(self):
         values, slopes = PAGE.figures["activations"].axes
         for name, below in (("ELU", lambda x: math.exp(x) - 1), ("ReLU", lambda x: 0.0)):
-            value, slope = ({line.get_label(): line.get_data() for line in axis.lines}[name] for axis in (values, slopes))
+            value, slope = ({line.get_label(): line.get_data() for line in axis.lines}[name]
+                            for axis in (values, slopes))
             numpy.testing.assert_allclose(value[1], [x if x > 0 else below(x) for x in value[0]], atol=1e-12)
             middle = abs(value[0]) > 0.02
             numpy.testing.assert_allclose(slope[1][middle], numpy.gradient(value[1], value[0])[middle], atol=1e-4)

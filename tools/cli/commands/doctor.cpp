@@ -122,16 +122,13 @@ std::string verdict(const Health &health) {
 
 std::string as_json(const Health &health) {
     const toliman_machine &machine = health.machine;
-    Json json;
-    json.set("schema", "toliman-doctor/1").set("version", toliman_version());
-    json.set("abi_version", toliman_abi_version()).set("cpu", health.cpu).set("processors", machine.processors);
-    json.set("isa", machine.isa).set("isa_available", health.sets);
-    json.set("blas_core", machine.blas_core).set("blas_config", machine.blas_config);
-    json.set("blas_threads", machine.blas_threads).set("blas_is_slow", machine.blas_is_slow != 0);
-    json.set("blas_gflops", health.gflops).set("fftw", machine.fftw).set("zlib", ::zlibVersion());
-    json.set("cjson", ::cJSON_Version()).set("cfitsio", health.cfitsio).set("cli11", CLI11_VERSION);
-    json.set("fsync_ms", health.sync.milliseconds).set("fsync_folder", health.sync.folder);
-    json.set("ready", health.problems.empty()).set("verdict", verdict(health));
+    const Json json("schema", "toliman-doctor/1", "version", toliman_version(), "abi_version", toliman_abi_version(),
+                    "cpu", health.cpu, "processors", machine.processors, "isa", machine.isa, "isa_available",
+                    health.sets, "blas_core", machine.blas_core, "blas_config", machine.blas_config, "blas_threads",
+                    machine.blas_threads, "blas_is_slow", machine.blas_is_slow != 0, "blas_gflops", health.gflops,
+                    "fftw", machine.fftw, "zlib", ::zlibVersion(), "cjson", ::cJSON_Version(), "cfitsio",
+                    health.cfitsio, "cli11", CLI11_VERSION, "fsync_ms", health.sync.milliseconds, "fsync_folder",
+                    health.sync.folder, "ready", health.problems.empty(), "verdict", verdict(health));
     return json.text();
 }
 

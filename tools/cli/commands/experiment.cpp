@@ -54,22 +54,6 @@ void remove_slow(std::vector<std::string> &methods) {
     methods.erase(std::remove_if(methods.begin(), methods.end(), slow), methods.end());
 }
 
-void write(OutputFile &out, const std::string &text) {
-    out.write(text.data(), text.size());
-}
-
-void write_results(const std::string &csv, const std::string &markdown, const std::string &json,
-                   const OutputFolder &folder) {
-    OutputFile rows(folder.file("experiment.csv")), tables(folder.file("experiment.md"));
-    OutputFile result(folder.file("experiment.json"));
-    write(rows, csv);
-    write(tables, markdown);
-    write(result, json);
-    rows.commit();
-    tables.commit();
-    result.commit(); // last: an experiment.json implies that all other files are complete
-}
-
 void run_campaign(const Campaign &campaign, Journal &journal, Progress &progress) {
     try {
         campaign.run(journal, progress);
@@ -95,8 +79,10 @@ void experiment(const Options &options, Progress &progress) {
     run_campaign(campaign, journal, progress);
     const std::vector<TableSummary> summaries = summarise(campaign, journal);
     const std::string json = report_json(campaign, summaries), markdown = report_markdown(campaign, summaries);
-    write_results(report_csv(campaign, journal), markdown, json, folder);
-    folder.keep();
+    folder.open("experiment.csv").write(report_csv(campaign, journal));
+    folder.open("experiment.md").write(markdown);
+    folder.open("experiment.json").write(json);
+    folder.commit("experiment.json"); // its existence implies that all other files are complete
     progress.clear();
     print_stdout(options.as_json ? json : markdown);
 }

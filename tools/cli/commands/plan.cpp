@@ -19,11 +19,11 @@ struct Options {
 };
 
 std::string stages(const toliman_sim_plan_info &plan, bool there) {
-    std::string text;
+    std::vector<std::string> names;
     for (int32_t i = 0; toliman_sim_stage_name(i) != nullptr; i++)
         if (has_stage(plan, toliman_sim_stage_name(i)) == there)
-            text += (text.empty() ? "" : ", ") + std::string(toliman_sim_stage_name(i));
-    return text.empty() ? "nothing" : text;
+            names.emplace_back(toliman_sim_stage_name(i));
+    return names.empty() ? "nothing" : joined(names);
 }
 
 const char *engine_name(const toliman_sim_plan_info &plan) noexcept {
@@ -86,23 +86,19 @@ void print_summary(const toliman_sim_plan_info &plan) {
 }
 
 std::string as_json(const toliman_sim_plan_info &plan, const std::string &scene) {
-    Json json, stages_there, errors;
+    Json stages_there;
     for (int32_t i = 0; toliman_sim_stage_name(i) != nullptr; i++)
         stages_there.set(toliman_sim_stage_name(i), has_stage(plan, toliman_sim_stage_name(i)) ? 1.0 : 0.0);
-    errors.set("rounding", plan.rounding_error).set("pupil", plan.pupil_error).set("spectrum", plan.spectrum_error);
-    errors.set("series", plan.series_error).set("pixel", plan.pixel_error);
-    errors.set("places", plan.place_error).set("scale_focus", plan.scale_focus_error);
-    errors.set("plate_scale", plan.plate_scale_error);
-    json.set("schema", "toliman-plan/1").set("scene", scene).set("engine", engine_name(plan));
-    json.set("accuracy", plan.accuracy).set("scene_wavelengths", plan.scene_wavelengths);
-    json.set("wavelengths", plan.wavelengths).set("order", plan.order).set("exact_frames", plan.exact_frames);
-    json.set("anchors", plan.anchors).set("orbit_px", plan.orbit_px);
-    json.set("place_order", plan.place_order);
-    json.set("oversampling", plan.oversampling).set("filter_taps", plan.filter_taps);
-    json.set("pupil_samples", plan.pupil_samples);
-    json.set("stages", std::move(stages_there)).set("errors", std::move(errors));
-    json.set("setup_flops", plan.setup_flops).set("frame_flops", plan.frame_flops).set("bytes", plan.bytes);
-    json.set("setup_s", plan.setup_s).set("frame_s", plan.frame_s);
+    const Json json("schema", "toliman-plan/1", "scene", scene, "engine", engine_name(plan), "accuracy", plan.accuracy,
+                    "scene_wavelengths", plan.scene_wavelengths, "wavelengths", plan.wavelengths, "order", plan.order,
+                    "exact_frames", plan.exact_frames, "anchors", plan.anchors, "orbit_px", plan.orbit_px,
+                    "place_order", plan.place_order, "oversampling", plan.oversampling, "filter_taps", plan.filter_taps,
+                    "pupil_samples", plan.pupil_samples, "stages", std::move(stages_there), "errors",
+                    Json("rounding", plan.rounding_error, "pupil", plan.pupil_error, "spectrum", plan.spectrum_error,
+                         "series", plan.series_error, "pixel", plan.pixel_error, "places", plan.place_error,
+                         "scale_focus", plan.scale_focus_error, "plate_scale", plan.plate_scale_error),
+                    "setup_flops", plan.setup_flops, "frame_flops", plan.frame_flops, "bytes", plan.bytes, "setup_s",
+                    plan.setup_s, "frame_s", plan.frame_s);
     return json.text();
 }
 

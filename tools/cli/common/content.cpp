@@ -33,9 +33,9 @@ std::string head_of(const std::string &path) {
 }
 
 bool is_text(const std::string &head) {
-    const auto is_control = [](unsigned char byte) { return std::iscntrl(byte) != 0 && std::isspace(byte) == 0; };
-    return std::none_of(head.begin(), head.begin() + static_cast<std::ptrdiff_t>(std::min(head.size(), kTextSize)),
-                        is_control);
+    const std::string start = head.substr(0, kTextSize);
+    return std::none_of(start.begin(), start.end(),
+                        [](unsigned char byte) { return std::iscntrl(byte) != 0 && std::isspace(byte) == 0; });
 }
 
 // The value of "schema" in the text of a JSON object, "" if there is none.
@@ -52,15 +52,12 @@ std::string schema_in(const std::string &text) {
 Identity folder_identity(const std::filesystem::path &path) {
     std::error_code error;
     const auto has = [&](const char *name) { return std::filesystem::exists(path / name, error); };
-    const bool is_empty = std::filesystem::is_empty(path, error);
-    if (error)
-        return {Content::folder, "a folder", ""};
     return {Content::folder,
-            is_empty                 ? "an empty folder"
-            : has("ledger.tlml")     ? "a toliman state folder"
-            : has("result.json")     ? "a folder of toliman run"
-            : has("experiment.json") ? "a folder of toliman experiment"
-                                     : "a folder",
+            std::filesystem::is_empty(path, error) ? "an empty folder"
+            : has("ledger.tlml")                   ? "a toliman state folder"
+            : has("result.json")                   ? "a folder of toliman run"
+            : has("experiment.json")               ? "a folder of toliman experiment"
+                                                   : "a folder",
             ""};
 }
 
@@ -152,7 +149,6 @@ void need(const std::string &path, const std::string &wanted, std::initializer_l
 }
 
 bool is_own(const Identity &file) {
-    const auto has_mark = [&](const char *mark) { return begins_with(file.head, mark); };
     switch (file.content) {
     case Content::weights:
     case Content::sums:
@@ -163,9 +159,11 @@ bool is_own(const Identity &file) {
     case Content::npy:
         return is_own_npy(file.head);
     case Content::text:
-        return has_mark(kSeriesMark) || has_mark(kPeriodogramMark) || has_mark(kStatePeriodogramMark) ||
-               has_mark(kTrainingMark) || has_mark(kDisplacementMark) || has_mark(kTrialsMark) ||
-               (has_mark("# Experiment: ") && file.head.find(kExperimentMark) != std::string::npos);
+        for (const char *mark :
+             {kSeriesMark, kPeriodogramMark, kStatePeriodogramMark, kTrainingMark, kDisplacementMark, kTrialsMark})
+            if (begins_with(file.head, mark))
+                return true;
+        return begins_with(file.head, "# Experiment: ") && file.head.find(kExperimentMark) != std::string::npos;
     default:
         return false;
     }

@@ -1,6 +1,5 @@
 #include "common/failure.hpp"
 
-#include <algorithm>
 #include <new>
 
 namespace cli {
@@ -9,8 +8,8 @@ namespace {
 
 // Replaces control characters, which names and values in files may contain and a terminal would execute.
 std::string printable(std::string text) {
-    std::replace_if(
-        text.begin(), text.end(), [](char byte) { return (byte >= 0 && byte < ' ') || byte == '\x7f'; }, '?');
+    for (char &byte : text)
+        byte = (byte >= 0 && byte < ' ') || byte == '\x7f' ? '?' : byte;
     return text;
 }
 

@@ -31,8 +31,7 @@ std::string utc_date() {
     const std::time_t now = std::time(nullptr);
     std::tm parts = {};
     char text[32] = "";
-    if (::gmtime_r(&now, &parts) != nullptr)
-        std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &parts);
+    std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", ::gmtime_r(&now, &parts));
     return text;
 }
 
@@ -47,9 +46,7 @@ std::string processor_name() {
 }
 
 Json provenance() {
-    Json json;
-    json.set("command", command_line()).set("date", utc_date()).set("processor", processor_name());
-    return json;
+    return Json("command", command_line(), "date", utc_date(), "processor", processor_name());
 }
 
 } // namespace cli

@@ -1,12 +1,10 @@
 #include "common/terminal.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
 #include <sys/ioctl.h>
 #include <sys/time.h>
 #include <unistd.h>
@@ -33,10 +31,8 @@ size_t columns_now() {
     if (::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0)
         return size.ws_col;
     const char *text = std::getenv("COLUMNS");
-    size_t columns = 0;
-    if (text && std::from_chars(text, text + std::strlen(text), columns).ec == std::errc() && columns > 0)
-        return columns;
-    return 80;
+    const long columns = text != nullptr ? std::strtol(text, nullptr, 10) : 0;
+    return columns > 0 ? static_cast<size_t>(columns) : 80;
 }
 
 // A bar of at most 32 characters that fits into `columns` with its brackets and a space; empty if fewer than 8 fit.
@@ -56,13 +52,12 @@ std::string padded(const char *stage) {
 } // namespace
 
 void watch_signals() {
-    struct sigaction action = {};
+    struct sigaction action = {}, hangup = {};
     action.sa_handler = record_signal;
-    ::sigaction(SIGINT, &action, nullptr);
-    ::sigaction(SIGTERM, &action, nullptr);
-    struct sigaction hangup = {};
-    if (::sigaction(SIGHUP, nullptr, &hangup) == 0 && hangup.sa_handler != SIG_IGN)
-        ::sigaction(SIGHUP, &action, nullptr);
+    ::sigaction(SIGHUP, nullptr, &hangup);
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP})
+        if (signal != SIGHUP || hangup.sa_handler != SIG_IGN)
+            ::sigaction(signal, &action, nullptr);
     // A closed pipe and a file beyond the size limit are then write errors with a message.
     ::signal(SIGPIPE, SIG_IGN);
     ::signal(SIGXFSZ, SIG_IGN);
@@ -107,10 +102,9 @@ Progress::~Progress() {
 }
 
 void Progress::show(const char *stage, double fraction, const std::string &note) {
-    using std::chrono::steady_clock;
     if (style_ == Style::none)
         return;
-    const auto now = steady_clock::now();
+    const auto now = std::chrono::steady_clock::now();
     if (stage_ != stage) {
         stage_ = stage;
         stage_start_ = now;

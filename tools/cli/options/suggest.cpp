@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <sstream>
 #include <vector>
 
 #include "base/nearest_word.hpp"
@@ -25,19 +24,20 @@ bool known(const std::string &word, const std::vector<std::string> &names) {
     return std::find(names.begin(), names.end(), word) != names.end();
 }
 
-// Rewrites CLI11's message for a value that is not in a list, "--sync: fram not in {frame,group,none}".
-std::string unknown_value(const std::string &message) {
-    const std::string between = " not in {";
-    const size_t option = message.find(": "), end = message.rfind(between);
-    if (option == std::string::npos || end == std::string::npos || end < option + 2 || message.back() != '}')
-        return message;
-    const std::string value = message.substr(option + 2, end - option - 2);
-    const size_t first = end + between.size();
-    std::vector<std::string> names;
-    std::stringstream words(message.substr(first, message.size() - 1 - first));
-    for (std::string name; std::getline(words, name, ',');)
-        names.push_back(name);
-    return message.substr(0, option) + " " + value + ": must be one of " + joined(names) + did_you_mean(value, names);
+// The texts before, between and after the marks, which the message has in this order, each at its first place; empty if
+// it lacks one.
+std::vector<std::string> parts_of(const std::string &message, const std::vector<std::string> &marks) {
+    std::vector<std::string> parts;
+    size_t start = 0;
+    for (const std::string &mark : marks) {
+        const size_t end = message.find(mark, start);
+        if (end == std::string::npos)
+            return {};
+        parts.push_back(message.substr(start, end - start));
+        start = end + mark.size();
+    }
+    parts.push_back(message.substr(start));
+    return parts;
 }
 
 // What an option accepts, by CLI11's type name FLOAT, UINT or INT.
@@ -52,25 +52,24 @@ const char *allowed(const CLI::App &command, const std::string &name) {
 
 // "Could not convert: --f0 = abc"
 std::string unreadable_value(const std::string &message, const CLI::App &command) {
-    const size_t name = message.find(": "), value = message.find(" = ");
-    if (name == std::string::npos || value == std::string::npos)
-        return message;
-    const std::string option = message.substr(name + 2, value - name - 2);
-    return option + " " + message.substr(value + 3) + ": " + allowed(command, option);
+    const std::vector<std::string> parts = parts_of(message, {": ", " = "});
+    return parts.empty() ? message : parts[1] + " " + parts[2] + ": " + allowed(command, parts[1]);
 }
 
-// "--peaks: Value 0 not in range 1 to 64"
-std::string value_out_of_range(const std::string &message) {
-    const std::string before = ": Value ", between = " not in range ", to = " to ";
-    const size_t name = message.find(before), range = message.rfind(between), end = message.rfind(to);
-    if (name == std::string::npos || range == std::string::npos || end == std::string::npos || end < range)
-        return unknown_value(message);
+// "--sync: fram not in {frame,group,none}", "--peaks: Value 0 not in range 1 to 64"
+std::string refused_value(const std::string &message) {
+    std::vector<std::string> parts = parts_of(message, {": ", " not in {", "}"});
+    if (!parts.empty()) {
+        const std::vector<std::string> names = CLI::detail::split(parts[2], ',');
+        return parts[0] + " " + parts[1] + ": must be one of " + joined(names) + did_you_mean(parts[1], names);
+    }
+    parts = parts_of(message, {": Value ", " not in range ", " to "});
+    if (parts.empty())
+        return message;
     const auto number = [](const std::string &text) { // without trailing zeros, as in 4.000000
         return formatted("%.10g", std::strtod(text.c_str(), nullptr));
     };
-    const size_t value = name + before.size(), low = range + between.size();
-    return message.substr(0, name) + " " + message.substr(value, range - value) + ": must be in [" +
-           number(message.substr(low, end - low)) + ", " + number(message.substr(end + to.size())) + "]";
+    return parts[0] + " " + parts[1] + ": must be in [" + number(parts[2]) + ", " + number(parts[3]) + "]";
 }
 
 // "The following arguments were not expected: b a", the last one first.
@@ -95,7 +94,7 @@ std::string message_of(const CLI::ParseError &error, const CLI::App &command) {
     case CLI::ExitCodes::ConversionError:
         return unreadable_value(message, command);
     case CLI::ExitCodes::ValidationError:
-        return value_out_of_range(message);
+        return refused_value(message);
     case CLI::ExitCodes::ExtrasError:
         return unexpected_word(message, command);
     case CLI::ExitCodes::ArgumentMismatch:

@@ -64,7 +64,8 @@ def main(words: list[str] | None = None) -> int:
         print("toliman: report needs Debian packages that are not installed: apt-get install " + " ".join(missing),
               file=sys.stderr)
         return 1
-    logging.getLogger("matplotlib").setLevel(logging.CRITICAL)  # nothing about its cache of fonts or the user's settings
+    # Nothing about the cache of fonts or the user's settings.
+    logging.getLogger("matplotlib").setLevel(logging.CRITICAL)
     warnings.simplefilter("ignore")  # nothing about letters that the font does not have
     from .results import OUTPUT, Failure, readable
     try:

@@ -60,9 +60,9 @@ def _periodogram(axis: Axes, frequency: Array, power: Array, fwhm_days: float) -
 @styled
 def signal_and_atom(t: Array, truth: Array, latent: Array, frequency: Array, true_power: Array, power: Array,
                     fwhm_days: tuple[float, float]) -> Figure:
-    """True displacements and latents, each standardised (mean 0, standard deviation 1), above their periodograms with the
-    full width at half maximum of the highest peak. t: days; truth, latent: px; frequency: above 0, in 1/day; fwhm_days: the
-    two widths in period."""
+    """True displacements and latents, each standardised (mean 0, standard deviation 1), above their periodograms with
+    the full width at half maximum of the highest peak. t: days; truth, latent: px; frequency: above 0, in 1/day;
+    fwhm_days: the two widths in period."""
     figure, (left, right, below_left, below_right) = new_figure(5.2, 2, 2)
     step = thinned(len(t))
     left.plot(t[::step], _standardised(truth, truth)[::step], color=BLUE)
@@ -71,7 +71,8 @@ def signal_and_atom(t: Array, truth: Array, latent: Array, frequency: Array, tru
     right.plot(t[::step], _standardised(truth, latent)[::step], color=ORANGE, label="truth")
     right.set_title("latents (the chapter's atom)")
     right.legend(loc="upper right", ncol=2)
-    highest = max(abs(float(y)) for line in right.lines for y in (line.get_ydata().min(), line.get_ydata().max())) or 1.0
+    extremes = (abs(float(y)) for line in right.lines for y in (line.get_ydata().min(), line.get_ydata().max()))
+    highest = max(extremes) or 1.0
     right.set_ylim(-1.1 * highest, 1.5 * highest)
     for axis in (left, right):
         axis.set_xlabel("time, days")
@@ -103,7 +104,8 @@ def reconstructions(numbers: typing.Sequence[int], frames: Array, again: Array, 
     bottom = y + (_margin(frames.shape[1]) - 0.5) * step
     frames, again, residuals = _middle(frames), _middle(again), _middle(residuals)
     count, rows, columns = frames.shape
-    figure, axes = new_figure(0.6 + 3 * (style.WIDTH - 1.6) / count * rows / columns, 3, count, sharex=True, sharey=True)
+    height = 0.6 + 3 * (style.WIDTH - 1.6) / count * rows / columns
+    figure, axes = new_figure(height, 3, count, sharex=True, sharey=True)
     highest = float(numpy.nanmax(frames, initial=0)) or 1.0
     extent = (left, left + columns * step, bottom, bottom + rows * step)
     light = {"norm": LogNorm(DEPTH * highest, highest, clip=True), "cmap": style.INTENSITY}
@@ -117,8 +119,8 @@ def reconstructions(numbers: typing.Sequence[int], frames: Array, again: Array, 
         line[0].set_ylabel(f"{name}\ny, arcsec")
         label = f"{unit} per pixel" if row == 0 else "sigma"
         if row != 1:
-            figure.colorbar(shown, ax=axes[:2 * count] if row == 0 else line, label=label, pad=0.01, aspect=30 if row == 0 else 15,
-                            extend="min" if row == 0 else "both")
+            figure.colorbar(shown, ax=axes[:2 * count] if row == 0 else line, label=label, pad=0.01,
+                            aspect=30 if row == 0 else 15, extend="min" if row == 0 else "both")
     for axis, number in zip(axes, numbers):
         axis.set_title(f"frame {number}")
     for axis in axes[2 * count:]:
@@ -146,9 +148,11 @@ def layers(layout: str = "flight") -> list[Layer]:
     down = "conv 3×3\nELU\nmax 2×2" if max_pool else "conv 3×3\nmean 2×2\nELU"
     up = "un-pool\ndeconv 3×3" if max_pool else "repeat 2×2\ndeconv 3×3"
     found = [Layer("", SIDE, SIDE, STAGES[0][2], 0)]
-    found += [Layer(down, rows, columns, coarse, _count(f"conv{i}")) for i, (rows, columns, _, coarse) in enumerate(STAGES, 1)]
+    found += [Layer(down, rows, columns, coarse, _count(f"conv{i}"))
+              for i, (rows, columns, _, coarse) in enumerate(STAGES, 1)]
     deep = STAGES[-1]
-    found += [Layer("dense", 1, 1, 1, _count("latent")), Layer("dense\nELU", deep[0], deep[1], deep[3], _count("expand"))]
+    found += [Layer("dense", 1, 1, 1, _count("latent")),
+              Layer("dense\nELU", deep[0], deep[1], deep[3], _count("expand"))]
     for i in range(len(STAGES), 0, -1):
         rows, columns, fine, _ = STAGES[i - 1]
         found.append(Layer(up + ("\nELU" if i > 1 else ""), 2 * rows, 2 * columns, fine, _count(f"deconv{i}")))
@@ -157,8 +161,8 @@ def layers(layout: str = "flight") -> list[Layer]:
 
 @styled
 def architecture(names: typing.Sequence[str] = ("flight", "paper")) -> Figure:
-    """The network's layers, a row for each layout: boxes are images (height: rows, width: channels, both on a logarithmic
-    scale), arrows are operations."""
+    """The network's layers, a row for each layout: boxes are images (height: rows, width: channels, both on a
+    logarithmic scale), arrows are operations."""
     figure, axes = new_figure(2.7 * len(names), len(names), 1)
     for axis, name in zip(axes, names):
         at = before = 0.0
@@ -185,8 +189,8 @@ def architecture(names: typing.Sequence[str] = ("flight", "paper")) -> Figure:
 
 
 def pooled(image: Array) -> tuple[Array, Array, Array]:
-    """Returns the maxima of 2x2 groups of pixels, the image un-pooled from them (each at its place, 0 elsewhere), and the
-    means of the groups."""
+    """Returns the maxima of 2x2 groups of pixels, the image un-pooled from them (each at its place, 0 elsewhere), and
+    the means of the groups."""
     rows, columns = (n // 2 for n in image.shape)
     groups = image.reshape(rows, 2, columns, 2).swapaxes(1, 2).reshape(rows, columns, 4)
     highest = groups.max(axis=2)
@@ -197,8 +201,8 @@ def pooled(image: Array) -> tuple[Array, Array, Array]:
 
 @styled
 def pooling(image: Array) -> Figure:
-    """Pooling of a small image with an even number of rows and columns, first row above: the layout paper keeps maxima and
-    their places, the layout flight keeps means and repeats them."""
+    """Pooling of a small image with an even number of rows and columns, first row above: the layout paper keeps maxima
+    and their places, the layout flight keeps means and repeats them."""
     highest, again, mean = pooled(image)
     figure, axes = new_figure(2.05, 1, 5)
     low, high = float(min(image.min(), 0)), float(image.max())

@@ -137,7 +137,8 @@ def folded(t: Array, panels: dict[str, Array], period: float, truth: Sinusoid | 
         axis.plot(phase[::step], factor * _centred(values)[::step], ".", color=DOTS, markersize=3, label="each frame",
                   zorder=1)
         place, mean, error = means(phase, factor * _centred(values), BINS, 0, 1)
-        axis.errorbar(place, mean, numpy.nan_to_num(error), fmt="o", color=BLUE, elinewidth=1, label="mean of 1/24", zorder=4)
+        axis.errorbar(place, mean, numpy.nan_to_num(error), fmt="o", color=BLUE, elinewidth=1, label="mean of 1/24",
+                      zorder=4)
         spread = max(spread, float(numpy.nanmax(numpy.abs(mean) + numpy.nan_to_num(error))))
         if truth is not None:
             axis.plot(x, factor * truth._replace(offset=0.0).at(t.min() + x * truth.period), color=ORANGE,
