@@ -5,7 +5,7 @@
 #include "common/failure.hpp"
 #include "common/output.hpp"
 #include "common/text.hpp"
-#include "experiment/summary.hpp"
+#include "experiment/experiment_report.hpp"
 #include "options/command.hpp"
 
 namespace cli {
@@ -77,14 +77,13 @@ void experiment(const Options &options, Progress &progress) {
     const Campaign campaign(scene, options.campaign);
     Journal journal(folder.file("journal.jsonl"), campaign.arguments());
     run_campaign(campaign, journal, progress);
-    const std::vector<TableSummary> summaries = summarise(campaign, journal);
-    const std::string json = report_json(campaign, summaries), markdown = report_markdown(campaign, summaries);
-    folder.open("experiment.csv").write(report_csv(campaign, journal));
-    folder.open("experiment.md").write(markdown);
-    folder.open("experiment.json").write(json);
+    const ExperimentReport report = report_of(campaign, journal);
+    folder.open("experiment.csv").write(report.csv);
+    folder.open("experiment.md").write(report.markdown);
+    folder.open("experiment.json").write(report.json);
     folder.commit("experiment.json"); // its existence implies that all other files are complete
     progress.clear();
-    print_stdout(options.as_json ? json : markdown);
+    print_stdout(options.as_json ? report.json : report.markdown);
 }
 
 } // namespace

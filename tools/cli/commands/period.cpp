@@ -87,13 +87,6 @@ std::vector<toliman_period_peak> peaks_of(const Periodogram &periodogram, size_t
     return peaks;
 }
 
-void write_power(const std::string &path, const std::vector<double> &power) {
-    OutputFile out(path);
-    write_npy_header(out, {power.size()});
-    out.write(power.data(), power.size() * sizeof power[0]);
-    out.commit();
-}
-
 // Writes and prints the results. series: NULL if only the sums are known.
 void write_results(const Options &options, const Series *series, const Periodogram &periodogram, Progress &progress) {
     const std::string given = options.times.scale.empty() ? "" : result_scale(options.times.scale);
@@ -101,9 +94,11 @@ void write_results(const Options &options, const Series *series, const Periodogr
     progress.clear();
     warn_of_grid(periodogram, series, progress);
     const toliman_period_info info = info_of(periodogram.handle);
-    if (!options.power_file.empty())
-        write_power(options.power_file,
-                    power_of(periodogram.handle.get(), info.nf, kNormalisations.at(options.normalisation)));
+    if (!options.power_file.empty()) {
+        OutputFile out(options.power_file);
+        write_npy(out, power_of(periodogram.handle.get(), info.nf, kNormalisations.at(options.normalisation)));
+        out.commit();
+    }
     const PeriodReport report = {periodogram, {info.f0, info.df, info.nf},
                                  info.count,  peaks_of(periodogram, options.peaks),
                                  fap,         series != nullptr ? series->time_scale : given};

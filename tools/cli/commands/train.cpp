@@ -20,6 +20,7 @@ struct Options {
 };
 
 constexpr uint32_t kEpochs = 300;                       // the default
+constexpr char kPart[] = ".part";                       // suffix of the weights of a stopped training
 constexpr uint64_t kTrainingNoise = 0x5452414900000000; // XORed with the seed of the weights: seed of the frames' noise
 
 using Names = std::map<std::string, int32_t>;
@@ -100,10 +101,9 @@ void write(const toliman::autoencoder &cae, const std::string &payload, bool wit
     auto how = toliman::sized<toliman_cae_save_options>();
     how.weights_encoding = how.planes_encoding = kPayloads.at(payload);
     how.training = with_training ? 1 : 0;
-    const std::vector<unsigned char> blob = bytes_of([&](unsigned char *data, size_t capacity, size_t *size) {
+    out.write(bytes_of([&](unsigned char *data, size_t capacity, size_t *size) {
         return toliman_cae_save(cae.get(), &how, data, capacity, size);
-    });
-    out.write(blob.data(), blob.size());
+    }));
     out.commit();
 }
 
@@ -117,25 +117,21 @@ void report_result(const Options &options, const Scene &scene, bool tied, const 
                      result.photon_floor, result.mssim);
 }
 
-std::string part_path(const std::string &out) {
-    return out + ".part";
-}
-
 // A stopped training goes to OUT.part: --out may already contain a complete network, which must not be lost.
 void save_interrupted(const toliman::autoencoder &cae, const Options &options) {
-    const std::string part = part_path(options.out);
+    const std::string part = options.out + kPart;
     OutputFile out(part);
     write(cae, "float32", true, out);
+    const std::string epochs = options.epochs != 0 ? " --epochs " + std::to_string(options.epochs) : "";
     std::fprintf(stderr, "toliman: resume with: toliman train %s --resume %s --out %s%s\n", options.scene.c_str(),
-                 part.c_str(), options.out.c_str(),
-                 options.epochs != 0 ? (" --epochs " + std::to_string(options.epochs)).c_str() : "");
+                 part.c_str(), options.out.c_str(), epochs.c_str());
 }
 
 void train(const Options &options, Progress &progress) {
     check_not_input(options.out, {options.scene});
     OutputFile out(options.out); // before the training: an unwritable path fails at once
     if (options.out != "-")
-        check_output(part_path(options.out));
+        check_output(options.out + kPart);
     const Scene scene(options.scene, progress);
     auto [cae, how, seed] = options.resume.empty() ? new_training(scene, options) : resumed_training(scene, options);
     const bool tied = how.mode == TOLIMAN_CAE_MODE_TIED;

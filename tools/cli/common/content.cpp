@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cstdio>
 #include <filesystem>
 #include <fstream>
 
@@ -20,7 +21,7 @@ constexpr size_t kHeadSize = 23040; // 8 FITS blocks, which contain CREATOR
 constexpr size_t kTextSize = 512;   // bytes that are examined for control characters
 constexpr char kBlanks[] = " \t\r\n", kByteOrderMark[] = "\xef\xbb\xbf";
 
-bool begins_with(const std::string &text, const std::string &start) {
+bool begins_with(const std::string &text, std::string_view start) {
     return text.compare(0, start.size(), start) == 0;
 }
 
@@ -40,13 +41,12 @@ bool is_text(const std::string &head) {
 
 // The value of "schema" in the text of a JSON object, "" if there is none.
 std::string schema_in(const std::string &text) {
-    size_t at = text.find("\"schema\"");
-    for (const char mark : {':', '"'}) {
-        at = at == std::string::npos ? at : text.find_first_not_of(kBlanks, at + (mark == ':' ? 8 : 1));
-        if (at == std::string::npos || text[at] != mark)
-            return "";
-    }
-    return text.substr(at + 1, text.find('"', at + 1) - at - 1);
+    const std::string key = "\"schema\"";
+    const size_t at = text.find(key);
+    char value[100] = "";
+    if (at != std::string::npos)
+        std::sscanf(text.c_str() + at + key.size(), " : \"%99[^\"]", value);
+    return value;
 }
 
 Identity folder_identity(const std::filesystem::path &path) {
@@ -83,14 +83,6 @@ bool is_own_fits(const std::string &head) {
         if (head.compare(at, 18, "CREATOR = 'toliman") == 0)
             return true;
     return false;
-}
-
-bool is_own_npy(const std::string &head) {
-    constexpr size_t prefix = 10;
-    const std::string start = "{'descr': '<f8', 'fortran_order': False, 'shape': (";
-    return head.size() >= kNpyHeaderSize && head.compare(6, 2, std::string("\1\0", 2)) == 0 &&
-           static_cast<unsigned char>(head[8]) == kNpyHeaderSize - prefix && head[9] == '\0' &&
-           head.compare(prefix, start.size(), start) == 0;
 }
 
 } // namespace
@@ -157,7 +149,7 @@ bool is_own(const Identity &file) {
     case Content::fits:
         return is_own_fits(file.head);
     case Content::npy:
-        return is_own_npy(file.head);
+        return file.head.size() >= kNpyHeaderSize && begins_with(file.head, kNpyMark);
     case Content::text:
         for (const char *mark :
              {kSeriesMark, kPeriodogramMark, kStatePeriodogramMark, kTrainingMark, kDisplacementMark, kTrialsMark})

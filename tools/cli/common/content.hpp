@@ -2,6 +2,7 @@
 #pragma once
 #include <initializer_list>
 #include <string>
+#include <string_view>
 
 namespace cli {
 
@@ -41,7 +42,10 @@ inline constexpr char kTrialsMark[] =
     "# a method on a series of frames: amplitude_px 0 is without signal; the rest in pixels and days\n";
 inline constexpr char kExperimentMark[] = " Medians over the seeds; found: log10 FAP ";
 
-// Bytes of the header of .npy files that this program writes; NumPy writes 128 for such arrays.
+// The same of .npy files: version 1.0, and the size of the text that follows in their header of 256 bytes. NumPy writes
+// 128 bytes for such arrays.
 inline constexpr size_t kNpyHeaderSize = 256;
+using std::string_view_literals::operator""sv;
+inline constexpr auto kNpyMark = "\x93NUMPY\1\0\xf6\0{'descr': '<f8', 'fortran_order': False, 'shape': ("sv;
 
 } // namespace cli

@@ -6,13 +6,6 @@
 
 namespace cli {
 
-// File and number of a line. Its text for messages is made on demand, since that takes longer than reading a line.
-struct LinePlace {
-    const std::string &file;
-    int number;
-    std::string text() const { return file + ":" + std::to_string(number); }
-};
-
 class LineSource {
   public:
     // Longest line in bytes. A longer line is returned with its first kLongest + 1 bytes, so that input without

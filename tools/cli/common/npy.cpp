@@ -6,13 +6,17 @@
 namespace cli {
 
 void write_npy_header(OutputFile &out, const std::vector<size_t> &shape) {
-    std::string text = "{'descr': '<f8', 'fortran_order': False, 'shape': (";
+    std::string text(kNpyMark);
     for (size_t i = 0; i < shape.size(); i++)
         text += (i > 0 ? ", " : "") + std::to_string(shape[i]);
     text += shape.size() == 1 ? ",), }" : "), }";
-    std::string start("\x93NUMPY\1\0\xf6\0", 10); // version 1.0, and the size of the text that follows: 246 bytes
-    text.resize(kNpyHeaderSize - start.size() - 1, ' '); // the header's size marks files of this program
-    out.write((start + text + "\n").data(), kNpyHeaderSize);
+    text.resize(kNpyHeaderSize - 1, ' ');
+    out.write(text + "\n");
+}
+
+void write_npy(OutputFile &out, const std::vector<double> &values, const std::vector<size_t> &shape) {
+    write_npy_header(out, shape.empty() ? std::vector{values.size()} : shape);
+    out.write(values);
 }
 
 toliman::NpyHeader read_npy_header(InputFile &file) {

@@ -11,10 +11,8 @@ namespace cli {
 
 // Header of a C-order little-endian float64 array; the numbers follow through OutputFile::write.
 void write_npy_header(OutputFile &out, const std::vector<size_t> &shape);
-inline void write_npy(OutputFile &out, const std::vector<size_t> &shape, const std::vector<double> &values) {
-    write_npy_header(out, shape);
-    out.write(values);
-}
+// The whole file. An empty shape is that of the vector.
+void write_npy(OutputFile &out, const std::vector<double> &values, const std::vector<size_t> &shape = {});
 
 // Reads the header; the file is then positioned at the first number.
 toliman::NpyHeader read_npy_header(InputFile &file);

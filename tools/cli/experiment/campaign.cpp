@@ -122,9 +122,9 @@ void Campaign::make_tables() {
     if (!asked("robust"))
         return;
     add_table("matched", "the scene as it is", scene_, scene_);
-    add_table("jitter", "pointing 1e-3 px rms, fluxes 1e-4 rms", scene_of(variants.disturbed(false)), scene_);
-    add_table("projected", "the same, fluxes and shift projected out", scene_of(variants.disturbed(true)),
-              scene_of(variants.projected()));
+    add_table("jitter", "pointing 1e-3 px rms, fluxes 1e-4 rms", scene_of(variants.with({kJitter})), scene_);
+    add_table("projected", "the same, fluxes and shift projected out", scene_of(variants.with({kJitter, kProjected})),
+              scene_of(variants.with({kProjected})));
     add_mismatch("defocus", "defocus error of 0.03 wave rms", variants.defocused(0.03));
     add_mismatch("separation", "separation error of 1 px", variants.moved(1, 0, 1));
     add_mismatch("scale", "plate scale error of 1e-3", variants.moved(0, 0, 1.001));

@@ -1,13 +1,138 @@
-#include "experiment/summary.hpp"
+// Method: the injection table (`ladder` in the JSON) has, for each method and amplitude, medians over the seeds,
+// since a lost period makes a mean meaningless. The controls (series without signal) have the number of false
+// alarms, the uniformity of the FAPs, and the scatter: the variance of all series of a seed is pooled and divided
+// by the squared slope, so that values in other units than px compare with the Cramer-Rao bound; the result is the
+// median over the seeds.
+#include "experiment/experiment_report.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
 
 #include "common/content.hpp"
 #include "common/provenance.hpp"
 #include "common/text.hpp"
-#include "experiment/methods.hpp"
+#include "frames/frame_loop.hpp"
 
 namespace cli {
 
 namespace {
+
+struct LadderRow { // a method at one amplitude
+    std::string method;
+    double amplitude_px = 0;
+    size_t seeds = 0, found = 0;
+    double period_error = 0, log10_fap = 0; // medians; relative
+    double slope = 0, efficiency = 0;       // medians, by regression on the true displacement
+    double expected_log10_fap = 0;          // of a method at the Cramer-Rao bound
+};
+
+struct Control { // a method on series without signal
+    std::string method;
+    size_t series = 0, frames = 0, alarms = 0;
+    double uniformity = 0;               // p-value of the FAPs against the uniform distribution, Kolmogorov-Smirnov
+    double sigma_px = 0, efficiency = 0; // medians over the seeds; sigma is divided by the slope
+    double bias_px = 0, slope = 0;       // means
+};
+
+struct TableSummary {
+    const Table *table = nullptr;
+    double crb_px = 0, threshold_px = 0, pca_threshold_px = 0;
+    std::vector<LadderRow> ladder;
+    std::vector<Control> controls; // empty without series without signal
+};
+
+constexpr double kClose = 0.05; // largest relative error of a period that was found
+
+// |period / true period - 1|.
+double period_error(const Campaign &campaign, const Row &row) {
+    return std::fabs(row.period_days / campaign.scene().info.period_days - 1);
+}
+
+// Whether the signal was found: log10 FAP below kFound, and the period within 5 % of the true one.
+bool found(const Campaign &campaign, const Row &row) {
+    return row.log10_fap < kFound && period_error(campaign, row) < kClose;
+}
+
+// Cramer-Rao bound over the scatter, both in px.
+double efficiency(const Table &table, const Row &row) {
+    return table.frames->info.crb_projected_px * std::fabs(row.slope) / row.sigma;
+}
+
+template <class Value> std::vector<double> values_of(const std::vector<Row> &rows, Value value) {
+    std::vector<double> values;
+    values.reserve(rows.size());
+    for (const Row &row : rows)
+        values.push_back(value(row));
+    return values;
+}
+
+LadderRow ladder_row_of(const Campaign &campaign, const Table &table, const std::vector<Row> &rows) {
+    LadderRow result;
+    result.method = rows[0].method;
+    result.amplitude_px = rows[0].amplitude_px;
+    result.seeds = rows.size();
+    for (const Row &row : rows)
+        result.found += found(campaign, row) ? 1 : 0;
+    result.period_error = median(values_of(rows, [&](const Row &row) { return period_error(campaign, row); }));
+    result.log10_fap = median(values_of(rows, [](const Row &row) { return row.log10_fap; }));
+    result.slope = median(values_of(rows, [](const Row &row) { return row.slope; }));
+    result.efficiency = median(values_of(rows, [&](const Row &row) { return efficiency(table, row); }));
+    result.expected_log10_fap = campaign.theory().log10_fap(result.amplitude_px, table.frames->info.crb_projected_px);
+    return result;
+}
+
+// Scatter in px for each seed, pooled over its series.
+std::vector<double> pooled_sigmas(const std::vector<Row> &rows) {
+    std::map<uint64_t, std::vector<double>> squares;
+    for (const Row &row : rows)
+        squares[row.seed].push_back(row.sigma * row.sigma / (row.slope * row.slope));
+    std::vector<double> sigmas;
+    sigmas.reserve(squares.size());
+    for (const auto &[seed, of_seed] : squares)
+        sigmas.push_back(std::sqrt(mean(of_seed)));
+    return sigmas;
+}
+
+Control control_of(const Campaign &campaign, const Table &table, const std::vector<Row> &rows) {
+    Control control;
+    control.method = rows[0].method;
+    control.series = rows.size();
+    control.frames = rows.size() * static_cast<size_t>(campaign.scene().info.frames);
+    for (const Row &row : rows)
+        control.alarms += row.log10_fap < kFound ? 1 : 0;
+    control.uniformity = uniformity(values_of(rows, [](const Row &row) { return std::pow(10, row.log10_fap); }));
+    control.sigma_px = median(pooled_sigmas(rows));
+    control.efficiency = table.frames->info.crb_projected_px / control.sigma_px;
+    control.bias_px = mean(values_of(rows, [](const Row &row) { return row.mean; }));
+    control.slope = mean(values_of(rows, [](const Row &row) { return row.slope; }));
+    return control;
+}
+
+std::vector<TableSummary> summarise(const Campaign &campaign, const Journal &journal) {
+    std::vector<TableSummary> summaries;
+    for (const Table &table : campaign.tables()) {
+        TableSummary summary;
+        summary.table = &table;
+        summary.crb_px = table.frames->info.crb_projected_px;
+        summary.threshold_px = campaign.theory().threshold_px(summary.crb_px);
+        summary.pca_threshold_px =
+            campaign.theory().pca_threshold_px(summary.crb_px, static_cast<double>(table.frames->pixels()));
+        for (const double amplitude : table.amplitudes)
+            for (const std::string &method : campaign.options().methods) {
+                const std::vector<Row> rows = journal.rows(table.name, method, amplitude);
+                if (!rows.empty())
+                    summary.ladder.push_back(ladder_row_of(campaign, table, rows));
+            }
+        for (const std::string &method : campaign.options().methods) {
+            const std::vector<Row> blind = journal.rows(table.name, method, 0);
+            if (!blind.empty())
+                summary.controls.push_back(control_of(campaign, table, blind));
+        }
+        summaries.push_back(std::move(summary));
+    }
+    return summaries;
+}
 
 Json ladder_json(const LadderRow &row) {
     return Json("method", row.method, "amplitude_px", row.amplitude_px, "seeds", row.seeds, "found", row.found,
@@ -61,13 +186,6 @@ void print_ladder(std::string &out, const Campaign &campaign, const TableSummary
                          control.alarms, control.uniformity, control.sigma_px, control.efficiency);
 }
 
-const Control *control_of(const TableSummary &summary, const std::string &method) {
-    for (const Control &control : summary.controls)
-        if (control.method == method)
-            return &control;
-    return nullptr;
-}
-
 // The tables with a single amplitude as one table: each has a few rows, with the scene's own signal.
 void print_robust(std::string &out, const Campaign &campaign, const std::vector<TableSummary> &summaries) {
     std::string lines;
@@ -75,11 +193,13 @@ void print_robust(std::string &out, const Campaign &campaign, const std::vector<
         if (summary.table->ladder)
             continue;
         for (const LadderRow &row : summary.ladder) {
-            const Control *control = control_of(summary, row.method);
+            const auto control = std::find_if(summary.controls.begin(), summary.controls.end(),
+                                              [&](const Control &one) { return one.method == row.method; });
             lines += formatted("| %s | %s | %.3g | ", summary.table->what.c_str(), row.method.c_str(), summary.crb_px);
-            lines += control == nullptr ? "| | | "
-                                        : formatted("%.2g | %.3g | %.4f | %.3f ", control->bias_px, control->sigma_px,
-                                                    control->slope, control->efficiency);
+            lines += control == summary.controls.end()
+                         ? "| | | "
+                         : formatted("%.2g | %.3g | %.4f | %.3f ", control->bias_px, control->sigma_px, control->slope,
+                                     control->efficiency);
             lines += formatted("| %zu of %zu | %.1f |\n", row.found, row.seeds, row.log10_fap);
         }
     }
@@ -95,8 +215,6 @@ void print_robust(std::string &out, const Campaign &campaign, const std::vector<
            "|---|---|---|---|---|---|---|---|---|\n" +
            lines;
 }
-
-} // namespace
 
 std::string report_json(const Campaign &campaign, const std::vector<TableSummary> &summaries) {
     const toliman_sim_info &info = campaign.scene().info;
@@ -145,6 +263,13 @@ std::string report_csv(const Campaign &campaign, const Journal &journal) {
                                      row.slope, row.sigma, row.mean, efficiency(table, row));
     }
     return out;
+}
+
+} // namespace
+
+ExperimentReport report_of(const Campaign &campaign, const Journal &journal) {
+    const std::vector<TableSummary> summaries = summarise(campaign, journal);
+    return {report_json(campaign, summaries), report_markdown(campaign, summaries), report_csv(campaign, journal)};
 }
 
 } // namespace cli

@@ -48,7 +48,7 @@ void RunFolder::write(const RunFiles &files) {
     folder_.open("weights.tlmw").write(pipeline.weights);
     folder_.open("result.json").write(files.result);
     for (size_t i = 0; i < files.images.size(); i++)
-        write_npy(images_.open(kRunImages[i]), files.images[i].shape, files.images[i].values);
+        write_npy(images_.open(kRunImages[i]), files.images[i].values, files.images[i].shape);
     images_.commit();
     folder_.commit("result.json");
 }

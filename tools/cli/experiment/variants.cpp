@@ -10,13 +10,6 @@
 
 namespace cli {
 
-namespace {
-
-constexpr char kProject[] = R"({"preprocess": {"project": ["flux_a", "flux_b", "shift_x", "shift_y"]}})";
-constexpr char kJitter[] = R"({"systematics": {"pointing_rms_px": 0.001, "flux_rms": 0.0001}})";
-
-} // namespace
-
 SceneVariants::SceneVariants(const Scene &scene)
     : json_(read_scene_json(scene.path)),
       wavelength_nm_(scene.wavelengths()[static_cast<size_t>(scene.info.wavelengths) / 2] * 1e9) {
@@ -41,14 +34,6 @@ std::string SceneVariants::equal_stars() const {
     const std::string star = formatted(R"({"%s": %.17g})", counted ? "photons_per_s" : "relative_flux",
                                        counted ? (a->valuedouble + b->valuedouble) / 2 : 1);
     return with({R"({"stars": {"A": )" + star + R"(, "B": )" + star + "}}"});
-}
-
-std::string SceneVariants::disturbed(bool projected) const {
-    return projected ? with({kJitter, kProject}) : with({kJitter});
-}
-
-std::string SceneVariants::projected() const {
-    return with({kProject});
 }
 
 std::string SceneVariants::defocused(double waves_rms) const {
