@@ -122,13 +122,13 @@ std::string verdict(const Health &health) {
 
 std::string as_json(const Health &health) {
     const toliman_machine &machine = health.machine;
-    const Json json("schema", "toliman-doctor/1", "version", toliman_version(), "abi_version", toliman_abi_version(),
-                    "cpu", health.cpu, "processors", machine.processors, "isa", machine.isa, "isa_available",
-                    health.sets, "blas_core", machine.blas_core, "blas_config", machine.blas_config, "blas_threads",
-                    machine.blas_threads, "blas_is_slow", machine.blas_is_slow != 0, "blas_gflops", health.gflops,
-                    "fftw", machine.fftw, "zlib", ::zlibVersion(), "cjson", ::cJSON_Version(), "cfitsio",
-                    health.cfitsio, "cli11", CLI11_VERSION, "fsync_ms", health.sync.milliseconds, "fsync_folder",
-                    health.sync.folder, "ready", health.problems.empty(), "verdict", verdict(health));
+    Json json("schema", "toliman-doctor/1", "version", toliman_version(), "abi_version", toliman_abi_version());
+    json.set("cpu", health.cpu, "processors", machine.processors, "isa", machine.isa, "isa_available", health.sets);
+    json.set("blas_core", machine.blas_core, "blas_config", machine.blas_config, "blas_threads", machine.blas_threads);
+    json.set("blas_is_slow", machine.blas_is_slow != 0, "blas_gflops", health.gflops);
+    json.set("fftw", machine.fftw, "zlib", ::zlibVersion(), "cjson", ::cJSON_Version(), "cfitsio", health.cfitsio);
+    json.set("cli11", CLI11_VERSION, "fsync_ms", health.sync.milliseconds, "fsync_folder", health.sync.folder);
+    json.set("ready", health.problems.empty(), "verdict", verdict(health));
     return json.text();
 }
 

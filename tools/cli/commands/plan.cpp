@@ -89,16 +89,16 @@ std::string as_json(const toliman_sim_plan_info &plan, const std::string &scene)
     Json stages_there;
     for (int32_t i = 0; toliman_sim_stage_name(i) != nullptr; i++)
         stages_there.set(toliman_sim_stage_name(i), has_stage(plan, toliman_sim_stage_name(i)) ? 1.0 : 0.0);
-    const Json json("schema", "toliman-plan/1", "scene", scene, "engine", engine_name(plan), "accuracy", plan.accuracy,
-                    "scene_wavelengths", plan.scene_wavelengths, "wavelengths", plan.wavelengths, "order", plan.order,
-                    "exact_frames", plan.exact_frames, "anchors", plan.anchors, "orbit_px", plan.orbit_px,
-                    "place_order", plan.place_order, "oversampling", plan.oversampling, "filter_taps", plan.filter_taps,
-                    "pupil_samples", plan.pupil_samples, "stages", std::move(stages_there), "errors",
-                    Json("rounding", plan.rounding_error, "pupil", plan.pupil_error, "spectrum", plan.spectrum_error,
-                         "series", plan.series_error, "pixel", plan.pixel_error, "places", plan.place_error,
-                         "scale_focus", plan.scale_focus_error, "plate_scale", plan.plate_scale_error),
-                    "setup_flops", plan.setup_flops, "frame_flops", plan.frame_flops, "bytes", plan.bytes, "setup_s",
-                    plan.setup_s, "frame_s", plan.frame_s);
+    Json json("schema", "toliman-plan/1", "scene", scene, "engine", engine_name(plan), "accuracy", plan.accuracy);
+    json.set("scene_wavelengths", plan.scene_wavelengths, "wavelengths", plan.wavelengths, "order", plan.order);
+    json.set("exact_frames", plan.exact_frames, "anchors", plan.anchors, "orbit_px", plan.orbit_px);
+    json.set("place_order", plan.place_order, "oversampling", plan.oversampling, "filter_taps", plan.filter_taps);
+    json.set("pupil_samples", plan.pupil_samples, "stages", std::move(stages_there));
+    json.set("errors", Json("rounding", plan.rounding_error, "pupil", plan.pupil_error, "spectrum", plan.spectrum_error,
+                            "series", plan.series_error, "pixel", plan.pixel_error, "places", plan.place_error,
+                            "scale_focus", plan.scale_focus_error, "plate_scale", plan.plate_scale_error));
+    json.set("setup_flops", plan.setup_flops, "frame_flops", plan.frame_flops, "bytes", plan.bytes);
+    json.set("setup_s", plan.setup_s, "frame_s", plan.frame_s);
     return json.text();
 }
 

@@ -27,37 +27,32 @@ std::string plain(std::string path) {
     return path;
 }
 
-InputFile::InputFile(const std::string &path) : path_(path), file_(nullptr) {
+InputFile::InputFile(const std::string &path) : path_(path) {
     struct stat status = {};
     if (::stat(path.c_str(), &status) != 0)
         malformed(path, std::strerror(errno));
     if (!S_ISREG(status.st_mode)) // opening a pipe would block
         malformed(path, "is not a regular file" + kind_of(path));
-    file_ = std::fopen(path.c_str(), "rb");
-    if (file_ == nullptr)
+    file_.reset(std::fopen(path.c_str(), "rb"));
+    if (!file_)
         malformed(path, std::strerror(errno));
     size_ = static_cast<size_t>(status.st_size);
 }
 
-InputFile::~InputFile() {
-    if (sized())
-        std::fclose(file_);
-}
-
 bool InputFile::read(void *data, size_t size) {
-    const bool whole = std::fread(data, 1, size, file_) == size;
+    const bool whole = std::fread(data, 1, size, file_.get()) == size;
     check_input();
     return whole;
 }
 
 bool InputFile::ended() {
-    const int next = std::getc(file_);
+    const int next = std::getc(file_.get());
     check_input();
-    return next == EOF || std::ungetc(next, file_) == EOF;
+    return next == EOF || std::ungetc(next, file_.get()) == EOF;
 }
 
 void InputFile::check_input() const {
-    if (std::ferror(file_) == 0)
+    if (std::ferror(file_.get()) == 0)
         return;
     const int reason = errno;
     stop_if_asked(); // a signal interrupts reading from standard input

@@ -11,7 +11,6 @@
 #include <filesystem>
 #include <poll.h>
 #include <sys/stat.h>
-#include <sys/statvfs.h>
 #include <unistd.h>
 #include <utility>
 
@@ -66,7 +65,7 @@ void replace_anything() noexcept {
 }
 
 OutputFile::OutputFile(const std::string &path, Replaces what)
-    : path_(path == "-" ? "standard output" : path), is_stdout_(path == "-"), file_(nullptr) {
+    : path_(path == "-" ? "standard output" : path), is_stdout_(path == "-") {
     if (is_stdout_ && what != Replaces::scenes && ::isatty(STDOUT_FILENO) != 0)
         throw Failure(kExitUsage, "-: standard output is a terminal: redirect it or give a file");
     struct stat status = {};
@@ -76,8 +75,8 @@ OutputFile::OutputFile(const std::string &path, Replaces what)
                            : exists && !S_ISREG(status.st_mode) ? ::open(path.c_str(), O_WRONLY | O_CLOEXEC)
                                                                 : open_temporary(exists, what);
     if (descriptor >= 0)
-        file_ = ::fdopen(descriptor, "wb");
-    if (file_ == nullptr)
+        file_.reset(::fdopen(descriptor, "wb"));
+    if (!file_)
         fail();
 }
 
@@ -108,15 +107,9 @@ int OutputFile::open_temporary(bool replaces, Replaces what) {
     return descriptor;
 }
 
-OutputFile::~OutputFile() {
-    abandon();
-}
-
 void OutputFile::abandon() noexcept {
     const int reason = errno;
-    if (file_ != nullptr)
-        std::fclose(file_);
-    file_ = nullptr;
+    file_.reset();
     if (!temporary_.empty())
         ::unlink(temporary_.c_str());
     errno = reason;
@@ -136,41 +129,36 @@ void OutputFile::need_space(const std::vector<size_t> &axes, size_t width) const
     double bytes = static_cast<double>(width);
     for (const size_t axis : axes)
         bytes *= static_cast<double>(axis);
-    struct statvfs disk = {};
-    if (temporary_.empty() || ::statvfs(temporary_.c_str(), &disk) != 0)
-        return;
-    const double available = static_cast<double>(disk.f_bavail) * static_cast<double>(disk.f_frsize);
-    if (bytes <= available)
-        return;
-    fail("needs " + size_text(bytes) + ", the disk has " + size_text(available) + " free");
+    std::error_code unknown; // then the largest number
+    const auto available = static_cast<double>(std::filesystem::space(temporary_, unknown).available);
+    if (bytes > available)
+        fail("needs " + size_text(bytes) + ", the disk has " + size_text(available) + " free");
 }
 
 std::string OutputFile::hand_over() {
     if (temporary_.empty())
         fail("this format needs a regular file");
-    std::fclose(file_);
-    file_ = nullptr;
+    file_.reset();
     if (::unlink(temporary_.c_str()) != 0)
         fail();
     return temporary_;
 }
 
 void OutputFile::write(const void *data, size_t size) {
-    if (std::fwrite(data, 1, size, file_) != size)
+    if (std::fwrite(data, 1, size, file_.get()) != size)
         fail();
 }
 
 void OutputFile::commit() {
-    if (file_ == nullptr)
-        file_ = std::fopen(temporary_.c_str(), "rb");
-    if (file_ == nullptr || std::fflush(file_) != 0)
+    if (!file_)
+        file_.reset(std::fopen(temporary_.c_str(), "rb"));
+    if (!file_ || std::fflush(file_.get()) != 0)
         fail();
-    if (!temporary_.empty() && (!set_mode(::fileno(file_), mode_) || ::fsync(::fileno(file_)) != 0 ||
+    if (!temporary_.empty() && (!set_mode(::fileno(file_.get()), mode_) || ::fsync(::fileno(file_.get())) != 0 ||
                                 ::rename(temporary_.c_str(), target_.c_str()) != 0))
         fail();
     temporary_.clear();
-    std::fclose(file_);
-    file_ = nullptr;
+    file_.reset();
 }
 
 OutputFolder::OutputFolder(const std::string &path) : path_(path), made_(::mkdir(path.c_str(), 0777) == 0) {

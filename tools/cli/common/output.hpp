@@ -6,6 +6,8 @@
 #include <sys/types.h>
 #include <vector>
 
+#include "common/input.hpp"
+
 namespace cli {
 
 // What an output may replace without --force: files that content.hpp recognises as this program's, or these and scenes.
@@ -21,9 +23,7 @@ void replace_anything() noexcept;
 class OutputFile {
   public:
     explicit OutputFile(const std::string &path, Replaces what = Replaces::results);
-    ~OutputFile();
-    OutputFile(const OutputFile &) = delete;
-    OutputFile &operator=(const OutputFile &) = delete;
+    ~OutputFile() { abandon(); }
     // Throws Failure if the disk has no space for an array with these axes and `width` bytes per number.
     void need_space(const std::vector<size_t> &axes, size_t width) const;
     void write(const void *data, size_t size);
@@ -43,7 +43,7 @@ class OutputFile {
     bool is_stdout_;
     std::string target_, temporary_; // both empty if written directly; temporary_ also after the rename
     mode_t mode_ = 0;                // permissions after commit()
-    std::FILE *file_;                // null if handed over
+    File file_;                      // null if handed over
 };
 
 // A folder for results, created if it does not exist; a created folder is removed again unless its files are committed
@@ -52,8 +52,6 @@ class OutputFolder {
   public:
     explicit OutputFolder(const std::string &path);
     ~OutputFolder();
-    OutputFolder(const OutputFolder &) = delete;
-    OutputFolder &operator=(const OutputFolder &) = delete;
     std::string file(const std::string &name) const { return path_ + "/" + name; }
     // A new file of this name, or the same as before.
     OutputFile &open(const std::string &name, Replaces what = Replaces::results);

@@ -167,10 +167,12 @@ Json Campaign::arguments() const {
                 static_cast<double>(options_.seeds), "blind", static_cast<double>(options_.blind));
 }
 
-// The work still to be done, ordered so that the methods of a scene and seed are created once.
-std::vector<Campaign::Work> Campaign::left(const Journal &journal) const {
-    std::vector<Work> all;
-    for (const Table &table : tables_)
+// The work still to be done, by the scene and the seed of the methods, which are created once for each.
+Campaign::Groups Campaign::left(const Journal &journal) const {
+    Groups groups;
+    std::map<const Scene *, size_t> order; // of the methods' scenes
+    for (const Table &table : tables_) {
+        const size_t scene = order.emplace(table.methods.get(), order.size()).first->second;
         for (uint64_t seed = 1; seed <= table.blind.size(); seed++) {
             const auto add = [&](double amplitude_px, uint64_t series, uint64_t use) {
                 Work work = {&table, amplitude_px, seed + (use << 32)};
@@ -180,42 +182,37 @@ std::vector<Campaign::Work> Campaign::left(const Journal &journal) const {
                         work.rows.push_back(row);
                 }
                 if (!work.rows.empty())
-                    all.push_back(std::move(work));
+                    groups[{scene, seed}].push_back(std::move(work));
             };
-            for (const double amplitude : table.amplitudes)
-                add(amplitude, 0, std::find(amplitudes_.begin(), amplitudes_.end(), amplitude) - amplitudes_.begin());
+            for (const double amplitude : table.amplitudes) {
+                const auto at = std::find(amplitudes_.begin(), amplitudes_.end(), amplitude);
+                add(amplitude, 0, static_cast<uint64_t>(at - amplitudes_.begin()));
+            }
             for (uint64_t series = 0; series < table.blind[seed - 1]; series++)
                 add(0, series, amplitudes_.size() + series);
         }
-    std::map<const Scene *, size_t> order; // of the methods' scenes
-    for (const Table &table : tables_)
-        order.emplace(table.methods.get(), order.size());
-    std::stable_sort(all.begin(), all.end(), [&](const Work &a, const Work &b) {
-        return std::pair(order[a.table->methods.get()], a.rows[0].seed) <
-               std::pair(order[b.table->methods.get()], b.rows[0].seed);
-    });
-    return all;
+    }
+    return groups;
 }
 
 void Campaign::run(Journal &journal, Progress &progress) const {
-    std::vector<Work> all = left(journal);
+    Groups groups = left(journal);
     double total = 0, done = 0;
-    for (const Work &work : all)
-        total += static_cast<double>(work.rows.size());
-    Methods methods_of_seed;
-    std::pair<const Scene *, uint64_t> served = {};
-    for (Work &work : all) {
-        if (served != std::pair(work.table->methods.get(), work.rows[0].seed))
-            methods_of_seed.clear();
-        served = {work.table->methods.get(), work.rows[0].seed};
-        const std::string note = formatted("%s, %g px, seed %llu", work.table->name.c_str(), work.amplitude_px,
-                                           static_cast<unsigned long long>(work.rows[0].seed));
-        const auto share = static_cast<double>(work.rows.size());
-        run_series(work, methods_of_seed,
-                   [&](double part) { progress.show("experiment", (done + part * share) / total, note); });
-        done += share;
-        for (const Row &row : work.rows)
-            journal.add(row);
+    for (const auto &[key, group] : groups)
+        for (const Work &work : group)
+            total += static_cast<double>(work.rows.size());
+    for (auto &[key, group] : groups) {
+        Methods methods;
+        for (Work &work : group) {
+            const std::string note = formatted("%s, %g px, seed %llu", work.table->name.c_str(), work.amplitude_px,
+                                               static_cast<unsigned long long>(work.rows[0].seed));
+            const auto share = static_cast<double>(work.rows.size());
+            run_series(work, methods,
+                       [&](double part) { progress.show("experiment", (done + part * share) / total, note); });
+            done += share;
+            for (const Row &row : work.rows)
+                journal.add(row);
+        }
     }
 }
 

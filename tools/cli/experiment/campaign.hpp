@@ -51,8 +51,9 @@ class Campaign {
 
   private:
     struct Work; // one series of frames and its rows that are still to be computed
+    using Groups = std::map<std::pair<size_t, uint64_t>, std::vector<Work>>;
     using Methods = std::map<std::string, std::unique_ptr<Method>>; // of one scene and seed, created on first use
-    std::vector<Work> left(const Journal &journal) const;
+    Groups left(const Journal &journal) const;
     void run_series(Work &work, Methods &methods_of_seed, const std::function<void(double)> &show) const;
     void make_tables();
     Table &add_table(const std::string &name, const std::string &what, std::shared_ptr<const Scene> frames,

@@ -10,11 +10,7 @@ namespace cli {
 
 class Method {
   public:
-    Method() = default;
     virtual ~Method() = default;
-    Method(const Method &) = delete;
-    Method &operator=(const Method &) = delete;
-
     // Adds the next frames of a series, in order.
     virtual void push(const double *images, size_t count) = 0;
     // Returns one value for every block() frames since the last call and forgets these frames; those of an incomplete

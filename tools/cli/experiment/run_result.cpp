@@ -44,15 +44,14 @@ Json geometry(const Scene &scene, double rotation_deg) {
 
 void set_latent(const Pipeline &pipeline, double first_time, Json &json) {
     const toliman_period_peak &peak = pipeline.latent.peak;
-    json.set("latent_sigma_px", pipeline.latent.sigma_px, "efficiency", pipeline.efficiency, "efficiency_error",
-             pipeline.efficiency / std::sqrt(2 * static_cast<double>(pipeline.control_frames)), "cosine",
-             pipeline.training.cosine);
-    json.set("period_days", peak.period, "half_width_period_days", peak.half_width_period, "fwhm_period_days",
-             peak.fwhm_period, "period_error_days", peak.period_error, "at_edge",
-             (peak.flags & TOLIMAN_PERIOD_AT_EDGE) != 0);
-    json.set("fitted_amplitude_px", peak.amplitude, "fitted_amplitude_error_px", peak.amplitude_error,
-             "fitted_phase_rad", peak.phase, "fitted_offset_px", peak.offset, "fitted_time_offset_days", first_time,
-             "log10_fap", peak.log10_fap, "power_at_fap_1e-3", pipeline.false_alarm_power);
+    json.set("latent_sigma_px", pipeline.latent.sigma_px, "efficiency", pipeline.efficiency);
+    json.set("efficiency_error", pipeline.efficiency / std::sqrt(2 * static_cast<double>(pipeline.control_frames)));
+    json.set("cosine", pipeline.training.cosine, "period_days", peak.period);
+    json.set("half_width_period_days", peak.half_width_period, "fwhm_period_days", peak.fwhm_period);
+    json.set("period_error_days", peak.period_error, "at_edge", (peak.flags & TOLIMAN_PERIOD_AT_EDGE) != 0);
+    json.set("fitted_amplitude_px", peak.amplitude, "fitted_amplitude_error_px", peak.amplitude_error);
+    json.set("fitted_phase_rad", peak.phase, "fitted_offset_px", peak.offset, "fitted_time_offset_days", first_time);
+    json.set("log10_fap", peak.log10_fap, "power_at_fap_1e-3", pipeline.false_alarm_power);
 }
 
 void set_reconstructions(const Pipeline &pipeline, Json &json) {
