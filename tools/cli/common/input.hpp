@@ -12,7 +12,7 @@ bool is_folder(const std::string &path);
 // The path without trailing slashes.
 std::string plain(std::string path);
 
-struct CloseFile {
+struct CloseFile { // standard input stays open
     void operator()(std::FILE *file) const noexcept {
         if (file != stdin)
             std::fclose(file);
