@@ -27,12 +27,15 @@ namespace {
 constexpr size_t kMostLevels = 16; // of nested arrays and objects
 constexpr size_t kMostValues = 4096;
 
-[[noreturn]] void fail_at(const std::string &text, size_t offset, const std::string &source, const char *what) {
+[[noreturn]] void fail_at(const std::string &text, size_t offset, const std::string &source, Form form,
+                          const char *what) {
     size_t line = 1, column = 1;
     for (size_t i = 0; i < offset && i < text.size(); i++) {
         column = text[i] == '\n' ? 1 : column + 1;
         line += text[i] == '\n';
     }
+    if (form == Form::line)
+        fail(Status::format, "{%s}: column %zu: %s", source.c_str(), column, what);
     fail(Status::format, "{%s}: line %zu, column %zu: %s", source.c_str(), line, column, what);
 }
 
@@ -59,8 +62,8 @@ size_t utf8_length(const std::string &text, size_t at) {
 class Scan {
   public:
     // Starts after a byte order mark (U+FEFF), which some editors write and cJSON skips.
-    Scan(const std::string &text, const std::string &source)
-        : text_(text), source_(source), at_(text.compare(0, 3, "\xef\xbb\xbf") == 0 ? 3 : 0) {}
+    Scan(const std::string &text, const std::string &source, Form form)
+        : text_(text), source_(source), form_(form), at_(text.compare(0, 3, "\xef\xbb\xbf") == 0 ? 3 : 0) {}
 
     // The exact integer of each number, in document order; empty where the number is not a 64-bit integer.
     std::vector<std::optional<int64_t>> run() {
@@ -70,7 +73,7 @@ class Scan {
     }
 
   private:
-    [[noreturn]] void refuse(const char *what) const { fail_at(text_, at_, source_, what); }
+    [[noreturn]] void refuse(const char *what) const { fail_at(text_, at_, source_, form_, what); }
     char here() const { return at_ < text_.size() ? text_[at_] : '\0'; }
     bool digit() const { return here() >= '0' && here() <= '9'; }
 
@@ -178,13 +181,13 @@ class Scan {
 
     const std::string &text_;
     const std::string &source_;
+    Form form_;
     size_t at_, levels_ = 0, values_ = 0, keys_ = 0;
     std::vector<std::optional<int64_t>> integers_;
 };
 
 // Converts a node of the tree; `integer` is that of the next number. Recursion is bounded by kMostLevels.
-Value convert(const cJSON &node, const std::string &source, Duplicates duplicates,
-              const std::optional<int64_t> *&integer) {
+Value convert(const cJSON &node, const std::string &source, Form form, const std::optional<int64_t> *&integer) {
     Value value;
     if (cJSON_IsBool(&node)) {
         value.kind = Value::Kind::boolean;
@@ -201,9 +204,9 @@ Value convert(const cJSON &node, const std::string &source, Duplicates duplicate
         std::set<std::string_view> names; // keys so far, for a lookup in logarithmic time
         value.kind = object ? Value::Kind::object : Value::Kind::array;
         for (const cJSON *item = node.child; item != nullptr; item = item->next) {
-            if (object && duplicates == Duplicates::refused && !names.insert(item->string).second)
+            if (object && form == Form::document && !names.insert(item->string).second)
                 fail(Status::format, "{%s}: duplicate key \"%s\"", source.c_str(), item->string);
-            value.items.push_back(convert(*item, source, duplicates, integer));
+            value.items.push_back(convert(*item, source, form, integer));
             if (object)
                 value.names.emplace_back(item->string);
         }
@@ -220,10 +223,10 @@ const Value *Value::find(const std::string &name) const noexcept {
     return nullptr;
 }
 
-Value parse(const std::string &text, const std::string &source, Duplicates duplicates) {
+Value parse(const std::string &text, const std::string &source, Form form) {
     if (text.find_first_not_of(" \t\r\n") == std::string::npos)
         fail(Status::format, "{%s}: is empty", source.c_str());
-    const std::vector<std::optional<int64_t>> integers = Scan(text, source).run();
+    const std::vector<std::optional<int64_t>> integers = Scan(text, source, form).run();
     const char *end = nullptr;
     errno = 0; // cJSON does not distinguish exhausted memory from bad syntax; malloc sets errno
     const std::unique_ptr<cJSON, void (*)(cJSON *)> tree(
@@ -231,10 +234,10 @@ Value parse(const std::string &text, const std::string &source, Duplicates dupli
     if (tree == nullptr && errno == ENOMEM)
         throw std::bad_alloc();
     if (tree == nullptr)
-        fail_at(text, end != nullptr ? static_cast<size_t>(end - text.c_str()) : text.size(), source,
+        fail_at(text, end != nullptr ? static_cast<size_t>(end - text.c_str()) : text.size(), source, form,
                 "JSON syntax error");
     const std::optional<int64_t> *next = integers.data();
-    return convert(*tree, source, duplicates, next);
+    return convert(*tree, source, form, next);
 }
 
 } // namespace toliman::json

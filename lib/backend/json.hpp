@@ -17,16 +17,17 @@ struct Value {
     std::optional<int64_t> integer; // exact value of a number that is written without fraction and exponent, if it fits
     std::string text;
     std::vector<Value> items;       // of an array or object
-    std::vector<std::string> names; // keys of an object's items, all different unless duplicates are kept
+    std::vector<std::string> names; // keys of an object's items, all different in a document
 
     const Value *find(const std::string &name) const noexcept; // the first; nullptr if there is none
 };
 
+// document: duplicate keys are refused. line: a line of JSON Lines; duplicate keys are kept, and messages name no line.
+enum class Form { document, line };
+
 // Parses JSON text of at most kLargestText bytes, which callers check. The text must be valid UTF-8 without U+0000,
-// with at most 16 nested levels and 4096 values, numbers within the range of double, and no duplicate keys unless they
-// are kept. Status::format otherwise; the message starts with `source` and, except for duplicate keys, names line and
-// column.
-enum class Duplicates { refused, kept };
-Value parse(const std::string &text, const std::string &source, Duplicates duplicates = Duplicates::refused);
+// with at most 16 nested levels and 4096 values, and numbers within the range of double. Status::format otherwise; the
+// message starts with `source` and, except for duplicate keys, names line and column.
+Value parse(const std::string &text, const std::string &source, Form form = Form::document);
 
 } // namespace toliman::json

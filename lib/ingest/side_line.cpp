@@ -56,7 +56,7 @@ void check_keys(const Value &object) {
 void parse(const std::string &text, std::set<std::string> &names, SideLine &line) {
     if (text.size() > kLongestLine)
         fail(Status::format, "longer than %zu bytes", kLongestLine);
-    const Value object = json::parse(text, "malformed JSON", json::Duplicates::kept);
+    const Value object = json::parse(text, "malformed JSON", json::Form::line);
     if (object.kind != Value::Kind::object)
         fail(Status::format, "not a JSON object");
     line.session = name(object, "session_id", names);
