@@ -10,7 +10,8 @@
  *
  *   clock table           read_clock -> toliman_track_options.clock
  *   dates, Julian days    parse_time, convert_times -> TAI nanoseconds
- *   leap-seconds.list     read_leap_seconds -> parse_time, convert_times
+ *   FITS keywords         read_header -> TAI nanoseconds of the first frame
+ *   leap-seconds.list     read_leap_seconds -> parse_time, convert_times, read_header
  *
  * The mission writes a session as a pair of files: X_frames.bin holds the pixels without header, and X_meta.jsonl, the
  * side file, one JSON object per frame (formats.md, "The mission's pair of files"). Both files grow while the session
@@ -208,6 +209,43 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_read_leap_seconds(c
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_parse_time(const char *text, int32_t format, int32_t scale,
                                                                         const toliman_leap_second *table, size_t count,
                                                                         int64_t *tai_ns) TOLIMAN_NOEXCEPT;
+
+/* Keywords of a FITS header that give the time of its first frame. Each is the text of the header, strings with or
+ * without their quotes; NULL = the keyword is missing or has no value. Since 0.2. */
+typedef struct toliman_ingest_header {
+    uint32_t struct_size; /* sizeof(toliman_ingest_header) */
+    uint32_t reserved;
+    const char *timesys; /* UTC, TAI, TT, TDT, IAT or GPS; NULL = UTC */
+    const char *mjd_avg, *date_avg, *mjd_beg, *mjd_obs, *date_obs;
+    const char *xposure, *exptime; /* length of the exposure in s, 0 to 1e9 */
+} toliman_ingest_header;
+#define TOLIMAN_INGEST_HEADER_INIT TOLIMAN_INIT(toliman_ingest_header)
+
+/* Flags of toliman_ingest_header_time. */
+#define TOLIMAN_INGEST_ASSUMED 1u /* TIMESYS or the exposure is missing: UTC or mid-exposure is assumed */
+#define TOLIMAN_INGEST_EXPIRED 2u /* UTC on the day `expires` or later, whose leap seconds may not be known */
+
+/* Time of a header. Since 0.2. */
+typedef struct toliman_ingest_header_time {
+    uint32_t struct_size; /* in: sizeof(toliman_ingest_header_time) */
+    uint32_t flags;       /* TOLIMAN_INGEST_ASSUMED, TOLIMAN_INGEST_EXPIRED */
+    int64_t tai_ns;       /* middle of the first exposure, TAI nanoseconds since 1970-01-01T00:00:00 TAI */
+    char rule[120];       /* keywords and scale in words, for messages: "MJD-OBS + EXPTIME/2 in TAI" */
+} toliman_ingest_header_time;
+#define TOLIMAN_INGEST_HEADER_TIME_INIT TOLIMAN_INIT(toliman_ingest_header_time)
+
+/* Reads the time of the first frame from the keywords of a FITS header. The first that is present is used: MJD-AVG,
+ * DATE-AVG, MJD-BEG with XPOSURE, MJD-OBS with EXPTIME, DATE-OBS with EXPTIME. Half of the exposure is added to the
+ * last three. Without a complete pair, the first of their times is taken as mid-exposure. A date has no final Z.
+ *   table    [count] leap seconds for UTC, as in toliman_ingest_parse_time
+ *   expires  day (MJD) from toliman_ingest_read_leap_seconds; ignored if count is 0
+ *   time     becomes the time
+ * Errors: TOLIMAN_E_NOT_FOUND if the header has none of these times; TOLIMAN_E_FORMAT and TOLIMAN_E_RANGE, with the
+ * keyword, as toliman_ingest_parse_time, for an unknown TIMESYS and for a bad exposure; TOLIMAN_E_ARGUMENT for a wrong
+ * table. Since 0.2. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
+toliman_ingest_read_header(const toliman_ingest_header *header, const toliman_leap_second *table, size_t count,
+                           int64_t expires, toliman_ingest_header_time *time) TOLIMAN_NOEXCEPT;
 
 /* Converts times[count], nanoseconds since 1970-01-01T00:00:00 of their scale, to TAI nanoseconds. In UTC every day
  * counts 86,400 s, as in POSIX and in NumPy's datetime64: a time within a leap second has the same number as the time

@@ -142,7 +142,7 @@ typedef struct toliman_track_options {
     /* Clock table: pairs [clock_points][2] of camera nanoseconds and TAI nanoseconds, both increasing. Linear
      * interpolation between pairs and extrapolation beyond them; one pair is a constant difference; the pair (0, 0)
      * means that camera time is TAI. No pairs: the clock table of the folder, also with REBUILD; in a new folder the
-     * camera time is TAI. If the setup file of the folder is lost, both grid and clock table must be given. */
+     * camera time is TAI. If the setup file of the folder is lost, grid, clock table and stamp must be given. */
     const int64_t *clock;
     size_t clock_points;
     int32_t sync;                       /* TOLIMAN_TRACK_SYNC_..., 0 = GROUP */
@@ -168,7 +168,10 @@ TOLIMAN_API void toliman_track_options_init(toliman_track_options *options, size
  * given pointer), estimator_id, values, sigma, value_limit, bit_depth, zero_run_bytes, the flag
  * TOLIMAN_TRACK_ALLOW_ZERO_RUNS, geometry, grid, stamp and exposure_s (nf = 0 and stamp = 0 if the setup file is lost),
  * and a capacity of twice the number of records, at least 2^20 and at most 2^28. Other members are set to their
- * defaults. TOLIMAN_E_NOT_FOUND, TOLIMAN_E_FORMAT. */
+ * defaults. Errors:
+ *   - TOLIMAN_E_NOT_FOUND, with the folder as the field of the error, if it does not exist, cannot be opened or has no
+ *     ledger of frames: toliman_track_create may begin one in it. With a file as the field if that cannot be read;
+ *   - TOLIMAN_E_FORMAT if the ledger is damaged, or is missing although other files of the folder exist. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
 toliman_track_load_options(const char *folder, toliman_track_options *options) TOLIMAN_NOEXCEPT;
 

@@ -1,12 +1,15 @@
-// include/toliman/ingest.h: clock tables, leap seconds, dates
+// include/toliman/ingest.h: clock tables, leap seconds, dates, times of FITS headers
 #include <toliman/ingest.h>
 
 #include <algorithm>
+#include <string_view>
+#include <utility>
 
 #include "api/choice.hpp"
 #include "api/guard.hpp"
 #include "api/struct_array.hpp"
 #include "ingest/clock_table.hpp"
+#include "ingest/header_time.hpp"
 #include "ingest/time_scale.hpp"
 
 using namespace toliman;
@@ -40,6 +43,12 @@ void check_capacity(size_t capacity, size_t count, const char *what) {
     if (capacity > 0 && capacity < count)
         fail(Status::capacity, "{capacity} = %zu: must be at least %zu, the number of %s", capacity, count, what);
 }
+
+constexpr std::pair<const char *, const char * toliman_ingest_header::*> kHeaderKeys[] = {
+    {"TIMESYS", &toliman_ingest_header::timesys},   {"MJD-AVG", &toliman_ingest_header::mjd_avg},
+    {"DATE-AVG", &toliman_ingest_header::date_avg}, {"MJD-BEG", &toliman_ingest_header::mjd_beg},
+    {"MJD-OBS", &toliman_ingest_header::mjd_obs},   {"DATE-OBS", &toliman_ingest_header::date_obs},
+    {"XPOSURE", &toliman_ingest_header::xposure},   {"EXPTIME", &toliman_ingest_header::exptime}};
 
 } // namespace
 
@@ -86,6 +95,28 @@ toliman_status toliman_ingest_parse_time(const char *text, int32_t format, int32
         const Scale known_scale = kScales.to_enum(scale, "scale");
         const ingest::LeapSeconds leap_seconds(rows_of(table, count));
         required(tai_ns, "tai_ns") = ingest::parse_time(text, known_format, known_scale, leap_seconds);
+    });
+}
+
+toliman_status toliman_ingest_read_header(const toliman_ingest_header *header, const toliman_leap_second *table,
+                                          size_t count, int64_t expires, toliman_ingest_header_time *time) noexcept {
+    return guard([&] {
+        required(header, "header");
+        const toliman_ingest_header given = accept(header, toliman_ingest_header{}, "header");
+        const ingest::LeapSeconds leap_seconds(rows_of(table, count));
+        const ingest::Keywords value_of = [&given](const char *key) {
+            for (const auto &[name, member] : kHeaderKeys)
+                if (std::string_view(key) == name)
+                    return given.*member;
+            fail(Status::internal, "header keyword %s", key);
+        };
+        const ingest::HeaderTime found =
+            ingest::header_time(value_of, leap_seconds, count > 0 ? expires : erfa::leap_seconds().expires);
+        toliman_ingest_header_time result = {};
+        result.flags = (found.assumed ? TOLIMAN_INGEST_ASSUMED : 0) | (found.expired ? TOLIMAN_INGEST_EXPIRED : 0);
+        result.tai_ns = found.tai_ns;
+        found.rule.copy(result.rule, sizeof result.rule - 1);
+        deliver(result, time, "time");
     });
 }
 

@@ -172,8 +172,18 @@ std::optional<track::Clock> clock_of(const toliman_track_options &options) {
     return track::Clock(std::move(points));
 }
 
-// Stamp and exposure of the options, else those of the folder.
+bool has_records(const track::StateFolder &place) {
+    return place.store && place.store->size(track::LedgerFile::kName) >= 0 &&
+           track::LedgerFile(*place.store).has_records();
+}
+
+// Stamp and exposure of the options, else those of the folder. If the folder has records but has lost its setup file,
+// the stamp must be given: a guess would shift the times of further frames.
 track::Timing timing_of(const toliman_track_options &options, const track::StateFolder &place) {
+    if (!place.setup && options.stamp == 0 && has_records(place))
+        fail(Status::argument,
+             "{options->stamp} = 0: must be TOLIMAN_FRAME_STAMP_...: %s, which stores the stamp, is missing or damaged",
+             place.store->path(track::Setup::kName).c_str());
     const track::Timing otherwise = place.setup ? place.setup->timing : track::Timing();
     return {kStamps.to_enum_or(options.stamp, otherwise.stamp, "options->stamp"),
             options.exposure_s != 0 ? options.exposure_s : otherwise.exposure_s};
@@ -194,7 +204,7 @@ track::Setup setup_of(std::optional<period::Grid> grid, std::optional<track::Clo
              "{options->nf} = 0: must be at least 1: %s, which stores the grid, is missing or damaged", path.c_str());
     if (!grid)
         fail(Status::argument, "{options->nf} = 0: must be at least 1");
-    if (!clock && has_ledger && track::LedgerFile(*place.store).has_records())
+    if (!clock && has_records(place))
         fail(Status::argument,
              "{options->clock} is NULL: %s, which stores the clock, is missing or damaged: give the clock, or the pair "
              "(0, 0) if camera times are TAI",
@@ -441,6 +451,8 @@ void toliman_track_options_init(toliman_track_options *options, size_t size) noe
 toliman_status toliman_track_load_options(const char *folder, toliman_track_options *options) noexcept {
     return guard([&] {
         const std::unique_ptr<Store> store = open_folder(&required(folder, "folder"), Access::read);
+        if (!track::has_state(*store))
+            fail(Status::not_found, "{%s}: has no ledger of frames", folder);
         toliman_track_options made = options_of(*store);
         made.folder = folder;
         deliver(made, options, "options");

@@ -15,6 +15,26 @@
 
 namespace toliman::track {
 
+namespace {
+
+// The ledger is the first file of a folder: if it is missing although another one exists, it was lost.
+void check_not_lost(Store &store) {
+    for (const char *name : {Checkpoint::kName, Setup::kName, Names::kName})
+        if (store.size(name) >= 0 && store.size(LedgerFile::kName) < 0)
+            fail(Status::format,
+                 "{%s}: is missing although %s exists: the records of its frames are lost; push all frames again into "
+                 "a new folder",
+                 store.path(LedgerFile::kName).c_str(), name);
+}
+
+} // namespace
+
+bool has_state(Store &store) {
+    check_not_lost(store);
+    return store.size(LedgerFile::kName) >= 0 &&
+           (store.size(Setup::kName) >= 0 || LedgerFile(store).size() != LedgerFile(store).header_size());
+}
+
 StateFolder open_state_folder(std::unique_ptr<Store> store, Access access, const Terms &terms) {
     StateFolder folder;
     folder.access = access;
@@ -31,18 +51,6 @@ StateFolder open_state_folder(std::unique_ptr<Store> store, Access access, const
     return folder;
 }
 
-// The ledger is the first file of a folder: if it is missing although another one exists, it was lost.
-void Tracker::create_ledger() {
-    for (const char *name : {Checkpoint::kName, Setup::kName, Names::kName})
-        if (store_->size(name) >= 0)
-            fail(Status::format,
-                 "{%s}: is missing although %s exists: the records of its frames are lost; push all frames again into "
-                 "a new "
-                 "folder",
-                 store_->path(LedgerFile::kName).c_str(), name);
-    LedgerFile::begin(*store_, plan_.terms, plan_.columns);
-}
-
 // Readers, and trackers that only merge, need not name the estimator's values.
 void Tracker::adopt_columns(const LedgerFile &file) {
     const std::string there = file.columns().further(), here = plan_.columns.further();
@@ -56,8 +64,9 @@ void Tracker::adopt_columns(const LedgerFile &file) {
 // A changed setup is written before the sums computed with it, but after memory for these is allocated.
 void Tracker::open(StateFolder &folder) {
     const bool writing = access_ == Access::write;
+    check_not_lost(*store_);
     if (writing && store_->size(LedgerFile::kName) < 0)
-        create_ledger();
+        LedgerFile::begin(*store_, plan_.terms, plan_.columns);
     check_setup(folder);
     const LedgerFile file(*store_);
     adopt_columns(file);

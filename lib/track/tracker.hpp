@@ -78,6 +78,9 @@ struct StateFolder {
 // Reads a folder; with Access::write locks its ledger. A setup that does not match the terms belongs to another folder
 // and is ignored. Status::mismatch for a ledger with other terms.
 StateFolder open_state_folder(std::unique_ptr<Store> store, Access access, const Terms &terms);
+// Whether a tracker has begun to record frames there. False also for the header of a ledger that a tracker left before
+// it wrote its setup. Status::format if the ledger is missing although other files exist.
+bool has_state(Store &store);
 
 // A key is counted once in accepted, outlier or quarantined. received = accepted + outlier + quarantined + repeated +
 // all rejected.
@@ -144,7 +147,6 @@ class Tracker {
         Estimated estimated;
     };
     void open(StateFolder &folder);
-    void create_ledger();
     void adopt_columns(const LedgerFile &file);
     void resume_from_checkpoint(StateFolder &folder);
     void check_setup(const StateFolder &folder) const;

@@ -9,6 +9,7 @@ import warnings
 
 import numpy
 from astropy import units
+from astropy.io.fits import Header
 from astropy.table import QTable
 from astropy.time import Time, TimeDelta
 
@@ -31,6 +32,23 @@ def power(t, y, sigma=None):
     with Periodogram(**GRID) as periodogram:
         periodogram.push_many(t, y, sigma)
         return periodogram.power()
+
+
+class Headers(unittest.TestCase):
+    def test_header_against_astropy(self):
+        header = Header([("DATE-OBS", "2028-03-01T12:00:00.25"), ("EXPTIME", 2.5), ("MJD-AVG", None)])
+        time = toliman.read_header(header)
+        middle = Time("2028-03-01T12:00:01.5", scale="utc").tai - Time("1970-01-01", scale="tai")
+        self.assertEqual(time.tai_ns, round(2 * middle.sec) * 5 * 10**8)
+        self.assertEqual((time.rule, time.assumed), ("DATE-OBS + EXPTIME/2 in UTC, as TIMESYS is missing", True))
+        exact = toliman.read_header({"MJD-AVG": 60000.25, "TIMESYS": "TAI"})
+        self.assertEqual((exact.tai_ns, exact.assumed, exact.expired), ((60000 - 40587) * 86400 * 10**9 + 21600 * 10**9,
+                                                                       False, False))
+        with self.assertRaises(toliman.NotFoundError):
+            toliman.read_header({"TIMESYS": "TAI"})
+        with self.assertRaises(toliman.Error) as raised:
+            toliman.read_header({"MJD-AVG": "x"})
+        self.assertEqual(raised.exception.field, "MJD-AVG")
 
 
 class Dates(unittest.TestCase):

@@ -47,6 +47,14 @@ static toliman_status parse_time(attempt *a) {
                                      0, (int64_t *)a->out);
 }
 
+static toliman_status read_header(attempt *a) {
+    toliman_ingest_header header = TOLIMAN_INGEST_HEADER_INIT;
+    header.date_obs = "'2016-12-31T23:59:60.5'";
+    header.exptime = "2.5";
+    header.timesys = "'UTC'";
+    return toliman_ingest_read_header(&header, NULL, 0, 0, (void *)a->out);
+}
+
 static toliman_status convert_times(attempt *a) {
     const toliman_leap_second table[ROWS] = {{sizeof table[0], 10, 41317}, {0, 11, 41499}};
     const int64_t times[2] = {1500000000000000000, 1600000000000000000};
@@ -63,6 +71,7 @@ static const scenario all[] = {
     {.function = "toliman_ingest_read_leap_seconds", .call = read_leap_seconds, .stage = put_list},
     {.function = "toliman_ingest_read_leap_seconds", .variant = "of ERFA", .call = known_leap_seconds},
     {.function = "toliman_ingest_parse_time", .call = parse_time},
+    {.function = "toliman_ingest_read_header", .call = read_header, .struct_size = sizeof(toliman_ingest_header_time)},
     {.function = "toliman_ingest_convert_times", .call = convert_times},
 };
 SCENARIO_LIST(ingest_time_scenarios, all);

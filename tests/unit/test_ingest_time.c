@@ -380,6 +380,118 @@ static void clock_tables(void **unused) {
                  "/none/clock.csv");
 }
 
+static toliman_ingest_header_time time_of(const toliman_ingest_header *header) {
+    toliman_ingest_header_time time = TOLIMAN_INGEST_HEADER_TIME_INIT;
+    assert_ok(toliman_ingest_read_header(header, NULL, 0, 0, &time));
+    return time;
+}
+
+/* Each keyword goes before those after it, and half of its exposure is added; times of astropy 5.2. */
+static void times_of_headers(void **unused) {
+    (void)unused;
+    toliman_ingest_header header = TOLIMAN_INGEST_HEADER_INIT;
+    header.date_obs = "'2029-05-05T00:00:00'";
+    header.mjd_obs = "57753.25";
+    header.mjd_beg = "57753.5";
+    header.date_avg = "2028-03-01T12:00:00";
+    header.mjd_avg = "+5.775325D4";
+    header.xposure = "1.0D1";
+    header.exptime = "0.3";
+    header.timesys = "' tai'";
+    toliman_ingest_header_time time = TOLIMAN_INGEST_HEADER_TIME_INIT;
+    assert_fails(toliman_ingest_read_header(&header, NULL, 0, 0, &time), TOLIMAN_E_FORMAT, "TIMESYS");
+    header.timesys = "'tai     '";
+    const struct {
+        const char **spent; /* keyword that the next case lacks */
+        const char *rule;
+        int64_t tai_ns;
+    } cases[] = {
+        {&header.mjd_avg, "MJD-AVG in TAI", 1483164000000000000},
+        {&header.date_avg, "DATE-AVG in TAI", 1835524800000000000},
+        {&header.xposure, "MJD-BEG + XPOSURE/2 in TAI", 1483185605000000000},
+        {&header.mjd_obs, "MJD-OBS + EXPTIME/2 in TAI", 1483164000150000000},
+        {&header.exptime, "DATE-OBS + EXPTIME/2 in TAI", 1872633600150000000},
+        {&header.mjd_beg, "MJD-BEG, taken as mid-exposure as XPOSURE is missing, in TAI", 1483185600000000000},
+        {&header.date_obs, "DATE-OBS, taken as mid-exposure as EXPTIME is missing, in TAI", 1872633600000000000},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        time = time_of(&header);
+        assert_string_equal(time.rule, cases[i].rule);
+        assert_int_equal(time.tai_ns, cases[i].tai_ns);
+        assert_int_equal(time.flags, i < 5 ? 0 : TOLIMAN_INGEST_ASSUMED);
+        *cases[i].spent = NULL;
+    }
+    assert_fails(toliman_ingest_read_header(&header, NULL, 0, 0, &time), TOLIMAN_E_NOT_FOUND, "has no time");
+    assert_fails(toliman_ingest_read_header(NULL, NULL, 0, 0, &time), TOLIMAN_E_ARGUMENT, "header");
+    header.mjd_avg = "57753";
+    assert_fails(toliman_ingest_read_header(&header, NULL, 0, 0, NULL), TOLIMAN_E_ARGUMENT, "time");
+}
+
+/* TIMESYS is UTC if it is missing; from `expires` on leap seconds are not known. */
+static void scales_of_headers(void **unused) {
+    (void)unused;
+    const toliman_leap_second table[1] = {{sizeof table[0], 10, 41317}};
+    toliman_ingest_header header = TOLIMAN_INGEST_HEADER_INIT;
+    toliman_ingest_header_time time = TOLIMAN_INGEST_HEADER_TIME_INIT;
+    header.date_avg = "'2017-01-01'";
+    time = time_of(&header);
+    assert_int_equal(time.tai_ns, 1483228837000000000);
+    assert_int_equal(time.flags, TOLIMAN_INGEST_ASSUMED);
+    assert_string_equal(time.rule, "DATE-AVG in UTC, as TIMESYS is missing");
+    header.timesys = "UTC";
+    for (int64_t expires = 57754; expires <= 57755; expires++) { /* the day itself, and the next one */
+        assert_ok(toliman_ingest_read_header(&header, table, 1, expires, &time));
+        assert_int_equal(time.tai_ns, 1483228810000000000);
+        assert_int_equal(time.flags, expires == 57754 ? TOLIMAN_INGEST_EXPIRED : 0);
+    }
+    header.date_avg = "2016-12-31T23:59:59.999999999";
+    assert_ok(toliman_ingest_read_header(&header, table, 1, 57754, &time));
+    assert_int_equal(time.flags, 0);
+    const struct {
+        const char *name;
+        int64_t behind; /* TAI - scale, ns */
+    } scales[] = {
+        {"IAT", 0}, {"tt", -32184000000}, {"TT(TAI)", -32184000000}, {"TDT", -32184000000}, {"'GPS'", 19000000000}};
+    header.date_avg = "2028-03-01T12:00:00";
+    for (size_t i = 0; i < sizeof scales / sizeof *scales; i++) {
+        header.timesys = scales[i].name;
+        assert_ok(toliman_ingest_read_header(&header, table, 1, 41318, &time));
+        assert_int_equal(time.tai_ns, 1835524800000000000 + scales[i].behind);
+        assert_int_equal(time.flags, 0); /* only UTC has leap seconds */
+    }
+}
+
+static void bad_headers(void **unused) {
+    (void)unused;
+    const struct {
+        toliman_ingest_header header;
+        toliman_status status;
+        const char *field, *text;
+    } cases[] = {
+        {{.mjd_avg = "NaN"}, TOLIMAN_E_FORMAT, "MJD-AVG", "a Modified Julian Day"},
+        {{.mjd_avg = "2460000.5"}, TOLIMAN_E_RANGE, "MJD-AVG", "to 2099-12-31"},
+        {{.mjd_avg = "'60000'"}, TOLIMAN_E_FORMAT, "MJD-AVG", "a Modified Julian Day"},
+        {{.date_avg = "'2028-03-01Z'"}, TOLIMAN_E_FORMAT, "DATE-AVG", "YYYY-MM-DD"},
+        {{.date_avg = "2028-03-01T12:00:00Z"}, TOLIMAN_E_FORMAT, "DATE-AVG", "without a Z"},
+        {{.date_avg = ""}, TOLIMAN_E_FORMAT, "DATE-AVG", "YYYY-MM-DD"},
+        {{.date_avg = "''"}, TOLIMAN_E_FORMAT, "DATE-AVG", "YYYY-MM-DD"},
+        {{.mjd_beg = "60000", .xposure = "-1E-9"}, TOLIMAN_E_FORMAT, "XPOSURE", "from 0 to 1e9 s"},
+        {{.mjd_beg = "60000", .xposure = "1000000000.1"}, TOLIMAN_E_FORMAT, "XPOSURE", "from 0 to 1e9 s"},
+        {{.mjd_beg = "60000", .xposure = "1e300"}, TOLIMAN_E_FORMAT, "XPOSURE", "from 0 to 1e9 s"},
+        {{.date_obs = "2028-03-01", .exptime = "NaN"}, TOLIMAN_E_FORMAT, "EXPTIME", "from 0 to 1e9 s"},
+        {{.mjd_avg = "60000", .timesys = "'TDB'"}, TOLIMAN_E_FORMAT, "TIMESYS", "UTC, TAI, TT, TDT, IAT or GPS"},
+        {{.mjd_avg = "60000", .timesys = ""}, TOLIMAN_E_FORMAT, "TIMESYS", "UTC, TAI, TT, TDT, IAT or GPS"},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        toliman_ingest_header header = cases[i].header;
+        toliman_ingest_header_time time = TOLIMAN_INGEST_HEADER_TIME_INIT;
+        header.struct_size = sizeof header;
+        assert_fails(toliman_ingest_read_header(&header, NULL, 0, 0, &time), cases[i].status, cases[i].text);
+        assert_string_equal(toliman_last_error_field(), cases[i].field);
+        assert_int_equal(time.tai_ns, 0);
+    }
+}
+
 static void rates_of_clocks(void **unused) {
     (void)unused;
     const struct {
@@ -407,6 +519,9 @@ int main(void) {
         cmocka_unit_test(malformed_texts),
         cmocka_unit_test(range_ends),
         cmocka_unit_test(wrong_arguments),
+        cmocka_unit_test(times_of_headers),
+        cmocka_unit_test(scales_of_headers),
+        cmocka_unit_test(bad_headers),
         cmocka_unit_test_setup_teardown(leap_second_files, set_up, tear_down),
         cmocka_unit_test_setup_teardown(clock_tables, set_up, tear_down),
         cmocka_unit_test_setup_teardown(rates_of_clocks, set_up, tear_down),

@@ -166,6 +166,7 @@ static void impossible_checkpoints_and_setups(void **unused) {
     (void)unused;
     enum { POINTS = 8, REPEATS = 24 };
     toliman_track_options options = filled_folder();
+    options.stamp = TOLIMAN_FRAME_STAMP_MIDDLE;
     const int64_t camera[2] = {0, 0}, repeats[] = {-1, ((int64_t)1 << 60) + 1};
     for (size_t i = 0; i < 3; i++) {
         if (i < 2) {

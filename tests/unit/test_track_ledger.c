@@ -211,6 +211,8 @@ static void writer_of_an_earlier_version_is_excluded(void **unused) {
 static void lost_ledger_is_not_a_new_folder(void **unused) {
     (void)unused;
     const toliman_track_options options = filled_folder();
+    toliman_track_options reading = options;
+    reading.flags = TOLIMAN_TRACK_READ_ONLY;
     const char *const left[] = {checkpoint, setup, names};
     toliman_track *none = NULL;
     char text[60];
@@ -218,6 +220,7 @@ static void lost_ledger_is_not_a_new_folder(void **unused) {
     for (int i = 0; i < 3; i++) {
         snprintf(text, sizeof text, "is missing although %s exists", strrchr(left[i], '/') + 1);
         assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_FORMAT, text);
+        assert_fails(toliman_track_create(&reading, &none), TOLIMAN_E_FORMAT, text);
         assert_int_equal(access(ledger, F_OK), -1);
         assert_int_equal(unlink(left[i]), 0);
     }
@@ -236,6 +239,9 @@ static void partly_created_folder_continues(void **unused) {
             snprintf(temporary, sizeof temporary, "%s.tmp", ledger);
             assert_int_equal(rename(ledger, temporary), 0);
         }
+        toliman_track_options none = TOLIMAN_TRACK_OPTIONS_INIT;
+        assert_fails(toliman_track_load_options(folder, &none), TOLIMAN_E_NOT_FOUND, "has no ledger of frames");
+        assert_string_equal(toliman_last_error_field(), folder);
         assert_int_equal(count_warnings(options, 0), 0);
         toliman_track *track = make_track(&options);
         push_range(track, 1, 5);

@@ -175,6 +175,11 @@ static void lost_setup_loses_the_timing(void **unused) {
         flip_byte(setup, at);
     }
     flip_byte(setup, size - 1);
+    toliman_track *none = NULL;
+    options.stamp = 0;
+    assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_ARGUMENT, "setup.tlms, which stores the stamp");
+    assert_string_equal(toliman_last_error_field(), "options->stamp");
+    options.stamp = TOLIMAN_FRAME_STAMP_START;
     toliman_track *track = make_track(&options);
     assert_timing(track, TOLIMAN_FRAME_STAMP_START, 0.5);
     toliman_track_destroy(track);

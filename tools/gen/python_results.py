@@ -31,6 +31,7 @@ RESULTS = {
     "toliman_ingest_event": None,
     "toliman_ingest_info": "PairInfo",
     "toliman_leap_second": None,
+    "toliman_ingest_header_time": "HeaderTime",
     "toliman_track_outcome": "Outcome",
     "toliman_track_record": None,
     "toliman_track_column": None,
@@ -64,6 +65,7 @@ FLAGS = {
     "toliman_period_sampling": ("TOLIMAN_PERIOD_COARSE", "TOLIMAN_PERIOD_ABOVE_NYQUIST", "TOLIMAN_PERIOD_NEEDS_DOUBLE_LIMB",
                                 "TOLIMAN_PERIOD_INACCURATE"),
     "toliman_period_info": ("TOLIMAN_PERIOD_FIXED_MEAN", "TOLIMAN_PERIOD_DOUBLE_LIMB"),
+    "toliman_ingest_header_time": ("TOLIMAN_INGEST_ASSUMED", "TOLIMAN_INGEST_EXPIRED"),
 }
 
 

@@ -1,8 +1,9 @@
 """The public names of the package; importing this module loads libtoliman."""
 from ._library import (Cancelled, CapacityError, Error, InputError, LostError, NoMemoryError, NotFoundError, StateError,
                        UnsupportedError, WriteError, abi_version, library_path, version)
-from ._results import (ComponentsInfo, ComponentsTraining, Machine, MaskInfo, Model, NetworkInfo, Outcome,
-                       PairInfo, PeriodogramInfo, Plan, Sampling, SceneInfo, Stream, TrackInfo, Training)
+from ._results import (ComponentsInfo, ComponentsTraining, HeaderTime, Machine, MaskInfo, Model, NetworkInfo, Outcome,
+                       PairInfo, PeriodogramInfo, Plan, Sampling, SceneInfo, Stream, TrackInfo, Training,
+                       TrainingComponentsInfo)
 from .cae import CAE, Reconstruction
 from .ingest import Pair, PairEvent
 from .linear import Components, Template
@@ -10,17 +11,17 @@ from .machine import blas_speed, machine
 from .mask import FoundMask, search_mask
 from .periodogram import AccuracyWarning, Grid, Peak, Periodogram, batch, period, suited_grid
 from .sim import Simulator, Spectrum, plan, shipped_scenes
-from .times import parse_time, read_clock
+from .times import parse_time, read_clock, read_header
 from .track import REASONS, VERDICTS, Estimate, Frame, Tracker
 
 
 __version__ = version()
 __all__ = [
     "AccuracyWarning", "CAE", "Cancelled", "CapacityError", "Components", "ComponentsInfo", "ComponentsTraining",
-    "Error", "Estimate", "FoundMask", "Frame", "Grid", "InputError", "LostError", "Machine", "MaskInfo", "Model",
-    "NetworkInfo", "NoMemoryError", "NotFoundError", "Outcome", "Pair", "PairEvent", "PairInfo", "Peak", "Periodogram", "PeriodogramInfo", "Plan",
-    "REASONS", "Reconstruction", "Sampling", "SceneInfo", "Simulator", "Spectrum", "StateError", "Stream", "Template",
-    "TrackInfo", "Tracker", "Training", "UnsupportedError", "VERDICTS", "WriteError", "abi_version", "batch",
-    "blas_speed", "library_path", "machine", "parse_time", "period", "plan", "read_clock", "search_mask",
-    "shipped_scenes", "suited_grid", "version",
+    "Error", "Estimate", "FoundMask", "Frame", "Grid", "HeaderTime", "InputError", "LostError", "Machine", "MaskInfo",
+    "Model", "NetworkInfo", "NoMemoryError", "NotFoundError", "Outcome", "Pair", "PairEvent", "PairInfo", "Peak",
+    "Periodogram", "PeriodogramInfo", "Plan", "REASONS", "Reconstruction", "Sampling", "SceneInfo", "Simulator",
+    "Spectrum", "StateError", "Stream", "Template", "TrackInfo", "Tracker", "Training", "UnsupportedError", "VERDICTS",
+    "WriteError", "abi_version", "batch", "blas_speed", "library_path", "machine", "parse_time", "period", "plan",
+    "read_clock", "read_header", "search_mask", "shipped_scenes", "suited_grid", "version",
 ]

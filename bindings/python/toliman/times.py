@@ -15,6 +15,7 @@ from . import _raw
 from ._arguments import file_name, refuse_lost, text
 from ._library import check, library
 from ._log import log
+from ._results import HeaderTime
 from ._words import number
 
 _DAY = 86400 * 10**9  # ns
@@ -34,6 +35,19 @@ def parse_time(time: str, format: str = "iso", scale: str = "utc") -> int:
         text("time", time), number("format", format, "TOLIMAN_INGEST_FORMAT"),
         number("scale", scale, "TOLIMAN_INGEST_SCALE"), None, 0, ctypes.byref(tai_ns)))
     return tai_ns.value
+
+
+def read_header(header: typing.Mapping[str, typing.Any]) -> HeaderTime:
+    """Reads the time of the first frame from the keywords of a FITS header, a dict or astropy's Header. Leap seconds
+    are those of ERFA. NotFoundError if the header has no time."""
+    given = _raw.toliman_ingest_header()
+    for key in ("TIMESYS", "MJD-AVG", "DATE-AVG", "MJD-BEG", "MJD-OBS", "DATE-OBS", "XPOSURE", "EXPTIME"):
+        value = header.get(key)
+        if isinstance(value, (str, int, float)):  # astropy has an object for a keyword without value
+            setattr(given, key.lower().replace("-", "_"), text(key, str(value)))
+    found = _raw.toliman_ingest_header_time()
+    check(library.toliman_ingest_read_header(ctypes.byref(given), None, 0, 0, ctypes.byref(found)))
+    return HeaderTime._of(found)
 
 
 def read_clock(path: str | os.PathLike[str]) -> NDArray[numpy.int64]:
