@@ -136,6 +136,7 @@ class State(ReportTest):
         # Not by the module alone, which does not read ledgers; and not with a lost setup.
         with self.assertRaisesRegex(results.Failure, r"state: is a state folder .*: run `toliman report .*state`, or `toliman status"):
             Recorder(self.folder / "state")
+        self.refuse(2, '--out: "": must be the name of a folder', arguments=("status", "state", "--out", ""))
         self.refuse(2, "--series excludes --out", arguments=("status", "state", "--out", "x", "--series"))
         (self.folder / "files" / "result.json").write_text("notes")
         self.refuse(6, "files/result.json: exists and was not written by toliman", arguments=("status", "state", "--out", "files"))

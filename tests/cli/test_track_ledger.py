@@ -14,7 +14,7 @@ class Ledger(Mistakes):
         self.track("s", "all")
         (self.folder / "s/ledger.tlml").unlink()
         for left in ("checkpoint.tlmc", "setup.tlms", "streams.txt"):
-            text = f"s: ledger.tlml is missing although {left} exists", "give all frames again, into a new folder"
+            text = f"s/ledger.tlml: is missing although {left} exists", "push all frames again into a new folder"
             self.refuse_track(5, *text)
             for command in (("status", "s"), ("rebuild", "s"), ("merge", "s", "--salvage", "--out", "no")):
                 self.refuse(5, *text, arguments=command)

@@ -57,8 +57,7 @@ class Header final : public cli::FrameFile {
     }
 
   private:
-    void next(void *) override {}
-    void skip_next() override {}
+    void load(size_t, void *) override {}
     std::map<std::string, std::string> values_;
 };
 

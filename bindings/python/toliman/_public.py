@@ -2,8 +2,7 @@
 from ._library import (Cancelled, CapacityError, Error, InputError, LostError, NoMemoryError, NotFoundError, StateError,
                        UnsupportedError, WriteError, abi_version, library_path, version)
 from ._results import (ComponentsInfo, ComponentsTraining, HeaderTime, Machine, MaskInfo, Model, NetworkInfo, Outcome,
-                       PairInfo, PeriodogramInfo, Plan, Sampling, SceneInfo, Stream, TrackInfo, Training,
-                       TrainingComponentsInfo)
+                       PairInfo, PeriodogramInfo, Plan, Sampling, SceneInfo, Stream, TrackInfo, Training)
 from .cae import CAE, Reconstruction
 from .ingest import Pair, PairEvent
 from .linear import Components, Template

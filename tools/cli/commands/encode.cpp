@@ -8,7 +8,7 @@
 #include "common/library.hpp"
 #include "common/output.hpp"
 #include "common/text.hpp"
-#include "frames/frame_source.hpp"
+#include "frames/frames_in.hpp"
 #include "frames/network.hpp"
 #include "options/command.hpp"
 
@@ -42,11 +42,12 @@ std::string other_width(const EncodeOptions &options, const FrameFile &frames) {
            std::to_string(frames.count()) + ".";
 }
 
-void encode_frame(const Network &network, const toliman_frame &frame, const std::string &place, double &latent,
-                  double &chi_square) {
+void encode_next(const Network &network, FrameFile &frames, void *pixels, const std::string &place, double &latent,
+                 double &chi_square) {
     auto image = toliman::sized<toliman_image>();
-    image.pixel = frame.pixel;
-    image.pixels = frame.pixels;
+    image.pixel = frames.pixel();
+    image.pixels = pixels;
+    frames.read(pixels);
     if (toliman_cae_encode_many(network.cae.get(), &image, 1, 1, &latent, &chi_square) == TOLIMAN_OK)
         return;
     const std::string why = toliman_last_error(), number = "frame 0: "; // that of the frame in its batch of one
@@ -74,29 +75,24 @@ void encode(const EncodeOptions &options, Progress &progress) {
     const char *head = in_pixels ? "file,frame,latent_px,chi_square\n" : "file,frame,latent,chi_square\n";
     bool far = false;
     for (const std::string &path : options.files) {
-        auto file = open_frames(path, options.dtype, static_cast<size_t>(rows), static_cast<size_t>(cols));
-        const FrameFile &frames = *file;
+        const auto file = open_frames(path, options.dtype, static_cast<size_t>(rows), static_cast<size_t>(cols));
+        FrameFile &frames = *file;
         if (frames.rows() != static_cast<size_t>(info.rows) || frames.cols() != static_cast<size_t>(info.cols))
-            throw Failure(kExitInput, frames.path() + ": frames of " + std::to_string(frames.rows()) + "x" +
-                                          std::to_string(frames.cols()) + ": the weights are for " +
-                                          std::to_string(info.rows) + "x" + std::to_string(info.cols));
-        toliman_frame frame;
-        toliman_ingest_event event;
-        FileSource source(std::move(file), 1, [](size_t, toliman_frame &) { return true; });
-        while (source.next(frame, event)) {
-            const std::string number = std::to_string(event.line), place = frames.path() + ": frame " + number;
+            malformed(frames.path(), "frames of " + shape_text(frames.rows(), frames.cols()) +
+                                         ": the weights are for " + shape_text(info.rows, info.cols));
+        std::vector<double> pixels(frames.rows() * frames.cols()); // enough and aligned for every type
+        for (size_t done = 1; frames.more(); done++) {
+            const std::string place = frames.path() + ": frame " + std::to_string(done - 1);
             double latent, chi_square;
-            encode_frame(network, frame, place, latent, chi_square);
+            encode_next(network, frames, pixels.data(), place, latent, chi_square);
             const std::string complaint = far ? "" : complaint_of(latent, chi_square, info);
             if (!complaint.empty()) {
                 far = true;
-                progress.warn(place + ": " + complaint +
-                              ": is this frame of the network's scene, pointing and exposure?" +
-                              other_width(options, frames));
+                progress.warn(formatted("%s: %s: is this frame of the network's scene, pointing and exposure?%s",
+                                        place.c_str(), complaint.c_str(), other_width(options, frames).c_str()));
             }
-            print_stdout(std::exchange(head, "") + path + "," + number +
-                         formatted(",%.17g,%.6g\n", latent, chi_square));
-            const int64_t done = event.line + 1;
+            print_stdout(formatted("%s%s,%zu,%.17g,%.6g\n", std::exchange(head, ""), path.c_str(), done - 1, latent,
+                                   chi_square));
             if (frames.counted())
                 progress.show("encode", static_cast<double>(done) / static_cast<double>(frames.count()));
             else

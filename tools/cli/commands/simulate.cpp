@@ -3,6 +3,7 @@
 #include <cmath>
 #include <optional>
 
+#include "base/name.hpp"
 #include "common/failure.hpp"
 #include "common/output.hpp"
 #include "common/text.hpp"
@@ -91,12 +92,9 @@ void simulate(const Options &options, Progress &progress) {
     out->commit();
 }
 
-// Names that are safe in a file name and in JSON.
 std::string session_complaint(const std::string &name) {
-    const char *letters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789._-";
-    const bool good =
-        !name.empty() && name.size() <= 64 && name[0] != '.' && name.find_first_not_of(letters) == std::string::npos;
-    return good ? "" : name + ": must be 1 to 64 characters of A-Z a-z 0-9 . _ - and not begin with a dot";
+    return toliman::is_name(name) ? ""
+                                  : name + ": must be 1 to 64 characters of A-Z a-z 0-9 . _ - and not begin with a dot";
 }
 
 } // namespace

@@ -56,23 +56,11 @@ std::string sessions_text(const std::vector<toliman_track_stream> &streams) {
     return text;
 }
 
-void print(const toliman::tracker &tracker, const toliman_track_options &how, bool as_json) {
-    const std::string folder = how.folder;
-    const toliman_track_info info = info_of(tracker);
-    const PeriodFacts period(tracker, Fit::made);
+void print(const toliman::tracker &tracker, const toliman_track_options &how, const PeriodFacts &period, bool as_json) {
     if (as_json)
         return print_stdout(status_json(tracker, how, period).text());
-    const auto number = [](int64_t value) { return static_cast<long long>(value); };
-    const std::string text =
-        formatted("%s\n  %s\n"
-                  "  received    %12lld\n  accepted    %12lld\n  outlier     %12lld\n  quarantined %12lld\n"
-                  "  repeated    %12lld\n  rejected    %12lld\n"
-                  "  expected    %12lld\n  missing     %12lld\n  dropped     %12lld   by the camera\n"
-                  "  sessions and regions: %2lld\n",
-                  folder.c_str(), period.text().c_str(), number(info.received), number(info.accepted),
-                  number(info.outlier), number(info.quarantined), number(info.repeated), number(info.rejected),
-                  number(info.expected), number(info.missing), number(info.dropped), number(info.sessions));
-    print_stdout(text + settings_text(how) + sessions_text(streams_of(tracker)));
+    print_stdout(how.folder + ("\n  " + period.text() + "\n") + counts_text(tracker) + settings_text(how) +
+                 sessions_text(streams_of(tracker)));
 }
 
 void status(Options &options, Progress &progress) {
@@ -86,9 +74,10 @@ void status(Options &options, Progress &progress) {
     if (options.missing)
         return print_missing(tracker);
     const toliman_track_options settings = settings_of(tracker);
+    const PeriodFacts period(tracker, Fit::made);
     if (!options.out.empty())
-        write_results(tracker, settings, options.out);
-    print(tracker, settings, options.as_json);
+        write_results(tracker, settings, period, options.out);
+    print(tracker, settings, period, options.as_json);
 }
 
 void rebuild(RebuildOptions &options, Progress &progress) {
@@ -100,7 +89,7 @@ void rebuild(RebuildOptions &options, Progress &progress) {
     how.flags |= TOLIMAN_TRACK_REBUILD;
     const toliman::tracker tracker = open_tracker(how, progress);
     toliman::check(toliman_track_save(tracker.get()));
-    print(tracker, settings_of(tracker), options.as_json);
+    print(tracker, settings_of(tracker), PeriodFacts(tracker, Fit::made), options.as_json);
 }
 
 } // namespace
@@ -117,7 +106,8 @@ void add_status(CLI::App &app, Context &context) {
     CLI::Option *missing =
         command->add_flag("--missing", options->missing, "print CSV session,roi,first,last of missing frame ids");
     CLI::Option *out =
-        add_option(command, "--out", options->out, "DIR", "also write the results as files into this folder");
+        add_option(command, "--out", options->out, "DIR", "also write the results as files into this folder")
+            ->check([](const std::string &name) { return name.empty() ? "\"\": must be the name of a folder" : ""; });
     records->excludes(json)->excludes(out);
     series->excludes(json)->excludes(records)->excludes(out);
     missing->excludes(json)->excludes(records)->excludes(series)->excludes(out);

@@ -32,9 +32,9 @@ void track(Options &options, Progress &progress) {
     check_inputs(input);
     input.frames = frame_ids(options.frames);
     input.dated.leap_seconds = LeapSeconds(options.leap_seconds);
-    const std::string &folder = options.folder.folder(), unused = exists(folder) ? "" : folder;
+    const std::string &folder = options.folder.folder, unused = exists(folder) ? "" : folder;
     Estimator estimator;
-    const size_t jobs = options.folder.jobs() == 0 ? 64 : options.folder.jobs();
+    const size_t jobs = options.folder.jobs == 0 ? 64 : options.folder.jobs;
     Tracking tracking(options.folder.open(input.dtype, estimator, progress), {options.every, jobs, unused}, progress);
     try {
         Downlink(input, tracking).read();

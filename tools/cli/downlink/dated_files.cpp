@@ -5,14 +5,13 @@
 #include <cstring>
 #include <utility>
 
+#include "base/name.hpp"
 #include "common/failure.hpp"
 #include "common/text.hpp"
 
 namespace cli {
 
 namespace {
-
-constexpr const char kRoi[] = "single_roi"; // the mission's name of the only region
 
 // The file's name without folder and suffix.
 std::string name_of(const std::string &path) {
@@ -23,16 +22,59 @@ std::string name_of(const std::string &path) {
     return name;
 }
 
+// event.line is the index of the frame in the file, from 0.
+class DatedFile : public FrameSource {
+  public:
+    // first_id: of the first frame. Frames with other ids than the wanted ones are skipped.
+    DatedFile(std::unique_ptr<FrameFile> file, size_t buffers, const std::string &session, int64_t first_id,
+              const FrameTimes &times, const FrameIds &wanted)
+        : file_(std::move(file)), buffers_(std::min(buffers, file_->count())), session_(session), first_id_(first_id),
+          times_(times), wanted_(wanted) {}
+    int64_t skipped() const override { return skipped_; }
+
+    bool next(toliman_frame &frame, toliman_ingest_event &event) override {
+        for (; file_->more(); skipped_++, file_->skip()) {
+            const size_t k = frame_++;
+            frame = toliman::sized<toliman_frame>();
+            frame.frame_id = first_id_ + static_cast<int64_t>(k);
+            if (frame.frame_id < wanted_.first || frame.frame_id >= wanted_.end)
+                continue;
+            std::vector<double> &pixels = buffers_[next_++ % buffers_.size()];
+            pixels.resize((file_->frame_size() + sizeof(double) - 1) / sizeof(double));
+            file_->read(pixels.data());
+            frame.session = session_.c_str();
+            frame.roi = "single_roi"; // the mission's name of the only region
+            frame.camera_ns = times_.at(k);
+            frame.pixel = file_->pixel();
+            frame.pixels = pixels.data();
+            frame.rows = static_cast<int64_t>(file_->rows());
+            frame.cols = static_cast<int64_t>(file_->cols());
+            event = toliman::sized<toliman_ingest_event>();
+            event.event = TOLIMAN_INGEST_EVENT_FRAME;
+            event.reason = TOLIMAN_INGEST_REASON_NONE;
+            event.has_key = 1;
+            event.file = file_->path().c_str();
+            event.line = static_cast<int64_t>(k);
+            event.text = "";
+            return true;
+        }
+        return false;
+    }
+
+  private:
+    std::unique_ptr<FrameFile> file_;
+    std::vector<std::vector<double>> buffers_; // of doubles, which are aligned for every type
+    std::string session_;
+    int64_t first_id_, skipped_ = 0;
+    FrameTimes times_;
+    FrameIds wanted_;
+    size_t next_ = 0, frame_ = 0; // buffer and frame that come next
+};
+
 bool whole_number(const std::string &text, int64_t &value) {
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
     constexpr int64_t kMost = int64_t{1} << 62;
     return error == std::errc() && end == text.data() + text.size() && value >= -kMost && value <= kMost;
-}
-
-bool is_session_name(const std::string &text) {
-    return !text.empty() && text.size() <= 64 && text[0] != '.' &&
-           text.find_first_not_of("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789._-") ==
-               std::string::npos;
 }
 
 } // namespace
@@ -42,52 +84,51 @@ bool is_dated_file(const std::string &path) {
 }
 
 // Files of one session are distinguished by their key FRAME1, never by the order in which they arrive.
-DatedFiles::Identity DatedFiles::identity_of(FrameFile &file) {
-    const std::string &path = file.path(), &session = options_.session;
+DatedFiles::Span DatedFiles::span_of(FrameFile &file) {
+    const std::string &path = file.path(), &given = options_.session, session = given.empty() ? name_of(path) : given;
     const std::optional<std::string> number = file.value_of("FRAME1");
-    Identity identity = {session.empty() ? name_of(path) : session, 0};
-    if (!is_session_name(identity.session))
-        malformed(path, "session " + identity.session +
-                            ": must have 1 to 64 characters A-Z a-z 0-9 . _ - and not begin with a dot");
-    if (!session.empty() && !number) {
+    int64_t first_id = 0;
+    if (!toliman::is_name(session))
+        malformed(path,
+                  "session " + session + ": must have 1 to 64 characters A-Z a-z 0-9 . _ - and not begin with a dot");
+    if (!given.empty() && !number) {
         if (!unnumbered_.empty() && unnumbered_ != path)
             malformed(path, "has no key FRAME1, the number of its first frame: --session " + session +
                                 " cannot distinguish it from " + unnumbered_);
         unnumbered_ = path;
     }
-    if (number && !whole_number(*number, identity.first_id))
+    if (number && !whole_number(*number, first_id))
         malformed(path, "FRAME1 = " + *number + ": must be a whole number from -2^62 to 2^62");
-    return identity;
+    return {path, session, first_id, first_id + static_cast<int64_t>(file.count()) - 1};
 }
 
-FrameTimes DatedFiles::times_of(FrameFile &file, const Identity &identity) {
-    FrameTimes times(file, identity.first_id, options_.cadence, options_.leap_seconds);
+FrameTimes DatedFiles::times_of(FrameFile &file, const Span &span) {
+    FrameTimes times(file, span.first_id, options_.cadence, options_.leap_seconds);
     const std::string &path = file.path();
     if (times.is_tai() && tracking_.settings().clock_points > 0)
         throw Failure(kExitUsage,
                       path + ": its time (" + times.rule() +
                           ") is TAI, but the state folder has a clock table: give a folder without --clock");
     if (is_fits(path))
-        tracking_.report(times.assumed() ? Severity::warning : Severity::note, "time", path, "time by " + times.rule());
-    if (times.beyond() && !std::exchange(warned_of_expiry_, true))
+        tracking_.report(times.has_flag(TOLIMAN_INGEST_ASSUMED) ? Severity::warning : Severity::note, "time", path,
+                         "time by " + times.rule());
+    if (times.has_flag(TOLIMAN_INGEST_EXPIRED) && !std::exchange(warned_of_expiry_, true))
         tracking_.report(Severity::warning, "time", path,
                          "leap seconds are known up to MJD " + std::to_string(options_.leap_seconds.expires) +
                              " only: --leap-seconds FILE reads a newer leap-seconds.list of the IERS");
     if (times.by_cadence())
-        warn_of_overlap(file, identity, times);
+        warn_of_overlap(span, times);
     return times;
 }
 
 // The same frames again have the same times.
-void DatedFiles::warn_of_overlap(const FrameFile &file, const Identity &identity, const FrameTimes &times) {
-    const size_t last = file.count() - 1;
-    const int64_t first_id = identity.first_id;
-    const CadenceSpan span = {file.path(), identity.session, first_id, first_id + static_cast<int64_t>(last),
-                              times.at(0), times.at(last)};
-    const auto has_frames = [&span](const CadenceSpan &other) {
+void DatedFiles::warn_of_overlap(Span span, const FrameTimes &times) {
+    span.first_ns = times.at(0);
+    span.last_ns = times.at(static_cast<size_t>(span.last_id - span.first_id));
+    const auto has_frames = [&span](const Span &other) {
         return span.session == other.session && span.first_id <= other.last_id && other.first_id <= span.last_id;
     };
-    const auto overlaps = [&span](const CadenceSpan &other) {
+    const auto overlaps = [&span](const Span &other) {
         return span.first_ns <= other.last_ns && other.first_ns <= span.last_ns;
     };
     if (std::any_of(spans_.begin(), spans_.end(), has_frames))
@@ -102,16 +143,9 @@ void DatedFiles::warn_of_overlap(const FrameFile &file, const Identity &identity
 
 std::shared_ptr<FrameSource> DatedFiles::open(const std::string &path, const FrameIds &wanted) {
     auto file = open_frames(path);
-    const Identity identity = identity_of(*file);
-    const FrameTimes times = times_of(*file, identity);
-    return std::make_shared<FileSource>(std::move(file), tracking_.batch(),
-                                        [identity, times, wanted](size_t k, toliman_frame &frame) {
-                                            frame.session = identity.session.c_str();
-                                            frame.roi = kRoi;
-                                            frame.frame_id = identity.first_id + static_cast<int64_t>(k);
-                                            frame.camera_ns = times.at(k);
-                                            return frame.frame_id >= wanted.first && frame.frame_id < wanted.end;
-                                        });
+    const Span span = span_of(*file);
+    const FrameTimes times = times_of(*file, span);
+    return std::make_shared<DatedFile>(std::move(file), tracking_.batch(), span.session, span.first_id, times, wanted);
 }
 
 } // namespace cli

@@ -7,7 +7,6 @@
 
 #include "downlink/frame_times.hpp"
 #include "downlink/tracking.hpp"
-#include "frames/frame_source.hpp"
 
 namespace cli {
 
@@ -27,23 +26,19 @@ class DatedFiles {
     std::shared_ptr<FrameSource> open(const std::string &path, const FrameIds &wanted);
 
   private:
-    struct Identity {
-        std::string session;
-        int64_t first_id;
-    };
-    // A file whose frames have their times by the cadence.
-    struct CadenceSpan {
+    // The frames of a file. Times are set if they follow from the cadence.
+    struct Span {
         std::string path, session;
-        int64_t first_id, last_id, first_ns, last_ns;
+        int64_t first_id, last_id, first_ns = 0, last_ns = 0;
     };
-    Identity identity_of(FrameFile &file);
-    FrameTimes times_of(FrameFile &file, const Identity &identity);
-    void warn_of_overlap(const FrameFile &file, const Identity &identity, const FrameTimes &times);
+    Span span_of(FrameFile &file);
+    FrameTimes times_of(FrameFile &file, const Span &span);
+    void warn_of_overlap(Span span, const FrameTimes &times);
 
     const DatedFileOptions &options_;
     Tracking &tracking_;
-    std::string unnumbered_; // the file without FRAME1 that had --session
-    std::vector<CadenceSpan> spans_;
+    std::string unnumbered_;        // the file without FRAME1 that had --session
+    std::vector<Span> spans_;       // with times by the cadence
     bool warned_of_expiry_ = false; // of the table of leap seconds
 };
 

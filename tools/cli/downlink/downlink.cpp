@@ -17,6 +17,7 @@ namespace {
 
 constexpr int kPollMs = 1000;
 constexpr const char kSide[] = "_meta.jsonl", kPixels[] = "_frames.bin", kUnreadable[] = "unreadable input";
+constexpr const char kInputs[] = "must be X_frames.bin, X_meta.jsonl, .npy, .fits, .fits.fz or a folder";
 constexpr const char kNeedsDtype[] = "headerless frames need --dtype u16le or u32le";
 
 bool is_pair(const std::string &path) {
@@ -53,10 +54,17 @@ void check_complete(const std::string &side) {
                                 std::string(exists(other_file(path)) ? ", required next to " + other_file(path) : ""));
 }
 
-// Without the name of the input.
-std::string reason_of(const Failure &failure, const std::string &input) {
-    const std::string text = failure.what(), name = input + ": ";
-    return text.rfind(name, 0) == 0 ? text.substr(name.size()) : text;
+// Why work() cannot read an input, without the name of the input; "" if it can.
+template <class Work> std::string complaint_of(const std::string &input, Work work) {
+    try {
+        work();
+        return "";
+    } catch (const Failure &failure) {
+        if (failure.code() != kExitInput)
+            throw;
+        const std::string text = failure.what(), name = input + ": ";
+        return text.rfind(name, 0) == 0 ? text.substr(name.size()) : text;
+    }
 }
 
 } // namespace
@@ -75,8 +83,7 @@ void check_inputs(const InputOptions &options) {
         if (ends_with(input, ".npy") && !options.dated.cadence)
             throw Failure(kExitUsage, input + ": a file without times needs --cadence SECONDS");
         if (!is_folder(input) && !is_pair(input) && !is_dated_file(input))
-            throw Failure(kExitUsage,
-                          input + ": must be X_frames.bin, X_meta.jsonl, .npy, .fits, .fits.fz or a folder");
+            throw Failure(kExitUsage, input + ": " + kInputs);
         if (!is_dated_file(input) && options.dtype.empty())
             throw Failure(kExitUsage, input + ": " + kNeedsDtype);
         if (is_pair(input) && !options.follow)
@@ -105,7 +112,7 @@ void Downlink::read_names() {
 
 // An input that cannot be read does not end the run.
 void Downlink::read_input(const std::string &name) {
-    try {
+    const std::string why = complaint_of(name, [&] {
         if (is_folder(name))
             read_folder(name);
         else if (is_pair(name))
@@ -113,13 +120,10 @@ void Downlink::read_input(const std::string &name) {
         else if (is_dated_file(name))
             drain(dated_.open(name, options_.frames));
         else
-            malformed(name, exists(name) ? "must be X_frames.bin, X_meta.jsonl, .npy, .fits, .fits.fz or a folder"
-                                         : std::strerror(ENOENT));
-    } catch (const Failure &failure) {
-        if (failure.code() != kExitInput)
-            throw;
-        tracking_.report(Severity::damage, kUnreadable, name, reason_of(failure, name));
-    }
+            malformed(name, exists(name) ? kInputs : std::strerror(ENOENT));
+    });
+    if (!why.empty())
+        tracking_.report(Severity::damage, kUnreadable, name, why);
 }
 
 void Downlink::read_folder(const std::string &folder) {
@@ -175,32 +179,28 @@ void Downlink::read_growing(const std::string &side) {
         pair.halves++;
         return;
     }
-    try {
-        pair.at_end = false;
+    pair.at_end = false;
+    const std::string why = complaint_of(side, [&] {
         if (!pair.source)
             pair.source = open_pair(side);
         drain(pair.source);
         pair.at_end = true;
-    } catch (const Failure &failure) {
-        if (failure.code() != kExitInput)
-            throw;
-        if (!std::exchange(pair.unreadable, true))
-            tracking_.report(Severity::damage, kUnreadable, side, reason_of(failure, side));
-    }
+    });
+    if (!why.empty() && !std::exchange(pair.unreadable, true))
+        tracking_.report(Severity::damage, kUnreadable, side, why);
 }
 
 // Side files of an input that is followed. Reports once that it cannot be opened, and that it is there again.
 std::vector<std::string> Downlink::sides_of(const std::string &input) {
     std::vector<std::string> sides;
-    std::string why;
-    try {
-        sides = is_pair(input) ? std::vector<std::string>{side_of(input)} : pairs_of(input);
-        if (is_pair(input) && growing_[sides.front()].source)
-            check_complete(sides.front());
-    } catch (const Failure &failure) {
-        why = reason_of(failure, input);
-        sides.clear();
-    }
+    const std::string why = complaint_of(input, [&] {
+        if (!is_pair(input))
+            sides = pairs_of(input);
+        else if (growing_[side_of(input)].source)
+            check_complete(side_of(input));
+    });
+    if (is_pair(input) && why.empty())
+        sides = {side_of(input)};
     if (!why.empty() && gone_.insert(input).second)
         tracking_.report(Severity::damage, kUnreadable, input, "has disappeared, waiting for it: " + why);
     if (why.empty() && gone_.erase(input) > 0)
@@ -230,16 +230,15 @@ void Downlink::follow() {
 void Downlink::conclude() {
     for (auto &[side, pair] : growing_) {
         const bool is_half = !pair.source && pair.halves >= 2 && exists(side) != exists(other_file(side));
+        const std::string why = is_half ? complaint_of(side, [side = side] { check_complete(side); }) : "";
+        if (!why.empty())
+            tracking_.report(Severity::damage, kUnreadable, side, why);
+        if (!pair.source || !pair.at_end)
+            continue;
         try {
-            if (is_half)
-                check_complete(side);
-            if (pair.source && pair.at_end) {
-                pair.source->finish();
-                drain(pair.source);
-            }
-        } catch (const Failure &failure) { // files that have disappeared meanwhile are not judged
-            if (is_half)
-                tracking_.report(Severity::damage, kUnreadable, side, reason_of(failure, side));
+            pair.source->finish();
+            drain(pair.source);
+        } catch (const Failure &) { // files that have disappeared meanwhile are not judged
         }
     }
 }

@@ -3,6 +3,7 @@
 #include <CLI/App.hpp>
 #include <algorithm>
 #include <tuple>
+#include <utility>
 
 #include "common/failure.hpp"
 #include "common/input.hpp"
@@ -30,6 +31,8 @@ void set_two(const std::string &text, const char *option, char separator, int64_
     b = second;
 }
 
+using Made = std::optional<toliman_track_options>; // of a folder that exists
+
 bool uses_same_frames(const toliman_track_options &a, const toliman_track_options &b) {
     const auto frames = [](const toliman_track_options &how) {
         return std::make_tuple(how.rows, how.cols, how.crop_row, how.crop_col, how.bin, how.bit_depth, how.value_limit);
@@ -37,149 +40,138 @@ bool uses_same_frames(const toliman_track_options &a, const toliman_track_option
     return frames(a) == frames(b);
 }
 
-bool has_same_timing(const toliman_track_options &a, const toliman_track_options &b) {
-    return a.stamp == b.stamp && a.exposure_s == b.exposure_s;
-}
-
-} // namespace
-
-void FolderOptions::check() const {
-    if (weights_.empty() == scene_.empty())
-        throw Failure(kExitUsage,
-                      std::string("give either --weights or --template") + (scene_.empty() ? "" : ", not both"));
-}
-
-Estimator FolderOptions::make_estimator(Progress &progress) const {
-    Estimator made;
-    if (!weights_.empty()) {
-        made.network.emplace(weights_);
-        made.rows = made.network->info.rows;
-        made.cols = made.network->info.cols;
-        return made;
+Estimator make_estimator(const FolderOptions &given, Progress &progress) {
+    if (!given.weights.empty()) {
+        Network network(given.weights);
+        const int64_t rows = network.info.rows, cols = network.info.cols;
+        return {std::move(network), {}, rows, cols, 0};
     }
-    const Scene scene(scene_, progress);
-    made.linear = toliman::make<toliman::linear_estimator>(toliman_linear_create, scene.sim.get(), nullptr);
-    made.rows = scene.info.rows;
-    made.cols = scene.info.cols;
-    made.exposure_s = scene.info.exposure_s;
-    return made;
-}
-
-// Refuses a folder whose setup is neither stored in it nor given.
-void FolderOptions::check_setup(const Made &made) const {
-    if (!made && !setup_.has_grid())
-        throw Failure(kExitUsage, folder_ + ": is new: give --grid F0:DF:NF or --mission-days N");
-    if (made && made->nf == 0)
-        setup_.check_complete(folder_);
+    const Scene scene(given.scene, progress);
+    return {{},
+            toliman::make<toliman::linear_estimator>(toliman_linear_create, scene.sim.get(), nullptr),
+            scene.info.rows,
+            scene.info.cols,
+            scene.info.exposure_s};
 }
 
 // Refuses a pixel type that does not fit the bit depth of the folder's frames: one of the two is likely a mistake.
-void FolderOptions::check_depth(const std::string &dtype, const toliman_track_options &made) const {
+void check_depth(const FolderOptions &given, const std::string &dtype, const toliman_track_options &made) {
     const bool wide = dtype == "u32le";
-    if (dtype.empty() || bit_depth_ || made.bit_depth == 0 || wide == (made.bit_depth > 16))
+    if (dtype.empty() || given.bit_depth || made.bit_depth == 0 || wide == (made.bit_depth > 16))
         return;
     const std::string depth = std::to_string(made.bit_depth);
-    throw Failure(kExitUsage, "--dtype " + dtype + ": the frames of " + folder_ + " have " + depth +
+    throw Failure(kExitUsage, "--dtype " + dtype + ": the frames of " + given.folder + " have " + depth +
                                   " bits: give --dtype " + (wide ? "u16le" : "u32le") + ", or a new folder; if these " +
                                   dtype + " files also have " + depth + " bits, add --bit-depth " + depth);
 }
 
 // The place of the image in a larger frame is never guessed.
-void FolderOptions::check_crop(const Estimator &estimator, const toliman_track_options &how) const {
+void check_crop(const FolderOptions &given, const Estimator &estimator, const toliman_track_options &how) {
     const int64_t bin = std::max<int64_t>(1, how.bin), rows = bin * estimator.rows, cols = bin * estimator.cols;
-    if (crop_.empty() && (how.rows > rows || how.cols > cols))
-        throw Failure(kExitUsage, "--shape " + shape_ + ": is larger than the " + shape_text(rows, cols) +
+    if (given.crop.empty() && (how.rows > rows || how.cols > cols))
+        throw Failure(kExitUsage, "--shape " + given.shape + ": is larger than the " + shape_text(rows, cols) +
                                       " pixels that are used: give the first of these with --crop ROW,COL");
 }
 
 // The options given, with the settings of an existing folder as defaults.
-toliman_track_options FolderOptions::track_options(const std::string &dtype, const Estimator &estimator,
-                                                   const Made &made, Progress &progress) {
-    auto how = made ? *made : toliman::sized<toliman_track_options>();
-    how.folder = folder_.c_str();
+toliman_track_options track_options(FolderOptions &given, const std::string &dtype, const Estimator &estimator,
+                                    const Made &made, Progress &progress) {
+    auto how = made.value_or(toliman::sized<toliman_track_options>());
+    how.folder = given.folder.c_str();
     if (!made && !dtype.empty()) { // pairs, whose stamps are those of the mission
         how.bit_depth = dtype == "u16le" ? 12 : 32;
         how.stamp = TOLIMAN_FRAME_STAMP_START;
         how.exposure_s = estimator.exposure_s;
     }
-    setup_.set(how, progress);
-    how.bit_depth = bit_depth_.value_or(how.bit_depth);
-    how.bin = bin_.value_or(how.bin);
-    how.capacity = capacity_.value_or(how.capacity);
-    how.value_limit = value_limit_.value_or(how.value_limit);
-    set_two(crop_, "--crop", ',', 0, how.crop_row, how.crop_col);
-    set_two(shape_, "--shape", 'x', 1, how.rows, how.cols);
-    how.threads = jobs_;
-    how.sync = sync_ == "frame" ? TOLIMAN_TRACK_SYNC_FRAME : sync_ == "none" ? TOLIMAN_TRACK_SYNC_NONE : 0;
+    given.setup.set(how, progress);
+    how.bit_depth = given.bit_depth.value_or(how.bit_depth);
+    how.bin = given.bin.value_or(how.bin);
+    how.capacity = given.capacity.value_or(how.capacity);
+    how.value_limit = given.value_limit.value_or(how.value_limit);
+    set_two(given.crop, "--crop", ',', 0, how.crop_row, how.crop_col);
+    set_two(given.shape, "--shape", 'x', 1, how.rows, how.cols);
+    how.threads = given.jobs;
+    how.sync = given.sync == "frame" ? TOLIMAN_TRACK_SYNC_FRAME : given.sync == "none" ? TOLIMAN_TRACK_SYNC_NONE : 0;
     how.cae = estimator.network ? estimator.network->cae.get() : nullptr;
     how.linear = estimator.linear.get();
     return how;
 }
 
 // What to do if the folder was created with other settings, which the file `field` contains.
-std::string FolderOptions::remedy_of(const toliman_track_options &how, const Made &made,
-                                     const std::string &field) const {
+std::string remedy_of(const FolderOptions &given, const toliman_track_options &how, const Made &made,
+                      const std::string &field) {
     const std::string fixed = "these cannot be changed: leave out ";
     if (made && !uses_same_frames(*made, how))
         return fixed + "--shape, --crop, --bin, --bit-depth and --value-limit, or give a new folder";
-    if (made && !has_same_timing(*made, how))
+    if (made && (made->stamp != how.stamp || made->exposure_s != how.exposure_s))
         return fixed + "--stamp and --exposure, or give a new folder";
-    return field == folder_ + "/setup.tlms" ? "`toliman rebuild " + folder_ + setup_.text() + "`, or give a new folder"
-                                            : kOtherEstimator;
+    if (field == given.folder + "/setup.tlms")
+        return "`toliman rebuild " + given.folder + given.setup.text() + "`, or give a new folder";
+    return kOtherEstimator;
+}
+
+} // namespace
+
+void FolderOptions::check() const {
+    if (weights.empty() == scene.empty())
+        throw Failure(kExitUsage,
+                      std::string("give either --weights or --template") + (scene.empty() ? "" : ", not both"));
 }
 
 toliman::tracker FolderOptions::open(const std::string &dtype, Estimator &estimator, Progress &progress) {
-    const Made made = made_with(folder_);
-    check_setup(made);
-    estimator = make_estimator(progress);
+    const Made made = made_with(folder);
+    if (!made && !setup.has_grid())
+        throw Failure(kExitUsage, folder + ": is new: give --grid F0:DF:NF or --mission-days N");
+    if (made && made->nf == 0)
+        setup.check_complete(folder);
+    estimator = make_estimator(*this, progress);
     if (made && (made->image_rows != estimator.rows || made->image_cols != estimator.cols))
-        throw Failure(kExitUsage, folder_ + ": " + kOtherEstimator);
+        throw Failure(kExitUsage, folder + ": " + kOtherEstimator);
     if (made)
-        check_depth(dtype, *made);
-    const toliman_track_options how = track_options(dtype, estimator, made, progress);
+        check_depth(*this, dtype, *made);
+    const toliman_track_options how = track_options(*this, dtype, estimator, made, progress);
     if (!made)
-        check_crop(estimator, how);
+        check_crop(*this, estimator, how);
     try {
         return open_tracker(how, progress);
     } catch (const toliman::error &error) {
         if (error.status() != TOLIMAN_E_MISMATCH && (!made || uses_same_frames(*made, how)))
             throw;
-        throw Failure(kExitUsage, std::string(error.what()) + ": " + remedy_of(how, made, error.field()));
+        throw Failure(kExitUsage, std::string(error.what()) + ": " + remedy_of(*this, how, made, error.field()));
     }
 }
 
 void FolderOptions::add_to(CLI::App &command) {
     // Not a CLI11 option group of --weights and --template: it would report any mistyped word as a missing one of
     // these.
-    add_option(&command, "--weights", weights_, "FILE",
-               "weights file of `toliman train`: encode frames by its network");
-    add_option(&command, "--template", scene_, "SCENE",
+    add_option(&command, "--weights", weights, "FILE", "weights file of `toliman train`: encode frames by its network");
+    add_option(&command, "--template", scene, "SCENE",
                "instead of --weights: scene file; encode frames by least squares on its derivative image");
-    add_option(&command, "--state", folder_, "FOLDER",
+    add_option(&command, "--state", folder, "FOLDER",
                "state folder: ledger, settings and sums; created if it does not exist")
         ->required()
         ->transform(plain);
-    setup_.add_to(command);
-    add_choice(&command, "--sync", sync_, {"frame", "group", "none"},
+    setup.add_to(command);
+    add_choice(&command, "--sync", sync, {"frame", "group", "none"},
                "durability of ledger records: fsync after each record (frame), after 64 records or a second (group, "
                "default), or never (none)");
-    command.add_option("--jobs", jobs_,
+    command.add_option("--jobs", jobs,
                        "threads that estimate frames between two updates, default 1; 0: one per processor");
     command
-        .add_option("--bit-depth", bit_depth_,
+        .add_option("--bit-depth", bit_depth,
                     "N: a frame with a pixel of 2^N or more is rejected; default 12 for u16le, 32 for u32le")
         ->check(CLI::Range(1, 32));
-    add_option(&command, "--shape", shape_, "ROWSxCOLS",
+    add_option(&command, "--shape", shape, "ROWSxCOLS",
                "size of the frames, ROWSxCOLS; default: that of the scene or weights");
-    add_option(&command, "--crop", crop_, "ROW,COL",
+    add_option(&command, "--crop", crop, "ROW,COL",
                "row and column of the first pixel used, ROW,COL; required for frames larger than the default size");
-    command.add_option("--bin", bin_, "N: add up blocks of N x N pixels, default 1")->check(CLI::Range(1, 65536));
+    command.add_option("--bin", bin, "N: add up blocks of N x N pixels, default 1")->check(CLI::Range(1, 65536));
     command
-        .add_option("--value-limit", value_limit_,
+        .add_option("--value-limit", value_limit,
                     "largest absolute value in px, beyond which a frame is an outlier; default 10,000 times the "
                     "Cramer-Rao bound of a frame")
         ->check(CLI::PositiveNumber);
-    command.add_option("--capacity", capacity_, "largest number of frames, 24 bytes of memory each, default 2^20")
+    command.add_option("--capacity", capacity, "largest number of frames, 24 bytes of memory each, default 2^20")
         ->check(CLI::Range(int64_t{1}, int64_t{1} << 28));
 }
 

@@ -106,10 +106,8 @@ void print_series(const toliman::tracker &tracker, const toliman_track_options &
         [&](const toliman_track_record &line, std::string &text) {
             if (line.verdict != TOLIMAN_TRACK_VERDICT_ACCEPTED)
                 return;
-            char row[120];
-            std::snprintf(row, sizeof row, "%.17g,%.17g,%.17g\n", time_of(line, how.time_offset_ns, how.unit_ns),
-                          line.value, line.sigma);
-            text += row;
+            text += formatted("%.17g,%.17g,%.17g\n", time_of(line, how.time_offset_ns, how.unit_ns), line.value,
+                              line.sigma);
         },
         print);
 }
@@ -147,7 +145,8 @@ Json status_json(const toliman::tracker &tracker, const toliman_track_options &h
     return json;
 }
 
-void write_results(const toliman::tracker &tracker, const toliman_track_options &how, const std::string &path) {
+void write_results(const toliman::tracker &tracker, const toliman_track_options &how, const PeriodFacts &period,
+                   const std::string &path) {
     OutputFolder folder(path);
     OutputFile result(folder.file("result.json")), series(folder.file("series.csv")),
         periodogram(folder.file("periodogram.csv"));
@@ -159,7 +158,7 @@ void write_results(const toliman::tracker &tracker, const toliman_track_options 
     Json json;
     json.set("schema", "toliman-state/1").set("version", toliman_version()).set("provenance", provenance());
     json.set("unit_s", how.unit_ns * 1e-9).set("power_at_fap_1e-3", power_at_fap_1e_3(sums));
-    const std::string text = json.set("status", status_json(tracker, how, PeriodFacts(tracker, Fit::made))).text();
+    const std::string text = json.set("status", status_json(tracker, how, period)).text();
     result.write(text.data(), text.size());
     series.commit();
     periodogram.commit();

@@ -25,6 +25,7 @@ void print_missing(const toliman::tracker &tracker);
 Json status_json(const toliman::tracker &tracker, const toliman_track_options &how, const PeriodFacts &period);
 
 // Writes result.json (schema toliman-state/1), series.csv and periodogram.csv, all or none; creates the folder.
-void write_results(const toliman::tracker &tracker, const toliman_track_options &how, const std::string &folder);
+void write_results(const toliman::tracker &tracker, const toliman_track_options &how, const PeriodFacts &period,
+                   const std::string &folder);
 
 } // namespace cli

@@ -1,11 +1,9 @@
 #include "downlink/state_folder.hpp"
 
 #include <cerrno>
-#include <cmath>
 #include <cstring>
-#include <fstream>
-#include <sys/stat.h>
 #include <unistd.h>
+#include <utility>
 
 #include "common/failure.hpp"
 #include "common/input.hpp"
@@ -17,14 +15,6 @@ namespace cli {
 
 namespace {
 
-// Files of a state folder, the ledger last.
-constexpr const char kLedger[] = "ledger.tlml", kSetup[] = "setup.tlms";
-constexpr const char *kFiles[] = {"checkpoint.tlmc", kSetup, "streams.txt", kLedger};
-
-std::string file_of_state(const std::string &folder, const char *name) {
-    return folder + "/" + name;
-}
-
 // Damaged files of a state folder, and those that another process is writing to, have exit codes of their own.
 [[noreturn]] void fail_state(toliman_status status, const std::string &folder) {
     if (status == TOLIMAN_E_FORMAT || status == TOLIMAN_E_LOST)
@@ -34,35 +24,12 @@ std::string file_of_state(const std::string &folder, const char *name) {
     throw toliman::error(status);
 }
 
-// Bytes of a ledger's header by its number of columns (formats.md, TLML).
-off_t header_size(const std::string &ledger) {
-    unsigned char columns[4] = {};
-    std::ifstream(ledger, std::ios::binary).seekg(112).read(reinterpret_cast<char *>(columns), sizeof columns);
-    return 124 + 64 * (columns[0] | columns[1] << 8 | off_t{columns[2]} << 16 | off_t{columns[3]} << 24);
-}
-
-// False if there is none, or only the header of a run that was stopped before its first frame.
-bool has_ledger(const std::string &folder) {
-    struct stat status = {};
-    if (::lstat(file_of_state(folder, kLedger).c_str(), &status) == 0)
-        return !S_ISREG(status.st_mode) || status.st_size != header_size(file_of_state(folder, kLedger)) ||
-               exists(file_of_state(folder, kSetup));
-    if (errno != ENOENT && errno != ENOTDIR)
-        malformed(folder, std::string("cannot be opened: ") + std::strerror(errno));
-    for (const char *name : kFiles)
-        if (exists(file_of_state(folder, name)))
-            throw Failure(kExitState, folder + ": ledger.tlml is missing although " + name +
-                                          " exists: the records of its frames are lost: give all frames again, into a "
-                                          "new folder");
-    return false;
-}
-
 } // namespace
 
 void remove_state(const std::string &folder) {
-    for (const char *name : kFiles)
+    for (const char *name : {"checkpoint.tlmc", "setup.tlms", "streams.txt", "ledger.tlml"})
         for (const char *suffix : {".tmp", ""})
-            ::unlink((file_of_state(folder, name) + suffix).c_str());
+            ::unlink((folder + "/" + name + suffix).c_str());
     ::rmdir(folder.c_str());
 }
 
@@ -72,13 +39,15 @@ std::string damage_text(toliman_status status, const std::string &folder) {
 }
 
 std::optional<toliman_track_options> made_with(const std::string &folder) {
-    if (!has_ledger(folder))
-        return std::nullopt;
     auto options = toliman::sized<toliman_track_options>();
     const toliman_status status = toliman_track_load_options(folder.c_str(), &options);
-    if (status != TOLIMAN_OK)
+    if (status == TOLIMAN_OK)
+        return options;
+    if (status != TOLIMAN_E_NOT_FOUND || toliman_last_error_field() != folder)
         fail_state(status, folder);
-    return options;
+    if (::access((folder + "/.").c_str(), R_OK) != 0 && errno != ENOENT && errno != ENOTDIR)
+        malformed(folder, std::string("cannot be opened: ") + std::strerror(errno));
+    return std::nullopt;
 }
 
 toliman_track_options known_state(const std::string &folder) {
@@ -117,22 +86,39 @@ toliman_track_options settings_of(const toliman::tracker &tracker) {
 
 namespace {
 
-// NaN in all numbers.
-toliman_period_peak unknown_peak() noexcept {
-    auto peak = toliman::sized<toliman_period_peak>();
-    for (double *number :
-         {&peak.frequency, &peak.period, &peak.power, &peak.fwhm_period, &peak.frequency_error, &peak.amplitude,
-          &peak.amplitude_error, &peak.phase, &peak.offset, &peak.log10_fap, &peak.period_error})
-        *number = NAN;
-    return peak;
+constexpr std::pair<const char *, int64_t toliman_track_info::*> kCounts[] = {
+    {"received", &toliman_track_info::received}, {"accepted", &toliman_track_info::accepted},
+    {"outlier", &toliman_track_info::outlier},   {"quarantined", &toliman_track_info::quarantined},
+    {"repeated", &toliman_track_info::repeated}, {"rejected", &toliman_track_info::rejected},
+    {"expected", &toliman_track_info::expected}, {"missing", &toliman_track_info::missing},
+    {"dropped", &toliman_track_info::dropped},   {"sessions", &toliman_track_info::sessions}};
+
+using PeakMember = std::pair<const char *, double toliman_period_peak::*>;
+constexpr PeakMember kPeak[] = {{"period", &toliman_period_peak::period},
+                                {"fwhm_period", &toliman_period_peak::fwhm_period},
+                                {"frequency", &toliman_period_peak::frequency},
+                                {"power", &toliman_period_peak::power},
+                                {"log10_fap", &toliman_period_peak::log10_fap}};
+constexpr PeakMember kFit[] = {
+    {"period", &toliman_period_peak::period},       {"period_error", &toliman_period_peak::period_error},
+    {"amplitude", &toliman_period_peak::amplitude}, {"amplitude_error", &toliman_period_peak::amplitude_error},
+    {"phase", &toliman_period_peak::phase},         {"offset", &toliman_period_peak::offset},
+    {"log10_fap", &toliman_period_peak::log10_fap}};
+
+template <size_t N>
+void add_members(Json &json, const PeakMember (&members)[N], const std::optional<toliman_period_peak> &peak) {
+    for (const auto &[name, member] : members)
+        json.set(name, peak ? (*peak).*member : NAN);
 }
 
-// False for too few frames, or values that are all equal.
-bool is_known(toliman_status status) {
+// The peak that query(&peak) finds; nothing for too few frames, or values that are all equal.
+template <class Query> std::optional<toliman_period_peak> peak_of(Query query) {
+    auto peak = toliman::sized<toliman_period_peak>();
+    const toliman_status status = query(&peak);
     if (status == TOLIMAN_E_STATE || status == TOLIMAN_E_RANGE)
-        return false;
+        return std::nullopt;
     toliman::check(status);
-    return true;
+    return peak;
 }
 
 std::string unit_text(double unit_ns) {
@@ -142,45 +128,40 @@ std::string unit_text(double unit_ns) {
 
 } // namespace
 
-PeriodFacts::PeriodFacts(const toliman::tracker &tracker, Fit fit)
-    : sequential_(NAN), peak_(unknown_peak()), fit_(unknown_peak()) {
+PeriodFacts::PeriodFacts(const toliman::tracker &tracker, Fit fit) {
     const toliman_period *period = nullptr;
     toliman::check(toliman_track_get_period(tracker.get(), &period));
     count_ = toliman_period_count(period);
     unit_ = unit_text(info_from<toliman_period_info>(toliman_period_get_info, period).unit_ns);
-    if (!is_known(toliman_period_query_peak(period, &peak_)))
+    peak_ = peak_of([&](toliman_period_peak *peak) { return toliman_period_query_peak(period, peak); });
+    if (!peak_)
         return;
-    toliman::check(toliman_period_query_fap(period, TOLIMAN_PERIOD_FAP_SEQUENTIAL, peak_.log10_residual, &sequential_));
+    toliman::check(
+        toliman_period_query_fap(period, TOLIMAN_PERIOD_FAP_SEQUENTIAL, peak_->log10_residual, &sequential_));
     if (fit == Fit::made)
-        is_known(toliman_track_query_fit(tracker.get(), &fit_));
+        fit_ = peak_of([&](toliman_period_peak *peak) { return toliman_track_query_fit(tracker.get(), peak); });
+    if (fit_ && !std::isfinite(fit_->period))
+        fit_.reset();
 }
 
 void PeriodFacts::add_to(Json &json) const {
-    json.set("n", count_)
-        .set("period", peak_.period)
-        .set("fwhm_period", peak_.fwhm_period)
-        .set("frequency", peak_.frequency)
-        .set("power", peak_.power)
-        .set("log10_fap", peak_.log10_fap);
-    json.set("log10_fap_sequential", sequential_).set("at_edge", (peak_.flags & TOLIMAN_PERIOD_AT_EDGE) != 0);
-    if (!std::isfinite(fit_.period)) {
-        json.set("fit", nullptr);
-        return;
-    }
+    json.set("n", count_);
+    add_members(json, kPeak, peak_);
+    json.set("log10_fap_sequential", sequential_);
+    json.set("at_edge", peak_ && (peak_->flags & TOLIMAN_PERIOD_AT_EDGE) != 0);
     Json fit;
-    fit.set("period", fit_.period).set("period_error", fit_.period_error).set("amplitude", fit_.amplitude);
-    fit.set("amplitude_error", fit_.amplitude_error).set("phase", fit_.phase).set("offset", fit_.offset);
-    json.set("fit", std::move(fit.set("log10_fap", fit_.log10_fap)));
+    add_members(fit, kFit, fit_);
+    fit_ ? json.set("fit", std::move(fit)) : json.set("fit", nullptr);
 }
 
 std::string PeriodFacts::text() const {
-    if (!std::isfinite(peak_.log10_fap))
+    if (!peak_ || !std::isfinite(peak_->log10_fap))
         return "no period yet";
-    const toliman_period_peak &best = std::isfinite(fit_.period) ? fit_ : peak_;
+    const toliman_period_peak &best = fit_ ? *fit_ : *peak_;
     return "period " + text_with_error(best.period, best.period_error) + " " + unit_ +
            formatted(", log10 FAP %.2f, sequential %.2f", best.log10_fap, sequential_) +
            (sequential_ > kSignificant ? ": no significant period" : "") +
-           ((peak_.flags & TOLIMAN_PERIOD_INACCURATE) != 0 ? "; the power may be wrong by more than 0.001" : "");
+           ((peak_->flags & TOLIMAN_PERIOD_INACCURATE) != 0 ? "; the power may be wrong by more than 0.001" : "");
 }
 
 const char *stamp_name(int32_t stamp) noexcept {
@@ -195,18 +176,32 @@ void add_timing(const toliman_track_options &settings, Json &json) {
 
 void add_counts(const toliman::tracker &tracker, Json &json) {
     const toliman_track_info info = info_of(tracker);
-    json.set("received", info.received).set("accepted", info.accepted);
-    json.set("outlier", info.outlier).set("quarantined", info.quarantined);
-    json.set("repeated", info.repeated).set("rejected", info.rejected);
-    Json reasons;
-    for (int32_t reason = TOLIMAN_TRACK_REASON_SHAPE; reason <= TOLIMAN_TRACK_REASON_ESTIMATE; reason++) {
-        int64_t frames = 0;
-        toliman::check(toliman_track_get_rejected(tracker.get(), reason, &frames));
-        reasons.set(toliman_track_reason_name(reason), frames);
+    for (const auto &[name, count] : kCounts) {
+        json.set(name, info.*count);
+        if (count != &toliman_track_info::rejected)
+            continue;
+        Json reasons;
+        for (int32_t reason = TOLIMAN_TRACK_REASON_SHAPE; reason <= TOLIMAN_TRACK_REASON_ESTIMATE; reason++) {
+            int64_t frames = 0;
+            toliman::check(toliman_track_get_rejected(tracker.get(), reason, &frames));
+            reasons.set(toliman_track_reason_name(reason), frames);
+        }
+        json.set("rejected_by", std::move(reasons));
     }
-    json.set("rejected_by", std::move(reasons));
-    json.set("expected", info.expected).set("missing", info.missing).set("dropped", info.dropped);
-    json.set("sessions", info.sessions);
+}
+
+std::string counts_text(const toliman::tracker &tracker) {
+    const toliman_track_info info = info_of(tracker);
+    std::string text;
+    for (const auto &[name, count] : kCounts) {
+        const auto number = static_cast<long long>(info.*count);
+        if (count == &toliman_track_info::sessions)
+            text += formatted("  sessions and regions: %2lld\n", number);
+        else
+            text += formatted("  %-11s %12lld%s\n", name, number,
+                              count == &toliman_track_info::dropped ? "   by the camera" : "");
+    }
+    return text;
 }
 
 } // namespace cli

@@ -1,5 +1,6 @@
 // State folders of `toliman track`: opens them, and prints counts and period.
 #pragma once
+#include <cmath>
 #include <optional>
 #include <string>
 
@@ -10,8 +11,8 @@
 
 namespace cli {
 
-// Settings of a folder, or none if it has no ledger yet. `folder` must outlive them. Throws Failure if it cannot be
-// opened, with exit code 5 if it is damaged.
+// Settings of a folder, or none if it has no ledger of frames yet. `folder` must outlive them. Throws Failure if it
+// cannot be opened, with exit code 5 if it is damaged.
 std::optional<toliman_track_options> made_with(const std::string &folder);
 // The same for a folder that must have a ledger.
 toliman_track_options known_state(const std::string &folder);
@@ -29,7 +30,7 @@ void remove_state(const std::string &folder);
 std::string damage_text(toliman_status status, const std::string &folder);
 
 // Period of the highest peak on the grid, and, with Fit::made, of the least-squares fit to all values, which reads the
-// ledger. NaN if there are too few frames.
+// ledger. Neither if there are too few frames.
 enum class Fit { none, made };
 class PeriodFacts {
   public:
@@ -39,9 +40,9 @@ class PeriodFacts {
 
   private:
     int64_t count_;
-    double sequential_;
+    double sequential_ = NAN;
     std::string unit_; // of time
-    toliman_period_peak peak_ = {}, fit_ = {};
+    std::optional<toliman_period_peak> peak_, fit_;
 };
 
 // "start", "middle" or "end" of TOLIMAN_FRAME_STAMP_...
@@ -49,5 +50,6 @@ const char *stamp_name(int32_t stamp) noexcept;
 
 void add_timing(const toliman_track_options &settings, Json &json);
 void add_counts(const toliman::tracker &tracker, Json &json);
+std::string counts_text(const toliman::tracker &tracker); // a line per count
 
 } // namespace cli

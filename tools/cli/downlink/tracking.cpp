@@ -22,6 +22,12 @@ constexpr std::chrono::seconds kPatience(1); // of lines that wait for the disk
 constexpr int64_t kMostWarnings = 10;        // per file; standard output has all of them
 constexpr double kFar = 20;                  // sigma, beyond the reach of noise
 
+// "in/x_meta.jsonl:7": where a frame or message comes from.
+std::string place_of(const toliman_ingest_event &event) {
+    const bool is_frame = event.event == TOLIMAN_INGEST_EVENT_FRAME; // the first of a file has index 0
+    return is_frame || event.line > 0 ? std::string(event.file) + ":" + std::to_string(event.line) : event.file;
+}
+
 std::string rejection_text(const toliman_track_outcome &outcome, const toliman_track_options &settings) {
     const std::string pixel = "pixel " + std::to_string(outcome.row) + ", " + std::to_string(outcome.col);
     switch (outcome.reason) {
@@ -53,20 +59,29 @@ std::string verdict_text(const toliman_frame &frame, const toliman_track_outcome
     return std::string("rejected: ") + toliman_track_reason_name(outcome.reason) + rejection_text(outcome, settings);
 }
 
-// The first keys of a line toliman-frame/2. frame: NULL if its name is unknown; has_time: its time is known, too;
-// reason: NULL unless it is rejected.
-Json frame_line(const toliman_frame *frame, bool has_time, const std::string &place, const char *verdict,
-                const char *reason) {
+bool has_value(const toliman_track_outcome &outcome) noexcept {
+    return outcome.verdict == TOLIMAN_TRACK_VERDICT_ACCEPTED || outcome.verdict == TOLIMAN_TRACK_VERDICT_OUTLIER;
+}
+
+template <class Value> void set_known(bool is_known, Json &line, const char *name, const Value &value) {
+    is_known ? line.set(name, value) : line.set(name, nullptr);
+}
+
+// A line toliman-frame/2. has_key, has_time: the frame's name and time are known; reason: NULL unless it is rejected.
+std::string frame_line(const toliman_frame &frame, bool has_key, bool has_time, const std::string &place,
+                       const char *reason, const toliman_track_outcome &outcome) {
     Json line;
     line.set("schema", "toliman-frame/2");
-    if (frame != nullptr)
-        line.set("session", frame->session).set("roi", frame->roi).set("frame_id", frame->frame_id);
-    else
-        line.set("session", nullptr).set("roi", nullptr).set("frame_id", nullptr);
-    line.set("verdict", verdict);
-    reason != nullptr ? line.set("reason", reason) : line.set("reason", nullptr);
-    frame != nullptr &&has_time ? line.set("camera_ns", frame->camera_ns) : line.set("camera_ns", nullptr);
-    return std::move(line.set("input", place));
+    set_known(has_key, line, "session", frame.session);
+    set_known(has_key, line, "roi", frame.roi);
+    set_known(has_key, line, "frame_id", frame.frame_id);
+    line.set("verdict", toliman_track_verdict_name(outcome.verdict));
+    set_known(reason != nullptr, line, "reason", reason);
+    set_known(has_time, line, "camera_ns", frame.camera_ns);
+    line.set("input", place);
+    set_known(has_value(outcome), line, "tai_ns", outcome.tai_ns);
+    line.set_exact("value", has_value(outcome) ? outcome.value : NAN);
+    return line.set("chi_square", outcome.chi_square).line(); // null if there is none
 }
 
 // Whether the clock table was extrapolated for a time. A single pair is a difference of clocks that has no ends.
@@ -92,7 +107,7 @@ Tracking::Tracking(toliman::tracker &&tracker, const TrackingOptions &options, P
 
 void Tracking::take(const std::shared_ptr<FrameSource> &source, const toliman_frame &frame,
                     const toliman_ingest_event &event) {
-    const std::string place = place_of(event.file, event.event, event.line);
+    const std::string place = place_of(event);
     if (event.event != TOLIMAN_INGEST_EVENT_FRAME)
         reasons_[event.reason]++;
     if (event.event == TOLIMAN_INGEST_EVENT_DAMAGE)
@@ -145,18 +160,14 @@ void Tracking::flush() {
 void Tracking::settle(const toliman_frame &frame, const std::string &place, const toliman_track_outcome &outcome) {
     const int32_t verdict = outcome.verdict;
     const bool is_good = verdict == TOLIMAN_TRACK_VERDICT_ACCEPTED,
-               has_value = is_good || verdict == TOLIMAN_TRACK_VERDICT_OUTLIER,
                is_rejected = verdict == TOLIMAN_TRACK_VERDICT_REJECTED;
-    Json line = frame_line(&frame, true, place, toliman_track_verdict_name(verdict),
-                           is_rejected ? toliman_track_reason_name(outcome.reason) : nullptr);
-    has_value ? line.set("tai_ns", outcome.tai_ns) : line.set("tai_ns", nullptr);
-    has_value ? line.set_exact("value", outcome.value) : line.set("value", nullptr);
-    say(line.set("chi_square", outcome.chi_square).line()); // null if there is none
+    say(frame_line(frame, true, true, place, is_rejected ? toliman_track_reason_name(outcome.reason) : nullptr,
+                   outcome));
     since_update_ += is_good;
     accepted_ += is_good;
     known_ += verdict == TOLIMAN_TRACK_VERDICT_DUPLICATE || verdict == TOLIMAN_TRACK_VERDICT_QUARANTINED;
     refused_ += is_rejected || verdict == TOLIMAN_TRACK_VERDICT_OUTLIER;
-    outside_clock_ += has_value && is_outside_clock(settings_, frame.camera_ns);
+    outside_clock_ += has_value(outcome) && is_outside_clock(settings_, frame.camera_ns);
     if (!is_good && verdict != TOLIMAN_TRACK_VERDICT_DUPLICATE)
         warn(place, verdict_text(frame, outcome, settings_));
     if (is_good)
@@ -190,8 +201,10 @@ void Tracking::reject(const toliman_frame &frame, const std::string &place, cons
     refused_++;
     const char *const reason = toliman_ingest_reason_name(event.reason);
     warn(place, std::string("rejected: ") + reason + ": " + event.text);
-    Json line = frame_line(event.has_key != 0 ? &frame : nullptr, frame.rows > 0, place, "rejected", reason);
-    say(line.set("tai_ns", nullptr).set("value", nullptr).set("chi_square", nullptr).line());
+    auto outcome = toliman::sized<toliman_track_outcome>();
+    outcome.verdict = TOLIMAN_TRACK_VERDICT_REJECTED;
+    outcome.chi_square = NAN;
+    say(frame_line(frame, event.has_key != 0, event.has_key != 0 && frame.rows > 0, place, reason, outcome));
 }
 
 void Tracking::report(Severity severity, const std::string &warning, const std::string &input,

@@ -8,16 +8,10 @@
 #include <vector>
 
 #include "common/terminal.hpp"
+#include "downlink/frame_source.hpp"
 #include "downlink/state_folder.hpp"
-#include "frames/frame_source.hpp"
 
 namespace cli {
-
-// Frame ids first ... end - 1.
-struct FrameIds {
-    int64_t first = INT64_MIN, end = INT64_MAX;
-    bool is_all() const noexcept { return first == INT64_MIN && end == INT64_MAX; }
-};
 
 struct TrackingOptions {
     size_t every = 1;       // accepted frames between two updates

@@ -113,20 +113,17 @@ class FitsFrames : public FrameFile {
         }
     }
 
-    void next(void *pixels) override {
-        const LONGLONG count = static_cast<LONGLONG>(rows()) * static_cast<LONGLONG>(cols());
+    void load(size_t frame, void *pixels) override {
+        const auto count = static_cast<LONGLONG>(rows() * cols());
         double blank = std::numeric_limits<double>::quiet_NaN();
         int status = 0, any = 0;
-        fits_read_img(file_.get(), TDOUBLE, first_, count, &blank, pixels, &any, &status);
+        fits_read_img(file_.get(), TDOUBLE, 1 + static_cast<LONGLONG>(frame) * count, count, &blank, pixels, &any,
+                      &status);
         check(status);
-        first_ += count;
     }
 
-    void skip_next() override { first_ += static_cast<LONGLONG>(rows()) * static_cast<LONGLONG>(cols()); }
-
     Fits file_;
-    int unit_ = 0;       // number of the image's HDU
-    LONGLONG first_ = 1; // number of the next frame's first pixel
+    int unit_ = 0; // number of the image's HDU
 };
 
 } // namespace

@@ -1,5 +1,8 @@
 // Writes FITS images, and cubes of simulated frames with header and table. A cube is u32 (BZERO = 2^31) if its frames
 // are whole counts and the expected peak is below 2^31, half the range, and float64 otherwise.
+#include <numeric>
+#include <optional>
+
 #include "common/failure.hpp"
 #include "common/output.hpp"
 #include "common/text.hpp"
@@ -42,6 +45,8 @@ class FitsOutput : public FrameOutput {
     }
 
     void commit() override {
+        if (cube_)
+            write_table();
         fits_close_file(file_.release(), &status_);
         check();
         out_.commit();
@@ -67,19 +72,44 @@ class FitsOutput : public FrameOutput {
         number("NWAVES", static_cast<uint64_t>(wavelengths.size()), "samples of the spectrum");
     }
 
-  protected:
+    // Writes the keywords of a cube of simulated frames; commit() adds their table.
+    void describe(const Simulated &frames) {
+        describe(frames.scene);
+        number("SEED", frames.seed, "of the noise");
+        number("FRAME1", static_cast<uint64_t>(frames.range.first), "number of the first frame");
+        number("FRAMEN", static_cast<uint64_t>(frames.range.end - 1), "number of the last frame");
+        cube_.emplace(frames);
+    }
+
+  private:
     void text(const char *key, const std::string &value, const char *comment) {
-        fits_write_key_longstr(file(), key, value.c_str(), comment, &status_);
-        check();
+        fits_write_key_longstr(file_.get(), key, value.c_str(), comment, &status_);
     }
 
     void number(const char *key, double value, const char *comment) {
-        fits_write_key_dbl(file(), key, value, -15, comment, &status_);
-        check();
+        fits_write_key_dbl(file_.get(), key, value, -15, comment, &status_);
     }
 
     void number(const char *key, uint64_t value, const char *comment) {
-        fits_write_key(file(), TULONGLONG, key, &value, comment, &status_);
+        fits_write_key(file_.get(), TULONGLONG, key, &value, comment, &status_);
+    }
+
+    void write_table() {
+        const Cadence cadence(cube_->scene);
+        const auto first = static_cast<size_t>(cube_->range.first);
+        std::vector<LONGLONG> numbers(cube_->count());
+        std::iota(numbers.begin(), numbers.end(), cube_->range.first);
+        char frame[] = "frame", time[] = "time_days", displacement[] = "displacement_px", whole[] = "K", real[] = "D";
+        char none[] = "", days[] = "d", pixels[] = "pixel";
+        char *names[] = {frame, time, displacement}, *types[] = {whole, real, real}, *units[] = {none, days, pixels};
+        fits_create_tbl(file_.get(), BINARY_TBL, 0, 3, names, types, units, "FRAMES", &status_);
+        const auto rows = static_cast<LONGLONG>(numbers.size());
+        const auto write_column = [&](int column, int type, const void *values) {
+            fits_write_col(file_.get(), type, column, 1, 1, rows, const_cast<void *>(values), &status_);
+        };
+        write_column(1, TLONGLONG, numbers.data());
+        write_column(2, TDOUBLE, &cadence.times[first]);
+        write_column(3, TDOUBLE, &cadence.displacements[first]);
         check();
     }
 
@@ -88,56 +118,11 @@ class FitsOutput : public FrameOutput {
             out_.fail(fits_reason(status_));
     }
 
-    fitsfile *file() noexcept { return file_.get(); }
-
-    int status_ = 0; // of CFITSIO, whose functions do nothing after an error
-
-  private:
     OutputFile out_;
     Fits file_;                   // closed before the temporary file is removed
     LONGLONG pixels_, first_ = 1; // of a frame; number of the next pixel
-};
-
-class SimulatedCube : public FitsOutput {
-  public:
-    SimulatedCube(const std::string &path, const Simulated &frames)
-        : FitsOutput(path, {frames.count(), frames.rows(), frames.cols()}, type_of(frames.scene.info)),
-          range_(frames.range), cadence_(frames.scene) {
-        describe(frames.scene);
-        number("SEED", frames.seed, "of the noise");
-        number("FRAME1", static_cast<uint64_t>(range_.first), "number of the first frame");
-        number("FRAMEN", static_cast<uint64_t>(range_.end - 1), "number of the last frame");
-    }
-
-    void commit() override {
-        write_table();
-        FitsOutput::commit();
-    }
-
-  private:
-    // u32 (BZERO = 2^31) for whole counts with an expected peak below half the range, otherwise float64.
-    static int type_of(const toliman_sim_info &info) noexcept {
-        return info.whole_counts != 0 && info.peak_counts < 0x1p31 ? ULONG_IMG : DOUBLE_IMG;
-    }
-
-    void write_table() {
-        const auto first = static_cast<size_t>(range_.first), rows = static_cast<size_t>(range_.end) - first;
-        std::vector<LONGLONG> numbers;
-        for (int64_t k = range_.first; k < range_.end; k++)
-            numbers.push_back(k);
-        char frame[] = "frame", time[] = "time_days", displacement[] = "displacement_px", whole[] = "K", real[] = "D";
-        char none[] = "", days[] = "d", pixels[] = "pixel";
-        char *names[] = {frame, time, displacement}, *types[] = {whole, real, real}, *units[] = {none, days, pixels};
-        fits_create_tbl(file(), BINARY_TBL, 0, 3, names, types, units, "FRAMES", &status_);
-        const auto n = static_cast<LONGLONG>(rows);
-        fits_write_col(file(), TLONGLONG, 1, 1, 1, n, numbers.data(), &status_);
-        fits_write_col(file(), TDOUBLE, 2, 1, 1, n, &cadence_.times[first], &status_);
-        fits_write_col(file(), TDOUBLE, 3, 1, 1, n, &cadence_.displacements[first], &status_);
-        check();
-    }
-
-    FrameRange range_;
-    Cadence cadence_;
+    std::optional<Simulated> cube_;
+    int status_ = 0; // of CFITSIO, whose functions do nothing after an error
 };
 
 } // namespace
@@ -150,7 +135,12 @@ std::unique_ptr<FrameOutput> fits_output(const std::string &path, const std::vec
 }
 
 std::unique_ptr<FrameOutput> cube_output(const std::string &path, const Simulated &frames) {
-    return std::make_unique<SimulatedCube>(path, frames);
+    const toliman_sim_info &info = frames.scene.info;
+    const bool is_u32 = info.whole_counts != 0 && info.peak_counts < 0x1p31;
+    auto output = std::make_unique<FitsOutput>(path, std::vector<size_t>{frames.count(), frames.rows(), frames.cols()},
+                                               is_u32 ? ULONG_IMG : DOUBLE_IMG);
+    output->describe(frames);
+    return output;
 }
 
 } // namespace cli

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <iterator>
 
 #include "common/content.hpp"
 #include "common/failure.hpp"
@@ -21,47 +23,47 @@ InputFile open_input(const std::string &path) {
     return path == "-" ? InputFile::standard_input() : InputFile(path);
 }
 
-// Types of .npy and of headerless files. The library has no 64-bit integers: they are converted to double.
+// Types of .npy, by NumPy's names, and of headerless files. The library has no 64-bit integers: they are converted to
+// double.
 struct PixelType {
     const char *name;
+    size_t width; // bytes
     int32_t pixel;
 };
 constexpr PixelType kPixelTypes[] = {
-    {"f4", TOLIMAN_PIXEL_F32},      {"b1", TOLIMAN_PIXEL_U8},       {"u1", TOLIMAN_PIXEL_U8},
-    {"u2", TOLIMAN_PIXEL_U16},      {"u4", TOLIMAN_PIXEL_U32},      {"i2", TOLIMAN_PIXEL_I16},
-    {"i4", TOLIMAN_PIXEL_I32},      {"u16le", TOLIMAN_PIXEL_U16},   {"u32le", TOLIMAN_PIXEL_U32},
-    {"i16le", TOLIMAN_PIXEL_I16},   {"f32le", TOLIMAN_PIXEL_F32},   {"u16be", TOLIMAN_PIXEL_U16BE},
-    {"u32be", TOLIMAN_PIXEL_U32BE}, {"i16be", TOLIMAN_PIXEL_I16BE}, {"f32be", TOLIMAN_PIXEL_F32BE},
+    {"f8", 8, TOLIMAN_PIXEL_F64},      {"i8", 8, TOLIMAN_PIXEL_F64},      {"u8", 8, TOLIMAN_PIXEL_F64},
+    {"f4", 4, TOLIMAN_PIXEL_F32},      {"b1", 1, TOLIMAN_PIXEL_U8},       {"u1", 1, TOLIMAN_PIXEL_U8},
+    {"u2", 2, TOLIMAN_PIXEL_U16},      {"u4", 4, TOLIMAN_PIXEL_U32},      {"i2", 2, TOLIMAN_PIXEL_I16},
+    {"i4", 4, TOLIMAN_PIXEL_I32},      {"u16le", 2, TOLIMAN_PIXEL_U16},   {"u32le", 4, TOLIMAN_PIXEL_U32},
+    {"i16le", 2, TOLIMAN_PIXEL_I16},   {"f32le", 4, TOLIMAN_PIXEL_F32},   {"u16be", 2, TOLIMAN_PIXEL_U16BE},
+    {"u32be", 4, TOLIMAN_PIXEL_U32BE}, {"i16be", 2, TOLIMAN_PIXEL_I16BE}, {"f32be", 4, TOLIMAN_PIXEL_F32BE},
 };
 
-int32_t pixel_of(const std::string &type) noexcept {
-    for (const PixelType &known : kPixelTypes)
-        if (type == known.name)
-            return known.pixel;
-    return TOLIMAN_PIXEL_F64;
+bool is_headerless(const PixelType &type) noexcept {
+    return std::strlen(type.name) > 2;
 }
 
-// "u16be" as "u2".
-std::string type_of(const std::string &dtype) {
-    return dtype[0] + std::string(dtype.substr(1, 2) == "16" ? "2" : "4");
+const PixelType &type_of(const std::string &name) noexcept {
+    return *std::find_if(std::begin(kPixelTypes), std::end(kPixelTypes),
+                         [&name](const PixelType &type) { return name == type.name; });
 }
 
 // Pixels after a .npy header, little-endian, or without header.
-class PlainFrames : public FrameFile {
+class PlainFrames final : public FrameFile {
   public:
     explicit PlainFrames(const std::string &path) : FrameFile(path), file_(open_input(path)) {
         path_ = file_.path();
         const toliman::NpyHeader header = read_npy_header(file_);
-        type_ = header.type;
-        pixel_ = pixel_of(type_);
+        type_ = type_of(header.type);
+        start_ = header.size;
         set_axes(header.shape);
-        check_size(header.size);
+        check_size();
     }
 
     PlainFrames(const std::string &path, const std::string &dtype, size_t rows, size_t cols)
-        : FrameFile(path), file_(open_input(path)), type_(type_of(dtype)), dtype_(dtype), pixel_(pixel_of(dtype)) {
+        : FrameFile(path), file_(open_input(path)), type_(type_of(dtype)) {
         path_ = file_.path();
-        const size_t frame = rows * cols * width();
+        const size_t frame = rows * cols * type_.width;
         if (file_.ended())
             malformed(path_, "is empty");
         if (file_.size() % frame != 0)
@@ -69,11 +71,11 @@ class PlainFrames : public FrameFile {
                                  std::to_string(frame) + ", the size of a frame of " + shape_text(rows, cols) +
                                  narrow_frames(frame) + kind_of(path_));
         set_axes({file_.sized() ? file_.size() / frame : kMostFrames, rows, cols});
-        check_size(0);
+        check_size();
     }
 
-    int32_t pixel() const noexcept override { return pixel_; }
-    size_t frame_size() const noexcept override { return rows() * cols() * width(); }
+    int32_t pixel() const noexcept override { return type_.pixel; }
+    size_t frame_size() const noexcept override { return rows() * cols() * type_.width; }
     bool counted() const noexcept override { return file_.sized() || start_ > 0; }
     bool more() override {
         if (!counted())
@@ -86,65 +88,49 @@ class PlainFrames : public FrameFile {
     }
 
   private:
-    size_t width() const noexcept { return static_cast<size_t>(type_[1] - '0'); }
-
     // A hint if the file has a whole number of frames as u16 instead of u32.
     std::string narrow_frames(size_t frame) const {
+        const std::string name = type_.name;
         const size_t half = frame / 2;
-        return type_ != "u4" || file_.size() % half != 0 ? ""
-                                                         : "; with --dtype u16" + dtype_.substr(3) + " it has " +
-                                                               std::to_string(file_.size() / half) + " frames";
+        return name.substr(0, 3) != "u32" || file_.size() % half != 0
+                   ? ""
+                   : "; with --dtype u16" + name.substr(3) + " it has " + std::to_string(file_.size() / half) +
+                         " frames";
     }
 
     // The sides are bounded, so that nothing here overflows.
-    void check_size(size_t header) {
-        const size_t size = header + count() * frame_size();
+    void check_size() const {
+        const size_t size = start_ + count() * frame_size();
         if (file_.sized() && size != file_.size())
             malformed(path_, "has " + std::to_string(file_.size()) + " bytes: must have " + std::to_string(size) +
                                  " for " + std::to_string(count()) + " frames of " + shape_text(rows(), cols()));
-        start_ = header;
-    }
-
-    void read_raw(void *pixels) {
-        if (!file_.read(pixels, frame_size()))
-            malformed(path_, "ends within a frame of " + shape_text(rows(), cols()) + " pixels of " +
-                                 std::to_string(width()) + " bytes");
-        frame_++;
     }
 
     // A number of 64 bits becomes a double in place.
-    void next(void *pixels) override {
-        read_raw(pixels);
-        if (width() == sizeof(double))
-            convert(static_cast<const unsigned char *>(pixels), static_cast<double *>(pixels));
+    void load(size_t frame, void *pixels) override {
+        if (file_.sized())
+            file_.seek(start_ + frame * frame_size());
+        if (!file_.read(pixels, frame_size()))
+            malformed(path_, "ends within a frame of " + shape_text(rows(), cols()) + " pixels of " +
+                                 std::to_string(type_.width) + " bytes");
+        if (type_.width == sizeof(double))
+            toliman::convert_npy(type_.name, static_cast<const unsigned char *>(pixels), rows() * cols(),
+                                 static_cast<double *>(pixels));
     }
-
-    void next_double(double *image) override {
-        raw_.resize(frame_size());
-        read_raw(raw_.data());
-        convert(raw_.data(), image);
-    }
-
-    void convert(const unsigned char *raw, double *image) const noexcept {
-        toliman::convert_npy(type_, raw, rows() * cols(), image);
-    }
-
-    void skip_next() override { file_.seek(start_ + ++frame_ * frame_size()); }
 
     InputFile file_;
-    std::string type_;  // as in toliman::NpyHeader
-    std::string dtype_; // of headerless files
-    int32_t pixel_ = 0;
-    std::vector<unsigned char> raw_; // of next_double
-    size_t start_ = 0, frame_ = 0;   // offset of the pixels in the file; number of the next frame
+    PixelType type_ = {};
+    size_t start_ = 0; // offset of the pixels in the file
 };
 
 } // namespace
 
-const std::vector<std::string> &dtypes() {
-    static const std::vector<std::string> all = {"u16le", "u32le", "i16le", "f32le",
-                                                 "u16be", "u32be", "i16be", "f32be"};
-    return all;
+std::vector<std::string> dtypes() {
+    std::vector<std::string> names;
+    for (const PixelType &type : kPixelTypes)
+        if (is_headerless(type))
+            names.push_back(type.name);
+    return names;
 }
 
 std::optional<int64_t> ns_of_days(double days) {
@@ -171,22 +157,15 @@ void FrameFile::set_axes(const std::vector<size_t> &axes) {
                              std::to_string(kLargestSide));
 }
 
-void FrameFile::read(void *pixels) {
-    next(pixels);
-    read_++;
-}
-
-void FrameFile::skip() {
-    skip_next();
-    read_++;
-}
-
 void FrameFile::read_finite(double *image) {
-    next_double(image);
-    read_++;
+    const auto is_read = [this](const PixelType &type) { return type.pixel == pixel(); };
+    const PixelType &type = *std::find_if(std::begin(kPixelTypes), std::end(kPixelTypes), is_read);
+    raw_.resize(frame_size());
+    read(raw_.data());
+    toliman::convert_npy(type.name, raw_.data(), rows() * cols(), image);
     for (size_t i = 0; i < rows() * cols(); i++)
         if (!std::isfinite(image[i]))
-            malformed(path_, "frame " + std::to_string(read_ - 1) + ", row " + std::to_string(i / cols()) +
+            malformed(path_, "frame " + std::to_string(next_ - 1) + ", row " + std::to_string(i / cols()) +
                                  ", column " + std::to_string(i % cols()) +
                                  ": must be a finite number, not blank or NaN");
 }

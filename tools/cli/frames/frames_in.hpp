@@ -23,16 +23,15 @@ class FrameFile {
     // False for headerless frames on standard input: count() is then an upper bound, and more() waits for the next
     // frame.
     virtual bool counted() const noexcept { return true; }
-    virtual bool more() { return read_ < count(); }
+    virtual bool more() { return next_ < count(); }
     // TOLIMAN_PIXEL_... of the frames that read() delivers, and the bytes of a frame.
     virtual int32_t pixel() const noexcept { return TOLIMAN_PIXEL_F64; }
     virtual size_t frame_size() const noexcept { return rows() * cols() * sizeof(double); }
     // Reads the next frame unchecked; a pixel without value is NaN. `pixels` is aligned to 8 bytes.
-    void read(void *pixels);
+    void read(void *pixels) { load(next_++, pixels); }
     // Reads the next frame as double; throws Failure unless every pixel is a finite number.
     void read_finite(double *image);
-    // Skips the next frame.
-    void skip();
+    void skip() noexcept { next_++; } // not on standard input
 
     // The value of a FITS keyword as it is written, strings in quotes without trailing blanks: from the header of the
     // image, otherwise from the primary header.
@@ -47,11 +46,10 @@ class FrameFile {
     std::string path_;
 
   private:
-    virtual void next(void *pixels) = 0;
-    virtual void next_double(double *image) { next(image); }
-    virtual void skip_next() = 0;
+    virtual void load(size_t frame, void *pixels) = 0;
     std::vector<size_t> axes_;
-    size_t read_ = 0;
+    std::vector<unsigned char> raw_; // of read_finite
+    size_t next_ = 0;
 };
 
 // Days, as in the table FRAMES and in scenes, to nanoseconds: whole days are exact, the fraction is rounded. Empty
@@ -61,7 +59,7 @@ std::optional<int64_t> ns_of_days(double days);
 bool is_fits(const std::string &path); // by its suffix, .fits or .fits.fz
 
 // Pixel types of headerless files: u16le, u32le, i16le, f32le and the same with be (big-endian).
-const std::vector<std::string> &dtypes();
+std::vector<std::string> dtypes();
 
 // Opens a file by its suffix; - is standard input, .npy unless dtype or shape are given. dtype, one of dtypes(), and
 // shape are for headerless files only.

@@ -1,15 +1,16 @@
-// Frames of one input, for whoever estimates them: a file, or a pair of files that may still grow.
+// Frames of one input of `track`: a file (dated_files), or a pair of files that may still grow.
 #pragma once
-#include <functional>
-#include <memory>
 #include <string>
-#include <vector>
 
 #include <toliman/toliman.hpp>
 
-#include "frames/frames_in.hpp"
-
 namespace cli {
+
+// Frame ids first ... end - 1.
+struct FrameIds {
+    int64_t first = INT64_MIN, end = INT64_MAX;
+    bool is_all() const noexcept { return first == INT64_MIN && end == INT64_MAX; }
+};
 
 class FrameSource {
   public:
@@ -23,23 +24,6 @@ class FrameSource {
     virtual int64_t skipped() const = 0; // frames that nobody wants
 };
 
-// Frames of a file. event.line is the index of the frame in the file, from 0.
-class FileSource : public FrameSource {
-  public:
-    // Names frame k of the file, and sets its time; false if it is not wanted.
-    using Label = std::function<bool(size_t k, toliman_frame &frame)>;
-    FileSource(std::unique_ptr<FrameFile> file, size_t buffers, Label label);
-    bool next(toliman_frame &frame, toliman_ingest_event &event) override;
-    int64_t skipped() const override { return skipped_; }
-
-  private:
-    std::unique_ptr<FrameFile> file_;
-    Label label_;
-    std::vector<std::vector<double>> buffers_; // of doubles, which are aligned for every type
-    size_t next_ = 0, frame_ = 0;              // buffer and frame that come next
-    int64_t skipped_ = 0;
-};
-
 // The mission's pair of files, by the name of either of them.
 class PairSource : public FrameSource {
   public:
@@ -51,8 +35,5 @@ class PairSource : public FrameSource {
   private:
     toliman::pair_reader reader_;
 };
-
-// "in/x_meta.jsonl:7": where a frame or message comes from.
-std::string place_of(const char *file, int32_t event, int64_t line);
 
 } // namespace cli
