@@ -712,6 +712,36 @@ module toliman
         integer(c_int64_t) :: mjd = 0 ! Modified Julian Day on which this difference begins, at 0 h UTC
     end type
 
+    ! Keywords of a FITS header that give the time of its first frame. Each is the text of the header, strings with or
+    ! without their quotes; NULL = the keyword is missing or has no value. Since 0.2.
+    type, bind(C), public :: toliman_ingest_header
+        integer(c_int32_t) :: struct_size = 72 ! sizeof(toliman_ingest_header)
+        integer(c_int32_t) :: reserved = 0
+        type(c_ptr) :: timesys = c_null_ptr ! UTC, TAI, TT, TDT, IAT or GPS; NULL = UTC
+        type(c_ptr) :: mjd_avg = c_null_ptr
+        type(c_ptr) :: date_avg = c_null_ptr
+        type(c_ptr) :: mjd_beg = c_null_ptr
+        type(c_ptr) :: mjd_obs = c_null_ptr
+        type(c_ptr) :: date_obs = c_null_ptr
+        type(c_ptr) :: xposure = c_null_ptr ! length of the exposure in s, 0 to 1e9
+        type(c_ptr) :: exptime = c_null_ptr
+    end type
+
+    ! Flags of toliman_ingest_header_time.
+    ! TIMESYS or the exposure is missing: UTC or mid-exposure is assumed
+    integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_ASSUMED = 1
+    ! UTC on the day `expires` or later, whose leap seconds may not be known
+    integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_EXPIRED = 2
+
+    ! Time of a header. Since 0.2.
+    type, bind(C), public :: toliman_ingest_header_time
+        integer(c_int32_t) :: struct_size = 136 ! in: sizeof(toliman_ingest_header_time)
+        integer(c_int32_t) :: flags = 0 ! TOLIMAN_INGEST_ASSUMED, TOLIMAN_INGEST_EXPIRED
+        integer(c_int64_t) :: tai_ns = 0 ! middle of the first exposure, TAI nanoseconds since 1970-01-01T00:00:00 TAI
+        ! keywords and scale in words, for messages: "MJD-OBS + EXPTIME/2 in TAI"
+        character(kind=c_char) :: rule(120) = c_null_char
+    end type
+
     ! Options of an estimator. Since 0.2.
     type, bind(C), public :: toliman_linear_options
         integer(c_int32_t) :: struct_size = 16
@@ -1069,7 +1099,7 @@ module toliman
         ! Clock table: pairs [clock_points][2] of camera nanoseconds and TAI nanoseconds, both increasing. Linear
         ! interpolation between pairs and extrapolation beyond them; one pair is a constant difference; the pair (0,
         ! 0) means that camera time is TAI. No pairs: the clock table of the folder, also with REBUILD; in a new
-        ! folder the camera time is TAI. If the setup file of the folder is lost, both grid and clock table must be
+        ! folder the camera time is TAI. If the setup file of the folder is lost, grid, clock table and stamp must be
         ! given.
         type(c_ptr) :: clock = c_null_ptr
         integer(c_size_t) :: clock_points = 0
@@ -1780,6 +1810,17 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
+        ! Reads the time of the first frame from the keywords of a FITS header.
+        function toliman_ingest_read_header(header, table, count, expires, time) bind(C) result(answer)
+            import
+            integer(c_size_t), value :: count
+            integer(c_int64_t), value :: expires
+            type(toliman_ingest_header), intent(in) :: header
+            type(toliman_leap_second), intent(in), optional :: table(*)
+            type(toliman_ingest_header_time), intent(inout) :: time
+            integer(c_int32_t) :: answer
+        end function
+
         ! Converts times[count], nanoseconds since 1970-01-01T00:00:00 of their scale, to TAI nanoseconds.
         function toliman_ingest_convert_times(times, count, scale, table, rows, tai_ns) bind(C) result(answer)
             import
@@ -2430,6 +2471,7 @@ module toliman
     public :: toliman_ingest_read_clock
     public :: toliman_ingest_read_leap_seconds
     public :: toliman_ingest_parse_time
+    public :: toliman_ingest_read_header
     public :: toliman_ingest_convert_times
     public :: toliman_linear_options_init
     public :: toliman_linear_create
@@ -2582,6 +2624,7 @@ module toliman
         procedure, nopass :: read_clock => pair_reader_read_clock
         procedure, nopass :: read_leap_seconds => pair_reader_read_leap_seconds
         procedure, nopass :: parse_time => pair_reader_parse_time
+        procedure, nopass :: read_header => pair_reader_read_header
         procedure, nopass :: convert_times => pair_reader_convert_times
         procedure :: destroy => pair_reader_destroy
         procedure, private :: pair_reader_assign
@@ -3621,6 +3664,22 @@ contains
         of_count = 0
         if (present(table)) of_count = size(table, 1, c_size_t)
         status = toliman_ingest_parse_time(c_string(text), format, scale, table, of_count, tai_ns)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Reads the time of the first frame from the keywords of a FITS header. table(count).
+    subroutine pair_reader_read_header(header, expires, time, table, stat, errmsg)
+        type(toliman_ingest_header), intent(in) :: header
+        type(toliman_leap_second), intent(in), optional, contiguous :: table(:)
+        integer(c_int64_t), intent(in) :: expires
+        type(toliman_ingest_header_time), intent(inout) :: time
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_count
+        integer(c_int32_t) :: status
+        of_count = 0
+        if (present(table)) of_count = size(table, 1, c_size_t)
+        status = toliman_ingest_read_header(header, table, of_count, expires, time)
         call conclude(status, stat, errmsg)
     end subroutine
 

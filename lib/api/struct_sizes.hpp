@@ -34,6 +34,8 @@ constexpr StructSize kStructSizes[] = {
     {"toliman_ingest_event", sizeof(toliman_ingest_event)},
     {"toliman_ingest_info", sizeof(toliman_ingest_info)},
     {"toliman_leap_second", sizeof(toliman_leap_second)},
+    {"toliman_ingest_header", sizeof(toliman_ingest_header)},
+    {"toliman_ingest_header_time", sizeof(toliman_ingest_header_time)},
     {"toliman_linear_options", sizeof(toliman_linear_options)},
     {"toliman_mask_options", sizeof(toliman_mask_options)},
     {"toliman_mask_info", sizeof(toliman_mask_info)},

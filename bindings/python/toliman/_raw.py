@@ -904,6 +904,48 @@ class toliman_leap_second(Sized):
     ]
 
 
+class toliman_ingest_header(Sized):
+    """Keywords of a FITS header that give the time of its first frame. Each is the text of the header, strings with or
+    without their quotes; NULL = the keyword is missing or has no value. Since 0.2.
+    struct_size: sizeof(toliman_ingest_header)
+    timesys: UTC, TAI, TT, TDT, IAT or GPS; NULL = UTC
+    xposure: length of the exposure in s, 0 to 1e9
+    exptime: length of the exposure in s, 0 to 1e9"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("timesys", c_char_p),
+        ("mjd_avg", c_char_p),
+        ("date_avg", c_char_p),
+        ("mjd_beg", c_char_p),
+        ("mjd_obs", c_char_p),
+        ("date_obs", c_char_p),
+        ("xposure", c_char_p),
+        ("exptime", c_char_p),
+    ]
+
+
+# Flags of toliman_ingest_header_time.
+TOLIMAN_INGEST_ASSUMED = 1  # TIMESYS or the exposure is missing: UTC or mid-exposure is assumed
+TOLIMAN_INGEST_EXPIRED = 2  # UTC on the day `expires` or later, whose leap seconds may not be known
+
+
+class toliman_ingest_header_time(Sized):
+    """Time of a header. Since 0.2.
+    struct_size: in: sizeof(toliman_ingest_header_time)
+    flags: TOLIMAN_INGEST_ASSUMED, TOLIMAN_INGEST_EXPIRED
+    tai_ns: middle of the first exposure, TAI nanoseconds since 1970-01-01T00:00:00 TAI
+    rule: keywords and scale in words, for messages: "MJD-OBS + EXPTIME/2 in TAI" """
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("flags", c_uint32),
+        ("tai_ns", c_int64),
+        ("rule", c_char * 120),
+    ]
+
+
 class toliman_linear(Structure):
     """Template estimator: weighted least-squares estimate of the displacement (the change of the separation) from one
     frame. The residual (frame minus reference image) is projected on the derivative image of the separation, after
@@ -1384,7 +1426,7 @@ class toliman_track_options(Sized):
     clock: Clock table: pairs [clock_points][2] of camera nanoseconds and TAI nanoseconds, both increasing. Linear
         interpolation between pairs and extrapolation beyond them; one pair is a constant difference; the pair (0, 0)
         means that camera time is TAI. No pairs: the clock table of the folder, also with REBUILD; in a new folder the
-        camera time is TAI. If the setup file of the folder is lost, both grid and clock table must be given.
+        camera time is TAI. If the setup file of the folder is lost, grid, clock table and stamp must be given.
     sync: TOLIMAN_TRACK_SYNC_..., 0 = GROUP
     group: records per fsync, 1 to 65536; 0 = 64
     allocator: for the large arrays of the object; NULL = malloc
@@ -2279,6 +2321,24 @@ TAI - UTC remains constant.
 Errors: TOLIMAN_E_FORMAT if the text is not such a time, TOLIMAN_E_RANGE outside these years, TOLIMAN_E_ARGUMENT for
 a wrong table, also if the scale is not UTC. Since 0.2.""",
     ),
+    "toliman_ingest_read_header": (
+        c_int32, (
+            ("header", POINTER(toliman_ingest_header)),
+            ("table", POINTER(toliman_leap_second)),
+            ("count", c_size_t),
+            ("expires", c_int64),
+            ("time", POINTER(toliman_ingest_header_time)),
+        ),
+        """Reads the time of the first frame from the keywords of a FITS header. The first that is present is used: MJD-AVG,
+DATE-AVG, MJD-BEG with XPOSURE, MJD-OBS with EXPTIME, DATE-OBS with EXPTIME. Half of the exposure is added to the
+last three. Without a complete pair, the first of their times is taken as mid-exposure. A date has no final Z.
+  table    [count] leap seconds for UTC, as in toliman_ingest_parse_time
+  expires  day (MJD) from toliman_ingest_read_leap_seconds; ignored if count is 0
+  time     becomes the time
+Errors: TOLIMAN_E_NOT_FOUND if the header has none of these times; TOLIMAN_E_FORMAT and TOLIMAN_E_RANGE, with the
+keyword, as toliman_ingest_parse_time, for an unknown TIMESYS and for a bad exposure; TOLIMAN_E_ARGUMENT for a wrong
+table. Since 0.2.""",
+    ),
     "toliman_ingest_convert_times": (
         c_int32, (
             ("times", POINTER(c_int64)),
@@ -2744,7 +2804,10 @@ Errors: as toliman_period_query_fit; TOLIMAN_E_CANCELLED.""",
 given pointer), estimator_id, values, sigma, value_limit, bit_depth, zero_run_bytes, the flag
 TOLIMAN_TRACK_ALLOW_ZERO_RUNS, geometry, grid, stamp and exposure_s (nf = 0 and stamp = 0 if the setup file is lost),
 and a capacity of twice the number of records, at least 2^20 and at most 2^28. Other members are set to their
-defaults. TOLIMAN_E_NOT_FOUND, TOLIMAN_E_FORMAT.""",
+defaults. Errors:
+  - TOLIMAN_E_NOT_FOUND, with the folder as the field of the error, if it does not exist, cannot be opened or has no
+    ledger of frames: toliman_track_create may begin one in it. With a file as the field if that cannot be read;
+  - TOLIMAN_E_FORMAT if the ledger is damaged, or is missing although other files of the folder exist.""",
     ),
     "toliman_track_create": (
         c_int32, (("options", POINTER(toliman_track_options)), ("out", POINTER(POINTER(toliman_track)))),

@@ -164,6 +164,16 @@ class PairInfo(Result):
 
 
 @result
+class HeaderTime(Result):
+    """Time of a header."""
+
+    tai_ns: int = member("middle of the first exposure, TAI nanoseconds since 1970-01-01T00:00:00 TAI")
+    rule: str = member("keywords and scale in words, for messages: \"MJD-OBS + EXPTIME/2 in TAI\"")
+    assumed: bool = member("TIMESYS or the exposure is missing: UTC or mid-exposure is assumed", flag=1)
+    expired: bool = member("UTC on the day `expires` or later, whose leap seconds may not be known", flag=2)
+
+
+@result
 class MaskInfo(Result):
     """Scores of a mask and of the mask of the scene it was found for ("before"). Equal unless improved."""
 
