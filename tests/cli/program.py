@@ -43,7 +43,7 @@ class ProgramTest(unittest.TestCase):
         return done.stdout
 
     def refuse(self, code, *texts, arguments, left=()):
-        """The run must end with this code, one line on stderr that holds the texts, and leave no new file behind."""
+        """The run must end with this code, one line on stderr that holds the texts, and leave no new file behind; the line."""
         before = sorted(p.name for p in self.folder.iterdir())
         done = self.run_program(*arguments)
         self.assertEqual(done.returncode, code, done.stderr)
@@ -53,3 +53,4 @@ class ProgramTest(unittest.TestCase):
             self.assertIn(text, done.stderr)
         self.assertEqual(done.stdout, "")
         self.assertEqual(sorted(p.name for p in self.folder.iterdir()), sorted(before + list(left)))
+        return done.stderr
