@@ -5,7 +5,7 @@ import unittest
 
 import numpy
 from astropy.io import fits
-from program import SCENES, ProgramTest, one_wavelength
+from program import SCENES, ProgramTest
 from test_output import SCENE
 
 REASON = "exists and was not written by toliman: give --force to replace it\n"
@@ -76,20 +76,6 @@ class Replace(ProgramTest):
             (self.folder / name[-4:]).mkdir()
             (self.folder / name[-4:] / name).write_text("notes")
             self.refuse(6, f"{name[-4:]}/{name}: " + REASON, arguments=("experiment", CHAPTER, "--out", name[-4:]))
-
-    def test_folders_of_results(self):
-        scene = one_wavelength()
-        scene["cadence"]["frames"] = 20
-        scene["telescope"]["pupil_samples"] = 70
-        (self.folder / "c.json").write_text(json.dumps(scene))
-        for _ in range(2):
-            self.assertEqual(self.run_program("run", "c.json", "--out", "r").returncode, 0)
-        for name in ("result.json", "series.csv", "periodogram.csv", "training.csv", "displacement.csv", "weights.tlmw", "images/frame.npy"):
-            with self.subTest(name):
-                own = (self.folder / "r" / name).read_bytes()
-                (self.folder / "r" / name).write_text("notes\n")
-                self.refuse(6, f"r/{name}: " + REASON, arguments=("run", "c.json", "--out", "r"))
-                (self.folder / "r" / name).write_bytes(own)
 
     def test_pages(self):
         rows = [{"bench": "b", "what": "w", "series": "s", "seconds": k, "error": k} for k in range(1, 9)]

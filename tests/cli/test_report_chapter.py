@@ -4,14 +4,13 @@ import math
 import pathlib
 import re
 import shutil
-import subprocess
 import sys
 import tempfile
 import unittest
 
 import numpy
-from program import PROGRAM, ROOT
-from test_run_images import rows_of, scene_of
+from program import ROOT
+from shared_run import rows_of, shared_run
 
 sys.path.insert(0, str(ROOT / "bindings" / "python"))
 from toliman.report import chapter, results, run_chapter, run_images  # noqa: E402
@@ -34,11 +33,7 @@ class Pages:
 
 def setUpModule():
     global FOLDER, PAGE
-    kept = tempfile.TemporaryDirectory()
-    unittest.addModuleCleanup(kept.cleanup)
-    (pathlib.Path(kept.name) / "s.json").write_text(json.dumps(scene_of()))
-    subprocess.run([PROGRAM, "run", "s.json", "--out", "r"], cwd=kept.name, capture_output=True, check=True)
-    FOLDER = pathlib.Path(kept.name) / "r"
+    FOLDER = shared_run()
     PAGE = page_of(FOLDER)
 
 

@@ -1,43 +1,23 @@
 """What toliman run writes for its figures, against plain Fourier sums, simulate, the scene and astropy."""
-import csv
 import datetime
 import functools
 import json
 import math
-import pathlib
 import shlex
 import signal
 import subprocess
-import tempfile
 import time
 import unittest
 
 import numpy
-import schemas
 from astropy.timeseries import LombScargle
-from program import PROGRAM, ProgramTest, one_wavelength
+from program import PROGRAM, ProgramTest
+from shared_run import FRAMES, SCENE, SEED, SIDE, rows_of, scene_of, shared_run
 
-SIDE, FRAMES = 256, 20
+RUN = shared_run()
 ARCSEC = math.pi / 180 / 3600
 NAMES = ("pupil_amplitude", "pupil_opd", "psf_600nm", "psf_550-600nm", "psf_500-700nm", "expected", "frame", "difference",
          "frames", "reconstructions", "residuals")
-
-
-def scene_of(**groups):
-    """Few frames at one wavelength, on a detector that is turned by 50 degrees and longer than the network's crop."""
-    scene = one_wavelength()
-    scene["cadence"]["frames"] = FRAMES
-    scene["signal"].update(amplitude_px=1e-4, period_days=7)
-    scene["detector"].update(rotation_deg=50, shape=[SIDE, SIDE + 20])
-    for name, group in groups.items():
-        scene[name] = {**scene[name], **group}
-    return scene
-
-
-def rows_of(path):
-    with open(path) as file:
-        rows = list(csv.DictReader(line for line in file if line[0] != "#"))
-    return {name: numpy.array([float(row[name]) for row in rows]) for name in rows[0]}
 
 
 class Telescope:
@@ -56,31 +36,11 @@ class Telescope:
         return abs(rows @ field @ columns.T) ** 2 * (self.step * scale) ** 2 / self.amplitude.sum()
 
 
-class Run:
-    """A run that the tests share."""
-
-    def __init__(self, folder):
-        self.folder, self.scene = folder / "r", folder / "it's a scene.json"
-        self.scene.write_text(json.dumps(scene_of()))
-        self.began = datetime.datetime.now(datetime.timezone.utc)
-        done = subprocess.run([PROGRAM, "run", self.scene.name, "--out", "r", "--json"], cwd=folder, capture_output=True, text=True)
-        assert done.returncode == 0, done.stderr
-        schemas.check(done.stdout)
-        self.result = json.loads(done.stdout)
-        self.images = {name: numpy.load(self.folder / self.result["images"][name]["file"]) for name in NAMES}
-
-
-def setUpModule():
-    global RUN
-    kept = tempfile.TemporaryDirectory()
-    unittest.addModuleCleanup(kept.cleanup)
-    RUN = Run(pathlib.Path(kept.name))
-
-
 class Images(ProgramTest):
     def setUp(self):
         super().setUp()
-        self.result, self.images = RUN.result, RUN.images
+        self.result = json.loads((RUN / "result.json").read_text())
+        self.images = {name: numpy.load(RUN / self.result["images"][name]["file"]) for name in NAMES}
         self.telescope = Telescope(self.images["pupil_amplitude"], self.images["pupil_opd"], 0.125)
 
     def place(self, name):
@@ -89,10 +49,10 @@ class Images(ProgramTest):
         return (image["first_x"] + image["step"] * numpy.arange(columns), image["first_y"] + image["step"] * numpy.arange(rows))
 
     def test_they_are_listed(self):
-        self.assertEqual({path.name for path in (RUN.folder).iterdir()}, {
+        self.assertEqual({path.name for path in RUN.iterdir()}, {
             "displacement.csv", "images", "periodogram.csv", "result.json", "scene.json", "series.csv", "training.csv",
             "weights.tlmw"})
-        self.assertEqual({path.name for path in (RUN.folder / "images").iterdir()}, {name + ".npy" for name in NAMES})
+        self.assertEqual({path.name for path in (RUN / "images").iterdir()}, {name + ".npy" for name in NAMES})
         for name, values in self.images.items():
             image = self.result["images"][name]
             self.assertEqual((list(values.shape), values.dtype, image["reason"]), (image["shape"], numpy.float64, None))
@@ -134,7 +94,7 @@ class Images(ProgramTest):
         self.assertAlmostEqual(high, 580, delta=1e-9)
         scale = 1e9 / still.max()
         numpy.testing.assert_allclose(self.images["expected"], scale * still, rtol=0, atol=1e3)
-        largest = max(rows_of(RUN.folder / "series.csv")["true"], key=abs)
+        largest = max(rows_of(RUN / "series.csv")["true"], key=abs)
         change = scale * (self.frame_of(largest) - still)
         numpy.testing.assert_allclose(self.images["difference"], change, rtol=0, atol=1e-3 * abs(change).max())
         self.assertAlmostEqual(self.result["peak_counts"], 1e9, delta=1)
@@ -155,7 +115,7 @@ class Images(ProgramTest):
     def test_random_frames(self):
         samples = self.result["samples"]
         self.assertEqual([k * 5 // FRAMES for k in samples], [0, 1, 2, 3, 4])
-        self.run_program("simulate", RUN.scene, "--out", self.folder / "f.npy")
+        self.succeed("simulate", RUN.parent / SCENE, "--seed", SEED, "--out", "f.npy")
         frames = numpy.load(self.folder / "f.npy")
         self.assertTrue((self.images["frame"] == frames[0]).all())
         first_x, first_y = (self.place("frames")[i][0] - self.place("frame")[i][0] for i in range(2))
@@ -167,7 +127,7 @@ class Images(ProgramTest):
 
     def test_reconstructions_are_the_latents(self):
         """The derivative image, scaled by the latent: here 1e-4 px is 80 times the noise."""
-        series = rows_of(RUN.folder / "series.csv")
+        series = rows_of(RUN / "series.csv")
         crop = int(self.place("frames")[0][0] - self.place("frame")[0][0])
         largest = max(series["true"], key=abs)
         per_px = self.images["difference"][:, crop:crop + SIDE] / largest
@@ -188,7 +148,7 @@ class Images(ProgramTest):
         self.assertAlmostEqual(stated["correlation"], pairs, delta=error)
 
     def test_power_of_the_truth(self):
-        table, series = rows_of(RUN.folder / "periodogram.csv"), rows_of(RUN.folder / "series.csv")
+        table, series = rows_of(RUN / "periodogram.csv"), rows_of(RUN / "series.csv")
         want = LombScargle(series["t"], series["true"]).power(table["frequency"], method="cython")
         numpy.testing.assert_allclose(table["true"][:-1], want[:-1], rtol=0, atol=1e-9)  # at the last, sine is 0
         truth = self.result["true_series"]
@@ -196,7 +156,7 @@ class Images(ProgramTest):
 
     def test_fitted_sinusoid(self):
         """Least squares at the stated period by numpy."""
-        series, result = rows_of(RUN.folder / "series.csv"), self.result
+        series, result = rows_of(RUN / "series.csv"), self.result
         angle = 2 * math.pi * (series["t"] - result["fitted_time_offset_days"]) / result["period_days"]
         columns = numpy.stack([numpy.sin(angle), numpy.cos(angle), numpy.ones(FRAMES)], axis=1)
         (sine, cosine, offset), squares, _, _ = numpy.linalg.lstsq(columns, series["latent"], rcond=None)
@@ -208,14 +168,15 @@ class Images(ProgramTest):
 
     def test_provenance(self):
         origin = self.result["provenance"]
-        self.assertEqual(shlex.split(origin["command"]), ["toliman", "run", "it's a scene.json", "--out", "r", "--json"])
+        self.assertEqual(shlex.split(origin["command"]), ["toliman", "run", SCENE, "--seed", str(SEED)])
         date = datetime.datetime.fromisoformat(origin["date"].replace("Z", "+00:00"))
-        self.assertLessEqual(abs(date - RUN.began), datetime.timedelta(minutes=5))
+        began = datetime.datetime.fromtimestamp((RUN.parent / SCENE).stat().st_mtime, datetime.timezone.utc)
+        self.assertLessEqual(abs(date - began), datetime.timedelta(minutes=5))
         self.assertEqual(origin["processor"], json.loads(self.succeed("doctor", "--json"))["cpu"])
 
     def test_displacement_errors(self):
         """Interpolation between fifths of a pixel, here by the weights of Keys and over more of the image."""
-        table = rows_of(RUN.folder / "displacement.csv")
+        table = rows_of(RUN / "displacement.csv")
         numpy.testing.assert_allclose(table["displacement_px"], [1e-2, 1e-3, 1e-4, 1e-5, 1e-6])
         self.assertLess(table["taylor"].max(), 1e-8)
         x = numpy.arange(-15.5, 16)
@@ -248,18 +209,24 @@ class Images(ProgramTest):
 
 class OtherRuns(ProgramTest):
     def run_scene(self, scene):
+        """result.json of a run; its outputs are self.done."""
         (self.folder / "s.json").write_text(json.dumps(scene))
-        done = self.run_program("run", "s.json", "--out", "r")
-        self.assertEqual(done.returncode, 0, done.stderr)
+        self.done = self.run_program("run", "s.json", "--out", "r")
+        self.assertEqual(self.done.returncode, 0, self.done.stderr)
         return json.loads((self.folder / "r/result.json").read_text())
 
-    def test_pixels_too_small_to_be_divided(self):
-        scene = scene_of(telescope={"aperture_m": 100, "secondary_m": 10}, binary={"separation_arcsec": 2e-4})
+    def test_read_noise_only_and_pixels_too_small_to_be_divided(self):
+        """The bound counts photons, by which these frames do not scatter: it was an efficiency of 1534."""
+        scene = scene_of(telescope={"aperture_m": 100, "secondary_m": 10}, binary={"separation_arcsec": 2e-4},
+                         noise={"photon": False, "read_e": 5})
         scene["detector"]["pixel_scale_arcsec"] = 4e-6  # at least 1e-6
-        scene["cadence"]["frames"] = 5
-        self.run_scene(scene)
+        result = self.run_scene(scene)
         lines = (self.folder / "r/displacement.csv").read_text().splitlines()
         self.assertEqual(lines[1:], ["displacement_px,linear,cubic,linear_change,cubic_change,taylor"])
+        self.assertIn("efficiency is not defined", self.done.stderr)
+        self.assertIn("efficiency not defined\n", self.done.stdout)
+        self.assertEqual((result["efficiency"], result["efficiency_error"]), (None, None))
+        self.assertLess(result["latent_sigma_px"], result["crb_px"] / 100)
 
     def test_no_signal_one_star_and_a_pupil_with_too_few_samples(self):
         """Every image is there in every run, so that none of an earlier run remains. The lines are more than 4096 nm apart, the
@@ -271,6 +238,9 @@ class OtherRuns(ProgramTest):
         scene.pop("band")
         scene["stars"]["A"]["spectrum"] = {"kind": "lines", "wavelength_nm": [5580, 580], "weight": [0.01, 1]}
         result = self.run_scene(scene)
+        self.assertIn("highest peak  ", self.done.stdout)
+        self.assertIn(": no significant period\n", self.done.stdout)
+        self.assertNotIn("report", self.done.stderr)  # there is none of a run before
         self.assertIsNone(result["true_series"])
         self.assertEqual({result["geometry"][key] for key in ("b_x_px", "b_y_px")}, {None})
         self.assertEqual(set(rows_of(self.folder / "r/periodogram.csv")["true"]), {0})

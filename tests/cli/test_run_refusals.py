@@ -1,11 +1,13 @@
-"""toliman run and train on scenes that they cannot take, and what run says where an efficiency has no meaning."""
+"""toliman run and train on scenes that they cannot take, and run on a folder that holds the results of another run."""
 import json
 import re
+import shutil
 import subprocess
 import time
 import unittest
 
 from program import PATIENCE, PROGRAM, ProgramTest, one_wavelength
+from shared_run import shared_run
 
 
 class Scenes(ProgramTest):
@@ -22,57 +24,46 @@ class Scenes(ProgramTest):
             self.scene(noise=noise)
             self.refuse(2, "s.json: noise: ", "photon", "read_e above 0 e-", arguments=("run", "s.json"))
 
-    def test_read_noise_only(self):
-        """The bound counts photons that these frames do not scatter by: it was an efficiency of 1534."""
-        self.scene(noise={"photon": False, "read_e": 5})
-        done = self.run_program("run", "s.json", "--out", "results")
-        self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertIn("efficiency is not defined", done.stderr)
-        self.assertIn("efficiency not defined\n", done.stdout)
-        result = json.loads((self.folder / "results/result.json").read_text())
-        self.assertIsNone(result["efficiency"])
-        self.assertIsNone(result["efficiency_error"])
-        self.assertLess(result["latent_sigma_px"], result["crb_px"] / 100)
-
-    def test_both_noises(self):
-        """The scene is gone before the end: the run had read it and keeps it."""
-        self.scene(noise={"photon": True, "read_e": 5})
-        scene = self.folder / "s.json"
+    def test_both_noises_a_short_period_and_the_results_of_another_run(self):
+        """The scene is gone before the end: the run had read it and keeps it. It replaces the results, not the report."""
+        self.scene(cadence={"frames": 60, "interval_days": 1}, signal={"period_days": 2.6, "amplitude_px": 1e-4},
+                   noise={"photon": True, "read_e": 5})
+        scene, folder = self.folder / "s.json", self.folder / "r"
         text = scene.read_text()
-        kept = self.folder / "kept"
-        with subprocess.Popen([PROGRAM, "run", "s.json", "--out", "kept"], cwd=self.folder, stdout=subprocess.DEVNULL,
-                              stderr=subprocess.PIPE, text=True) as process:
-            while not kept.exists() and process.poll() is None:
+        shutil.copytree(shared_run(), folder)
+        (folder / "report").mkdir()
+        (folder / "report" / "report.html").write_text("")
+        with subprocess.Popen([PROGRAM, "run", "s.json", "--out", "r"], cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                              text=True) as process:
+            while not (folder / "images" / "residuals.npy.0.tmp").exists() and process.poll() is None:
                 time.sleep(0.001)
             scene.unlink()
-            stderr = process.communicate(timeout=PATIENCE)[1]
+            stdout, stderr = process.communicate(timeout=PATIENCE)
         self.assertEqual(process.returncode, 0, stderr)
-        self.assertEqual((kept / "scene.json").read_text(), text)
-        self.assertAlmostEqual(json.loads((kept / "result.json").read_text())["efficiency"], 1, delta=0.15)
-
-    def test_no_significant_period(self):
-        self.scene(signal={"amplitude_px": 0})
-        done = self.run_program("run", "s.json")
-        self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertIn("highest peak  ", done.stdout)
-        self.assertIn(": no significant period\n", done.stdout)
-        self.assertNotIn("report", done.stderr)  # there is none of a run before
-
-    def test_a_short_period_and_a_report_of_another_run(self):
-        self.scene(cadence={"frames": 60, "interval_days": 1}, signal={"period_days": 2.6, "amplitude_px": 1e-4})
-        (self.folder / "r" / "report").mkdir(parents=True)
-        (self.folder / "r" / "report" / "report.html").write_text("")
-        done = self.run_program("run", "s.json", "--out", "r")
-        self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertIn("r/report shows the previous run; update it with: toliman report r\n", done.stderr)
-        result = json.loads((self.folder / "r" / "result.json").read_text())
+        self.assertIn("r/report shows the previous run; update it with: toliman report r\n", stderr)
+        self.assertEqual((folder / "scene.json").read_text(), text)
+        result = json.loads((folder / "result.json").read_text())
+        self.assertAlmostEqual(result["efficiency"], 1, delta=0.15)
         period, error = result["period_days"], result["period_error_days"]
         self.assertLess(error, 0.001)
         decimals = 1 - int(f"{error:.1e}".split("e")[1])
-        self.assertIn(f"period found  {period:.{decimals}f} +- {error:.{decimals}f} days, ", done.stdout)
-        template = re.search(r"template .* period ([\d.]+) days", done.stdout)[1]
+        self.assertIn(f"period found  {period:.{decimals}f} +- {error:.{decimals}f} days, ", stdout)
+        template = re.search(r"template .* period ([\d.]+) days", stdout)[1]
         self.assertAlmostEqual(float(template), result["template"]["period_days"], delta=error)
         self.assertGreaterEqual(len(template), 2 + decimals - 1)
+
+    def test_files_of_others(self):
+        """One of them in the folder of results, and nothing there is replaced."""
+        self.scene()
+        folder = self.folder / "r"
+        shutil.copytree(shared_run(), folder)
+        for name in ("result.json", "series.csv", "periodogram.csv", "training.csv", "displacement.csv", "weights.tlmw", "images/frame.npy"):
+            with self.subTest(name):
+                own = (folder / name).read_bytes()
+                (folder / name).write_text("notes\n")
+                self.refuse(6, f"r/{name}: exists and was not written by toliman: give --force to replace it\n",
+                            arguments=("run", "s.json", "--out", "r"))
+                (folder / name).write_bytes(own)
 
     def test_frames(self):
         for frames in (4, 400001):
