@@ -1,6 +1,7 @@
 """Reads what `toliman report` writes, and catches the figures that it draws as matplotlib objects."""
 import base64
 import html.parser
+import json
 import os
 import re
 import sys
@@ -67,6 +68,14 @@ def lines(axes):
     found = {line.get_label(): line.get_data() for line in axes.get_lines()}
     found.update((bars.get_label(), bars[0].get_data()) for bars in axes.containers if hasattr(bars, "has_xerr"))
     return found
+
+
+def write_bench(folder):
+    """A folder that gives a page with one figure, bench-b."""
+    rows = [{"bench": "b", "what": "w", "series": "s", "seconds": k, "error": k} for k in range(1, 9)]
+    folder.mkdir()
+    (folder / "b.json").write_text(json.dumps(
+        {"schema": "toliman-bench/1", "machine": {"cpu": "c", "isa": "avx2", "cores": 2}, "rows": rows}))
 
 
 class ReportTest(ProgramTest):

@@ -13,7 +13,7 @@ import tempfile
 import numpy
 from program import PROGRAM, one_wavelength
 
-SIDE, FRAMES, AMPLITUDE, PERIOD = 256, 20, 1e-4, 7
+SIDE, COLUMNS, FRAMES, AMPLITUDE, PERIOD = 256, 276, 20, 1e-4, 7
 SEED = 2**53 + 1  # no double holds it
 SCENE, NAME = "it's a scene.json", "short.1"
 
@@ -23,7 +23,7 @@ def scene_of(**groups):
     scene = {**one_wavelength(), "name": NAME}
     scene["cadence"]["frames"] = FRAMES
     scene["signal"].update(amplitude_px=AMPLITUDE, period_days=PERIOD)
-    scene["detector"].update(rotation_deg=50, shape=[SIDE, SIDE + 20])
+    scene["detector"].update(rotation_deg=50, shape=[SIDE, COLUMNS])
     for name, group in groups.items():
         scene[name] = {**scene[name], **group}
     return scene

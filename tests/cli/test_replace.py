@@ -5,12 +5,12 @@ import unittest
 
 import numpy
 from astropy.io import fits
-from program import SCENES, ProgramTest
+from pages import write_bench
+from program import ProgramTest, one_wavelength
 from test_output import SCENE
 
 REASON = "exists and was not written by toliman: give --force to replace it\n"
 SERIES = "t,y\n" + "".join(f"{k},{k % 7 / 7}\n" for k in range(50))
-CHAPTER = SCENES / "chapter.json"
 
 
 class Replace(ProgramTest):
@@ -66,22 +66,21 @@ class Replace(ProgramTest):
 
     def test_before_the_work(self):
         """What takes long looks first: at every file that it will write."""
+        quick = self.folder / "quick.json"
+        quick.write_text(json.dumps(one_wavelength()))
         (self.folder / "w").write_text("notes")
         (self.folder / "v.part").write_text("notes")
-        self.refuse(6, "w: " + REASON, arguments=("train", CHAPTER, "--steps", "100000", "--out", "w"))
-        self.refuse(6, "v.part: " + REASON, arguments=("train", CHAPTER, "--steps", "100000", "--out", "v"))
+        self.refuse(6, "w: " + REASON, arguments=("train", quick, "--steps", "100000", "--out", "w"))
+        self.refuse(6, "v.part: " + REASON, arguments=("train", quick, "--steps", "100000", "--out", "v"))
         (self.folder / "o.json").write_text('{"schema": "other/1"}')
-        self.refuse(6, "o.json: " + REASON, arguments=("pupil", CHAPTER, "--out", "o.json"))
+        self.refuse(6, "o.json: " + REASON, arguments=("pupil", quick, "--out", "o.json"))
         for name in ("experiment.csv", "experiment.md", "experiment.json"):
             (self.folder / name[-4:]).mkdir()
             (self.folder / name[-4:] / name).write_text("notes")
-            self.refuse(6, f"{name[-4:]}/{name}: " + REASON, arguments=("experiment", CHAPTER, "--out", name[-4:]))
+            self.refuse(6, f"{name[-4:]}/{name}: " + REASON, arguments=("experiment", quick, "--out", name[-4:]))
 
     def test_pages(self):
-        rows = [{"bench": "b", "what": "w", "series": "s", "seconds": k, "error": k} for k in range(1, 9)]
-        (self.folder / "r").mkdir()
-        (self.folder / "r" / "b.json").write_text(json.dumps(
-            {"schema": "toliman-bench/1", "machine": {"cpu": "c", "isa": "avx2", "cores": 2}, "rows": rows}))
+        write_bench(self.folder / "r")
         page = self.folder / "r" / "report" / "report.html"
         for _ in range(2):
             self.succeed("report", "r")

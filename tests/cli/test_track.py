@@ -10,6 +10,7 @@ import unittest
 import numpy
 import schemas
 from program import HEADER, LINE, PATIENCE, PROGRAM, SCENES, ProgramTest, one_wavelength
+from shared_run import SCENE, SEED, rows_of, scene_of, shared_run
 
 FRAMES, SIDE = 48, 64
 GRID = ("--grid", "0.03:0.002:230", "--stamp", "middle")  # the scene has no exposure
@@ -127,42 +128,38 @@ class Order(Track):
 
 class Network(ProgramTest):
     def test_values_are_those_of_encode(self):
-        chapter = SCENES / "chapter.json"
-        self.succeed("train", chapter, "--steps", "1", "--out", "w.tlmw")
-        self.succeed("simulate", chapter, "--frames", "0:6", "--out", "in", "--session", "day", "--dtype", "u32le")
+        scene = shared_run().parent / SCENE
+        self.succeed("train", scene, "--steps", "1", "--out", "w.tlmw")
+        self.succeed("simulate", scene, "--frames", "0:6", "--out", "in", "--session", "day", "--dtype", "u32le")
         pair = ("--dtype", "u32le", "in/day_frames.bin")
-        encoded = self.succeed("encode", "--weights", "w.tlmw", "--shape", "256x256", *pair).splitlines()[1:]
+        encoded = self.succeed("encode", "--weights", "w.tlmw", "--shape", "256x276", *pair).splitlines()[1:]
         for jobs in ("1", "2"):
             how = ("--jobs", jobs, "--every", "4", "--mission-days", "1095", "--value-limit", "1e9")
             out = self.succeed("track", "--weights", "w.tlmw", "--state", f"s{jobs}", *how, *pair)
             frames = [line for line in map(json.loads, out.splitlines()) if "value" in line]
             self.assertEqual([line["value"] for line in frames], [float(line.split(",")[2]) for line in encoded])
 
-
     def test_what_run_finds(self):
         """Frames as raw pairs, names in random order: the values of `toliman run`, and its period."""
-        scene = json.loads((SCENES / "chapter.json").read_text())
-        scene["cadence"]["frames"] = 40
-        scene["signal"].update(amplitude_px=1e-5, period_days=9)
-        (self.folder / "scene.json").write_text(json.dumps(scene))
-        self.run_program("run", "scene.json", "--seed", "5", "--out", "run")
-        self.run_program("train", "scene.json", "--seed", "5", "--out", "w.tlmw")
+        run, frames = shared_run(), scene_of()["cadence"]["frames"]
+        scene, seed = run.parent / SCENE, ("--seed", SEED)
+        self.succeed("train", scene, *seed, "--out", "w.tlmw")
+        self.assertEqual((self.folder / "w.tlmw").read_bytes(), (run / "weights.tlmw").read_bytes())
         names = []
-        for k in range(0, 40, 8):
-            part = ("--frames", f"{k}:{k + 8}", "--session", f"part{k}", "--dtype", "u32le", "--seed", "5")
-            self.succeed("simulate", "scene.json", "--out", "in", *part)
+        for k in range(0, frames, 5):
+            part = ("--frames", f"{k}:{k + 5}", "--session", f"part{k}", "--dtype", "u32le", *seed)
+            self.succeed("simulate", scene, "--out", "in", *part)
             side = self.folder / f"in/part{k}_meta.jsonl"
             side.write_text(side.read_text().replace(f'"part{k}"', '"day"'))
             names.append(f"in/part{k}_meta.jsonl")
         random.Random(3).shuffle(names)
-        how = ("--weights", "w.tlmw", "--state", "s", "--mission-days", "40", "--dtype", "u32le", "-")
+        how = ("--weights", "w.tlmw", "--state", "s", "--mission-days", frames, "--dtype", "u32le", "-")
         out = [json.loads(line) for line in self.succeed("track", *how, input="\n".join(names)).splitlines()]
         values = {line["frame_id"]: line["value"] for line in out if "value" in line}
-        rows = [line.split(",") for line in (self.folder / "run/series.csv").read_text().splitlines() if line[0].isdigit()]
-        self.assertEqual(values, {int(row[0]): float(row[3]) for row in rows})
-        found = json.loads((self.folder / "run/result.json").read_text())
+        self.assertEqual(values, dict(enumerate(rows_of(run / "series.csv")["latent"])))
+        found = json.loads((run / "result.json").read_text())
         self.assertLess(abs(out[-1]["period"] - found["period_days"]), found["period_error_days"])
-        self.assertAlmostEqual(out[-1]["log10_fap"] / found["log10_fap"], 1, delta=0.05)
+        self.assertAlmostEqual(out[-1]["fit"]["log10_fap"] / found["log10_fap"], 1, delta=0.05)
 
 
 class Damage(Track):
