@@ -2,9 +2,11 @@
 import io
 import json
 import os
+import pathlib
 import re
 import signal
 import subprocess
+import tempfile
 import time
 import unittest
 
@@ -24,7 +26,7 @@ class Frames(ProgramTest):
 class Images(Frames):
     def test_psf_of_each_star(self):
         for star in ("A", "B", "both"):
-            self.succeed("psf", CHAPTER, "--out", f"{star}.npy", "--star", star)
+            self.succeed("psf", self.quick, "--out", f"{star}.npy", "--star", star)
         a, b, both = (numpy.load(self.folder / f"{star}.npy") for star in ("A", "B", "both"))
         self.assertEqual((both.shape, both.dtype), ((256, 256), numpy.float64))
         self.assertLess(abs(a + b - both).max() / both.max(), 1e-15)
@@ -43,8 +45,20 @@ class Images(Frames):
 
 
 class Weights(Frames):
-    def test_train_and_encode_every_input(self):
-        self.succeed("train", self.quick, "--steps", "40", "--out", "w.tlmw")
+    @classmethod
+    def setUpClass(cls):
+        kept = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(kept.cleanup)
+        scene = pathlib.Path(kept.name) / "quick.json"
+        scene.write_text(json.dumps(one_wavelength()))
+        cls.weights = pathlib.Path(kept.name) / "w.tlmw"
+        subprocess.run([PROGRAM, "train", scene, "--steps", "40", "--out", cls.weights], stderr=subprocess.DEVNULL, check=True)
+
+    def setUp(self):
+        super().setUp()
+        (self.folder / "w.tlmw").symlink_to(self.weights)
+
+    def test_encode_every_input(self):
         self.succeed("simulate", self.quick, "--frames", "0:4", "--out", "f.npy")
         self.succeed("simulate", self.quick, "--frames", "0:4", "--out", "f.bin")
         from_npy = self.succeed("encode", "--weights", "w.tlmw", "f.npy").splitlines()
@@ -59,7 +73,6 @@ class Weights(Frames):
 
     def test_either_byte_order_gives_the_same_latents(self):
         """Of the same numbers; numpy swaps them. In the other order they are no frames of the scene."""
-        self.succeed("train", self.quick, "--steps", "1", "--out", "w.tlmw")
         encode = ("encode", "--weights", "w.tlmw", "--shape", "256x256", "--dtype")
         self.succeed("simulate", self.quick, "--frames", "0:2", "--out", "f.npy")
         frames = numpy.load(self.folder / "f.npy")
@@ -79,7 +92,6 @@ class Weights(Frames):
 
     def test_a_damaged_frame_stands_out(self):
         """Alternating columns are 3 sigma off, which hardly changes the latent."""
-        self.succeed("train", self.quick, "--steps", "40", "--out", "w.tlmw")
         self.succeed("simulate", self.quick, "--frames", "0:3", "--out", "f.npy")
         frames = numpy.load(self.folder / "f.npy")
         frames[1] += 3 * numpy.sqrt(frames[1]) * numpy.where(numpy.arange(256) % 2, 1, -1)
@@ -95,7 +107,6 @@ class Weights(Frames):
                               capture_output=True, timeout=PATIENCE)
 
     def test_encode_standard_input(self):
-        self.succeed("train", self.quick, "--steps", "1", "--out", "w.tlmw")
         for name in ("f.npy", "f.bin"):
             self.succeed("simulate", self.quick, "--frames", "0:3", "--out", name)
         expected = self.succeed("encode", "--weights", "w.tlmw", "f.npy").replace("f.npy", "-")
@@ -121,7 +132,6 @@ class Weights(Frames):
 
     def test_encode_as_frames_come(self):
         """A frame's line before the next frame is there, and a signal in between."""
-        self.succeed("train", self.quick, "--steps", "1", "--out", "w.tlmw")
         frame = numpy.ones((256, 256), "<u2").tobytes()
         with subprocess.Popen([PROGRAM, "encode", "--weights", "w.tlmw", "--dtype", "u16le", "--shape", "256x256", "-"],
                               cwd=self.folder, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as run:
@@ -138,7 +148,6 @@ class Weights(Frames):
             self.assertIn(b"stopped by a signal", run.stderr.read())
 
     def test_damaged_weights(self):
-        self.succeed("train", self.quick, "--steps", "1", "--out", "w.tlmw")
         blob = bytearray((self.folder / "w.tlmw").read_bytes())
         numpy.save(self.folder / "f.npy", numpy.ones((1, 256, 256)))
         flipped = bytearray(blob)
@@ -152,7 +161,6 @@ class Weights(Frames):
         self.refuse(3, "none.tlmw", "No such file", arguments=("encode", "--weights", "none.tlmw", "f.npy"))
 
     def test_bad_frames(self):
-        self.succeed("train", self.quick, "--steps", "1", "--out", "w.tlmw")
         frames = numpy.ones((2, 256, 256))
         frames[1, 3, 4] = numpy.nan
         numpy.save(self.folder / "nan.npy", frames)

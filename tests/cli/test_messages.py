@@ -6,9 +6,9 @@ import subprocess
 import unittest
 
 import numpy
-from program import PATIENCE, PROGRAM, SCENES, ProgramTest
+from program import PATIENCE, PROGRAM, SCENES, ProgramTest, one_wavelength
 
-CHAPTER, MISSION = SCENES / "chapter.json", SCENES / "mission.json"
+CHAPTER = SCENES / "chapter.json"
 SCENE = {
     "schema": "toliman-scene/1",
     "telescope": {"aperture_m": 0.125, "pupil_samples": 32},
@@ -150,11 +150,7 @@ class Weights(ProgramTest):
     def test_what_encode_cannot_read(self):
         (self.folder / "w.tlmw").write_bytes(b"not weights at all" * 20)
         self.refuse(3, "w.tlmw: is a text file, not toliman weights", arguments=("encode", "--weights", "w.tlmw", "f.npy"))
-        scene = json.loads(CHAPTER.read_text())
-        scene["band"] = {"wavelength_nm": 580}
-        for star in scene["stars"].values():
-            star["spectrum"] = {"kind": "blackbody", "temperature_k": 5800}
-        (self.folder / "s.json").write_text(json.dumps(scene))
+        (self.folder / "s.json").write_text(json.dumps(one_wavelength()))
         self.assertEqual(self.run_program("train", "s.json", "--steps", "1", "--out", "w.tlmw", "--force").returncode, 0)
         encode = ("encode", "--weights", "w.tlmw")
         raw = (*encode, "--dtype", "u16le", "--shape", "256x256")
@@ -175,9 +171,14 @@ class Weights(ProgramTest):
 
 
 class Stopped(ProgramTest):
+    def setUp(self):
+        super().setUp()
+        (self.folder / "s.json").write_text(json.dumps(one_wavelength()))
+        (self.folder / "other.json").write_text(json.dumps({**one_wavelength(), "band": {"wavelength_nm": 590}}))
+
     def stop(self, number, *arguments):
         """Exit code and last two lines of a training that gets a signal as soon as it is under way."""
-        command = [PROGRAM, "--progress=json", "train", CHAPTER, *arguments]
+        command = [PROGRAM, "--progress=json", "train", "s.json", *arguments]
         child = subprocess.Popen(command, cwd=self.folder, stderr=subprocess.PIPE, text=True)
         while '"progress":"train"' not in child.stderr.readline():
             pass
@@ -189,20 +190,20 @@ class Stopped(ProgramTest):
         for number, code in ((signal.SIGINT, 130), (signal.SIGTERM, 143)):
             returned, lines = self.stop(number, "--steps", "100000", "--out", "w")
             self.assertEqual(returned, code)
-            self.assertEqual(lines[0], f"toliman: resume with: toliman train {CHAPTER} --resume w.part --out w")
-            self.assertEqual(os.listdir(self.folder), ["w.part"])
+            self.assertEqual(lines[0], "toliman: resume with: toliman train s.json --resume w.part --out w")
+            self.assertEqual(sorted(os.listdir(self.folder)), ["other.json", "s.json", "w.part"])
             self.assertEqual(lines[1], "toliman: stopped by a signal")
 
     def test_a_stopped_training_goes_on(self):
-        tied = ("--steps", "600")
+        tied = ("--steps", "400")
         self.stop(signal.SIGINT, *tied, "--seed", "5", "--payload", "bf16", "--out", "half")
-        self.succeed("train", CHAPTER, "--resume", "half.part", "--out", "resumed")
-        self.succeed("train", CHAPTER, *tied, "--seed", "5", "--out", "whole")
+        self.succeed("train", "s.json", "--resume", "half.part", "--out", "resumed")
+        self.succeed("train", "s.json", *tied, "--seed", "5", "--out", "whole")
         whole = (self.folder / "whole").read_bytes()
         self.assertEqual((self.folder / "resumed").read_bytes(), whole)
         self.assertNotEqual((self.folder / "half.part").read_bytes(), whole)
         self.refuse(2, "was trained for another scene",
-                    arguments=("train", MISSION, "--resume", "half.part", "--out", "x"))
+                    arguments=("train", "other.json", "--resume", "half.part", "--out", "x"))
         numpy.save(self.folder / "f.npy", numpy.zeros((256, 256)))
         self.refuse(3, "half.part: contains an interrupted training, not a trained network",
                     arguments=("encode", "--weights", "half.part", "f.npy"))
