@@ -15,6 +15,16 @@ PATIENCE = 2500 if os.environ.get("TOLIMAN_SANITIZE") else 250
 HEADER, LINE = 124 + 6 * 64, 64 + 6 * 8  # bytes of a ledger's header and of its lines, tools/docs/formats.md "TLML"
 PROGRAM = os.path.abspath(os.environ.get("TOLIMAN", ROOT / "build" / "bin" / "toliman"))
 
+# One star on 8x8 px, for what does not depend on the scene.
+TINY = {
+    "schema": "toliman-scene/1",
+    "telescope": {"aperture_m": 0.125, "pupil_samples": 32},
+    "band": {"wavelength_nm": 550},
+    "stars": {"A": {"spectrum": {"kind": "blackbody", "temperature_k": 5790}}},
+    "cadence": {"frames": 10, "peak_photons": 1e6},
+    "detector": {"shape": [8, 8], "pixel_scale_arcsec": 0.2},
+}
+
 
 def one_wavelength():
     """The chapter's scene at one wavelength, which takes a third of the time, where no more is needed."""
@@ -43,7 +53,8 @@ class ProgramTest(unittest.TestCase):
         return done.stdout
 
     def refuse(self, code, *texts, arguments, left=()):
-        """The run must end with this code, one line on stderr that holds the texts, and leave no new file behind; the line."""
+        """The run must end with this code, one line on stderr that holds the texts, and leave no new file behind. Returns that
+        line."""
         before = sorted(p.name for p in self.folder.iterdir())
         done = self.run_program(*arguments)
         self.assertEqual(done.returncode, code, done.stderr)

@@ -1,5 +1,5 @@
-"""A short run of the chapter's scene that several tests read, none of which changes it: python3 shared_run.py FOLDER makes it.
-ctest does so once, as a fixture, and gives its folder as TOLIMAN_RUN; a test that is started alone makes one of its own."""
+"""A short run of the chapter's scene that several tests read, none of which changes it. `python3 shared_run.py FOLDER` makes
+it: ctest does so once, as a fixture, and sets TOLIMAN_RUN to the folder. A test without TOLIMAN_RUN makes its own."""
 import atexit
 import csv
 import json
@@ -32,8 +32,7 @@ def scene_of(**groups):
 def make(folder):
     """Writes the scene to the folder and the results to the folder in it that is the default."""
     (folder / SCENE).write_text(json.dumps(scene_of()))
-    done = subprocess.run([PROGRAM, "run", SCENE, "--seed", str(SEED)], cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
-                          text=True)
+    done = subprocess.run([PROGRAM, "run", SCENE, "--seed", str(SEED)], cwd=folder, capture_output=True, text=True)
     assert (done.returncode, done.stderr) == (0, ""), done.stderr
 
 

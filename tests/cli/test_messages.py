@@ -6,17 +6,9 @@ import subprocess
 import unittest
 
 import numpy
-from program import PATIENCE, PROGRAM, SCENES, ProgramTest, one_wavelength
+from program import PATIENCE, PROGRAM, SCENES, TINY, ProgramTest, one_wavelength
 
 CHAPTER = SCENES / "chapter.json"
-SCENE = {
-    "schema": "toliman-scene/1",
-    "telescope": {"aperture_m": 0.125, "pupil_samples": 32},
-    "band": {"wavelength_nm": 550},
-    "stars": {"A": {"spectrum": {"kind": "blackbody", "temperature_k": 5790}}},
-    "cadence": {"frames": 10, "peak_photons": 1e6},
-    "detector": {"shape": [8, 8], "pixel_scale_arcsec": 0.2},
-}
 
 
 class Words(ProgramTest):
@@ -97,7 +89,7 @@ class Words(ProgramTest):
 
 class Small(ProgramTest):
     def scene(self, file="s.json", **groups):
-        (self.folder / file).write_text(json.dumps({**SCENE, **groups}))
+        (self.folder / file).write_text(json.dumps({**TINY, **groups}))
 
     def psf_refused(self, code, *texts):
         self.refuse(code, *texts, arguments=("psf", "s.json", "--out", "x.npy"))
@@ -131,7 +123,7 @@ class Small(ProgramTest):
         for key, group in (("mask.file", {"mask": {"kind": "file", "file": "m.npy", "quantity": "opd_m"}}),
                            ("amplitude.file", {"amplitude": {"file": "m.npy"}}),
                            ("aberrations.opd_file", {"aberrations": {"opd_file": "m.npy"}})):
-            self.scene(telescope={**SCENE["telescope"], **group})
+            self.scene(telescope={**TINY["telescope"], **group})
             self.psf_refused(3, f"s.json: telescope.{key}: ./m.npy: {missing}")
 
     def test_scene_files_from_elsewhere(self):

@@ -5,22 +5,13 @@ import select
 import subprocess
 import unittest
 
-from program import PROGRAM, ProgramTest
-
-SCENE = {
-    "schema": "toliman-scene/1",
-    "telescope": {"aperture_m": 0.125, "pupil_samples": 32},
-    "band": {"wavelength_nm": 550},
-    "stars": {"A": {"spectrum": {"kind": "blackbody", "temperature_k": 5790}}},
-    "cadence": {"frames": 10, "peak_photons": 1e6},
-    "detector": {"shape": [8, 8], "pixel_scale_arcsec": 0.2},
-}
+from program import PROGRAM, TINY, ProgramTest
 
 
 class Output(ProgramTest):
     def setUp(self):
         super().setUp()
-        (self.folder / "scene.json").write_text(json.dumps(SCENE))
+        (self.folder / "scene.json").write_text(json.dumps(TINY))
 
     def test_temporaries_of_writers_that_died(self):
         for number in range(3):

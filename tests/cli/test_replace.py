@@ -6,8 +6,7 @@ import unittest
 import numpy
 from astropy.io import fits
 from pages import write_bench
-from program import ProgramTest, one_wavelength
-from test_output import SCENE
+from program import TINY, ProgramTest, one_wavelength
 
 REASON = "exists and was not written by toliman: give --force to replace it\n"
 SERIES = "t,y\n" + "".join(f"{k},{k % 7 / 7}\n" for k in range(50))
@@ -16,7 +15,7 @@ SERIES = "t,y\n" + "".join(f"{k},{k % 7 / 7}\n" for k in range(50))
 class Replace(ProgramTest):
     def setUp(self):
         super().setUp()
-        (self.folder / "s.json").write_text(json.dumps(SCENE))
+        (self.folder / "s.json").write_text(json.dumps(TINY))
         (self.folder / "rv.csv").write_text(SERIES)
         numpy.save(self.folder / "in.npy", numpy.ones((2, 8, 8)))
         self.succeed("period", "rv.csv", "--save-state", "in.tlmp")

@@ -4,7 +4,7 @@ import signal
 import subprocess
 import unittest
 
-from program import PATIENCE, PROGRAM, SCENES, ProgramTest
+from program import PATIENCE, PROGRAM, ProgramTest, one_wavelength
 
 UNSUPERVISED = ("train", "s.json", "--mode", "unsupervised")
 
@@ -15,10 +15,7 @@ class Resumed(ProgramTest):
         self.write_scene(6)
 
     def write_scene(self, frames):
-        scene = json.loads((SCENES / "chapter.json").read_text())
-        scene["band"] = {"wavelength_nm": 580}
-        for star in scene["stars"].values():
-            star["spectrum"] = {"kind": "blackbody", "temperature_k": 5800}
+        scene = one_wavelength()
         scene["cadence"]["frames"] = frames
         (self.folder / "s.json").write_text(json.dumps(scene))
 

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <initializer_list>
 #include <string>
 #include <vector>
 
@@ -79,6 +80,13 @@ inline void mutate(Bytes &bytes, size_t most) {
 
 inline Bytes bytes_of(const std::string &text) {
     return {text.begin(), text.end()};
+}
+
+inline std::vector<Bytes> seeds_of(std::initializer_list<const char *> texts) {
+    std::vector<Bytes> seeds;
+    for (const char *text : texts)
+        seeds.push_back(bytes_of(text));
+    return seeds;
 }
 
 // A NumPy header padded to 64 bytes, followed by numbers.

@@ -11,12 +11,6 @@ using namespace fuzz;
 
 namespace {
 
-const std::string &path_of(const std::string &text) {
-    static MemoryFile file;
-    file.set(text.data(), text.size());
-    return file.path();
-}
-
 void read_samples(const std::string &text, const std::vector<std::string> &columns) {
     cli::SampleReader reader(path_of(text), columns, {});
     for (cli::Sample sample = {};;) {
@@ -71,15 +65,12 @@ void read_times(const std::string &text) {
 } // namespace
 
 std::vector<Bytes> fuzz::seeds() {
-    std::vector<Bytes> seeds;
-    for (const char *text :
-         {"s# comment\n1,2\n3,4,\n5,6\n", "st,y,sigma\n1,2,3\n\"4\",5e3,6\n",
-          "s\xef\xbb\xbf{\"t\": 1, \"y\": 2, \"sigma\": 3}\n", "nframe,t,latent,sigma\n0,1,2,3\n1,2,3,4\n",
-          "smjd,y\n60000.5,1\n", "s2028-03-01T12:00:00Z,1\n2028-03-02,2\n", "s{\"t\": \"2028-03-01\", \"y\": 2}\n",
-          "tMJD-AVG=60000.25\nTIMESYS='TAI'\ndays=0.5\n", "tDATE-OBS='2016-12-31T23:59:60.5'\nEXPTIME=2.5E0\n",
-          "tMJD-BEG=57753.99\nXPOSURE=1\nTIMESYS='GPS'\n"})
-        seeds.push_back(bytes_of(text));
-    return seeds;
+    return seeds_of({"s# comment\n1,2\n3,4,\n5,6\n", "st,y,sigma\n1,2,3\n\"4\",5e3,6\n",
+                     "s\xef\xbb\xbf{\"t\": 1, \"y\": 2, \"sigma\": 3}\n", "nframe,t,latent,sigma\n0,1,2,3\n1,2,3,4\n",
+                     "smjd,y\n60000.5,1\n", "s2028-03-01T12:00:00Z,1\n2028-03-02,2\n",
+                     "s{\"t\": \"2028-03-01\", \"y\": 2}\n", "tMJD-AVG=60000.25\nTIMESYS='TAI'\ndays=0.5\n",
+                     "tDATE-OBS='2016-12-31T23:59:60.5'\nEXPTIME=2.5E0\n",
+                     "tMJD-BEG=57753.99\nXPOSURE=1\nTIMESYS='GPS'\n"});
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {

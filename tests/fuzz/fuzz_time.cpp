@@ -8,12 +8,6 @@ using namespace fuzz;
 
 namespace {
 
-const char *path_of(const std::string &text) {
-    static MemoryFile file;
-    file.set(text.data(), text.size());
-    return file.path().c_str();
-}
-
 // Whether a call succeeded; failures must be about the text.
 bool succeeds(toliman_status status) {
     require(status == TOLIMAN_OK || status == TOLIMAN_E_FORMAT || status == TOLIMAN_E_RANGE, toliman_last_error());
@@ -21,7 +15,7 @@ bool succeeds(toliman_status status) {
 }
 
 void read_clock(const std::string &text) {
-    const char *const path = path_of(text);
+    const char *const path = path_of(text).c_str();
     size_t points = 0;
     if (!succeeds(toliman_ingest_read_clock(path, nullptr, 0, &points, nullptr, nullptr)))
         return;
@@ -34,7 +28,7 @@ void read_clock(const std::string &text) {
 
 // A table that is read can be used.
 void read_leap_seconds(const std::string &text) {
-    const char *const path = path_of(text);
+    const char *const path = path_of(text).c_str();
     size_t count = 0;
     int64_t expires = 0, tai_ns = 0;
     if (!succeeds(toliman_ingest_read_leap_seconds(path, nullptr, 0, &count, &expires)))
@@ -71,12 +65,9 @@ void read_time(const std::string &text) {
 } // namespace
 
 std::vector<Bytes> fuzz::seeds() {
-    std::vector<Bytes> seeds;
-    for (const char *text : {"ccamera_ns,tai_ns\n1,2 # comment\n1000000001,1000000002\n",
-                             "l#@ 3928521600\n2272060800 10\n2287785600 11 # 1\n", "t2016-12-31T23:59:60.5",
-                             "t2028-03-01T12:00:00Z", "t60000.25", "t2460000.5", "t+577539.9e-1", "t1.5D+4"})
-        seeds.push_back(bytes_of(text));
-    return seeds;
+    return seeds_of({"ccamera_ns,tai_ns\n1,2 # comment\n1000000001,1000000002\n",
+                     "l#@ 3928521600\n2272060800 10\n2287785600 11 # 1\n", "t2016-12-31T23:59:60.5",
+                     "t2028-03-01T12:00:00Z", "t60000.25", "t2460000.5", "t+577539.9e-1", "t1.5D+4"});
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {

@@ -57,4 +57,11 @@ class MemoryFile {
     std::string path_, link_;
 };
 
+// The path of a file with this text, until the next call.
+inline const std::string &path_of(const std::string &text) {
+    static MemoryFile file;
+    file.set(text.data(), text.size());
+    return file.path();
+}
+
 } // namespace fuzz
