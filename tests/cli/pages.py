@@ -93,6 +93,13 @@ class ReportTest(ProgramTest):
             self.assertNotIn(b"dc:date", svg)
         return reader
 
+    def fail_with(self, words, folder="."):
+        """A page of the folder here fails because of its files, with this message."""
+        with self.assertRaises(results.Failure) as caught:
+            Recorder(self.folder / folder)
+        self.assertEqual(caught.exception.code, 3)
+        self.assertIn(words, str(caught.exception))
+
     def report(self, folder="copy", *options):
         """Makes a page of a folder here; its Reader."""
         self.succeed("report", folder, *options)

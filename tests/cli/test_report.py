@@ -10,7 +10,7 @@ import tempfile
 import unittest
 
 import numpy
-from pages import Reader, Recorder, ReportTest, lines, results, write_bench
+from pages import Reader, Recorder, ReportTest, lines, write_bench
 from program import PROGRAM, ROOT
 from shared_run import AMPLITUDE, COLUMNS, FRAMES, NAME, PERIOD, SEED, SIDE, rows_of, shared_run
 
@@ -244,7 +244,7 @@ class Run(ReportTest):
             ("grid", {"f0": -1}, "grid.f0 = -1: must be above 0"), ("geometry", {}, "geometry.pixel_scale_arcsec: is missing"),
         ):
             self.copy(**{key: value})
-            self.fail_with(f"copy/result.json: {words}")
+            self.fail_with(f"copy/result.json: {words}", "copy")
         for file, damage, words in (
             ("result.json", lambda text: text[:200], "copy/result.json: is damaged: "),
             ("result.json", lambda text: text.replace(f'"frames": {FRAMES},', '"frames": 1e999,'), "copy/result.json: frames = Infinity: must be a whole"),
@@ -260,7 +260,7 @@ class Run(ReportTest):
             self.copy()
             path = self.folder / "copy" / file
             path.write_text(damage(path.read_text()))
-            self.fail_with(words)
+            self.fail_with(words, "copy")
         for file, damage, words in (("frame", lambda data: data[:1000], "is damaged"), ("frame", None, "No such file"),
                                     ("residuals", lambda data: self.bytes_of("frame"), "must be an array of real numbers with 3 axes")):
             self.copy()
@@ -269,15 +269,9 @@ class Run(ReportTest):
             path.unlink()
             if damage:
                 path.write_bytes(damage(data))
-            self.fail_with(f"copy/images/{file}.npy: {words}")
+            self.fail_with(f"copy/images/{file}.npy: {words}", "copy")
         (self.folder / "copy" / "series.csv").unlink()
         self.refuse(3, "copy/series.csv: No such file", arguments=("report", "copy"))
-
-    def fail_with(self, words):
-        with self.assertRaises(results.Failure) as caught:
-            Recorder(self.folder / "copy")
-        self.assertEqual(caught.exception.code, 3)
-        self.assertIn(words, str(caught.exception))
 
     def bytes_of(self, name):
         return (self.run_folder / "images" / f"{name}.npy").read_bytes()

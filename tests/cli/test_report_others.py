@@ -67,18 +67,18 @@ class Experiment(ReportTest):
         self.assertEqual([bar.get_height() for bar in bars], [40, 0, 0, 0, 0, 0, 0, 0, 0, 10])
 
     def test_refusals(self):
-        for key, value, words in (("amplitude_px", 0, "= 0: must be above 0"), ("expected_log10_fap", math.inf, "must be a finite number"),
+        for key, value, words in (("amplitude_px", 0, "= 0: must be above 0"), ("expected_log10_fap", math.inf, "= Infinity: must be a finite number"),
                                   ("found", None, "= null: must be a whole number")):
             kept, self.low[key] = self.low[key], value
             self.write()
-            self.refuse(3, f"experiment.json: tables[0].ladder[2].{key}", words, arguments=("report", "."))
+            self.fail_with(f"experiment.json: tables[0].ladder[2].{key} {words}")
             self.low[key] = kept
         self.write()
         for text, words in ((HEAD + "real,cae\n", "3: has 2 columns, the header 13"),
                             (HEAD.replace("log10_fap", "x"), "2: has no column log10_fap"),
                             (HEAD + ",".join(["x"] * 13), "3: amplitude_px = x: must be a finite number")):
             (self.folder / "experiment.csv").write_text(text)
-            self.refuse(3, f"experiment.csv:{words}", arguments=("report", "."))
+            self.fail_with(f"experiment.csv:{words}")
 
 
 class State(ReportTest):
@@ -179,9 +179,7 @@ class State(ReportTest):
                                ({"status": {**result["status"], "rejected_by": []}}, "status.rejected_by = []: must be an object"),
                                ({"status": {**result["status"], "accepted": "x"}}, 'status.accepted = "x": must be a whole number')):
             path.write_text(json.dumps({**result, **changes}))
-            with self.assertRaises(results.Failure) as caught:
-                Recorder(self.folder / "x")
-            self.assertIn(f"x/result.json: {words}", str(caught.exception))
+            self.fail_with(f"x/result.json: {words}", "x")
 
 
 class Bench(ReportTest):
