@@ -13,6 +13,7 @@
 #include <toliman/period.h>
 #include <toliman/period_batch.h>
 #include <toliman/period_fap.h>
+#include <toliman/series.h>
 #include <toliman/sim.h>
 #include <toliman/track.h>
 

@@ -76,6 +76,9 @@ inline void destroy_ingest(toliman_ingest *ingest) {
 inline void destroy_period(toliman_period *period) {
     toliman_period_destroy(period);
 }
+inline void destroy_series(toliman_series *series) {
+    toliman_series_destroy(series);
+}
 inline void destroy_track(toliman_track *track) {
     toliman_track_destroy(track);
 }
@@ -87,6 +90,7 @@ using component_set = handle<toliman_components, destroy_components>;
 using phase_mask = handle<toliman_mask, destroy_mask>;
 using pair_reader = handle<toliman_ingest, destroy_ingest>;
 using periodogram = handle<toliman_period, destroy_period>;
+using series_parser = handle<toliman_series, destroy_series>;
 using tracker = handle<toliman_track, destroy_track>;
 
 // Calls create(arguments..., &object) and returns the owning handle of the object; throws error on failure.

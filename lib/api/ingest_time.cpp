@@ -5,9 +5,8 @@
 #include <string_view>
 #include <utility>
 
-#include "api/choice.hpp"
 #include "api/guard.hpp"
-#include "api/struct_array.hpp"
+#include "api/times.hpp"
 #include "ingest/clock_table.hpp"
 #include "ingest/header_time.hpp"
 #include "ingest/time_scale.hpp"
@@ -17,27 +16,6 @@ using namespace toliman::api;
 using ingest::Scale;
 
 namespace {
-
-constexpr Choice<Scale> kScales = {TOLIMAN_INGEST_SCALE_UTC, TOLIMAN_INGEST_SCALE_GPS, "TOLIMAN_INGEST_SCALE_..."};
-constexpr Choice<ingest::TimeFormat> kFormats = {TOLIMAN_INGEST_FORMAT_ISO, TOLIMAN_INGEST_FORMAT_JD,
-                                                 "TOLIMAN_INGEST_FORMAT_..."};
-
-// The caller's table; that of ERFA if it is empty.
-ingest::LeapSecondRows rows_of(const toliman_leap_second *table, size_t count) {
-    if (count == 0)
-        return erfa::leap_seconds().rows;
-    const StructArray<const toliman_leap_second> given(table, "table");
-    required_array(table, count, given.size(), "table");
-    ingest::LeapSecondRows rows;
-    for (size_t i = 0; i < count; i++) {
-        const toliman_leap_second row = given.get(i);
-        if (!ingest::may_follow(rows, {row.mjd, row.tai_utc_s}))
-            fail(Status::argument, "{table[%zu]}: MJD %lld, %d s: %s", i, static_cast<long long>(row.mjd),
-                 row.tai_utc_s, ingest::kLeapSecondRule);
-        rows.push_back({row.mjd, row.tai_utc_s});
-    }
-    return rows;
-}
 
 void check_capacity(size_t capacity, size_t count, const char *what) {
     if (capacity > 0 && capacity < count)
@@ -93,7 +71,7 @@ toliman_status toliman_ingest_parse_time(const char *text, int32_t format, int32
         required(text, "text");
         const ingest::TimeFormat known_format = kFormats.to_enum(format, "format");
         const Scale known_scale = kScales.to_enum(scale, "scale");
-        const ingest::LeapSeconds leap_seconds(rows_of(table, count));
+        const ingest::LeapSeconds leap_seconds = leap_seconds_of(table, count, "table");
         required(tai_ns, "tai_ns") = ingest::parse_time(text, known_format, known_scale, leap_seconds);
     });
 }
@@ -126,7 +104,7 @@ toliman_status toliman_ingest_convert_times(const int64_t *times, size_t count, 
         required_array(times, count, sizeof *times, "times");
         required_array(tai_ns, count, sizeof *tai_ns, "tai_ns");
         const Scale known_scale = kScales.to_enum(scale, "scale");
-        const ingest::LeapSeconds leap_seconds(rows_of(table, rows));
+        const ingest::LeapSeconds leap_seconds = leap_seconds_of(table, rows, "table");
         for (size_t i = 0; i < count; i++)
             if (!ingest::to_tai(times[i], known_scale, leap_seconds))
                 fail(Status::range, "{times[%zu]} = %lld ns: must be from %s to 2099-12-31", i,

@@ -32,6 +32,8 @@ RESULTS = {
     "toliman_ingest_info": "PairInfo",
     "toliman_leap_second": None,
     "toliman_ingest_header_time": "HeaderTime",
+    "toliman_series_sample": None,
+    "toliman_series_info": None,
     "toliman_track_outcome": "Outcome",
     "toliman_track_record": None,
     "toliman_track_column": None,

@@ -1,0 +1,102 @@
+// include/toliman/series.h
+#include <toliman/series.h>
+
+#include <algorithm>
+
+#include "api/guard.hpp"
+#include "api/handle.hpp"
+#include "api/times.hpp"
+#include "ingest/series.hpp"
+
+using namespace toliman;
+using namespace toliman::api;
+
+struct toliman_series : Handle<toliman_series> {
+    static constexpr char kType[] = "toliman_series";
+    ingest::Series series;
+};
+
+namespace {
+
+constexpr uint32_t kFlags = TOLIMAN_SERIES_GROWING | TOLIMAN_SERIES_PLAIN_TIMES;
+
+std::vector<std::string> columns_of(const char *text) {
+    if (text == nullptr)
+        return {};
+    std::vector<std::string> columns = ingest::split(text, ',');
+    const bool named = std::find(columns.begin(), columns.end(), "") == columns.end();
+    if (columns.size() < 2 || columns.size() > 3 || !named)
+        fail(Status::argument, "{options->columns} = \"%.60s\": must be two or three names separated by commas", text);
+    return columns;
+}
+
+ingest::SeriesOptions series_options(const toliman_series_options &options) {
+    const bool plain = (options.flags & TOLIMAN_SERIES_PLAIN_TIMES) != 0;
+    if ((options.flags & ~kFlags) != 0)
+        fail(Status::argument, "{options->flags} = 0x%x: unknown bits", options.flags);
+    if (plain && options.time_format != 0)
+        fail(Status::argument, "{options->time_format} = %d: must be 0 with TOLIMAN_SERIES_PLAIN_TIMES",
+             options.time_format);
+    ingest::SeriesOptions known = {
+        options.name != nullptr ? options.name : "",
+        columns_of(options.columns),
+        (options.flags & TOLIMAN_SERIES_GROWING) != 0,
+        plain,
+        std::nullopt,
+        kScales.to_enum_or(options.time_scale, ingest::Scale::utc, "options->time_scale"),
+        leap_seconds_of(options.leap_seconds, options.leap_second_count, "options->leap_seconds"),
+    };
+    if (options.time_format != 0)
+        known.format = kFormats.to_enum(options.time_format, "options->time_format");
+    return known;
+}
+
+} // namespace
+
+extern "C" {
+
+void toliman_series_options_init(toliman_series_options *options, size_t size) noexcept {
+    deliver_defaults(toliman_series_options{}, options, size);
+}
+
+toliman_status toliman_series_create(const toliman_series_options *options, toliman_series **out) noexcept {
+    return guard([&] {
+        toliman_series *&made = required(out, "out");
+        made = new toliman_series{{},
+                                  ingest::Series(series_options(accept(options, toliman_series_options{}, "options")))};
+    });
+}
+
+void toliman_series_destroy(toliman_series *series) noexcept {
+    destroy(series);
+}
+
+toliman_status toliman_series_parse(toliman_series *series, const char *line, size_t length,
+                                    toliman_series_sample *sample) noexcept {
+    return guard([&] {
+        const Use use(series, "series");
+        required_array(line, length, 1, "line");
+        check_struct_size("sample", required(sample, "sample"));
+        toliman_series_sample result = {};
+        if (const std::optional<ingest::Sample> found = use->series.parse({line, length}))
+            result = {0, 1, found->t, found->y, found->sigma};
+        deliver(result, sample, "sample");
+    });
+}
+
+toliman_status toliman_series_get_info(const toliman_series *series, toliman_series_info *out) noexcept {
+    return guard([&] {
+        const Use use(series, "series");
+        const ingest::Series &from = use->series;
+        toliman_series_info info = {};
+        if (const std::optional<ingest::TimeFormat> format = from.format()) {
+            info.time_format = kFormats.to_constant(*format);
+            info.time_scale = kScales.to_constant(from.scale());
+        }
+        info.truncated = from.truncated() ? 1 : 0;
+        info.lines = from.lines();
+        deliver(info, out, "out");
+    });
+}
+
+} // extern "C"

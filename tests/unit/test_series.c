@@ -1,0 +1,342 @@
+/* Lines of a series to samples: formats, separators, names, times against constants of astropy, malformed lines. */
+#include <stdio.h>
+#include <string.h>
+
+#include <toliman/toliman.h>
+
+#include "assert_close.h"
+
+static toliman_series *made(toliman_series_options options) {
+    toliman_series *series = NULL;
+    options.struct_size = sizeof options;
+    options.name = "rv.csv";
+    assert_ok(toliman_series_create(&options, &series));
+    return series;
+}
+
+static toliman_status parse(toliman_series *series, const char *line, toliman_series_sample *sample) {
+    *sample = (toliman_series_sample)TOLIMAN_SERIES_SAMPLE_INIT;
+    return toliman_series_parse(series, line, strlen(line), sample);
+}
+
+static toliman_series_info info_of(const toliman_series *series) {
+    toliman_series_info info = TOLIMAN_SERIES_INFO_INIT;
+    assert_ok(toliman_series_get_info(series, &info));
+    return info;
+}
+
+static void assert_nothing(toliman_series *series, const char *line) {
+    toliman_series_sample sample;
+    assert_ok(parse(series, line, &sample));
+    assert_int_equal(sample.found, 0);
+    assert_true(sample.t == 0 && sample.y == 0 && sample.sigma == 0);
+}
+
+static void assert_sample(toliman_series *series, const char *line, double t, double y, double sigma) {
+    toliman_series_sample sample;
+    assert_ok(parse(series, line, &sample));
+    assert_int_equal(sample.found, 1);
+    if (!(sample.t == t && sample.y == y && sample.sigma == sigma))
+        fail_msg("%s: %.17g, %.17g, %.17g", line, sample.t, sample.y, sample.sigma);
+}
+
+/* The lines before are valid; the last one has this status and message. */
+static void assert_refused(toliman_series_options options, const char *const *lines, toliman_status status,
+                           const char *message) {
+    toliman_series *series = made(options);
+    toliman_series_sample sample;
+    int64_t count = 0;
+    for (; lines[count + 1] != NULL; count++)
+        assert_ok(parse(series, lines[count], &sample));
+    toliman_series_sample before = TOLIMAN_SERIES_SAMPLE_INIT;
+    before.t = 7;
+    toliman_series_sample after = before;
+    assert_int_equal(toliman_series_parse(series, lines[count], strlen(lines[count]), &after), status);
+    assert_memory_equal(&after, &before, sizeof after);
+    if (strstr(toliman_last_error(), message) != toliman_last_error())
+        fail_msg("%s, not %s", toliman_last_error(), message);
+    assert_non_null(strstr(toliman_last_error(), toliman_last_error_field()));
+    assert_int_equal(info_of(series).lines, count + (status == TOLIMAN_E_FORMAT));
+    toliman_series_destroy(series);
+}
+
+#define LINES(...) ((const char *const[]){__VA_ARGS__, NULL})
+static const toliman_series_options kDefault = TOLIMAN_SERIES_OPTIONS_INIT;
+
+static toliman_series_options columns(const char *names) {
+    toliman_series_options options = kDefault;
+    options.columns = names;
+    return options;
+}
+
+static toliman_series_options times(int32_t format, int32_t scale) {
+    toliman_series_options options = kDefault;
+    options.time_format = format;
+    options.time_scale = scale;
+    return options;
+}
+
+static void separators(void **unused) {
+    (void)unused;
+    const char *const between[] = {",", ";", " ", "\t", "  \t ", ", ", " ; "};
+    for (size_t k = 0; k < 2 * sizeof between / sizeof *between; k++) {
+        char line[80];
+        const char *const sign = between[k / 2];
+        toliman_series *series = made(kDefault);
+        assert_nothing(series, "# a b; c, d\n");
+        assert_nothing(series, "\n");
+        assert_nothing(series, " \t\r\n");
+        assert_nothing(series, "");
+        snprintf(line, sizeof line, "sigma%sother%sy%st\r\n", sign, sign, sign);
+        if (k % 2 != 0)
+            assert_nothing(series, line);
+        for (int i = 0; i < 3; i++) {
+            if (k % 2 != 0)
+                snprintf(line, sizeof line, "1e-3%sx%s-2.5%s%d\r\n", sign, sign, sign, i);
+            else
+                snprintf(line, sizeof line, "  %d%s\"-2.5\"%s+.001\n", i, sign, sign);
+            assert_sample(series, line, i, -2.5, 1e-3);
+        }
+        assert_nothing(series, "  # the end");
+        assert_int_equal(info_of(series).lines, k % 2 != 0 ? 9 : 8);
+        assert_int_equal(info_of(series).time_format, 0);
+        toliman_series_destroy(series);
+    }
+}
+
+static void names(void **unused) {
+    (void)unused;
+    toliman_series *series = made(columns("BJD, RV ,err"));
+    assert_nothing(series, "\xef\xbb\xbf"
+                           "RV,note,err,BJD\n");
+    assert_sample(series, "5,ok,0.5,2\n", 2, 5, 0.5);
+    toliman_series_destroy(series);
+    series = made(columns("t,latent"));
+    assert_sample(series, "{\"latent\": 4, \"sigma\": -1, \"t\": 3, \"y\": null}\n", 3, 4, 0);
+    toliman_series_destroy(series);
+    series = made(kDefault); /* a quoted first line is data */
+    assert_sample(series, "\"1\",\"2\"\n", 1, 2, 0);
+    toliman_series_destroy(series);
+    assert_refused(columns("t,z"), LINES("t,y,sigma"), TOLIMAN_E_MISMATCH, "rv.csv:1: has no column z among t,y,sigma");
+    assert_refused(kDefault, LINES("# a", "BJD,RV"), TOLIMAN_E_MISMATCH, "rv.csv:2: has no column t among BJD,RV");
+    assert_refused(columns("t,y"), LINES("1,2"), TOLIMAN_E_MISMATCH,
+                   "rv.csv:1: has no column names: the first line must name t,y");
+}
+
+static void objects(void **unused) {
+    (void)unused;
+    toliman_series *series = made(kDefault);
+    assert_sample(series, " {\"t\": 1, \"frame\": [7], \"y\": 2, \"sigma\": 3}\n", 1, 2, 3);
+    assert_sample(series, "{\"sigma\": 1e98, \"y\": -1e98, \"t\": 1e-300}", 1e-300, -1e98, 1e98);
+    assert_int_equal(info_of(series).truncated, 0);
+    toliman_series_destroy(series);
+    const char *const first = "{\"t\": 1, \"y\": 2, \"sigma\": 3}";
+    assert_refused(kDefault, LINES(first, "3,4"), TOLIMAN_E_FORMAT,
+                   "rv.csv:2: is not a JSON object: the lines before are");
+    assert_refused(kDefault, LINES("1,2", first), TOLIMAN_E_FORMAT,
+                   "rv.csv:2: is a JSON object: the lines before are not");
+    assert_refused(kDefault, LINES(first, "{\"t\": 1, \"y\": 2}"), TOLIMAN_E_FORMAT,
+                   "rv.csv:2: has other keys than the lines before: either all or none must have sigma");
+    assert_refused(kDefault, LINES("{\"t\": 1}"), TOLIMAN_E_FORMAT, "rv.csv:1: y: must be a number");
+    assert_refused(kDefault, LINES("{\"y\": 1}"), TOLIMAN_E_FORMAT, "rv.csv:1: t: must be a number");
+    assert_refused(kDefault, LINES("{\"t\": \"1\", \"y\": 1}"), TOLIMAN_E_FORMAT, "rv.csv:1: t: must be a number");
+    assert_refused(kDefault, LINES("{\"t\": 1, \"y\": \"x\"}"), TOLIMAN_E_FORMAT, "rv.csv:1: y: must be a number");
+    assert_refused(kDefault, LINES("{\"t\": 1, \"y\": 2, \"sigma\": -1}"), TOLIMAN_E_FORMAT,
+                   "rv.csv:1: sigma = -1: must be in [1e-98, 1e98]");
+    assert_refused(kDefault, LINES("{\"t\": 1, \"y\": 2} 3"), TOLIMAN_E_FORMAT,
+                   "rv.csv:1: is not a JSON object: line 1, column ");
+    assert_refused(kDefault, LINES("{\"t\": 1, \"y\": 1e999}"), TOLIMAN_E_FORMAT, "rv.csv:1: is not a JSON object");
+    assert_refused(columns("t,v"), LINES("{\"t\": 1, \"y\": 1}"), TOLIMAN_E_FORMAT, "rv.csv:1: v: must be a number");
+}
+
+static void malformed(void **unused) {
+    (void)unused;
+    const struct {
+        const char *lines[3], *message;
+    } cases[] = {
+        {{"t,y", "2,three"}, "rv.csv:2: y = \"three\": must be a finite number"},
+        {{"1,2", "2,nan"}, "rv.csv:2: y = \"nan\": must be a finite number"},
+        {{"1,1e999"}, "rv.csv:1: y = \"1e999\": must be a finite number"},
+        {{"nan,inf"}, "rv.csv:1: t = \"nan\": must be a finite number"},
+        {{"1,2,1", "2,3,0"}, "rv.csv:2: sigma = \"0\": must be in [1e-98, 1e98]"},
+        {{"1,2,1", "2,3,1e-99"}, "rv.csv:2: sigma = \"1e-99\": must be in [1e-98, 1e98]"},
+        {{"1,2", "-1e99,1"}, "rv.csv:2: t = \"-1e99\": must be in [-1e98, 1e98]"},
+        {{"1,2,1", "2,3"}, "rv.csv:2: has 2 columns: the lines before have 3"},
+        {{"5"}, "rv.csv:1: has 1 column, separated by white space: must be t,y or t,y,sigma, or "},
+        {{"1,2,3,4"}, "rv.csv:1: has 4 columns, separated by commas: must be t,y or t,y,sigma, or "},
+        {{"1 2", "2,3"}, "rv.csv:2: has columns separated by commas: the lines before have white space"},
+        {{"1;2", "2 3"}, "rv.csv:2: has columns separated by white space: the lines before have semicolons"},
+        {{"t,y", "1;2"}, "rv.csv:2: has columns separated by semicolons: the lines before have commas"},
+        {{"1 2 3", "2, 3, 4"}, "rv.csv:2: t = \"2,\": must be a finite number; columns are separated by white space"},
+        {{"t;y", "1;2,25"},
+         "rv.csv:2: y = \"2,25\": must be a finite number with a decimal point, not a decimal comma"},
+        {{"1,5 2,5 3"}, "rv.csv:1: y = \"5 2\": must be a finite number; columns are separated by commas"},
+        {{"0,1", "2 ,1\t5"}, "rv.csv:2: y = \"1?5\": must be a finite number; columns are separated by commas"},
+        {{"1,2\n3,4\n"}, "rv.csv:1: y = \"2?3\": must be a finite number"},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
+        assert_refused(kDefault, cases[i].lines, TOLIMAN_E_FORMAT, cases[i].message);
+    toliman_series *series = made(kDefault);
+    toliman_series_sample sample = TOLIMAN_SERIES_SAMPLE_INIT;
+    assert_int_equal(toliman_series_parse(series, "1,2\0junk", 8, &sample), TOLIMAN_E_FORMAT);
+    assert_string_equal(toliman_last_error(), "rv.csv:1: y = \"2?junk\": must be a finite number");
+    assert_sample(series, "3 4", 3, 4, 0); /* a malformed first line fixes no format */
+    assert_int_equal(info_of(series).lines, 2);
+    toliman_series_destroy(series);
+}
+
+static void lengths(void **unused) {
+    (void)unused;
+    static char line[65539];
+    toliman_series *series = NULL;
+    toliman_series_sample sample = TOLIMAN_SERIES_SAMPLE_INIT;
+    assert_ok(toliman_series_create(NULL, &series));
+    memset(line, ' ', sizeof line);
+    memcpy(line + 65533, "1,2\n", 4);
+    assert_ok(toliman_series_parse(series, line, 65537, &sample));
+    assert_true(sample.found == 1 && sample.y == 2);
+    memcpy(line + 65533, " 1,2\n", 5);
+    assert_int_equal(toliman_series_parse(series, line, 65538, &sample), TOLIMAN_E_FORMAT);
+    assert_string_equal(toliman_last_error(), "is longer than 65536 bytes"); /* without a name */
+    assert_ok(toliman_series_parse(series, NULL, 0, &sample));
+    assert_int_equal(sample.found, 0);
+    toliman_series_destroy(series);
+}
+
+static void truncated_lines(void **unused) {
+    (void)unused;
+    toliman_series *series = made(kDefault);
+    assert_sample(series, "1,2\n", 1, 2, 0);
+    assert_int_equal(info_of(series).truncated, 0);
+    assert_sample(series, "2,3", 2, 3, 0);
+    assert_int_equal(info_of(series).truncated, 1);
+    toliman_series_destroy(series);
+    toliman_series_options growing = kDefault;
+    growing.flags = TOLIMAN_SERIES_GROWING;
+    const char *const message = "rv.csv:2: has no newline at its end and may be truncated";
+    assert_refused(growing, LINES("1,2\n", "2,3"), TOLIMAN_E_FORMAT, message);
+    assert_refused(growing, LINES("# from now on\n", "{\"t\": 1, \"y\": 2}"), TOLIMAN_E_FORMAT, message);
+    series = made(growing);
+    assert_nothing(series, "# the end");
+    toliman_series_destroy(series);
+}
+
+enum {
+    ISO = TOLIMAN_INGEST_FORMAT_ISO,
+    MJD = TOLIMAN_INGEST_FORMAT_MJD,
+    JD = TOLIMAN_INGEST_FORMAT_JD,
+    UTC = TOLIMAN_INGEST_SCALE_UTC,
+    TAI = TOLIMAN_INGEST_SCALE_TAI,
+    TDB = TOLIMAN_INGEST_SCALE_TDB,
+};
+
+/* Time(text, scale="utc").tai.mjd of astropy 5.2; the other scales remain. */
+static void dates_and_days(void **unused) {
+    (void)unused;
+    const struct {
+        toliman_series_options options;
+        const char *names, *line;
+        double t;
+        int32_t format, scale;
+    } cases[] = {
+        {kDefault, "", "2028-03-01T12:00:00Z,1", 61831.50042824074, ISO, TAI},
+        {kDefault, "t,y", "2016-12-31T23:59:60.5,1", 57754.00042245370, ISO, TAI},
+        {times(0, TDB), "", "2028-03-01T12:00:00,1", 61831.5, ISO, TDB},
+        {kDefault, "mjd,y", "57753.5,1", 57753.50042245370, MJD, TAI},
+        {kDefault, "jd,y", "2457754.0,1", 57753.50042245370, JD, TAI},
+        {times(0, TDB), "JD,y", "2457754.0,1", 57753.5, JD, TDB},
+        {times(MJD, UTC), "jd,y", "57753.5,1", 57753.50042245370, MJD, TAI},
+        {times(MJD, TAI), "", "57753.25,1", 57753.25, MJD, TAI},
+        {kDefault, "t,y", "57753.5,1", 57753.5, 0, 0},
+        {kDefault, "mjd,t,y", "9,57753.5,1", 57753.5, 0, 0},
+        {kDefault, "", "{\"t\": \"2028-03-01\", \"y\": 1}", 61831.00042824074, ISO, TAI},
+        {kDefault, "", "{\"jd\": \"2457754.0\", \"y\": 1}", 57753.50042245370, JD, TAI},
+        {times(0, TDB), "", "{\"MJD\": 57753.5, \"y\": 1}", 57753.5, MJD, TDB},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        toliman_series *series = made(cases[i].options);
+        toliman_series_sample sample;
+        assert_nothing(series, cases[i].names);
+        assert_ok(parse(series, cases[i].line, &sample));
+        assert_true(sample.found == 1 && sample.y == 1);
+        assert_close(sample.t, cases[i].t, 0, 1e-11);
+        const toliman_series_info info = info_of(series);
+        assert_int_equal(info.time_format, cases[i].format);
+        assert_int_equal(info.time_scale, cases[i].scale);
+        toliman_series_destroy(series);
+    }
+    toliman_series_options options = kDefault;
+    options.flags = TOLIMAN_SERIES_PLAIN_TIMES;
+    toliman_series *series = made(options);
+    assert_nothing(series, "mjd,y");
+    assert_sample(series, "5,1", 5, 1, 0);
+    toliman_series_destroy(series);
+    const toliman_leap_second table[] = {{sizeof table[0], 10, 41317}, {0, 11, 57754}}; /* not those of ERFA */
+    options = kDefault;
+    options.leap_seconds = table;
+    options.leap_second_count = 2;
+    series = made(options);
+    assert_sample(series, "2028-03-01,1", 61831 + 11 / 86400.0, 1, 0);
+    toliman_series_destroy(series);
+}
+
+static void bad_times(void **unused) {
+    (void)unused;
+    assert_refused(kDefault, LINES("2028-03-01,1", "2028-02-30,2"), TOLIMAN_E_FORMAT,
+                   "rv.csv:2: t: text = \"2028-02-30\": must be YYYY-MM-DD");
+    assert_refused(kDefault, LINES("2028-03-01,1", "61832,2"), TOLIMAN_E_FORMAT, "rv.csv:2: t: text = \"61832\": ");
+    assert_refused(kDefault, LINES("61832,1", "2028-03-01,2"), TOLIMAN_E_FORMAT,
+                   "rv.csv:2: t = \"2028-03-01\": must be a finite number");
+    assert_refused(kDefault, LINES("2017-12-31T23:59:60,1"), TOLIMAN_E_FORMAT,
+                   "rv.csv:1: t: text = \"2017-12-31T23:59:60\": that day has no such second");
+    assert_refused(kDefault, LINES("mjd,y", "2460000.5,1"), TOLIMAN_E_FORMAT,
+                   "rv.csv:2: t: text = \"2460000.5\": must be from 1972-01-01");
+    assert_refused(kDefault, LINES("mjd,y", "1e5x,1"), TOLIMAN_E_FORMAT,
+                   "rv.csv:2: t: text = \"1e5x\": must be a Modified Julian Day");
+    assert_refused(kDefault, LINES("{\"t\": \"2028-03-01\", \"y\": 1}", "{\"t\": 5, \"y\": 1}"), TOLIMAN_E_FORMAT,
+                   "rv.csv:2: t: text = \"5\": ");
+    toliman_series *series = made(kDefault);
+    toliman_series_sample sample = TOLIMAN_SERIES_SAMPLE_INIT;
+    assert_int_equal(toliman_series_parse(series, "2028-03-01\0x,1", 14, &sample), TOLIMAN_E_FORMAT);
+    assert_string_equal(toliman_last_error(), "rv.csv:1: t: contains a zero byte");
+    assert_int_equal(info_of(series).time_format, ISO);
+    toliman_series_destroy(series);
+}
+
+static void assert_option(toliman_series_options options, const char *message) {
+    toliman_series *series = NULL;
+    assert_int_equal(toliman_series_create(&options, &series), TOLIMAN_E_ARGUMENT);
+    assert_null(series);
+    if (strstr(toliman_last_error(), message) != toliman_last_error())
+        fail_msg("%s, not %s", toliman_last_error(), message);
+    assert_int_equal(strncmp(message, toliman_last_error_field(), strlen(toliman_last_error_field())), 0);
+}
+
+static void options_are_checked(void **unused) {
+    (void)unused;
+    const char *const bad[] = {"", "t", "t,", ",y", "t,y,sigma,x"};
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++)
+        assert_option(columns(bad[i]), "options->columns = \"");
+    assert_option(times(UTC, 0), "options->time_format = 631: must be one of TOLIMAN_INGEST_FORMAT_");
+    assert_option(times(0, ISO), "options->time_scale = 641: must be one of TOLIMAN_INGEST_SCALE_");
+    toliman_series_options options = times(ISO, 0);
+    options.flags = TOLIMAN_SERIES_PLAIN_TIMES;
+    assert_option(options, "options->time_format = 641: must be 0 with TOLIMAN_SERIES_PLAIN_TIMES");
+    options.flags = 4;
+    assert_option(options, "options->flags = 0x4: unknown bits");
+    const toliman_leap_second table[] = {{sizeof table[0], 11, 41317}};
+    options = kDefault;
+    options.leap_second_count = 1;
+    assert_option(options, "options->leap_seconds is NULL");
+    options.leap_seconds = table;
+    assert_option(options, "options->leap_seconds[0]: MJD 41317, 11 s: must be 10 s on MJD 41317");
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(separators),     cmocka_unit_test(names),     cmocka_unit_test(objects),
+        cmocka_unit_test(malformed),      cmocka_unit_test(lengths),   cmocka_unit_test(truncated_lines),
+        cmocka_unit_test(dates_and_days), cmocka_unit_test(bad_times), cmocka_unit_test(options_are_checked),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
