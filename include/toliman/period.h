@@ -93,7 +93,8 @@ TOLIMAN_API void toliman_period_options_init(toliman_period_options *options, si
  * options->struct_size must be set.
  *
  * The grid is f0 = 1.5/T and df = 0.1/T, up to 1/(2 s), with the time span T and the step s. *options receives
- * double-limb accumulators, offsets and bounds for the samples.
+ * double-limb accumulators, offsets and bounds for the samples. f0, df and nf may be NULL together, for options of
+ * another grid; then one time suffices.
  *   mission_span  0: the samples are complete. > 0, in units of t: the samples grow until T = mission_span. The
  *                 bounds then accept values that spread 2^20 times as far and sigmas 8 times smaller to 4 times
  *                 larger. With n = 0 the step is 1

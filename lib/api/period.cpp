@@ -173,10 +173,10 @@ toliman_status toliman_period_suggest(const double *t, const double *y, const do
                                       toliman_period_options *options) noexcept {
     return guard([&] {
         required_array(t, n, sizeof *t, "t");
-        required(f0, "f0");
-        required(df, "df");
-        required(nf, "nf");
-        const period::Grid grid = period::suggest({t, y, sigma, n}, mission_span);
+        const bool only_options = f0 == nullptr && df == nullptr && nf == nullptr;
+        const period::Samples samples = {t, y, sigma, n};
+        const period::Grid grid =
+            only_options ? period::suggest_bounds(samples, mission_span) : period::suggest(samples, mission_span);
         toliman_period_options suggested = default_options();
         suggested.flags = flags_of(grid);
         suggested.time_offset = grid.time_offset;
@@ -184,8 +184,15 @@ toliman_status toliman_period_suggest(const double *t, const double *y, const do
         suggested.value_bound = grid.value_bound;
         suggested.sigma_floor = grid.sigma_floor;
         suggested.sigma_ceiling = grid.sigma_ceiling;
+        if (!only_options) {
+            required(f0, "f0");
+            required(df, "df");
+            required(nf, "nf");
+        }
         if (options != nullptr)
             deliver(suggested, options, "options");
+        if (only_options)
+            return;
         *f0 = grid.f0;
         *df = grid.df;
         *nf = grid.nf;

@@ -81,26 +81,33 @@ void set_sigmas(Grid &grid, const double *sigma, size_t count, bool more_to_come
 
 } // namespace
 
-Grid suggest(const Samples &samples, double mission_span) {
+Grid suggest_bounds(const Samples &samples, double mission_span) {
     if (!(mission_span >= 0 && std::isfinite(mission_span)))
         fail(Status::argument, "{mission_span} = %g: must be finite and at least 0", mission_span);
     check_finite(samples.t, samples.count, "t");
     Grid grid;
+    grid.f0 = grid.df = 1;
+    grid.nf = 1;
     grid.double_limb_sums = true;
-    set_frequencies(grid, cadence_for(samples, mission_span));
-    if (samples.count > 0) {
-        grid.time_offset = *std::min_element(samples.t, samples.t + samples.count);
-        const bool more_to_come = mission_span > 0;
-        if (samples.y != nullptr) {
-            check_finite(samples.y, samples.count, "y");
-            set_values(grid, samples.y, samples.count, more_to_come);
-        }
-        if (samples.sigma != nullptr) {
-            check_finite(samples.sigma, samples.count, "sigma");
-            set_sigmas(grid, samples.sigma, samples.count, more_to_come);
-            grid.check();
-        }
+    if (samples.count == 0)
+        return grid;
+    const bool more_to_come = mission_span > 0;
+    grid.time_offset = *std::min_element(samples.t, samples.t + samples.count);
+    if (samples.y != nullptr) {
+        check_finite(samples.y, samples.count, "y");
+        set_values(grid, samples.y, samples.count, more_to_come);
     }
+    if (samples.sigma != nullptr) {
+        check_finite(samples.sigma, samples.count, "sigma");
+        set_sigmas(grid, samples.sigma, samples.count, more_to_come);
+        grid.check();
+    }
+    return grid;
+}
+
+Grid suggest(const Samples &samples, double mission_span) {
+    Grid grid = suggest_bounds(samples, mission_span);
+    set_frequencies(grid, cadence_for(samples, mission_span));
     return grid;
 }
 

@@ -11,4 +11,7 @@ namespace toliman::period {
 // frequencies or a ratio of sigmas that one periodogram does not support.
 Grid suggest(const Samples &samples, double mission_span);
 
+// The offsets and bounds alone, with any valid frequencies; one time suffices.
+Grid suggest_bounds(const Samples &samples, double mission_span);
+
 } // namespace toliman::period

@@ -51,6 +51,23 @@ static void daily_samples(void **state) {
     assert_int_equal(s.nf, 5 * N - 14);
 }
 
+/* Without a grid: the same options as with one, also where no grid can be suggested. */
+static void options_alone(void **state) {
+    (void)state;
+    const double t[] = {7, 7e9, 6, 7}, y[] = {1, -4, 2, 2}, sigma[] = {1, 2, 0.5, 1};
+    for (int mission = 0; mission < 2; mission++) {
+        Suggestion whole, alone = {.options = TOLIMAN_PERIOD_OPTIONS_INIT};
+        assert_ok(suggest(t, y, sigma, 4, mission * 1e11, &whole));
+        assert_ok(toliman_period_suggest(t, y, sigma, 4, mission, NULL, NULL, NULL, &alone.options));
+        assert_memory_equal(&alone.options, &whole.options, sizeof whole.options);
+        assert_ok(toliman_period_suggest(t, y, sigma, 1, mission, NULL, NULL, NULL, &alone.options));
+        assert_true(alone.options.time_offset == 7 && alone.options.value_offset == 1);
+        assert_true(alone.options.value_bound == (mission ? 0x1p20 : 1));
+        assert_true(alone.options.sigma_floor == (mission ? 0.125 : 1));
+        assert_true(alone.options.sigma_ceiling == (mission ? 4 : 1));
+    }
+}
+
 /* create() and every push accept the suggestion, and the search finds the period. */
 static void search_with_the_suggestion(void **state) {
     (void)state;
@@ -104,6 +121,7 @@ static void invalid_arguments_are_refused(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(daily_samples),
+        cmocka_unit_test(options_alone),
         cmocka_unit_test(search_with_the_suggestion),
         cmocka_unit_test(invalid_arguments_are_refused),
     };

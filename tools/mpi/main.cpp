@@ -107,7 +107,7 @@ class Job {
     toliman::periodogram empty() const {
         toliman_period_options options;
         toliman_period_options_init(&options, sizeof options);
-        options.flags = flags_of({});
+        options.flags = TOLIMAN_PERIOD_DOUBLE_LIMB; // as options_for
         options.time_offset = times_.front();
         return make_periodogram(grid_, options);
     }

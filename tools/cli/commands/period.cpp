@@ -18,11 +18,11 @@ namespace cli {
 namespace {
 
 struct Options {
-    std::string file, power_file, columns, from_state, save_state;
+    std::string file, power_file, from_state, save_state;
     std::optional<double> f0, df;
     std::optional<int64_t> nf;
     SumOptions sums;
-    TimeOptions times;
+    SampleOptions samples;
     size_t peaks = 1;
     FapOptions fap;
     std::string normalisation = "standard";
@@ -33,14 +33,6 @@ const std::map<std::string, int32_t> kNormalisations = {{"standard", TOLIMAN_PER
                                                         {"model", TOLIMAN_PERIOD_POWER_MODEL},
                                                         {"log", TOLIMAN_PERIOD_POWER_LOG},
                                                         {"psd", TOLIMAN_PERIOD_POWER_PSD}};
-
-std::vector<std::string> columns_of(const Options &options) {
-    std::vector<std::string> columns =
-        options.columns.empty() ? std::vector<std::string>() : split(options.columns, ',');
-    if (columns.size() == 1 || columns.size() > 3)
-        throw Failure(kExitUsage, "--columns " + options.columns + ": must be T,Y or T,Y,SIGMA");
-    return columns;
-}
 
 FrequencyGrid grid_of(const Options &options, const Series &series) {
     if (!options.f0 && !options.df && !options.nf)
@@ -89,10 +81,11 @@ std::vector<toliman_period_peak> peaks_of(const Periodogram &periodogram, size_t
 
 // Writes and prints the results. series: NULL if only the sums are known.
 void write_results(const Options &options, const Series *series, const Periodogram &periodogram, Progress &progress) {
-    const std::string given = options.times.scale.empty() ? "" : result_scale(options.times.scale);
+    const std::string given = options.samples.time_scale.empty() ? "" : result_scale(options.samples.time_scale);
     const Fap fap(options.fap, periodogram.handle, series, progress);
     progress.clear();
-    warn_of_grid(periodogram, series, progress);
+    uint32_t warned = 0;
+    warn_of_grid(periodogram.handle, series, periodogram.peak.flags, warned, progress);
     const toliman_period_info info = info_of(periodogram.handle);
     if (!options.power_file.empty()) {
         OutputFile out(options.power_file);
@@ -111,9 +104,9 @@ void write_results(const Options &options, const Series *series, const Periodogr
 void stream(const Options &options, Progress &progress) {
     if (options.follow && options.save_state == "-")
         throw Failure(kExitUsage, "--save-state -: must be a file with --follow, which prints to standard output");
-    StreamOptions how = {options.file, columns_of(options), options.times,  options.from_state, options.save_state,
-                         {},           options.sums,        options.follow, options.strict};
-    how.times.of_state = !options.from_state.empty();
+    StreamOptions how = {options.file, options.samples, options.from_state, options.save_state,
+                         {},           options.sums,    options.follow,     options.strict};
+    how.samples.of_state = !options.from_state.empty();
     if (options.from_state.empty()) {
         if (!options.f0 || !options.df || !options.nf)
             throw Failure(kExitUsage, "--follow needs --f0, --df and --nf, or --from-state");
@@ -131,7 +124,7 @@ void period(const Options &options, Progress &progress) {
             check_output(output);
     if (options.follow || !options.from_state.empty())
         return stream(options, progress);
-    const Series series = read_series(options.file, columns_of(options), options.times);
+    const Series series = read_series(options.file, options.samples);
     if (!series.warning.empty())
         progress.warn(series.warning);
     SumOptions sums = options.sums;
@@ -150,9 +143,9 @@ void add_period(CLI::App &app, Context &context) {
     CLI::Option *file =
         add_option(command, "FILE", options->file, "",
                    "series t,y or t,y,sigma: text, JSON Lines or .npy; - reads text or JSON Lines from standard input");
-    add_option(command, "--columns", options->columns, "NAMES",
+    add_option(command, "--columns", options->samples.columns, "NAMES",
                "names of the columns to use: T,Y or T,Y,SIGMA; default t,y and, if present, sigma");
-    add_times(*command, options->times);
+    add_times(*command, options->samples);
     command->add_option("--f0", options->f0, "first frequency in cycles per unit of t, default 1.5/T");
     command->add_option("--df", options->df, "frequency step in cycles per unit of t, default 1/(10 T)");
     command->add_option("--nf", options->nf, "number of frequencies, default up to the frequency 1/(2 median dt)");

@@ -54,16 +54,13 @@ class Stream {
             stop_if_asked();
             save_if_due();
         };
-        SampleReader reader = options_.follow ? SampleReader(options_.file, options_.columns, options_.times, on_idle)
-                                              : SampleReader(options_.file, options_.columns, options_.times);
+        SampleReader reader(options_.file, options_.samples, options_.follow ? on_idle : std::function<void()>());
         name_ = reader.name();
         while (step(reader)) {
         }
         progress_.clear();
-        if (reader.truncated())
-            progress_.warn(reader.where() + kTruncatedWarning);
-        if (!periodogram_)
-            malformed(name_, reader.empty() ? "is empty" : "contains no samples");
+        if (const std::string warning = reader.end(static_cast<bool>(periodogram_)); !warning.empty())
+            progress_.warn(warning);
     }
 
     // After an error or a signal, whose message follows.
@@ -96,39 +93,24 @@ class Stream {
   private:
     int64_t count() const noexcept { return toliman_period_count(periodogram_.get()); }
 
-    // References from the first sample, bounds from the options.
-    void begin(const Sample &first, bool weighted) {
-        toliman_period_options how;
-        toliman_period_options_init(&how, sizeof how);
-        how.flags = flags_of(options_.sums);
-        how.time_offset = first.t;
-        how.value_offset = first.y;
-        how.value_bound = options_.sums.value_bound.value_or(how.value_bound);
-        if (weighted)
-            set_sigmas(options_.sums, first.sigma, first.sigma, how);
-        else
-            set_unweighted(options_.sums, how);
-        periodogram_ = make_periodogram(*options_.grid, how);
-    }
-
     // Refuses to mix samples with and without sigma: those without would have the weight of the smallest sigma.
-    void check_weights(const SampleReader &reader) const {
+    void check_weights(const Sample &sample, const std::string &where) const {
         const toliman_period_info info = info_of(periodogram_);
-        if (info.count == 0 || (info.weighted != 0) == reader.weighted())
-            return;
-        malformed(reader.where(), reader.weighted()
-                                      ? "has a sigma: the samples in " + options_.from_state + " have none"
-                                      : "has no sigma: the samples in " + options_.from_state + " have one");
+        if (info.count > 0 && (info.weighted != 0) != (sample.sigma > 0))
+            malformed(where, (sample.sigma > 0 ? "has a sigma: the samples in " : "has no sigma: the samples in ") +
+                                 options_.from_state + (sample.sigma > 0 ? " have none" : " have one"));
     }
 
+    // The first sample gives the references of a new periodogram.
     void push(const Sample &sample, const SampleReader &reader) {
+        const double *const given = sample.sigma > 0 ? &sample.sigma : nullptr;
         if (!periodogram_)
-            begin(sample, reader.weighted());
+            periodogram_ = make_periodogram(*options_.grid, options_for(&sample.t, &sample.y, given, 1, options_.sums));
         if (sigma_floor_ == 0) {
-            check_weights(reader);
+            check_weights(sample, reader.where());
             sigma_floor_ = info_of(periodogram_).sigma_floor;
         }
-        const double sigma = reader.weighted() ? sample.sigma : sigma_floor_;
+        const double sigma = given != nullptr ? sample.sigma : sigma_floor_;
         if (toliman_period_push(periodogram_.get(), sample.t, sample.y, sigma) == TOLIMAN_OK)
             return;
         const BadLine bad(reader.where() + ": " + refusal(periodogram_, sample.y, sigma, !options_.from_state.empty()));
@@ -142,7 +124,7 @@ class Stream {
     void report(double t, const std::string &time_scale) {
         if (count() >= kFewest && print_update(periodogram_, t, time_scale))
             printed_ = true;
-        warn_while_following(periodogram_, warned_, progress_);
+        warn_of_grid(periodogram_, nullptr, 0, warned_, progress_);
     }
 
     // False at the end of the input.

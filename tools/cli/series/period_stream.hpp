@@ -2,7 +2,6 @@
 #pragma once
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "series/periodogram.hpp"
 
@@ -10,8 +9,7 @@ namespace cli {
 
 struct StreamOptions {
     std::string file; // empty: no samples, only the state
-    std::vector<std::string> columns;
-    TimeOptions times;
+    SampleOptions samples;
     std::string from_state, save_state;
     std::optional<FrequencyGrid> grid; // only without a state
     SumOptions sums;                   // only without a state

@@ -28,13 +28,11 @@ struct SumOptions {
     std::optional<double> value_bound, sigma_floor, sigma_ceiling;
 };
 
-// Double-limb accumulators, so that no frequency loses digits.
-uint32_t flags_of(const SumOptions &sums);
-// Sets sigma_floor and sigma_ceiling; with margins they allow sigmas from 1/8 of the smallest to 4 times the largest.
-void set_sigmas(const SumOptions &sums, double least, double largest, toliman_period_options &options);
-// Samples without sigma have sigma_floor, which is 1 unless it is given.
-void set_unweighted(const SumOptions &sums, toliman_period_options &options);
-// The options already have references and value_bound. An error names the options of the command line.
+// Offsets and bounds for samples, by toliman_period_suggest, with double-limb accumulators, so that no frequency loses
+// digits. sigma: NULL for samples without one, which have sigma_floor, 1 unless it is given.
+toliman_period_options options_for(const double *t, const double *y, const double *sigma, size_t n,
+                                   const SumOptions &sums);
+// An error names the options of the command line.
 toliman::periodogram make_periodogram(const FrequencyGrid &grid, const toliman_period_options &options);
 // Why a sample was refused, with the option that would admit it.
 std::string refusal(const toliman::periodogram &periodogram, double y, double sigma, bool from_state);
@@ -60,11 +58,10 @@ toliman_period_info info_of(const toliman::periodogram &periodogram);
 std::vector<double> power_of(const toliman_period *periodogram, int64_t nf,
                              int32_t normalisation = TOLIMAN_PERIOD_POWER_STANDARD);
 
-// Warns of a grid step above 1/(5 T), with T from the sums alone, and of inaccurate powers, each once: `warned` holds
-// the flags of toliman_period_sampling that were reported.
-void warn_while_following(const toliman::periodogram &periodogram, uint32_t &warned, Progress &progress);
-// All warnings, also of a peak at the edge. series: NULL if only the sums are known; then the median time step is
-// unknown.
-void warn_of_grid(const Periodogram &periodogram, const Series *series, Progress &progress);
+// Warns of a grid step above 1/(5 T), of inaccurate powers, of a peak at the edge and, if the series is known, of
+// frequencies above 1/(2 median dt). series: NULL if only the sums are known. peak_flags: of the highest peak, 0 for
+// none. warned: flags that were reported and are not reported again.
+void warn_of_grid(const toliman::periodogram &periodogram, const Series *series, uint32_t peak_flags, uint32_t &warned,
+                  Progress &progress);
 
 } // namespace cli

@@ -22,67 +22,61 @@ bool is_npy(const std::string &name) {
            std::memcmp(magic, "\x93NUMPY", sizeof magic) == 0;
 }
 
-double day_of(const Times &times, double number, const std::string &name, size_t row) {
-    try {
-        return times.day_of(formatted("%.17g", number));
-    } catch (const Failure &failure) {
-        malformed(name, "row " + std::to_string(row) + ", t: " + failure.what());
-    }
+void append(Series &series, const Sample &sample) {
+    series.t.push_back(sample.t);
+    series.y.push_back(sample.y);
+    if (sample.sigma > 0)
+        series.sigma.push_back(sample.sigma);
 }
 
-Series read_npy_series(const std::string &name, const TimeOptions &options) {
+// The rows pass the parser as text with all digits, so that their values and times have the rules of every series.
+Series read_npy_series(const std::string &name, SampleOptions options) {
     InputFile file(name);
     const toliman::NpyHeader header = read_npy_header(file);
-    if (header.type != "f8" || header.shape.size() != 2 || header.shape[1] < kFewestColumns ||
-        header.shape[1] > kMostColumns)
+    const size_t cols = header.shape.size() == 2 ? header.shape[1] : 0;
+    if (header.type != "f8" || cols < 2 || cols > 3)
         malformed(name, "must be a float64 array of shape [samples][2 or 3]: t, y and sigma");
-    const size_t rows = header.shape[0], cols = header.shape[1];
+    const size_t rows = header.shape[0];
     if (rows == 0)
         malformed(name, "contains no samples");
     const bool fits = rows <= (file.size() - header.size) / (cols * sizeof(double));
     std::vector<double> numbers(fits ? rows * cols : 0);
     if (!fits || !file.read(numbers.data(), numbers.size() * sizeof numbers[0]))
         malformed(name, "is truncated: it is shorter than its header states");
-    Times times(options);
-    times.begin("", "");
+    options.columns.clear();
+    SampleParser parser(nullptr, options);
     Series series;
     series.name = name;
-    series.time_scale = times.scale();
+    Sample sample = {};
+    parser.parse(cols == 3 ? "t,y,sigma" : "t,y", sample);
     for (size_t i = 0; i < rows; i++) {
         const double *row = &numbers[i * cols];
-        for (size_t k = 0; k < cols; k++)
-            if (const char *flaw = flaw_of(row[k], k))
-                malformed(name, "row " + std::to_string(i) + ", " + kSampleNames[k] + " = " + std::to_string(row[k]) +
-                                    ": " + flaw);
-        series.t.push_back(times.plain() ? row[0] : day_of(times, row[0], name, i));
-        series.y.push_back(row[1]);
-        if (cols == kMostColumns)
-            series.sigma.push_back(row[2]);
+        try {
+            parser.parse(formatted("%.17g,%.17g", row[0], row[1]) + (cols == 3 ? formatted(",%.17g", row[2]) : ""),
+                         sample);
+        } catch (const BadLine &bad) {
+            malformed(name, "row " + std::to_string(i) + ", " + bad.what());
+        }
+        append(series, sample);
     }
+    series.time_scale = parser.time_scale();
     return series;
 }
 
 } // namespace
 
-Series read_series(const std::string &name, const std::vector<std::string> &columns, const TimeOptions &times) {
+Series read_series(const std::string &name, const SampleOptions &options) {
     need(name, "a series of t, y[, sigma]", // or sums: the reader states how to give them
          {Content::npy, Content::text, Content::json, Content::result, Content::empty, Content::sums});
     if (is_npy(name))
-        return read_npy_series(name, times);
-    SampleReader reader(name, columns, times);
+        return read_npy_series(name, options);
+    SampleReader reader(name, options);
     Series series;
     series.name = reader.name();
-    for (Sample sample = {}; reader.next(sample);) {
-        series.t.push_back(sample.t);
-        series.y.push_back(sample.y);
-        if (reader.weighted())
-            series.sigma.push_back(sample.sigma);
-    }
+    for (Sample sample = {}; reader.next(sample);)
+        append(series, sample);
+    series.warning = reader.end(!series.t.empty());
     series.time_scale = reader.time_scale();
-    if (reader.truncated())
-        series.warning = reader.where() + kTruncatedWarning;
-    if (series.t.empty())
-        malformed(series.name, reader.empty() ? "is empty" : "contains no samples");
     return series;
 }
 

@@ -11,11 +11,10 @@ struct Series {
     std::string name;                // the file's name in messages
     std::vector<double> t, y, sigma; // sigma is empty if the file has none
     std::string warning = {};        // "" for none
-    std::string time_scale = {};     // as SampleReader
+    std::string time_scale = {};     // as SampleParser
 };
 
 // All samples of a file, at least one; also of .npy files, float64 [samples][2 or 3].
-Series read_series(const std::string &name, const std::vector<std::string> &columns = {},
-                   const TimeOptions &times = {});
+Series read_series(const std::string &name, const SampleOptions &options = {});
 
 } // namespace cli
