@@ -115,7 +115,7 @@ class Streams(Series):
                         arguments=("period", "bad.jsonl"))
         for array, why in ((numpy.zeros((4, 4)), "of shape [samples][2 or 3]"), (numpy.zeros(4), "of shape"),
                            (numpy.zeros((0, 2)), "contains no samples"),
-                           (numpy.array([[1, 2], [3, math.nan]]), "row 1, y = nan")):
+                           (numpy.array([[1, 2], [3, math.nan]]), 'row 1, y = "nan"')):
             numpy.save(self.folder / "bad.npy", array)
             self.refuse(3, "bad.npy: ", why, arguments=("period", "bad.npy"))
 
