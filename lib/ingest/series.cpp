@@ -7,10 +7,8 @@
 #include "ingest/series.hpp"
 
 #include <algorithm>
-#include <cctype>
-#include <clocale>
+#include <charconv>
 #include <cmath>
-#include <cstdlib>
 #include <cstring>
 
 #include "base/error.hpp"
@@ -63,12 +61,24 @@ std::string joined(const std::vector<std::string> &words) {
     return text;
 }
 
-// Whether the whole text, with any zero byte in it, is a number, with a decimal point in every locale of the host.
-bool number_of(const std::string &text, double &value) {
-    static const locale_t plain = ::newlocale(LC_ALL_MASK, "C", nullptr);
-    char *end = nullptr;
-    value = ::strtod_l(text.c_str(), &end, plain);
-    return !text.empty() && end == text.c_str() + text.size();
+// Whether the whole text, with any zero byte in it, is a number as strtod reads it, decimal or hexadecimal; with a
+// decimal point in every locale of the host. Numbers beyond the range of double become 0 or
+// infinite.
+bool number_of(const std::string &text, double &value) noexcept {
+    const char *at = text.data() + std::min(text.find_first_not_of(kSpace), text.size());
+    const char *const end = text.data() + text.size();
+    const bool negative = at < end && *at == '-';
+    at += negative || (at < end && *at == '+') ? 1 : 0;
+    const bool hex = end - at > 2 && at[0] == '0' && (at[1] == 'x' || at[1] == 'X');
+    at += hex ? 2 : 0;
+    if (at == end || *at == '-')
+        return false;
+    const auto [stop, error] =
+        std::from_chars(at, end, value, hex ? std::chars_format::hex : std::chars_format::general);
+    if (error == std::errc::result_out_of_range)
+        value = std::find(at, end, '-') != end ? 0 : HUGE_VAL; // a negative exponent: too small
+    value = negative ? -value : value;
+    return error != std::errc::invalid_argument && stop == end;
 }
 
 bool decimal_comma(const std::string &field) {

@@ -1,6 +1,7 @@
 // Times of FITS headers, which the program reads.
 #include <map>
 
+#include "common/failure.hpp"
 #include "downlink/frame_times.hpp"
 #include "fuzz.hpp"
 

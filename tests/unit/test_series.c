@@ -185,6 +185,19 @@ static void malformed(void **unused) {
     toliman_series_destroy(series);
 }
 
+static void numbers(void **unused) {
+    (void)unused;
+    toliman_series *series = made(kDefault);
+    assert_sample(series, "0x1.8p3,-0X1p-2,+0x1p+1", 12, -0.25, 2);
+    assert_sample(series, "1e-400,-1e-310,+1.5e+1", 0, -1e-310, 15);
+    assert_sample(series, "\" 5\",.5,5.", 5, 0.5, 5);
+    const char *const bad[] = {"1,2,+-5", "1,2,0x", "1,2,", "1,2,+", "1,1e400,1", "1,-1e400,1", "1,-inf,1", "1,1_0,1"};
+    toliman_series_sample sample;
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++)
+        assert_int_equal(parse(series, bad[i], &sample), TOLIMAN_E_FORMAT);
+    toliman_series_destroy(series);
+}
+
 static void lengths(void **unused) {
     (void)unused;
     static char line[65539];
@@ -334,9 +347,10 @@ static void options_are_checked(void **unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(separators),     cmocka_unit_test(names),     cmocka_unit_test(objects),
-        cmocka_unit_test(malformed),      cmocka_unit_test(lengths),   cmocka_unit_test(truncated_lines),
-        cmocka_unit_test(dates_and_days), cmocka_unit_test(bad_times), cmocka_unit_test(options_are_checked),
+        cmocka_unit_test(separators),          cmocka_unit_test(names),          cmocka_unit_test(objects),
+        cmocka_unit_test(malformed),           cmocka_unit_test(numbers),        cmocka_unit_test(lengths),
+        cmocka_unit_test(truncated_lines),     cmocka_unit_test(dates_and_days), cmocka_unit_test(bad_times),
+        cmocka_unit_test(options_are_checked),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
