@@ -1,26 +1,135 @@
 #include "series/series.hpp"
 
-#include <cstring>
-#include <fstream>
-#include <sys/stat.h>
+#include <CLI/App.hpp>
+#include <algorithm>
+#include <cctype>
+#include <map>
 
 #include "common/content.hpp"
 #include "common/input.hpp"
 #include "common/npy.hpp"
+#include "common/terminal.hpp"
 #include "common/text.hpp"
 
 namespace cli {
 
 namespace {
 
-// Regular files only: bytes that are read from a pipe cannot be read again.
-bool is_npy(const std::string &name) {
-    char magic[6] = {};
-    struct stat status = {};
-    return ::stat(name.c_str(), &status) == 0 && S_ISREG(status.st_mode) &&
-           std::ifstream(name, std::ios::binary).read(magic, sizeof magic) &&
-           std::memcmp(magic, "\x93NUMPY", sizeof magic) == 0;
+const std::map<std::string, int32_t> kFormats = {{"", 0},
+                                                 {"days", 0},
+                                                 {"iso", TOLIMAN_INGEST_FORMAT_ISO},
+                                                 {"mjd", TOLIMAN_INGEST_FORMAT_MJD},
+                                                 {"jd", TOLIMAN_INGEST_FORMAT_JD}};
+const std::map<std::string, int32_t> kScales = {{"", 0},
+                                                {"utc", TOLIMAN_INGEST_SCALE_UTC},
+                                                {"tai", TOLIMAN_INGEST_SCALE_TAI},
+                                                {"tt", TOLIMAN_INGEST_SCALE_TT},
+                                                {"tdb", TOLIMAN_INGEST_SCALE_TDB},
+                                                {"gps", TOLIMAN_INGEST_SCALE_GPS}};
+
+} // namespace
+
+void add_times(CLI::App &command, SampleOptions &options) {
+    command
+        .add_option("--time-format", options.time_format,
+                    "times are dates (iso), Modified Julian Days (mjd), Julian Days (jd) or plain numbers (days); "
+                    "default: from the first time and the column's name")
+        ->check(CLI::IsMember({"days", "iso", "jd", "mjd"}));
+    command
+        .add_option("--time-scale", options.time_scale,
+                    "time scale of dates, mjd and jd: utc (default), tai, tt, tdb or gps; utc becomes TAI")
+        ->check(CLI::IsMember({"utc", "tai", "tt", "tdb", "gps"}));
 }
+
+std::string result_scale(const std::string &scale) {
+    std::string result = scale.empty() || scale == "utc" ? "tai" : scale;
+    std::transform(result.begin(), result.end(), result.begin(),
+                   [](unsigned char letter) { return static_cast<char>(std::toupper(letter)); });
+    return result;
+}
+
+SampleParser::SampleParser(const char *name, const SampleOptions &options, uint32_t flags) : options_(options) {
+    auto how = toliman::sized<toliman_series_options>();
+    how.flags = flags | (options.time_format == "days" ? TOLIMAN_SERIES_PLAIN_TIMES : 0);
+    how.time_format = kFormats.at(options.time_format);
+    how.time_scale = kScales.at(options.time_scale);
+    how.name = name;
+    how.columns = options.columns.empty() ? nullptr : options.columns.c_str();
+    try {
+        parser_ = toliman::make<toliman::series_parser>(toliman_series_create, &how);
+    } catch (const toliman::error &error) {
+        if (error.field() != "options->columns")
+            throw;
+        throw Failure(kExitUsage, "--columns " + options.columns + ": must be T,Y or T,Y,SIGMA");
+    }
+}
+
+bool SampleParser::parse(const std::string &line, Sample &sample) {
+    sample = toliman::sized<Sample>();
+    const toliman_status status = toliman_series_parse(parser_.get(), line.data(), line.size(), &sample);
+    if (status != TOLIMAN_OK)
+        fail(status);
+    if (sample.found != 0 && !checked_)
+        check_times();
+    return sample.found != 0;
+}
+
+// Adds the option that would admit the line.
+void SampleParser::fail(toliman_status status) const {
+    const toliman::error error(status);
+    const int32_t format = info().time_format;
+    const bool by_name = options_.time_format.empty() && format != 0 && format != TOLIMAN_INGEST_FORMAT_ISO;
+    if (status == TOLIMAN_E_FORMAT)
+        throw BadLine(error.what() +
+                      std::string(by_name && error.field() == "t" ? "; --time-format days reads plain numbers" : ""));
+    if (status != TOLIMAN_E_MISMATCH)
+        throw error;
+    throw Failure(kExitInput,
+                  error.what() + (options_.columns.empty() ? ": name the columns with --columns T,Y or T,Y,SIGMA"
+                                                           : " (--columns " + options_.columns + ")"));
+}
+
+void SampleParser::check_times() {
+    const bool plain = info().time_format == 0;
+    if (plain && !options_.time_scale.empty())
+        throw Failure(kExitUsage,
+                      "--time-scale " + options_.time_scale +
+                          ": the times are plain numbers: give --time-format mjd or jd if they are such days");
+    if (!plain && options_.of_state && options_.time_scale.empty())
+        throw Failure(kExitUsage, "--from-state: sums contain no time scale: give that of these times by --time-scale");
+    checked_ = true;
+}
+
+std::string SampleParser::time_scale() const {
+    return info().time_format == 0 ? "" : result_scale(options_.time_scale);
+}
+
+SampleReader::SampleReader(const std::string &path, const SampleOptions &options, std::function<void()> on_idle)
+    : in_(path, on_idle ? on_idle : stop_if_asked),
+      parser_(in_.name().c_str(), options, on_idle ? TOLIMAN_SERIES_GROWING : 0) {}
+
+bool SampleReader::next(Sample &sample) {
+    for (std::string line; in_.next(line);) {
+        if (line.compare(0, 6, "\x93NUMPY") == 0)
+            malformed(name(), "is a .npy file: give its name, without --follow and --from-state");
+        if (line.compare(0, 4, "TLMP") == 0)
+            malformed(name(), "is a saved state: give it to --from-state");
+        if (in_.whole())
+            line += '\n';
+        if (parser_.parse(line, sample))
+            return true;
+    }
+    return false;
+}
+
+std::string SampleReader::end(bool samples) const {
+    const toliman_series_info info = parser_.info();
+    if (!samples)
+        malformed(name(), info.lines == 0 ? "is empty" : "contains no samples");
+    return info.truncated == 0 ? "" : where() + ": has no newline at its end; its last number may be truncated";
+}
+
+namespace {
 
 void append(Series &series, const Sample &sample) {
     series.t.push_back(sample.t);
@@ -68,7 +177,7 @@ Series read_npy_series(const std::string &name, SampleOptions options) {
 Series read_series(const std::string &name, const SampleOptions &options) {
     need(name, "a series of t, y[, sigma]", // or sums: the reader states how to give them
          {Content::npy, Content::text, Content::json, Content::result, Content::empty, Content::sums});
-    if (is_npy(name))
+    if (identify(name).content == Content::npy)
         return read_npy_series(name, options);
     SampleReader reader(name, options);
     Series series;

@@ -1,11 +1,74 @@
-// Reads whole time series: text, JSON Lines, or a .npy table.
+// Reads time series with the library's parser: line by line, or whole, also .npy tables.
 #pragma once
+#include <functional>
 #include <string>
 #include <vector>
 
-#include "series/sample_reader.hpp"
+#include <toliman/toliman.hpp>
+
+#include "common/failure.hpp"
+#include "common/library.hpp"
+#include "common/lines.hpp"
+
+namespace CLI {
+class App;
+}
 
 namespace cli {
+
+using Sample = toliman_series_sample;
+
+// Options of the command line; empty: the defaults of series.h.
+struct SampleOptions {
+    std::string columns, time_format, time_scale; // of --columns, --time-format and --time-scale
+    bool of_state = false; // the samples continue sums, whose time scale is unknown: time_scale must be given
+};
+void add_times(CLI::App &command, SampleOptions &options);
+
+// The scale of the resulting times: TAI for UTC, otherwise the same scale.
+std::string result_scale(const std::string &scale);
+
+// A line that is not a sample; later lines may be.
+class BadLine : public Failure {
+  public:
+    explicit BadLine(const std::string &text) : Failure(kExitInput, text) {}
+};
+
+class SampleParser {
+  public:
+    // name: of the input in messages, which begin with name:line; nullptr: without
+    SampleParser(const char *name, const SampleOptions &options, uint32_t flags = 0);
+    // False for a comment, an empty line or the line of names. BadLine for a malformed line.
+    bool parse(const std::string &line, Sample &sample);
+    toliman_series_info info() const { return info_from<toliman_series_info>(toliman_series_get_info, parser_.get()); }
+    std::string time_scale() const; // of Modified Julian Days; empty for plain numbers
+
+  private:
+    [[noreturn]] void fail(toliman_status status) const;
+    void check_times();
+    SampleOptions options_;
+    toliman::series_parser parser_;
+    bool checked_ = false; // the options suit the times
+};
+
+class SampleReader {
+  public:
+    // path: a file, or - for standard input. on_idle, as in LineSource, is for input that another process is still
+    // writing: a last line without newline may be truncated and is a BadLine.
+    SampleReader(const std::string &path, const SampleOptions &options, std::function<void()> on_idle = nullptr);
+
+    // False at the end.
+    bool next(Sample &sample);
+    const std::string &name() const noexcept { return in_.name(); } // the file's name in messages
+    std::string where() const { return name() + ":" + std::to_string(parser_.info().lines); } // the last line's
+    std::string time_scale() const { return parser_.time_scale(); }
+    // "FILE:LINE: has no newline ...", empty if the last line is complete. Failure if there were no samples.
+    std::string end(bool samples) const;
+
+  private:
+    LineSource in_;
+    SampleParser parser_;
+};
 
 struct Series {
     std::string name;                // the file's name in messages
