@@ -84,9 +84,9 @@ void SampleParser::fail(toliman_status status) const {
                       std::string(by_name && error.field() == "t" ? "; --time-format days reads plain numbers" : ""));
     if (status != TOLIMAN_E_MISMATCH)
         throw error;
-    throw Failure(kExitInput,
-                  error.what() + (options_.columns.empty() ? ": name the columns with --columns T,Y or T,Y,SIGMA"
-                                                           : " (--columns " + options_.columns + ")"));
+    const std::string hint = error.field().empty() ? " (--columns " + options_.columns + ")"
+                                                   : ": name the columns with --columns T,Y or T,Y,SIGMA";
+    throw Failure(kExitInput, error.what() + hint);
 }
 
 void SampleParser::check_times() {
