@@ -325,41 +325,21 @@ class Columns(ProgramTest):
 
     def test_refusals(self):
         self.refuse(3, "s.csv:1: has no column z among t,y,sigma", arguments=("period", "s.csv", "--columns", "t,z"))
-        self.refuse(2, "--columns t: must be T,Y or T,Y,SIGMA", arguments=("period", "s.csv", "--columns", "t"))
+        numpy.save(self.folder / "s.npy", numpy.ones((9, 2)))
+        for name in ("s.csv", "s.npy", "missing.csv"):
+            self.refuse(2, "--columns t: must be T,Y or T,Y,SIGMA", arguments=("period", name, "--columns", "t"))
         self.period("", "%d,%g,%g", lambda t, y, s: (t, y, s))
-        self.refuse(3, "s.csv:1: has no column names", arguments=("period", "s.csv", "--columns", "t,y"))
+        self.refuse(3, "s.csv:1: has no column names", "(--columns t,y)", arguments=("period", "s.csv", "--columns", "t,y"))
 
 
 class BadSeries(ProgramTest):
     def test_malformed_files(self):
+        """tests/unit/test_series.c has the rules of a line."""
         for text, *expected in (
             ("t,y\n1,2\n2,three\n", "bad.csv:3: y", "three", "finite number"),
-            ("t,y\n1,2\n2,nan\n", "bad.csv:3: y", "nan", "finite number"),
-            ("t,y,sigma\n1,2,1\n2,3,0\n", "bad.csv:3: sigma = \"0\"", "must be in [1e-98, 1e98]"),
-            ("t,y,sigma\n1,2,1\n2,3,-1\n", "bad.csv:3: sigma = \"-1\"", "must be in [1e-98, 1e98]"),
-            ("t,y,sigma\n1,2,1\n2,3\n", "bad.csv:3: has 2 columns", "have 3"),
-            ("1,2,3,4\n", "bad.csv:1: has 4 columns, separated by commas", "t,y or t,y,sigma"),
-            ("1 2 3 4\n", "bad.csv:1: has 4 columns, separated by white space", "t,y or t,y,sigma"),
-            ("t y\n1 2\n2 3 4\n", "bad.csv:3: has 3 columns", "have 2"),
-            ("1 2\n2,3\n", "bad.csv:2: has columns separated by commas: the lines before have white space"),
-            ("1;2\n2 3\n", "bad.csv:2: has columns separated by white space: the lines before have semicolons"),
-            ("t,y\n1;2\n", "bad.csv:2: has columns separated by semicolons: the lines before have commas"),
-            ("1 2 3\n2, 3, 4\n", 'bad.csv:2: t = "2,"', "columns are separated by white space"),
-            ("1.5;2\n2,5;3\n", 'bad.csv:2: t = "2,5"', "a decimal point, not a decimal comma"),
-            ("t;y\n1;2,25\n", 'bad.csv:2: y = "2,25"', "a decimal point, not a decimal comma"),
-            ("1,5 2,5 3\n", 'bad.csv:1: y = "5 2"', "columns are separated by commas"),
-            ("1,1e999\n", "bad.csv:1: y", "finite number"),
-            ("0,1\n1,2\n2,1 5\n", 'bad.csv:3: y = "1 5"', "finite number"),
-            ("0,1\n1,2\n2 ,1\t5\n", "bad.csv:3: y", "finite number"),
             ("0,1\n1,2\0junk\n", 'bad.csv:2: y = "2?junk"', "finite number"),
-            ("0,1\n1,\0\n", "bad.csv:2: y", "finite number"),
-            ("1 5,2 1\n1,2\n", 'bad.csv:1: t = "1 5"', "finite number"),
-            ("nan,inf\n1,2\n", "bad.csv:1: t", "finite number"),
             ("", "bad.csv: is empty"),
             ("t,y\n", "bad.csv: contains no samples"),
-            ("0,1\n1,1e300\n", "bad.csv:2: y", "1e300", "[-1e98, 1e98]"),
-            ("0,1\n-1e99,1\n", "bad.csv:2: t", "-1e99", "[-1e98, 1e98]"),
-            ("0,1,1\n1,1,1e-99\n", "bad.csv:2: sigma", "must be in [1e-98, 1e98]"),
             ("y,time\n1,2\n", "bad.csv:1: has no column t among y,time", "--columns"),
             ("BJD,RV\n1,2\n", "bad.csv:1: has no column t among BJD,RV", "--columns"),
             ("".join(f"{k},7.1\n" for k in range(20)), "bad.csv: ", "not all equal"),

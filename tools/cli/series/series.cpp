@@ -48,7 +48,8 @@ std::string result_scale(const std::string &scale) {
     return result;
 }
 
-SampleParser::SampleParser(const char *name, const SampleOptions &options, uint32_t flags) : options_(options) {
+SampleParser::SampleParser(const char *name, const SampleOptions &options, uint32_t flags)
+    : name_(name != nullptr ? name : ""), options_(options) {
     auto how = toliman::sized<toliman_series_options>();
     how.flags = flags | (options.time_format == "days" ? TOLIMAN_SERIES_PLAIN_TIMES : 0);
     how.time_format = kFormats.at(options.time_format);
@@ -84,8 +85,8 @@ void SampleParser::fail(toliman_status status) const {
                       std::string(by_name && error.field() == "t" ? "; --time-format days reads plain numbers" : ""));
     if (status != TOLIMAN_E_MISMATCH)
         throw error;
-    const std::string hint = error.field().empty() ? " (--columns " + options_.columns + ")"
-                                                   : ": name the columns with --columns T,Y or T,Y,SIGMA";
+    const std::string hint = error.field() == name_ ? " (--columns " + options_.columns + ")"
+                                                    : ": name the columns with --columns T,Y or T,Y,SIGMA";
     throw Failure(kExitInput, error.what() + hint);
 }
 
@@ -175,7 +176,8 @@ Series read_npy_series(const std::string &name, SampleOptions options) {
 } // namespace
 
 Series read_series(const std::string &name, const SampleOptions &options) {
-    need(name, "a series of t, y[, sigma]", // or sums: the reader states how to give them
+    const SampleParser options_are_valid(nullptr, options); // an error before the file is opened
+    need(name, "a series of t, y[, sigma]",                 // or sums: the reader states how to give them
          {Content::npy, Content::text, Content::json, Content::result, Content::empty, Content::sums});
     if (identify(name).content == Content::npy)
         return read_npy_series(name, options);

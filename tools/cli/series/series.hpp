@@ -46,6 +46,7 @@ class SampleParser {
   private:
     [[noreturn]] void fail(toliman_status status) const;
     void check_times();
+    std::string name_; // of the input; the field of an error that is not about one column
     SampleOptions options_;
     toliman::series_parser parser_;
     bool checked_ = false; // the options suit the times
