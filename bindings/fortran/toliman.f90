@@ -987,6 +987,51 @@ module toliman
         type(c_ptr) :: progress_data = c_null_ptr
     end type
 
+    ! Flags of toliman_series_options.
+    ! a line without newline at its end may be truncated and is malformed
+    integer(c_int32_t), parameter, public :: TOLIMAN_SERIES_GROWING = 1
+    ! times are plain numbers, also in a column named mjd or jd
+    integer(c_int32_t), parameter, public :: TOLIMAN_SERIES_PLAIN_TIMES = 2
+
+    ! Options of a parser. Since 0.2.
+    type, bind(C), public :: toliman_series_options
+        integer(c_int32_t) :: struct_size = 48
+        integer(c_int32_t) :: flags = 0 ! TOLIMAN_SERIES_...
+        ! TOLIMAN_INGEST_FORMAT_...; 0 = dates if the first time begins as YYYY-MM-DD; otherwise Modified or Julian
+        ! Days if the column is named mjd, jd, MJD or JD; otherwise numbers
+        integer(c_int32_t) :: time_format = 0
+        ! TOLIMAN_INGEST_SCALE_... of dates and days; 0 = UTC; not used for plain numbers
+        integer(c_int32_t) :: time_scale = 0
+        type(c_ptr) :: name = c_null_ptr ! name of the input: messages begin with "name:line: "; NULL = without
+        ! names of two or three columns or keys, "t,latent" or "t,latent,sigma"; NULL = "t,y" and, if present, sigma.
+        ! Without t, the first of mjd, jd, MJD and JD is the time
+        type(c_ptr) :: columns = c_null_ptr
+        type(c_ptr) :: leap_seconds = c_null_ptr ! [leap_second_count], as in toliman_ingest_parse_time
+        integer(c_size_t) :: leap_second_count = 0 ! 0 = the leap seconds of ERFA; leap_seconds may then be NULL
+    end type
+
+    ! Result of a line. Since 0.2.
+    type, bind(C), public :: toliman_series_sample
+        integer(c_int32_t) :: struct_size = 32 ! in: sizeof(toliman_series_sample)
+        integer(c_int32_t) :: found = 0 ! 1: the line is a sample; 0: a comment, an empty line or the line of names
+        real(c_double) :: t = 0.0_c_double ! sigma is 0 if the series has none; all are 0 unless found is 1
+        real(c_double) :: y = 0.0_c_double
+        real(c_double) :: sigma = 0.0_c_double
+    end type
+
+    ! Properties of the lines that were parsed. Since 0.2.
+    type, bind(C), public :: toliman_series_info
+        integer(c_int32_t) :: struct_size = 24 ! in: sizeof(toliman_series_info)
+        ! TOLIMAN_INGEST_FORMAT_... of the times, 0 for plain numbers and before the first time. Until the first
+        ! sample, every line determines it again
+        integer(c_int32_t) :: time_format = 0
+        ! TOLIMAN_INGEST_SCALE_... of the samples' Modified Julian Days, never UTC; 0 if time_format is 0
+        integer(c_int32_t) :: time_scale = 0
+        ! 1 if the last sample is columns without newline: its last number may be truncated
+        integer(c_int32_t) :: truncated = 0
+        integer(c_int64_t) :: lines = 0 ! lines, including empty and malformed ones
+    end type
+
     ! Verdicts, explained above.
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_VERDICT_ACCEPTED = 501
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_VERDICT_DUPLICATE = 502
@@ -1939,8 +1984,8 @@ module toliman
             integer(c_size_t), value :: n
             real(c_double), value :: mission_span
             real(c_double), intent(in), optional :: t(*), y(*), sigma(*)
-            real(c_double), intent(out) :: f0, df
-            integer(c_int64_t), intent(out) :: nf
+            real(c_double), intent(out), optional :: f0, df
+            integer(c_int64_t), intent(out), optional :: nf
             type(toliman_period_options), intent(inout), optional :: options
             integer(c_int32_t) :: answer
         end function
@@ -2218,6 +2263,46 @@ module toliman
             real(c_double), intent(in), optional :: sigma(*)
             type(toliman_period_bootstrap_options), intent(in), optional :: options
             real(c_double), intent(out) :: log10_residuals(*)
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Sets *options, a struct of `size` bytes, to the defaults.
+        subroutine toliman_series_options_init(options, size) bind(C)
+            import
+            integer(c_size_t), value :: size
+            type(toliman_series_options), intent(inout) :: options
+        end subroutine
+
+        ! Creates a parser. options NULL = the defaults.
+        function toliman_series_create(options, out) bind(C) result(answer)
+            import
+            type(toliman_series_options), intent(in), optional :: options
+            type(c_ptr), intent(out) :: out
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Destroys a parser.
+        subroutine toliman_series_destroy(series) bind(C)
+            import
+            type(c_ptr), value :: series
+        end subroutine
+
+        ! Parses the next line. line [length] bytes, with the newline at its end if the input has it; at most 65,536
+        ! bytes without it.
+        function toliman_series_parse(series, line, length, sample) bind(C) result(answer)
+            import
+            type(c_ptr), value :: series
+            integer(c_size_t), value :: length
+            character(kind=c_char), intent(in) :: line(*)
+            type(toliman_series_sample), intent(inout) :: sample
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Writes the properties to *out, whose struct_size must be set.
+        function toliman_series_get_info(series, out) bind(C) result(answer)
+            import
+            type(c_ptr), value :: series
+            type(toliman_series_info), intent(inout) :: out
             integer(c_int32_t) :: answer
         end function
 
@@ -2515,6 +2600,11 @@ module toliman
     public :: toliman_period_query_threshold
     public :: toliman_period_bootstrap_options_init
     public :: toliman_period_query_bootstrap
+    public :: toliman_series_options_init
+    public :: toliman_series_create
+    public :: toliman_series_destroy
+    public :: toliman_series_parse
+    public :: toliman_series_get_info
     public :: toliman_track_verdict_name
     public :: toliman_track_reason_name
     public :: toliman_track_options_init
@@ -2699,6 +2789,19 @@ module toliman
         procedure, private :: periodogram_assign
         generic :: assignment(=) => periodogram_assign
         final :: periodogram_final
+    end type
+
+    ! Parser of the lines of one series.
+    type, public :: toliman_series_parser
+        type(c_ptr) :: handle = c_null_ptr
+    contains
+        procedure :: create => series_parser_create
+        procedure :: parse => series_parser_parse
+        procedure :: get_info => series_parser_get_info
+        procedure :: destroy => series_parser_destroy
+        procedure, private :: series_parser_assign
+        generic :: assignment(=) => series_parser_assign
+        final :: series_parser_final
     end type
 
     ! Tracker. Functions that take a const tracker may run on one tracker from several threads; all others need
@@ -3806,8 +3909,8 @@ contains
     subroutine periodogram_suggest(t, y, sigma, mission_span, f0, df, nf, options, stat, errmsg)
         real(c_double), intent(in), optional, contiguous :: t(:), y(:), sigma(:)
         real(c_double), intent(in) :: mission_span
-        real(c_double), intent(out) :: f0, df
-        integer(c_int64_t), intent(out) :: nf
+        real(c_double), intent(out), optional :: f0, df
+        integer(c_int64_t), intent(out), optional :: nf
         type(toliman_period_options), intent(inout), optional :: options
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
@@ -4182,6 +4285,46 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
+    ! Creates a parser. options NULL = the defaults.
+    subroutine series_parser_create(self, options, stat, errmsg)
+        class(toliman_series_parser), intent(inout) :: self
+        type(toliman_series_options), intent(in), optional :: options
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        type(c_ptr) :: made
+        integer(c_int32_t) :: status
+        status = toliman_series_create(options, made)
+        if (status == TOLIMAN_OK) then
+            call self%destroy()
+            self%handle = made
+        end if
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Parses the next line. line [length] bytes, with the newline at its end if the input has it; at most 65,536 bytes
+    ! without it.
+    subroutine series_parser_parse(self, line, sample, stat, errmsg)
+        class(toliman_series_parser), intent(inout) :: self
+        character(len=*), intent(in) :: line
+        type(toliman_series_sample), intent(inout) :: sample
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_length
+        integer(c_int32_t) :: status
+        of_length = len(line, c_size_t)
+        status = toliman_series_parse(self%handle, line, of_length, sample)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Writes the properties to *out, whose struct_size must be set.
+    subroutine series_parser_get_info(self, out, stat, errmsg)
+        class(toliman_series_parser), intent(in) :: self
+        type(toliman_series_info), intent(inout) :: out
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        call conclude(toliman_series_get_info(self%handle, out), stat, errmsg)
+    end subroutine
+
     ! Returns the name of a verdict ("accepted"), "?" for an unknown one.
     function tracker_verdict_name(verdict) result(answer)
         integer(c_int32_t), intent(in) :: verdict
@@ -4501,6 +4644,25 @@ contains
         class(toliman_periodogram), intent(in) :: other
         if (c_associated(self%handle) .or. c_associated(other%handle)) &
             error stop 'libtoliman: a toliman_periodogram cannot be assigned'
+    end subroutine
+
+    ! Destroys the object; create may be called again.
+    impure elemental subroutine series_parser_destroy(self)
+        class(toliman_series_parser), intent(inout) :: self
+        call toliman_series_destroy(self%handle)
+        self%handle = c_null_ptr
+    end subroutine
+
+    impure elemental subroutine series_parser_final(self)
+        type(toliman_series_parser), intent(inout) :: self
+        call self%destroy()
+    end subroutine
+
+    subroutine series_parser_assign(self, other)
+        class(toliman_series_parser), intent(inout) :: self
+        class(toliman_series_parser), intent(in) :: other
+        if (c_associated(self%handle) .or. c_associated(other%handle)) &
+            error stop 'libtoliman: a toliman_series_parser cannot be assigned'
     end subroutine
 
     ! Destroys the object; create may be called again.

@@ -48,9 +48,9 @@ TOLIMAN_API void toliman_mask_options_init(toliman_mask_options *options, size_t
  * opd_nm or height_nm of the scene's mask; without one, an OPD of half the middle wavelength. options may be NULL. The
  * simulator is not needed afterwards, but the files that its scene names are read again. The caller destroys *out.
  * Without a time limit the result depends only on the scene, seed and count, not on threads.
- * Errors: TOLIMAN_E_SCENE if the scene's own bound is infinite, TOLIMAN_E_UNSUPPORTED for the engine PADDED_FFT,
- * and those of toliman_sim_create_file for the files of the scene. If
- * no mask is better, the call succeeds and toliman_mask_info.improved is 0. Since 0.2. */
+ * If no mask is better, the call succeeds and toliman_mask_info.improved is 0.
+ * Errors: TOLIMAN_E_SCENE if the scene's own bound is infinite, TOLIMAN_E_UNSUPPORTED for the engine PADDED_FFT, and
+ * those of toliman_sim_create_file for the files of the scene. Since 0.2. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_mask_search(const toliman_sim *sim,
                                                                   const toliman_mask_options *options,
                                                                   toliman_mask **out) TOLIMAN_NOEXCEPT;

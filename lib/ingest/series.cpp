@@ -117,7 +117,7 @@ template <class Has> std::string default_time_name(Has has) {
 
 json::Value object_of(const std::string &line) {
     try {
-        return json::parse(line, "is not a JSON object", json::Duplicates::kept);
+        return json::parse(line, "is not a JSON object", json::Form::line);
     } catch (const Error &error) {
         fail(error.status(), "%s", error.what()); // without the field, which is not a name
     }

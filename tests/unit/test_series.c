@@ -144,7 +144,7 @@ static void objects(void **unused) {
     assert_refused(kDefault, LINES("{\"t\": 1, \"y\": 2, \"sigma\": -1}"), TOLIMAN_E_FORMAT,
                    "rv.csv:1: sigma = -1: must be in [1e-98, 1e98]");
     assert_refused(kDefault, LINES("{\"t\": 1, \"y\": 2} 3"), TOLIMAN_E_FORMAT,
-                   "rv.csv:1: is not a JSON object: line 1, column ");
+                   "rv.csv:1: is not a JSON object: column ");
     assert_refused(kDefault, LINES("{\"t\": 1, \"y\": 1e999}"), TOLIMAN_E_FORMAT, "rv.csv:1: is not a JSON object");
     assert_refused(columns("t,v"), LINES("{\"t\": 1, \"y\": 1}"), TOLIMAN_E_FORMAT, "rv.csv:1: v: must be a number");
 }

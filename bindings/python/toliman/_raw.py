@@ -1302,6 +1302,75 @@ class toliman_period_bootstrap_options(Sized):
     ]
 
 
+class toliman_series(Structure):
+    """Parser of the lines of one series."""
+
+
+# Flags of toliman_series_options.
+TOLIMAN_SERIES_GROWING = 1  # a line without newline at its end may be truncated and is malformed
+TOLIMAN_SERIES_PLAIN_TIMES = 2  # times are plain numbers, also in a column named mjd or jd
+
+
+class toliman_series_options(Sized):
+    """Options of a parser. Since 0.2.
+    flags: TOLIMAN_SERIES_...
+    time_format: TOLIMAN_INGEST_FORMAT_...; 0 = dates if the first time begins as YYYY-MM-DD; otherwise
+        Modified or Julian Days if the column is named mjd, jd, MJD or JD; otherwise numbers
+    time_scale: TOLIMAN_INGEST_SCALE_... of dates and days; 0 = UTC; not used for plain numbers
+    name: name of the input: messages begin with "name:line: "; NULL = without
+    columns: names of two or three columns or keys, "t,latent" or "t,latent,sigma"; NULL = "t,y" and, if
+        present, sigma. Without t, the first of mjd, jd, MJD and JD is the time
+    leap_seconds: [leap_second_count], as in toliman_ingest_parse_time
+    leap_second_count: 0 = the leap seconds of ERFA; leap_seconds may then be NULL"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("flags", c_uint32),
+        ("time_format", c_int32),
+        ("time_scale", c_int32),
+        ("name", c_char_p),
+        ("columns", c_char_p),
+        ("leap_seconds", POINTER(toliman_leap_second)),
+        ("leap_second_count", c_size_t),
+    ]
+
+
+class toliman_series_sample(Sized):
+    """Result of a line. Since 0.2.
+    struct_size: in: sizeof(toliman_series_sample)
+    found: 1: the line is a sample; 0: a comment, an empty line or the line of names
+    t: sigma is 0 if the series has none; all are 0 unless found is 1
+    y: sigma is 0 if the series has none; all are 0 unless found is 1
+    sigma: sigma is 0 if the series has none; all are 0 unless found is 1"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("found", c_int32),
+        ("t", c_double),
+        ("y", c_double),
+        ("sigma", c_double),
+    ]
+
+
+class toliman_series_info(Sized):
+    """Properties of the lines that were parsed. Since 0.2.
+    struct_size: in: sizeof(toliman_series_info)
+    time_format: TOLIMAN_INGEST_FORMAT_... of the times, 0 for plain numbers and before the first time. Until
+        the first sample, every line determines it again
+    time_scale: TOLIMAN_INGEST_SCALE_... of the samples' Modified Julian Days, never UTC; 0 if time_format
+        is 0
+    truncated: 1 if the last sample is columns without newline: its last number may be truncated
+    lines: lines, including empty and malformed ones"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("time_format", c_int32),
+        ("time_scale", c_int32),
+        ("truncated", c_int32),
+        ("lines", c_int64),
+    ]
+
+
 class toliman_track(Structure):
     """Tracker. Functions that take a const tracker may run on one tracker from several threads; all others need exclusive
     use."""
@@ -1666,6 +1735,9 @@ OF_OBJECTS = {
     "toliman_period_query_fap": False,
     "toliman_period_query_threshold": False,
     "toliman_period_query_bootstrap": False,
+    "toliman_series_destroy": True,
+    "toliman_series_parse": True,
+    "toliman_series_get_info": False,
     "toliman_track_destroy": True,
     "toliman_track_push": True,
     "toliman_track_commit": True,
@@ -2431,9 +2503,9 @@ the pupil samples; finally the best masks are evaluated and improved with the fu
 opd_nm or height_nm of the scene's mask; without one, an OPD of half the middle wavelength. options may be NULL. The
 simulator is not needed afterwards, but the files that its scene names are read again. The caller destroys *out.
 Without a time limit the result depends only on the scene, seed and count, not on threads.
-Errors: TOLIMAN_E_SCENE if the scene's own bound is infinite, TOLIMAN_E_UNSUPPORTED for the engine PADDED_FFT,
-and those of toliman_sim_create_file for the files of the scene. If
-no mask is better, the call succeeds and toliman_mask_info.improved is 0. Since 0.2.""",
+If no mask is better, the call succeeds and toliman_mask_info.improved is 0.
+Errors: TOLIMAN_E_SCENE if the scene's own bound is infinite, TOLIMAN_E_UNSUPPORTED for the engine PADDED_FFT, and
+those of toliman_sim_create_file for the files of the scene. Since 0.2.""",
     ),
     "toliman_mask_destroy": (
         None, (("mask", POINTER(toliman_mask)),),
@@ -2469,7 +2541,8 @@ is read again as the same double. "" if no mask was better, and for NULL. Valid 
 options->struct_size must be set.
 
 The grid is f0 = 1.5/T and df = 0.1/T, up to 1/(2 s), with the time span T and the step s. *options receives
-double-limb accumulators, offsets and bounds for the samples.
+double-limb accumulators, offsets and bounds for the samples. f0, df and nf may be NULL together, for options of
+another grid; then one time suffices.
   mission_span  0: the samples are complete. > 0, in units of t: the samples grow until T = mission_span. The
                 bounds then accept values that spread 2^20 times as far and sigmas 8 times smaller to 4 times
                 larger. With n = 0 the step is 1
@@ -2785,6 +2858,38 @@ peak is (k + 1)/(count + 1). The detection threshold for a FAP of alpha is log10
 peaks with a lower log10_residual are significant. The bootstrap assumes no distribution of the noise. Each
 resampling takes the time to push all samples and query once; each thread needs the memory of a periodogram.
 Errors: as toliman_period_query_fit; TOLIMAN_E_CANCELLED.""",
+    ),
+    "toliman_series_options_init": (
+        None, (("options", POINTER(toliman_series_options)), ("size", c_size_t)),
+        """Sets *options, a struct of `size` bytes, to the defaults. Since 0.2.""",
+    ),
+    "toliman_series_create": (
+        c_int32, (("options", POINTER(toliman_series_options)), ("out", POINTER(POINTER(toliman_series)))),
+        """Creates a parser.
+  options  NULL = the defaults. Texts and leap seconds are copied
+The caller destroys *out. Errors: TOLIMAN_E_ARGUMENT, naming the option. Since 0.2.""",
+    ),
+    "toliman_series_destroy": (
+        None, (("series", POINTER(toliman_series)),),
+        """Destroys a parser. NULL is allowed. Since 0.2.""",
+    ),
+    "toliman_series_parse": (
+        c_int32, (
+            ("series", POINTER(toliman_series)),
+            ("line", c_char_p),
+            ("length", c_size_t),
+            ("sample", POINTER(toliman_series_sample)),
+        ),
+        """Parses the next line.
+  line    [length] bytes, with the newline at its end if the input has it; at most 65,536 bytes without it. A caller
+          whose lines are longer may pass 65,537 bytes of one. NULL if length is 0
+  sample  its struct_size must be set
+Errors: TOLIMAN_E_FORMAT for a malformed line; it counts as a line, and the next one can be parsed.
+TOLIMAN_E_MISMATCH if the input has no such columns: no line of it can be used. Since 0.2.""",
+    ),
+    "toliman_series_get_info": (
+        c_int32, (("series", POINTER(toliman_series)), ("out", POINTER(toliman_series_info))),
+        """Writes the properties to *out, whose struct_size must be set. Since 0.2.""",
     ),
     "toliman_track_verdict_name": (
         c_char_p, (("verdict", c_int32),),

@@ -80,16 +80,7 @@ std::vector<toliman_period_peak> peaks_of(const Periodogram &periodogram, size_t
     return peaks;
 }
 
-<<<<<<< HEAD
-=======
-void write_power(const std::string &path, const std::vector<double> &power) {
-    OutputFile out(path);
-    write_npy_header(out, {power.size()});
-    out.write(power.data(), power.size() * sizeof power[0]);
-    out.commit();
-}
-
-struct PeriodReport {
+struct Report {
     const Periodogram &periodogram;
     FrequencyGrid grid;
     int64_t samples;
@@ -97,79 +88,59 @@ struct PeriodReport {
     const Fap &fap;
     std::string time_scale; // of Modified Julian Days; empty for plain numbers
 
-    void print() const; // as text
-    std::string json() const;
+    double shortest() const { return 1 / (grid.f0 + grid.df * static_cast<double>(grid.nf - 1)); }
+    double longest() const { return 1 / grid.f0; } // infinite if the grid begins at 0
 };
 
-double shortest(const FrequencyGrid &grid) {
-    return 1 / (grid.f0 + grid.df * static_cast<double>(grid.nf - 1));
-}
-
-double longest(const FrequencyGrid &grid) {
-    return 1 / grid.f0; // infinite if the grid begins at 0
-}
-
-void print_peaks(const std::vector<toliman_period_peak> &peaks, const Fap &fap) {
-    for (size_t i = 1; i < peaks.size(); i++)
-        std::printf("peak %-6zu period %.6g, power %.6f, log10 FAP %s%s%s\n", i + 1, peaks[i].period, peaks[i].power,
-                    fap.text(peaks[i].log10_residual).c_str(),
-                    (peaks[i].flags & TOLIMAN_PERIOD_ALIAS) != 0 ? ", alias" : "",
-                    (peaks[i].flags & TOLIMAN_PERIOD_AT_EDGE) != 0 ? ", at the edge of the grid" : "");
-}
-
-std::vector<Json> peaks_json(const std::vector<toliman_period_peak> &peaks, const Fap &fap) {
-    return array_of(peaks, [&](const toliman_period_peak &peak) {
-        Json one;
-        one.set("frequency", peak.frequency).set("period", peak.period).set("power", peak.power);
-        one.set("log10_fap", fap.log10(peak.log10_residual)).set("fwhm_period", peak.fwhm_period);
-        one.set("alias", (peak.flags & TOLIMAN_PERIOD_ALIAS) != 0);
-        one.set("at_edge", (peak.flags & TOLIMAN_PERIOD_AT_EDGE) != 0);
-        return one;
-    });
-}
-
-void PeriodReport::print() const {
-    const toliman_period_peak &peak = periodogram.peak;
+void print_text(const Report &report) {
+    const toliman_period_peak &peak = report.periodogram.peak;
     const bool fitted = !std::isnan(peak.frequency_error); // otherwise from the sums alone
     std::printf("period      %s%s, half width %.3g, FWHM %.3g\n",
                 text_with_error(peak.period, peak.period_error).c_str(), fitted ? " (least squares)" : "",
                 peak.half_width_period, peak.fwhm_period);
     std::printf("amplitude   %s, offset %.6g\n", text_with_error(peak.amplitude, peak.amplitude_error).c_str(),
                 peak.offset);
-    std::printf("phase       %.4g rad at t = %.15g%s\n", peak.phase, periodogram.time_offset,
-                time_scale.empty() ? "" : (", Modified Julian Day in " + time_scale).c_str());
+    std::printf("phase       %.4g rad at t = %.15g%s\n", peak.phase, report.periodogram.time_offset,
+                report.time_scale.empty() ? "" : (", Modified Julian Day in " + report.time_scale).c_str());
     std::printf("power       %.6f at frequency %.8g\n", peak.power, peak.frequency);
-    const double residual = fap.residual_of(peak);
-    std::printf("log10 FAP   %s (%s)\n", fap.text(residual).c_str(), fap.how(residual).c_str());
-    print_peaks(peaks, fap);
-    std::printf("samples     %lld, grid %.6g + k %.6g, %lld frequencies\n", static_cast<long long>(samples), grid.f0,
-                grid.df, static_cast<long long>(grid.nf));
-    std::printf("searched    periods from %.6g to %.6g\n", shortest(grid), longest(grid));
+    const double residual = report.fap.residual_of(peak);
+    std::printf("log10 FAP   %s (%s)\n", report.fap.text(residual).c_str(), report.fap.how(residual).c_str());
+    for (size_t i = 1; i < report.peaks.size(); i++)
+        std::printf("peak %-6zu period %.6g, power %.6f, log10 FAP %s%s%s\n", i + 1, report.peaks[i].period,
+                    report.peaks[i].power, report.fap.text(report.peaks[i].log10_residual).c_str(),
+                    (report.peaks[i].flags & TOLIMAN_PERIOD_ALIAS) != 0 ? ", alias" : "",
+                    (report.peaks[i].flags & TOLIMAN_PERIOD_AT_EDGE) != 0 ? ", at the edge of the grid" : "");
+    std::printf("samples     %lld, grid %.6g + k %.6g, %lld frequencies\n", static_cast<long long>(report.samples),
+                report.grid.f0, report.grid.df, static_cast<long long>(report.grid.nf));
+    std::printf("searched    periods from %.6g to %.6g\n", report.shortest(), report.longest());
     print_stdout("");
 }
 
-std::string PeriodReport::json() const {
-    const toliman_period_peak &peak = periodogram.peak;
-    Json json, at, on, searched;
-    at.set("frequency", peak.frequency).set("period", peak.period).set("power", peak.power);
-    at.set("log10_residual", peak.log10_residual).set("fwhm_period", peak.fwhm_period);
-    at.set("half_width_period", peak.half_width_period).set("frequency_error", peak.frequency_error);
-    at.set("period_error", peak.period_error).set("amplitude", peak.amplitude);
-    at.set("amplitude_error", peak.amplitude_error);
-    at.set("phase", peak.phase).set("time_offset", periodogram.time_offset).set("offset", peak.offset);
-    at.set("log10_fap", fap.log10(fap.residual_of(peak))).set("at_edge", periodogram.at_edge());
-    on.set("f0", grid.f0).set("df", grid.df).set("nf", grid.nf);
-    json.set("schema", "toliman-period/2").set("n", samples);
-    time_scale.empty() ? json.set("time_scale", nullptr) : json.set("time_scale", time_scale);
-    json.set("peak", std::move(at)).set("fap_method", fap.method());
-    searched.set("shortest", shortest(grid)).set("longest", longest(grid));
-    json.set("grid", std::move(on)).set("searched", std::move(searched));
-    if (peaks.size() > 1)
-        json.set("peaks", peaks_json(peaks, fap));
+Json peak_json(const Report &report) {
+    const toliman_period_peak &peak = report.periodogram.peak;
+    return Json("frequency", peak.frequency, "period", peak.period, "power", peak.power, "log10_residual",
+                peak.log10_residual, "fwhm_period", peak.fwhm_period, "half_width_period", peak.half_width_period,
+                "frequency_error", peak.frequency_error, "period_error", peak.period_error, "amplitude", peak.amplitude,
+                "amplitude_error", peak.amplitude_error, "phase", peak.phase, "time_offset",
+                report.periodogram.time_offset, "offset", peak.offset, "log10_fap",
+                report.fap.log10(report.fap.residual_of(peak)), "at_edge", report.periodogram.at_edge());
+}
+
+std::string json_text(const Report &report) {
+    Json json("schema", "toliman-period/2", "n", report.samples, "time_scale", text_or_null(report.time_scale), "peak",
+              peak_json(report), "fap_method", report.fap.method(), "grid",
+              Json("f0", report.grid.f0, "df", report.grid.df, "nf", report.grid.nf), "searched",
+              Json("shortest", report.shortest(), "longest", report.longest()));
+    if (report.peaks.size() > 1)
+        json.set("peaks", array_of(report.peaks, [&](const toliman_period_peak &peak) {
+                     return Json("frequency", peak.frequency, "period", peak.period, "power", peak.power, "log10_fap",
+                                 report.fap.log10(peak.log10_residual), "fwhm_period", peak.fwhm_period, "alias",
+                                 (peak.flags & TOLIMAN_PERIOD_ALIAS) != 0, "at_edge",
+                                 (peak.flags & TOLIMAN_PERIOD_AT_EDGE) != 0);
+                 }));
     return json.text();
 }
 
->>>>>>> 32e1cce (cli: keep the reading of series in one file, and the report of period in its command)
 // Writes and prints the results. series: NULL if only the sums are known.
 void write_results(const Options &options, const Series *series, const Periodogram &periodogram, Progress &progress) {
     const std::string given = options.samples.time_scale.empty() ? "" : result_scale(options.samples.time_scale);
@@ -183,13 +154,13 @@ void write_results(const Options &options, const Series *series, const Periodogr
         write_npy(out, power_of(periodogram.handle.get(), info.nf, kNormalisations.at(options.normalisation)));
         out.commit();
     }
-    const PeriodReport report = {periodogram, {info.f0, info.df, info.nf},
-                                 info.count,  peaks_of(periodogram, options.peaks),
-                                 fap,         series != nullptr ? series->time_scale : given};
+    const Report report = {periodogram, {info.f0, info.df, info.nf},
+                           info.count,  peaks_of(periodogram, options.peaks),
+                           fap,         series != nullptr ? series->time_scale : given};
     if (options.as_json)
-        print_stdout(report.json());
+        print_stdout(json_text(report));
     else
-        report.print();
+        print_text(report);
 }
 
 void stream(const Options &options, Progress &progress) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <type_traits>
 #include <vector>
@@ -19,6 +20,9 @@ using JsonTree = std::unique_ptr<cJSON, FreeJson>;
 std::string text_of(const JsonTree &tree);
 std::string line_of(const cJSON *item);
 
+template <class> constexpr bool is_optional = false;
+template <class Value> constexpr bool is_optional<std::optional<Value>> = true;
+
 class Json {
   public:
     // The members as in set: name, value, name, value, ...
@@ -27,7 +31,7 @@ class Json {
             set(std::forward<Members>(members)...);
     }
     // Values: bool, integers (with all digits), double (15 digits; null if not finite), text, nullptr, Json, JsonTree,
-    // and vectors of these.
+    // and optional values (null if empty) and vectors of these.
     template <class Value, class... More> Json &set(const char *name, Value &&value, More &&...more) {
         cJSON_AddItemToObject(object_.get(), name, item_of(std::forward<Value>(value)));
         if constexpr (sizeof...(more) > 0)
@@ -57,6 +61,8 @@ class Json {
             return value.release();
         else if constexpr (std::is_convertible_v<Plain, std::string>)
             return cJSON_CreateString(std::string(value).c_str());
+        else if constexpr (is_optional<Plain>)
+            return value ? item_of(*value) : cJSON_CreateNull();
         else {
             cJSON *array = cJSON_CreateArray();
             for (auto &element : value)
@@ -67,6 +73,11 @@ class Json {
 
     JsonTree object_;
 };
+
+// For set().
+inline std::optional<std::string> text_or_null(const std::string &text) {
+    return text.empty() ? std::nullopt : std::optional(text);
+}
 
 // The JSON of every item, for set().
 template <class Items, class Work> std::vector<Json> array_of(const Items &items, Work json_of) {

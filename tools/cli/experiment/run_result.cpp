@@ -86,8 +86,7 @@ Json images_json(const std::vector<RunImage> &images) {
         const std::string file = kRunImages[i];
         Json json("file", "images/" + file, "what", image.what, "unit", image.unit, "shape", image.shape, "axis_unit",
                   image.axis_unit, "first_x", image.first_x, "first_y", image.first_y, "step", image.step, "min_nm",
-                  image.min_nm, "max_nm", image.max_nm);
-        image.reason.empty() ? json.set("reason", nullptr) : json.set("reason", image.reason);
+                  image.min_nm, "max_nm", image.max_nm, "reason", text_or_null(image.reason));
         list.set(file.substr(0, file.rfind('.')).c_str(), std::move(json));
     }
     return list;
