@@ -50,8 +50,7 @@ void read_times(const std::string &text) {
 } // namespace
 
 std::vector<Bytes> fuzz::seeds() {
-    return seeds_of({"MJD-AVG=60000.25\nTIMESYS='TAI'\ndays=0.5\n",
-                     "DATE-OBS='2016-12-31T23:59:60.5'\nEXPTIME=2.5E0\n",
+    return seeds_of({"MJD-AVG=60000.25\nTIMESYS='TAI'\ndays=0.5\n", "DATE-OBS='2016-12-31T23:59:60.5'\nEXPTIME=2.5E0\n",
                      "MJD-BEG=57753.99\nXPOSURE=1\nTIMESYS='GPS'\n"});
 }
 
