@@ -143,9 +143,8 @@ void merge_folders(Options &options, Progress &progress) {
     } else { // the ledger comes first, then the grid and clock of the first folder
         open_tracker(how, progress);
         ::unlink((out + kSetup).c_str());
-        const std::string text = whole_text(folders.front() + kSetup);
         OutputFile copy(out + kSetup);
-        copy.write(text.data(), text.size());
+        copy.write(whole_text(folders.front() + kSetup));
         copy.commit();
         how.nf = 0;
     }

@@ -37,8 +37,7 @@ void move_files(cJSON *item, const std::filesystem::path &from, const std::files
 void write_scene(OutputFile &out, const std::string &path, const std::string &folder, const JsonTree &tree) {
     const std::filesystem::path to = std::filesystem::path(path).parent_path();
     move_files(tree.get(), folder, to.empty() ? "." : to);
-    const std::string text = text_of(tree);
-    out.write(text.data(), text.size());
+    out.write(text_of(tree));
     out.commit();
 }
 
@@ -50,17 +49,12 @@ struct Result {
 
 void print_json(Result result, uint64_t seed) {
     const toliman_mask_info &info = result.info;
-    Json json;
-    json.set("schema", "toliman-pupil/1").set("version", toliman_version());
-    json.set("scene", result.scene).set("seed", seed).set("judged", info.tried);
-    json.set("crb_before_px", info.crb_before_px).set("crb_px", info.crb_px);
-    json.set("peak_to_mean_before", info.peak_to_mean_before).set("peak_to_mean", info.peak_to_mean);
-    json.set("light_in_frame_before", info.light_in_frame_before).set("light_in_frame", info.light_in_frame);
-    if (result.mask)
-        json.set("mask", std::move(result.mask));
-    else
-        json.set("mask", nullptr);
-    print_stdout(json.text());
+    print_stdout(Json("schema", "toliman-pupil/1", "version", toliman_version(), "scene", result.scene, "seed", seed,
+                      "judged", info.tried, "crb_before_px", info.crb_before_px, "crb_px", info.crb_px,
+                      "peak_to_mean_before", info.peak_to_mean_before, "peak_to_mean", info.peak_to_mean,
+                      "light_in_frame_before", info.light_in_frame_before, "light_in_frame", info.light_in_frame,
+                      "mask", std::move(result.mask))
+                     .text());
 }
 
 void print_line(const char *what, double crb_px, double peak_to_mean, double light_in_frame) {

@@ -22,9 +22,8 @@ std::string line_of(const cJSON *item) {
     return text_from(cJSON_PrintUnformatted(item));
 }
 
-Json &Json::set_exact(const char *name, double value) {
-    cJSON_AddRawToObject(object_.get(), name, std::isfinite(value) ? formatted("%.17g", value).c_str() : "null");
-    return *this;
+JsonTree exact(double value) {
+    return JsonTree(cJSON_CreateRaw(std::isfinite(value) ? formatted("%.17g", value).c_str() : "null"));
 }
 
 } // namespace cli

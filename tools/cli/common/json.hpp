@@ -30,15 +30,14 @@ class Json {
         if constexpr (sizeof...(members) > 0)
             set(std::forward<Members>(members)...);
     }
-    // Values: bool, integers (with all digits), double (15 digits; null if not finite), text, nullptr, Json, JsonTree,
-    // and optional values (null if empty) and vectors of these.
+    // Values: bool, integers (with all digits), double (15 digits; null if not finite), text, Json, JsonTree (null if
+    // empty), and optional values (null if empty) and vectors of these.
     template <class Value, class... More> Json &set(const char *name, Value &&value, More &&...more) {
         cJSON_AddItemToObject(object_.get(), name, item_of(std::forward<Value>(value)));
         if constexpr (sizeof...(more) > 0)
             set(std::forward<More>(more)...);
         return *this;
     }
-    Json &set_exact(const char *name, double value); // 17 digits: the same bits are read again
     std::string text() const { return text_of(object_); }
     std::string line() const { return line_of(object_.get()) + "\n"; }
     const cJSON *tree() const noexcept { return object_.get(); }
@@ -53,12 +52,10 @@ class Json {
             return cJSON_CreateRaw(std::to_string(value).c_str());
         else if constexpr (std::is_floating_point_v<Plain>)
             return std::isfinite(value) ? cJSON_CreateNumber(value) : cJSON_CreateNull();
-        else if constexpr (std::is_same_v<Plain, std::nullptr_t>)
-            return cJSON_CreateNull();
         else if constexpr (std::is_same_v<Plain, Json>)
             return value.object_.release();
         else if constexpr (std::is_same_v<Plain, JsonTree>)
-            return value.release();
+            return value ? value.release() : cJSON_CreateNull();
         else if constexpr (std::is_convertible_v<Plain, std::string>)
             return cJSON_CreateString(std::string(value).c_str());
         else if constexpr (is_optional<Plain>)
@@ -74,9 +71,17 @@ class Json {
     JsonTree object_;
 };
 
+// For set(): 17 digits, so that the same bits are read again; null if not finite.
+JsonTree exact(double value);
+
 // For set().
 inline std::optional<std::string> text_or_null(const std::string &text) {
     return text.empty() ? std::nullopt : std::optional(text);
+}
+
+// For set(): the value, or null if it is not known.
+template <class Value> std::optional<std::decay_t<const Value &>> if_known(bool is_known, const Value &value) {
+    return is_known ? std::optional<std::decay_t<const Value &>>(value) : std::nullopt;
 }
 
 // The JSON of every item, for set().

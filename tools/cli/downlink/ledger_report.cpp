@@ -45,10 +45,8 @@ bool is_known(const toliman_track_record &line) noexcept {
 }
 
 Json session_json(const toliman_track_stream &stream) {
-    Json json;
-    json.set("session", stream.session).set("roi", stream.roi);
-    json.set("first_id", stream.first_id).set("last_id", stream.last_id);
-    return std::move(json.set("frames", stream.frames).set("missing", stream.missing));
+    return Json("session", stream.session, "roi", stream.roi, "first_id", stream.first_id, "last_id", stream.last_id,
+                "frames", stream.frames, "missing", stream.missing);
 }
 
 void write_periodogram(const toliman_period *sums, const toliman_track_options &how, OutputFile &out) {
@@ -82,18 +80,15 @@ void print_records(const toliman::tracker &tracker) {
     each_line(tracker, [&](const toliman_track_record &line, std::string &text) {
         if (line.verdict == TOLIMAN_TRACK_VERDICT_MERGED)
             return;
-        const auto found = names.find(line.stream);
-        const bool is_named = found != names.end();
-        Json json;
-        json.set("schema", "toliman-record/1");
-        is_named ? json.set("session", std::string(found->second.session)) : json.set("session", nullptr);
-        is_named ? json.set("roi", std::string(found->second.roi)) : json.set("roi", nullptr);
-        json.set("frame_id", line.frame_id).set("camera_ns", line.camera_ns);
-        json.set("verdict", std::string(toliman_track_verdict_name(line.verdict)));
+        const bool is_named = names.count(line.stream) > 0;
+        const toliman_track_stream stream = is_named ? names.at(line.stream) : toliman_track_stream{};
+        Json json("schema", "toliman-record/1", "session", if_known(is_named, stream.session), "roi",
+                  if_known(is_named, stream.roi), "frame_id", line.frame_id, "camera_ns", line.camera_ns, "verdict",
+                  toliman_track_verdict_name(line.verdict));
         if (line.verdict == TOLIMAN_TRACK_VERDICT_REJECTED)
-            json.set("reason", std::string(toliman_track_reason_name(line.reason)));
+            json.set("reason", toliman_track_reason_name(line.reason));
         else
-            json.set("tai_ns", line.tai_ns).set_exact("value", line.value).set_exact("sigma", line.sigma);
+            json.set("tai_ns", line.tai_ns, "value", exact(line.value), "sigma", exact(line.sigma));
         text += json.set("dropped", line.dropped).line();
     });
 }
@@ -133,14 +128,12 @@ void print_missing(const toliman::tracker &tracker) {
 
 Json status_json(const toliman::tracker &tracker, const toliman_track_options &how, const PeriodFacts &period) {
     const toliman_track_info info = info_of(tracker);
-    Json json, grid;
-    json.set("schema", "toliman-track-status/2").set("folder", how.folder);
+    Json json("schema", "toliman-track-status/2", "folder", how.folder);
     period.add_to(json);
     add_counts(tracker, json);
-    json.set("records", info.records).set("sigma", info.sigma);
-    grid.set("f0", how.f0).set("df", how.df).set("nf", how.nf).set("time_offset_ns", how.time_offset_ns);
-    json.set("grid", std::move(grid)).set("clock", how.clock_points > 0);
-    json.set("streams", array_of(streams_of(tracker), session_json));
+    json.set("records", info.records, "sigma", info.sigma, "grid",
+             Json("f0", how.f0, "df", how.df, "nf", how.nf, "time_offset_ns", how.time_offset_ns), "clock",
+             how.clock_points > 0, "streams", array_of(streams_of(tracker), session_json));
     add_timing(how, json);
     return json;
 }
@@ -148,22 +141,17 @@ Json status_json(const toliman::tracker &tracker, const toliman_track_options &h
 void write_results(const toliman::tracker &tracker, const toliman_track_options &how, const PeriodFacts &period,
                    const std::string &path) {
     OutputFolder folder(path);
-    OutputFile result(folder.file("result.json")), series(folder.file("series.csv")),
-        periodogram(folder.file("periodogram.csv"));
+    OutputFile &result = folder.open("result.json"), &series = folder.open("series.csv");
     series.write(std::string(kSeriesMark));
-    print_series(tracker, how, [&](const std::string &text) { series.write(text.data(), text.size()); });
+    print_series(tracker, how, [&](const std::string &text) { series.write(text); });
     const toliman_period *sums = nullptr;
     toliman::check(toliman_track_get_period(tracker.get(), &sums));
-    write_periodogram(sums, how, periodogram);
-    Json json;
-    json.set("schema", "toliman-state/1").set("version", toliman_version()).set("provenance", provenance());
-    json.set("unit_s", how.unit_ns * 1e-9).set("power_at_fap_1e-3", power_at_fap_1e_3(sums));
-    const std::string text = json.set("status", status_json(tracker, how, period)).text();
-    result.write(text.data(), text.size());
-    series.commit();
-    periodogram.commit();
-    result.commit(); // last: a result.json implies that the other files are complete
-    folder.keep();
+    write_periodogram(sums, how, folder.open("periodogram.csv"));
+    result.write(Json("schema", "toliman-state/1", "version", toliman_version(), "provenance", provenance(), "unit_s",
+                      how.unit_ns * 1e-9, "power_at_fap_1e-3", power_at_fap_1e_3(sums), "status",
+                      status_json(tracker, how, period))
+                     .text());
+    folder.commit("result.json"); // a result.json implies that the other files are complete
 }
 
 } // namespace cli

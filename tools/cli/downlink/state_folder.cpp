@@ -145,13 +145,13 @@ PeriodFacts::PeriodFacts(const toliman::tracker &tracker, Fit fit) {
 }
 
 void PeriodFacts::add_to(Json &json) const {
+    std::optional<Json> fit;
+    if (fit_)
+        add_members(fit.emplace(), kFit, fit_);
     json.set("n", count_);
     add_members(json, kPeak, peak_);
-    json.set("log10_fap_sequential", sequential_);
-    json.set("at_edge", peak_ && (peak_->flags & TOLIMAN_PERIOD_AT_EDGE) != 0);
-    Json fit;
-    add_members(fit, kFit, fit_);
-    fit_ ? json.set("fit", std::move(fit)) : json.set("fit", nullptr);
+    json.set("log10_fap_sequential", sequential_, "at_edge", peak_ && (peak_->flags & TOLIMAN_PERIOD_AT_EDGE) != 0,
+             "fit", std::move(fit));
 }
 
 std::string PeriodFacts::text() const {
@@ -170,8 +170,7 @@ const char *stamp_name(int32_t stamp) noexcept {
 }
 
 void add_timing(const toliman_track_options &settings, Json &json) {
-    json.set("stamp", stamp_name(settings.stamp))
-        .set("exposure_s", settings.exposure_s > 0 ? settings.exposure_s : NAN); // null: unknown
+    json.set("stamp", stamp_name(settings.stamp), "exposure_s", if_known(settings.exposure_s > 0, settings.exposure_s));
 }
 
 void add_counts(const toliman::tracker &tracker, Json &json) {

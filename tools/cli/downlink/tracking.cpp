@@ -63,25 +63,16 @@ bool has_value(const toliman_track_outcome &outcome) noexcept {
     return outcome.verdict == TOLIMAN_TRACK_VERDICT_ACCEPTED || outcome.verdict == TOLIMAN_TRACK_VERDICT_OUTLIER;
 }
 
-template <class Value> void set_known(bool is_known, Json &line, const char *name, const Value &value) {
-    is_known ? line.set(name, value) : line.set(name, nullptr);
-}
-
 // A line toliman-frame/2. has_key, has_time: the frame's name and time are known; reason: NULL unless it is rejected.
 std::string frame_line(const toliman_frame &frame, bool has_key, bool has_time, const std::string &place,
                        const char *reason, const toliman_track_outcome &outcome) {
-    Json line;
-    line.set("schema", "toliman-frame/2");
-    set_known(has_key, line, "session", frame.session);
-    set_known(has_key, line, "roi", frame.roi);
-    set_known(has_key, line, "frame_id", frame.frame_id);
-    line.set("verdict", toliman_track_verdict_name(outcome.verdict));
-    set_known(reason != nullptr, line, "reason", reason);
-    set_known(has_time, line, "camera_ns", frame.camera_ns);
-    line.set("input", place);
-    set_known(has_value(outcome), line, "tai_ns", outcome.tai_ns);
-    line.set_exact("value", has_value(outcome) ? outcome.value : NAN);
-    return line.set("chi_square", outcome.chi_square).line(); // null if there is none
+    const bool known = has_value(outcome);
+    return Json("schema", "toliman-frame/2", "session", if_known(has_key, frame.session), "roi",
+                if_known(has_key, frame.roi), "frame_id", if_known(has_key, frame.frame_id), "verdict",
+                toliman_track_verdict_name(outcome.verdict), "reason", if_known(reason != nullptr, reason), "camera_ns",
+                if_known(has_time, frame.camera_ns), "input", place, "tai_ns", if_known(known, outcome.tai_ns), "value",
+                exact(known ? outcome.value : NAN), "chi_square", outcome.chi_square) // null if there is none
+        .line();
 }
 
 // Whether the clock table was extrapolated for a time. A single pair is a difference of clocks that has no ends.
@@ -215,25 +206,20 @@ void Tracking::report(Severity severity, const std::string &warning, const std::
         warn(input, text);
     else
         severity == Severity::warning ? progress_.warn(input + ": " + text) : progress_.tell(input + ": " + text);
-    Json line;
-    line.set("schema", "toliman-track-warning/1").set("warning", warning);
-    say(line.set("input", input).set("text", text).line());
+    say(Json("schema", "toliman-track-warning/1", "warning", warning, "input", input, "text", text).line());
 }
 
 std::string Tracking::update(Fit fit) {
     since_update_ = 0;
     const PeriodFacts period(tracker_, fit);
-    Json line;
-    line.set("schema", "toliman-track-update/2");
+    Json line("schema", "toliman-track-update/2");
     period.add_to(line);
     add_counts(tracker_, line);
     add_timing(settings_, line);
-    line.set("bad_lines", reasons_[TOLIMAN_INGEST_REASON_BAD_LINE])
-        .set("short_frames", reasons_[TOLIMAN_INGEST_REASON_SHORT_FILE] + reasons_[TOLIMAN_INGEST_REASON_PLACE_UNKNOWN])
-        .set("clock_jumps", reasons_[TOLIMAN_INGEST_REASON_CLOCK_JUMP])
-        .set("long_files", reasons_[TOLIMAN_INGEST_REASON_EXTRA_BYTES])
-        .set("unreadable_inputs", unreadable_)
-        .set("passed_over", skipped_);
+    line.set("bad_lines", reasons_[TOLIMAN_INGEST_REASON_BAD_LINE], "short_frames",
+             reasons_[TOLIMAN_INGEST_REASON_SHORT_FILE] + reasons_[TOLIMAN_INGEST_REASON_PLACE_UNKNOWN], "clock_jumps",
+             reasons_[TOLIMAN_INGEST_REASON_CLOCK_JUMP], "long_files", reasons_[TOLIMAN_INGEST_REASON_EXTRA_BYTES],
+             "unreadable_inputs", unreadable_, "passed_over", skipped_);
     say(line.line());
     const std::string skipped = skipped_ > 0 ? ", " + std::to_string(skipped_) + " skipped" : "";
     return period.text() + ", " + std::to_string(info_of(tracker_).accepted) + " frames" + skipped;

@@ -118,7 +118,7 @@ void Journal::add(const Row &row) {
     Json line;
     for_members(row, [&](const char *key, const auto &value) {
         if constexpr (std::is_same_v<decltype(value), const double &>)
-            line.set_exact(key, value);
+            line.set(key, exact(value));
         else
             line.set(key, value);
     });

@@ -69,12 +69,12 @@ void set_references(const Pipeline &pipeline, Json &json) {
     json.set("template",
              Json("sigma_px", pipeline.estimate.sigma_px, "period_days", estimate.period, "period_error_days",
                   estimate.period_error, "log10_fap", estimate.log10_fap, "fwhm_period_days", estimate.fwhm_period));
+    std::optional<Json> true_series;
     if (truth.period > 0)
-        json.set("true_series", Json("period_days", truth.period, "half_width_period_days", truth.half_width_period,
-                                     "fwhm_period_days", truth.fwhm_period, "log10_fap", truth.log10_fap));
-    else
-        json.set("true_series", nullptr);
-    json.set("no_signal", Json("log10_fap", pipeline.no_signal.peak.log10_fap, "frames", pipeline.control_frames));
+        true_series.emplace("period_days", truth.period, "half_width_period_days", truth.half_width_period,
+                            "fwhm_period_days", truth.fwhm_period, "log10_fap", truth.log10_fap);
+    json.set("true_series", std::move(true_series), "no_signal",
+             Json("log10_fap", pipeline.no_signal.peak.log10_fap, "frames", pipeline.control_frames));
     json.set("untrained",
              Json("log10_fap", pipeline.untrained.peak.log10_fap, "sigma_px", pipeline.untrained.sigma_px));
 }

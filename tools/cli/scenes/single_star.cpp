@@ -13,21 +13,15 @@ constexpr double kPhotons = 1e9; // of the star: far above the least that a scen
 
 Json band_of(const SingleStar &star) {
     constexpr double most_steps = 1000;
-    Json band;
     const double width = star.max_nm - star.min_nm, steps = std::min(std::ceil(width), most_steps);
-    if (width > 0)
-        band.set("min_nm", star.min_nm).set("max_nm", star.max_nm).set("step_nm", width / steps);
-    else
-        band.set("wavelength_nm", star.min_nm);
-    return band;
+    return width > 0 ? Json("min_nm", star.min_nm, "max_nm", star.max_nm, "step_nm", width / steps)
+                     : Json("wavelength_nm", star.min_nm);
 }
 
 Json signal_of(double amplitude_px) {
     constexpr double half_pi = 1.5707963267948966; // the one frame has the largest displacement
-    Json signal;
-    signal.set("kind", "sinusoid").set("star", "A").set("amplitude_px", amplitude_px);
-    signal.set("period_days", 1.0).set("phase_rad", half_pi);
-    return signal;
+    return Json("kind", "sinusoid", "star", "A", "amplitude_px", amplitude_px, "period_days", 1.0, "phase_rad",
+                half_pi);
 }
 
 std::vector<double> fractions(std::vector<double> image) {
@@ -39,14 +33,11 @@ std::vector<double> fractions(std::vector<double> image) {
 } // namespace
 
 Scene single_star(const std::string &path, const cJSON *telescope, const SingleStar &star) {
-    Json json, stars, a, spectrum, cadence, detector;
-    spectrum.set("kind", "blackbody").set("temperature_k", 5790.0);
-    a.set("spectrum", std::move(spectrum)).set("photons_per_s", kPhotons);
-    stars.set("A", std::move(a));
-    cadence.set("frames", 1.0).set("exposure_s", 1.0);
-    detector.set("shape", std::vector<size_t>{star.side, star.side}).set("pixel_scale_arcsec", star.pixel_scale_arcsec);
-    json.set("schema", "toliman-scene/1").set("telescope", copy_of(telescope)).set("band", band_of(star));
-    json.set("stars", std::move(stars)).set("cadence", std::move(cadence)).set("detector", std::move(detector));
+    const std::vector<size_t> shape = {star.side, star.side};
+    Json a("spectrum", Json("kind", "blackbody", "temperature_k", 5790.0), "photons_per_s", kPhotons);
+    Json json("schema", "toliman-scene/1", "telescope", copy_of(telescope), "band", band_of(star), "stars",
+              Json("A", std::move(a)), "cadence", Json("frames", 1.0, "exposure_s", 1.0), "detector",
+              Json("shape", shape, "pixel_scale_arcsec", star.pixel_scale_arcsec));
     if (star.amplitude_px > 0)
         json.set("signal", signal_of(star.amplitude_px));
     return {path, json.set("accuracy", star.accuracy).text()};

@@ -116,9 +116,8 @@ std::vector<unsigned char> state_bytes(const toliman::periodogram &periodogram) 
 }
 
 void save_state(const toliman::periodogram &periodogram, const std::string &path) {
-    const std::vector<unsigned char> bytes = state_bytes(periodogram);
     OutputFile out(path);
-    out.write(bytes.data(), bytes.size());
+    out.write(state_bytes(periodogram));
     out.commit();
 }
 
