@@ -17,6 +17,7 @@
 #include "common/output.hpp"
 #include "common/provenance.hpp"
 #include "common/text.hpp"
+#include "experiment/theory.hpp"
 #include "frames/fits.hpp"
 #include "options/command.hpp"
 
@@ -53,9 +54,8 @@ Sync sync_in(const std::string &folder) {
         ::close(descriptor);
         ::unlink(name.c_str());
     }
-    std::sort(times.begin(), times.end());
     if (good)
-        sync.milliseconds = times[times.size() / 2];
+        sync.milliseconds = median(times);
     return sync;
 }
 

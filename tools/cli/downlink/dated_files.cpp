@@ -37,7 +37,7 @@ class DatedFile : public FrameSource {
             const size_t k = frame_++;
             frame = toliman::sized<toliman_frame>();
             frame.frame_id = first_id_ + static_cast<int64_t>(k);
-            if (frame.frame_id < wanted_.first || frame.frame_id >= wanted_.end)
+            if (!wanted_.contains(frame.frame_id))
                 continue;
             std::vector<double> &pixels = buffers_[next_++ % buffers_.size()];
             pixels.resize((file_->frame_size() + sizeof(double) - 1) / sizeof(double));

@@ -151,8 +151,8 @@ std::shared_ptr<PairSource> Downlink::open_pair(const std::string &path) const {
     options.exposure_s = settings.exposure_s;
     options.rows = settings.rows;
     options.cols = settings.cols;
-    options.first_id = options_.frames.is_all() ? 0 : options_.frames.first;
-    options.end_id = options_.frames.is_all() ? 0 : options_.frames.end;
+    options.first_id = options_.frames.first;
+    options.end_id = options_.frames.end;
     options.buffers = static_cast<uint32_t>(tracking_.batch());
     return std::make_shared<PairSource>(path, options);
 }

@@ -6,10 +6,10 @@
 
 namespace cli {
 
-// Frame ids first ... end - 1.
+// Frame ids first ... end - 1; all ids if both are 0.
 struct FrameIds {
-    int64_t first = INT64_MIN, end = INT64_MAX;
-    bool is_all() const noexcept { return first == INT64_MIN && end == INT64_MAX; }
+    int64_t first = 0, end = 0;
+    bool contains(int64_t id) const noexcept { return first == end || (id >= first && id < end); }
 };
 
 class FrameSource {

@@ -35,12 +35,10 @@ std::vector<double> shape_of(const Scene &scene, const Cadence &cadence) {
 // Linear regression of the values on the true displacements.
 void regress(const std::vector<double> &truth, const std::vector<double> &values, Row &row) {
     const double centre = mean(truth), level = mean(values);
-    double square = 0, product = 0, residual = 0;
-    for (size_t i = 0; i < truth.size(); i++) {
-        square += (truth[i] - centre) * (truth[i] - centre);
+    double product = 0, residual = 0;
+    for (size_t i = 0; i < truth.size(); i++)
         product += (truth[i] - centre) * (values[i] - level);
-    }
-    row.slope = product / square;
+    row.slope = product / squares(truth);
     for (size_t i = 0; i < truth.size(); i++) {
         const double gap = values[i] - level - row.slope * (truth[i] - centre);
         residual += gap * gap;

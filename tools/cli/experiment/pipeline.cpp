@@ -10,7 +10,6 @@
 
 #include "common/failure.hpp"
 #include "common/library.hpp"
-#include "common/stopwatch.hpp"
 #include "experiment/methods.hpp"
 #include "frames/frame_loop.hpp"
 #include "series/fap.hpp"

@@ -15,14 +15,6 @@ namespace cli {
 
 namespace {
 
-double variance_of(const std::vector<double> &values) {
-    const double centre = mean(values);
-    double square = 0;
-    for (const double value : values)
-        square += (value - centre) * (value - centre);
-    return square / static_cast<double>(values.size());
-}
-
 toliman::periodogram periodogram_of(const std::vector<double> &times, const std::vector<double> &shape,
                                     const FrequencyGrid &grid) {
     toliman_period_options options;
@@ -37,7 +29,7 @@ toliman::periodogram periodogram_of(const std::vector<double> &times, const std:
 
 Theory::Theory(const std::vector<double> &times, const std::vector<double> &shape, const FrequencyGrid &grid)
     : periodogram_(periodogram_of(times, shape, grid)), frames_(static_cast<double>(times.size())),
-      variance_(variance_of(shape)) {}
+      variance_(squares(shape) / frames_) {}
 
 double Theory::log10_fap(double amplitude_px, double sigma_px) const {
     const double ratio = amplitude_px / sigma_px;

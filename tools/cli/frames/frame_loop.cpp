@@ -4,8 +4,6 @@
 #include <cmath>
 #include <numeric>
 
-#include "common/stopwatch.hpp"
-
 namespace cli {
 
 void for_frames(const Scene &scene, uint64_t seed, int64_t first, size_t total, const double *displacements,
@@ -49,12 +47,15 @@ double mean(const std::vector<double> &values) {
     return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
-double deviation(const std::vector<double> &values) {
+double squares(const std::vector<double> &values) {
     const auto add_square = [centre = mean(values)](double sum, double value) {
         return sum + (value - centre) * (value - centre);
     };
-    const double square = std::accumulate(values.begin(), values.end(), 0.0, add_square);
-    return std::sqrt(square / static_cast<double>(values.size() - 1));
+    return std::accumulate(values.begin(), values.end(), 0.0, add_square);
+}
+
+double deviation(const std::vector<double> &values) {
+    return std::sqrt(squares(values) / static_cast<double>(values.size() - 1));
 }
 
 } // namespace cli

@@ -1,11 +1,25 @@
 // Simulates the frames of a scene in chunks, on all processors, for `run` and `experiment`.
 #pragma once
+#include <chrono>
 #include <functional>
 #include <vector>
 
 #include "scenes/scene.hpp"
 
 namespace cli {
+
+// Adds the seconds between its construction and destruction to a sum.
+class Stopwatch {
+  public:
+    explicit Stopwatch(double &sum) : sum_(sum), start_(std::chrono::steady_clock::now()) {}
+    ~Stopwatch() { sum_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+    Stopwatch(const Stopwatch &) = delete;
+    Stopwatch &operator=(const Stopwatch &) = delete;
+
+  private:
+    double &sum_;
+    std::chrono::steady_clock::time_point start_;
+};
 
 // Simulates frames first ... first + total - 1 of (scene, seed), with the given displacements (`total` of them) or, if
 // null, with those of the cadence. `work` receives `count` images, beginning with frame first + at, and may change
@@ -20,6 +34,7 @@ double noise_share(const Scene &scene, uint64_t seed);
 constexpr double kLeastShare = 0.9; // smallest noise share for which an efficiency is defined
 
 double mean(const std::vector<double> &values);
+double squares(const std::vector<double> &values); // sum of the squared distances from the mean
 double deviation(const std::vector<double> &values);
 
 } // namespace cli
