@@ -6,6 +6,7 @@
 #include <functional>
 #include <iterator>
 #include <map>
+#include <memory>
 #include <string_view>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -57,46 +58,32 @@ void check_weights(const toliman_period_info &before, const toliman_period_info 
 constexpr const char kLedger[] = "/ledger.tlml", kSetup[] = "/setup.tlms";
 constexpr size_t kSaltOffset = 8, kSaltSize = 8, kLineSize = 64; // formats.md, TLML
 
-std::string salt_of(const std::string &folder) {
-    InputFile ledger(folder + kLedger);
-    std::string salt(kSaltSize, '\0');
-    ledger.seek(kSaltOffset);
-    if (!ledger.read(salt.data(), salt.size()))
-        throw Failure(kExitState, ledger.path() + ": is too short for a ledger");
-    return salt;
-}
-
 // Each ledger has a random number, which its copies share.
 void check_different(const std::vector<std::string> &folders) {
     std::map<std::string, std::string> seen;
     for (const std::string &folder : folders) {
-        const auto [other, is_new] = seen.emplace(salt_of(folder), folder);
+        InputFile ledger(folder + kLedger);
+        std::string salt(kSaltSize, '\0');
+        ledger.seek(kSaltOffset);
+        if (!ledger.read(salt.data(), salt.size()))
+            throw Failure(kExitState, ledger.path() + ": is too short for a ledger");
+        const auto [other, is_new] = seen.emplace(salt, folder);
         if (!is_new)
             malformed(folder, "has the same ledger as " + other->second);
     }
 }
 
-// A new folder, which is removed again unless kept.
-class NewFolder {
-  public:
-    explicit NewFolder(const std::string &path) : path_(path) {
-        if (::mkdir(path.c_str(), 0777) != 0)
-            throw Failure(kExitOutput,
-                          path + (errno == EEXIST ? ": exists: give a new folder to merge into"
-                                                  : std::string(": cannot be created: ") + std::strerror(errno)));
-    }
-    ~NewFolder() {
-        if (!kept_)
-            remove_state(path_);
-    }
-    NewFolder(const NewFolder &) = delete;
-    NewFolder &operator=(const NewFolder &) = delete;
-    void keep() noexcept { kept_ = true; }
-
-  private:
-    std::string path_;
-    bool kept_ = false;
+// A new folder, which is removed again unless released.
+struct RemoveState {
+    void operator()(const std::string *folder) const { remove_state(*folder); }
 };
+std::unique_ptr<const std::string, RemoveState> new_folder(const std::string &path) {
+    if (::mkdir(path.c_str(), 0777) != 0)
+        throw Failure(kExitOutput,
+                      path + (errno == EEXIST ? ": exists: give a new folder to merge into"
+                                              : std::string(": cannot be created: ") + std::strerror(errno)));
+    return std::unique_ptr<const std::string, RemoveState>(&path);
+}
 
 void merge_folder(const toliman::tracker &tracker, const std::string &folder, bool salvage) {
     int64_t lost = 0;
@@ -135,7 +122,7 @@ void merge_folders(Options &options, Progress &progress) {
                                                     "--grid or --mission-days, and --stamp, with --exposure if it was "
                                                     "known");
     check_different(folders);
-    NewFolder made(out);
+    auto made = new_folder(out);
     how.folder = out.c_str();
     how.capacity = std::min(records, int64_t{1} << 28);
     if (has_setup) {
@@ -152,7 +139,7 @@ void merge_folders(Options &options, Progress &progress) {
     for (const std::string &folder : folders)
         merge_folder(tracker, folder, options.salvage);
     toliman::check(toliman_track_save(tracker.get()));
-    made.keep();
+    static_cast<void>(made.release());
     const toliman_track_info info = info_of(tracker);
     if (options.salvage && info.missing > 0)
         std::fprintf(stderr,

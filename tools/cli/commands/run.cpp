@@ -80,9 +80,7 @@ std::string complete(const Scene &scene, const std::string &text, const Cadence 
             displacement_errors(scene.path, telescope, expected.min_nm, expected.max_nm, scene.info.pixel_scale_arcsec);
     }
     const double degrees = rotation != nullptr ? rotation->valuedouble : 0;
-    const std::string json = run_result(scene, degrees, cadence, pipeline, images);
-    folder.write({text, json, cadence, pipeline, images, displacements});
-    return json;
+    return folder.write({scene, text, degrees, cadence, pipeline, images, displacements});
 }
 
 void run(const Options &options, Progress &progress) {

@@ -102,22 +102,23 @@ Json timings_json(const Timings &spent) {
                 spent.total);
 }
 
-} // namespace
-
-std::string run_result(const Scene &scene, double rotation_deg, const Cadence &cadence, const Pipeline &pipeline,
-                       const std::vector<RunImage> &images) {
+std::string run_result(const RunFiles &files) {
+    const Scene &scene = files.scene;
+    const Pipeline &pipeline = files.pipeline;
     Json json("schema", "toliman-run/2", "version", toliman_version(), "provenance", provenance());
     set_scene(scene, pipeline.seed, json);
-    set_brightest(scene, images[kExpectedImage], json);
-    json.set("geometry", geometry(scene, rotation_deg));
-    set_latent(pipeline, cadence.times[0], json);
+    set_brightest(scene, files.images[kExpectedImage], json);
+    json.set("geometry", geometry(scene, files.rotation_deg));
+    set_latent(pipeline, files.cadence.times[0], json);
     set_reconstructions(pipeline, json);
     set_references(pipeline, json);
-    json.set("images", images_json(images), "grid",
+    json.set("images", images_json(files.images), "grid",
              Json("f0", pipeline.grid.f0, "df", pipeline.grid.df, "nf", pipeline.grid.nf), "timings",
              timings_json(pipeline.timings));
     return json.text();
 }
+
+} // namespace
 
 RunFolder::RunFolder(const std::string &path) : folder_(path), images_(folder_.file("images")) {
     for (const char *name : {"result.json", "series.csv", "periodogram.csv", "training.csv", "displacement.csv"})
@@ -128,7 +129,7 @@ RunFolder::RunFolder(const std::string &path) : folder_(path), images_(folder_.f
         images_.open(name);
 }
 
-void RunFolder::write(const RunFiles &files) {
+std::string RunFolder::write(const RunFiles &files) {
     const Pipeline &pipeline = files.pipeline;
     const Cadence &cadence = files.cadence;
     const auto csv = [&](const char *name, const char *mark, const char *header, size_t rows,
@@ -155,13 +156,15 @@ void RunFolder::write(const RunFiles &files) {
             return formatted("%.17g,%.17g,%.17g,%.17g,%.17g,%.17g\n", one.displacement_px, one.linear, one.cubic,
                              one.linear_change, one.cubic_change, one.taylor);
         });
-    folder_.open("scene.json").write(files.scene);
+    folder_.open("scene.json").write(files.scene_text);
     folder_.open("weights.tlmw").write(pipeline.weights);
-    folder_.open("result.json").write(files.result);
+    const std::string result = run_result(files);
+    folder_.open("result.json").write(result);
     for (size_t i = 0; i < files.images.size(); i++)
         write_npy(images_.open(kRunImages[i]), files.images[i].values, files.images[i].shape);
     images_.commit();
     folder_.commit("result.json");
+    return result;
 }
 
 } // namespace cli

@@ -10,13 +10,11 @@
 
 namespace cli {
 
-// result.json, schema toliman-run/2. rotation_deg: position angle of the detector's +y axis.
-std::string run_result(const Scene &scene, double rotation_deg, const Cadence &cadence, const Pipeline &pipeline,
-                       const std::vector<RunImage> &images);
-
-// Everything that a run writes; result.json as text.
+// Everything that a run writes.
 struct RunFiles {
-    const std::string &scene, &result;
+    const Scene &scene;
+    const std::string &scene_text;
+    double rotation_deg; // position angle of the detector's +y axis
     const Cadence &cadence;
     const Pipeline &pipeline;
     const std::vector<RunImage> &images;
@@ -27,7 +25,8 @@ struct RunFiles {
 class RunFolder {
   public:
     explicit RunFolder(const std::string &path);
-    void write(const RunFiles &files);
+    // Returns the text of result.json, schema toliman-run/2.
+    std::string write(const RunFiles &files);
 
   private:
     OutputFolder folder_, images_;

@@ -71,21 +71,9 @@ template <class Seed> CLI::Option *add_seed(CLI::App &command, Seed &seed, const
     return command.add_option_function<std::string>("--seed", take, description)->type_name("UINT");
 }
 
-void add_run(CLI::App &app, Context &context);
-void add_experiment(CLI::App &app, Context &context);
-void add_psf(CLI::App &app, Context &context);
-void add_simulate(CLI::App &app, Context &context);
-void add_train(CLI::App &app, Context &context);
-void add_encode(CLI::App &app, Context &context);
-void add_convert(CLI::App &app, Context &context);
-void add_period(CLI::App &app, Context &context);
-void add_merge(CLI::App &app, Context &context);
-void add_track(CLI::App &app, Context &context);
-void add_status(CLI::App &app, Context &context);
-void add_rebuild(CLI::App &app, Context &context);
-void add_plan(CLI::App &app, Context &context);
-void add_pupil(CLI::App &app, Context &context);
-void add_report(CLI::App &app, Context &context);
-void add_doctor(CLI::App &app, Context &context);
+// The subcommands.
+using AddCommand = void(CLI::App &app, Context &context);
+AddCommand add_run, add_experiment, add_psf, add_simulate, add_train, add_encode, add_convert, add_period, add_merge,
+    add_track, add_status, add_rebuild, add_plan, add_pupil, add_report, add_doctor;
 
 } // namespace cli
