@@ -1,6 +1,5 @@
 #include "downlink/setup_options.hpp"
 
-#include <CLI/App.hpp>
 #include <cmath>
 #include <cstdio>
 
@@ -9,6 +8,7 @@
 #include "common/failure.hpp"
 #include "common/text.hpp"
 #include "downlink/state_folder.hpp"
+#include "options/command.hpp"
 #include "series/periodogram.hpp"
 
 namespace cli {
@@ -54,27 +54,21 @@ std::vector<int64_t> read_clock(const std::string &path, Progress &progress) {
 
 void SetupOptions::add_to(CLI::App &command) {
     CLI::Option *grid =
-        command
-            .add_option("--grid", grid_,
-                        "frequencies F0:DF:NF, that is F0 + k DF with k < NF, in cycles per day; default: the folder's")
-            ->type_name("GRID");
+        add_option(&command, "--grid", grid_, "GRID",
+                   "frequencies F0:DF:NF, that is F0 + k DF with k < NF, in cycles per day; default: the folder's");
     command
         .add_option("--mission-days", mission_days_,
                     "instead of --grid: the default grid of a mission of so many days with one frame per day")
         ->check(CLI::Range(4.0, 1e6))
         ->excludes(grid);
-    command
-        .add_option("--clock", clock_,
-                    "CSV file of pairs camera_ns,tai_ns, or the word camera if the camera's time is TAI; default: that "
-                    "of the folder; for a new folder, camera")
-        ->type_name("FILE");
+    add_option(&command, "--clock", clock_, "FILE",
+               "CSV file of pairs camera_ns,tai_ns, or the word camera if the camera's time is TAI; default: that "
+               "of the folder; for a new folder, camera");
     command.add_option("--epoch", epoch_,
                        "TAI in ns of time 0, to which phases refer; default: that of the folder; for a new folder, 0");
-    command
-        .add_option("--stamp", stamp_,
-                    "point of the exposure to which the time stamps of raw pairs refer; default: that of the folder; "
-                    "for a new folder, start")
-        ->check(CLI::IsMember({"start", "middle", "end"}));
+    add_choice(&command, "--stamp", stamp_, {"start", "middle", "end"},
+               "point of the exposure to which the time stamps of raw pairs refer; default: that of the folder; "
+               "for a new folder, start");
     command
         .add_option("--exposure", exposure_s_,
                     "length of an exposure of raw pairs in s, 0 if unknown; default: that of the folder; for a new "

@@ -68,10 +68,7 @@ template <class Value> std::vector<double> values_of(const std::vector<Row> &row
 }
 
 LadderRow ladder_row_of(const Campaign &campaign, const Table &table, const std::vector<Row> &rows) {
-    LadderRow result;
-    result.method = rows[0].method;
-    result.amplitude_px = rows[0].amplitude_px;
-    result.seeds = rows.size();
+    LadderRow result = {rows[0].method, rows[0].amplitude_px, rows.size()};
     for (const Row &row : rows)
         result.found += found(campaign, row) ? 1 : 0;
     result.period_error = median(values_of(rows, [&](const Row &row) { return period_error(campaign, row); }));
@@ -95,10 +92,7 @@ std::vector<double> pooled_sigmas(const std::vector<Row> &rows) {
 }
 
 Control control_of(const Campaign &campaign, const Table &table, const std::vector<Row> &rows) {
-    Control control;
-    control.method = rows[0].method;
-    control.series = rows.size();
-    control.frames = rows.size() * static_cast<size_t>(campaign.scene().info.frames);
+    Control control = {rows[0].method, rows.size(), rows.size() * static_cast<size_t>(campaign.scene().info.frames)};
     for (const Row &row : rows)
         control.alarms += row.log10_fap < kFound ? 1 : 0;
     control.uniformity = uniformity(values_of(rows, [](const Row &row) { return std::pow(10, row.log10_fap); }));
