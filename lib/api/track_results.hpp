@@ -63,8 +63,7 @@ inline toliman_track_stream public_stream(const track::NamedStream &named) noexc
     out.first_id = named.count.first;
     out.last_id = named.count.last;
     out.frames = named.count.frames;
-    __extension__ using Quad = __int128;
-    const Quad ids = static_cast<Quad>(out.last_id) - out.first_id + 1, missing = ids - out.frames;
+    const track::Wide missing = named.count.ids() - out.frames;
     out.missing = missing > INT64_MAX ? INT64_MAX : static_cast<int64_t>(missing);
     named.session.copy(out.session, kLongestName);
     named.roi.copy(out.roi, kLongestName);

@@ -23,6 +23,7 @@ void Streams::check_capacity(uint64_t stream) const {
 
 void Streams::add(uint64_t stream, int64_t frame_id) noexcept {
     StreamCount &known = streams_[slot_of(stream)];
+    const Wide before = known.ids();
     if (known.empty()) {
         known.digest = stream;
         known.first = known.last = frame_id;
@@ -30,6 +31,7 @@ void Streams::add(uint64_t stream, int64_t frame_id) noexcept {
     }
     known.first = std::min(known.first, frame_id);
     known.last = std::max(known.last, frame_id);
+    ids_ += known.ids() - before;
     known.frames++;
 }
 
@@ -47,11 +49,7 @@ std::vector<StreamCount> Streams::all() const {
 }
 
 int64_t Streams::expected() const noexcept {
-    __extension__ __int128 sum = 0;
-    for (const StreamCount &stream : streams_)
-        if (!stream.empty())
-            sum += static_cast<__int128>(stream.last) - stream.first + 1;
-    return sum > INT64_MAX ? INT64_MAX : static_cast<int64_t>(sum);
+    return ids_ > INT64_MAX ? INT64_MAX : static_cast<int64_t>(ids_);
 }
 
 } // namespace toliman::track

@@ -9,12 +9,15 @@
 
 namespace toliman::track {
 
+__extension__ using Wide = __int128;
+
 struct StreamCount {
     uint64_t digest = 0;
     int64_t first = 1, last = 0; // frame ids; first > last: empty slot
     uint32_t frames = 0;         // keys
     bool named = false;          // its names are in streams.txt
     bool empty() const noexcept { return first > last; }
+    Wide ids() const noexcept { return static_cast<Wide>(last) - first + 1; } // from the first to the last; 0 if empty
 };
 
 class Streams {
@@ -37,6 +40,7 @@ class Streams {
   private:
     size_t slot_of(uint64_t stream) const noexcept;
     size_t most_, count_ = 0;
+    Wide ids_ = 0; // of all streams
     Scatter scatter_;
     Buffer<StreamCount> streams_;
 };
