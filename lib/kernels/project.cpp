@@ -1,5 +1,5 @@
-// Method: inner products by Dot2, which accumulates the rounding errors of every product (by FMA) and of every addition
-// (two-sum) and adds them at the end; projections by Gram-Schmidt, done twice. Compensated, because nuisance images are
+// Method: inner products by Dot2 (project.isa.cpp), which accumulates the rounding errors of every product and of every
+// addition and adds them at the end; projections by Gram-Schmidt, done twice. Compensated, because nuisance images are
 // nearly parallel to the derivative image and to each other: the small remainder carries the information.
 //     |error| <= eps |a.b| + (n eps)^2 |a|.|b|
 // Reference: Ogita, Rump and Oishi (2005), SIAM J. Sci. Comput. 26, 1955.
@@ -9,17 +9,21 @@
 
 namespace toliman::kernels {
 
-double dot(const double *a, const double *b, size_t n) noexcept {
-    double sum = 0, correction = 0;
-    for (size_t i = 0; i < n; i++) {
-        const double product = a[i] * b[i];
-        const double product_error = std::fma(a[i], b[i], -product);
-        const double next = sum + product;
-        const double shifted = next - sum;
-        correction += ((sum - (next - shifted)) + (product - shifted)) + product_error;
-        sum = next;
+// Adds the partial sums by two-sum; all rounding errors are added at the end.
+double Dot::total() const noexcept {
+    double whole = 0, correction = 0;
+    for (size_t p = 0; p < kDotParts; p++) {
+        const double next = whole + sum[p], shifted = next - whole;
+        correction += ((whole - (next - shifted)) + (sum[p] - shifted)) + error[p];
+        whole = next;
     }
-    return sum + correction;
+    return whole + correction;
+}
+
+double dot(const double *a, const double *b, size_t n) noexcept {
+    Dot dot;
+    project_kernels().add(a, b, n, dot);
+    return dot.total();
 }
 
 void whiten(const double *image, const double *variance, size_t n, double *out) noexcept {

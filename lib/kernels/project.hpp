@@ -2,7 +2,26 @@
 #pragma once
 #include <cstddef>
 
+#include "kernels/isa.hpp"
+
 namespace toliman::kernels {
+
+// A compensated inner product in progress: partial sums and, apart, their rounding errors.
+constexpr size_t kDotParts = 16;
+struct Dot {
+    double sum[kDotParts] = {}, error[kDotParts] = {};
+    double total() const noexcept;
+};
+
+struct ProjectKernels {
+    // Given     a, b [n]
+    // Returned  dot plus sum a_i b_i. The same bits on every instruction set
+    void (*add)(const double *a, const double *b, size_t n, Dot &dot) noexcept;
+
+    // The same for sum (a_i - reference_i) b_i; true if all a are finite.
+    bool (*add_difference)(const double *a, const double *reference, const double *b, size_t n, Dot &dot) noexcept;
+};
+TOLIMAN_ISA_DECLARE(ProjectKernels, project)
 
 // Given     a, b [n]
 // Returned  sum a_i b_i, as if computed in twice the working precision and then rounded

@@ -53,25 +53,20 @@ TemplateEstimator::TemplateEstimator(const FrameModel &model)
 }
 
 double TemplateEstimator::estimate(ImageView<const double> counts) const {
-    Buffer<double> residual(reference_.size());
-    return estimate(counts, residual.data());
-}
-
-double TemplateEstimator::estimate(ImageView<const double> counts, double *residual) const {
+    const kernels::ProjectKernels &kernel = kernels::project_kernels();
+    kernels::Dot dot;
     for (size_t r = 0; r < rows_; r++) {
-        const double *row = counts.row(r), *reference = reference_.data() + r * cols_;
-        for (size_t c = 0; c < cols_; c++) {
+        const double *row = counts.row(r);
+        const bool finite = kernel.add_difference(row, &reference_[r * cols_], &filter_[r * cols_], cols_, dot);
+        for (size_t c = 0; !finite && c < cols_; c++)
             if (!std::isfinite(row[c]))
                 fail(Status::argument, "{counts[%zu][%zu]} = %g: must be finite", r, c, row[c]);
-            residual[r * cols_ + c] = row[c] - reference[c];
-        }
     }
-    return kernels::dot(filter_.data(), residual, reference_.size());
+    return dot.total();
 }
 
 double TemplateEstimator::estimate(ImageView<const double> counts, Buffer<double> &scratch, double *square) const {
-    scratch.resize(padded_);
-    const double value = estimate(counts, scratch.data());
+    const double value = estimate(counts);
     if (square != nullptr)
         *square = chi_square(counts, value, scratch);
     return value;

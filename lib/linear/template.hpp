@@ -39,8 +39,6 @@ class TemplateEstimator {
     size_t cols() const noexcept { return cols_; }
 
   private:
-    double estimate(ImageView<const double> counts, double *residual) const;
-
     size_t rows_, cols_;
     Buffer<double> reference_;
     Buffer<double> filter_; // px per count

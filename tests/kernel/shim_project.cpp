@@ -1,6 +1,35 @@
 #include "kernels/project.hpp"
 
+using namespace toliman::kernels;
+
+namespace {
+
+const ProjectKernels &table(size_t isa) {
+#if defined(__x86_64__)
+    const ProjectKernels *tables[] = {&project_baseline, &project_avx2, &project_avx512};
+    return *tables[isa];
+#else
+    (void)isa;
+    return project_baseline;
+#endif
+}
+
+} // namespace
+
 extern "C" {
+
+size_t shim_isas(void) {
+    return static_cast<size_t>(host_isa()) + 1;
+}
+
+// The sum of (a_i - reference_i) b_i, in two parts; NaN if not all a are finite.
+double shim_dot_difference(size_t isa, const double *a, const double *reference, const double *b, size_t n,
+                           size_t first) {
+    Dot dot;
+    const bool finite = table(isa).add_difference(a, reference, b, first, dot) &&
+                        table(isa).add_difference(a + first, reference + first, b + first, n - first, dot);
+    return finite ? dot.total() : __builtin_nan("");
+}
 
 double shim_dot(const double *a, const double *b, size_t n) {
     return toliman::kernels::dot(a, b, n);

@@ -6,7 +6,10 @@
 #include "assert_close.h"
 #include "uniform.h"
 
+size_t shim_isas(void);
 double shim_dot(const double *a, const double *b, size_t n);
+double shim_dot_difference(size_t isa, const double *a, const double *reference, const double *b, size_t n,
+                           size_t first);
 void shim_whiten(const double *image, const double *variance, size_t n, double *out);
 void shim_project_out(const double *units, size_t count, size_t n, double *vector);
 size_t shim_orthonormalise(double *vectors, size_t count, size_t n);
@@ -53,6 +56,39 @@ static void dot_has_twice_the_precision(void **state) {
         plain_fails += fabs((double)(plain - exact)) > 100 * limit;
     }
     assert_true(plain_fails > 0); /* the cases are hard enough to tell a plain sum from the compensated one */
+}
+
+/* Any length, in one call or two; the same bits on every instruction set. */
+static void dots_of_differences(void **state) {
+    (void)state;
+    static double a[N], b[N], reference[N], residual[N];
+    uint64_t seed = 31;
+    for (size_t i = 0; i < N; i++) {
+        reference[i] = 1e9 * (1 + 0.5 * uniform_signed(&seed));
+        a[i] = reference[i] + 3e4 * uniform_signed(&seed);
+        b[i] = 1e-9 * uniform_signed(&seed);
+        residual[i] = a[i] - reference[i];
+    }
+    for (size_t n = 0; n < N; n = 3 * n / 2 + 1) {
+        const __float128 exact = quad_dot(residual, b, n);
+        const double bound = (double)n * DBL_EPSILON, absolute = (double)quad_absolute(residual, b, n);
+        const double limit = DBL_EPSILON * fabs((double)exact) + bound * bound * absolute;
+        const double first = shim_dot_difference(0, a, reference, b, n, n / 3);
+        assert_at_most(fabs((double)(first - exact)), limit);
+        for (size_t isa = 1; isa < shim_isas(); isa++) {
+            const double other = shim_dot_difference(isa, a, reference, b, n, n / 3);
+            assert_memory_equal(&other, &first, sizeof first);
+        }
+    }
+    const double bad[] = {NAN, INFINITY, -INFINITY};
+    for (size_t isa = 0; isa < shim_isas(); isa++)
+        for (size_t k = 0; k < 3; k++) {
+            const size_t at = k == 2 ? N - 1 : 17 * k;
+            const double good = a[at];
+            a[at] = bad[k];
+            assert_true(isnan(shim_dot_difference(isa, a, reference, b, N, 100)));
+            a[at] = good;
+        }
 }
 
 static void whiten_divides_by_the_deviation(void **state) {
@@ -130,6 +166,7 @@ static void projection_removes_the_components_and_nothing_else(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(dot_has_twice_the_precision),
+        cmocka_unit_test(dots_of_differences),
         cmocka_unit_test(whiten_divides_by_the_deviation),
         cmocka_unit_test(basis_is_orthonormal_for_nearly_parallel_vectors),
         cmocka_unit_test(dependent_vectors_are_dropped),
