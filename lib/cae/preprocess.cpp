@@ -128,6 +128,7 @@ Preprocess Preprocess::from_model(const FrameModel &model, Input input) {
 }
 
 void Preprocess::derive() {
+    basis.assign(nuisance_basis.begin(), nuisance_basis.end());
     target_square = kernels::residual_kernels().inner(target.data(), target.data(), kPixels);
     offset = reference;
     factor.assign(kPixels, 1.0);
@@ -166,10 +167,9 @@ void Preprocess::apply(ImageView<const double> frame, Buffer<double> &residual, 
     }
     if (projected == 0)
         return;
-    kernel.project_out(nuisance_basis.data(), projected, kPixels, residual.data());
+    kernel.project_out_float(basis.data(), projected, kPixels, residual.data());
     for (size_t r = 0; r < kSide; r++)
-        for (size_t c = 0; c < kSide; c++)
-            out[r * stride + c] = static_cast<float>(input_scale * residual[r * kSide + c]);
+        kernel.round(&residual[r * kSide], input_scale, kSide, out + r * stride);
 }
 
 double Preprocess::chi_square(ImageView<const double> frame, Buffer<double> &residual) const {

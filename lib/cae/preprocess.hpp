@@ -35,6 +35,7 @@ struct Preprocess {
     Buffer<double> variance;       // variance of the counts, > 0
     Buffer<double> target;         // whitened, projected derivative image, in sigmas per px of separation
     Buffer<double> nuisance_basis; // [projected][pixels], orthonormal basis of the whitened nuisance images
+    Buffer<float> basis;           // derived: nuisance_basis as float32, which represents it exactly
     Buffer<double> offset, factor; // derived: input = (counts - offset) factor, before the projection
     double target_square = 0;      // derived: |target|^2
 

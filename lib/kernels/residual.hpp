@@ -6,6 +6,8 @@
 
 namespace toliman::kernels {
 
+constexpr size_t kMaxPlanes = 32; // of a projection
+
 struct ResidualKernels {
     // Given     counts, reference, inverse_sigma [count]
     // Returned  residual [count] = (counts - reference) inverse_sigma; true if all counts are finite
@@ -16,12 +18,17 @@ struct ResidualKernels {
     bool (*scaled_residual)(const double *counts, const double *reference, const double *inverse_sigma, double scale,
                             size_t count, float *residual) noexcept;
 
-    // Given     basis [planes][count], orthonormal; vector [count]; count a multiple of 16
-    // Returned  vector minus its components along the basis, one after the other
-    // Notes     Uncompensated sums in 16 parts. Error of an inner product: at most count/16 rounding errors of the sum
-    //           of absolute products, 5e-13 of it for a 256x256 frame. kernels/project.hpp has the compensated form.
+    // Given     basis [planes][count], orthonormal; vector [count]; count a multiple of 16; planes at most kMaxPlanes
+    // Returned  vector minus its components along the basis
+    // Notes     Uncompensated sums in 16 parts. Error of a component: at most count/16 rounding errors of the sum of
+    //           absolute products, 5e-13 of it for a 256x256 frame. kernels/project.hpp has the compensated form.
     //           The same bits on every instruction set.
     void (*project_out)(const double *basis, size_t planes, size_t count, double *vector) noexcept;
+    void (*project_out_float)(const float *basis, size_t planes, size_t count, double *vector) noexcept;
+
+    // Given     vector [count]
+    // Returned  rounded [count] = scale vector, rounded to float32
+    void (*round)(const double *vector, double scale, size_t count, float *rounded) noexcept;
 
     // Given     a, b [count]; count a multiple of 16
     // Returned  sum a_i b_i, as the same sums in 16 parts

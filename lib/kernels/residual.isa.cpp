@@ -4,18 +4,11 @@
 // here, below 5e-13, is far below the noise.
 #include "kernels/residual.hpp"
 
-#include <cstdint>
+#include "kernels/finite.hpp"
 
 namespace toliman::kernels {
 namespace TOLIMAN_ISA {
 namespace {
-
-// 1 for infinity and NaN, whose exponent bits are all set; 0 for a finite number.
-inline uint64_t not_finite(double value) noexcept {
-    uint64_t bits;
-    __builtin_memcpy(&bits, &value, sizeof bits);
-    return (bits & 0x7ff0000000000000u) == 0x7ff0000000000000u;
-}
 
 bool residual(const double *counts, const double *reference, const double *inverse_sigma, size_t count,
               double *out) noexcept {
@@ -37,31 +30,68 @@ bool scaled_residual(const double *counts, const double *reference, const double
     return bad == 0;
 }
 
-double inner(const double *a, const double *b, size_t count) noexcept {
-    constexpr size_t kParts = 16;
-    double part[kParts] = {};
-    for (size_t i = 0; i < count; i += kParts)
-        for (size_t p = 0; p < kParts; p++)
-            part[p] += a[i + p] * b[i + p];
+void round(const double *vector, double scale, size_t count, float *rounded) noexcept {
+    for (size_t i = 0; i < count; i++)
+        rounded[i] = static_cast<float>(scale * vector[i]);
+}
+
+constexpr size_t kParts = 16;
+
+inline double total(double *part) noexcept {
     for (size_t half = kParts / 2; half > 0; half /= 2)
         for (size_t p = 0; p < half; p++)
             part[p] += part[p + half];
     return part[0];
 }
 
-void project_out(const double *basis, size_t planes, size_t count, double *vector) noexcept {
-    for (size_t k = 0; k < planes; k++) {
-        const double *unit = basis + k * count;
-        const double component = inner(unit, vector, count);
-        for (size_t i = 0; i < count; i++)
-            vector[i] -= component * unit[i];
+double inner(const double *a, const double *b, size_t count) noexcept {
+    double part[kParts] = {};
+    for (size_t i = 0; i < count; i += kParts)
+        for (size_t p = 0; p < kParts; p++)
+            part[p] += a[i + p] * b[i + p];
+    return total(part);
+}
+
+// Components of the vector along Planes planes, in one pass.
+template <size_t Planes, class Plane>
+inline void components(const Plane *basis, size_t count, const double *vector, double *component) noexcept {
+    double part[Planes][kParts] = {};
+    for (size_t i = 0; i < count; i += kParts)
+        for (size_t k = 0; k < Planes; k++)
+            for (size_t p = 0; p < kParts; p++)
+                part[k][p] += static_cast<double>(basis[k * count + i + p]) * vector[i + p];
+    for (size_t k = 0; k < Planes; k++)
+        component[k] = total(part[k]);
+}
+
+template <size_t Planes, class Plane>
+inline void subtract(const Plane *basis, size_t count, const double *component, double *vector) noexcept {
+    for (size_t i = 0; i < count; i++) {
+        double value = vector[i];
+        for (size_t k = 0; k < Planes; k++)
+            value -= component[k] * static_cast<double>(basis[k * count + i]);
+        vector[i] = value;
     }
+}
+
+template <class Plane> void project_out(const Plane *basis, size_t planes, size_t count, double *vector) noexcept {
+    double component[kMaxPlanes];
+    size_t k = 0;
+    for (; k + 4 <= planes; k += 4)
+        components<4>(basis + k * count, count, vector, component + k);
+    for (; k < planes; k++)
+        components<1>(basis + k * count, count, vector, component + k);
+    for (k = 0; k + 4 <= planes; k += 4)
+        subtract<4>(basis + k * count, count, component + k, vector);
+    for (; k < planes; k++)
+        subtract<1>(basis + k * count, count, component + k, vector);
 }
 
 } // namespace
 } // namespace TOLIMAN_ISA
 
-const ResidualKernels TOLIMAN_ISA_TABLE(residual) = {TOLIMAN_ISA::residual, TOLIMAN_ISA::scaled_residual,
-                                                     TOLIMAN_ISA::project_out, TOLIMAN_ISA::inner};
+const ResidualKernels TOLIMAN_ISA_TABLE(residual) = {
+    TOLIMAN_ISA::residual,           TOLIMAN_ISA::scaled_residual, TOLIMAN_ISA::project_out<double>,
+    TOLIMAN_ISA::project_out<float>, TOLIMAN_ISA::round,           TOLIMAN_ISA::inner};
 
 } // namespace toliman::kernels

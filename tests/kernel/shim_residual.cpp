@@ -36,6 +36,14 @@ extern "C" void shim_residual_project(int isa, const double *units, size_t plane
     table(isa).project_out(units, planes, count, vector);
 }
 
+extern "C" void shim_residual_project_float(int isa, const float *units, size_t planes, size_t count, double *vector) {
+    table(isa).project_out_float(units, planes, count, vector);
+}
+
+extern "C" void shim_residual_round(int isa, const double *vector, double scale, size_t count, float *rounded) {
+    table(isa).round(vector, scale, count, rounded);
+}
+
 extern "C" double shim_residual_inner(int isa, const double *a, const double *b, size_t count) {
     return table(isa).inner(a, b, count);
 }
