@@ -107,7 +107,9 @@
 
 TOLIMAN_BEGIN_DECLS
 
-/* Simulator: a prepared scene. PSFs and derivative images are computed once; frames are then drawn by random access.
+/* Simulator: a prepared scene. Each image is computed once, and only if it is needed: the images of the stars when the
+ * simulator is created, derivatives and Cramer-Rao bounds by the first call that uses them; TOLIMAN_E_SCENE from such
+ * a call if the signal moves a star without changing any pixel of the frame. Frames are then drawn by random access.
  * Functions that take a const simulator may run on one simulator from several threads. */
 typedef struct toliman_sim toliman_sim;
 
@@ -176,8 +178,7 @@ typedef struct toliman_sim_info {
     double crb_projected_px;  /* Cramer-Rao bound with the nuisances of preprocess.project unknown: the reference of the
                                  efficiency of an estimator */
     double truncation;        /* error of the Taylor expansion at the largest displacement of the signal: largest error
-                                 of any pixel, divided by the largest change of any pixel by the signal. A warning is
-                                 logged if it exceeds the accuracy of the scene */
+                                 of any pixel, divided by the largest change of any pixel by the signal */
     double min_displacement_px, max_displacement_px; /* range of the signal over the cadence */
     double amplitude_uas;                            /* amplitude of the signal on the sky, microarcseconds */
     double aperture_m;                               /* diameter of the aperture */
@@ -192,7 +193,8 @@ typedef struct toliman_sim_info {
 } toliman_sim_info;
 #define TOLIMAN_SIM_INFO_INIT TOLIMAN_INIT(toliman_sim_info)
 
-/* Writes the properties of the scene to *out, whose struct_size must be set. */
+/* Writes the properties of the scene to *out, whose struct_size must be set. The first call computes the derivatives
+ * for the bounds. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_info(const toliman_sim *sim,
                                                                    toliman_sim_info *out) TOLIMAN_NOEXCEPT;
 

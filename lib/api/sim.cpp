@@ -82,31 +82,31 @@ const Buffer<double> &image_of(const optics::Simulator &simulator, int32_t kind)
     const optics::Images &images = simulator.images();
     switch (kind) {
     case TOLIMAN_SIM_IMAGE_BOTH:
-        return images.both;
+        return images.both();
     case TOLIMAN_SIM_IMAGE_STAR_A:
-        return images.star[0];
+        return images.star(0);
     case TOLIMAN_SIM_IMAGE_STAR_B:
-        if (images.star[1].empty())
+        if (images.star(1).empty())
             fail(Status::argument, "{kind} = %d: the scene has star A only", kind);
-        return images.star[1];
+        return images.star(1);
     case TOLIMAN_SIM_IMAGE_SEPARATION:
-        return images.motion[0];
+        return images.motion()[0];
     case TOLIMAN_SIM_IMAGE_CURVATURE:
-        return images.motion[1];
+        return images.motion()[1];
     case TOLIMAN_SIM_IMAGE_SHIFT_X:
-        return images.shift_x;
+        return images.disturbed().shift_x;
     case TOLIMAN_SIM_IMAGE_SHIFT_Y:
-        return images.shift_y;
+        return images.disturbed().shift_y;
     case TOLIMAN_SIM_IMAGE_VARIANCE:
-        return images.variance;
+        return images.variance();
     case TOLIMAN_SIM_IMAGE_ROLL:
-        return images.roll;
+        return images.disturbed().roll;
     case TOLIMAN_SIM_IMAGE_SCALE:
-        return images.scale;
+        return images.disturbed().scale;
     case TOLIMAN_SIM_IMAGE_FOCUS:
-        return images.focus;
+        return images.disturbed().focus;
     case TOLIMAN_SIM_IMAGE_BACKGROUND:
-        return images.background;
+        return images.disturbed().background;
     default:
         fail(Status::argument, "{kind} = %d: must be one of TOLIMAN_SIM_IMAGE_..., %d to %d", kind,
              TOLIMAN_SIM_IMAGE_BOTH, TOLIMAN_SIM_IMAGE_BACKGROUND);
@@ -126,7 +126,7 @@ double total(const std::vector<double> &values) {
 toliman_sim_info info_of(const optics::Simulator &simulator) {
     const Scene &scene = simulator.scene();
     const optics::Light &light = simulator.light();
-    const Buffer<double> &both = simulator.images().both;
+    const Buffer<double> &both = simulator.images().both();
     toliman_sim_info info = {};
     info.wavelengths = static_cast<int32_t>(light.wavelength_m.size());
     info.rows = static_cast<int64_t>(scene.detector.rows);
@@ -139,8 +139,8 @@ toliman_sim_info info_of(const optics::Simulator &simulator) {
     info.period_days = scene.signal.period_days;
     info.separation_px = light.separation_px;
     info.flux_ratio = light.photons[1].empty() ? 0 : total(light.photons[0]) / total(light.photons[1]);
-    info.peak_photons = simulator.images().peak_photons;
-    info.total_photons = simulator.images().total_photons;
+    info.peak_photons = simulator.images().peak_photons();
+    info.total_photons = simulator.images().total_photons();
     info.crb_px = simulator.bounds().alone;
     info.crb_flux_shift_px = simulator.bounds().flux_shift;
     info.crb_marginal_px = simulator.bounds().marginal;

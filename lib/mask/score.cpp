@@ -33,19 +33,22 @@ bool can_be_simulated(const Scene &scene, const Mask &mask) {
 
 } // namespace
 
-Score score_of(const optics::Simulator &simulator) {
-    const optics::Images &images = simulator.images();
-    const auto &photons = simulator.light().photons;
-    const double mean = images.total_photons / static_cast<double>(simulator.pixels());
-    return {simulator.bounds().alone, images.peak_photons / mean,
-            images.total_photons / (total(photons[0]) + total(photons[1]))};
+Score score_of(const optics::Images &images, const optics::Light &light) {
+    const double mean = images.total_photons() / static_cast<double>(images.both().size());
+    return {optics::bound_with(images, {}), images.peak_photons() / mean,
+            images.total_photons() / (total(light.photons[0]) + total(light.photons[1]))};
 }
 
+// Only what a score needs: the stars' images, and the first derivative by the displacement.
 Score score_of(Scene scene, const Mask &mask) {
     optics::Settings settings;
     settings.workers = 1;
     scene.telescope.mask = mask;
-    return score_of(optics::Simulator(optics::outline_of(std::move(scene), settings), settings));
+    optics::Outline outline = optics::outline_of(std::move(scene), settings);
+    const optics::Imager imager(outline.scene, outline.pupil, outline.plan, settings.workers);
+    const optics::DetectorStages detector(outline.scene);
+    const optics::Images images(outline.scene, imager, outline.plan, detector, outline.light, {}, 1);
+    return score_of(images, outline.light);
 }
 
 Scene without_signal(Scene scene) {

@@ -12,7 +12,8 @@ struct Score {
     double light_in_frame = 0;                                     // fraction of the stars' photons
 };
 
-Score score_of(const optics::Simulator &simulator);
+// Of the scene with these images and this light.
+Score score_of(const optics::Images &images, const optics::Light &light);
 
 // Simulates the scene with another mask on one thread; may be called from several threads at once.
 Score score_of(Scene scene, const Mask &mask);

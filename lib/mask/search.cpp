@@ -41,7 +41,7 @@ struct Stage {
 class Search {
   public:
     Search(const optics::Simulator &simulator, const SearchOptions &options)
-        : own_(score_of(simulator)), best_{{}, own_}, step_(step_of(simulator)),
+        : own_(score_of(simulator.images(), simulator.light())), best_{{}, own_}, step_(step_of(simulator)),
           full_(without_signal(simulator.scene())), coarse_(coarse(full_, mask_of(draw_terms(0, 0)))),
           options_(options) {}
 
@@ -210,7 +210,7 @@ Found search(const optics::Simulator &simulator, const SearchOptions &options) {
     const char *source = simulator.scene().source.c_str();
     if (simulator.plan().engine != optics::EngineKind::matrix_dft)
         fail(Status::unsupported, "%s: the engine PADDED_FFT models no mask: use MATRIX_DFT", source);
-    if (!std::isfinite(simulator.bounds().alone))
+    if (!std::isfinite(optics::bound_with(simulator.images(), {})))
         fail(Status::scene, "%s: masks cannot be compared: the separation has no Cramer-Rao bound", source);
     return Search(simulator, options).run();
 }

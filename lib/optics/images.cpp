@@ -13,13 +13,10 @@ namespace toliman::optics {
 
 namespace {
 
+constexpr double kMostBrightening = 1.1; // of the brightest pixel, by a displacement that an expansion covers
+
 double largest(const Buffer<double> &image) {
     return *std::max_element(image.begin(), image.end());
-}
-
-void scale(Buffer<double> &image, double factor) {
-    for (double &value : image)
-        value *= factor;
 }
 
 Buffer<double> sum(const Buffer<double> &a, const Buffer<double> &b) {
@@ -29,29 +26,11 @@ Buffer<double> sum(const Buffer<double> &a, const Buffer<double> &b) {
     return result;
 }
 
-// Calls change(image) for each image that is proportional to the stars' light.
-template <class Change> void for_each(Images &images, Change change) {
-    for (Buffer<double> *image : {&images.star[0], &images.star[1], &images.both, &images.shift_x, &images.shift_y,
-                                  &images.roll, &images.scale, &images.focus, &images.focus_curve})
-        change(*image);
-    for (Buffer<double> &image : images.motion)
-        change(image);
-    for (std::vector<Derivative> &position_derivatives : images.position_derivatives)
-        for (Derivative &derivative : position_derivatives)
-            change(derivative.image);
-}
-
-// Bounds the brightest pixel at any allowed displacement, by the expansion to second order. Systematics at most double
-// it.
-void check_brightness(const Scene &scene, const Images &images) {
-    const double reach = kLargestDisplacement, limit = kMostPhotons / (scene.systematics.any() ? 2 : 1);
-    double most = 0;
-    for (size_t i = 0; i < images.both.size(); i++)
-        most = std::max(most, images.both[i] +
-                                  reach * (std::fabs(images.motion[0][i]) + reach * std::fabs(images.motion[1][i])));
-    if (!(most <= limit))
-        fail(Status::scene, "%s: {cadence}: the brightest pixel expects up to %g photons: must be at most %g",
-             scene.source.c_str(), most, limit);
+void check_signal(const Scene &scene, const Buffer<double> &by_displacement) {
+    const bool changes = std::any_of(by_displacement.begin(), by_displacement.end(), [](double d) { return d != 0; });
+    if (scene.signal.amplitude_px != 0 && !changes)
+        fail(Status::scene, "%s: {signal}: the motion of star %c changes no pixel of the frame", scene.source.c_str(),
+             scene.signal.star == 0 ? 'A' : 'B');
 }
 
 // Variance of a frame: Poisson (the expected electrons) plus read noise and rounding. The floor only avoids a division
@@ -72,7 +51,7 @@ void add(double a_weight, const Buffer<double> &a, double b_weight, const Buffer
 }
 
 // Adds a star's share to the frame's nuisance images.
-void add_nuisances(const StarImages &star, const Light &light, size_t number, Images &images) {
+void add_nuisances(const StarImages &star, const Light &light, size_t number, Disturbed &images) {
     const double x = light.axis[0], y = light.axis[1];
     const auto &offset = light.offset_px[number];
     const Buffer<double> &along = star.at(1, 0), &across = star.at(0, 1);
@@ -87,49 +66,109 @@ void add_nuisances(const StarImages &star, const Light &light, size_t number, Im
 
 } // namespace
 
-Images make_images(const Scene &scene, const Imager &imager, const Plan &plan, const DetectorStages &detector,
-                   Light &light, const Progress &progress) {
+Images::Images(const Scene &scene, const Imager &imager, const Plan &plan, const DetectorStages &detector, Light &light,
+               const Progress &progress, size_t order)
+    : scene_(scene), imager_(imager), plan_(plan), detector_(detector), light_(light) {
     const size_t stars = scene.stars.size();
-    Images images;
+    StarImages images[2];
     for (size_t s = 0; s < stars; s++) {
-        const bool moves = s == scene.signal.star;
-        const ImageRequest request = {moves ? plan.order + 1 : 1,
-                                      plan.anchors > 0 ? 1 : std::max<size_t>(1, plan.place_order), true,
-                                      scene.systematics.focus_nm.any()};
-        StarImages star = imager.images(light, s, 0, request, [&](double fraction) {
+        const ImageRequest request = {s == scene.signal.star ? order : 0, 0, false, false};
+        images[s] = imager.images(light, s, 0, request, [&](double fraction) {
             progress.report("propagate", (static_cast<double>(s) + fraction) / static_cast<double>(stars));
         });
-        add_nuisances(star, light, s, images);
-        if (plan.place_order > 0 && plan.anchors == 0)
-            for (const Derivative &derivative : star.derivatives)
-                if (derivative.along + derivative.across > 0 &&
-                    derivative.along + derivative.across <= plan.place_order)
-                    images.position_derivatives[s].push_back(derivative);
-        for (Derivative &derivative : star.derivatives)
-            if (moves && derivative.along > 0 && derivative.across == 0)
-                images.motion.push_back(std::move(derivative.image));
-        images.star[s] = std::move(star.derivatives[0].image);
+        star_[s] = std::move(images[s].derivatives[0].image);
     }
-    images.both = sum(images.star[0], images.star[1]);
-    images.background.assign(images.both.size(), 1.0);
-
-    const double peak = largest(images.both);
+    both_ = sum(star_[0], star_[1]);
+    const double peak = largest(both_);
     if (!(peak > 0) || !std::isfinite(peak))
         fail(Status::scene, "%s: no light falls on the detector", scene.source.c_str());
     if (scene.cadence.peak_photons > 0) {
-        const double factor = scene.cadence.peak_photons / peak;
-        scale_light(light, factor);
-        for_each(images, [factor](Buffer<double> &image) { scale(image, factor); });
+        factor_ = scene.cadence.peak_photons / peak;
+        scale_light(light, factor_);
     }
-    images.peak_photons = largest(images.both);
-    images.total_photons = std::accumulate(images.both.begin(), images.both.end(), 0.0);
-    for_each(images, [&](Buffer<double> &image) { detector.apply_response(image); });
-    detector.apply_response(images.background);
-    for (double &value : images.both)
+    for (double &value : both_)
+        value *= factor_;
+    peak_photons_ = largest(both_);
+    total_photons_ = std::accumulate(both_.begin(), both_.end(), 0.0);
+    detector.apply_response(both_);
+    for (double &value : both_)
         value += detector.dark_e();
-    check_brightness(scene, images);
-    images.variance = variance_of(detector, images.both);
-    return images;
+    for (Buffer<double> &star : star_)
+        finish(star);
+    // A displacement brightens a pixel by a few per cent, and systematics at most double it. Frames are checked, too.
+    const double brightest = kMostBrightening * largest(both_),
+                 limit = kMostPhotons / (scene.systematics.any() ? 2 : 1);
+    if (!(brightest <= limit))
+        fail(Status::scene, "%s: {cadence}: the brightest pixel expects up to %g photons: must be at most %g",
+             scene.source.c_str(), brightest, limit);
+    variance_ = variance_of(detector, both_);
+    if (order > 0)
+        set_motion(images[scene.signal.star]);
+}
+
+const Motion &Images::motion() const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (!motion_)
+        propagate(true, false);
+    return *motion_;
+}
+
+const Disturbed &Images::disturbed() const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (!disturbed_)
+        propagate(!motion_, true);
+    return *disturbed_;
+}
+
+void Images::propagate(bool motion, bool disturbed) const {
+    const MemoryScope scope(memory_);
+    const size_t plane = plan_.anchors > 0 ? 1 : std::max<size_t>(1, plan_.place_order);
+    Disturbed by_others;
+    for (size_t s = 0; s < scene_.stars.size(); s++) {
+        const bool moves = motion && s == scene_.signal.star;
+        if (!moves && !disturbed)
+            continue;
+        const ImageRequest request = {moves ? plan_.order + 1 : 1, disturbed ? plane : 0, disturbed,
+                                      disturbed && scene_.systematics.focus_nm.any()};
+        StarImages star = imager_.images(light_, s, 0, request);
+        if (disturbed) {
+            add_nuisances(star, light_, s, by_others);
+            for (const Derivative &derivative : star.derivatives) {
+                const size_t order = derivative.along + derivative.across;
+                if (plan_.anchors == 0 && order > 0 && order <= plan_.place_order)
+                    by_others.position_derivatives[s].push_back(derivative);
+            }
+        }
+        if (moves)
+            set_motion(star);
+    }
+    if (!disturbed)
+        return;
+    for (Buffer<double> *image : {&by_others.shift_x, &by_others.shift_y, &by_others.roll, &by_others.scale,
+                                  &by_others.focus, &by_others.focus_curve})
+        finish(*image);
+    for (std::vector<Derivative> &derivatives : by_others.position_derivatives)
+        for (Derivative &derivative : derivatives)
+            finish(derivative.image);
+    by_others.background.assign(both_.size(), 1.0);
+    detector_.apply_response(by_others.background);
+    disturbed_ = std::move(by_others);
+}
+
+void Images::set_motion(StarImages &star) const {
+    Motion motion;
+    for (Derivative &derivative : star.derivatives)
+        if (derivative.along > 0 && derivative.across == 0)
+            finish(motion.emplace_back(std::move(derivative.image)));
+    check_signal(scene_, motion.front());
+    motion_ = std::move(motion);
+}
+
+// From propagated photons to expected electrons.
+void Images::finish(Buffer<double> &image) const {
+    for (double &value : image)
+        value *= factor_;
+    detector_.apply_response(image);
 }
 
 } // namespace toliman::optics

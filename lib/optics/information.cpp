@@ -14,42 +14,37 @@
 
 namespace toliman::optics {
 
-namespace {
-
-// The bound (px) with these nuisances free; infinity if nothing of the signal is left.
 double bound_with(const Images &images, const std::vector<Nuisance> &free) {
-    const size_t n = images.both.size();
+    const size_t n = images.both().size();
     Buffer<double> nuisances(free.size() * n), signal(n);
     for (size_t k = 0; k < free.size(); k++)
-        kernels::whiten(image_of(images, free[k]).data(), images.variance.data(), n, nuisances.data() + k * n);
-    kernels::whiten(images.motion[0].data(), images.variance.data(), n, signal.data());
+        kernels::whiten(image_of(images, free[k]).data(), images.variance().data(), n, nuisances.data() + k * n);
+    kernels::whiten(images.motion()[0].data(), images.variance().data(), n, signal.data());
     const size_t rank = kernels::orthonormalise(nuisances.data(), free.size(), n);
     const double remaining = kernels::project_out_twice(nuisances.data(), rank, n, signal.data()).after;
     return remaining > 0 ? 1 / remaining : std::numeric_limits<double>::infinity();
 }
 
-} // namespace
-
-const Buffer<double> &image_of(const Images &images, Nuisance nuisance) noexcept {
+const Buffer<double> &image_of(const Images &images, Nuisance nuisance) {
     switch (nuisance) {
     case Nuisance::flux_a:
-        return images.star[0];
+        return images.star(0);
     case Nuisance::flux_b:
-        return images.star[1];
+        return images.star(1);
     case Nuisance::shift_x:
-        return images.shift_x;
+        return images.disturbed().shift_x;
     case Nuisance::shift_y:
-        return images.shift_y;
+        return images.disturbed().shift_y;
     case Nuisance::roll:
-        return images.roll;
+        return images.disturbed().roll;
     case Nuisance::scale:
-        return images.scale;
+        return images.disturbed().scale;
     case Nuisance::focus:
-        return images.focus;
+        return images.disturbed().focus;
     case Nuisance::background:
         break;
     }
-    return images.background;
+    return images.disturbed().background;
 }
 
 Bounds bound(const Scene &scene, const Images &images) {

@@ -12,10 +12,13 @@ struct Bounds {
     double projected = 0;  // exactly those of the scene's preprocess.project free
 };
 
+// The bound (px) with these nuisances free; infinity if nothing of the signal is left.
+double bound_with(const Images &images, const std::vector<Nuisance> &free);
+
 // The bounds of all four sets of free nuisances.
 Bounds bound(const Scene &scene, const Images &images);
 
 // The derivative image of a nuisance.
-const Buffer<double> &image_of(const Images &images, Nuisance nuisance) noexcept;
+const Buffer<double> &image_of(const Images &images, Nuisance nuisance);
 
 } // namespace toliman::optics

@@ -19,6 +19,23 @@
 
 namespace toliman::optics {
 
+namespace {
+
+// In eight interleaved maxima, so that the loop vectorises.
+double largest_of(const double *image, size_t pixels) noexcept {
+    constexpr size_t parts = 8;
+    double most[parts] = {};
+    size_t i = 0;
+    for (; i + parts <= pixels; i += parts)
+        for (size_t p = 0; p < parts; p++)
+            most[p] = most[p] < image[i + p] ? image[i + p] : most[p];
+    for (; i < pixels; i++)
+        most[0] = std::max(most[0], image[i]);
+    return *std::max_element(most, most + parts);
+}
+
+} // namespace
+
 Outline outline_of(Scene scene, const Settings &settings) {
     Outline outline;
     outline.scene = std::move(scene);
@@ -43,37 +60,31 @@ Simulator::Simulator(Outline outline, const Settings &settings)
     : scene_(std::move(outline.scene)), pupil_(std::move(outline.pupil)), light_(std::move(outline.light)),
       plan_(std::move(outline.plan)), imager_(scene_, pupil_, plan_, worker_count(settings.workers)), detector_(scene_),
       anchors_(scene_, imager_, plan_, detector_, light_),
-      images_(make_images(scene_, imager_, plan_, detector_, light_, settings.progress)),
-      bounds_(bound(scene_, images_)) {
-    check_usable();
+      images_(scene_, imager_, plan_, detector_, light_, settings.progress) {
+    const double peak = images_.peak_photons(); // a fainter scene has no finite whitened images
+    if (!(peak >= kFewestPhotons))
+        fail(Status::scene, "%s: {cadence}: the brightest pixel expects %g photons: must be at least %g",
+             scene_.source.c_str(), peak, kFewestPhotons);
     min_displacement_ = max_displacement_ = displacement_px(0);
     for (int64_t k = 0; k < scene_.cadence.frames; k++) {
         const double displacement = displacement_px(k);
         min_displacement_ = std::min(min_displacement_, displacement);
         max_displacement_ = std::max(max_displacement_, displacement);
     }
-    truncation_ = predict_truncation();
-    if (truncation_ > scene_.accuracy)
-        settings.log.warn("%s: accuracy = %g: the Taylor expansion's expected error is %.2g of the signal",
-                          scene_.source.c_str(), scene_.accuracy, truncation_);
     warn_of_plan(scene_, light_, plan_, settings.log);
-    detector_.warn(images_.both, "", scene_.source, settings.log);
+    detector_.warn(images_.both(), "", scene_.source, settings.log);
 }
 
-// Refuses a scene too faint for finite whitened images, and a signal that changes no pixel.
-void Simulator::check_usable() const {
-    const double peak = images_.peak_photons;
-    if (!(peak >= kFewestPhotons))
-        fail(Status::scene, "%s: {cadence}: the brightest pixel expects %g photons: must be at least %g",
-             scene_.source.c_str(), peak, kFewestPhotons);
-    if (scene_.signal.amplitude_px != 0 && !std::isfinite(bounds_.alone))
-        fail(Status::scene, "%s: {signal}: the motion of star %c changes no pixel of the frame", scene_.source.c_str(),
-             scene_.signal.star == 0 ? 'A' : 'B');
+const Bounds &Simulator::bounds() const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (!bounds_)
+        bounds_ = bound(scene_, images_);
+    return *bounds_;
 }
 
 // Largest pixel of the first omitted term, d^(n+1)/(n+1)! I_(n+1), over that of the signal, d I_1, at the signal's
 // largest displacement d.
-double Simulator::predict_truncation() const {
+double Simulator::truncation() const {
     if (plan_.exact_frames)
         return 0;
     const double reach = std::max(max_displacement_, -min_displacement_);
@@ -86,8 +97,8 @@ double Simulator::predict_truncation() const {
     double factor = 1; // d^n / (n + 1)!
     for (size_t n = 1; n <= plan_.order; n++)
         factor *= reach / static_cast<double>(n + 1);
-    const double signal = largest(images_.motion.front());
-    return signal > 0 ? factor * largest(images_.motion.back()) / signal : 0;
+    const double signal = largest(images_.motion().front());
+    return signal > 0 ? factor * largest(images_.motion().back()) / signal : 0;
 }
 
 double Simulator::time_days(int64_t k) const noexcept {
@@ -110,27 +121,28 @@ Buffer<double> Simulator::star_at(const Light &light, size_t star, double displa
 void Simulator::propagate(double displacement_px, double *image) const {
     const size_t moving = scene_.signal.star;
     const Buffer<double> moved = star_at(light_, moving, displacement_px);
-    const Buffer<double> &still = images_.star[1 - moving];
+    const Buffer<double> &still = images_.star(1 - moving);
     for (size_t i = 0; i < pixels(); i++)
         image[i] = std::max(0.0, moved[i] + (still.empty() ? 0 : still[i]) + detector_.dark_e());
 }
 
 // Horner's rule, block by block, so that the partial sums stay in the cache across all orders.
-void Simulator::expect(double displacement_px, double *image) const noexcept {
+void Simulator::expect(double displacement_px, double *image) const {
+    const Motion &motion = images_.motion();
     constexpr size_t block = 1024;
     for (size_t first = 0; first < pixels(); first += block) {
         const size_t count = std::min(block, pixels() - first);
         double *const sum = image + first;
-        std::copy_n(images_.motion[plan_.order - 1].data() + first, count, sum);
+        std::copy_n(motion[plan_.order - 1].data() + first, count, sum);
         for (size_t n = plan_.order - 1; n > 0; n--) {
-            const double *const term = images_.motion[n - 1].data() + first;
+            const double *const term = motion[n - 1].data() + first;
             const double factor = displacement_px / static_cast<double>(n + 1);
             for (size_t i = 0; i < count; i++)
                 sum[i] = term[i] + factor * sum[i];
         }
         // Where there is almost no light the truncated expansion may be slightly negative.
         for (size_t i = 0; i < count; i++)
-            sum[i] = std::max(0.0, images_.both[first + i] + displacement_px * sum[i]);
+            sum[i] = std::max(0.0, images_.both()[first + i] + displacement_px * sum[i]);
     }
 }
 
@@ -143,6 +155,7 @@ void Simulator::expect_disturbed(double displacement_px, const Disturbances &dis
     const auto axis = axis_of(scene_, offsets);
     const std::shared_ptr<const Anchor> anchor = plan_.anchors > 0 ? anchors_.near(days) : nullptr;
     const Offsets &from = anchor ? anchor->offset_px : light_.offset_px;
+    const Disturbed *const still = anchor || plan_.exact_frames ? nullptr : &images_.disturbed(); // about time 0
     std::vector<Term> terms;
     const auto add_scale_and_focus = [&](const Buffer<double> &scale, const Buffer<double> &focus,
                                          const Buffer<double> &curve) {
@@ -155,8 +168,8 @@ void Simulator::expect_disturbed(double displacement_px, const Disturbances &dis
     };
     if (anchor)
         add_scale_and_focus(anchor->scale, anchor->focus, anchor->focus_curve);
-    else if (!plan_.exact_frames)
-        add_scale_and_focus(images_.scale, images_.focus, images_.focus_curve);
+    else if (still != nullptr)
+        add_scale_and_focus(still->scale, still->focus, still->focus_curve);
     const bool scale_or_focus = disturbances.scale != 0 || disturbances.focus_nm != 0;
     StarImages repropagated[2];
     for (size_t star = 0; star < scene_.stars.size(); star++) {
@@ -177,9 +190,9 @@ void Simulator::expect_disturbed(double displacement_px, const Disturbances &dis
             add_scale_and_focus(repropagated[star].scale, repropagated[star].focus, repropagated[star].focus_curve);
             terms.push_back({repropagated[star].at(0, 0).data(), flux});
         } else {
-            add_position_terms(anchor ? anchor->position_derivatives[star] : images_.position_derivatives[star],
+            add_position_terms(anchor ? anchor->position_derivatives[star] : still->position_derivatives[star],
                                light_.axis, shift, flux, terms);
-            terms.push_back({(anchor ? anchor->star[star] : images_.star[star]).data(), flux});
+            terms.push_back({(anchor ? anchor->star[star] : images_.star(star)).data(), flux});
         }
     }
     sum_terms(terms, detector_.dark_e(), pixels(), image);
@@ -194,7 +207,7 @@ void Simulator::frame(double displacement_px, uint64_t seed, int64_t k, double *
         propagate(displacement_px, scratch);
     else
         expect(displacement_px, scratch);
-    const double most = *std::max_element(scratch, scratch + pixels());
+    const double most = largest_of(scratch, pixels());
     if (!(most <= kMostPhotons))
         fail(Status::range, "frame %lld: a pixel expects %g electrons: must be at most %g", static_cast<long long>(k),
              most, kMostPhotons);
@@ -207,14 +220,14 @@ FrameModel Simulator::frame_model() const {
     model.source = scene_.source;
     model.rows = scene_.detector.rows;
     model.cols = scene_.detector.cols;
-    model.reference = detector_.in_counts(images_.both, Quantity::frame);
+    model.reference = detector_.in_counts(images_.both(), Quantity::frame);
     model.background = detector_.counts_of(detector_.dark_e());
-    model.variance = detector_.in_counts(images_.variance, Quantity::variance);
-    model.derivative = detector_.in_counts(images_.motion[0], Quantity::derivative);
+    model.variance = detector_.in_counts(images_.variance(), Quantity::variance);
+    model.derivative = detector_.in_counts(images_.motion()[0], Quantity::derivative);
     for (const Nuisance nuisance : scene_.projected)
         model.projected.push_back(
             {name_of(nuisance), detector_.in_counts(image_of(images_, nuisance), Quantity::derivative)});
-    model.crb_px = bounds_.projected;
+    model.crb_px = bound_with(images_, scene_.projected);
     model.scene_digest = scene_.digest;
     return model;
 }

@@ -1,5 +1,8 @@
-// The prepared scene: computes its images once, then makes any frame by index. Const calls may run on several threads.
+// The prepared scene: computes each image once, when first needed, then makes any frame by index. Const calls may run
+// on several threads.
 #pragma once
+#include <mutex>
+#include <optional>
 #include <string>
 
 #include "base/frame_model.hpp"
@@ -50,8 +53,9 @@ class Simulator {
     const Plan &plan() const noexcept { return plan_; }
     const DetectorStages &detector() const noexcept { return detector_; }
     const Images &images() const noexcept { return images_; }
-    const Bounds &bounds() const noexcept { return bounds_; }
-    double truncation() const noexcept { return truncation_; }
+    const Bounds &bounds() const; // computed by the first call
+    // Predicted error of the expansion in the displacement, relative to the signal's largest pixel.
+    double truncation() const;
     size_t pixels() const noexcept { return scene_.detector.rows * scene_.detector.cols; }
 
     // Largest |displacement| that a frame may have.
@@ -67,7 +71,7 @@ class Simulator {
     // Expected electrons at a displacement, into image[rows][cols]: by propagating every wavelength, ...
     void propagate(double displacement_px, double *image) const;
     // ... or by the Taylor expansion in the displacement.
-    void expect(double displacement_px, double *image) const noexcept;
+    void expect(double displacement_px, double *image) const;
     // Frame k with its systematics, detector stages and noise; scratch and image hold pixels() values each.
     void frame(double displacement_px, uint64_t seed, int64_t k, double *scratch, double *image) const;
 
@@ -75,8 +79,6 @@ class Simulator {
     FrameModel frame_model() const;
 
   private:
-    void check_usable() const;
-    double predict_truncation() const;
     Buffer<double> star_at(const Light &light, size_t star, double displacement_px) const;
     void expect_disturbed(double displacement_px, const Disturbances &disturbances, double days, double *image) const;
 
@@ -88,9 +90,9 @@ class Simulator {
     DetectorStages detector_;
     Anchors anchors_;
     Images images_;
-    Bounds bounds_;
     double min_displacement_ = 0, max_displacement_ = 0; // of the signal over the cadence
-    double truncation_ = 0; // predicted error of the expansion, relative to the signal's largest pixel
+    mutable std::mutex mutex_;
+    mutable std::optional<Bounds> bounds_;
 };
 
 } // namespace toliman::optics

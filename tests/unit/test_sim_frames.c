@@ -1,6 +1,7 @@
 /* Tests noisy frames: their statistics, that they depend only on scene, displacement, seed and number, and refused
  * calls. */
 #include <dlfcn.h>
+#include <pthread.h>
 #include <stdio.h>
 
 #include "frame_statistics.h"
@@ -241,6 +242,60 @@ static void odd_scenes_are_reported(void **state) {
     free(text);
 }
 
+enum { KINDS = TOLIMAN_SIM_IMAGE_BACKGROUND - TOLIMAN_SIM_IMAGE_BOTH + 1 };
+typedef double all_images[KINDS][PIXELS];
+
+static void get_images(const toliman_sim *sim, int reversed, all_images images) {
+    for (int i = 0; i < KINDS; i++) {
+        const int kind = reversed ? KINDS - 1 - i : i;
+        assert_ok(toliman_sim_get_image(sim, TOLIMAN_SIM_IMAGE_BOTH + kind, images[kind], SIDE));
+    }
+}
+
+static void *get_in_thread(void *sim) {
+    static all_images images[2]; /* one per thread */
+    static _Atomic int threads = 0;
+    const int thread = threads++ % 2;
+    get_images(sim, thread, images[thread]);
+    return images[thread];
+}
+
+/* Derivatives are computed when first needed: alone, together, or while another thread asks for them. */
+static void images_do_not_depend_on_what_was_asked_before(void **state) {
+    (void)state;
+    static all_images expected, images;
+    char *const scene = replaced(kBinaryScene, "\"noise\"",
+                                 "\"systematics\": {\"pointing_rms_px\": 1e-3, \"focus_rms_nm\": 0.1}, \"noise\"");
+    toliman_sim *sim = sim_of(scene);
+    const toliman_sim_info info = sim_info_of(sim); /* needs all derivatives at once */
+    get_images(sim, 0, expected);
+    double *const frame = frames_of(sim, 1, 0, 1, 1);
+    toliman_sim_destroy(sim);
+    for (int reversed = 0; reversed < 2; reversed++) {
+        sim = sim_of(scene);
+        double *const same = frames_of(sim, 1, 0, 1, 1);
+        assert_memory_equal(same, frame, PIXELS * sizeof *frame);
+        free(same);
+        get_images(sim, reversed, images);
+        assert_memory_equal(images, expected, sizeof images);
+        const toliman_sim_info other = sim_info_of(sim);
+        assert_memory_equal(&other, &info, sizeof info);
+        toliman_sim_destroy(sim);
+    }
+    sim = sim_of(scene);
+    pthread_t threads[2];
+    for (int i = 0; i < 2; i++)
+        assert_int_equal(pthread_create(&threads[i], NULL, get_in_thread, sim), 0);
+    for (int i = 0; i < 2; i++) {
+        void *result = NULL;
+        assert_int_equal(pthread_join(threads[i], &result), 0);
+        assert_memory_equal(result, expected, sizeof expected);
+    }
+    toliman_sim_destroy(sim);
+    free(frame);
+    free(scene);
+}
+
 static void images_have_names(void **state) {
     (void)state;
     for (int32_t kind = TOLIMAN_SIM_IMAGE_BOTH; kind <= TOLIMAN_SIM_IMAGE_BACKGROUND; kind++)
@@ -262,6 +317,7 @@ int main(void) {
         cmocka_unit_test(frames_do_not_depend_on_threads_or_order),
         cmocka_unit_test(seeds_and_numbers_make_different_frames),
         cmocka_unit_test(images_do_not_depend_on_threads),
+        cmocka_unit_test(images_do_not_depend_on_what_was_asked_before),
         cmocka_unit_test(info_holds_what_a_header_needs),
         cmocka_unit_test(impossible_calls_are_refused),
         cmocka_unit_test(progress_may_cancel),
