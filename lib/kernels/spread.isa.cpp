@@ -17,9 +17,10 @@ namespace TOLIMAN_ISA {
 namespace {
 
 constexpr size_t kChunk = 64; // samples per vector loop over phases
+constexpr size_t kAtOnce = 4; // samples whose kernels are evaluated together
 
 struct Chunk {
-    alignas(64) double first[kChunk], argument[kChunk]; // first cell; argument of the polynomials
+    alignas(64) double first[kChunk], argument[kChunk] = {}; // first cell; argument of the polynomials
     alignas(64) double strengths[4][kChunk];
 };
 
@@ -51,25 +52,34 @@ void find_phases(const SpreadSamples &samples, const SpreadPhases &phases, doubl
         }
 }
 
+// Kernels of several samples at once: Horner's scheme for one sample would wait for each of its own steps.
+template <size_t lanes>
+inline void kernels_of(const double *arguments, const SpreadShape &shape, double (*kernels)[lanes]) noexcept {
+    const double *coefficients = shape.coefficients + shape.degree * lanes;
+    for (size_t j = 0; j < kAtOnce; j++)
+        for (size_t i = 0; i < lanes; i++)
+            kernels[j][i] = coefficients[i];
+    for (size_t d = shape.degree; d-- > 0;) {
+        coefficients -= lanes;
+        for (size_t j = 0; j < kAtOnce; j++)
+            for (size_t i = 0; i < lanes; i++)
+                kernels[j][i] = kernels[j][i] * arguments[j] + coefficients[i];
+    }
+}
+
 template <size_t lanes, size_t pairs>
 void spread_chunk(const Chunk &chunk, size_t n, const SpreadShape &shape, double *const *grids) noexcept {
-    alignas(64) double kernel[lanes];
-    for (size_t j = 0; j < n; j++) {
-        const double s = chunk.argument[j];
-        const double *coefficients = shape.coefficients + shape.degree * lanes;
-        for (size_t i = 0; i < lanes; i++)
-            kernel[i] = coefficients[i];
-        for (size_t d = shape.degree; d-- > 0;) {
-            coefficients -= lanes;
-            for (size_t i = 0; i < lanes; i++)
-                kernel[i] = kernel[i] * s + coefficients[i];
-        }
-        const auto first = static_cast<size_t>(static_cast<int64_t>(chunk.first[j]));
-        for (size_t g = 0; g < 2 * pairs; g++) {
-            const double strength = chunk.strengths[g][j];
-            double *out = grids[g] + first;
-            for (size_t i = 0; i < lanes; i++)
-                out[i] += strength * kernel[i];
+    alignas(64) double kernels[kAtOnce][lanes];
+    for (size_t begin = 0; begin < n; begin += kAtOnce) {
+        kernels_of<lanes>(chunk.argument + begin, shape, kernels);
+        for (size_t j = 0; j < kAtOnce && begin + j < n; j++) {
+            const auto first = static_cast<size_t>(static_cast<int64_t>(chunk.first[begin + j]));
+            for (size_t g = 0; g < 2 * pairs; g++) {
+                const double strength = chunk.strengths[g][begin + j];
+                double *out = grids[g] + first;
+                for (size_t i = 0; i < lanes; i++)
+                    out[i] += strength * kernels[j][i];
+            }
         }
     }
 }

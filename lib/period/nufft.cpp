@@ -53,20 +53,26 @@ long double bessel(long double square) noexcept {
     return sum;
 }
 
+// cos(pi m/(2 n)) for m = 0 ... 4 n - 1: all that polynomial() needs of n points.
+std::vector<long double> chebyshev_cosines(size_t n) {
+    std::vector<long double> cosines(4 * n);
+    for (size_t m = 0; m < cosines.size(); m++)
+        cosines[m] = std::cos(kLongPi * static_cast<long double>(m) / static_cast<long double>(2 * n));
+    return cosines;
+}
+
 // Coefficients of the polynomial of this degree that interpolates f at the Chebyshev points of [-1, 1].
-template <class Function> std::vector<long double> polynomial(size_t degree, Function f) {
+template <class Function>
+std::vector<long double> polynomial(size_t degree, const std::vector<long double> &cosines, Function f) {
     const size_t n = degree + 1;
     std::vector<long double> values(n), sum(n), chebyshev(n), before(n);
-    const auto angle = [&](size_t j) {
-        return kLongPi * (static_cast<long double>(j) + 0.5L) / static_cast<long double>(n);
-    };
     for (size_t j = 0; j < n; j++)
-        values[j] = f(std::cos(angle(j)));
+        values[j] = f(cosines[2 * j + 1]);
     chebyshev[0] = 1; // coefficients of T_0, then T_1, ...
     for (size_t order = 0; order < n; order++) {
         long double share = 0;
         for (size_t j = 0; j < n; j++)
-            share += values[j] * std::cos(static_cast<long double>(order) * angle(j));
+            share += values[j] * cosines[order * (2 * j + 1) % (4 * n)];
         share *= (order == 0 ? 1.0L : 2.0L) / static_cast<long double>(n);
         for (size_t power = 0; power < n; power++)
             sum[power] += share * chebyshev[power];
@@ -99,11 +105,13 @@ Nufft::Nufft(const Choice &choice)
 void Nufft::make_coefficients(long double beta) {
     const auto width = static_cast<long double>(shape_.width);
     coefficients_.resize((shape_.degree + 1) * shape_.lanes);
+    const std::vector<long double> cosines = chebyshev_cosines(shape_.degree + 1);
+    const long double peak = bessel(beta * beta);
     for (size_t cell = 0; cell < shape_.width; cell++) {
         const long double left = static_cast<long double>(cell) - (width - 1) / 2;
-        const auto row = polynomial(shape_.degree, [&](long double s) {
+        const auto row = polynomial(shape_.degree, cosines, [&](long double s) {
             const long double z = 2 * (left + s / 2) / width;
-            return bessel(beta * beta * (1 - z * z)) / bessel(beta * beta);
+            return bessel(beta * beta * (1 - z * z)) / peak;
         });
         for (size_t power = 0; power <= shape_.degree; power++)
             coefficients_[power * shape_.lanes + cell] = static_cast<double>(row[power]);
