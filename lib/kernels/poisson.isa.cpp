@@ -231,10 +231,16 @@ struct Work {
 
 // Compacts the open pixels among the first `size`; returns their number.
 size_t keep_open(Work &work, size_t size) {
+    constexpr size_t kGroup = 64; // pixels whose flags are gathered in one word
     size_t kept = 0;
-    for (size_t i = 0; i < size; i++) {
-        work.kept[kept] = i;
-        kept += work.open[i];
+    for (size_t i = size; i % kGroup != 0; i++)
+        work.open[i] = 0;
+    for (size_t first = 0; first < size; first += kGroup) {
+        uint64_t flags = 0;
+        for (size_t j = 0; j < kGroup; j++)
+            flags |= work.open[first + j] << j;
+        for (; flags != 0; flags &= flags - 1)
+            work.kept[kept++] = first + static_cast<size_t>(__builtin_ctzll(flags));
     }
     for (size_t i = 0; i < kept; i++) {
         const size_t from = work.kept[i];
@@ -274,12 +280,19 @@ void test_all(Work &work, size_t size) {
     }
 }
 
-void count_by_rejection(Work &work, size_t size, uint64_t first_pixel, NoiseKey key, double *counts) {
+// is_whole: place[i] = i, as long as no pixel has been accepted.
+void count_by_rejection(Work &work, size_t size, bool is_whole, uint64_t first_pixel, NoiseKey key, double *counts) {
     for (uint32_t draw = 0; size > 0 && draw < kMaxDraws; draw++) {
         draw_words(work.place, size, first_pixel, key, draw, work.a, work.b);
         propose_all(work, size);
-        for (size_t i = 0; i < size; i++)
-            counts[work.place[i]] = work.count[i]; // overwritten by the next proposal if this one is rejected
+        // A count is overwritten by the next proposal if this one is rejected.
+        if (is_whole) // a copy is quicker than the scatter below
+            for (size_t i = 0; i < size; i++)
+                counts[i] = work.count[i];
+        else
+            for (size_t i = 0; i < size; i++)
+                counts[work.place[i]] = work.count[i];
+        is_whole = false;
         size = keep_open(work, size);
         test_all(work, size);
         size = keep_open(work, size);
@@ -325,12 +338,24 @@ size_t select(const double *mean, size_t size, bool above_limit, Work &work) {
     return selected;
 }
 
+// Selects the whole block unless a mean is below the limit.
+bool select_whole(const double *mean, size_t size, Work &work) {
+    uint64_t small = 0;
+    for (size_t i = 0; i < size; i++) {
+        work.place[i] = i;
+        work.mean[i] = mean[i];
+        small |= mean[i] >= kInversionLimit ? 0 : 1;
+    }
+    return small == 0;
+}
+
 void poisson(const double *mean, size_t count, uint64_t first_pixel, NoiseKey key, double *counts) noexcept {
     Work work;
     for (size_t begin = 0; begin < count; begin += kBlock) {
         const size_t size = count - begin < kBlock ? count - begin : kBlock;
-        const size_t large = select(mean + begin, size, true, work);
-        count_by_rejection(work, large, first_pixel + begin, key, counts + begin);
+        const bool is_whole = select_whole(mean + begin, size, work);
+        const size_t large = is_whole ? size : select(mean + begin, size, true, work);
+        count_by_rejection(work, large, is_whole, first_pixel + begin, key, counts + begin);
         if (large < size)
             count_by_inversion(work, select(mean + begin, size, false, work), first_pixel + begin, key, counts + begin);
     }
