@@ -226,8 +226,7 @@ module toliman
         ! estimator
         real(c_double) :: crb_projected_px = 0.0_c_double
         ! error of the Taylor expansion at the largest displacement of the signal: largest error of any pixel, divided
-        ! by the largest change of any pixel by the signal. A warning is logged if it exceeds the accuracy of the
-        ! scene
+        ! by the largest change of any pixel by the signal
         real(c_double) :: truncation = 0.0_c_double
         real(c_double) :: min_displacement_px = 0.0_c_double ! range of the signal over the cadence
         real(c_double) :: max_displacement_px = 0.0_c_double
@@ -2626,8 +2625,10 @@ module toliman
     public :: toliman_track_get_period
     public :: toliman_track_query_fit
 
-    ! Simulator: a prepared scene. PSFs and derivative images are computed once; frames are then drawn by random
-    ! access. Functions that take a const simulator may run on one simulator from several threads.
+    ! Simulator: a prepared scene. Each image is computed once, and only if it is needed: the images of the stars when
+    ! the simulator is created, derivatives and Cramer-Rao bounds by the first call that uses them; TOLIMAN_E_SCENE
+    ! from such a call if the signal moves a star without changing any pixel of the frame. Frames are then drawn by
+    ! random access. Functions that take a const simulator may run on one simulator from several threads.
     type, public :: toliman_simulator
         type(c_ptr) :: handle = c_null_ptr
         integer(c_size_t), private :: rows = -1, cols = -1 ! of a frame

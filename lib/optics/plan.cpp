@@ -40,8 +40,9 @@ constexpr double kElementRate = 4e10;                // flop/s of these
 constexpr double kPaddedRate = 3;                    // GFLOP/s of the padded FFT
 constexpr double kPositionTermSeconds = 0.9e-9;      // per pixel and image: together they exceed the cache
 constexpr double kTermSeconds = 0.3e-9, kPoissonSeconds = 7e-9, kReadSeconds = 7e-9; // per pixel
-constexpr double kStarFields = 4;   // the image, its two slopes and focus
-constexpr double kFrameImages = 10; // in memory in addition to the derivatives by displacement and position
+constexpr double kStarFields = 4; // the image, its two slopes and focus
+constexpr double kFrameImages =
+    11; // in memory in addition to higher derivatives by displacement and to those by position
 
 // Highest frequency of an image, in cycles per pixel.
 double cutoff_of(const Pupil &pupil, const Light &light, const Grid &pixels) noexcept {
@@ -242,7 +243,7 @@ double pupil_error(const Pupil &pupil, const Light &light, const Grid &pixels, d
 // Numbers of propagated fields.
 struct Fields {
     double stars;
-    double orders;         // displacement derivatives of the moving star, in addition to of_star
+    double orders;         // higher displacement derivatives of the moving star, in addition to of_star
     double of_star;        // per star
     double position_terms; // of the expansion in positions, both stars together
 };
@@ -251,7 +252,7 @@ Fields fields_of(const Scene &scene, const Plan &plan) noexcept {
     const auto stars = static_cast<double>(scene.stars.size());
     const size_t terms = plan.place_order > 0 ? (plan.place_order + 1) * (plan.place_order + 2) / 2 : 0;
     const double focus = scene.systematics.focus_nm.any() ? 1 : 0;
-    return {stars, static_cast<double>(plan.order + 1), kStarFields + focus + static_cast<double>(terms),
+    return {stars, static_cast<double>(plan.order), kStarFields + focus + static_cast<double>(terms),
             stars * static_cast<double>(terms)};
 }
 
@@ -294,7 +295,7 @@ Cost cost_of(const Scene &scene, const Pupil &pupil, const Plan &plan) {
     const double one_image = wavelengths * (transform + elements) + filter;
 
     const Fields in = fields_of(scene, plan);
-    const double fields = in.orders + in.stars * in.of_star;
+    const double fields = in.orders + in.stars * (1 + in.of_star); // the images first, then all derivatives
     const double rate = 1e9 * (padded ? kPaddedRate : blas::measure_tile_gflops());
     Cost cost;
     cost.setup_flops = fields * (wavelengths * (transform + elements) + filter);

@@ -61,7 +61,7 @@ class Plan(ProgramTest):
         """Against what the system counts, less that of a scene which needs none."""
 
         def taken(scene):
-            command = [PROGRAM, "psf", scene, "--out", "x.npy"]
+            command = [PROGRAM, "simulate", scene, "--frames", "0:1", "--out", "x.npy"]
             run = subprocess.Popen(command, cwd=self.folder, stderr=subprocess.DEVNULL)
             _, status, usage = os.wait4(run.pid, 0)
             run.returncode = os.waitstatus_to_exitcode(status)

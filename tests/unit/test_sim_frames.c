@@ -296,6 +296,26 @@ static void images_do_not_depend_on_what_was_asked_before(void **state) {
     free(scene);
 }
 
+/* One pixel at the centre of a star: its light does not change to first order. Its image needs no derivative. */
+static void a_signal_that_changes_no_pixel_is_refused(void **state) {
+    (void)state;
+    char *scene = replaced(kSingleScene, "[32, 32]", "[1, 1]");
+    scene = replaced_again(scene, "\"cadence\"",
+                           "\"signal\": {\"kind\": \"sinusoid\", \"amplitude_px\": 1e-3, \"period_days\": 40}, "
+                           "\"cadence\"");
+    toliman_sim *const sim = sim_of(scene);
+    toliman_sim_info info = TOLIMAN_SIM_INFO_INIT;
+    double count = 0;
+    assert_ok(toliman_sim_get_image(sim, TOLIMAN_SIM_IMAGE_BOTH, &count, 1));
+    const char *const message = "signal: the motion of star A changes no pixel of the frame";
+    assert_fails(toliman_sim_frame(sim, 0, 1, 0, &count, 1), TOLIMAN_E_SCENE, message);
+    assert_fails(toliman_sim_expect(sim, 0, &count, 1), TOLIMAN_E_SCENE, message);
+    assert_fails(toliman_sim_get_image(sim, TOLIMAN_SIM_IMAGE_SEPARATION, &count, 1), TOLIMAN_E_SCENE, message);
+    assert_fails(toliman_sim_get_info(sim, &info), TOLIMAN_E_SCENE, message);
+    toliman_sim_destroy(sim);
+    free(scene);
+}
+
 static void images_have_names(void **state) {
     (void)state;
     for (int32_t kind = TOLIMAN_SIM_IMAGE_BOTH; kind <= TOLIMAN_SIM_IMAGE_BACKGROUND; kind++)
@@ -320,6 +340,7 @@ int main(void) {
         cmocka_unit_test(images_do_not_depend_on_what_was_asked_before),
         cmocka_unit_test(info_holds_what_a_header_needs),
         cmocka_unit_test(impossible_calls_are_refused),
+        cmocka_unit_test(a_signal_that_changes_no_pixel_is_refused),
         cmocka_unit_test(progress_may_cancel),
         cmocka_unit_test(too_bright_frames_are_refused),
         cmocka_unit_test(odd_scenes_are_reported),

@@ -163,7 +163,9 @@ class toliman_image(Sized):
 
 
 class toliman_sim(Structure):
-    """Simulator: a prepared scene. PSFs and derivative images are computed once; frames are then drawn by random access.
+    """Simulator: a prepared scene. Each image is computed once, and only if it is needed: the images of the stars when the
+    simulator is created, derivatives and Cramer-Rao bounds by the first call that uses them; TOLIMAN_E_SCENE from such
+    a call if the signal moves a star without changing any pixel of the frame. Frames are then drawn by random access.
     Functions that take a const simulator may run on one simulator from several threads."""
 
 
@@ -221,8 +223,7 @@ class toliman_sim_info(Sized):
     crb_projected_px: Cramer-Rao bound with the nuisances of preprocess.project unknown: the reference of the
         efficiency of an estimator
     truncation: error of the Taylor expansion at the largest displacement of the signal: largest error
-        of any pixel, divided by the largest change of any pixel by the signal. A warning is
-        logged if it exceeds the accuracy of the scene
+        of any pixel, divided by the largest change of any pixel by the signal
     min_displacement_px: range of the signal over the cadence
     max_displacement_px: range of the signal over the cadence
     amplitude_uas: amplitude of the signal on the sky, microarcseconds
@@ -1844,7 +1845,8 @@ folder; NULL = the current directory. Otherwise as toliman_sim_create_file.""",
     ),
     "toliman_sim_get_info": (
         c_int32, (("sim", POINTER(toliman_sim)), ("out", POINTER(toliman_sim_info))),
-        """Writes the properties of the scene to *out, whose struct_size must be set.""",
+        """Writes the properties of the scene to *out, whose struct_size must be set. The first call computes the derivatives
+for the bounds.""",
     ),
     "toliman_sim_plan_file": (
         c_int32, (

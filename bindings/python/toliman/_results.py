@@ -39,7 +39,7 @@ class SceneInfo(Result):
     crb_px: float = member("Cramer-Rao bound with all else known; finite if the scene has a signal")
     crb_flux_shift_px: float = member("Cramer-Rao bound with both fluxes and the common shift unknown")
     crb_projected_px: float = member("Cramer-Rao bound with the nuisances of preprocess.project unknown: the reference of the efficiency of an estimator")
-    truncation: float = member("error of the Taylor expansion at the largest displacement of the signal: largest error of any pixel, divided by the largest change of any pixel by the signal. A warning is logged if it exceeds the accuracy of the scene")
+    truncation: float = member("error of the Taylor expansion at the largest displacement of the signal: largest error of any pixel, divided by the largest change of any pixel by the signal")
     min_displacement_px: float = member("range of the signal over the cadence")
     max_displacement_px: float = member("range of the signal over the cadence")
     amplitude_uas: float = member("amplitude of the signal on the sky, microarcseconds")
