@@ -201,10 +201,9 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_SIM_UNIT_ELECTRON = 302
     integer(c_int32_t), parameter, public :: TOLIMAN_SIM_UNIT_DN = 303
 
-    ! Properties of a prepared scene. Each Cramer-Rao bound is the smallest standard deviation of the separation that an
-    ! unbiased estimator can reach from one frame; it is infinite if the frame does not constrain the separation.
+    ! Properties of a prepared scene.
     type, bind(C), public :: toliman_sim_info
-        integer(c_int32_t) :: struct_size = 216 ! in: sizeof(toliman_sim_info)
+        integer(c_int32_t) :: struct_size = 176 ! in: sizeof(toliman_sim_info)
         integer(c_int32_t) :: wavelengths = 0 ! number of wavelengths of the spectrum
         integer(c_int64_t) :: rows = 0 ! shape of a frame
         integer(c_int64_t) :: cols = 0
@@ -218,16 +217,6 @@ module toliman
         real(c_double) :: flux_ratio = 0.0_c_double ! photons of A / photons of B; 0 for a single star
         real(c_double) :: peak_photons = 0.0_c_double ! brightest pixel of the expected frame, before the detector
         real(c_double) :: total_photons = 0.0_c_double ! sum over the frame, before the detector
-        ! Cramer-Rao bound with all else known; finite if the scene has a signal
-        real(c_double) :: crb_px = 0.0_c_double
-        ! Cramer-Rao bound with both fluxes and the common shift unknown
-        real(c_double) :: crb_flux_shift_px = 0.0_c_double
-        ! Cramer-Rao bound with the nuisances of preprocess.project unknown: the reference of the efficiency of an
-        ! estimator
-        real(c_double) :: crb_projected_px = 0.0_c_double
-        ! error of the Taylor expansion at the largest displacement of the signal: largest error of any pixel, divided
-        ! by the largest change of any pixel by the signal
-        real(c_double) :: truncation = 0.0_c_double
         real(c_double) :: min_displacement_px = 0.0_c_double ! range of the signal over the cadence
         real(c_double) :: max_displacement_px = 0.0_c_double
         real(c_double) :: amplitude_uas = 0.0_c_double ! amplitude of the signal on the sky, microarcseconds
@@ -236,13 +225,26 @@ module toliman
         ! FNV-1a hash of the scene text, also stored in weights trained on the scene
         integer(c_int64_t) :: scene_digest = 0
         integer(c_int64_t) :: whole_counts = 0 ! 1 if counts are integers (photon noise only, or a bit depth), else 0
-        ! Cramer-Rao bound with all eight nuisances unknown; may be infinite
-        real(c_double) :: crb_marginal_px = 0.0_c_double
         real(c_double) :: peak_counts = 0.0_c_double ! brightest pixel of the expected frame, in its unit
         integer(c_int32_t) :: unit = 0 ! TOLIMAN_SIM_UNIT_..., of frames and expected images
         integer(c_int32_t) :: bit_depth = 0 ! bits per pixel of the detector; 0 = counts are not rounded
         ! length of an exposure; 0 if the scene has peak_photons instead. Since 0.2
         real(c_double) :: exposure_s = 0.0_c_double
+    end type
+
+    ! Cramer-Rao bounds of a frame: the smallest standard deviation of the separation, in px, that an unbiased estimator
+    ! can reach from one frame. Infinite if the frame does not constrain the separation. Since 0.2.
+    type, bind(C), public :: toliman_sim_bounds
+        integer(c_int32_t) :: struct_size = 48 ! in: sizeof(toliman_sim_bounds)
+        integer(c_int32_t) :: reserved = 0 ! 0
+        real(c_double) :: crb_px = 0.0_c_double ! with all else known; finite if the scene has a signal
+        real(c_double) :: crb_flux_shift_px = 0.0_c_double ! with both fluxes and the common shift unknown
+        real(c_double) :: crb_marginal_px = 0.0_c_double ! with all eight nuisances unknown
+        ! with the nuisances of preprocess.project unknown: the reference of the efficiency of an estimator
+        real(c_double) :: crb_projected_px = 0.0_c_double
+        ! error of the Taylor expansion at the largest displacement of the signal: largest error of any pixel, divided
+        ! by the largest change of any pixel by the signal
+        real(c_double) :: truncation = 0.0_c_double
     end type
 
     ! Plan of a scene: what the simulator will compute to reach the accuracy of the scene, with the expected error and
@@ -265,7 +267,7 @@ module toliman
         real(c_double) :: pupil_error = 0.0_c_double
         ! error of the Chebyshev nodes; 0 if every wavelength is propagated
         real(c_double) :: spectrum_error = 0.0_c_double
-        ! error of the Taylor expansion, defined as toliman_sim_info.truncation
+        ! error of the Taylor expansion, defined as toliman_sim_bounds.truncation
         real(c_double) :: series_error = 0.0_c_double
         real(c_double) :: pixel_error = 0.0_c_double ! error of the pixel integration
         ! largest relative plate-scale error of the padded FFT; 0 for the matrix DFT
@@ -1353,6 +1355,14 @@ module toliman
             import
             type(c_ptr), value :: sim
             type(toliman_sim_info), intent(inout) :: out
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Writes the bounds of the scene to *out, whose struct_size must be set.
+        function toliman_sim_get_bounds(sim, out) bind(C) result(answer)
+            import
+            type(c_ptr), value :: sim
+            type(toliman_sim_bounds), intent(inout) :: out
             integer(c_int32_t) :: answer
         end function
 
@@ -2501,6 +2511,7 @@ module toliman
     public :: toliman_sim_create_json
     public :: toliman_sim_destroy
     public :: toliman_sim_get_info
+    public :: toliman_sim_get_bounds
     public :: toliman_sim_plan_file
     public :: toliman_sim_plan_json
     public :: toliman_sim_stage_name
@@ -2636,6 +2647,7 @@ module toliman
         procedure :: create_file => simulator_create_file
         procedure :: create_json => simulator_create_json
         procedure :: get_info => simulator_get_info
+        procedure :: get_bounds => simulator_get_bounds
         procedure, nopass :: plan_file => simulator_plan_file
         procedure, nopass :: plan_json => simulator_plan_json
         procedure, nopass :: stage_name => simulator_stage_name
@@ -3117,6 +3129,15 @@ contains
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
         call conclude(toliman_sim_get_info(self%handle, out), stat, errmsg)
+    end subroutine
+
+    ! Writes the bounds of the scene to *out, whose struct_size must be set.
+    subroutine simulator_get_bounds(self, out, stat, errmsg)
+        class(toliman_simulator), intent(in) :: self
+        type(toliman_sim_bounds), intent(inout) :: out
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        call conclude(toliman_sim_get_bounds(self%handle, out), stat, errmsg)
     end subroutine
 
     ! Writes the plan of the scene file at path to *out, whose struct_size must be set, without computing images.

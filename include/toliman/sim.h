@@ -5,7 +5,8 @@
  *   scene.json -> plan_file, plan_json                               requirements and cost, without images
  *   scene.json -> create_file, create_json -> toliman_sim -> frame, frame_many -> counts[rows][cols]
  *    options_init                             |                   -> cae.h, linear.h, components.h
- *                                             +-> get_info, get_name, get_plan, get_stage    properties, bounds
+ *                                             +-> get_info, get_name, get_plan, get_stage    properties
+ *                                             +-> get_bounds                                 Cramer-Rao bounds
  *                                             +-> get_series, get_offsets                    true values
  *                                             +-> get_pupil, get_spectrum, get_plate_scale   optics and light
  *                                             +-> expect, propagate, get_image               noise-free images
@@ -157,46 +158,57 @@ TOLIMAN_API void toliman_sim_destroy(toliman_sim *sim) TOLIMAN_NOEXCEPT;
 #define TOLIMAN_SIM_UNIT_ELECTRON 302
 #define TOLIMAN_SIM_UNIT_DN 303
 
-/* Properties of a prepared scene. Each Cramer-Rao bound is the smallest standard deviation of the separation that an
- * unbiased estimator can reach from one frame; it is infinite if the frame does not constrain the separation. */
+/* Properties of a prepared scene. */
 typedef struct toliman_sim_info {
-    uint32_t struct_size;     /* in: sizeof(toliman_sim_info) */
-    int32_t wavelengths;      /* number of wavelengths of the spectrum */
-    int64_t rows, cols;       /* shape of a frame */
-    int64_t frames;           /* number of frames of the cadence */
-    int64_t pupil_samples;    /* N: the pupil has N x N samples */
-    uint64_t seed;            /* noise.seed of the scene */
-    double amplitude_px;      /* amplitude of the signal, 0 without one; for a planet, semi-major axis of the star's
-                                 orbit */
-    double period_days;       /* period of the signal; 0 without one */
-    double separation_px;     /* separation of the stars; 0 for a single star */
-    double flux_ratio;        /* photons of A / photons of B; 0 for a single star */
-    double peak_photons;      /* brightest pixel of the expected frame, before the detector */
-    double total_photons;     /* sum over the frame, before the detector */
-    double crb_px;            /* Cramer-Rao bound with all else known; finite if the scene has a signal */
-    double crb_flux_shift_px; /* Cramer-Rao bound with both fluxes and the common shift unknown */
-    double crb_projected_px;  /* Cramer-Rao bound with the nuisances of preprocess.project unknown: the reference of the
-                                 efficiency of an estimator */
-    double truncation;        /* error of the Taylor expansion at the largest displacement of the signal: largest error
-                                 of any pixel, divided by the largest change of any pixel by the signal */
+    uint32_t struct_size;  /* in: sizeof(toliman_sim_info) */
+    int32_t wavelengths;   /* number of wavelengths of the spectrum */
+    int64_t rows, cols;    /* shape of a frame */
+    int64_t frames;        /* number of frames of the cadence */
+    int64_t pupil_samples; /* N: the pupil has N x N samples */
+    uint64_t seed;         /* noise.seed of the scene */
+    double amplitude_px;   /* amplitude of the signal, 0 without one; for a planet, semi-major axis of the star's
+                              orbit */
+    double period_days;    /* period of the signal; 0 without one */
+    double separation_px;  /* separation of the stars; 0 for a single star */
+    double flux_ratio;     /* photons of A / photons of B; 0 for a single star */
+    double peak_photons;   /* brightest pixel of the expected frame, before the detector */
+    double total_photons;  /* sum over the frame, before the detector */
     double min_displacement_px, max_displacement_px; /* range of the signal over the cadence */
     double amplitude_uas;                            /* amplitude of the signal on the sky, microarcseconds */
     double aperture_m;                               /* diameter of the aperture */
     double pixel_scale_arcsec;                       /* size of a detector pixel on the sky */
-    uint64_t scene_digest;  /* FNV-1a hash of the scene text, also stored in weights trained on the scene */
-    int64_t whole_counts;   /* 1 if counts are integers (photon noise only, or a bit depth), else 0 */
-    double crb_marginal_px; /* Cramer-Rao bound with all eight nuisances unknown; may be infinite */
-    double peak_counts;     /* brightest pixel of the expected frame, in its unit */
-    int32_t unit;           /* TOLIMAN_SIM_UNIT_..., of frames and expected images */
-    int32_t bit_depth;      /* bits per pixel of the detector; 0 = counts are not rounded */
-    double exposure_s;      /* length of an exposure; 0 if the scene has peak_photons instead. Since 0.2 */
+    uint64_t scene_digest; /* FNV-1a hash of the scene text, also stored in weights trained on the scene */
+    int64_t whole_counts;  /* 1 if counts are integers (photon noise only, or a bit depth), else 0 */
+    double peak_counts;    /* brightest pixel of the expected frame, in its unit */
+    int32_t unit;          /* TOLIMAN_SIM_UNIT_..., of frames and expected images */
+    int32_t bit_depth;     /* bits per pixel of the detector; 0 = counts are not rounded */
+    double exposure_s;     /* length of an exposure; 0 if the scene has peak_photons instead. Since 0.2 */
 } toliman_sim_info;
 #define TOLIMAN_SIM_INFO_INIT TOLIMAN_INIT(toliman_sim_info)
 
-/* Writes the properties of the scene to *out, whose struct_size must be set. The first call computes the derivatives
- * for the bounds. */
+/* Writes the properties of the scene to *out, whose struct_size must be set. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_info(const toliman_sim *sim,
                                                                    toliman_sim_info *out) TOLIMAN_NOEXCEPT;
+
+/* Cramer-Rao bounds of a frame: the smallest standard deviation of the separation, in px, that an unbiased estimator
+ * can reach from one frame. Infinite if the frame does not constrain the separation. Since 0.2. */
+typedef struct toliman_sim_bounds {
+    uint32_t struct_size;     /* in: sizeof(toliman_sim_bounds) */
+    uint32_t reserved;        /* 0 */
+    double crb_px;            /* with all else known; finite if the scene has a signal */
+    double crb_flux_shift_px; /* with both fluxes and the common shift unknown */
+    double crb_marginal_px;   /* with all eight nuisances unknown */
+    double crb_projected_px;  /* with the nuisances of preprocess.project unknown: the reference of the efficiency of an
+                                 estimator */
+    double truncation;        /* error of the Taylor expansion at the largest displacement of the signal: largest error
+                                 of any pixel, divided by the largest change of any pixel by the signal */
+} toliman_sim_bounds;
+#define TOLIMAN_SIM_BOUNDS_INIT TOLIMAN_INIT(toliman_sim_bounds)
+
+/* Writes the bounds of the scene to *out, whose struct_size must be set. The first call computes the derivatives, which
+ * takes a few times as long as toliman_sim_create_file. Since 0.2. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_bounds(const toliman_sim *sim,
+                                                                     toliman_sim_bounds *out) TOLIMAN_NOEXCEPT;
 
 /* Plan of a scene: what the simulator will compute to reach the accuracy of the scene, with the expected error and
  * cost of each choice. Unless noted otherwise, errors are relative: the largest error of any pixel of the expected
@@ -215,7 +227,7 @@ typedef struct toliman_sim_plan_info {
     double accuracy;           /* accuracy that the scene requests */
     double pupil_error;        /* error of N samples; not limited by the accuracy, as the scene sets N */
     double spectrum_error;     /* error of the Chebyshev nodes; 0 if every wavelength is propagated */
-    double series_error;       /* error of the Taylor expansion, defined as toliman_sim_info.truncation */
+    double series_error;       /* error of the Taylor expansion, defined as toliman_sim_bounds.truncation */
     double pixel_error;        /* error of the pixel integration */
     double plate_scale_error;  /* largest relative plate-scale error of the padded FFT; 0 for the matrix DFT */
     double rounding_error;     /* error of double precision */

@@ -141,11 +141,6 @@ toliman_sim_info info_of(const optics::Simulator &simulator) {
     info.flux_ratio = light.photons[1].empty() ? 0 : total(light.photons[0]) / total(light.photons[1]);
     info.peak_photons = simulator.images().peak_photons();
     info.total_photons = simulator.images().total_photons();
-    info.crb_px = simulator.bounds().alone;
-    info.crb_flux_shift_px = simulator.bounds().flux_shift;
-    info.crb_marginal_px = simulator.bounds().marginal;
-    info.crb_projected_px = simulator.bounds().projected;
-    info.truncation = simulator.truncation();
     info.min_displacement_px = simulator.min_displacement_px();
     info.max_displacement_px = simulator.max_displacement_px();
     info.aperture_m = scene.telescope.aperture_m;
@@ -257,6 +252,20 @@ void toliman_sim_destroy(toliman_sim *sim) noexcept {
 
 toliman_status toliman_sim_get_info(const toliman_sim *sim, toliman_sim_info *out) noexcept {
     return api::guard([&] { api::deliver(info_of(api::Use(sim, "sim")->simulator), out, "out"); });
+}
+
+toliman_status toliman_sim_get_bounds(const toliman_sim *sim, toliman_sim_bounds *out) noexcept {
+    return api::guard([&] {
+        const api::Use use(sim, "sim");
+        const optics::Bounds &known = use->simulator.bounds();
+        toliman_sim_bounds bounds = {};
+        bounds.crb_px = known.alone;
+        bounds.crb_flux_shift_px = known.flux_shift;
+        bounds.crb_marginal_px = known.marginal;
+        bounds.crb_projected_px = known.projected;
+        bounds.truncation = use->simulator.truncation();
+        api::deliver(bounds, out, "out");
+    });
 }
 
 toliman_status toliman_sim_plan_file(const char *path, const toliman_sim_options *options,

@@ -16,6 +16,7 @@ constexpr StructSize kStructSizes[] = {
     {"toliman_image", sizeof(toliman_image)},
     {"toliman_sim_options", sizeof(toliman_sim_options)},
     {"toliman_sim_info", sizeof(toliman_sim_info)},
+    {"toliman_sim_bounds", sizeof(toliman_sim_bounds)},
     {"toliman_sim_plan_info", sizeof(toliman_sim_plan_info)},
     {"toliman_sim_offsets", sizeof(toliman_sim_offsets)},
     {"toliman_cae_options", sizeof(toliman_cae_options)},

@@ -77,8 +77,8 @@ int main(int count, char **arguments) {
     static double latents[COMBINATIONS][FRAMES];
     assert_int_equal(count, 2);
     toliman_sim *const sim = scene();
-    toliman_sim_info info = {.struct_size = sizeof info};
-    assert_ok(toliman_sim_get_info(sim, &info));
+    toliman_sim_bounds bounds = {.struct_size = sizeof bounds};
+    assert_ok(toliman_sim_get_bounds(sim, &bounds));
     toliman_cae *const trained = make_cae(sim, 1, 600, NULL);
     toliman_cae *networks[COMBINATIONS];
     timing loading[COMBINATIONS];
@@ -105,7 +105,7 @@ int main(int count, char **arguments) {
                (latent_of(cae, still) - latent_of(trained, still)) / sigma, deviation(latents[k], latents[0]) / sigma,
                (latent_of(cae, brighter) - latent_of(trained, brighter)) / sigma,
                (latent_of(cae, shifted) - latent_of(trained, shifted)) / sigma,
-               info.crb_projected_px * slope / deviation(latents[k], NULL));
+               bounds.crb_projected_px * slope / deviation(latents[k], NULL));
         toliman_cae_destroy(networks[k]);
     }
     free(still), free(brighter), free(shifted);

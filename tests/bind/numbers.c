@@ -221,13 +221,15 @@ static void track(const toliman_sim *sim, int64_t rows, int64_t cols) {
 int main(int argc, char **argv) {
     toliman_sim *sim;
     toliman_sim_info info = {.struct_size = sizeof info};
+    toliman_sim_bounds bounds = TOLIMAN_SIM_BOUNDS_INIT;
     if (argc != 2)
         return 2;
     printf("version %s\n", toliman_version());
     MUST(toliman_sim_create_file(argv[1], NULL, &sim));
     MUST(toliman_sim_get_info(sim, &info));
     show("rows", (double)info.rows);
-    show("crb", info.crb_px);
+    MUST(toliman_sim_get_bounds(sim, &bounds));
+    show("crb", bounds.crb_px);
     show("photons", info.total_photons);
     printf("name %s\n", toliman_sim_get_name(sim));
     double *image = malloc((size_t)(info.rows * info.cols) * sizeof *image);

@@ -21,12 +21,14 @@ contains
         character(len=*), intent(in) :: path
         type(toliman_simulator) :: sim
         type(toliman_sim_info) :: info
+        type(toliman_sim_bounds) :: bounds
         real(c_double), allocatable :: image(:, :)
         print '(2a)', 'version ', toliman_text(toliman_version())
         call sim%create_file(path)
         call sim%get_info(info)
         call show('rows', real(info%rows, c_double))
-        call show('crb', info%crb_px)
+        call sim%get_bounds(bounds)
+        call show('crb', bounds%crb_px)
         call show('photons', info%total_photons)
         print '(2a)', 'name ', sim%get_name()
         allocate (image(info%cols, info%rows))

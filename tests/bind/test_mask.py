@@ -41,7 +41,7 @@ class SearchMask(unittest.TestCase):
         scene = copy.deepcopy(small_scene())
         scene["telescope"]["mask"] = mask
         with toliman.Simulator(scene) as better:
-            self.assertAlmostEqual(better.info.crb_px / info.crb_px, 1, delta=1e-12)
+            self.assertAlmostEqual(better.bounds.crb_px / info.crb_px, 1, delta=1e-12)
 
     def test_progress_ends_the_search(self):
         seen = []

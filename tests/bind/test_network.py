@@ -223,7 +223,7 @@ class Linear(unittest.TestCase):
         numpy.testing.assert_allclose(template.encode(frames), expected, rtol=1e-9, atol=1e-14)
         self.assertEqual(template.encode(frames[3]), template.encode(frames)[3])
         self.assertAlmostEqual(template.sigma * information**0.5, 1, delta=1e-9)
-        self.assertAlmostEqual(template.sigma / simulator.info.crb_px, 1, delta=1e-9)
+        self.assertAlmostEqual(template.sigma / simulator.bounds.crb_px, 1, delta=1e-9)
 
     def test_components_are_singular_vectors(self):
         components = toliman.Components(simulator, bin=10, capacity=12)

@@ -250,6 +250,9 @@ static toliman_status get_stage(attempt *a) {
     static const toliman_sim_plan_info plan = {.struct_size = sizeof plan, .stages = 1};
     return toliman_sim_get_stage(&plan, toliman_sim_stage_name(0), (int32_t *)a->out);
 }
+static toliman_status get_bounds(attempt *a) {
+    return toliman_sim_get_bounds(small_sim(), (void *)a->out);
+}
 static toliman_status get_offsets(attempt *a) {
     return toliman_sim_get_offsets(small_sim(), (void *)a->out);
 }
@@ -325,6 +328,7 @@ static const scenario all[] = {
     {.function = "toliman_sim_stage_name", .call = get_texts},
     {.function = "toliman_sim_image_name", .call = get_texts},
     {.function = "toliman_sim_get_stage", .call = get_stage},
+    {.function = "toliman_sim_get_bounds", .call = get_bounds, .struct_size = sizeof(toliman_sim_bounds)},
     {.function = "toliman_sim_get_offsets", .call = get_offsets, .struct_size = sizeof(toliman_sim_offsets)},
     {.function = "toliman_sim_get_plate_scale", .call = get_plate_scale},
     {.function = "toliman_sim_get_pupil", .call = get_pupil},

@@ -39,9 +39,9 @@ static void check_layout(int32_t layout, uint32_t steps, double allowed) {
 static void test_flight(void **unused) {
     (void)unused;
     toliman_sim *sim = make_sim(kSide, kSide, 0, "");
-    toliman_sim_info sim_info = {.struct_size = sizeof sim_info};
-    assert_ok(toliman_sim_get_info(sim, &sim_info));
-    check_layout(TOLIMAN_CAE_LAYOUT_FLIGHT, 100, 1e-5 * sim_info.crb_px);
+    toliman_sim_bounds bounds = {.struct_size = sizeof bounds};
+    assert_ok(toliman_sim_get_bounds(sim, &bounds));
+    check_layout(TOLIMAN_CAE_LAYOUT_FLIGHT, 100, 1e-5 * bounds.crb_px);
     toliman_sim_destroy(sim);
 }
 

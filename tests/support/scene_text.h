@@ -89,6 +89,12 @@ static inline toliman_sim_info sim_info_of(const toliman_sim *sim) {
     return info;
 }
 
+static inline toliman_sim_bounds sim_bounds_of(const toliman_sim *sim) {
+    toliman_sim_bounds bounds = {.struct_size = sizeof bounds};
+    assert_ok(toliman_sim_get_bounds(sim, &bounds));
+    return bounds;
+}
+
 static inline double *image_of(const toliman_sim *sim, int32_t kind) {
     const toliman_sim_info info = sim_info_of(sim);
     double *const image = malloc((size_t)(info.rows * info.cols) * sizeof *image);

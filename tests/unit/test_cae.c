@@ -72,15 +72,15 @@ static uint64_t expected_hash(void) {
 static void test_info(void **unused) {
     (void)unused;
     toliman_cae_info info = {.struct_size = sizeof info};
-    toliman_sim_info sim_info = {.struct_size = sizeof sim_info};
-    assert_ok(toliman_sim_get_info(sim, &sim_info));
+    toliman_sim_bounds bounds = {.struct_size = sizeof bounds};
+    assert_ok(toliman_sim_get_bounds(sim, &bounds));
     assert_ok(toliman_cae_get_info(untrained, &info));
     assert_string_equal(info.layout, "flight");
     assert_true(info.layout_hash == expected_hash());
     assert_true(info.parameters == 97858);
     assert_true(info.trained == 0 && info.cosine == 0 && info.projected == 0);
     assert_true(info.rows == kSide && info.cols == kSide && info.crop_row == 0 && info.crop_col == 0);
-    assert_true(info.crb_px == sim_info.crb_projected_px);
+    assert_true(info.crb_px == bounds.crb_projected_px);
     assert_true(info.input_scale == 1e-3 && info.seed == 7);
     assert_ok(toliman_cae_get_info(trained, &info));
     assert_true(info.trained == 1 && info.cosine == training.cosine);
@@ -507,11 +507,11 @@ static void test_no_signal_is_left(void **unused) {
                      "\"preprocess\": {\"project\": [%s]}}",
                      projects[k]);
         toliman_sim *single = NULL;
-        toliman_sim_info info = {.struct_size = sizeof info};
+        toliman_sim_bounds bounds = {.struct_size = sizeof bounds};
         toliman_cae *out = NULL;
         assert_ok(toliman_sim_create_json(json, (size_t)size, NULL, NULL, &single));
-        assert_ok(toliman_sim_get_info(single, &info));
-        assert_true(isinf(info.crb_projected_px) && isfinite(info.crb_px));
+        assert_ok(toliman_sim_get_bounds(single, &bounds));
+        assert_true(isinf(bounds.crb_projected_px) && isfinite(bounds.crb_px));
         assert_fails(toliman_cae_create(single, 1, NULL, &out), TOLIMAN_E_SCENE,
                      "the projection leaves no information about the separation");
         assert_null(out);

@@ -50,11 +50,11 @@ static void sigma_is_the_bound_with_projected_parameters_free(void **state) {
     for (size_t k = 0; k < 3; k++) {
         toliman_sim *sim = make_scene(0, 0, projects[k]);
         toliman_linear *linear = make_linear(sim);
-        toliman_sim_info info = {.struct_size = sizeof info};
-        assert_ok(toliman_sim_get_info(sim, &info));
+        toliman_sim_bounds bounds = {.struct_size = sizeof bounds};
+        assert_ok(toliman_sim_get_bounds(sim, &bounds));
         double sigma = 0;
         assert_ok(toliman_linear_get_sigma(linear, &sigma));
-        assert_close(sigma, info.crb_projected_px, 1e-9, 0);
+        assert_close(sigma, bounds.crb_projected_px, 1e-9, 0);
         assert_true(sigma > last); /* the cost of free parameters */
         last = sigma;
         toliman_linear_destroy(linear);

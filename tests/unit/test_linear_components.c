@@ -99,7 +99,7 @@ static void eigenvalue_and_bound_match_the_scene(void **state) {
     train(components, TOLIMAN_COMPONENTS_PCA, 1, 0);
     const toliman_components_info info = info_of(components);
     double series[FRAMES], eigenvalue = 0;
-    assert_close(info.crb_px, sim_info_of(sim).crb_px, 1e-9, 0);
+    assert_close(info.crb_px, sim_bounds_of(sim).crb_px, 1e-9, 0);
     assert_close(info.threshold_px, info.crb_px * sqrt(2 * sqrt((double)PIXELS / FRAMES)), 1e-12, 0);
     assert_ok(toliman_components_get_series(components, 0, series, NULL));
     for (size_t f = 0; f < FRAMES; f++)
@@ -131,8 +131,8 @@ static void projected_nuisances_leave_nothing(void **state) {
             assert_ok(toliman_components_push(components, image, SIDE));
         }
         assert_true(info_of(components).projected == (project ? 2u : 0u));
-        assert_close(info_of(components).crb_px, sim_info_of(sim).crb_projected_px, 0.5, 0); /* the cost of binning */
-        assert_true(info_of(components).crb_px > sim_info_of(sim).crb_projected_px);
+        assert_close(info_of(components).crb_px, sim_bounds_of(sim).crb_projected_px, 0.5, 0); /* the cost of binning */
+        assert_true(info_of(components).crb_px > sim_bounds_of(sim).crb_projected_px);
         train(components, TOLIMAN_COMPONENTS_PCA, 1, 0);
         double series[FRAMES];
         assert_ok(toliman_components_get_series(components, 0, series, NULL));

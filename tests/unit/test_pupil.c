@@ -141,7 +141,7 @@ static void even_loss_changes_nothing(void **state) {
     for (int i = 0; i < N * N; i++)
         assert_close(grey[i], 0.5 * open[i], 0, 0);
     assert_same(image_of(lossy, TOLIMAN_SIM_IMAGE_BOTH), image_of(clear, TOLIMAN_SIM_IMAGE_BOTH), 1e-14);
-    assert_close(sim_info_of(lossy).crb_px, sim_info_of(clear).crb_px, 1e-12, 0);
+    assert_close(sim_bounds_of(lossy).crb_px, sim_bounds_of(clear).crb_px, 1e-12, 0);
     toliman_sim_destroy(lossy);
     toliman_sim_destroy(clear);
 }

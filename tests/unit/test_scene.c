@@ -305,7 +305,7 @@ static void extremely_small_numbers(void **state) {
     /* One pixel at the centre of a star: its light does not change to first order. */
     char *still = replaced(kSingleScene, "[32, 32]", "[1, 1]");
     toliman_sim *const silent = sim_of(still);
-    assert_true(isinf(sim_info_of(silent).crb_px));
+    assert_true(isinf(sim_bounds_of(silent).crb_px));
     toliman_sim_destroy(silent);
     free(still);
 
@@ -317,8 +317,8 @@ static void extremely_small_numbers(void **state) {
                  {"\"separation_arcsec\": 4", "\"separation_arcsec\": 1e-6"}};
     for (size_t i = 0; i < sizeof least / sizeof *least; i++) {
         toliman_sim *const sim = sim_with(kBinaryScene, least[i].from, least[i].to);
-        const toliman_sim_info info = sim_info_of(sim);
-        assert_true(info.crb_px > 0 && isfinite(info.crb_px) && isfinite(info.truncation));
+        const toliman_sim_bounds bounds = sim_bounds_of(sim);
+        assert_true(bounds.crb_px > 0 && isfinite(bounds.crb_px) && isfinite(bounds.truncation));
         for (int32_t kind = TOLIMAN_SIM_IMAGE_BOTH; kind <= TOLIMAN_SIM_IMAGE_VARIANCE; kind++) {
             double *const image = image_of(sim, kind);
             for (int k = 0; k < 64 * 64; k++)

@@ -140,12 +140,12 @@ static void expansion_error_is_as_predicted(void **state) {
         assert_ok(toliman_sim_get_plan(sim, &plan));
         const double error = series_error(sim, derivative, d, 64), rounding = 1e-14 / d;
         print_message("series at %g px for %g: order %d, %.2g of the signal, predicted %.2g, planned %.2g\n", d,
-                      accuracy, plan.order, error, sim_info_of(sim).truncation, plan.series_error);
+                      accuracy, plan.order, error, sim_bounds_of(sim).truncation, plan.series_error);
         assert_at_most(plan.series_error, accuracy + rounding);
         assert_at_most(error, plan.series_error);
         assert_at_most(plan.series_error, 20 * error);
         if (error > 10 * rounding) /* below this, rounding exceeds the truncation error */
-            assert_close(sim_info_of(sim).truncation, error, 0.2, 0);
+            assert_close(sim_bounds_of(sim).truncation, error, 0.2, 0);
         free(derivative);
         toliman_sim_destroy(sim);
         free(text);

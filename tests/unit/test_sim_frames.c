@@ -267,7 +267,7 @@ static void images_do_not_depend_on_what_was_asked_before(void **state) {
     char *const scene = replaced(kBinaryScene, "\"noise\"",
                                  "\"systematics\": {\"pointing_rms_px\": 1e-3, \"focus_rms_nm\": 0.1}, \"noise\"");
     toliman_sim *sim = sim_of(scene);
-    const toliman_sim_info info = sim_info_of(sim); /* needs all derivatives at once */
+    const toliman_sim_bounds bounds = sim_bounds_of(sim); /* needs all derivatives at once */
     get_images(sim, 0, expected);
     double *const frame = frames_of(sim, 1, 0, 1, 1);
     toliman_sim_destroy(sim);
@@ -278,8 +278,8 @@ static void images_do_not_depend_on_what_was_asked_before(void **state) {
         free(same);
         get_images(sim, reversed, images);
         assert_memory_equal(images, expected, sizeof images);
-        const toliman_sim_info other = sim_info_of(sim);
-        assert_memory_equal(&other, &info, sizeof info);
+        const toliman_sim_bounds same_bounds = sim_bounds_of(sim);
+        assert_memory_equal(&same_bounds, &bounds, sizeof bounds);
         toliman_sim_destroy(sim);
     }
     sim = sim_of(scene);
@@ -304,14 +304,14 @@ static void a_signal_that_changes_no_pixel_is_refused(void **state) {
                            "\"signal\": {\"kind\": \"sinusoid\", \"amplitude_px\": 1e-3, \"period_days\": 40}, "
                            "\"cadence\"");
     toliman_sim *const sim = sim_of(scene);
-    toliman_sim_info info = TOLIMAN_SIM_INFO_INIT;
+    toliman_sim_bounds bounds = TOLIMAN_SIM_BOUNDS_INIT;
     double count = 0;
     assert_ok(toliman_sim_get_image(sim, TOLIMAN_SIM_IMAGE_BOTH, &count, 1));
     const char *const message = "signal: the motion of star A changes no pixel of the frame";
     assert_fails(toliman_sim_frame(sim, 0, 1, 0, &count, 1), TOLIMAN_E_SCENE, message);
     assert_fails(toliman_sim_expect(sim, 0, &count, 1), TOLIMAN_E_SCENE, message);
     assert_fails(toliman_sim_get_image(sim, TOLIMAN_SIM_IMAGE_SEPARATION, &count, 1), TOLIMAN_E_SCENE, message);
-    assert_fails(toliman_sim_get_info(sim, &info), TOLIMAN_E_SCENE, message);
+    assert_fails(toliman_sim_get_bounds(sim, &bounds), TOLIMAN_E_SCENE, message);
     toliman_sim_destroy(sim);
     free(scene);
 }

@@ -38,13 +38,13 @@ static void bounds_match_the_fisher_matrix(void **state) {
     double *images[PARAMETERS], *const variance = image_of(sim, TOLIMAN_SIM_IMAGE_VARIANCE);
     for (int i = 0; i < PARAMETERS; i++)
         images[i] = image_of(sim, kinds[i]);
-    const toliman_sim_info info = sim_info_of(sim);
-    assert_close(info.crb_px, deviation(images, 1, variance, 64 * 64), 1e-12, 0);
-    assert_close(info.crb_projected_px, deviation(images, 3, variance, 64 * 64), 1e-12, 0);
-    assert_close(info.crb_flux_shift_px, deviation(images, 5, variance, 64 * 64), 1e-12, 0);
-    assert_close(info.crb_marginal_px, deviation(images, 9, variance, 64 * 64), 1e-9, 0);
-    assert_true(info.crb_flux_shift_px < info.crb_marginal_px);
-    assert_true(info.crb_px < info.crb_projected_px && info.crb_projected_px < info.crb_flux_shift_px);
+    const toliman_sim_bounds bounds = sim_bounds_of(sim);
+    assert_close(bounds.crb_px, deviation(images, 1, variance, 64 * 64), 1e-12, 0);
+    assert_close(bounds.crb_projected_px, deviation(images, 3, variance, 64 * 64), 1e-12, 0);
+    assert_close(bounds.crb_flux_shift_px, deviation(images, 5, variance, 64 * 64), 1e-12, 0);
+    assert_close(bounds.crb_marginal_px, deviation(images, 9, variance, 64 * 64), 1e-9, 0);
+    assert_true(bounds.crb_flux_shift_px < bounds.crb_marginal_px);
+    assert_true(bounds.crb_px < bounds.crb_projected_px && bounds.crb_projected_px < bounds.crb_flux_shift_px);
     for (int i = 0; i < PARAMETERS; i++)
         free(images[i]);
     free(variance);
@@ -55,11 +55,11 @@ static void bounds_match_the_fisher_matrix(void **state) {
 static void a_single_star_has_no_separation(void **state) {
     (void)state;
     toliman_sim *const sim = sim_of(kSingleScene);
-    const toliman_sim_info info = sim_info_of(sim);
-    assert_true(info.crb_px > 0 && isfinite(info.crb_px));
-    assert_true(isinf(info.crb_flux_shift_px));
-    assert_close(info.separation_px, 0, 0, 0);
-    assert_close(info.flux_ratio, 0, 0, 0);
+    const toliman_sim_bounds bounds = sim_bounds_of(sim);
+    assert_true(bounds.crb_px > 0 && isfinite(bounds.crb_px));
+    assert_true(isinf(bounds.crb_flux_shift_px));
+    assert_close(sim_info_of(sim).separation_px, 0, 0, 0);
+    assert_close(sim_info_of(sim).flux_ratio, 0, 0, 0);
     toliman_sim_destroy(sim);
 }
 
@@ -69,8 +69,8 @@ static void bounds_scale_with_light(void **state) {
     char *const quiet = replaced(kBinaryScene, "\"read_e\": 2.5, ", "");
     toliman_sim *const faint = sim_of(quiet), *const bright = sim_with(quiet, "1e5", "4e5"),
                        *const noisy = sim_of(kBinaryScene);
-    assert_close(sim_info_of(bright).crb_px, sim_info_of(faint).crb_px / 2, 1e-10, 0);
-    assert_true(sim_info_of(noisy).crb_px > sim_info_of(faint).crb_px);
+    assert_close(sim_bounds_of(bright).crb_px, sim_bounds_of(faint).crb_px / 2, 1e-10, 0);
+    assert_true(sim_bounds_of(noisy).crb_px > sim_bounds_of(faint).crb_px);
     toliman_sim_destroy(faint);
     toliman_sim_destroy(bright);
     toliman_sim_destroy(noisy);
@@ -83,14 +83,15 @@ static void chapter_scene(void **state) {
     assert_ok(toliman_sim_create_file("examples/scenes/chapter.json", NULL, &sim));
     const toliman_sim_info info = sim_info_of(sim);
     assert_string_equal(toliman_sim_get_name(sim), "chapter");
-    assert_close(info.crb_px, 1.239e-6, 0.01, 0); /* from another simulator, whose pupil has no grey edges */
+    assert_close(sim_bounds_of(sim).crb_px, 1.239e-6, 0.01,
+                 0); /* from another simulator, whose pupil has no grey edges */
     assert_int_equal(info.wavelengths, 51);
     assert_int_equal(info.frames, 1095);
     assert_close(info.peak_photons, 1e9, 1e-15, 0);
     assert_close(info.flux_ratio, 3.12, 1e-14, 0);
     assert_close(info.separation_px, 50, 1e-14, 0);
     assert_close(info.period_days, 365, 0, 0);
-    assert_at_most(info.truncation, 1e-12);
+    assert_at_most(sim_bounds_of(sim).truncation, 1e-12);
     toliman_sim_destroy(sim);
 }
 

@@ -16,6 +16,7 @@ from ._result_base import Result, member, result
 RESULTS = {
     "toliman_machine": "Machine",
     "toliman_sim_info": "SceneInfo",
+    "toliman_sim_bounds": "Bounds",
     "toliman_sim_plan_info": "Plan",
     "toliman_sim_offsets": None,
     "toliman_cae_training": "Training",

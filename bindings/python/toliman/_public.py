@@ -1,7 +1,7 @@
 """The public names of the package; importing this module loads libtoliman."""
 from ._library import (Cancelled, CapacityError, Error, InputError, LostError, NoMemoryError, NotFoundError, StateError,
                        UnsupportedError, WriteError, abi_version, library_path, version)
-from ._results import (ComponentsInfo, ComponentsTraining, HeaderTime, Machine, MaskInfo, Model, NetworkInfo, Outcome,
+from ._results import (Bounds, ComponentsInfo, ComponentsTraining, HeaderTime, Machine, MaskInfo, Model, NetworkInfo, Outcome,
                        PairInfo, PeriodogramInfo, Plan, Sampling, SceneInfo, Stream, TrackInfo, Training)
 from .cae import CAE, Reconstruction
 from .ingest import Pair, PairEvent
@@ -16,7 +16,7 @@ from .track import REASONS, VERDICTS, Estimate, Frame, Tracker
 
 __version__ = version()
 __all__ = [
-    "AccuracyWarning", "CAE", "Cancelled", "CapacityError", "Components", "ComponentsInfo", "ComponentsTraining",
+    "AccuracyWarning", "Bounds", "CAE", "Cancelled", "CapacityError", "Components", "ComponentsInfo", "ComponentsTraining",
     "Error", "Estimate", "FoundMask", "Frame", "Grid", "HeaderTime", "InputError", "LostError", "Machine", "MaskInfo",
     "Model", "NetworkInfo", "NoMemoryError", "NotFoundError", "Outcome", "Pair", "PairEvent", "PairInfo", "Peak",
     "Periodogram", "PeriodogramInfo", "Plan", "REASONS", "Reconstruction", "Sampling", "SceneInfo", "Simulator",

@@ -202,8 +202,7 @@ TOLIMAN_SIM_UNIT_DN = 303
 
 
 class toliman_sim_info(Sized):
-    """Properties of a prepared scene. Each Cramer-Rao bound is the smallest standard deviation of the separation that an
-    unbiased estimator can reach from one frame; it is infinite if the frame does not constrain the separation.
+    """Properties of a prepared scene.
     struct_size: in: sizeof(toliman_sim_info)
     wavelengths: number of wavelengths of the spectrum
     rows: shape of a frame
@@ -218,12 +217,6 @@ class toliman_sim_info(Sized):
     flux_ratio: photons of A / photons of B; 0 for a single star
     peak_photons: brightest pixel of the expected frame, before the detector
     total_photons: sum over the frame, before the detector
-    crb_px: Cramer-Rao bound with all else known; finite if the scene has a signal
-    crb_flux_shift_px: Cramer-Rao bound with both fluxes and the common shift unknown
-    crb_projected_px: Cramer-Rao bound with the nuisances of preprocess.project unknown: the reference of the
-        efficiency of an estimator
-    truncation: error of the Taylor expansion at the largest displacement of the signal: largest error
-        of any pixel, divided by the largest change of any pixel by the signal
     min_displacement_px: range of the signal over the cadence
     max_displacement_px: range of the signal over the cadence
     amplitude_uas: amplitude of the signal on the sky, microarcseconds
@@ -231,7 +224,6 @@ class toliman_sim_info(Sized):
     pixel_scale_arcsec: size of a detector pixel on the sky
     scene_digest: FNV-1a hash of the scene text, also stored in weights trained on the scene
     whole_counts: 1 if counts are integers (photon noise only, or a bit depth), else 0
-    crb_marginal_px: Cramer-Rao bound with all eight nuisances unknown; may be infinite
     peak_counts: brightest pixel of the expected frame, in its unit
     unit: TOLIMAN_SIM_UNIT_..., of frames and expected images
     bit_depth: bits per pixel of the detector; 0 = counts are not rounded
@@ -251,10 +243,6 @@ class toliman_sim_info(Sized):
         ("flux_ratio", c_double),
         ("peak_photons", c_double),
         ("total_photons", c_double),
-        ("crb_px", c_double),
-        ("crb_flux_shift_px", c_double),
-        ("crb_projected_px", c_double),
-        ("truncation", c_double),
         ("min_displacement_px", c_double),
         ("max_displacement_px", c_double),
         ("amplitude_uas", c_double),
@@ -262,11 +250,34 @@ class toliman_sim_info(Sized):
         ("pixel_scale_arcsec", c_double),
         ("scene_digest", c_uint64),
         ("whole_counts", c_int64),
-        ("crb_marginal_px", c_double),
         ("peak_counts", c_double),
         ("unit", c_int32),
         ("bit_depth", c_int32),
         ("exposure_s", c_double),
+    ]
+
+
+class toliman_sim_bounds(Sized):
+    """Cramer-Rao bounds of a frame: the smallest standard deviation of the separation, in px, that an unbiased estimator
+    can reach from one frame. Infinite if the frame does not constrain the separation. Since 0.2.
+    struct_size: in: sizeof(toliman_sim_bounds)
+    reserved: 0
+    crb_px: with all else known; finite if the scene has a signal
+    crb_flux_shift_px: with both fluxes and the common shift unknown
+    crb_marginal_px: with all eight nuisances unknown
+    crb_projected_px: with the nuisances of preprocess.project unknown: the reference of the efficiency of an
+        estimator
+    truncation: error of the Taylor expansion at the largest displacement of the signal: largest error
+        of any pixel, divided by the largest change of any pixel by the signal"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("crb_px", c_double),
+        ("crb_flux_shift_px", c_double),
+        ("crb_marginal_px", c_double),
+        ("crb_projected_px", c_double),
+        ("truncation", c_double),
     ]
 
 
@@ -287,7 +298,7 @@ class toliman_sim_plan_info(Sized):
     accuracy: accuracy that the scene requests
     pupil_error: error of N samples; not limited by the accuracy, as the scene sets N
     spectrum_error: error of the Chebyshev nodes; 0 if every wavelength is propagated
-    series_error: error of the Taylor expansion, defined as toliman_sim_info.truncation
+    series_error: error of the Taylor expansion, defined as toliman_sim_bounds.truncation
     pixel_error: error of the pixel integration
     plate_scale_error: largest relative plate-scale error of the padded FFT; 0 for the matrix DFT
     rounding_error: error of double precision
@@ -1668,6 +1679,7 @@ class toliman_track_stream(Sized):
 OF_OBJECTS = {
     "toliman_sim_destroy": True,
     "toliman_sim_get_info": False,
+    "toliman_sim_get_bounds": False,
     "toliman_sim_get_plan": False,
     "toliman_sim_get_name": False,
     "toliman_sim_get_series": False,
@@ -1845,8 +1857,12 @@ folder; NULL = the current directory. Otherwise as toliman_sim_create_file.""",
     ),
     "toliman_sim_get_info": (
         c_int32, (("sim", POINTER(toliman_sim)), ("out", POINTER(toliman_sim_info))),
-        """Writes the properties of the scene to *out, whose struct_size must be set. The first call computes the derivatives
-for the bounds.""",
+        """Writes the properties of the scene to *out, whose struct_size must be set.""",
+    ),
+    "toliman_sim_get_bounds": (
+        c_int32, (("sim", POINTER(toliman_sim)), ("out", POINTER(toliman_sim_bounds))),
+        """Writes the bounds of the scene to *out, whose struct_size must be set. The first call computes the derivatives, which
+takes a few times as long as toliman_sim_create_file. Since 0.2.""",
     ),
     "toliman_sim_plan_file": (
         c_int32, (

@@ -21,8 +21,7 @@ class Machine(Result):
 
 @result
 class SceneInfo(Result):
-    """Properties of a prepared scene. Each Cramer-Rao bound is the smallest standard deviation of the separation that an
-    unbiased estimator can reach from one frame; it is infinite if the frame does not constrain the separation."""
+    """Properties of a prepared scene."""
 
     wavelengths: int = member("number of wavelengths of the spectrum")
     rows: int = member("shape of a frame")
@@ -36,10 +35,6 @@ class SceneInfo(Result):
     flux_ratio: float = member("photons of A / photons of B; 0 for a single star")
     peak_photons: float = member("brightest pixel of the expected frame, before the detector")
     total_photons: float = member("sum over the frame, before the detector")
-    crb_px: float = member("Cramer-Rao bound with all else known; finite if the scene has a signal")
-    crb_flux_shift_px: float = member("Cramer-Rao bound with both fluxes and the common shift unknown")
-    crb_projected_px: float = member("Cramer-Rao bound with the nuisances of preprocess.project unknown: the reference of the efficiency of an estimator")
-    truncation: float = member("error of the Taylor expansion at the largest displacement of the signal: largest error of any pixel, divided by the largest change of any pixel by the signal")
     min_displacement_px: float = member("range of the signal over the cadence")
     max_displacement_px: float = member("range of the signal over the cadence")
     amplitude_uas: float = member("amplitude of the signal on the sky, microarcseconds")
@@ -47,11 +42,22 @@ class SceneInfo(Result):
     pixel_scale_arcsec: float = member("size of a detector pixel on the sky")
     scene_digest: int = member("FNV-1a hash of the scene text, also stored in weights trained on the scene")
     whole_counts: bool = member("1 if counts are integers (photon noise only, or a bit depth), else 0")
-    crb_marginal_px: float = member("Cramer-Rao bound with all eight nuisances unknown; may be infinite")
     peak_counts: float = member("brightest pixel of the expected frame, in its unit")
     unit: str = member("..., of frames and expected images", words="TOLIMAN_SIM_UNIT")
     bit_depth: int = member("bits per pixel of the detector; 0 = counts are not rounded")
     exposure_s: float = member("length of an exposure; 0 if the scene has peak_photons instead. Since 0.2")
+
+
+@result
+class Bounds(Result):
+    """Cramer-Rao bounds of a frame: the smallest standard deviation of the separation, in px, that an unbiased estimator
+    can reach from one frame. Infinite if the frame does not constrain the separation."""
+
+    crb_px: float = member("with all else known; finite if the scene has a signal")
+    crb_flux_shift_px: float = member("with both fluxes and the common shift unknown")
+    crb_marginal_px: float = member("with all eight nuisances unknown")
+    crb_projected_px: float = member("with the nuisances of preprocess.project unknown: the reference of the efficiency of an estimator")
+    truncation: float = member("error of the Taylor expansion at the largest displacement of the signal: largest error of any pixel, divided by the largest change of any pixel by the signal")
 
 
 @result
@@ -72,7 +78,7 @@ class Plan(Result):
     accuracy: float = member("accuracy that the scene requests")
     pupil_error: float = member("error of N samples; not limited by the accuracy, as the scene sets N")
     spectrum_error: float = member("error of the Chebyshev nodes; 0 if every wavelength is propagated")
-    series_error: float = member("error of the Taylor expansion, defined as toliman_sim_info.truncation")
+    series_error: float = member("error of the Taylor expansion, defined as toliman_sim_bounds.truncation")
     pixel_error: float = member("error of the pixel integration")
     plate_scale_error: float = member("largest relative plate-scale error of the padded FFT; 0 for the matrix DFT")
     rounding_error: float = member("error of double precision")

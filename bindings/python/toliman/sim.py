@@ -20,7 +20,7 @@ from ._arguments import Doubles, file_name, options_of, pointer, real, shaped, w
 from ._handle import Handle
 from ._log import log
 from ._progress import Progress, Watch
-from ._results import Plan, SceneInfo
+from ._results import Bounds, Plan, SceneInfo
 from ._words import number
 from .machine import warn_of_slow_blas
 
@@ -165,8 +165,13 @@ class Simulator(Handle):
 
     @functools.cached_property
     def info(self) -> SceneInfo:
-        """Properties of the scene, including the Cramer-Rao bounds of the separation per frame."""
+        """Properties of the scene."""
         return self._read(library.toliman_sim_get_info, _raw.toliman_sim_info, SceneInfo)
+
+    @functools.cached_property
+    def bounds(self) -> Bounds:
+        """Cramer-Rao bounds of the separation per frame. Computes the derivatives."""
+        return self._read(library.toliman_sim_get_bounds, _raw.toliman_sim_bounds, Bounds)
 
     @property
     def name(self) -> str:

@@ -46,7 +46,7 @@ void print_summary(const Scene &scene, const Pipeline &pipeline, const std::stri
                 text_with_error(peak.period, peak.period_error).c_str(), peak.log10_fap,
                 found ? "" : ": no significant period");
     std::printf("one frame     sigma %.3g px; Cramer-Rao bound %.3g px; efficiency ", pipeline.latent.sigma_px,
-                info.crb_projected_px);
+                scene.bounds().crb_projected_px);
     std::printf(std::isnan(pipeline.efficiency) ? "not defined\n" : "%.3f\n", pipeline.efficiency);
     std::printf("template      sigma %.3g px, period %.*f days, log10 FAP %.1f\n", pipeline.estimate.sigma_px,
                 decimals_of(pipeline.estimate.peak.period_error), pipeline.estimate.peak.period,

@@ -110,7 +110,7 @@ void write(const toliman::autoencoder &cae, const std::string &payload, bool wit
 void report_result(const Options &options, const Scene &scene, bool tied, const toliman_cae_training &result) {
     if (tied)
         std::fprintf(stderr, "%s: %u steps, loss %.4f, cosine %.4f, Cramer-Rao bound %.4g px\n", options.out.c_str(),
-                     result.steps, result.loss, result.cosine, scene.info.crb_projected_px);
+                     result.steps, result.loss, result.cosine, scene.bounds().crb_projected_px);
     else
         std::fprintf(stderr, "%s: %u epochs, loss %.4g, validation %.4g, MMSE %.4g (noise alone %.4g), MSSIM %.6f\n",
                      options.out.c_str(), result.epochs, result.loss, result.validation_loss, result.mmse,

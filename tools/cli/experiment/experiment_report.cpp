@@ -56,7 +56,7 @@ bool found(const Campaign &campaign, const Row &row) {
 
 // Cramer-Rao bound over the scatter, both in px.
 double efficiency(const Table &table, const Row &row) {
-    return table.frames->info.crb_projected_px * std::fabs(row.slope) / row.sigma;
+    return table.frames->bounds().crb_projected_px * std::fabs(row.slope) / row.sigma;
 }
 
 template <class Value> std::vector<double> values_of(const std::vector<Row> &rows, Value value) {
@@ -75,7 +75,8 @@ LadderRow ladder_row_of(const Campaign &campaign, const Table &table, const std:
     result.log10_fap = median(values_of(rows, [](const Row &row) { return row.log10_fap; }));
     result.slope = median(values_of(rows, [](const Row &row) { return row.slope; }));
     result.efficiency = median(values_of(rows, [&](const Row &row) { return efficiency(table, row); }));
-    result.expected_log10_fap = campaign.theory().log10_fap(result.amplitude_px, table.frames->info.crb_projected_px);
+    result.expected_log10_fap =
+        campaign.theory().log10_fap(result.amplitude_px, table.frames->bounds().crb_projected_px);
     return result;
 }
 
@@ -97,7 +98,7 @@ Control control_of(const Campaign &campaign, const Table &table, const std::vect
         control.alarms += row.log10_fap < kFound ? 1 : 0;
     control.uniformity = uniformity(values_of(rows, [](const Row &row) { return std::pow(10, row.log10_fap); }));
     control.sigma_px = median(pooled_sigmas(rows));
-    control.efficiency = table.frames->info.crb_projected_px / control.sigma_px;
+    control.efficiency = table.frames->bounds().crb_projected_px / control.sigma_px;
     control.bias_px = mean(values_of(rows, [](const Row &row) { return row.mean; }));
     control.slope = mean(values_of(rows, [](const Row &row) { return row.slope; }));
     return control;
@@ -108,7 +109,7 @@ std::vector<TableSummary> summarise(const Campaign &campaign, const Journal &jou
     for (const Table &table : campaign.tables()) {
         TableSummary summary;
         summary.table = &table;
-        summary.crb_px = table.frames->info.crb_projected_px;
+        summary.crb_px = table.frames->bounds().crb_projected_px;
         summary.threshold_px = campaign.theory().threshold_px(summary.crb_px);
         summary.pca_threshold_px =
             campaign.theory().pca_threshold_px(summary.crb_px, static_cast<double>(table.frames->pixels()));
@@ -142,8 +143,9 @@ Json control_json(const Control &control) {
 
 Json table_json(const TableSummary &summary) {
     const toliman_sim_info &info = summary.table->frames->info;
+    const toliman_sim_bounds bounds = summary.table->frames->bounds();
     return Json("table", summary.table->name, "what", summary.table->what, "flux_ratio", info.flux_ratio, "crb_px",
-                info.crb_px, "crb_projected_px", summary.crb_px, "crb_marginal_px", info.crb_marginal_px,
+                bounds.crb_px, "crb_projected_px", summary.crb_px, "crb_marginal_px", bounds.crb_marginal_px,
                 "threshold_px", summary.threshold_px, "pca_threshold_px", summary.pca_threshold_px, "ladder",
                 array_of(summary.ladder, ladder_json), "controls", array_of(summary.controls, control_json));
 }
@@ -151,11 +153,12 @@ Json table_json(const TableSummary &summary) {
 void print_ladder(std::string &out, const Campaign &campaign, const TableSummary &summary) {
     out += formatted("\n## Table %s: %s\n\n", summary.table->name.c_str(), summary.table->what.c_str());
     const toliman_sim_info &info = summary.table->frames->info;
-    out += formatted(
-        "Flux ratio %.3g. Cramer-Rao bound of a frame %.4g px (all nuisances free %.3g px). A method at the "
-        "bound is expected to\nreach FAP = 1e-3 at %.3g px. The signal is the first principal component of "
-        "whitened frames above %.3g px.\n\n",
-        info.flux_ratio, summary.crb_px, info.crb_marginal_px, summary.threshold_px, summary.pca_threshold_px);
+    out +=
+        formatted("Flux ratio %.3g. Cramer-Rao bound of a frame %.4g px (all nuisances free %.3g px). A method at the "
+                  "bound is expected to\nreach FAP = 1e-3 at %.3g px. The signal is the first principal component of "
+                  "whitened frames above %.3g px.\n\n",
+                  info.flux_ratio, summary.crb_px, summary.table->frames->bounds().crb_marginal_px,
+                  summary.threshold_px, summary.pca_threshold_px);
     out += "| amplitude, px | method | found | period error, % | log10 FAP | slope | efficiency |\n";
     out += "|---|---|---|---|---|---|---|\n";
     std::string last;

@@ -51,7 +51,7 @@ class Estimators {
     // Compares (decode(z) - decode(0))/z with the whitened derivative image, which it should be.
     void inspect_decoder(Pipeline &result) const {
         constexpr size_t side = 256;
-        const double z = scene_.info.crb_px;
+        const double z = scene_.bounds().crb_px;
         std::vector<double> target(side * side), at_z(target.size()), at_0(target.size());
         check(toliman_cae_get_target(cae_.get(), target.data(), side));
         check(toliman_cae_decode(cae_.get(), z, at_z.data(), side));
@@ -148,7 +148,7 @@ Pipeline run_pipeline(const Scene &scene, const Cadence &cadence, uint64_t seed,
     estimators.inspect_decoder(result);
     const std::vector<double> untrained = estimators.signal_frames(cadence, result);
     const std::vector<double> without_signal = estimators.control_frames(cadence, result);
-    result.efficiency = share > kLeastShare ? scene.info.crb_projected_px / result.latent.sigma_px : NAN;
+    result.efficiency = share > kLeastShare ? scene.bounds().crb_projected_px / result.latent.sigma_px : NAN;
 
     const auto search = [&](const std::vector<double> &values, Outcome &outcome) {
         const Periodogram periodogram = find_period({scene.path, cadence.times, values, {}}, result.grid, {}, progress);

@@ -73,6 +73,10 @@ Scene::Scene(const std::string &file, const std::string &json)
                                                         folder_of(file).c_str(), nullptr)),
       info(info_from<toliman_sim_info>(toliman_sim_get_info, sim.get())) {}
 
+toliman_sim_bounds Scene::bounds() const {
+    return info_from<toliman_sim_bounds>(toliman_sim_get_bounds, sim.get());
+}
+
 std::vector<double> Scene::image(int32_t kind) const {
     std::vector<double> image(pixels());
     toliman::check(toliman_sim_get_image(sim.get(), kind, image.data(), static_cast<size_t>(info.cols)));

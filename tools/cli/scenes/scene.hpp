@@ -32,6 +32,7 @@ struct Scene {
     toliman_sim_info info = {};
     size_t pixels() const noexcept { return static_cast<size_t>(info.rows) * static_cast<size_t>(info.cols); }
     // TOLIMAN_SIM_IMAGE_..., [rows][cols].
+    toliman_sim_bounds bounds() const; // computes the derivatives
     std::vector<double> image(int32_t kind) const;
     std::vector<double> wavelengths() const; // m
 };
