@@ -12,11 +12,8 @@
 #include <string>
 #include <vector>
 
-#if defined(__x86_64__)
-#include <immintrin.h>
-#endif
-
 #include <toliman/cae.h>
+#include <toliman/linear.h>
 #include <toliman/sim.h>
 
 #include "cae/backward.hpp"
@@ -26,6 +23,7 @@
 #include "chosen_isa.hpp"
 #include "kernels/adam.hpp"
 #include "kernels/same_conv.hpp"
+#include "peak.h"
 #include "timing.hpp"
 
 using namespace toliman::cae;
@@ -52,55 +50,17 @@ void check(toliman_status status) {
     }
 }
 
-// Peak rate of multiply-adds: float32 vectors that never leave the registers.
 volatile float sink;
-constexpr int kChains = 12, kTurns = 200000;
 
-#if defined(__x86_64__)
-__attribute__((target("avx512f"))) void chains_avx512() {
-    __m512 sum[kChains];
-    const __m512 a = _mm512_set1_ps(0.999f), b = _mm512_set1_ps(0.001f);
-    for (__m512 &s : sum)
-        s = b;
-    for (int i = 0; i < kTurns; i++)
-        for (__m512 &s : sum)
-            s = _mm512_fmadd_ps(s, a, b);
-    for (const __m512 &s : sum)
-        sink = _mm512_cvtss_f32(s);
-}
-__attribute__((target("avx2,fma"))) void chains_avx2() {
-    __m256 sum[kChains];
-    const __m256 a = _mm256_set1_ps(0.999f), b = _mm256_set1_ps(0.001f);
-    for (__m256 &s : sum)
-        s = b;
-    for (int i = 0; i < kTurns; i++)
-        for (__m256 &s : sum)
-            s = _mm256_fmadd_ps(s, a, b);
-    for (const __m256 &s : sum)
-        sink = _mm256_cvtss_f32(s);
-}
-#endif
-void chains_baseline() {
-    typedef float Four __attribute__((vector_size(16)));
-    Four sum[kChains];
-    for (Four &s : sum)
-        s = Four{} + 0.001f;
-    for (int i = 0; i < kTurns; i++)
-        for (Four &s : sum)
-            s = s * 0.999f + 0.001f;
-    for (const Four &s : sum)
-        sink = s[0];
-}
-
-double peak_gflops(Isa isa) {
-#if defined(__x86_64__)
-    if (isa == Isa::avx512)
-        return 2.0 * 16 * kChains * kTurns / time_of(10, chains_avx512).median * 1e-9;
-    if (isa == Isa::avx2)
-        return 2.0 * 8 * kChains * kTurns / time_of(10, chains_avx2).median * 1e-9;
-#endif
-    return 2.0 * 4 * kChains * kTurns / time_of(10, chains_baseline).median * 1e-9;
-}
+// Peak rate of an instruction set: the highest of all samples so far.
+struct Peak {
+    double sample() {
+        gflops = std::max(gflops, peak_float(static_cast<peak_isa>(isa)));
+        return gflops;
+    }
+    Isa isa;
+    double gflops = 0;
+};
 
 // Minimal number of operations of a stage's convolution, in millions, for the algorithm in use. Per coarse pixel and
 // pair of channels, `flight` needs 9 products (the mean is taken first). `paper` needs 36 (its 2x2 fine pixels), or 16
@@ -208,19 +168,22 @@ struct Scene {
     std::vector<uint8_t> blob;
 };
 
-void measure_encode(const Scene &scene, const Layout &layout, double peak, const std::vector<double> &reference) {
+void measure_encode(const Scene &scene, const Layout &layout, Peak &peak, const std::vector<double> &reference) {
     const Network trained = from_blob(scene.blob.data(), scene.blob.size()).network;
     // The trained weights fit either layout. Their quality does not matter: only the time is measured.
     const Network network(layout, trained.preprocess(), trained.parameters(), 1, true, 0);
     const toliman::ImageView<const double> frame = {scene.frames.data(), kSide, kSide, kSide};
     Buffer<float> input(kPixels);
     Buffer<double> scratch;
-    const timing whole = time_of(20, [&] { sink = static_cast<float>(network.encode(frame)); });
-    const timing preprocess = time_of(50, [&] { network.preprocess().apply(frame, scratch, input.data(), kSide); });
     Preprocess blind = network.preprocess(); // any four images: the time does not depend on their content
     blind.projected = 4;
     blind.nuisance_basis.assign(4 * kPixels, 1.0 / kSide);
-    const timing projecting = time_of(20, [&] { blind.apply(frame, scratch, input.data(), kSide); });
+    blind.derive();
+    const Network projecting(layout, blind, trained.parameters(), 1, true, 0);
+    peak.sample();
+    const timing whole = time_of(20, [&] { sink = static_cast<float>(network.encode(frame)); });
+    const timing more = time_of(20, [&] { sink = static_cast<float>(projecting.encode(frame)); });
+    const timing preprocess = time_of(50, [&] { network.preprocess().apply(frame, scratch, input.data(), kSide); });
     double moved = 0;
     for (size_t i = 0; !reference.empty() && i < kFrames; i++)
         moved = std::max(moved,
@@ -230,16 +193,27 @@ void measure_encode(const Scene &scene, const Layout &layout, double peak, const
                 "\"preprocess_ms\": %.4f, \"projecting_ms\": %.4f, \"roofline_ms\": %.4f, "
                 "\"latent_moved_sigma\": %.3g}\n",
                 toliman::kernels::host_isa_name(), layout.name, whole.median * 1e3, whole.spread * 1e3,
-                preprocess.median * 1e3, projecting.median * 1e3, encoding_mflop(layout) / peak, moved);
+                preprocess.median * 1e3, more.median * 1e3, encoding_mflop(layout) / peak.sample(), moved);
 }
 
-void measure_training(const Layout &layout, double peak) {
+void measure_training(const Layout &layout, Peak &peak) {
     Step step(layout);
+    peak.sample();
     const timing time = time_of(1, [&] { step.batch(); });
     std::printf("{\"part\": \"training\", \"isa\": \"%s\", \"layout\": \"%s\", \"ms\": %.4f, \"spread_ms\": %.2g, "
                 "\"batch\": %zu, \"roofline_ms\": %.4f}\n",
                 toliman::kernels::host_isa_name(), layout.name, time.median * 1e3 / kBatch, time.spread * 1e3 / kBatch,
-                kBatch, training_mflop(layout) / peak);
+                kBatch, training_mflop(layout) / peak.sample());
+}
+
+// The least-squares estimate of the same frames.
+void measure_template(const Scene &scene) {
+    toliman_linear *linear = nullptr;
+    check(toliman_linear_create(scene.sim, nullptr, &linear));
+    double value = 0;
+    const timing time = time_of(20, [&] { check(toliman_linear_encode(linear, scene.frames.data(), kSide, &value)); });
+    std::printf("{\"part\": \"template\", \"ms\": %.4f, \"spread_ms\": %.2g}\n", time.median * 1e3, time.spread * 1e3);
+    toliman_linear_destroy(linear);
 }
 
 void measure_tied(const Scene &scene) {
@@ -267,19 +241,20 @@ int main(int count, char **arguments) {
     image.pixels = scene.frames.data();
     check(toliman_cae_encode_many(scene.cae, &image, kFrames, 1, latents.data(), nullptr));
     measure_tied(scene);
+    measure_template(scene);
     for (const Isa isa : all) {
         if (!runs(isa))
             continue;
         chosen = isa;
-        const double peak = peak_gflops(isa);
-        std::printf("{\"part\": \"peak\", \"isa\": \"%s\", \"gflops\": %.1f}\n", toliman::kernels::host_isa_name(),
-                    peak);
+        Peak peak = {isa};
         for (const Layout *layout : {&kFlight, &kPaper}) {
             if (count > 1)
                 write_for_peers(arguments[1], *layout);
             measure_encode(scene, *layout, peak, layout->max_pool ? std::vector<double>() : latents);
             measure_training(*layout, peak);
         }
+        std::printf("{\"part\": \"peak\", \"isa\": \"%s\", \"gflops\": %.1f}\n", toliman::kernels::host_isa_name(),
+                    peak.gflops);
         std::fflush(stdout);
     }
     toliman_cae_destroy(scene.cae);
