@@ -4,7 +4,7 @@ JOBS ?= $(shell nproc)
 PREFIX ?= /usr/local
 SECONDS ?= 60
 CAMPAIGNS = soak same faults fuzz races asan tsan coverage
-.PHONY: all own deps demo check check-deps everything bench fap $(CAMPAIGNS) abi docs install package wheel format lint clean help
+.PHONY: all own deps demo check check-deps everything bench record fap $(CAMPAIGNS) abi docs install package wheel format lint clean help
 
 all: own deps $(BUILD)/build.ninja ## build the library and the program (default)
 	@cmake --build $(BUILD) --parallel $(JOBS)
@@ -13,11 +13,13 @@ demo: all ## build everything, find a planet in 1095 simulated frames, and draw 
 	$(BUILD)/bin/toliman report chapter.run
 check: everything ## build and run every test
 	ctest --test-dir $(BUILD) --output-on-failure --parallel $$(($(JOBS) + 1)) # some tests wait for disks and clocks
-bench: everything ## measure speed and error, with reference programs, into build/bench and a report (7 minutes)
+bench: everything ## measure speed and error, with reference programs, into build/bench and a report (8 minutes)
 	@/usr/bin/python3 tests/bench/bench.py $(BUILD)/bin $(BUILD)/bench
 	@$(BUILD)/bin/toliman report $(BUILD)/bench
-bench-%: everything ## run one benchmark, with details: sim, cae, period, weights, run or size
+bench-%: everything ## run one benchmark, with details: sim, cae, period, weights, commands or size
 	@/usr/bin/python3 tests/bench/bench.py $(BUILD)/bin $(BUILD)/bench $*
+record: bench ## run make bench and write its results to tests/bench/recorded.json and the tables of the documents
+	@/usr/bin/python3 tests/bench/record.py $(BUILD)/bench
 fap: everything ## count false alarms in noise, and samples until a signal is found (2 minutes)
 	@$(BUILD)/bin/bench_fap
 

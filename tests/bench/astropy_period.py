@@ -6,6 +6,7 @@ import json
 import sys
 import time
 
+import astropy
 import numpy
 from astropy.timeseries import LombScargle
 
@@ -30,7 +31,8 @@ def main():
             lambda: LombScargle(t, y, sigma).power(grid, method=method, assume_regular_frequency=True),
             3 if method == "fast" else 1)
         error = float(numpy.abs(power[reference["k"]] - reference["power"]).max())
-        print(json.dumps({"part": "astropy", "method": method, "seconds": seconds, "error": error}))
+        print(json.dumps({"part": "astropy", "method": method, "version": astropy.__version__, "seconds": seconds,
+                          "error": error}))
 
 
 main()

@@ -1,8 +1,8 @@
 """Runs all benchmarks and prints error, reference and speed-up of each (make bench).
 
-Usage: bench.py BIN OUT [NAME ...]. BIN is the folder of the programs; NAME is sim, cae, period, weights, run or size
+Usage: bench.py BIN OUT [NAME ...]. BIN is the folder of the programs; NAME is sim, cae, period, weights, commands or size
 (default: all). A single NAME also prints its details. Writes OUT/NAME.json (schema toliman-bench/1) and prints the
-table of tools/docs/benchmarks.md."""
+table of tools/docs/benchmarks.md. Exits with 1 if a time is below its hardware lower bound, and leaves that row out."""
 import datetime
 import importlib
 import json
@@ -10,7 +10,9 @@ import os
 import subprocess
 import sys
 
-NAMES = ("sim", "cae", "period", "weights", "run", "size")
+import table
+
+NAMES = ("sim", "cae", "period", "weights", "commands", "size")
 
 
 def machine(binaries):
@@ -24,38 +26,11 @@ def machine(binaries):
     return properties
 
 
-def number(value, form):
-    return "" if value is None else format(value, form)
-
-
-def seconds(value):
-    """In s, ms or us, depending on the value."""
-    for unit, size in (("s", 1), ("ms", 1e-3), ("us", 1e-6)):
-        if value >= size:
-            break
-    return f"{value / size:.3g} {unit}"
-
-
-def spread(row):
-    if "spread" not in row:
-        return ""
-    part = row["spread"] / row["seconds"]
-    return f"{part:.0%}" if part >= 0.005 else "<1%"
-
-
-def error(row):
-    """For example "1e-9 of peak at 196 pixels"."""
-    if "error" not in row:
-        return ""
-    at = "at " + row["error_at"] if "error_at" in row else ""
-    return " ".join(word for word in (f"{row['error']:.0e}", row.get("error_of"), at) if word)
-
-
-def print_table(rows):
-    print("| what | time | +- | error | reference | speed-up | x roofline |\n|---|---|---|---|---|---|---|")
-    for r in rows:
-        print(f"| {r['what']} | {seconds(r['seconds'])} | {spread(r)} | {error(r)} | {r.get('peer', '')} | "
-              f"{number(r.get('ratio_peer'), ',.3g')} | {number(r.get('ratio_roofline'), '.2f')} |")
+def split(rows):
+    """The rows that can be true, and a message for each that cannot: a time below its lower bound."""
+    good = [row for row in rows if row.get("ratio_roofline", 1) >= 1]
+    return good, [f"bench: {row['what']}: takes {row['ratio_roofline']:.2f} of its lower bound: the bound is wrong"
+                  for row in rows if row not in good]
 
 
 def main():
@@ -70,18 +45,20 @@ def main():
     properties = {"date": datetime.date.today().isoformat(), **machine(binaries)}
     print(f"{properties['date']}, {properties['cpu']}, one core; kernels {properties['isa']}, OpenBLAS {properties['blas_core']} "
           f"{properties['blas_gflops']:.0f} GFLOP/s\n")
-    everything = []
+    everything, errors = [], []
     for name, bench in zip(names, benches):
         measured = bench.measure(binaries)
-        rows = list(bench.rows(measured))
+        rows, wrong = split(list(bench.rows(measured)))
         everything += rows
+        errors += wrong
         with open(os.path.join(out, name + ".json"), "w") as file:
             json.dump({"schema": "toliman-bench/1", "machine": properties, "rows": rows, "details": measured}, file, indent=1)
         if len(names) == 1:
             bench.show(measured)
             print()
-    print_table([r for r in everything if r["headline"]])
-    return 0
+    print(table.markdown([{"machine": properties, "rows": everything}]), end="")
+    print("".join(error + "\n" for error in errors), end="", file=sys.stderr)
+    return 1 if errors else 0
 
 
 if __name__ == "__main__":

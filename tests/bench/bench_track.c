@@ -1,6 +1,6 @@
 /* A long run of the tracker, one JSON line per case: frames per second of processor time and of wall time, growth of
- * the memory, bytes requested. Usage: bench_track [template frames] [network frames]. Run by make soak and, shorter, by
- * make bench (run.py). */
+ * the memory, bytes requested. Usage: bench_track [template frames] [network frames] [frequencies]; with the third,
+ * records are not fsync'ed. Run by make soak and, shorter, by make bench (commands.py). */
 #include <malloc.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -16,7 +16,9 @@
 #include <toliman/linear.h>
 #include <toliman/track.h>
 
-enum { BATCH = 64, FREQUENCIES = 40 };
+enum { BATCH = 64 };
+static int64_t frequencies = 40;
+static int32_t sync_mode = TOLIMAN_TRACK_SYNC_GROUP;
 
 static double seconds(clockid_t clock) {
     struct timespec t;
@@ -73,7 +75,7 @@ static void soak(const char *name, toliman_track_options options, const source *
     options.flags = TOLIMAN_TRACK_ALLOW_ZERO_RUNS;
     options.f0 = 1;
     options.df = 1;
-    options.nf = FREQUENCIES;
+    options.nf = frequencies;
     toliman_track *track = NULL;
     assert_ok(toliman_track_create(&options, &track));
     push_batch(track, from, 0, BATCH);
@@ -102,11 +104,16 @@ static void soak(const char *name, toliman_track_options options, const source *
 static toliman_track_options default_options(void) {
     toliman_track_options options;
     toliman_track_options_init(&options, sizeof options);
+    options.sync = sync_mode;
     return options;
 }
 
 int main(int count, char **arguments) {
     const int64_t many = count > 1 ? atoll(arguments[1]) : 1000000, few = count > 2 ? atoll(arguments[2]) : 4000;
+    if (count > 3) {
+        frequencies = atoll(arguments[3]);
+        sync_mode = TOLIMAN_TRACK_SYNC_NONE;
+    }
     toliman_sim *small = NULL;
     assert_ok(toliman_sim_create_json(kBinaryScene, strlen(kBinaryScene), NULL, NULL, &small));
     toliman_linear *linear = NULL;

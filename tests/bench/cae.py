@@ -37,6 +37,9 @@ def rows(measured):
                   one["spread_ms"] / 1e3, error, "of largest", reference, reference_seconds, one["roofline_ms"] / 1e3,
                   one["ms"] == best[what, layout], "one image")
     for one in measured:
+        if one["part"] == "template":
+            yield row("encode", "template", "encode a frame, template 256x256", one["ms"] / 1e3, one["spread_ms"] / 1e3,
+                      headline=True)
         if one["part"] == "tied":
             yield row("whole training", "tied", "train for the chapter's scene, wall time", one["seconds"], None,
                       1 - one["cosine"], "(1 - cosine)", headline=True)
@@ -53,8 +56,8 @@ def show(rows):
                   f"{row['roofline_ms']:8.3f} {row['ms'] / row['roofline_ms']:6.2f}")
     for row in rows:
         if row["part"] == "encode":
-            print(f"of encode {row['layout']:7s} {row['isa']:8s} preprocessing {row['preprocess_ms']:.3f} ms, {row['projecting_ms']:.3f} "
-                  "ms with four images projected out" +
+            print(f"of encode {row['layout']:7s} {row['isa']:8s} preprocessing {row['preprocess_ms']:.3f} ms, {row['projection_ms']:.3f} "
+                  "ms more with four images projected out" +
                   (f"; latents differ by {row['latent_moved_sigma']:.1e} sigma" if row["layout"] == "flight" else ""))
     best = best_of(rows)
     for row in rows:

@@ -8,6 +8,7 @@ import sys
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 PYTHON = "/usr/bin/python3"
+SHORT = bool(os.environ.get("BENCH_SHORT"))  # few frames and repeats, to try the benchmarks
 
 
 def environment():
@@ -18,10 +19,16 @@ def environment():
     return {"OPENBLAS_CORETYPE": core, **os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
 
 
-def lines(command):
+def stay_on_one_core():
+    """Of this process and its children: the bounds are then of the core that does the work."""
+    os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
+
+
+def lines(command, one_core=True):
     """Runs a program that prints one JSON object per line; returns the objects."""
     found = []
-    with subprocess.Popen([str(word) for word in command], env=environment(), stdout=subprocess.PIPE, text=True) as run:
+    with subprocess.Popen([str(word) for word in command], env=environment(), stdout=subprocess.PIPE, text=True,
+                          preexec_fn=stay_on_one_core if one_core else None) as run:
         for line in run.stdout:
             found.append(json.loads(line))
             if sys.stderr.isatty():
@@ -49,7 +56,8 @@ def peer_program(name, command):
     """Output of a reference program. If it does not run (usually because it is not installed), warns and returns
     []."""
     try:
-        done = subprocess.run([str(word) for word in command], env=environment(), capture_output=True, text=True)
+        done = subprocess.run([str(word) for word in command], env=environment(), capture_output=True, text=True,
+                              preexec_fn=stay_on_one_core)
         if done.returncode == 0:
             return [json.loads(line) for line in done.stdout.splitlines()]
         why = (done.stderr.strip() or f"exit code {done.returncode}").splitlines()[-1]
@@ -65,10 +73,14 @@ def peer_lines(name, script, *arguments):
 
 
 def peer(name, script, *arguments):
-    """The number printed by the script (processor seconds), or None if the script's dependencies are not
-    installed."""
+    """What the script prints: name with version, and processor seconds; None if it does not run."""
     found = peer_lines(name, script, *arguments)
     return found[0] if found else None
+
+
+def name_and_seconds(found, count=1):
+    """The reference of a row: from the result of `peer`, for so many calls."""
+    return (found["name"], count * found["seconds"]) if found else (None, None)
 
 
 def row(bench, series, what, seconds, spread=None, error=None, of=None, reference=None, reference_seconds=None,
@@ -76,8 +88,8 @@ def row(bench, series, what, seconds, spread=None, error=None, of=None, referenc
     """One row of the results. seconds: processor seconds of one core unless `what` says otherwise. spread: half the
     interquartile range of the runs. error: the largest error, relative to `of`, over the points `at` (default: all).
     reference, reference_seconds: another implementation, measured in the same run. roofline: hardware lower bound in
-    seconds. headline: whether the row is part of the table of tools/docs/benchmarks.md. Unknown values are left out of
-    the row."""
+    seconds. headline: whether the row is part of the table of tools/docs/benchmarks.md. more: further keys of the schema.
+    Unknown values are left out of the row."""
     all_of_it = {
         "bench": bench, "series": series, "what": what, "seconds": seconds, "spread": spread, "error": error,
         "error_of": of if error is not None else None, "error_at": at if error is not None else None,

@@ -1,20 +1,29 @@
-"""One image in 101 wavelengths, computed directly: two complex matrix products per wavelength. Prints the median of the
-processor seconds."""
+"""One image in 101 wavelengths, computed directly: two complex matrix products per wavelength (Soummer et al. 2007,
+Optics Express 15, 15935). The offset of the star is in the kernels, and phases are computed as cosine and sine, which
+numpy vectorises, unlike its complex exponential. Prints version and median of the processor seconds as JSON."""
+import json
 import sys
 import time
 
 import numpy
 
 
+def phasor(phase):
+    out = numpy.empty(phase.shape, complex)
+    numpy.cos(phase, out=out.real)
+    numpy.sin(phase, out=out.imag)
+    return out
+
+
 def image(n, aperture_m, pixel_rad, wavelengths_m, opd_m, amplitude, offset_px):
     x = (numpy.arange(n) - (n - 1) / 2) / n * aperture_m
     u = (numpy.arange(n) - (n - 1) / 2) * pixel_rad
-    opd = opd_m + (x[None, :] * offset_px[0] + x[:, None] * offset_px[1]) * pixel_rad
+    columns, rows = (numpy.outer(u - offset * pixel_rad, x) for offset in offset_px)
     total = numpy.zeros((n, n))
     for wavelength in wavelengths_m:
-        field = amplitude * numpy.exp(2j * numpy.pi / wavelength * opd)
-        kernel = numpy.exp(-2j * numpy.pi / wavelength * numpy.outer(u, x))
-        focal = kernel @ field @ kernel.T
+        turn = 2 * numpy.pi / wavelength
+        field = phasor(turn * opd_m) * amplitude
+        focal = phasor(-turn * rows) @ field @ phasor(-turn * columns).T
         total += focal.real**2 + focal.imag**2
     return total
 
@@ -32,7 +41,7 @@ def main():
         start = time.process_time()
         image(n, aperture_m, pixel_arcsec * numpy.pi / 648000, wavelengths_m, opd_m, amplitude, (12.5, -21.7))
         seconds.append(time.process_time() - start)
-    print(sorted(seconds)[2])
+    print(json.dumps({"name": f"numpy {numpy.__version__}", "seconds": sorted(seconds)[2]}))
 
 
 main()

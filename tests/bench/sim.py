@@ -2,16 +2,16 @@
 run."""
 import os
 
-from measuring import lines, peer, row
+from measuring import lines, name_and_seconds, peer, row
 
 
 def measure(binaries):
     found = lines([os.path.join(binaries, "bench_sim")]) + lines([os.path.join(binaries, "bench_poisson")])
     for one in found:
         if one["part"] == "image":
-            one["numpy_seconds"] = peer("numpy", "numpy_mft.py", one["pixel_arcsec"], one["min_nm"])
+            one["numpy"] = peer("numpy", "numpy_mft.py", one["pixel_arcsec"], one["min_nm"])
         if one["part"] == "poisson":
-            one["numpy_ns"] = peer("numpy", "numpy_poisson.py", one["decades"])
+            one["numpy"] = peer("numpy", "numpy_poisson.py", one["decades"])
     for far in (1e-6, 1e-2):
         mark_front([one for one in found if one["part"] == "choices" and one["displacement_px"] == far])
     return found
@@ -22,18 +22,21 @@ def rows(measured):
     for one in measured:
         if one["part"] == "image":
             name = f"image of 101 wavelengths, {one['pixel_arcsec']:g}\"/px"
-            reference, at = ("numpy", one["numpy_seconds"]), f"{one['compared']} pixels"
+            reference, at = name_and_seconds(one["numpy"]), f"{one['compared']} pixels"
             yield row("image", f"nodes, {one['geometry']}", f"{name}, accuracy 1e-9: {one['nodes']} nodes",
                       one["node_seconds"], one["node_spread"], one["node_error"], "of peak", *reference,
                       one["node_roofline"], True, at)
             yield row("image", f"all, {one['geometry']}", f"{name}, every wavelength", one["seconds"], one["spread"],
                       one["error"], "of peak", *reference, one["roofline"], True, at)
+            yield row("create", one["geometry"], f"create a simulator of 101 wavelengths, {one['pixel_arcsec']:g}\"/px, "
+                      f"{one['nodes']} nodes", one["create_s"], None, None, None, "the images of both stars",
+                      2 * one["node_seconds"], headline=True)
         elif one["part"] == "frames":
-            yield row("frames", "noisy", "1095 noisy frames of 256 x 256 px", one["seconds_1095"], one["spread_1095"],
-                      headline=True)
+            yield row("frames", "noisy", "a noisy frame of the chapter's scene, 256 x 256 px", one["seconds_1095"] / 1095,
+                      one["spread_1095"] / 1095, headline=True)
         elif one["part"] == "poisson" and one["isa"] == best:
             means = "1e4 to 1e9" if one["decades"] else "1e4"
-            reference = ("numpy", one["numpy_ns"] and one["numpy_ns"] * 65536e-9)
+            reference = name_and_seconds(one["numpy"], 65536)
             yield row("frames", "Poisson", f"65,536 Poisson counts of means {means}", one["ns"] * 65536e-9,
                       one["spread_ns"] * 65536e-9, None, None, *reference, headline=bool(one["decades"]))
         elif one["part"] == "choices" and one["displacement_px"] == 1e-6:
@@ -57,7 +60,7 @@ def show(rows):
     print("one image, 256 x 256 cells to 256 x 256 px, 101 wavelengths 1 nm apart")
     print("geometry        how                  seconds  error/peak  numpy/ours")
     for row in of["image"]:
-        peer = row["numpy_seconds"]
+        peer = row["numpy"] and row["numpy"]["seconds"]
         ratio = (lambda s: f"{peer / s:10.1f}") if peer else (lambda s: "   no numpy")
         name = f"{row['geometry']} {row['pixel_arcsec']:g}\""
         print(f"{name:15s} {row['nodes']:3d} nodes           {row['node_seconds']:8.4f}     {row['node_error']:.1e} "
@@ -71,7 +74,8 @@ def show(rows):
           f"{frames['seconds_10000']:.2f} s ({frames['ns_per_pixel']:.1f} ns per pixel), memory grown by "
           f"{frames['growth_kib']} KiB")
     for row in of["poisson"]:
-        peer = f"numpy {row['numpy_ns']:.1f}, {row['numpy_ns'] / row['ns']:.1f} x" if row["numpy_ns"] else "no numpy"
+        ns = row["numpy"] and 1e9 * row["numpy"]["seconds"]
+        peer = f"numpy {ns:.1f}, {ns / row['ns']:.1f} x" if ns else "no numpy"
         means = "1e4 to 1e9" if row["decades"] else "1e4"
         print(f"Poisson counts of means {means:10s} {row['isa']:8s} {row['ns']:5.1f} ns per pixel ({peer})")
     print("\nscene                          set-up, s  frame, ms")

@@ -34,10 +34,10 @@ def add(folder: pathlib.Path, page: Page) -> None:
     """Adds the results of benchmarks to the page."""
     files = [results.load(path, SCHEMA) for path in files_of(folder)]
     page.add("title", "make bench: time against error")
-    page.add("text", "Medians of processor time on one core, with half the interquartile range of the runs; the "
-                     "largest error; a "
-             "reference that was measured in the same run and its time divided by this one; the time divided by the "
-             "lower bound that the hardware allows.")
+    page.add("text", "Medians of processor time on one core, or of all threads of a command, with half the interquartile "
+             "range of the runs; wall time and peak memory of a command; the largest error; a reference that was "
+             "measured in the same run and its time divided by this one; the time divided by the lower bound that the "
+             "hardware allows.")
     machines: dict[str, list[list[str]]] = {}
     for file in files:
         rows = [_cells(row) for row in file.items("rows") if row.find("headline", False) is True]
@@ -98,11 +98,13 @@ def _error(row: Result) -> str:
 
 def _cells(row: Result) -> list[str]:
     seconds = row.positive("seconds")
-    return [row.text("what"), _time(seconds), _spread(row.number("spread", math.nan) / seconds), _error(row),
+    wall, memory = row.number("wall_seconds", math.nan), row.number("memory_bytes", math.nan)
+    return [row.text("what"), _time(seconds), _spread(row.number("spread", math.nan) / seconds),
+            _time(wall) if wall > 0 else "", f"{memory / 1e6:.0f} MB" if memory > 0 else "", _error(row),
             row.text("peer", ""), _ratio(row.number("ratio_peer", math.nan), ".3g"),
             _ratio(row.number("ratio_roofline", math.nan), ".2f")]
 
 
 def _add_cells(caption: str, rows: list[list[str]], page: Page) -> None:
     if rows:
-        page.add_table(caption, ["", "time", "±", "error", "reference", "speed-up", "× roofline"], rows)
+        page.add_table(caption, ["", "time", "±", "wall time", "memory", "error", "reference", "speed-up", "× roofline"], rows)

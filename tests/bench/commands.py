@@ -1,0 +1,168 @@
+"""The commands as users run them, start-up included unless stated otherwise: processor time of all threads, wall time,
+memory. Frames per second of `toliman track` beside those of the library and the time of the disk."""
+import json
+import os
+import subprocess
+import tempfile
+import time
+
+from measuring import HERE, SHORT, lines, median_spread, name_and_seconds, peer, row, warn
+
+SEEDS, REPEATS, MASKS = ((1,), 1, 20) if SHORT else ((1, 2, 3, 4, 5), 3, 200)
+FRAMES, PIXELS = 1095, 65536  # of the chapter's scene
+STARS = 2 * 51 / 101  # its images of one star in one wavelength, by those that numpy_mft.py computes
+GROUP = 64  # records between two fsyncs; also the frames of a run whose time is that of the start
+FREQUENCIES = 5475  # of a mission of 1095 days
+RECORD_BYTES = 80
+CASES = {"template 64x64": (1024 if SHORT else 8192), "network 256x256": (128 if SHORT else 1024)}
+
+
+def timed(command, cwd):
+    """Runs a command in the user's own environment. Returns its times, peak memory and output."""
+    start = time.perf_counter()
+    with subprocess.Popen([str(word) for word in command], cwd=cwd, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as run:
+        out = run.stdout.read()
+        _, status, used = os.wait4(run.pid, 0)
+        run.returncode = os.waitstatus_to_exitcode(status)
+    if run.returncode != 0:
+        raise subprocess.CalledProcessError(run.returncode, command)
+    return {"processor_s": used.ru_utime + used.ru_stime, "wall_s": time.perf_counter() - start,
+            "memory_bytes": 1024 * used.ru_maxrss, "out": out.decode()}
+
+
+def repeated(part, count, command, cwd, **facts):
+    """One object with the medians of several runs."""
+    runs = [timed(command, cwd) for _ in range(count)]
+    processor, wall = (median_spread([one[key] for one in runs]) for key in ("processor_s", "wall_s"))
+    return {"part": part, "processor_s": processor[0], "spread_s": processor[1], "wall_s": wall[0], **facts}
+
+
+def write_inputs(program, folder):
+    """Scenes and pairs of files for each case of `toliman track`, and the weights of the network."""
+    with open(os.path.join(HERE, "..", "..", "examples", "scenes", "chapter.json")) as file:
+        scene = json.load(file)
+    for case, frames in CASES.items():
+        name = case.split()[0]
+        scene["cadence"]["frames"] = frames
+        small = {**scene, "detector": {**scene["detector"], "shape": [64, 64]},
+                 "binary": {**scene["binary"], "separation_arcsec": 4}}
+        with open(os.path.join(folder, name + ".json"), "w") as file:
+            json.dump(small if name == "template" else scene, file)
+        timed([program, "simulate", name + ".json", "--out", name, "--session", "s", "--dtype", "u32le"], folder)
+    timed([program, "train", "network.json", "--out", "w.tlmw"], folder)
+
+
+def track_s(program, folder, case, every, jobs, sync):
+    """Wall seconds per frame without the start: the shortest time of all frames minus that of the first group."""
+    name, frames = case.split()[0], CASES[case]
+    estimator = ["--template", "template.json"] if name == "template" else ["--weights", "w.tlmw"]
+    least = []
+    for end in (GROUP, frames):
+        wall = []
+        for _ in range(REPEATS):
+            with tempfile.TemporaryDirectory(dir=folder) as parent:
+                wall.append(timed([program, "track", *estimator, "--state", os.path.join(parent, "state"), "--mission-days",
+                                   1095, "--dtype", "u32le", "--every", every, "--jobs", jobs, "--sync", sync, "--frames",
+                                   f"0:{end}", name], folder)["wall_s"])
+        least.append(min(wall))
+    return (least[1] - least[0]) / (frames - GROUP)
+
+
+def measure_track(binaries, folder):
+    program = os.path.join(binaries, "toliman")
+    write_inputs(program, folder)
+    counts = (1000, 200) if SHORT else (20000, 1000)
+    found = [{"part": "library", **one} for one in lines([os.path.join(binaries, "bench_track"), *counts, FREQUENCIES],
+                                                         one_core=False)]
+    for case in CASES:
+        for every in (1, 1000):
+            for jobs in (1, 2):
+                found.append({"part": "track", "case": case, "every": every, "jobs": jobs, "sync": "none",
+                              "seconds": track_s(program, folder, case, every, jobs, "none")})
+    case = next(iter(CASES))
+    found.append({"part": "track", "case": case, "every": 1000, "jobs": 1, "sync": "group",
+                  "seconds": track_s(program, folder, case, 1000, 1, "group")})
+    return found + [{"part": "fdatasync", "seconds": fdatasync_s(folder)}]
+
+
+def measure(binaries):
+    program = os.path.join(os.path.abspath(binaries), "toliman")
+    series = os.path.join(HERE, "..", "..", "examples", "data", "nu_oph_rv.csv")
+    with tempfile.TemporaryDirectory() as folder:
+        found = [{"part": "run", **timed([program, "run", "chapter.json", "--seed", seed, "--json", "--out", "out"], folder)}
+                 for seed in SEEDS]
+        for one in found:
+            one.update(json.loads(one.pop("out")))
+        found += [repeated("psf", 5, [program, "psf", "chapter.json", "--out", "psf.npy"], folder),
+                  repeated("pupil", 1, [program, "pupil", "chapter.json", "--count", MASKS], folder, masks=MASKS),
+                  repeated("period", 11, [program, "period", series], folder),
+                  repeated("simulate", REPEATS, [program, "simulate", "chapter.json", "--out", "frames.bin"], folder)]
+        found += measure_track(os.path.abspath(binaries), folder)
+    return found + [{"part": "numpy", "image": peer("numpy", "numpy_mft.py", 0.2, 550),
+                     "poisson": peer("numpy", "numpy_poisson.py", 5)}]
+
+
+def fdatasync_s(folder):
+    """Seconds until a group of records is on the disk: written to the end of a file, then fdatasync."""
+    times, records = [], bytes(GROUP * RECORD_BYTES)
+    with open(os.path.join(folder, "synced"), "wb", buffering=0) as file:
+        for _ in range(9 if SHORT else 51):
+            start = time.perf_counter()
+            file.write(records)
+            os.fdatasync(file.fileno())
+            times.append(time.perf_counter() - start)
+    return median_spread(times)[0]
+
+
+def rows_of_runs(runs, image):
+    """`toliman run`; the reference is numpy that propagates every frame."""
+    worst = max(abs(one["period_days"] / one["true_period_days"] - 1) for one in runs)
+    processor, wall, memory = (median_spread([one[key] for one in runs]) for key in ("processor_s", "wall_s", "memory_bytes"))
+    yield row("commands", "run", "toliman run chapter.json", *processor, worst, "of the period",
+              image and f"{image['name']}, frames only (one timed)", name_and_seconds(image, STARS * runs[0]["frames"])[1],
+              headline=True, at=f"{len(runs)} seeds", efficiency=median_spread([one["efficiency"] for one in runs])[0],
+              wall_seconds=wall[0], memory_bytes=memory[0])
+
+
+def rows_of_track(measured):
+    library = {(one["case"], one["threads"]): 1 / one["frames_per_wall_s"] for one in measured
+               if one["part"] == "library" and "frames" in one}
+    disk, = [one["seconds"] for one in measured if one["part"] == "fdatasync"]
+    free = {(one["case"], one["every"], one["jobs"]): one["seconds"] for one in measured if one["part"] == "track"
+            and one["sync"] == "none"}
+    for one in measured:
+        if one["part"] != "track":
+            continue
+        case, jobs = one["case"], one["jobs"]
+        if one["seconds"] <= 0:
+            warn(f"toliman track, {case}: a few frames took longer than all: the machine is too busy")
+            continue
+        reference = "the library", library.get((case, jobs), library.get((case, 0)))
+        if one["sync"] == "group":
+            reference = "the same without, and an fdatasync per 64 frames", free[case, one["every"], jobs] + disk / GROUP
+        options = f"--every {one['every']}, --jobs {jobs}, --sync {one['sync']}"
+        yield row("track", f"{case}, {options}", f"toliman track, {case}, {options}: per frame, wall time", one["seconds"],
+                  None, None, None, *reference, headline=True)
+    yield row("track", "fdatasync", f"fdatasync of {GROUP} records on this disk, wall time", disk, headline=True)
+
+
+def rows(measured):
+    parts = {one["part"]: one for one in measured}
+    image, poisson = parts["numpy"]["image"], parts["numpy"]["poisson"]
+    yield from rows_of_runs([one for one in measured if one["part"] == "run"], image)
+    counts, counts_s = name_and_seconds(poisson, PIXELS * FRAMES)
+    for part, what, share, reference in (
+            ("psf", "toliman psf chapter.json", 1, name_and_seconds(image, STARS)),
+            ("simulate", f"toliman simulate chapter.json: {FRAMES} frames into a file", 1,
+             (counts and counts + ", Poisson counts only", counts_s)),
+            ("pupil", "toliman pupil chapter.json, per mask", parts["pupil"]["masks"], (None, None)),
+            ("period", "toliman period nu_oph_rv.csv", 1, (None, None))):
+        one = parts[part]
+        yield row("commands", part, what, one["processor_s"] / share, one["spread_s"] / share, None, None,
+                  *reference, headline=True, wall_seconds=one["wall_s"] / share)
+    yield from rows_of_track(measured)
+
+
+def show(measured):
+    for one in measured:
+        print(json.dumps({key: value for key, value in one.items() if not isinstance(value, (dict, list))}))

@@ -1,0 +1,57 @@
+"""The table of results in Markdown: one column group per machine. Shared by bench.py, which prints it, and record.py,
+which writes it to the documents."""
+
+
+def number(value, form):
+    return "" if value is None else format(value, form)
+
+
+def seconds(value):
+    """In s, ms or us, depending on the value."""
+    for unit, size in (("s", 1), ("ms", 1e-3), ("us", 1e-6)):
+        if value >= size:
+            break
+    return f"{value / size:.3g} {unit}"
+
+
+def spread(row):
+    if "spread" not in row:
+        return ""
+    part = row["spread"] / row["seconds"]
+    return f" +- {part:.0%}" if part >= 0.005 else " +- <1%"
+
+
+def time(row):
+    """For example "5.2 s +- 1%, wall 4.1 s, 110 MB"."""
+    wall = f", wall {seconds(row['wall_seconds'])}" if "wall_seconds" in row else ""
+    memory = f", {row['memory_bytes'] / 1e6:.0f} MB" if "memory_bytes" in row else ""
+    return seconds(row["seconds"]) + spread(row) + wall + memory
+
+
+def error(row):
+    """For example "1e-9 of peak at 196 pixels"."""
+    if "error" not in row:
+        return ""
+    at = "at " + row["error_at"] if "error_at" in row else ""
+    return " ".join(word for word in (f"{row['error']:.0e}", row.get("error_of"), at) if word)
+
+
+def processor(machine):
+    return " ".join(machine["cpu"].replace("(R)", "").replace("(TM)", "").split())
+
+
+def markdown(results, wanted=lambda row: row["headline"]):
+    """The rows of all results that are wanted: those of the first result, then those that only the others have. Error
+    and reference are of the first result that has them."""
+    of = [{row["what"]: row for row in one["rows"] if wanted(row)} for one in results]
+    ends = [f", {processor(one['machine'])}" for one in results] if len(results) > 1 else [""]
+    heads = ["what", "error", "reference"] + [head + end for end in ends for head in ("time", "speed-up", "x roofline")]
+    lines = ["| " + " | ".join(heads) + " |", "|---" * len(heads) + "|"]
+    for what in dict.fromkeys(what for rows in of for what in rows):
+        rows = [one.get(what) for one in of]
+        there = [row for row in rows if row]
+        cells = [what, next(filter(None, map(error, there)), ""), next((row["peer"] for row in there if "peer" in row), "")]
+        for row in rows:
+            cells += [time(row), number(row.get("ratio_peer"), ",.3g"), number(row.get("ratio_roofline"), ".2f")] if row else [""] * 3
+        lines.append("| " + " | ".join(cells) + " |")
+    return "\n".join(lines) + "\n"
