@@ -36,6 +36,9 @@ def rows(measured):
         yield row(what, f"{layout}, {one['isa']}", f"{text}, {layout}, {one['isa']}", one["ms"] / 1e3,
                   one["spread_ms"] / 1e3, error, "of largest", reference, reference_seconds, one["roofline_ms"] / 1e3,
                   one["ms"] == best[what, layout], "one image")
+        if what == "encode" and one["ms"] == best[what, layout] and one["projection_ms"] > 0:
+            yield row("projection", layout, f"four nuisances projected out of a frame, {layout}, {one['isa']}: encode with minus "
+                      "without", one["projection_ms"] / 1e3, headline=True)
     for one in measured:
         if one["part"] == "template":
             yield row("encode", "template", "encode a frame, template 256x256", one["ms"] / 1e3, one["spread_ms"] / 1e3,

@@ -1,5 +1,5 @@
 """The commands as users run them, start-up included unless stated otherwise: processor time of all threads, wall time,
-memory. Frames per second of `toliman track` beside those of the library and the time of the disk."""
+memory. `toliman track` is compared with the library and with the disk."""
 import json
 import os
 import subprocess
@@ -30,9 +30,12 @@ def timed(command, cwd):
             "memory_bytes": 1024 * used.ru_maxrss, "out": out.decode()}
 
 
-def repeated(part, count, command, cwd, **facts):
-    """One object with the medians of several runs."""
-    runs = [timed(command, cwd) for _ in range(count)]
+def repeated(part, count, command, **facts):
+    """One object with the medians of several runs, each in a new folder."""
+    runs = []
+    for _ in range(count):
+        with tempfile.TemporaryDirectory() as cwd:
+            runs.append(timed(command, cwd))
     processor, wall = (median_spread([one[key] for one in runs]) for key in ("processor_s", "wall_s"))
     return {"part": part, "processor_s": processor[0], "spread_s": processor[1], "wall_s": wall[0], **facts}
 
@@ -87,17 +90,17 @@ def measure_track(binaries, folder):
 
 def measure(binaries):
     program = os.path.join(os.path.abspath(binaries), "toliman")
-    series = os.path.join(HERE, "..", "..", "examples", "data", "nu_oph_rv.csv")
+    series = os.path.abspath(os.path.join(HERE, "..", "..", "examples", "data", "nu_oph_rv.csv"))
     with tempfile.TemporaryDirectory() as folder:
         found = [{"part": "run", **timed([program, "run", "chapter.json", "--seed", seed, "--json", "--out", "out"], folder)}
                  for seed in SEEDS]
         for one in found:
             one.update(json.loads(one.pop("out")))
-        found += [repeated("psf", 5, [program, "psf", "chapter.json", "--out", "psf.npy"], folder),
-                  repeated("pupil", 1, [program, "pupil", "chapter.json", "--count", MASKS], folder, masks=MASKS),
-                  repeated("period", 11, [program, "period", series], folder),
-                  repeated("simulate", REPEATS, [program, "simulate", "chapter.json", "--out", "frames.bin"], folder)]
         found += measure_track(os.path.abspath(binaries), folder)
+    found += [repeated("psf", 5, [program, "psf", "chapter.json", "--out", "psf.npy"]),
+              repeated("pupil", 1, [program, "pupil", "chapter.json", "--count", MASKS], masks=MASKS),
+              repeated("period", 11, [program, "period", series]),
+              repeated("simulate", REPEATS, [program, "simulate", "chapter.json", "--out", "frames.bin"])]
     return found + [{"part": "numpy", "image": peer("numpy", "numpy_mft.py", 0.2, 550),
                      "poisson": peer("numpy", "numpy_poisson.py", 5)}]
 

@@ -45,10 +45,10 @@ class Reader(html.parser.HTMLParser):
     def text(self):
         return " ".join("".join(self.words).split())
 
-    def row(self, name):
+    def row(self, name, count=6):
         """Cells after the one of this name."""
         at = self.cells.index(name)
-        return self.cells[at + 1 : at + 7]
+        return self.cells[at + 1 : at + 1 + count]
 
 
 class Recorder(page.Page):

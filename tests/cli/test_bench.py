@@ -17,11 +17,13 @@ BENCH = ROOT / "tests" / "bench"
 sys.path.append(str(BENCH))
 import bench
 import cae
+import commands
 import measuring
 import period
-import run
+import record
 import sim
 import size
+import table
 import weights
 
 
@@ -59,19 +61,69 @@ class Bench(ProgramTest):
     def test_table(self):
         row = {"what": "x", "seconds": 2e-3, "spread": 9e-6, "error": 3e-7, "error_of": "of peak", "error_at": "14 frequencies",
                "peer": "numpy", "ratio_peer": 1234.5, "ratio_roofline": 1.5}
-        printed = io.StringIO()
-        with contextlib.redirect_stdout(printed):
-            bench.print_table([row, {**row, "spread": 1e-5, "seconds": 2}, {"what": "y", "seconds": 5e-6, "error": 1e-9}])
-        self.assertEqual(printed.getvalue().splitlines()[2:], [
-            "| x | 2 ms | <1% | 3e-07 of peak at 14 frequencies | numpy | 1.23e+03 | 1.50 |",
-            "| x | 2 s | <1% | 3e-07 of peak at 14 frequencies | numpy | 1.23e+03 | 1.50 |",
-            "| y | 5 us |  | 1e-09 |  |  |  |"])
+        rows = [row, {**row, "what": "y", "spread": 1e-5, "seconds": 2},
+                {"what": "z", "seconds": 5e-6, "error": 1e-9, "wall_seconds": 0.25, "memory_bytes": 111661056}]
+        rows = [{"headline": True, **one} for one in rows] + [{"what": "details", "seconds": 1, "headline": False}]
+        first = {"machine": {"cpu": "A(R)  CPU"}, "rows": rows}
+        self.assertEqual(table.markdown([first]).splitlines(), [
+            "| what | error | reference | time | speed-up | x roofline |", "|---|---|---|---|---|---|",
+            "| x | 3e-07 of peak at 14 frequencies | numpy | 2 ms +- <1% | 1.23e+03 | 1.50 |",
+            "| y | 3e-07 of peak at 14 frequencies | numpy | 2 s +- <1% | 1.23e+03 | 1.50 |",
+            "| z | 1e-09 |  | 5 us, wall 250 ms, 112 MB |  |  |"])
+        # A second machine has columns of its own, and rows that the first lacks.
+        other = {"machine": {"cpu": "B"}, "rows": [{**rows[2], "seconds": 7e-6}, {"what": "new", "seconds": 3, "headline": True}]}
+        found = table.markdown([first, other]).splitlines()
+        self.assertEqual(found[0], "| what | error | reference | time, A CPU | speed-up, A CPU | x roofline, A CPU "
+                                   "| time, B | speed-up, B | x roofline, B |")
+        self.assertEqual(found[4:], ["| z | 1e-09 |  | 5 us, wall 250 ms, 112 MB |  |  | 7 us, wall 250 ms, 112 MB |  |  |",
+                                     "| new |  |  |  |  |  | 3 s |  |  |"])
+
+    def test_documents_are_those_of_the_record(self):
+        recorded = json.loads((BENCH / "recorded.json").read_text())
+        for one in recorded:
+            schemas.check(json.dumps(one))
+        for path, text in record.documents(recorded):
+            self.assertEqual(pathlib.Path(path).read_text(encoding="utf-8"), text, "run make record")
+            for one in recorded:
+                self.assertIn(table.processor(one["machine"]), text)
+        slower = json.loads((BENCH / "recorded.json").read_text())
+        for row in slower[0]["rows"]:
+            row["seconds"] *= 3
+        for path, text in record.documents(slower):
+            self.assertNotEqual(pathlib.Path(path).read_text(encoding="utf-8"), text)
+        with self.assertRaisesRegex(SystemExit, "^record: a document has no lines <!-- table of make record"):
+            record.with_section("text", recorded, lambda row: True)
+
+    def test_record_keeps_one_other_processor(self):
+        def result(cpu, what):
+            return {"schema": "toliman-bench/1", "machine": {"cpu": cpu, "date": "2026-01-31", "isa": "avx2"},
+                    "rows": [{"what": what, "headline": True}, {"what": "details", "headline": False}], "details": [1]}
+        for name, cpu in (("sim", "A"), ("cae", "A")):
+            (self.folder / f"{name}.json").write_text(json.dumps(result(cpu, name)))
+        newest = record.newest(self.folder)
+        self.assertEqual([row["what"] for row in newest["rows"]], ["cae", "sim"])
+        before = [result("A", "old"), result("B", "x"), result("C", "x")]
+        self.assertEqual([one["machine"]["cpu"] for one in record.with_newest(before, newest)], ["A", "B"])
+        self.assertIs(record.with_newest(before, newest)[0], newest)
+        (self.folder / "run.json").write_text(json.dumps(result("B", "run")))
+        with self.assertRaisesRegex(SystemExit, "must be the results of make bench on one machine"):
+            record.newest(self.folder)
+
+    def test_times_below_their_bound(self):
+        right, wrong = ({"what": what, "ratio_roofline": ratio} for what, ratio in (("x", 1.0), ("y", 0.94)))
+        self.assertEqual(bench.split([right, wrong, {"what": "z"}]),
+                         ([right, {"what": "z"}], ["bench: y: takes 0.94 of its lower bound: the bound is wrong"]))
+
+    def test_measures_on_one_core(self):
+        script = "import json, os; print(json.dumps(len(os.sched_getaffinity(0))))"
+        self.assertEqual(measuring.lines(["/usr/bin/python3", "-c", script]), [1])
+        self.assertEqual(measuring.lines(["/usr/bin/python3", "-c", script], one_core=False), [len(os.sched_getaffinity(0))])
 
     def test_unknown_name(self):
         done = subprocess.run(["/usr/bin/python3", BENCH / "bench.py", "bin", "out", "size", "foo"], cwd=self.folder,
                               capture_output=True, text=True)
         self.assertEqual((done.returncode, done.stdout, done.stderr),
-                         (2, "", "bench: unknown benchmark foo: must be one of sim, cae, period, weights, run, size\n"))
+                         (2, "", "bench: unknown benchmark foo: must be one of sim, cae, period, weights, commands, size\n"))
 
     def check_rows(self, module, measured):
         """Rows by their `what`, after a check against the schema."""
@@ -90,18 +142,21 @@ class Bench(ProgramTest):
     def test_rows_of_sim(self):
         image = {"part": "image", "geometry": "chapter", "pixel_arcsec": 0.2, "nodes": 33, "node_seconds": 0.5,
                  "node_spread": 0.01, "node_error": 1e-10, "node_roofline": 0.25, "seconds": 2, "spread": 0.1,
-                 "error": 1e-16, "roofline": 1, "compared": 196, "numpy_seconds": 8}
+                 "error": 1e-16, "roofline": 1, "compared": 196, "create_s": 2,
+                 "numpy": {"name": "numpy 1", "seconds": 8}}
         choice = {"part": "choices", "engine": "mdft", "samples": 128, "wavelengths": 9, "displacement_px": 1e-6,
                   "seconds": 0.1, "error": 1e-3, "compared": 196}
-        poisson = {"part": "poisson", "isa": "avx2", "decades": 5, "ns": 8, "spread_ns": 1, "numpy_ns": 32}
+        poisson = {"part": "poisson", "isa": "avx2", "decades": 5, "ns": 8, "spread_ns": 1, "numpy": {"name": "numpy 1", "seconds": 32e-9}}
         rows = self.check_rows(sim, [image, choice, {**choice, "displacement_px": 1e-2},
-                                     {"part": "frames", "seconds_1095": 0.75, "spread_1095": 0.01},
-                                     {**poisson, "isa": "baseline"}, poisson, {**poisson, "decades": 0, "numpy_ns": None}])
-        self.assertEqual(len(rows), 6)  # neither the slower instruction set nor the other displacement
+                                     {"part": "frames", "seconds_1095": 1.095, "spread_1095": 0.01},
+                                     {**poisson, "isa": "baseline"}, poisson, {**poisson, "decades": 0, "numpy": None}])
+        self.assertEqual(len(rows), 7)  # neither the slower instruction set nor the other displacement
         self.expect(rows["image of 101 wavelengths, 0.2\"/px, accuracy 1e-9: 33 nodes"], seconds=0.5, error=1e-10,
-                    error_of="of peak", error_at="196 pixels", ratio_peer=16.0, ratio_roofline=2.0, headline=True)
+                    error_of="of peak", error_at="196 pixels", peer="numpy 1", ratio_peer=16.0, ratio_roofline=2.0, headline=True)
         self.expect(rows["image of 101 wavelengths, 0.2\"/px, every wavelength"], error=1e-16, error_at="196 pixels",
                     ratio_peer=4.0, ratio_roofline=2.0)
+        self.expect(rows["create a simulator of 101 wavelengths, 0.2\"/px, 33 nodes"], seconds=2, ratio_peer=0.5)
+        self.expect(rows["a noisy frame of the chapter's scene, 256 x 256 px"], seconds=1e-3, headline=True)
         self.expect(rows["chapter, 128 pupil samples, 9 wavelengths"], error_at="196 pixels", headline=False)
         self.expect(rows["65,536 Poisson counts of means 1e4 to 1e9"], seconds=8 * 65536e-9, ratio_peer=4.0, headline=True)
         self.expect(rows["65,536 Poisson counts of means 1e4"], peer=None, ratio_peer=None, headline=False)
@@ -113,7 +168,8 @@ class Bench(ProgramTest):
 
     def test_rows_of_cae(self):
         def measured(isa, ms, roofline_ms):
-            encode = {"part": "encode", "isa": isa, "layout": "flight", "ms": ms, "spread_ms": 0.01, "roofline_ms": roofline_ms}
+            encode = {"part": "encode", "isa": isa, "layout": "flight", "ms": ms, "spread_ms": 0.01, "roofline_ms": roofline_ms,
+                      "projection_ms": 0.125}
             return [encode, {**encode, "part": "training", "ms": 10 * ms, "roofline_ms": 8 * roofline_ms, "batch": 16}]
         wide, narrow = measured("avx512", 0.5, 0.25), measured("avx2", 0.75, 0.25)
         peers = [{"part": "peer", "peer": "oneDNN 2.6", "layout": "flight", "encode_ms": 1},
@@ -121,7 +177,11 @@ class Bench(ProgramTest):
                  {"part": "peer", "peer": "PyTorch 1, default", "layout": "paper", "encode_ms": 0.1, "training_ms": 0.1}]
         agreement = [{"part": "agreement", "layout": "flight", "isa": "avx512", "latent": 1e-6, "gradient": 2e-6}]
         tied = {"part": "tied", "seconds": 0.75, "cosine": 0.75}
-        rows = self.check_rows(cae, wide + narrow + [tied] + agreement + peers)
+        template = {"part": "template", "ms": 0.03125, "spread_ms": 0.001}
+        rows = self.check_rows(cae, wide + narrow + [tied, template] + agreement + peers)
+        self.expect(rows["four nuisances projected out of a frame, flight, avx512: encode with minus without"], seconds=0.125e-3)
+        self.assertEqual(len([what for what in rows if what.startswith("four")]), 1)  # the widest instruction set
+        self.expect(rows["encode a frame, template 256x256"], seconds=0.03125e-3)
         self.expect(rows["encode a frame, flight, avx512"], seconds=0.5e-3, spread=1e-5, error=1e-6, error_of="of largest",
                     error_at="one image", peer="oneDNN 2.6", ratio_peer=2.0, ratio_roofline=2.0, headline=True)
         self.expect(rows["training step of 16 images, per image, flight, avx512"], error=2e-6, peer="PyTorch 1", ratio_peer=4.0,
@@ -135,15 +195,15 @@ class Bench(ProgramTest):
         small, large = on(period.GRIDS[0], 10000), on(period.GRIDS[-1], 14)
         frame = {"part": "frame", "isa": "avx512", "seconds": 4e-5, "spread": 1e-6, "roofline": 2e-5}
         batch = {"part": "batch", "tolerance": 1e-3, "seconds": 0.5, "spread": 0.01, "error": 1e-7}
-        astropy = {"part": "astropy", "method": "fast", "seconds": 2, "error": 1e-4, **small}
+        astropy = {"part": "astropy", "method": "fast", "version": "5.2", "seconds": 2, "error": 1e-4, **small}
         measured = [{**frame, **small, "isa": "avx2"}, {**frame, **small}, {**batch, **small}, {**batch, **large},
                     {**batch, **large, "tolerance": 1e-6},
                     {"part": "direct", "seconds": 280, "measured": 0.25, "error": 1e-17, **large},
                     {"part": "stream", "seconds": 1, "measured": 1, "error": 1e-16, **small}]
         rows = self.check_rows(period, measured + [astropy])
         of_small, of_large = "1,000 samples, 10,000 frequencies", "1,000,000 samples, 100,000 frequencies"
-        self.expect(rows["push one frame, query 10,000 powers, avx512"], peer="astropy fast, all 1,000 samples", ratio_peer=50000.0,
-                    ratio_roofline=2.0, headline=True, error=None)
+        self.expect(rows["push one frame, query 10,000 powers, avx512"], peer="astropy 5.2 fast, all 1,000 samples",
+                    ratio_peer=50000.0, ratio_roofline=2.0, headline=True, error=1e-16)
         self.expect(rows["push one frame, query 10,000 powers, avx2"], headline=False)
         self.expect(rows[of_small + ", tolerance 0.001"], error=1e-7, error_at=None, ratio_peer=4.0, headline=True)
         self.expect(rows[of_large + ", tolerance 0.001"], error_at="14 frequencies", peer=None, headline=True)
@@ -154,21 +214,36 @@ class Bench(ProgramTest):
         self.assertEqual([row for row in alone.values() if "peer" in row or "ratio_peer" in row], [])
         self.assertEqual(len(alone), len(rows) - 1)
 
-    def test_rows_of_run(self):
+    def test_rows_of_commands(self):
         def of_seed(processor_s, period_days, efficiency):
-            return {"part": "run", "processor_s": processor_s, "period_days": period_days, "true_period_days": 400,
-                    "efficiency": efficiency, "frames": 100, "timings": {"total_s": 1}}
+            return {"part": "run", "processor_s": processor_s, "wall_s": processor_s / 2, "memory_bytes": 1000000,
+                    "period_days": period_days, "true_period_days": 400, "efficiency": efficiency, "frames": 100}
         runs = [of_seed(9, 400, 0.9), of_seed(12, 401, 0.7), of_seed(10, 390, 0.8), of_seed(8, 402, 0.6), of_seed(60, 400, 1)]
-        track = {"part": "track", "case": "template 64x64", "frames": 1000, "threads": 0, "frames_per_cpu_s": 20000}
-        rows = self.check_rows(run, runs + [track, {**track, "case": "network", "threads": 2},
-                                            {"part": "track", "case": "encode alone", "frames_per_cpu_s": 1},
-                                            {"part": "numpy", "image_s": 0.5}])
-        self.assertEqual(len(rows), 2)
+        simple = [{"part": part, "processor_s": 0.5, "spread_s": 0.25, "wall_s": 0.75} for part in ("psf", "period", "simulate")]
+        simple.append({"part": "pupil", "processor_s": 10.0, "spread_s": 0.0, "wall_s": 20.0, "masks": 100})
+        library = {"part": "library", "case": "template 64x64", "frames": 1000, "threads": 0, "frames_per_wall_s": 40000}
+        track = {"part": "track", "case": "template 64x64", "every": 1, "jobs": 1, "sync": "none", "seconds": 5e-5}
+        rest = [library, {"part": "library", "case": "encode alone", "frames_per_cpu_s": 1}, track,
+                {**track, "sync": "group", "seconds": 1e-4}, {"part": "fdatasync", "seconds": 64e-4}]
+        numpy = {"part": "numpy", "image": {"name": "numpy 1", "seconds": 0.5}, "poisson": {"name": "numpy 1", "seconds": 1e-8}}
+        rows = self.check_rows(commands, runs + simple + rest + [numpy])
+        self.assertEqual(len(rows), 8)
         # numpy: 0.5 s for 101 wavelengths of a star, hence 51 of two stars, 100 frames
-        self.expect(rows["toliman run, total of all workers"], seconds=10, spread=1.5, error=1 - 390 / 400,
-                    error_at="5 seeds", efficiency=0.8, ratio_peer=0.5 * 102 / 101 * 100 / 10, headline=True)
-        self.expect(rows["track a frame, template 64x64"], seconds=5e-5)
-        self.assertEqual(len(self.check_rows(run, runs + [{"part": "numpy", "image_s": None}])), 1)
+        self.expect(rows["toliman run chapter.json"], seconds=10, spread=1.5, wall_seconds=5.0, memory_bytes=1000000,
+                    error=1 - 390 / 400, error_at="5 seeds", efficiency=0.8, ratio_peer=0.5 * 102 / 101 * 100 / 10, headline=True)
+        self.expect(rows["toliman psf chapter.json"], seconds=0.5, wall_seconds=0.75, peer="numpy 1", ratio_peer=102 / 101)
+        self.expect(rows["toliman simulate chapter.json: 1095 frames into a file"], ratio_peer=1e-8 * 65536 * 1095 / 0.5)
+        self.expect(rows["toliman pupil chapter.json, per mask"], seconds=0.1, wall_seconds=0.2)
+        what = "toliman track, template 64x64, --every 1, --jobs 1, --sync %s: per frame, wall time"
+        self.expect(rows[what % "none"], seconds=5e-5, peer="the library", ratio_peer=0.5)
+        self.expect(rows[what % "group"], seconds=1e-4, ratio_peer=(5e-5 + 1e-4) / 1e-4)
+        alone = self.check_rows(commands, runs + simple + rest + [{"part": "numpy", "image": None, "poisson": None}])
+        self.assertNotIn("peer", alone["toliman psf chapter.json"])
+        warning = io.StringIO()
+        with contextlib.redirect_stderr(warning):
+            rows = self.check_rows(commands, runs + simple + rest + [numpy, {**track, "case": "busy", "seconds": -1e-6}])
+        self.assertEqual(len(rows), 8)
+        self.assertIn("busy: a few frames took longer than all: the machine is too busy", warning.getvalue())
 
     def test_rows_of_weights_and_size(self):
         one = {"weights": "bf16", "planes": "bf16", "bytes": 1000000, "load_s": 0.01, "load_spread": 0.001, "change": 1e-3,

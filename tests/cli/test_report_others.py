@@ -204,7 +204,7 @@ class Bench(ReportTest):
         # Benches of one machine share a table.
         self.assertEqual([page.text.count(text) for text in ("Machine: A <CPU>, avx2.", "Machine: Other, avx2.")], [1, 1])
         self.assertLess(page.text.index("far"), page.text.index("Machine: Other"))
-        self.assertEqual(page.row("33 nodes"), ["48.1 ms", "2 %", "", "", "3 × 10⁻¹⁰", "numpy", "19.4", "1.30"])
+        self.assertEqual(page.row("33 nodes", 8), ["48.1 ms", "2 %", "", "", "3 × 10⁻¹⁰", "numpy", "19.4", "1.30"])
         self.assertEqual(page.row("48 nodes")[1:5], ["< 1 %", "", "", "5 × 10⁻¹³ of peak at 14 <nodes>"])
         self.assertEqual(page.row("chapter")[:4], ["4.6 s", "", "2.3 s", "112 MB"])
         self.assertLess(page.text.index("48 nodes"), page.text.index("33 nodes"))  # the headlines come first
