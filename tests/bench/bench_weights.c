@@ -32,7 +32,8 @@ static toliman_cae *by_file(const toliman_cae *cae, const char *folder, int32_t 
     toliman_cae_save_options_init(&options, sizeof options);
     options.weights_encoding = weights;
     options.planes_encoding = planes;
-    snprintf(path, sizeof path, "%s/%s-%s.tlmw", folder, names[weights], names[planes]);
+    snprintf(path, sizeof path, "%s/%s-%s.tlmw", folder, names[weights - TOLIMAN_CAE_ENCODING_FLOAT32],
+             names[planes - TOLIMAN_CAE_ENCODING_FLOAT32]);
     assert_ok(toliman_cae_save_file(cae, &options, path));
     toliman_cae *loaded = NULL;
     double times[REPEATS];
@@ -83,7 +84,8 @@ int main(int count, char **arguments) {
     toliman_cae *networks[COMBINATIONS];
     timing loading[COMBINATIONS];
     for (int32_t k = 0; k < COMBINATIONS; k++)
-        networks[k] = by_file(trained, arguments[1], k / 3, k % 3, &loading[k]);
+        networks[k] = by_file(trained, arguments[1], TOLIMAN_CAE_ENCODING_FLOAT32 + k / 3,
+                              TOLIMAN_CAE_ENCODING_FLOAT32 + k % 3, &loading[k]);
     encode_frames(sim, networks, latents);
 
     double *const still = new_image(kPixels), *const brighter = new_image(kPixels), *const shifted = new_image(kPixels);

@@ -28,15 +28,18 @@ enum { PEAK_CHAINS = 12, PEAK_TURNS = 200000, PEAK_SAMPLES = 25 };
             __asm__ volatile("" : : "m"(sum[c])); /* the result is used */                                             \
     }
 
+typedef float peak_floats __attribute__((vector_size(16)));
+typedef double peak_doubles __attribute__((vector_size(16)));
+#define PEAK_FLOATS(value) ((peak_floats){0} + (value))
+#define PEAK_DOUBLES(value) ((peak_doubles){0} + (double)(value))
+#define PEAK_PLAIN(s, a, b) ((s) * (a) + (b))
+PEAK_LOOP(peak_float_baseline, , peak_floats, PEAK_FLOATS, PEAK_PLAIN)
+PEAK_LOOP(peak_double_baseline, , peak_doubles, PEAK_DOUBLES, PEAK_PLAIN)
 #if defined(__x86_64__)
-#define PEAK_BASELINE(s, a, b) _mm_add_ps(_mm_mul_ps(s, a), b)
-#define PEAK_BASELINE_DOUBLE(s, a, b) _mm_add_pd(_mm_mul_pd(s, a), b)
 #define PEAK_AVX2 __attribute__((target("avx2,fma")))
 #define PEAK_AVX512 __attribute__((target("avx512f")))
-PEAK_LOOP(peak_float_baseline, , __m128, _mm_set1_ps, PEAK_BASELINE)
 PEAK_LOOP(peak_float_avx2, PEAK_AVX2, __m256, _mm256_set1_ps, _mm256_fmadd_ps)
 PEAK_LOOP(peak_float_avx512, PEAK_AVX512, __m512, _mm512_set1_ps, _mm512_fmadd_ps)
-PEAK_LOOP(peak_double_baseline, , __m128d, _mm_set1_pd, PEAK_BASELINE_DOUBLE)
 PEAK_LOOP(peak_double_avx2, PEAK_AVX2, __m256d, _mm256_set1_pd, _mm256_fmadd_pd)
 PEAK_LOOP(peak_double_avx512, PEAK_AVX512, __m512d, _mm512_set1_pd, _mm512_fmadd_pd)
 #endif
@@ -64,27 +67,27 @@ static inline double peak_of(void (*loop)(void), int lanes) {
     return 2.0 * lanes * PEAK_CHAINS * PEAK_TURNS / fastest * 1e-9;
 }
 
-/* GFLOP/s of float32, and of float64; infinite where it is not known. */
+/* GFLOP/s of float32, and of float64. */
 static inline double peak_float(peak_isa isa) {
 #if defined(__x86_64__)
-    return isa == PEAK_IS_AVX512 ? peak_of(peak_float_avx512, 16)
-           : isa == PEAK_IS_AVX2 ? peak_of(peak_float_avx2, 8)
-                                 : peak_of(peak_float_baseline, 4);
-#else
-    (void)isa;
-    return HUGE_VAL;
+    if (isa == PEAK_IS_AVX512)
+        return peak_of(peak_float_avx512, 16);
+    if (isa == PEAK_IS_AVX2)
+        return peak_of(peak_float_avx2, 8);
 #endif
+    (void)isa;
+    return peak_of(peak_float_baseline, 4);
 }
 
 static inline double peak_double(peak_isa isa) {
 #if defined(__x86_64__)
-    return isa == PEAK_IS_AVX512 ? peak_of(peak_double_avx512, 8)
-           : isa == PEAK_IS_AVX2 ? peak_of(peak_double_avx2, 4)
-                                 : peak_of(peak_double_baseline, 2);
-#else
-    (void)isa;
-    return HUGE_VAL;
+    if (isa == PEAK_IS_AVX512)
+        return peak_of(peak_double_avx512, 8);
+    if (isa == PEAK_IS_AVX2)
+        return peak_of(peak_double_avx2, 4);
 #endif
+    (void)isa;
+    return peak_of(peak_double_baseline, 2);
 }
 
 #endif
