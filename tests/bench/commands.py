@@ -3,6 +3,7 @@ memory. `toliman track` is compared with the library and with the disk."""
 import json
 import os
 import subprocess
+import sys
 import tempfile
 import time
 
@@ -19,14 +20,16 @@ CASES = {"template 64x64": (1024 if SHORT else 8192), "network 256x256": (128 if
 
 def timed(command, cwd):
     """Runs a command in the user's own environment. Returns its times, peak memory and output."""
-    start = time.perf_counter()
-    with subprocess.Popen([str(word) for word in command], cwd=cwd, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as run:
-        out = run.stdout.read()
-        _, status, used = os.wait4(run.pid, 0)
-        run.returncode = os.waitstatus_to_exitcode(status)
-    if run.returncode != 0:
-        raise subprocess.CalledProcessError(run.returncode, command)
-    return {"processor_s": used.ru_utime + used.ru_stime, "wall_s": time.perf_counter() - start,
+    words, start = [str(word) for word in command], time.perf_counter()
+    with tempfile.TemporaryFile() as messages:
+        with subprocess.Popen(words, cwd=cwd, stdout=subprocess.PIPE, stderr=messages) as run:
+            out = run.stdout.read()
+            _, status, used = os.wait4(run.pid, 0)
+            run.returncode, wall = os.waitstatus_to_exitcode(status), time.perf_counter() - start
+        if run.returncode != 0:
+            messages.seek(0)
+            sys.exit(f"bench: {' '.join(words)}: exit code {run.returncode}\n{messages.read().decode()}")
+    return {"processor_s": used.ru_utime + used.ru_stime, "wall_s": wall,
             "memory_bytes": 1024 * used.ru_maxrss, "out": out.decode()}
 
 
@@ -71,6 +74,18 @@ def track_s(program, folder, case, every, jobs, sync):
     return (least[1] - least[0]) / (frames - GROUP)
 
 
+def fdatasync_s(folder):
+    """Seconds until a group of records is on the disk: written to the end of a file, then fdatasync."""
+    times, records = [], bytes(GROUP * RECORD_BYTES)
+    with open(os.path.join(folder, "synced"), "wb", buffering=0) as file:
+        for _ in range(9 if SHORT else 51):
+            start = time.perf_counter()
+            file.write(records)
+            os.fdatasync(file.fileno())
+            times.append(time.perf_counter() - start)
+    return median_spread(times)[0]
+
+
 def measure_track(binaries, folder):
     program = os.path.join(binaries, "toliman")
     write_inputs(program, folder)
@@ -105,18 +120,6 @@ def measure(binaries):
                      "poisson": peer("numpy", "numpy_poisson.py", 5)}]
 
 
-def fdatasync_s(folder):
-    """Seconds until a group of records is on the disk: written to the end of a file, then fdatasync."""
-    times, records = [], bytes(GROUP * RECORD_BYTES)
-    with open(os.path.join(folder, "synced"), "wb", buffering=0) as file:
-        for _ in range(9 if SHORT else 51):
-            start = time.perf_counter()
-            file.write(records)
-            os.fdatasync(file.fileno())
-            times.append(time.perf_counter() - start)
-    return median_spread(times)[0]
-
-
 def rows_of_runs(runs, image):
     """`toliman run`; the reference is numpy that propagates every frame."""
     worst = max(abs(one["period_days"] / one["true_period_days"] - 1) for one in runs)
@@ -142,7 +145,7 @@ def rows_of_track(measured):
             continue
         reference = "the library", library.get((case, jobs), library.get((case, 0)))
         if one["sync"] == "group":
-            reference = "the same without, and an fdatasync per 64 frames", free[case, one["every"], jobs] + disk / GROUP
+            reference = f"--sync none, and fdatasync every {GROUP} frames", free[case, one["every"], jobs] + disk / GROUP
         options = f"--every {one['every']}, --jobs {jobs}, --sync {one['sync']}"
         yield row("track", f"{case}, {options}", f"toliman track, {case}, {options}: per frame, wall time", one["seconds"],
                   None, None, None, *reference, headline=True)
