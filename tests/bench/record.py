@@ -3,12 +3,12 @@ from it (make record).
 
 Usage: record.py [OUT]. OUT is the folder of the results; without it, only the tables are written. recorded.json keeps
 the newest results of a processor, and those of one other processor for comparison."""
-import glob
 import json
 import os
 import sys
 
 import table
+from bench import NAMES
 from measuring import HERE
 
 RECORD = os.path.join(HERE, "recorded.json")
@@ -23,10 +23,13 @@ MAIN = ('image of 101 wavelengths, 0.2"/px, accuracy 1e-9', "encode a frame, fli
 def newest(out):
     """The results in a folder as one object, with the rows of the tables only."""
     files = []
-    for path in sorted(glob.glob(os.path.join(out, "*.json"))):
+    for name in NAMES:
+        path = os.path.join(out, name + ".json")
+        if not os.path.exists(path):
+            sys.exit(f"record: {path}: is missing: run make bench")
         with open(path) as file:
             files.append(json.load(file))
-    if not files or any(one["machine"]["cpu"] != files[0]["machine"]["cpu"] for one in files):
+    if any(one["machine"]["cpu"] != files[0]["machine"]["cpu"] for one in files):
         sys.exit(f"record: {out}: must be the results of make bench on one machine")
     rows = [row for one in files for row in one["rows"] if row["headline"]]
     return {"schema": files[0]["schema"], "machine": files[0]["machine"], "rows": rows, "details": []}

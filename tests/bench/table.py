@@ -1,5 +1,6 @@
 """The table of results in Markdown: one column group per machine. Shared by bench.py, which prints it, and record.py,
 which writes it to the documents."""
+import re
 
 
 def number(value, form):
@@ -37,15 +38,16 @@ def error(row):
 
 
 def processor(machine):
-    return " ".join(machine["cpu"].replace("(R)", "").replace("(TM)", "").split())
+    """Name of the processor, without marks and the word itself."""
+    return " ".join(re.sub(r"\(R\)|\(TM\)|\bProcessor\b", "", machine["cpu"]).split())
 
 
 def markdown(results, wanted=lambda row: row["headline"]):
     """The rows of all results that are wanted: those of the first result, then those that only the others have. Error
     and reference are of the first result that has them."""
     of = [{row["what"]: row for row in one["rows"] if wanted(row)} for one in results]
-    ends = [f", {processor(one['machine'])}" for one in results] if len(results) > 1 else [""]
-    heads = ["what", "error", "reference"] + [head + end for end in ends for head in ("time", "speed-up", "x roofline")]
+    names = [f"{processor(one['machine'])}: " for one in results] if len(results) > 1 else [""]
+    heads = ["what", "error", "reference"] + [head for name in names for head in (name + "time", "speed-up", "x roofline")]
     lines = ["| " + " | ".join(heads) + " |", "|---" * len(heads) + "|"]
     for what in dict.fromkeys(what for rows in of for what in rows):
         rows = [one.get(what) for one in of]

@@ -64,7 +64,7 @@ class Bench(ProgramTest):
         rows = [row, {**row, "what": "y", "spread": 1e-5, "seconds": 2},
                 {"what": "z", "seconds": 5e-6, "error": 1e-9, "wall_seconds": 0.25, "memory_bytes": 111661056}]
         rows = [{"headline": True, **one} for one in rows] + [{"what": "details", "seconds": 1, "headline": False}]
-        first = {"machine": {"cpu": "A(R)  CPU"}, "rows": rows}
+        first = {"machine": {"cpu": "A(R)  CPU Processor"}, "rows": rows}
         self.assertEqual(table.markdown([first]).splitlines(), [
             "| what | error | reference | time | speed-up | x roofline |", "|---|---|---|---|---|---|",
             "| x | 3e-07 of peak at 14 frequencies | numpy | 2 ms +- <1% | 1.23e+03 | 1.50 |",
@@ -73,8 +73,8 @@ class Bench(ProgramTest):
         # A second machine has columns of its own, and rows that the first lacks.
         other = {"machine": {"cpu": "B"}, "rows": [{**rows[2], "seconds": 7e-6}, {"what": "new", "seconds": 3, "headline": True}]}
         found = table.markdown([first, other]).splitlines()
-        self.assertEqual(found[0], "| what | error | reference | time, A CPU | speed-up, A CPU | x roofline, A CPU "
-                                   "| time, B | speed-up, B | x roofline, B |")
+        self.assertEqual(found[0], "| what | error | reference | A CPU: time | speed-up | x roofline "
+                                   "| B: time | speed-up | x roofline |")
         self.assertEqual(found[4:], ["| z | 1e-09 |  | 5 us, wall 250 ms, 112 MB |  |  | 7 us, wall 250 ms, 112 MB |  |  |",
                                      "| new |  |  |  |  |  | 3 s |  |  |"])
 
@@ -98,15 +98,18 @@ class Bench(ProgramTest):
         def result(cpu, what):
             return {"schema": "toliman-bench/1", "machine": {"cpu": cpu, "date": "2026-01-31", "isa": "avx2"},
                     "rows": [{"what": what, "headline": True}, {"what": "details", "headline": False}], "details": [1]}
-        for name, cpu in (("sim", "A"), ("cae", "A")):
-            (self.folder / f"{name}.json").write_text(json.dumps(result(cpu, name)))
+        for name in bench.NAMES:
+            (self.folder / f"{name}.json").write_text(json.dumps(result("A", name)))
         newest = record.newest(self.folder)
-        self.assertEqual([row["what"] for row in newest["rows"]], ["cae", "sim"])
+        self.assertEqual([row["what"] for row in newest["rows"]], list(bench.NAMES))
         before = [result("A", "old"), result("B", "x"), result("C", "x")]
         self.assertEqual([one["machine"]["cpu"] for one in record.with_newest(before, newest)], ["A", "B"])
         self.assertIs(record.with_newest(before, newest)[0], newest)
-        (self.folder / "run.json").write_text(json.dumps(result("B", "run")))
+        (self.folder / "cae.json").write_text(json.dumps(result("B", "cae")))
         with self.assertRaisesRegex(SystemExit, "must be the results of make bench on one machine"):
+            record.newest(self.folder)
+        (self.folder / "cae.json").unlink()
+        with self.assertRaisesRegex(SystemExit, "cae.json: is missing: run make bench"):
             record.newest(self.folder)
 
     def test_times_below_their_bound(self):
