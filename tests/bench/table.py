@@ -23,7 +23,9 @@ def spread(row):
 
 
 def time(row):
-    """For example "5.2 s +- 1%, wall 4.1 s, 110 MB"."""
+    """For example "5.2 s +- 1%, wall 4.1 s, 110 MB"; nothing for a row that is not there."""
+    if not row:
+        return ""
     wall = f", wall {seconds(row['wall_seconds'])}" if "wall_seconds" in row else ""
     memory = f", {row['memory_bytes'] / 1e6:.0f} MB" if "memory_bytes" in row else ""
     return seconds(row["seconds"]) + spread(row) + wall + memory
@@ -54,6 +56,7 @@ def markdown(results, wanted=lambda row: row["headline"]):
         there = [row for row in rows if row]
         cells = [what, next(filter(None, map(error, there)), ""), next((row["peer"] for row in there if "peer" in row), "")]
         for row in rows:
-            cells += [time(row), number(row.get("ratio_peer"), ",.3g"), number(row.get("ratio_roofline"), ".2f")] if row else [""] * 3
+            row = row or {}
+            cells += [time(row), number(row.get("ratio_peer"), ",.3g"), number(row.get("ratio_roofline"), ".2f")]
         lines.append("| " + " | ".join(cells) + " |")
     return "\n".join(lines) + "\n"
