@@ -9,7 +9,7 @@ import sys
 
 import table
 from bench import NAMES
-from measuring import HERE
+from measuring import HERE, SHORT
 
 RECORD = os.path.join(HERE, "recorded.json")
 ROOT = os.path.join(HERE, "..", "..")
@@ -68,6 +68,8 @@ def main():
     with open(RECORD) as file:
         recorded = json.load(file)
     if len(sys.argv) > 1:
+        if SHORT:
+            sys.exit("record: BENCH_SHORT is set: the times of few repeats are not recorded")
         recorded = with_newest(recorded, newest(sys.argv[1]))
         with open(RECORD, "w") as file:
             json.dump(recorded, file, indent=1)
