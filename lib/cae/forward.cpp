@@ -60,21 +60,18 @@ Packed pack_decoder(const Layout &layout, const Parameters &parameters) {
 }
 
 Images::Images() {
-    constexpr size_t kCacheLine = 64; // bytes; alignment of the images
+    constexpr size_t kLine = 64 / sizeof(float); // of the cache
     size_t size = 0;
     for (size_t level = 0; level <= kStages; level++) {
-        start_[level] = size;
-        size += (level_size(level) + kCacheLine - 1) / kCacheLine * kCacheLine;
+        const size_t side = kSide >> level, channels = level_channels(level), first = (side + 3) * channels;
+        start_[level] = size + (kLine - first % kLine) % kLine; // the first pixel inside the border starts a line
+        size = (start_[level] + level_size(level) + kLine - 1) / kLine * kLine;
     }
-    memory_.reset(static_cast<float *>(std::aligned_alloc(kCacheLine, size * sizeof(float))));
+    memory_.reset(static_cast<float *>(std::aligned_alloc(kLine * sizeof(float), size * sizeof(float))));
     if (memory_ == nullptr)
         throw std::bad_alloc();
-    for (size_t level = 0; level <= kStages; level++) {
-        const kernels::ConvShape &shape = kShapes[std::min(level, kStages - 1)];
-        const bool fine = level < kStages;
-        clear_border((*this)[level], (fine ? 2 : 1) * shape.rows, (fine ? 2 : 1) * shape.cols,
-                     fine ? shape.fine_channels : shape.coarse_channels);
-    }
+    for (size_t level = 0; level <= kStages; level++)
+        clear_border((*this)[level], kSide >> level, kSide >> level, level_channels(level));
 }
 
 Pooling::Pooling(const Layout &layout) {
@@ -96,11 +93,9 @@ void get_inside(const float *bordered, size_t rows, size_t cols, size_t channels
 
 double encode(const Layout &layout, const Parameters &parameters, const Packed &encoder, Images &images,
               Pooling *pooling) noexcept {
-    for (size_t s = 0; s < kStages; s++) {
+    for (size_t s = 0; s < kStages; s++)
         stage_of(layout, s).encode(images[s], encoder[s].data(), parameters[conv_bias(s)], images[s + 1],
                                    pooling != nullptr ? pooling->switches[s].data() : nullptr);
-        kernels::elu_kernels().elu(images[s + 1], kShapes[s].coarse());
-    }
     const size_t row = kDeepSide * kDeepChannels;
     double latent = static_cast<double>(parameters[kLatentBias][0]);
     for (size_t r = 0; r < kDeepSide; r++)

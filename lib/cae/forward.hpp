@@ -27,6 +27,9 @@ Packed pack_decoder(const Layout &layout, const Parameters &parameters); // for 
 constexpr size_t level_size(size_t level) noexcept {
     return level < kStages ? kShapes[level].fine() : kShapes[kStages - 1].coarse();
 }
+constexpr size_t level_channels(size_t level) noexcept {
+    return level < kStages ? kShapes[level].fine_channels : kDeepChannels;
+}
 constexpr size_t kInputStride = kSide + 2; // floats per row of level 0; its first pixel is at kInputStride + 1
 
 // Working memory of one pass: the images of all levels, with borders of zeros. The interiors are uninitialised.

@@ -5,6 +5,8 @@
 // also linear, so that it merges with the convolution into one operator and the decoder needs no switches of a frame.
 #include "cae/stage.hpp"
 
+#include "kernels/elu.hpp"
+
 namespace toliman::cae {
 
 namespace {
@@ -29,7 +31,7 @@ class MeanStage final : public Stage {
     }
     void encode(const float *fine, const float *packed, const float *bias, float *coarse,
                 Switch *) const noexcept override {
-        kernels::conv_kernels().down(shape(), fine, packed, bias, coarse);
+        kernels::conv_kernels().down_elu(shape(), fine, packed, bias, coarse);
     }
     void down(const float *fine, const float *packed, const Switch *, float *, float *coarse) const noexcept override {
         kernels::conv_kernels().down(shape(), fine, packed, kZeroBias, coarse);
@@ -67,6 +69,7 @@ class MaxStage final : public Stage {
     void encode(const float *fine, const float *packed, const float *bias, float *coarse,
                 Switch *switches) const noexcept override {
         kernels::same_conv_kernels().same_max(encoder_shape(), fine, packed, bias, coarse, switches);
+        kernels::elu_kernels().elu(coarse, shape().coarse());
     }
     void down(const float *fine, const float *packed, const Switch *switches, float *dense,
               float *coarse) const noexcept override {

@@ -32,7 +32,7 @@ class Stage {
     virtual void pack_up(const float *kernel, float factor, float *packed) const noexcept = 0;
     virtual void unpack_gradient(const float *packed, float factor, float *kernel) const noexcept = 0;
 
-    // Coarse image of the encoder before ELU; stores the pooling switches if the stage has any and switches is not
+    // Coarse image of the encoder after ELU; stores the pooling switches if the stage has any and switches is not
     // NULL.
     virtual void encode(const float *fine, const float *packed, const float *bias, float *coarse,
                         Switch *switches) const noexcept = 0;

@@ -28,6 +28,10 @@ struct ConvKernels {
     void (*down)(const ConvShape &shape, const float *fine, const float *weights, const float *bias,
                  float *coarse) noexcept;
 
+    // The same, followed by ELU (kernels/elu.hpp) row by row while a row is in cache: the bits of `down`, then `elu`.
+    void (*down_elu)(const ConvShape &shape, const float *fine, const float *weights, const float *bias,
+                     float *coarse) noexcept;
+
     // Given     coarse, bordered; weights packed by conv_pack_up; bias [fine_channels]
     // Returned  the interior of fine = bias + the adjoint of down; its border is unchanged or set to 0
     void (*up)(const ConvShape &shape, const float *coarse, const float *weights, const float *bias,

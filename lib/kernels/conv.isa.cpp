@@ -2,7 +2,8 @@
 //     mean2x2(conv3x3(x)) at stride 2  =  conv3x3(sum2x2(x)) at stride 2, times 1/4
 // since both operators are linear and shift-invariant. It takes 9 products per coarse pixel and pair of channels.
 // Convolving every fine pixel and averaging takes 36, the merged 4x4 convolution of stride 2 takes 16. Only three rows
-// of sums are kept, so that the extra pass stays in cache.
+// of sums are kept, so that the extra pass stays in cache. With one fine channel vectors run over pixels of even or odd
+// columns, and the eight planes of a row are interleaved at its end: vectors over eight channels would be half empty.
 //
 // `up` is the adjoint: transposed convolution by output phase (even and odd rows and columns), then 2x2 sums. With one
 // fine channel a vector over channels would be mostly empty; there each coarse pixel adds a 4x4 patch, and vectors run
@@ -11,11 +12,18 @@
 #include "kernels/conv.hpp"
 
 #include "kernels/conv_tile.hpp"
+#include "kernels/elu_row.hpp"
 
 namespace toliman::kernels {
 namespace TOLIMAN_ISA {
 namespace {
 
+constexpr size_t kEight = 8; // channels of a tile with a single fine channel
+#if defined(__AVX512F__)
+constexpr size_t kVectors = 2; // of pixels: 16 accumulators
+#else
+constexpr size_t kVectors = 1;
+#endif
 constexpr size_t kMaxFloats = 1088; // per row of box sums: 257 x 1, 129 x 8, 65 x 16, 33 x 32
 
 // Box sums of a bordered fine image, row by row: element (r, q) is the sum of rows r, r + 1 and columns q, q + 1 of the
@@ -46,7 +54,86 @@ class BoxRows {
     float ring_[3][kMaxFloats];
 };
 
+// Box sums of a row with a single channel, apart for even and odd columns: the taps of adjacent coarse pixels are then
+// contiguous.
+constexpr size_t kPlane = 128 + 2 * Wide::count; // columns, and a tile beyond the last
+struct SplitRow {
+    float even[kPlane], odd[kPlane];
+
+    void fill(const float *upper, const float *lower, size_t cols) noexcept {
+        float sum[2 * kPlane];
+        for (size_t i = 0; i < 2 * cols + 2; i++)
+            sum[i] = upper[i] + lower[i];
+        for (size_t q = 0; q <= cols; q++) {
+            even[q] = sum[2 * q] + sum[2 * q + 1];
+            odd[q] = sum[2 * q + 1] + sum[2 * q + 2];
+        }
+    }
+};
+
+// Eight output channels of M vectors of adjacent pixels, as planes [8][kPlane]. weights: [9][outputs].
+template <size_t M>
+inline void single_tile(const SplitRow *const rows[3], size_t pixel, const float *weights, const float *bias,
+                        size_t outputs, float *planes) noexcept {
+    Wide::Vector sum[kEight][M];
+    for (size_t k = 0; k < kEight; k++)
+        for (size_t m = 0; m < M; m++)
+            sum[k][m] = bias[k] + Wide::Vector{};
+    for (size_t r = 0; r < 3; r++) {
+        const float *in[3] = {rows[r]->even + pixel, rows[r]->odd + pixel, rows[r]->even + pixel + 1};
+#pragma GCC unroll 3
+        for (size_t j = 0; j < 3; j++, weights += outputs) {
+            Wide::Vector value[M];
+            for (size_t m = 0; m < M; m++)
+                value[m] = Wide::load(in[j] + m * Wide::count);
+#pragma GCC unroll 8
+            for (size_t k = 0; k < kEight; k++)
+#pragma GCC unroll 2
+                for (size_t m = 0; m < M; m++)
+                    sum[k][m] += value[m] * weights[k];
+        }
+    }
+    for (size_t k = 0; k < kEight; k++)
+        for (size_t m = 0; m < M; m++)
+            Wide::store(planes + k * kPlane + pixel + m * Wide::count, sum[k][m]);
+}
+
+inline void interleave(const float *planes, size_t pixels, size_t step, float *out) noexcept {
+    for (size_t p = 0; p < pixels; p++)
+        for (size_t k = 0; k < kEight; k++)
+            out[p * step + k] = planes[k * kPlane + p];
+}
+
+// A single fine channel: vectors run over pixels. Over the eight channels they would be half empty.
+template <bool Elu>
+void down_single(const ConvShape &shape, const float *fine, const float *weights, const float *bias,
+                 float *coarse) noexcept {
+    SplitRow ring[3] = {};
+    float planes[kEight * kPlane];
+    const size_t row = 2 * shape.cols + 2, outputs = shape.coarse_channels;
+    size_t next = 0;
+    for (size_t y = 0; y < shape.rows; y++) {
+        for (; next < 2 * y + 3; next++)
+            ring[next % 3].fill(fine + next * row, fine + (next + 1) * row, shape.cols);
+        const SplitRow *const rows[3] = {&ring[2 * y % 3], &ring[(2 * y + 1) % 3], &ring[(2 * y + 2) % 3]};
+        float *out = coarse + ((y + 1) * (shape.cols + 2) + 1) * outputs;
+        for (size_t first = 0; first < outputs; first += kEight) {
+            for (size_t pixel = 0; pixel < shape.cols; pixel += kVectors * Wide::count)
+                single_tile<kVectors>(rows, pixel, weights + first, bias + first, outputs, planes);
+            if (outputs == kEight)
+                interleave(planes, shape.cols, kEight, out); // a constant, for which the loop vectorises
+            else
+                interleave(planes, shape.cols, outputs, out + first);
+        }
+        if constexpr (Elu)
+            elu(out, shape.cols * outputs);
+    }
+}
+
+template <bool Elu>
 void down(const ConvShape &shape, const float *fine, const float *weights, const float *bias, float *coarse) noexcept {
+    if (shape.fine_channels == 1)
+        return down_single<Elu>(shape, fine, weights, bias, coarse);
     BoxRows boxes(shape, fine);
     Row row = {};
     row.in_step = 2 * shape.fine_channels;
@@ -62,7 +149,9 @@ void down(const ConvShape &shape, const float *fine, const float *weights, const
         for (size_t t = 0; t < 3; t++)
             row.in[t] = rows[t];
         row.out = coarse + ((y + 1) * (shape.cols + 2) + 1) * shape.coarse_channels;
-        (row.run == 3 ? convolve<3> : convolve<>)(row);
+        (row.run == 24 ? convolve<24, 16> : convolve<>)(row);
+        if constexpr (Elu)
+            elu(row.out, row.pixels * row.outputs);
     }
 }
 
@@ -185,6 +274,7 @@ void up(const ConvShape &shape, const float *coarse, const float *weights, const
 } // namespace
 } // namespace TOLIMAN_ISA
 
-const ConvKernels TOLIMAN_ISA_TABLE(conv) = {TOLIMAN_ISA::down, TOLIMAN_ISA::up, TOLIMAN_ISA::weight_gradient};
+const ConvKernels TOLIMAN_ISA_TABLE(conv) = {TOLIMAN_ISA::down<false>, TOLIMAN_ISA::down<true>, TOLIMAN_ISA::up,
+                                             TOLIMAN_ISA::weight_gradient};
 
 } // namespace toliman::kernels

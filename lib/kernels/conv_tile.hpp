@@ -33,16 +33,17 @@ TOLIMAN_LANES(16);
 using Wide = Lanes16;
 using Eight = Lanes8;         // at most eight lanes, for eight channels
 constexpr size_t kPixels = 8; // per tile of two vectors: 16 accumulators, two weights and an input fit 32 registers
-constexpr size_t kRuns = 4;   // inputs per tile of three rows and two vectors: 24 accumulators
+constexpr size_t kSinglePixels = 16; // per tile of one vector
+constexpr size_t kRuns = 4;          // inputs per tile of three rows and two vectors: 24 accumulators
 #elif defined(__AVX__)
 TOLIMAN_LANES(8);
 using Wide = Lanes8;
 using Eight = Wide;
-constexpr size_t kPixels = 4, kRuns = 2;
+constexpr size_t kPixels = 4, kSinglePixels = 8, kRuns = 2;
 #else
 using Wide = Lanes4;
 using Eight = Wide;
-constexpr size_t kPixels = 4, kRuns = 2;
+constexpr size_t kPixels = 4, kSinglePixels = 8, kRuns = 2;
 #endif
 #undef TOLIMAN_LANES
 
@@ -59,16 +60,17 @@ struct Row {
     size_t out_step, outputs, pixels;
 };
 
-// One tile: M vectors of output channels from `first` on, for P adjacent pixels. RUN: row.run if known at compile time,
-// or 0. Inlined, because the sums are short compared with the cost of a call.
-template <class Lanes, size_t P, size_t M, size_t RUN>
+// One tile: M vectors of output channels from `first` on, for P adjacent pixels. RUN and STEP: row.run and row.in_step
+// if known at compile time, or 0; the addresses of 16 pixels need a register each if STEP is not known. Inlined,
+// because the sums are short compared with the cost of a call.
+template <class Lanes, size_t P, size_t M, size_t RUN, size_t STEP>
 inline __attribute__((always_inline)) void tile(const Row &row, size_t pixel, size_t first) noexcept {
     typename Lanes::Vector sum[P][M] = {};
     if (row.bias != nullptr)
         for (size_t p = 0; p < P; p++)
             for (size_t m = 0; m < M; m++)
                 sum[p][m] = Lanes::load(row.bias + first + m * Lanes::count);
-    const size_t run = RUN != 0 ? RUN : row.run, in_step = row.in_step, outputs = row.outputs;
+    const size_t run = RUN != 0 ? RUN : row.run, in_step = STEP != 0 ? STEP : row.in_step, outputs = row.outputs;
     const float *weights = row.weights + first;
     for (size_t r = 0; r < row.rows; r++) {
         const float *in = row.in[r] + pixel * in_step;
@@ -91,26 +93,26 @@ inline __attribute__((always_inline)) void tile(const Row &row, size_t pixel, si
 }
 
 // All pixels of a row; those beyond the last whole tile one by one. The order of each sum is the same in both cases.
-template <class Lanes, size_t P, size_t M, size_t RUN> void tiles(const Row &given) noexcept {
+template <class Lanes, size_t P, size_t M, size_t RUN, size_t STEP> void tiles(const Row &given) noexcept {
     const Row row = given; // a local copy cannot alias the output, so that its members stay in registers
     const size_t whole = row.pixels / P * P;
     for (size_t first = 0; first < row.outputs; first += M * Lanes::count) {
         for (size_t pixel = 0; pixel < whole; pixel += P)
-            tile<Lanes, P, M, RUN>(row, pixel, first);
+            tile<Lanes, P, M, RUN, STEP>(row, pixel, first);
         for (size_t pixel = whole; pixel < row.pixels; pixel++)
-            tile<Lanes, 1, M, RUN>(row, pixel, first);
+            tile<Lanes, 1, M, RUN, STEP>(row, pixel, first);
     }
 }
 
 // Computes a row of output pixels. outputs: a multiple of 8.
-template <size_t RUN = 0> void convolve(const Row &row) noexcept {
+template <size_t RUN = 0, size_t STEP = 0> void convolve(const Row &row) noexcept {
     if constexpr (Wide::count > 8)
         if (row.outputs % Wide::count != 0)
-            return tiles<Eight, 8, 1, RUN>(row);
+            return tiles<Eight, 8, 1, RUN, STEP>(row);
     if constexpr (2 * Wide::count > 8)
         if (row.outputs % (2 * Wide::count) != 0)
-            return tiles<Wide, 8, 1, RUN>(row);
-    tiles<Wide, kPixels, 2, RUN>(row);
+            return tiles<Wide, kSinglePixels, 1, RUN, STEP>(row);
+    tiles<Wide, kPixels, 2, RUN, STEP>(row);
 }
 
 // Contribution of a row of pixels to the gradient of a kernel of three rows: the sum over pixels of the outer product

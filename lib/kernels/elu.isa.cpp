@@ -1,70 +1,10 @@
-// Method: ELU(x) = x for x > 0, exp(x) - 1 otherwise, with expm1 by argument reduction x = n ln 2 + f, |f| <= ln(2)/2:
-//     exp(x) - 1 = 2^n (exp(f) - 1) + (2^n - 1),    exp(f) - 1 = f + f^2 p(f), p of degree 5 (Cephes expf)
-// The direct form exp(x) - 1 loses the digits of small x, and activations are small by design: tied training scales the
-// input by 1e-3, where ELU is nearly linear. Blocks of 64 values without one below -ln(2)/2 therefore skip the
-// reduction, with the same bits.
 #include "kernels/elu.hpp"
 
-#include <cstdint>
+#include "kernels/elu_row.hpp"
 
 namespace toliman::kernels {
 namespace TOLIMAN_ISA {
 namespace {
-
-constexpr float kHalfLog2 = 0.34657359f;
-constexpr size_t kBlock = 64;
-
-// (exp(f) - 1 - f)/f^2 for |f| <= ln(2)/2.
-inline float expm1_tail(float f) noexcept {
-    float q = 1.9875691500e-4f;
-    q = q * f + 1.3981999507e-3f;
-    q = q * f + 8.3334519073e-3f;
-    q = q * f + 4.1665795894e-2f;
-    q = q * f + 1.6666665459e-1f;
-    return q * f + 5.0000001201e-1f;
-}
-
-// exp(x) - 1 for x <= 0. For n = 0 the second term vanishes; otherwise the two terms have the same sign or differ
-// enough in magnitude, so that they do not cancel.
-inline float expm1_negative(float x) noexcept {
-    constexpr float kRound = 0x1.8p23f; // adding it rounds to an integer in the low mantissa bits
-    const float shifted = x * 1.44269504f + kRound;
-    const float n = shifted - kRound;
-    const float f = (x - n * 0.693359375f) + n * 2.12194440e-4f;
-    uint32_t bits;
-    __builtin_memcpy(&bits, &shifted, sizeof bits);
-    bits = (bits << 23) + 0x3f800000u;
-    float power;
-    __builtin_memcpy(&power, &bits, sizeof power);
-    return power * (f + f * f * expm1_tail(f)) + (power - 1.0f);
-}
-
-// For values above -ln(2)/2, which need no reduction; the same bits as expm1_negative, where n = 0.
-void elu_small(float *values, size_t count) noexcept {
-    for (size_t i = 0; i < count; i++) {
-        const float x = values[i];
-        const float below = x + x * x * expm1_tail(x);
-        values[i] = x <= 0 ? below : x;
-    }
-}
-
-void elu_any(float *values, size_t count) noexcept {
-    for (size_t i = 0; i < count; i++) {
-        const float x = values[i];
-        const float below = expm1_negative(x < 0 ? (x > -30.0f ? x : -30.0f) : 0.0f);
-        values[i] = x <= 0 ? below : x;
-    }
-}
-
-void elu(float *values, size_t count) noexcept {
-    for (size_t i = 0; i < count; i += kBlock) {
-        const size_t size = count - i < kBlock ? count - i : kBlock;
-        uint32_t large = 0;
-        for (size_t k = 0; k < size; k++)
-            large |= values[i + k] < -kHalfLog2 + 1e-6f;
-        (large != 0 ? elu_any : elu_small)(values + i, size);
-    }
-}
 
 void slope(const float *values, size_t count, float *gradient) noexcept {
     for (size_t i = 0; i < count; i++)

@@ -10,6 +10,7 @@ namespace toliman::kernels {
 namespace TOLIMAN_ISA {
 namespace {
 
+constexpr size_t kBlock = 32, kAhead = 512; // elements per block; elements ahead of it that are prefetched
 bool residual(const double *counts, const double *reference, const double *inverse_sigma, size_t count,
               double *out) noexcept {
     uint64_t bad = 0;
@@ -23,9 +24,17 @@ bool residual(const double *counts, const double *reference, const double *inver
 bool scaled_residual(const double *counts, const double *reference, const double *inverse_sigma, double scale,
                      size_t count, float *out) noexcept {
     uint64_t bad = 0;
-    for (size_t i = 0; i < count; i++) {
-        bad |= not_finite(counts[i]);
-        out[i] = static_cast<float>(scale * ((counts[i] - reference[i]) * inverse_sigma[i]));
+    for (size_t first = 0; first < count; first += kBlock) { // the processor's own prefetch stops at the end of a page
+        const size_t end = count - first < kBlock ? count : first + kBlock;
+        for (size_t i = first; i < end; i += 8) {
+            __builtin_prefetch(counts + i + kAhead);
+            __builtin_prefetch(reference + i + kAhead);
+            __builtin_prefetch(inverse_sigma + i + kAhead);
+        }
+        for (size_t i = first; i < end; i++) {
+            bad |= not_finite(counts[i]);
+            out[i] = static_cast<float>(scale * ((counts[i] - reference[i]) * inverse_sigma[i]));
+        }
     }
     return bad == 0;
 }

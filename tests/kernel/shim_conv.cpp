@@ -3,9 +3,11 @@
 #include <vector>
 
 #include "kernels/conv.hpp"
+#include "kernels/elu.hpp"
 
 using toliman::kernels::ConvKernels;
 using toliman::kernels::ConvShape;
+using toliman::kernels::EluKernels;
 using Floats = std::vector<float>;
 
 namespace {
@@ -48,6 +50,26 @@ extern "C" void shim_conv_down(int isa, const size_t *dimensions, const float *i
     table(isa).down(shape, bordered(image, 2 * shape.rows, 2 * shape.cols, shape.fine_channels).data(), packed.data(),
                     bias, coarse.data());
     inside(coarse, shape.rows, shape.cols, shape.coarse_channels, out);
+}
+
+// out: of down_elu; expected: elu of down.
+extern "C" void shim_conv_down_elu(int isa, const size_t *dimensions, const float *image, const float *kernel,
+                                   const float *bias, float *out, float *expected) {
+    const ConvShape shape = {dimensions[0], dimensions[1], dimensions[2], dimensions[3]};
+    Floats packed(shape.packed()), coarse(shape.coarse());
+    toliman::kernels::conv_pack_down(shape, kernel, 0.25f, packed.data());
+    const Floats fine = bordered(image, 2 * shape.rows, 2 * shape.cols, shape.fine_channels);
+    table(isa).down_elu(shape, fine.data(), packed.data(), bias, coarse.data());
+    inside(coarse, shape.rows, shape.cols, shape.coarse_channels, out);
+    table(isa).down(shape, fine.data(), packed.data(), bias, coarse.data());
+    inside(coarse, shape.rows, shape.cols, shape.coarse_channels, expected);
+#if defined(__x86_64__)
+    const EluKernels *elus[] = {&toliman::kernels::elu_baseline, &toliman::kernels::elu_avx2,
+                                &toliman::kernels::elu_avx512};
+    elus[isa]->elu(expected, shape.rows * shape.cols * shape.coarse_channels);
+#else
+    toliman::kernels::elu_baseline.elu(expected, shape.rows * shape.cols * shape.coarse_channels);
+#endif
 }
 
 extern "C" void shim_conv_up(int isa, const size_t *dimensions, const float *image, const float *kernel, float factor,

@@ -9,6 +9,8 @@
 int shim_conv_isas(void);
 void shim_conv_down(int isa, const size_t *dimensions, const float *image, const float *kernel, float factor,
                     const float *bias, float *out);
+void shim_conv_down_elu(int isa, const size_t *dimensions, const float *image, const float *kernel, const float *bias,
+                        float *out, float *expected);
 void shim_conv_up(int isa, const size_t *dimensions, const float *image, const float *kernel, float factor,
                   const float *bias, float *out);
 void shim_conv_gradient(int isa, const size_t *dimensions, const float *fine, const float *coarse, float factor,
@@ -16,10 +18,11 @@ void shim_conv_gradient(int isa, const size_t *dimensions, const float *fine, co
 
 /* Rows and columns of the coarse image, fine and coarse channels: the channels of every stage of the network, on images
  * small enough for the slow sums. */
-enum { ROWS, COLS, FINE, COARSE, kShapes = 9 };
+enum { ROWS, COLS, FINE, COARSE, kShapes = 11 };
 static const size_t kShape[kShapes][4] = {
-    {6, 16, 1, 8}, {4, 16, 8, 16}, {3, 8, 16, 32}, {2, 16, 32, 64}, /* the network's stages */
-    {2, 5, 1, 8},  {3, 11, 1, 16}, {2, 13, 1, 32}, {3, 10, 8, 16},  {2, 13, 16, 32},
+    {6, 16, 1, 8},  {4, 16, 8, 16}, {3, 8, 16, 32}, {2, 16, 32, 64}, /* the network's stages */
+    {1, 128, 1, 8}, {1, 64, 8, 16},                                  /* whole rows of the network */
+    {2, 5, 1, 8},   {3, 11, 1, 16}, {2, 13, 1, 32}, {3, 10, 8, 16},  {2, 13, 16, 32},
 };
 
 static size_t fine_size(const size_t *s) {
@@ -89,6 +92,21 @@ static void test_down(void **unused) {
             }
         }
         free(image), free(kernel), free(bias), free(out);
+    }
+}
+
+static void test_down_elu_is_elu_of_down(void **unused) {
+    (void)unused;
+    for (size_t shape = 0; shape < kShapes; shape++) {
+        const size_t *s = kShape[shape], size = coarse_size(s);
+        float *image = random_floats(fine_size(s)), *kernel = random_floats(weights(s));
+        float *bias = random_floats(s[COARSE]), *out = malloc(size * sizeof *out),
+              *expected = malloc(size * sizeof *out);
+        for (int isa = 0; isa < shim_conv_isas(); isa++) {
+            shim_conv_down_elu(isa, s, image, kernel, bias, out, expected);
+            assert_memory_equal(out, expected, size * sizeof *out);
+        }
+        free(image), free(kernel), free(bias), free(out), free(expected);
     }
 }
 
@@ -166,6 +184,7 @@ static void test_same_bits_with_fused_multiply_add(void **unused) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_down),
+        cmocka_unit_test(test_down_elu_is_elu_of_down),
         cmocka_unit_test(test_up),
         cmocka_unit_test(test_weight_gradient),
         cmocka_unit_test(test_same_bits_with_fused_multiply_add),
