@@ -271,7 +271,9 @@ toliman_status toliman_cae_encode(const toliman_cae *cae, const double *counts, 
         const Use use(cae, "cae");
         const cae::Network &network = use->network;
         required(latent_px, "latent_px");
-        *latent_px = network.encode(frame_of(network, counts, stride));
+        const ImageView<const double> frame = frame_of(network, counts, stride);
+        cae::Workspaces::Lease work(use->workspaces);
+        *latent_px = network.encode(frame, *work);
     });
 }
 

@@ -5,6 +5,7 @@
 #include "api/handle.hpp"
 #include "cae/network.hpp"
 #include "cae/training.hpp"
+#include "cae/workspaces.hpp"
 #include "linear/template.hpp"
 #include "optics/simulator.hpp"
 #include "period/stream.hpp"
@@ -18,6 +19,7 @@ struct toliman_cae : toliman::api::Handle<toliman_cae> {
     static constexpr char kType[] = "toliman_cae";
     toliman::cae::Network network;
     std::optional<toliman::cae::Training> training; // state of the last training, to be resumed
+    mutable toliman::cae::Workspaces workspaces{network.preprocess()};
 };
 
 struct toliman_linear : toliman::api::Handle<toliman_linear> {

@@ -10,7 +10,6 @@
 #include "cae/forward.hpp"
 
 #include <algorithm>
-#include <new>
 
 #include "kernels/elu.hpp"
 
@@ -25,16 +24,6 @@ double inner_product(const float *a, const float *b, size_t count) noexcept {
         for (size_t k = 0; k < 8; k++)
             part[k] += static_cast<double>(a[i + k]) * static_cast<double>(b[i + k]);
     return ((part[0] + part[4]) + (part[2] + part[6])) + ((part[1] + part[5]) + (part[3] + part[7]));
-}
-
-void clear_border(float *bordered, size_t rows, size_t cols, size_t channels) noexcept {
-    const size_t row = (cols + 2) * channels;
-    std::fill_n(bordered, row, 0.0f);
-    for (size_t r = 1; r <= rows; r++) {
-        std::fill_n(bordered + r * row, channels, 0.0f);
-        std::fill_n(bordered + (r + 1) * row - channels, channels, 0.0f);
-    }
-    std::fill_n(bordered + (rows + 1) * row, row, 0.0f);
 }
 
 } // namespace
@@ -67,11 +56,7 @@ Images::Images() {
         start_[level] = size + (kLine - first % kLine) % kLine; // the first pixel inside the border starts a line
         size = (start_[level] + level_size(level) + kLine - 1) / kLine * kLine;
     }
-    memory_.reset(static_cast<float *>(std::aligned_alloc(kLine * sizeof(float), size * sizeof(float))));
-    if (memory_ == nullptr)
-        throw std::bad_alloc();
-    for (size_t level = 0; level <= kStages; level++)
-        clear_border((*this)[level], kSide >> level, kSide >> level, level_channels(level));
+    memory_.resize(size);
 }
 
 Pooling::Pooling(const Layout &layout) {

@@ -2,8 +2,6 @@
 #pragma once
 #include <array>
 #include <cstddef>
-#include <cstdlib>
-#include <memory>
 
 #include "base/buffer.hpp"
 #include "cae/layout.hpp"
@@ -32,21 +30,18 @@ constexpr size_t level_channels(size_t level) noexcept {
 }
 constexpr size_t kInputStride = kSide + 2; // floats per row of level 0; its first pixel is at kInputStride + 1
 
-// Working memory of one pass: the images of all levels, with borders of zeros. The interiors are uninitialised.
+// Working memory of one pass: the images of all levels, zeros at first; no operation writes anything else to a border.
 // A single allocation, because the system's allocator keeps one block for the next call, but returns several large
 // blocks to the system, which then maps and clears their pages again.
 class Images {
   public:
     Images();
-    float *operator[](size_t level) noexcept { return memory_.get() + start_[level]; }
-    const float *operator[](size_t level) const noexcept { return memory_.get() + start_[level]; }
+    float *operator[](size_t level) noexcept { return memory_.data() + start_[level]; }
+    const float *operator[](size_t level) const noexcept { return memory_.data() + start_[level]; }
 
   private:
-    struct Free {
-        void operator()(float *memory) const noexcept { std::free(memory); }
-    };
     std::array<size_t, kStages + 1> start_;
-    std::unique_ptr<float[], Free> memory_;
+    Buffer<float> memory_;
 };
 
 // Pooling switches of a frame, and the working memory of stages that un-pool. Empty for layout `flight`.

@@ -30,11 +30,6 @@ double Network::latent_of(ImageView<const double> frame, Workspace &work, Poolin
     return latent;
 }
 
-double Network::encode(ImageView<const double> frame) const {
-    Workspace work;
-    return encode(frame, work);
-}
-
 double Network::encode(ImageView<const double> frame, Workspace &work, double *chi_square) const {
     const double latent = latent_of(frame, work, nullptr);
     if (chi_square != nullptr)

@@ -7,6 +7,7 @@
 #include "base/view.hpp"
 #include "cae/forward.hpp"
 #include "cae/preprocess.hpp"
+#include "cae/workspaces.hpp"
 
 namespace toliman::cae {
 
@@ -14,12 +15,6 @@ namespace toliman::cae {
 // noise alone would cause. All refer to images scaled so that the frame spans 0 to 1.
 struct Quality {
     double mmse, mssim, photon_floor;
-};
-
-// Scratch memory of one encoding thread; reuse it to avoid allocations.
-struct Workspace {
-    Images images;
-    Buffer<double> scratch;
 };
 
 class Network {
@@ -37,8 +32,7 @@ class Network {
 
     // Returns the latent of one frame (px after tied training). Status::argument for a non-finite count, Status::range
     // for a non-finite latent.
-    double encode(ImageView<const double> frame) const;
-    // The same without allocating; *chi_square, unless NULL, receives Preprocess::chi_square.
+    // *chi_square, unless NULL, receives Preprocess::chi_square.
     double encode(ImageView<const double> frame, Workspace &work, double *chi_square = nullptr) const;
 
     // FNV-1a of everything that determines a latent: preprocessing, layout and weights.

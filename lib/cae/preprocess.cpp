@@ -151,9 +151,13 @@ Preprocess Preprocess::with_input_scale(double scale) const {
     return out;
 }
 
+size_t Preprocess::scratch_size() const noexcept {
+    return projected > 0 ? kPixels : 0;
+}
+
 void Preprocess::apply(ImageView<const double> frame, Buffer<double> &residual, float *out, size_t stride) const {
     const kernels::ResidualKernels &kernel = kernels::residual_kernels();
-    residual.resize(projected > 0 ? kPixels : 0);
+    residual.resize(scratch_size());
     for (size_t r = 0; r < kSide; r++) {
         const double *counts = frame.row(crop_row + r) + crop_col;
         const size_t at = r * kSide;

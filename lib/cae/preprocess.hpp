@@ -49,6 +49,9 @@ struct Preprocess {
 
     Preprocess with_input_scale(double scale) const;
 
+    // Numbers of the scratch buffer that apply() needs.
+    size_t scratch_size() const noexcept;
+
     // Writes input_scale times the input of a frame's crop to out [256 rows][stride]. Reusing scratch from frame to
     // frame saves an allocation. Status::argument for a non-finite count.
     void apply(ImageView<const double> frame, Buffer<double> &scratch, float *out, size_t stride) const;

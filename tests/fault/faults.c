@@ -237,6 +237,8 @@ static void run_memory(int all) {
             snprintf(failure, sizeof failure, "allocation %ld%s", at, permanent ? " and all that follow" : "");
             watch_memory();
             more = attempt_once(&good, FAIL_MEMORY, at, permanent, 0);
+            if (more && now->allocates_nothing)
+                complain("", "the call allocates memory", TOLIMAN_OK);
             if (blocks_held() != 0) {
                 char text[60];
                 snprintf(text, sizeof text, "%ld blocks of memory are leaked", blocks_held());

@@ -33,6 +33,7 @@ typedef struct {
     void (*check)(attempt *a, toliman_status status);
     toliman_status refused; /* status without failures; 0 = TOLIMAN_OK */
     int slow;               /* slow call: fewer failures in the short form */
+    int allocates_nothing;  /* the call allocates no memory once its object exists */
 } scenario;
 
 typedef struct {

@@ -257,7 +257,7 @@ static const scenario all[] = {
     {.function = "toliman_cae_save_options_init", .call = inits},
     {.function = "toliman_cae_decode", .call = decode},
     {.function = "toliman_cae_get_target", .call = get_target},
-    {.function = "toliman_cae_encode", .call = encode, .stage = put_blobs, .slow = 1},
+    {.function = "toliman_cae_encode", .call = encode, .stage = put_blobs, .slow = 1, .allocates_nothing = 1},
     {.function = "toliman_cae_encode_many", .call = encode_many, .stage = put_blobs, .slow = 1},
     {.function = "toliman_cae_reconstruct", .call = reconstruct, .make = make_paper, .of = &networks, .slow = 1},
     {.function = "toliman_cae_get_info", .call = get_info, .struct_size = sizeof(toliman_cae_info)},

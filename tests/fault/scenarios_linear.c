@@ -134,7 +134,7 @@ enum { REPORT = sizeof(toliman_components_training), FACTS = sizeof(toliman_comp
 static const scenario all[] = {
     {.function = "toliman_linear_create", .call = create, .made = &fitters, .stage = put_frames},
     {.function = "toliman_linear_destroy", .call = destroy, .make = make, .of = &fitters},
-    {.function = "toliman_linear_encode", .call = encode, .stage = put_frames},
+    {.function = "toliman_linear_encode", .call = encode, .stage = put_frames, .allocates_nothing = 1},
     {.function = "toliman_linear_encode_many", .call = encode_many, .stage = put_frames},
     {.function = "toliman_linear_get_sigma", .call = get_sigma},
     {.function = "toliman_linear_options_init", .call = inits},
