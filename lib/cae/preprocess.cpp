@@ -84,6 +84,14 @@ void check_signal(const Preprocess &preprocess, const std::string &source) {
              source.c_str(), before > 0 ? after / before * after / before : 0, before * before);
 }
 
+// Fails with the first non-finite count of the crop.
+void refuse_non_finite(ImageView<const double> frame, size_t first_row, size_t first_col) {
+    for (size_t r = first_row; r < first_row + kSide; r++)
+        for (size_t c = first_col; c < first_col + kSide; c++)
+            if (const double count = frame.row(r)[c]; !std::isfinite(count))
+                fail(Status::argument, "{counts[%zu][%zu]} = %g: must be finite", r, c, count);
+}
+
 } // namespace
 
 Preprocess Preprocess::from_model(const FrameModel &model, Input input) {
@@ -158,22 +166,15 @@ size_t Preprocess::scratch_size() const noexcept {
 void Preprocess::apply(ImageView<const double> frame, Buffer<double> &residual, float *out, size_t stride) const {
     const kernels::ResidualKernels &kernel = kernels::residual_kernels();
     residual.resize(scratch_size());
-    for (size_t r = 0; r < kSide; r++) {
-        const double *counts = frame.row(crop_row + r) + crop_col;
-        const size_t at = r * kSide;
-        const bool finite = projected > 0 ? kernel.residual(counts, &offset[at], &factor[at], kSide, &residual[at])
-                                          : kernel.scaled_residual(counts, &offset[at], &factor[at], input_scale, kSide,
-                                                                   out + r * stride);
-        for (size_t c = 0; !finite && c < kSide; c++)
-            if (!std::isfinite(counts[c]))
-                fail(Status::argument, "{counts[%zu][%zu]} = %g: must be finite", crop_row + r, crop_col + c,
-                     counts[c]);
-    }
-    if (projected == 0)
-        return;
-    kernel.project_out_float(basis.data(), projected, kPixels, residual.data());
-    for (size_t r = 0; r < kSide; r++)
-        kernel.round(&residual[r * kSide], input_scale, kSide, out + r * stride);
+    bool finite = true;
+    if (projected > 0)
+        finite = kernel.project_rows({kSide, kSide, projected, offset.data(), factor.data(), basis.data(), input_scale},
+                                     frame.row(crop_row) + crop_col, frame.stride, residual.data(), out, stride);
+    for (size_t r = 0; r < kSide && projected == 0; r++)
+        finite &= kernel.scaled_residual(frame.row(crop_row + r) + crop_col, &offset[r * kSide], &factor[r * kSide],
+                                         input_scale, kSide, out + r * stride);
+    if (!finite)
+        refuse_non_finite(frame, crop_row, crop_col);
 }
 
 double Preprocess::chi_square(ImageView<const double> frame, Buffer<double> &residual) const {

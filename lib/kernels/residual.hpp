@@ -8,6 +8,14 @@ namespace toliman::kernels {
 
 constexpr size_t kMaxPlanes = 32; // of a projection
 
+// Planes of a residual in rows; cols a multiple of 16, planes at most kMaxPlanes.
+struct ProjectedRows {
+    size_t rows, cols, planes;
+    const double *reference, *inverse_sigma; // [rows][cols]
+    const float *basis;                      // [planes][rows][cols], orthonormal
+    double scale;
+};
+
 struct ResidualKernels {
     // Given     counts, reference, inverse_sigma [count]
     // Returned  residual [count] = (counts - reference) inverse_sigma; true if all counts are finite
@@ -24,11 +32,14 @@ struct ResidualKernels {
     //           absolute products, 5e-13 of it for a 256x256 frame. kernels/project.hpp has the compensated form.
     //           The same bits on every instruction set.
     void (*project_out)(const double *basis, size_t planes, size_t count, double *vector) noexcept;
-    void (*project_out_float)(const float *basis, size_t planes, size_t count, double *vector) noexcept;
 
-    // Given     vector [count]
-    // Returned  rounded [count] = scale vector, rounded to float32
-    void (*round)(const double *vector, double scale, size_t count, float *rounded) noexcept;
+    // Given     counts [rows][counts_stride]
+    // Returned  vector [rows][cols]: `residual` of the counts, then project_out; out [rows][out_stride] = scale vector,
+    //           rounded to float32; true if all counts are finite
+    // Notes     The same bits as these steps one after the other. A row is processed while it is in cache: vector is
+    //           written twice and read once.
+    bool (*project_rows)(const ProjectedRows &rows, const double *counts, size_t counts_stride, double *vector,
+                         float *out, size_t out_stride) noexcept;
 
     // Given     a, b [count]; count a multiple of 16
     // Returned  sum a_i b_i, as the same sums in 16 parts

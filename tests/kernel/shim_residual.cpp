@@ -36,12 +36,12 @@ extern "C" void shim_residual_project(int isa, const double *units, size_t plane
     table(isa).project_out(units, planes, count, vector);
 }
 
-extern "C" void shim_residual_project_float(int isa, const float *units, size_t planes, size_t count, double *vector) {
-    table(isa).project_out_float(units, planes, count, vector);
-}
-
-extern "C" void shim_residual_round(int isa, const double *vector, double scale, size_t count, float *rounded) {
-    table(isa).round(vector, scale, count, rounded);
+extern "C" int shim_project_rows(int isa, const size_t *rows_cols_planes, const double *counts, const double *reference,
+                                 const double *inverse_sigma, const float *basis, double scale, double *vector,
+                                 float *out, size_t out_stride) {
+    const toliman::kernels::ProjectedRows rows = {
+        rows_cols_planes[0], rows_cols_planes[1], rows_cols_planes[2], reference, inverse_sigma, basis, scale};
+    return table(isa).project_rows(rows, counts, rows.cols, vector, out, out_stride) ? 1 : 0;
 }
 
 extern "C" double shim_residual_inner(int isa, const double *a, const double *b, size_t count) {

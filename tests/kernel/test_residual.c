@@ -10,11 +10,12 @@ int shim_residual(int isa, const double *counts, const double *reference, const 
 int shim_scaled_residual(int isa, const double *counts, const double *reference, const double *inverse_sigma,
                          double scale, size_t count, float *out);
 void shim_residual_project(int isa, const double *units, size_t planes, size_t count, double *vector);
-void shim_residual_project_float(int isa, const float *units, size_t planes, size_t count, double *vector);
-void shim_residual_round(int isa, const double *vector, double scale, size_t count, float *rounded);
+int shim_project_rows(int isa, const size_t *rows_cols_planes, const double *counts, const double *reference,
+                      const double *inverse_sigma, const float *basis, double scale, double *vector, float *out,
+                      size_t out_stride);
 double shim_residual_inner(int isa, const double *a, const double *b, size_t count);
 
-enum { N = 65536, kPlanes = 11 }; /* two groups of four planes and three more */
+enum { N = 65536, kPlanes = 11, kMany = 20 }; /* two groups of four planes and three more */
 static double counts[N], reference[N], inverse_sigma[N], units[kPlanes * N];
 
 static uint32_t state = 1;
@@ -107,31 +108,39 @@ static void test_projection(void **unused) {
     }
 }
 
-/* Planes as float32 give the bits of the same planes as double. */
-static void test_float_planes(void **unused) {
+/* Row by row, with planes as float32: the bits of the residual, its projection and its rounding one after the other. */
+static void test_projected_rows(void **unused) {
     (void)unused;
-    static float planes[kPlanes * N], rounded[N];
-    static double same[kPlanes * N], vector[N], other[N];
-    for (int i = 0; i < kPlanes * N; i++)
-        same[i] = planes[i] = (float)units[i];
+    enum { kSide = 256, kStride = 258 };
+    static float planes[kMany * N], rounded[kSide * kStride];
+    static double same[kMany * N], vector[N], other[N];
+    for (int i = 0; i < kMany * N; i++)
+        same[i] = planes[i] = (float)(units[i % (kPlanes * N)] * (1 + i / (kPlanes * N)));
     for (int isa = 0; isa < shim_residual_isas(); isa++)
-        for (size_t count = 0; count <= kPlanes; count++) {
-            for (int i = 0; i < N; i++)
-                vector[i] = other[i] = uniform();
+        for (size_t count = 0; count <= kMany; count += count < kPlanes ? 1 : kMany - kPlanes) {
+            assert_int_equal(shim_residual(isa, counts, reference, inverse_sigma, N, vector), 1);
             shim_residual_project(isa, same, count, N, vector);
-            shim_residual_project_float(isa, planes, count, N, other);
+            const size_t rows_cols_planes[] = {kSide, kSide, count};
+            assert_int_equal(shim_project_rows(isa, rows_cols_planes, counts, reference, inverse_sigma, planes, 0.3,
+                                               other, rounded, kStride),
+                             1);
             assert_memory_equal(vector, other, sizeof vector);
-            shim_residual_round(isa, vector, 0.3, N, rounded);
             for (int i = 0; i < N; i++)
-                assert_true(rounded[i] == (float)(0.3 * vector[i]));
+                assert_true(rounded[i / kSide * kStride + i % kSide] == (float)(0.3 * vector[i]));
+            const double good = counts[N - 1];
+            counts[N - 1] = NAN;
+            assert_int_equal(shim_project_rows(isa, rows_cols_planes, counts, reference, inverse_sigma, planes, 0.3,
+                                               other, rounded, kStride),
+                             0);
+            counts[N - 1] = good;
         }
 }
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_residual),      cmocka_unit_test(test_non_finite_counts_are_seen),
-        cmocka_unit_test(test_inner_product), cmocka_unit_test(test_projection),
-        cmocka_unit_test(test_float_planes),
+        cmocka_unit_test(test_residual),       cmocka_unit_test(test_non_finite_counts_are_seen),
+        cmocka_unit_test(test_inner_product),  cmocka_unit_test(test_projection),
+        cmocka_unit_test(test_projected_rows),
     };
     return cmocka_run_group_tests_name("residual", tests, set_up, NULL);
 }
