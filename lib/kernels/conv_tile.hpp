@@ -33,7 +33,7 @@ TOLIMAN_LANES(16);
 using Wide = Lanes16;
 using Eight = Lanes8;         // at most eight lanes, for eight channels
 constexpr size_t kPixels = 8; // per tile of two vectors: 16 accumulators, two weights and an input fit 32 registers
-constexpr size_t kSinglePixels = 16; // per tile of one vector
+constexpr size_t kSinglePixels = 16; // per tile of one vector, for a constant step
 constexpr size_t kRuns = 4;          // inputs per tile of three rows and two vectors: 24 accumulators
 #elif defined(__AVX__)
 TOLIMAN_LANES(8);
@@ -106,12 +106,13 @@ template <class Lanes, size_t P, size_t M, size_t RUN, size_t STEP> void tiles(c
 
 // Computes a row of output pixels. outputs: a multiple of 8.
 template <size_t RUN = 0, size_t STEP = 0> void convolve(const Row &row) noexcept {
+    constexpr size_t kSingle = STEP != 0 ? kSinglePixels : 8;
     if constexpr (Wide::count > 8)
         if (row.outputs % Wide::count != 0)
             return tiles<Eight, 8, 1, RUN, STEP>(row);
     if constexpr (2 * Wide::count > 8)
         if (row.outputs % (2 * Wide::count) != 0)
-            return tiles<Wide, kSinglePixels, 1, RUN, STEP>(row);
+            return tiles<Wide, kSingle, 1, RUN, STEP>(row);
     tiles<Wide, kPixels, 2, RUN, STEP>(row);
 }
 
