@@ -21,13 +21,14 @@ namespace {
 struct Options {
     std::string scene, folder;
     uint64_t seed = 0;
+    Controls controls = Controls::full;
     bool seed_given = false, as_json = false;
 };
 
 void print_warnings(const Pipeline &pipeline, const std::string &folder, Progress &progress) {
     if ((pipeline.latent.peak.flags & TOLIMAN_PERIOD_AT_EDGE) != 0)
         progress.warn("the peak is at the edge of the frequency grid; the period may lie beyond");
-    if (std::isnan(pipeline.efficiency))
+    if (!pipeline.photon_noise)
         progress.warn("efficiency is not defined: the Cramer-Rao bound assumes photon noise, which these frames lack");
     if (exists(folder + "/report/report.html"))
         progress.warn(folder + "/report shows the previous run; update it with: toliman report " + folder);
@@ -45,14 +46,23 @@ void print_summary(const Scene &scene, const Pipeline &pipeline, const std::stri
     std::printf("%s  %s days, log10 FAP %.1f%s\n", found ? "period found" : "highest peak",
                 text_with_error(peak.period, peak.period_error).c_str(), peak.log10_fap,
                 found ? "" : ": no significant period");
-    std::printf("one frame     sigma %.3g px; Cramer-Rao bound %.3g px; efficiency ", pipeline.latent.sigma_px,
-                scene.bounds().crb_projected_px);
+    const bool controls = pipeline.controls != Controls::none;
+    std::printf("one frame     ");
+    if (controls)
+        std::printf("sigma %.3g px; ", pipeline.latent.sigma_px);
+    std::printf("Cramer-Rao bound %.3g px; efficiency ", scene.bounds().crb_projected_px);
     std::printf(std::isnan(pipeline.efficiency) ? "not defined\n" : "%.3f\n", pipeline.efficiency);
-    std::printf("template      sigma %.3g px, period %.*f days, log10 FAP %.1f\n", pipeline.estimate.sigma_px,
-                decimals_of(pipeline.estimate.peak.period_error), pipeline.estimate.peak.period,
-                pipeline.estimate.peak.log10_fap);
-    std::printf("controls      log10 FAP %.1f untrained, %.1f without signal\n", pipeline.untrained.peak.log10_fap,
-                pipeline.no_signal.peak.log10_fap);
+    std::printf("template      ");
+    if (controls)
+        std::printf("sigma %.3g px, ", pipeline.estimate.sigma_px);
+    std::printf("period %.*f days, log10 FAP %.1f\n", decimals_of(pipeline.estimate.peak.period_error),
+                pipeline.estimate.peak.period, pipeline.estimate.peak.log10_fap);
+    if (controls)
+        std::printf("controls      log10 FAP %.1f untrained, %.1f without signal%s\n",
+                    pipeline.untrained.peak.log10_fap, pipeline.no_signal.peak.log10_fap,
+                    pipeline.controls == Controls::quick ? "; 200 frames without signal" : "");
+    else
+        std::printf("controls      none: no frames without signal, no untrained network\n");
     std::printf("decoder       mean squared error %.4g (noise alone %.4g), 1 - structural similarity %.2g\n",
                 pipeline.reconstructions.mmse, pipeline.reconstructions.photon_floor,
                 1 - pipeline.reconstructions.mssim);
@@ -64,23 +74,19 @@ void print_summary(const Scene &scene, const Pipeline &pipeline, const std::stri
     print_stdout("");
 }
 
-// Computes what remains to be written after the pipeline, and writes all results; returns result.json.
-std::string complete(const Scene &scene, const std::string &text, const Cadence &cadence, Pipeline &pipeline,
-                     RunFolder &folder) {
-    const JsonTree tree = parse_scene(scene.path, text);
-    const cJSON *telescope = item_of(tree.get(), "telescope");
-    const cJSON *rotation = item_of(item_of(tree.get(), "detector"), "rotation_deg");
+// The images of a run and the errors of displaced ones; all but the reconstructions need no network.
+struct Pictures {
     std::vector<RunImage> images;
     std::vector<DisplacementErrors> displacements;
-    {
-        const Stopwatch watch(pipeline.timings.images), total(pipeline.timings.total);
-        images = run_images(scene, telescope, pipeline.seed, pipeline.reconstructions);
-        const RunImage &expected = images[kExpectedImage];
-        displacements =
-            displacement_errors(scene.path, telescope, expected.min_nm, expected.max_nm, scene.info.pixel_scale_arcsec);
-    }
-    const double degrees = rotation != nullptr ? rotation->valuedouble : 0;
-    return folder.write({scene, text, degrees, cadence, pipeline, images, displacements});
+    double seconds = 0;
+};
+
+void draw(const Scene &scene, const cJSON *telescope, uint64_t seed, Pictures &pictures) {
+    const Stopwatch watch(pictures.seconds);
+    pictures.images = run_images(scene, telescope, seed);
+    const RunImage &expected = pictures.images[kExpectedImage];
+    pictures.displacements =
+        displacement_errors(scene.path, telescope, expected.min_nm, expected.max_nm, scene.info.pixel_scale_arcsec);
 }
 
 void run(const Options &options, Progress &progress) {
@@ -91,11 +97,19 @@ void run(const Options &options, Progress &progress) {
     const std::string name = toliman_sim_get_name(scene.sim.get());
     const std::string path = options.folder.empty() ? (name.empty() ? "scene" : name) + ".run" : options.folder;
     const std::string text = whole_text(scene.path); // before the computation: the file may change meanwhile
+    const JsonTree tree = parse_scene(scene.path, text);
+    const cJSON *rotation = item_of(item_of(tree.get(), "detector"), "rotation_deg");
     RunFolder folder(path);
+    const RunOptions chosen = {options.seed_given ? options.seed : scene.info.seed, options.controls};
     const double setup = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    Pipeline pipeline =
-        run_pipeline(scene, cadence, options.seed_given ? options.seed : scene.info.seed, setup, progress);
-    const std::string json = complete(scene, text, cadence, pipeline, folder);
+    Pictures pictures;
+    const auto while_training = [&] { draw(scene, item_of(tree.get(), "telescope"), chosen.seed, pictures); };
+    Pipeline pipeline = run_pipeline(scene, cadence, chosen, setup, while_training, progress);
+    pipeline.timings.images = pictures.seconds;
+    add_reconstructions(scene, pipeline.reconstructions, pictures.images);
+    const double degrees = rotation != nullptr ? rotation->valuedouble : 0;
+    const std::string json =
+        folder.write({scene, text, degrees, cadence, pipeline, pictures.images, pictures.displacements});
     progress.clear();
     print_warnings(pipeline, path, progress);
     if (options.as_json)
@@ -115,6 +129,9 @@ void add_run(CLI::App &app, Context &context) {
                "it has none");
     CLI::Option *seed =
         add_seed(*command, options->seed, "seed of the noise and the initial weights; default: the scene's");
+    add_controls(*command, options->controls,
+                 "none: no frames without signal, no untrained network; quick: 200 frames without signal; full, the "
+                 "default: at least 2000");
     command->add_flag("--json", options->as_json, "print result.json instead of the summary");
     set_action(*command, context, options, run, [options, seed] { options->seed_given = seed->count() > 0; });
 }

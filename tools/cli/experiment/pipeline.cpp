@@ -1,15 +1,17 @@
 // Method: train a network on the scene (no frames), encode the frames of the cadence once by the trained network, the
 // untrained network and the template estimator, and search each series on the default grid. Frames without signal, at
-// least 2000 with numbers after the cadence, give the scatter of each estimator; efficiency is the Cramer-Rao bound
-// over that of the latent, known to 1/sqrt(2 * 2000) = 1.6 %. The decoder is checked against the whitened derivative
+// least 2000 (200 for quick controls) with numbers after the cadence, give the scatter of each estimator; efficiency is
+// the Cramer-Rao bound over that of the latent, known to 1/sqrt(2 * 2000) = 1.6 % (5 %). The decoder is checked against the whitened derivative
 // image, because a decoder that ignores the latent also reaches the photon floor of the reconstruction error.
 #include "experiment/pipeline.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "common/failure.hpp"
 #include "common/library.hpp"
+#include "common/parallel.hpp"
 #include "experiment/methods.hpp"
 #include "frames/frame_loop.hpp"
 #include "series/fap.hpp"
@@ -18,18 +20,21 @@ namespace cli {
 
 namespace {
 
-constexpr size_t kControlFrames = 2000; // at least: efficiency to 1/sqrt(2 * 2000) = 1.6 %
-constexpr uint32_t kSteps = 300;        // the library's default
+constexpr size_t kControlFrames = 2000;     // at least: efficiency to 1/sqrt(2 * 2000) = 1.6 %
+constexpr size_t kQuickControlFrames = 200; // efficiency to 5 %
+constexpr uint32_t kSteps = 300;            // the library's default
 
 using toliman::check;
 
 // The estimators of one scene and the frames that they encode.
 class Estimators {
   public:
-    Estimators(const Scene &scene, uint64_t seed, Progress &progress)
-        : scene_(scene), seed_(seed), progress_(progress),
+    Estimators(const Scene &scene, uint64_t seed, Controls controls, Progress &progress)
+        : scene_(scene), seed_(seed), controls_(controls), progress_(progress),
           cae_(toliman::make<toliman::autoencoder>(toliman_cae_create, scene.sim.get(), seed, nullptr)),
-          untrained_(method_kind("untrained").make(scene, seed)), template_(method_kind("template").make(scene, seed)) {
+          template_(method_kind("template").make(scene, seed)) {
+        if (controls != Controls::none)
+            untrained_ = method_kind("untrained").make(scene, seed);
     }
 
     void train(Pipeline &result) {
@@ -67,7 +72,7 @@ class Estimators {
         result.decoder_gain = product / target_square;
     }
 
-    // Returns the values of the untrained network.
+    // Returns the values of the untrained network, none without controls.
     std::vector<double> signal_frames(const Cadence &cadence, Pipeline &result) const {
         const size_t total = cadence.times.size();
         Reconstructor reconstructor(scene_, cae_, seed_, total);
@@ -77,24 +82,25 @@ class Estimators {
                 encode(images, count, result.latents);
             }
             const Stopwatch watch(result.timings.controls);
-            untrained_->push(images, count);
+            if (untrained_)
+                untrained_->push(images, count);
             template_->push(images, count);
-            for (size_t i = 0; i < count; i++)
-                reconstructor.take(at + i, images + i * scene_.pixels());
+            reconstructor.take(at, images, count);
             show("frames", at + count, total);
         };
         for_frames(scene_, seed_, 0, total, nullptr, work, &result.timings.simulate);
         result.reconstructions = reconstructor.result();
         result.estimates = template_->series();
-        return untrained_->series();
+        return untrained_ ? untrained_->series() : std::vector<double>{};
     }
 
-    // Frames without signal; their numbers follow those of the cadence. Returns the latents of as many as the cadence
-    // has.
+    // Frames without signal; their numbers follow those of the cadence. Returns their latents, at most as many as the
+    // cadence has frames.
     std::vector<double> control_frames(const Cadence &cadence, Pipeline &result) const {
         const Stopwatch watch(result.timings.controls);
         const size_t signals = cadence.times.size();
-        const size_t total = result.control_frames = std::max(kControlFrames, signals);
+        const size_t total = result.control_frames =
+            controls_ == Controls::full ? std::max(kControlFrames, signals) : kQuickControlFrames;
         std::vector<double> latents;
         const auto work = [&](size_t at, size_t count, const double *images) {
             encode(images, count, latents);
@@ -107,7 +113,7 @@ class Estimators {
         result.latent.sigma_px = result.no_signal.sigma_px = deviation(latents);
         result.estimate.sigma_px = deviation(template_->series());
         result.untrained.sigma_px = deviation(untrained_->series());
-        latents.resize(signals);
+        latents.resize(std::min(signals, total));
         return latents;
     }
 
@@ -124,49 +130,63 @@ class Estimators {
 
     const Scene &scene_;
     uint64_t seed_;
+    Controls controls_;
     Progress &progress_;
     toliman::autoencoder cae_;
-    std::unique_ptr<Method> untrained_, template_;
+    std::unique_ptr<Method> template_, untrained_; // without controls there is no untrained network
 };
+
+// Searches the series of values, which belong to the first times of the cadence, for its period.
+void search(const Scene &scene, const Cadence &cadence, const std::vector<double> &values, const FrequencyGrid &grid,
+            Outcome &outcome) {
+    Progress quiet(Progress::Style::none);
+    const std::vector<double> times(cadence.times.begin(),
+                                    cadence.times.begin() + static_cast<std::ptrdiff_t>(values.size()));
+    const Periodogram periodogram = find_period({scene.path, times, values, {}}, grid, {}, quiet);
+    outcome.peak = periodogram.peak;
+    outcome.power = power_of(periodogram.handle.get(), grid.nf);
+    outcome.power_at_fap_1e_3 = power_at_fap_1e_3(periodogram.handle.get());
+}
 
 } // namespace
 
-Pipeline run_pipeline(const Scene &scene, const Cadence &cadence, uint64_t seed, double setup_seconds,
-                      Progress &progress) {
+Pipeline run_pipeline(const Scene &scene, const Cadence &cadence, const RunOptions &options, double setup_seconds,
+                      const std::function<void()> &while_training, Progress &progress) {
     Pipeline result;
     result.timings.setup = result.timings.total = setup_seconds;
     const Stopwatch total(result.timings.total);
-    result.seed = seed;
+    result.seed = options.seed;
+    result.controls = options.controls;
     result.grid = default_grid({scene.path, cadence.times, {}, {}});
-    const double share = noise_share(scene, seed);
+    const double share = noise_share(scene, options.seed);
     if (share == 0)
         throw Failure(kExitUsage,
                       scene.path + ": noise: run needs frames with noise: photon = true, or read_e above 0 e-");
+    result.photon_noise = share > kLeastShare;
 
-    Estimators estimators(scene, seed, progress);
-    estimators.train(result);
+    Estimators estimators(scene, options.seed, options.controls, progress);
+    run_parallel(2, [&](size_t job) { job == 0 ? estimators.train(result) : while_training(); });
     estimators.inspect_decoder(result);
     const std::vector<double> untrained = estimators.signal_frames(cadence, result);
-    const std::vector<double> without_signal = estimators.control_frames(cadence, result);
-    result.efficiency = share > kLeastShare ? scene.bounds().crb_projected_px / result.latent.sigma_px : NAN;
+    std::vector<double> without_signal;
+    if (options.controls != Controls::none)
+        without_signal = estimators.control_frames(cadence, result);
+    if (result.photon_noise)
+        result.efficiency = scene.bounds().crb_projected_px / result.latent.sigma_px;
 
-    const auto search = [&](const std::vector<double> &values, Outcome &outcome) {
-        const Periodogram periodogram = find_period({scene.path, cadence.times, values, {}}, result.grid, {}, progress);
-        outcome.peak = periodogram.peak;
-        outcome.power = power_of(periodogram.handle.get(), result.grid.nf);
-        return power_at_fap_1e_3(periodogram.handle.get());
-    };
-    {
-        const Stopwatch watch(result.timings.period);
-        result.false_alarm_power = search(result.latents, result.latent);
+    result.truth.power.resize(result.grid.nf);
+    std::vector<std::pair<const std::vector<double> *, Outcome *>> searches = {{&result.latents, &result.latent},
+                                                                             {&result.estimates, &result.estimate}};
+    if (options.controls != Controls::none) {
+        searches.emplace_back(&without_signal, &result.no_signal);
+        searches.emplace_back(&untrained, &result.untrained);
     }
-    const Stopwatch watch(result.timings.controls);
-    search(result.estimates, result.estimate);
-    search(without_signal, result.no_signal);
-    search(untrained, result.untrained);
-    result.truth.power.resize(result.latent.power.size());
     if (deviation(cadence.displacements) > 0)
-        search(cadence.displacements, result.truth);
+        searches.emplace_back(&cadence.displacements, &result.truth);
+    const Stopwatch watch(result.timings.period);
+    run_parallel(searches.size(), [&](size_t i) {
+        search(scene, cadence, *searches[i].first, result.grid, *searches[i].second);
+    });
     return result;
 }
 

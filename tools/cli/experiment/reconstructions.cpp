@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "common/library.hpp"
+#include "common/parallel.hpp"
 
 namespace cli {
 
@@ -63,28 +64,43 @@ void Reconstructor::add_residual(const Image &residual) {
     result_.residual_product += product / ((kPixels - kNetworkSide) * frames);
 }
 
-void Reconstructor::take(size_t k, const double *image) {
-    const bool is_sample = std::binary_search(result_.samples.begin(), result_.samples.end(), k);
-    if (k >= result_.validation_frames && !is_sample)
-        return;
-    Image reconstruction(kPixels), residual(kPixels);
-    double mmse, mssim, floor;
-    check(toliman_cae_reconstruct(cae_.get(), image, static_cast<size_t>(scene_.info.cols), reconstruction.data(),
-                                  kNetworkSide, &mmse, &mssim, &floor));
-    const Image frame = cropped(image);
+bool Reconstructor::is_sample(size_t k) const {
+    return std::binary_search(result_.samples.begin(), result_.samples.end(), k);
+}
+
+void Reconstructor::take(size_t first, const double *images, size_t count) {
+    std::vector<Reconstruction> all;
+    for (size_t k = first; k < first + count; k++)
+        if (k < result_.validation_frames || is_sample(k))
+            all.emplace_back().k = k;
+    run_parallel(all.size(),
+                 [&](size_t i) { reconstruct(images + (all[i].k - first) * scene_.pixels(), all[i]); });
+    for (const Reconstruction &one : all) // in order, so that the sums have the same bits for any number of threads
+        add(one);
+}
+
+void Reconstructor::reconstruct(const double *image, Reconstruction &result) const {
+    result.image.resize(kPixels);
+    result.residual.resize(kPixels);
+    check(toliman_cae_reconstruct(cae_.get(), image, static_cast<size_t>(scene_.info.cols), result.image.data(),
+                                  kNetworkSide, &result.mmse, &result.mssim, &result.photon_floor));
+    result.frame = cropped(image);
     for (size_t i = 0; i < kPixels; i++)
-        residual[i] = (frame[i] - reconstruction[i]) / sigma_[i];
-    if (k < result_.validation_frames) {
+        result.residual[i] = (result.frame[i] - result.image[i]) / sigma_[i];
+}
+
+void Reconstructor::add(const Reconstruction &one) {
+    if (one.k < result_.validation_frames) {
         const auto share = 1 / static_cast<double>(result_.validation_frames);
-        result_.mmse += mmse * share;
-        result_.mssim += mssim * share;
-        result_.photon_floor += floor * share;
-        add_residual(residual);
+        result_.mmse += one.mmse * share;
+        result_.mssim += one.mssim * share;
+        result_.photon_floor += one.photon_floor * share;
+        add_residual(one.residual);
     }
-    if (is_sample) {
-        append(result_.frames, frame);
-        append(result_.reconstructions, reconstruction);
-        append(result_.residuals, residual);
+    if (is_sample(one.k)) {
+        append(result_.frames, one.frame);
+        append(result_.reconstructions, one.image);
+        append(result_.residuals, one.residual);
     }
 }
 

@@ -26,14 +26,23 @@ class Reconstructor {
     // Chooses one random frame from each fifth of `total` frames by the seed; at least kSamples frames.
     Reconstructor(const Scene &scene, const toliman::autoencoder &cae, uint64_t seed, size_t total);
 
-    // Reconstructs frame k if it belongs to the validation frames or the samples. Frames come in order.
-    void take(size_t k, const double *image);
+    // Reconstructs those of frames first ... first + count - 1 that belong to the validation frames or the samples.
+    // Frames come in order.
+    void take(size_t first, const double *images, size_t count);
     Reconstructions &&result() { return std::move(result_); }
 
   private:
     using Image = std::vector<double>;
     Image cropped(const double *image) const;
+    struct Reconstruction {
+        size_t k = 0; // number of the frame
+        Image frame, image, residual;
+        double mmse = 0, mssim = 0, photon_floor = 0;
+    };
+    void reconstruct(const double *image, Reconstruction &result) const;
+    void add(const Reconstruction &one);
     void add_residual(const Image &residual);
+    bool is_sample(size_t k) const;
 
     const Scene &scene_;
     const toliman::autoencoder &cae_;

@@ -57,7 +57,7 @@ void set_latent(const Pipeline &pipeline, double first_time, Json &json) {
     json.set("period_error_days", peak.period_error, "at_edge", (peak.flags & TOLIMAN_PERIOD_AT_EDGE) != 0);
     json.set("fitted_amplitude_px", peak.amplitude, "fitted_amplitude_error_px", peak.amplitude_error);
     json.set("fitted_phase_rad", peak.phase, "fitted_offset_px", peak.offset, "fitted_time_offset_days", first_time);
-    json.set("log10_fap", peak.log10_fap, "power_at_fap_1e-3", pipeline.false_alarm_power);
+    json.set("log10_fap", peak.log10_fap, "power_at_fap_1e-3", pipeline.latent.power_at_fap_1e_3);
 }
 
 void set_reconstructions(const Pipeline &pipeline, Json &json) {
@@ -79,8 +79,12 @@ void set_references(const Pipeline &pipeline, Json &json) {
     if (truth.period > 0)
         true_series.emplace("period_days", truth.period, "half_width_period_days", truth.half_width_period,
                             "fwhm_period_days", truth.fwhm_period, "log10_fap", truth.log10_fap);
-    json.set("true_series", std::move(true_series), "no_signal",
-             Json("log10_fap", pipeline.no_signal.peak.log10_fap, "frames", pipeline.control_frames));
+    json.set("true_series", std::move(true_series), "controls", name_of(pipeline.controls));
+    if (pipeline.controls == Controls::none) {
+        json.set("no_signal", nullptr, "untrained", nullptr);
+        return;
+    }
+    json.set("no_signal", Json("log10_fap", pipeline.no_signal.peak.log10_fap, "frames", pipeline.control_frames));
     json.set("untrained",
              Json("log10_fap", pipeline.untrained.peak.log10_fap, "sigma_px", pipeline.untrained.sigma_px));
 }

@@ -93,10 +93,25 @@ void add_frames(const Scene &scene, const Band &band, uint64_t seed, std::vector
     add("expected frame at the largest displacement less that without", change);
 }
 
-void add_reconstructions(const Scene &scene, const Band &band, Reconstructions &from, std::vector<RunImage> &images) {
+} // namespace
+
+const char *unit_of(const toliman_sim_info &info) {
+    return info.unit == TOLIMAN_SIM_UNIT_DN ? "DN" : info.unit == TOLIMAN_SIM_UNIT_ELECTRON ? "electrons" : "photons";
+}
+
+std::vector<RunImage> run_images(const Scene &scene, const cJSON *telescope, uint64_t seed) {
+    std::vector<RunImage> images;
+    add_pupil(scene, images);
+    for (const Band &wanted : kChapterBands)
+        images.push_back(point_spread(scene, telescope, wanted));
+    add_frames(scene, band_of(scene), seed, images);
+    return images;
+}
+
+void add_reconstructions(const Scene &scene, Reconstructions &from, std::vector<RunImage> &images) {
     const auto row = static_cast<int64_t>(from.crop_row), col = static_cast<int64_t>(from.crop_col);
     RunImage image = image_of("", unit_of(scene.info), {from.samples.size(), kNetworkSide, kNetworkSide},
-                              place_of(scene.info.cols, col), place_of(scene.info.rows, row), band);
+                              place_of(scene.info.cols, col), place_of(scene.info.rows, row), band_of(scene));
     const auto add = [&](const char *what, std::vector<double> &values) {
         image.what = what;
         image.values = std::move(values);
@@ -106,24 +121,6 @@ void add_reconstructions(const Scene &scene, const Band &band, Reconstructions &
     add("what the network reconstructs of each random frame", from.reconstructions);
     image.unit = "sigma of the pixel";
     add("random frames less their reconstructions, divided by the noise of each pixel", from.residuals);
-}
-
-} // namespace
-
-const char *unit_of(const toliman_sim_info &info) {
-    return info.unit == TOLIMAN_SIM_UNIT_DN ? "DN" : info.unit == TOLIMAN_SIM_UNIT_ELECTRON ? "electrons" : "photons";
-}
-
-std::vector<RunImage> run_images(const Scene &scene, const cJSON *telescope, uint64_t seed,
-                                 Reconstructions &reconstructions) {
-    const Band band = band_of(scene);
-    std::vector<RunImage> images;
-    add_pupil(scene, images);
-    for (const Band &wanted : kChapterBands)
-        images.push_back(point_spread(scene, telescope, wanted));
-    add_frames(scene, band, seed, images);
-    add_reconstructions(scene, band, reconstructions, images);
-    return images;
 }
 
 } // namespace cli

@@ -20,16 +20,17 @@ struct RunImage {
     std::string reason = {}; // of values that are all NaN; "" otherwise
 };
 
-// File names of the images, in the order of run_images.
+// File names of the images, in the order of run_images and add_reconstructions.
 constexpr const char *kRunImages[] = {"pupil_amplitude.npy", "pupil_opd.npy",     "psf_600nm.npy",
                                       "psf_550-600nm.npy",   "psf_500-700nm.npy", "expected.npy",
                                       "frame.npy",           "difference.npy",    "frames.npy",
                                       "reconstructions.npy", "residuals.npy"};
 constexpr size_t kExpectedImage = 5; // index of "expected"
 
-// `telescope` is that of the scene. The last three images are moved from the reconstructions.
-std::vector<RunImage> run_images(const Scene &scene, const cJSON *telescope, uint64_t seed,
-                                 Reconstructions &reconstructions);
+// All images but the last three. `telescope` is that of the scene.
+std::vector<RunImage> run_images(const Scene &scene, const cJSON *telescope, uint64_t seed);
+// Moves the last three images from the reconstructions.
+void add_reconstructions(const Scene &scene, Reconstructions &from, std::vector<RunImage> &images);
 
 const char *unit_of(const toliman_sim_info &info);
 

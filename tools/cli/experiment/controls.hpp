@@ -1,0 +1,14 @@
+// The option --controls of `run` and `experiment`: how much is computed of frames without signal.
+#pragma once
+#include <string>
+
+#include <CLI/App.hpp>
+
+namespace cli {
+
+enum class Controls { none, quick, full };
+
+const char *name_of(Controls controls) noexcept;
+void add_controls(CLI::App &command, Controls &controls, const std::string &description);
+
+} // namespace cli
