@@ -115,6 +115,8 @@ void add_experiment(CLI::App &app, Context &context) {
                              ->check(CLI::Range(uint64_t{0}, kMostBlind));
     command->add_flag("--quick", options->quick,
                       "change the defaults: 3 seeds, 30 series without signal, table real, no cae-unsupervised");
+    add_controls(*command, asked.controls,
+                 "none: no series without signal; quick: a tenth of them, at least one per seed; full, the default: all");
     command->add_flag("--json", options->as_json, "print experiment.json instead of the tables");
     set_action(*command, context, options, experiment, [options, amplitudes, methods, tables, seeds, blind] {
         CampaignOptions &campaign = options->campaign;
@@ -129,6 +131,10 @@ void add_experiment(CLI::App &app, Context &context) {
             campaign.seeds = 3;
         if (options->quick && blind->count() == 0)
             campaign.blind = 30;
+        if (campaign.controls == Controls::none)
+            campaign.blind = 0;
+        if (campaign.controls == Controls::quick)
+            campaign.blind = std::min(campaign.blind, std::max(campaign.blind / 10, campaign.seeds));
     });
 }
 

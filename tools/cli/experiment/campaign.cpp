@@ -7,8 +7,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <future>
 
 #include "common/failure.hpp"
+#include "common/parallel.hpp"
 #include "common/text.hpp"
 #include "experiment/variants.hpp"
 #include "frames/frame_loop.hpp"
@@ -199,9 +201,13 @@ void Campaign::run(Journal &journal, Progress &progress) const {
     for (const auto &[key, group] : groups)
         for (const Work &work : group)
             total += static_cast<double>(work.rows.size());
-    for (auto &[key, group] : groups) {
-        Methods methods;
-        for (Work &work : group) {
+    // The methods of the next group are made, and trained on one thread, while the series of this one are computed.
+    std::future<Methods> next;
+    for (auto at = groups.begin(); at != groups.end(); ++at) {
+        const Methods methods = next.valid() ? next.get() : methods_of(at->second);
+        if (std::next(at) != groups.end())
+            next = std::async([&group = std::next(at)->second] { return methods_of(group); });
+        for (Work &work : at->second) {
             const std::string note = formatted("%s, %g px, seed %llu", work.table->name.c_str(), work.amplitude_px,
                                                static_cast<unsigned long long>(work.rows[0].seed));
             const auto share = static_cast<double>(work.rows.size());
@@ -214,45 +220,50 @@ void Campaign::run(Journal &journal, Progress &progress) const {
     }
 }
 
+// The methods of all works of a group, which have one scene and seed.
+Campaign::Methods Campaign::methods_of(const std::vector<Work> &group) {
+    Methods methods;
+    SharedFrames shared;
+    for (const Work &work : group)
+        for (const Row &row : work.rows)
+            if (methods.count(row.method) == 0)
+                methods[row.method] = method_kind(row.method).make(*work.table->methods, row.seed, shared);
+    return methods;
+}
+
 // Simulates one series of frames and pushes it to all methods at once.
-void Campaign::run_series(Work &work, Methods &methods_of_seed, const std::function<void(double)> &show) const {
-    const Scene &frames = *work.table->frames;
+void Campaign::run_series(Work &work, const Methods &methods, const std::function<void(double)> &show) const {
     const size_t count = shape_.size();
-    const bool blind = work.amplitude_px == 0;
-    std::vector<Method *> methods;
-    for (Row &row : work.rows) {
-        std::unique_ptr<Method> &method = methods_of_seed[row.method];
-        if (!method)
-            method = method_kind(row.method).make(*work.table->methods, row.seed);
-        methods.push_back(method.get());
-        if (blind)
-            row.slope = slope_of(*work.table, *methods.back());
-    }
+    const auto method_of = [&](size_t i) -> Method & { return *methods.at(work.rows[i].method); };
+    if (work.amplitude_px == 0)
+        for (size_t i = 0; i < work.rows.size(); i++)
+            work.rows[i].slope = slope_of(*work.table, method_of(i));
     std::vector<double> truth = shape_;
     for (double &value : truth)
         value *= work.amplitude_px;
-    for_frames(frames, work.noise_seed, 0, count, truth.data(), [&](size_t at, size_t n, double *images) {
+    for_frames(*work.table->frames, work.noise_seed, 0, count, truth.data(), [&](size_t at, size_t n, double *images) {
         add_reference(*work.table, images, n);
-        for (Method *method : methods)
-            method->push(images, n);
+        run_parallel(work.rows.size(), [&](size_t i) { method_of(i).push(images, n); });
         show(static_cast<double>(at + n) / static_cast<double>(count));
     });
+    run_parallel(work.rows.size(), [&](size_t i) { evaluate(work, truth, method_of(i), work.rows[i]); });
+}
+
+// The row of a method that has the frames of a series.
+void Campaign::evaluate(const Work &work, const std::vector<double> &truth, Method &method, Row &row) const {
     Progress quiet(Progress::Style::none);
-    for (size_t i = 0; i < methods.size(); i++) {
-        Row &row = work.rows[i];
-        const std::vector<double> values = methods[i]->series();
-        const size_t block = methods[i]->block();
-        const Series series = {scene_->path, block_means(cadence_.times, block), values, {}};
-        const toliman_period_peak peak = find_period(series, block > 1 ? default_grid(series) : grid_, {}, quiet).peak;
-        row.period_days = peak.period;
-        row.log10_fap = peak.log10_fap;
-        row.mean = mean(values);
-        if (blind)
-            row.sigma = deviation(values);
-        else
-            regress(block_means(truth, block), values, row);
-        row.sigma *= std::sqrt(static_cast<double>(block)); // of one frame
-    }
+    const std::vector<double> values = method.series();
+    const size_t block = method.block();
+    const Series series = {scene_->path, block_means(cadence_.times, block), values, {}};
+    const toliman_period_peak peak = find_period(series, block > 1 ? default_grid(series) : grid_, {}, quiet).peak;
+    row.period_days = peak.period;
+    row.log10_fap = peak.log10_fap;
+    row.mean = mean(values);
+    if (work.amplitude_px == 0)
+        row.sigma = deviation(values);
+    else
+        regress(block_means(truth, block), values, row);
+    row.sigma *= std::sqrt(static_cast<double>(block)); // of one frame
 }
 
 } // namespace cli

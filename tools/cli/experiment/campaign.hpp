@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "common/terminal.hpp"
+#include "experiment/controls.hpp"
 #include "experiment/journal.hpp"
 #include "experiment/methods.hpp"
 #include "experiment/theory.hpp"
@@ -22,6 +23,7 @@ struct CampaignOptions {
     std::vector<double> amplitudes;
     std::vector<std::string> methods, tables;
     uint64_t seeds = 0, blind = 0;
+    Controls controls = Controls::full; // `blind` is the number that they leave
 };
 
 // Frames of one scene, given to methods that were made for the same or for another scene.
@@ -52,9 +54,11 @@ class Campaign {
   private:
     struct Work; // one series of frames and its rows that are still to be computed
     using Groups = std::map<std::pair<size_t, uint64_t>, std::vector<Work>>;
-    using Methods = std::map<std::string, std::unique_ptr<Method>>; // of one scene and seed, created on first use
+    using Methods = std::map<std::string, std::unique_ptr<Method>>; // of one scene and seed
     Groups left(const Journal &journal) const;
-    void run_series(Work &work, Methods &methods_of_seed, const std::function<void(double)> &show) const;
+    static Methods methods_of(const std::vector<Work> &group);
+    void run_series(Work &work, const Methods &methods, const std::function<void(double)> &show) const;
+    void evaluate(const Work &work, const std::vector<double> &truth, Method &method, Row &row) const;
     void make_tables();
     Table &add_table(const std::string &name, const std::string &what, std::shared_ptr<const Scene> frames,
                      std::shared_ptr<const Scene> methods);

@@ -222,8 +222,8 @@ std::string report_json(const Campaign &campaign, const std::vector<TableSummary
     const FrequencyGrid &grid = campaign.grid();
     return Json("schema", "toliman-experiment/1", "version", toliman_version(), "provenance", provenance(), "scene",
                 toliman_sim_get_name(campaign.scene().sim.get()), "frames", info.frames, "true_period_days",
-                info.period_days, "amplitude_px", info.amplitude_px, "seeds", options.seeds, "blind", options.blind,
-                "grid", Json("f0", grid.f0, "df", grid.df, "nf", grid.nf), "methods",
+                info.period_days, "amplitude_px", info.amplitude_px, "seeds", options.seeds, "controls",
+                name_of(options.controls), "blind", options.blind, "grid", Json("f0", grid.f0, "df", grid.df, "nf", grid.nf), "methods",
                 array_of(options.methods, method_json), "tables", array_of(summaries, table_json))
         .text();
 }
@@ -235,6 +235,11 @@ std::string report_markdown(const Campaign &campaign, const std::vector<TableSum
         "%lld frames of %lldx%lld, period %g days, seeds 1 to %llu.%sbelow %g and the period\nwithin 5 %%.\n",
         static_cast<long long>(info.frames), static_cast<long long>(info.rows), static_cast<long long>(info.cols),
         info.period_days, static_cast<unsigned long long>(campaign.options().seeds), kExperimentMark, kFound);
+    if (campaign.options().controls == Controls::none)
+        out += "\nControls: none: no series without signal.\n";
+    if (campaign.options().controls == Controls::quick)
+        out += formatted("\nControls: quick: %llu series without signal per table.\n",
+                         static_cast<unsigned long long>(campaign.options().blind));
     for (const TableSummary &summary : summaries)
         if (summary.table->ladder)
             print_ladder(out, campaign, summary);

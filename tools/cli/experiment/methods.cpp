@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <mutex>
 #include <utility>
 
 #include "common/failure.hpp"
@@ -45,7 +46,7 @@ class FrameByFrame : public Method {
     std::vector<double> values_;
 };
 
-std::unique_ptr<Method> make_template(const Scene &scene, uint64_t) {
+std::unique_ptr<Method> make_template(const Scene &scene, uint64_t, SharedFrames &) {
     const std::shared_ptr<toliman_linear> linear =
         toliman::make<toliman::linear_estimator>(toliman_linear_create, scene.sim.get(), nullptr);
     return std::make_unique<FrameByFrame>([linear](const toliman_image *image, size_t count, double *values) {
@@ -71,11 +72,15 @@ constexpr size_t kBlocks = 27;
 
 // The leading component of the frames: the first principal component of counts, of whitened residuals or of block means
 // of these, or the one atom (lambda 1) of a sparse dictionary of whitened residuals.
-enum class Component { raw, whitened, blocks, dictionary };
+enum class Component { raw, whitened, blocks };
 
-class ComponentMethod : public Method {
+} // namespace
+
+// The frames of a component method, or of several that push the same ones: the first push of a frame adds it, and the
+// first training computes the products of frames.
+class ComponentFrames {
   public:
-    ComponentMethod(const Scene &scene, Component which, uint64_t seed)
+    ComponentFrames(const Scene &scene, Component which)
         : cols_(static_cast<size_t>(scene.info.cols)), pixels_(scene.pixels()) {
         const auto frames = static_cast<size_t>(scene.info.frames);
         if (which == Component::blocks)
@@ -84,44 +89,77 @@ class ComponentMethod : public Method {
         options.raw = which == Component::raw ? 1 : 0;
         options.capacity = static_cast<uint32_t>(frames / block_);
         components_ = toliman::make<toliman::component_set>(toliman_components_create, scene.sim.get(), &options);
-        toliman_components_train_options_init(&training_, sizeof training_);
-        training_.method = which == Component::dictionary ? TOLIMAN_COMPONENTS_DICTIONARY : TOLIMAN_COMPONENTS_PCA;
-        training_.seed = seed;
-        training_.progress = stop_asked;
     }
 
-    size_t block() const noexcept override { return block_; }
+    size_t block() const noexcept { return block_; }
 
-    void push(const double *images, size_t count) override {
-        for (size_t k = 0; k < count; k++)
+    // Frames first ... first + count - 1 of a series; frame 0 forgets the last series once its values were taken.
+    void push(size_t first, const double *images, size_t count) {
+        const std::lock_guard<std::mutex> lock(mutex_);
+        if (first == 0 && taken_) {
+            check(toliman_components_reset(components_.get()));
+            added_ = pushed_ = 0;
+            taken_ = false;
+        }
+        for (size_t k = added_ - std::min(added_, first); k < count; k++)
             add(images + k * pixels_);
     }
 
-    std::vector<double> series() override {
-        check(toliman_components_train(components_.get(), &training_, nullptr));
+    std::vector<double> series(const toliman_components_train_options &training) {
+        const std::lock_guard<std::mutex> lock(mutex_);
+        check(toliman_components_train(components_.get(), &training, nullptr));
         std::vector<double> values(pushed_);
         check(toliman_components_get_series(components_.get(), 0, values.data(), nullptr));
-        check(toliman_components_reset(components_.get()));
-        pushed_ = summed_ = 0;
+        taken_ = true;
         return values;
     }
 
   private:
     void add(const double *image) {
-        if (summed_ == 0)
+        if (added_++ % block_ == 0)
             mean_.assign(pixels_, 0);
         for (size_t i = 0; i < pixels_; i++)
             mean_[i] += image[i] / static_cast<double>(block_);
-        if (++summed_ < block_)
+        if (added_ % block_ != 0)
             return;
         check(toliman_components_push(components_.get(), mean_.data(), cols_));
         pushed_++;
-        summed_ = 0;
     }
 
-    size_t cols_, pixels_, block_ = 1, pushed_ = 0, summed_ = 0; // summed_: frames in the current mean
+    std::mutex mutex_;
+    size_t cols_, pixels_, block_ = 1, added_ = 0, pushed_ = 0; // frames, and means of blocks of them
+    bool taken_ = false;
     std::vector<double> mean_;
     toliman::component_set components_;
+};
+
+namespace {
+
+class ComponentMethod : public Method {
+  public:
+    ComponentMethod(std::shared_ptr<ComponentFrames> frames, int32_t method, uint64_t seed)
+        : frames_(std::move(frames)) {
+        toliman_components_train_options_init(&training_, sizeof training_);
+        training_.method = method;
+        training_.seed = seed;
+        training_.progress = stop_asked;
+    }
+
+    size_t block() const noexcept override { return frames_->block(); }
+
+    void push(const double *images, size_t count) override {
+        frames_->push(pushed_, images, count);
+        pushed_ += count;
+    }
+
+    std::vector<double> series() override {
+        pushed_ = 0;
+        return frames_->series(training_);
+    }
+
+  private:
+    std::shared_ptr<ComponentFrames> frames_;
+    size_t pushed_ = 0;
     toliman_components_train_options training_ = {};
 };
 
@@ -176,8 +214,16 @@ class UnsupervisedMethod : public Method {
     std::vector<float> frames_; // relative rounding 6e-8, as of the network's input
 };
 
-template <Component which> std::unique_ptr<Method> make_component(const Scene &scene, uint64_t seed) {
-    return std::make_unique<ComponentMethod>(scene, which, seed);
+template <Component which> std::unique_ptr<Method> make_component(const Scene &scene, uint64_t seed, SharedFrames &) {
+    return std::make_unique<ComponentMethod>(std::make_shared<ComponentFrames>(scene, which),
+                                             TOLIMAN_COMPONENTS_PCA, seed);
+}
+
+template <int32_t method>
+std::unique_ptr<Method> make_whitened(const Scene &scene, uint64_t seed, SharedFrames &shared) {
+    if (!shared.whitened)
+        shared.whitened = std::make_shared<ComponentFrames>(scene, Component::whitened);
+    return std::make_unique<ComponentMethod>(shared.whitened, method, seed);
 }
 
 } // namespace
@@ -185,28 +231,28 @@ template <Component which> std::unique_ptr<Method> make_component(const Scene &s
 const std::vector<MethodKind> &method_kinds() {
     static const std::vector<MethodKind> kinds = {
         {"cae", "the autoencoder, trained once for each seed of weights, without frames", true, false, false,
-         [](const Scene &scene, uint64_t seed) { return make_network(scene, seed, nullptr, true); }},
+         [](const Scene &scene, uint64_t seed, SharedFrames &) { return make_network(scene, seed, nullptr, true); }},
         {"template", "least squares on the scene's derivative image: the reference method", true, false, false,
          make_template},
         {"untrained", "the autoencoder with random weights: shows what is found without training", true, false, false,
-         [](const Scene &scene, uint64_t seed) { return make_network(scene, seed, nullptr, false); }},
+         [](const Scene &scene, uint64_t seed, SharedFrames &) { return make_network(scene, seed, nullptr, false); }},
         {"pca", "first principal component of the series' own frames, in counts", false, true, false,
          make_component<Component::raw>},
         {"pca-white", "the same for residuals divided by their sigma", false, true, false,
-         make_component<Component::whitened>},
+         make_whitened<TOLIMAN_COMPONENTS_PCA>},
         {"pca-blocks", "the same for means over 1/27 of the series each, one value per mean", false, true, false,
          make_component<Component::blocks>},
         {"dictionary", "one sparse dictionary atom (lambda 1) of residuals divided by their sigma", false, true, false,
-         make_component<Component::dictionary>},
+         make_whitened<TOLIMAN_COMPONENTS_DICTIONARY>},
         {"untrained-paper", "the book chapter's network and input (maximum pooling, counts), random weights", false,
          false, false,
-         [](const Scene &scene, uint64_t seed) {
+         [](const Scene &scene, uint64_t seed, SharedFrames &) {
              const toliman_cae_options options = chapter_network();
              return make_network(scene, seed, &options, false);
          }},
         {"cae-unsupervised", "the same trained on the series' own frames for 10 epochs, without a prior", false, true,
          true,
-         [](const Scene &scene, uint64_t seed) -> std::unique_ptr<Method> {
+         [](const Scene &scene, uint64_t seed, SharedFrames &) -> std::unique_ptr<Method> {
              return std::make_unique<UnsupervisedMethod>(scene, seed);
          }},
     };

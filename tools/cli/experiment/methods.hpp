@@ -19,13 +19,19 @@ class Method {
     virtual size_t block() const noexcept { return 1; }
 };
 
+// Frames that several methods of one scene and seed use, so that they are stored and their products computed once.
+struct SharedFrames {
+    std::shared_ptr<class ComponentFrames> whitened;
+};
+
 struct MethodKind {
     const char *name, *what;
     bool knows_scene;        // values are in px of a known scene, so that frames of other scenes make sense
     bool learns_from_series; // is fitted to the series it evaluates, so that it has no response to expected images
     bool slow;               // a minute or more per series: see kSlowSeeds and kSlowLeastPx
     // Creates a method that is ready for frames, trained on the scene if it is to be, with random numbers of the seed.
-    std::unique_ptr<Method> (*make)(const Scene &scene, uint64_t seed);
+    // Methods with the same `shared` get the same frames; their calls may run on several threads.
+    std::unique_ptr<Method> (*make)(const Scene &scene, uint64_t seed, SharedFrames &shared);
 };
 
 constexpr uint64_t kSlowSeeds = 1;

@@ -32,9 +32,9 @@ class Estimators {
     Estimators(const Scene &scene, uint64_t seed, Controls controls, Progress &progress)
         : scene_(scene), seed_(seed), controls_(controls), progress_(progress),
           cae_(toliman::make<toliman::autoencoder>(toliman_cae_create, scene.sim.get(), seed, nullptr)),
-          template_(method_kind("template").make(scene, seed)) {
+          template_(method_kind("template").make(scene, seed, shared_)) {
         if (controls != Controls::none)
-            untrained_ = method_kind("untrained").make(scene, seed);
+            untrained_ = method_kind("untrained").make(scene, seed, shared_);
     }
 
     void train(Pipeline &result) {
@@ -133,6 +133,7 @@ class Estimators {
     Controls controls_;
     Progress &progress_;
     toliman::autoencoder cae_;
+    SharedFrames shared_;
     std::unique_ptr<Method> template_, untrained_; // without controls there is no untrained network
 };
 
