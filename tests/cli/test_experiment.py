@@ -286,6 +286,48 @@ class Networks(Experiment):
             self.assertIn(name, text)
 
 
+class Controls(Experiment):
+    SHORT = ("--methods", "template", "--tables", "real", "--amplitudes", "1e-3", "--seeds", 2)
+
+    def test_left_out(self):
+        """The series without signal are those of all controls, as far as they are computed."""
+        full = self.experiment(*self.SHORT, "--blind", 40, "--out", "full")
+        self.assertEqual((full["controls"], full["blind"]), ("full", 40))
+        every = self.rows("full")
+        self.assertEqual(len(every), 2 + 40)
+        self.assertNotIn("Controls:", (self.folder / "full" / "experiment.md").read_text())
+        for word, asked, left in (("none", 40, 0), ("quick", 40, 4), ("quick", 10, 2), ("quick", 1, 1), ("quick", 0, 0)):
+            out = f"{word}{asked}"
+            result = self.experiment(*self.SHORT, "--blind", asked, "--controls", word, "--out", out)
+            self.assertEqual((result["controls"], result["blind"]), (word, left))
+            self.assertEqual([control["series"] for control in result["tables"][0]["controls"]], [left] if left else [])
+            rows = self.rows(out)
+            self.assertEqual(len(rows), 2 + left)
+            self.assertEqual([row for row in rows if row not in every], [])
+            words = {"none": "Controls: none: no series without signal.",
+                     "quick": f"Controls: quick: {left} series without signal per table."}[word]
+            self.assertIn(words, (self.folder / out / "experiment.md").read_text())
+
+    def test_refused(self):
+        self.refuse(2, "--controls", "some", "{full,none,quick}",
+                    arguments=("experiment", "tiny.json", "--out", "x", "--controls", "some"))
+
+
+class SharedFrames(Experiment):
+    def test_the_same_as_alone(self):
+        """pca-white and dictionary use the same frames; each has the results that it has alone, in any order."""
+        common = ("--tables", "real", "--amplitudes", "3e-3,1e-3", "--seeds", 2, "--controls", "none")
+        alone = []
+        for method in ("pca-white", "dictionary"):
+            self.experiment("--methods", method, *common, "--out", method)
+            alone += self.rows(method)
+        for number, methods in enumerate(("pca-white,dictionary", "dictionary,template,pca-white")):
+            self.experiment("--methods", methods, *common, "--out", f"both{number}")
+            rows = [row for row in self.rows(f"both{number}") if row["method"] != "template"]
+            self.assertEqual(len(rows), 2 * 2 * 2)
+            self.assertEqual([row for row in alone if row not in rows], [])
+
+
 class GoingOn(Experiment):
     ARGUMENTS = ("experiment", "tiny.json", "--methods", "template", "--tables", "real", "--amplitudes", "1e-3",
                  "--seeds", 2, "--blind", 400)

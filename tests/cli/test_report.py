@@ -193,6 +193,17 @@ class Run(ReportTest):
         self.assertEqual(len(page.figures["periodogram"].axes), 2)
         self.assertEqual(len([axes for axes in page.figures["frame"].axes if axes.images]), 1)
 
+    def test_without_controls(self):
+        template = {**self.result["template"], "sigma_px": None}
+        page = self.recorded(controls="none", latent_sigma_px=None, efficiency=None, efficiency_error=None, no_signal=None,
+                             untrained=None, template=template)
+        text = Reader(page.html()).text
+        self.assertIn("Controls were left out (--controls none): without frames without signal, sigma and efficiency are "
+                      "unknown", text)
+        self.assertIn("Residuals are divided by the noise that the bound assumes; their rms is ", text)
+        for words in ("lack photon noise", "do not have", "network, no signal", "of the scatter of one latent"):
+            self.assertNotIn(words, text)
+
     def test_what_is_unknown(self):
         """Nulls, a point spread function that the pupil cannot have, a grid of one frequency, a peak at the edge."""
         images = {**self.result["images"], "psf_500-700nm": {**self.result["images"]["psf_500-700nm"], "reason": "a <reason>"}}

@@ -54,6 +54,17 @@ class Experiment(ReportTest):
         self.assertIn("it, 2.90 × 10⁻⁷ px", page.text)
         self.assertIn("toliman experiment · d · p · libtoliman 0.1.0", page.text)
 
+    def test_controls_left_out(self):
+        for word, words in (("none", "They were left out (--controls none)."),
+                            ("quick", "Most were left out (--controls quick): a tenth, at least one per seed, was computed."),
+                            ("full", None)):
+            self.result["controls"] = word
+            self.write()
+            self.succeed("report", ".", "--out", word)
+            text = Reader((self.folder / word / "report.html").read_text()).text
+            self.assertIn("50 series without signal per table." + (f" {words}" if words else ""), text)
+            self.assertEqual("left out" in text, words is not None)
+
     def test_figures(self):
         page = Recorder(self.folder)
         top, bottom = page.figures["detection-real"].axes

@@ -12,6 +12,8 @@ from .results import Array, Result, Table
 from .text import LOG_FAP, decimals_of, exponential, fixed, scientific
 
 _LEAST = 0.05  # of -log10 FAP on a logarithmic axis
+_LEFT_OUT = {"none": " They were left out (--controls none).",
+             "quick": " Most were left out (--controls quick): a tenth, at least one per seed, was computed."}
 _WORDS = {
     "seed": "of random weights and of noise: each seed is an independent trial",
     "found": f"{LOG_FAP} below −3 and the period within 5 % of the true one",
@@ -34,7 +36,8 @@ def add(folder: pathlib.Path, page: Page) -> None:
     page.add("title", "toliman experiment: " + result.text("scene"))
     page.add("text", f"{result.whole('frames')} frames per series, period {result.number('true_period_days'):g} days; "
                      "seeds 1 "
-             f"to {result.whole('seeds')}; {result.whole('blind')} series without signal per table.")
+             f"to {result.whole('seeds')}; {result.whole('blind')} series without signal per table."
+             + _LEFT_OUT.get(str(result.find("controls", "full")), ""))
     add_provenance(page, result)
     others = []
     for table in result.items("tables"):

@@ -50,6 +50,11 @@ class _Run:
         self.found = significant(self.log10_fap)
 
     @property
+    def has_controls(self) -> bool:
+        """Whether there are frames without signal and an untrained network."""
+        return bool(self.result.find("controls", "full") != "none")
+
+    @property
     def is_right(self) -> bool:
         """Whether the period found is that of the signal, as `toliman experiment` decides it."""
         return self.has_signal and self.found and abs(self.period / self.true_period - 1) < 0.05
@@ -110,26 +115,36 @@ def _efficiency(run: _Run, sigma: float) -> str:
     return fixed(run.result.number("crb_projected_px") / sigma, 3) if defined and sigma > 0 else UNKNOWN
 
 
+def _scatter_words(run: _Run) -> str:
+    result = run.result
+    if not run.has_controls:
+        return ("Controls were left out (--controls none): without frames without signal, sigma and efficiency are "
+                "unknown, and there is no untrained network.")
+    text = (f"sigma: its standard deviation over {result.whole('no_signal.frames')} frames without signal. "
+            "efficiency: the bound divided by sigma")
+    if math.isfinite(result.number("efficiency")):
+        return f"{text}, known to ± {fixed(result.number('efficiency_error'), 3)}: it may exceed 1 by chance."
+    return text + "; not given, because the bound assumes photon noise, which these frames do not have."
+
+
 def _add_estimators(run: _Run, page: Page) -> None:
     result = run.result
     defined = math.isfinite(result.number("efficiency"))
-    network, untrained = result.number("latent_sigma_px"), result.number("untrained.sigma_px")
+    network = result.number("latent_sigma_px")
     template = result.number("template.sigma_px")
     template_period = run.period_text(*(result.number(f"template.{key}_days") for key in ("period", "period_error")))
-    page.add_table(
-        "Estimators: one number per frame (see Words). sigma: its standard deviation over "
-        f"{result.whole('no_signal.frames')} frames without signal. efficiency: the bound divided by sigma"
-        + (f", known to ± {fixed(result.number('efficiency_error'), 3)}: it may exceed 1 by chance." if defined else
-           "; not given, because the bound assumes photon noise, which these frames do not have."),
-        ["", "sigma, px", "efficiency", "period, days", LOG_FAP],
-        [["Cramér-Rao bound", exponential(result.number("crb_projected_px")), "1", "", ""],
-         ["network", exponential(network), fixed(result.number("efficiency"), 3),
-          run.period_text(run.period, run.error), fixed(run.log10_fap, 1)],
-         ["template", exponential(template), _efficiency(run, template), template_period,
-          fixed(result.number("template.log10_fap"), 1)],
-         ["untrained network", exponential(untrained), _efficiency(run, untrained), "",
-          fixed(result.number("untrained.log10_fap"), 1)],
-         ["network, no signal", exponential(network), "", "", fixed(result.number("no_signal.log10_fap"), 1)]])
+    rows = [["Cramér-Rao bound", exponential(result.number("crb_projected_px")), "1", "", ""],
+            ["network", exponential(network), fixed(result.number("efficiency"), 3),
+             run.period_text(run.period, run.error), fixed(run.log10_fap, 1)],
+            ["template", exponential(template), _efficiency(run, template), template_period,
+             fixed(result.number("template.log10_fap"), 1)]]
+    if run.has_controls:
+        untrained = result.number("untrained.sigma_px")
+        rows += [["untrained network", exponential(untrained), _efficiency(run, untrained), "",
+                  fixed(result.number("untrained.log10_fap"), 1)],
+                 ["network, no signal", exponential(network), "", "", fixed(result.number("no_signal.log10_fap"), 1)]]
+    page.add_table("Estimators: one number per frame (see Words). " + _scatter_words(run),
+                   ["", "sigma, px", "efficiency", "period, days", LOG_FAP], rows)
     squared = scientific(result.number("mmse"), 4)
     page.add_table(
         "The bound of one frame, and the network.", ["", ""],
@@ -183,7 +198,7 @@ def _add_series(run: _Run, page: Page) -> None:
     step = figures.thinned(len(t))
     thinned = f" One of {step} frames is drawn." if step > 1 else ""
     caption = "Values of each frame less their mean, for the network and the template"
-    truth_words = f" The truth, in the same unit, is the displacement without noise: its amplitude is {_noise(run)}." \
+    truth_words = f" The truth, in the same unit, is the displacement without noise{_noise(run)}." \
         if run.has_signal else ""
     if cycles <= figures.MOST_CYCLES:
         figure = figures.series(t, panels, truth if run.has_signal else None, uas, period if cycles else math.nan)
@@ -199,8 +214,10 @@ def _add_series(run: _Run, page: Page) -> None:
 
 
 def _noise(run: _Run) -> str:
+    if not run.has_controls:
+        return ""
     part = scientific(run.amplitude / run.result.number("latent_sigma_px"))
-    return f"{part} of the scatter of one latent without signal"
+    return f": its amplitude is {part} of the scatter of one latent without signal"
 
 
 def _true_wave(run: _Run, t: Array, truth: Array) -> Sinusoid:

@@ -85,7 +85,8 @@ def _add_images(folder: pathlib.Path, result: Result, page: Page) -> None:
         raise result.fail("samples", f"a list of {len(frames)} frame numbers")
     rms = scientific(float(numpy.sqrt(numpy.mean(residuals**2))), 4)
     noise = f"the noise of each pixel; their rms is {rms}, and 1 for noise alone." if result.has("efficiency") else \
-        f"the noise that the bound assumes; their rms is {rms}, because these frames lack photon noise."
+        f"the noise that the bound assumes; their rms is {rms}" + \
+        (", because these frames lack photon noise." if result.find("controls", "full") != "none" else ".")
     figure = chapter.reconstructions(numbers, frames, again, residuals, place, result.text("unit"))
     page.add_figure("reconstructions", figure,
                     f"{len(numbers)} random frames, and what the network reconstructs of the one number to "
