@@ -309,7 +309,7 @@ class Controls(Experiment):
             self.assertIn(words, (self.folder / out / "experiment.md").read_text())
 
     def test_refused(self):
-        self.refuse(2, "--controls", "some", "{full,none,quick}",
+        self.refuse(2, "--controls", "some", "must be one of none, quick, full",
                     arguments=("experiment", "tiny.json", "--out", "x", "--controls", "some"))
 
 

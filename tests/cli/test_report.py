@@ -200,7 +200,10 @@ class Run(ReportTest):
         text = Reader(page.html()).text
         self.assertIn("Controls were left out (--controls none): without frames without signal, sigma and efficiency are "
                       "unknown", text)
-        self.assertIn("Residuals are divided by the noise that the bound assumes; their rms is ", text)
+        self.assertIn("Residuals are divided by the noise that the bound assumes; their rms is ",
+                      page.captions["reconstructions"])
+        self.assertTrue(page.captions["series"].split(". One of")[0].endswith("the displacement without noise."))
+        text += "".join(page.captions.values())
         for words in ("lack photon noise", "do not have", "network, no signal", "of the scatter of one latent"):
             self.assertNotIn(words, text)
 

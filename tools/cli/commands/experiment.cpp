@@ -115,8 +115,9 @@ void add_experiment(CLI::App &app, Context &context) {
                              ->check(CLI::Range(uint64_t{0}, kMostBlind));
     command->add_flag("--quick", options->quick,
                       "change the defaults: 3 seeds, 30 series without signal, table real, no cae-unsupervised");
-    add_controls(*command, asked.controls,
-                 "none: no series without signal; quick: a tenth of them, at least one per seed; full, the default: all");
+    add_controls(
+        *command, asked.controls,
+        "none: no series without signal; quick: a tenth of them, at least one per seed; full, the default: all");
     command->add_flag("--json", options->as_json, "print experiment.json instead of the tables");
     set_action(*command, context, options, experiment, [options, amplitudes, methods, tables, seeds, blind] {
         CampaignOptions &campaign = options->campaign;

@@ -1,24 +1,26 @@
 #include "experiment/controls.hpp"
 
 #include <CLI/Validators.hpp>
-#include <map>
+#include <algorithm>
+#include <vector>
 
 namespace cli {
 
 namespace {
 
-const std::map<std::string, Controls> kControls = {
-    {"none", Controls::none}, {"quick", Controls::quick}, {"full", Controls::full}};
+const std::vector<std::string> kNames = {"none", "quick", "full"}; // in the order of Controls
 
 } // namespace
 
-const char *name_of(Controls controls) noexcept {
-    return controls == Controls::none ? "none" : controls == Controls::quick ? "quick" : "full";
+std::string name_of(Controls controls) {
+    return kNames[static_cast<size_t>(controls)];
 }
 
 void add_controls(CLI::App &command, Controls &controls, const std::string &description) {
-    const auto set = [&controls](const std::string &word) { controls = kControls.at(word); };
-    command.add_option_function<std::string>("--controls", set, description)->check(CLI::IsMember(kControls));
+    const auto set = [&controls](const std::string &word) {
+        controls = static_cast<Controls>(std::find(kNames.begin(), kNames.end(), word) - kNames.begin());
+    };
+    command.add_option_function<std::string>("--controls", set, description)->check(CLI::IsMember(kNames));
 }
 
 } // namespace cli

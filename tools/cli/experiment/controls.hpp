@@ -8,7 +8,7 @@ namespace cli {
 
 enum class Controls { none, quick, full };
 
-const char *name_of(Controls controls) noexcept;
+std::string name_of(Controls controls);
 void add_controls(CLI::App &command, Controls &controls, const std::string &description);
 
 } // namespace cli

@@ -223,8 +223,9 @@ std::string report_json(const Campaign &campaign, const std::vector<TableSummary
     return Json("schema", "toliman-experiment/1", "version", toliman_version(), "provenance", provenance(), "scene",
                 toliman_sim_get_name(campaign.scene().sim.get()), "frames", info.frames, "true_period_days",
                 info.period_days, "amplitude_px", info.amplitude_px, "seeds", options.seeds, "controls",
-                name_of(options.controls), "blind", options.blind, "grid", Json("f0", grid.f0, "df", grid.df, "nf", grid.nf), "methods",
-                array_of(options.methods, method_json), "tables", array_of(summaries, table_json))
+                name_of(options.controls), "blind", options.blind, "grid",
+                Json("f0", grid.f0, "df", grid.df, "nf", grid.nf), "methods", array_of(options.methods, method_json),
+                "tables", array_of(summaries, table_json))
         .text();
 }
 

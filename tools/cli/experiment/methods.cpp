@@ -215,8 +215,8 @@ class UnsupervisedMethod : public Method {
 };
 
 template <Component which> std::unique_ptr<Method> make_component(const Scene &scene, uint64_t seed, SharedFrames &) {
-    return std::make_unique<ComponentMethod>(std::make_shared<ComponentFrames>(scene, which),
-                                             TOLIMAN_COMPONENTS_PCA, seed);
+    return std::make_unique<ComponentMethod>(std::make_shared<ComponentFrames>(scene, which), TOLIMAN_COMPONENTS_PCA,
+                                             seed);
 }
 
 template <int32_t method>

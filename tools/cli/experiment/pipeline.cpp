@@ -1,8 +1,9 @@
 // Method: train a network on the scene (no frames), encode the frames of the cadence once by the trained network, the
 // untrained network and the template estimator, and search each series on the default grid. Frames without signal, at
 // least 2000 (200 for quick controls) with numbers after the cadence, give the scatter of each estimator; efficiency is
-// the Cramer-Rao bound over that of the latent, known to 1/sqrt(2 * 2000) = 1.6 % (5 %). The decoder is checked against the whitened derivative
-// image, because a decoder that ignores the latent also reaches the photon floor of the reconstruction error.
+// the Cramer-Rao bound over that of the latent, known to 1/sqrt(2 * 2000) = 1.6 % (5 %). The decoder is checked against
+// the whitened derivative image, because a decoder that ignores the latent also reaches the photon floor of the
+// reconstruction error.
 #include "experiment/pipeline.hpp"
 
 #include <algorithm>
@@ -177,7 +178,7 @@ Pipeline run_pipeline(const Scene &scene, const Cadence &cadence, const RunOptio
 
     result.truth.power.resize(result.grid.nf);
     std::vector<std::pair<const std::vector<double> *, Outcome *>> searches = {{&result.latents, &result.latent},
-                                                                             {&result.estimates, &result.estimate}};
+                                                                               {&result.estimates, &result.estimate}};
     if (options.controls != Controls::none) {
         searches.emplace_back(&without_signal, &result.no_signal);
         searches.emplace_back(&untrained, &result.untrained);
@@ -185,9 +186,8 @@ Pipeline run_pipeline(const Scene &scene, const Cadence &cadence, const RunOptio
     if (deviation(cadence.displacements) > 0)
         searches.emplace_back(&cadence.displacements, &result.truth);
     const Stopwatch watch(result.timings.period);
-    run_parallel(searches.size(), [&](size_t i) {
-        search(scene, cadence, *searches[i].first, result.grid, *searches[i].second);
-    });
+    run_parallel(searches.size(),
+                 [&](size_t i) { search(scene, cadence, *searches[i].first, result.grid, *searches[i].second); });
     return result;
 }
 

@@ -39,7 +39,7 @@ struct Pipeline {
     double decoder_cosine = 0, decoder_gain = 0; // of (decode(z) - decode(0))/z against the whitened derivative
     Reconstructions reconstructions;
     size_t control_frames = 0;
-    double efficiency = NAN; // of the latent; NaN without photon noise and without controls
+    double efficiency = NAN;                        // of the latent; NaN without photon noise and without controls
     Outcome latent, estimate, untrained, no_signal; // `estimate` is the template's; the last two are of the controls
     Outcome truth;                          // of the true displacements; peak of period and power 0 without signal
     std::vector<double> latents, estimates; // of the frames with signal

@@ -73,8 +73,7 @@ void Reconstructor::take(size_t first, const double *images, size_t count) {
     for (size_t k = first; k < first + count; k++)
         if (k < result_.validation_frames || is_sample(k))
             all.emplace_back().k = k;
-    run_parallel(all.size(),
-                 [&](size_t i) { reconstruct(images + (all[i].k - first) * scene_.pixels(), all[i]); });
+    run_parallel(all.size(), [&](size_t i) { reconstruct(images + (all[i].k - first) * scene_.pixels(), all[i]); });
     for (const Reconstruction &one : all) // in order, so that the sums have the same bits for any number of threads
         add(one);
 }

@@ -81,7 +81,7 @@ void set_references(const Pipeline &pipeline, Json &json) {
                             "fwhm_period_days", truth.fwhm_period, "log10_fap", truth.log10_fap);
     json.set("true_series", std::move(true_series), "controls", name_of(pipeline.controls));
     if (pipeline.controls == Controls::none) {
-        json.set("no_signal", nullptr, "untrained", nullptr);
+        json.set("no_signal", JsonTree(), "untrained", JsonTree());
         return;
     }
     json.set("no_signal", Json("log10_fap", pipeline.no_signal.peak.log10_fap, "frames", pipeline.control_frames));

@@ -34,6 +34,7 @@ _WORDS = {
     "1 − MSSIM": "structural dissimilarity of frame and reconstruction (MSSIM: mean structural similarity); 0 if equal",
     **glossary.FAP, **glossary.FWHM, **glossary.PEAKS,
 }
+_CONTROL_WORDS = ("untrained network", "network, no signal")
 
 
 class _Run:
@@ -79,7 +80,7 @@ def add(folder: pathlib.Path, page: Page) -> None:
     if (folder / "training.csv").exists():
         page.add("heading", "Training")
         _add_training(run, page)
-    page.explain(_WORDS)
+    page.explain({word: text for word, text in _WORDS.items() if run.has_controls or word not in _CONTROL_WORDS})
 
 
 def _distance(value: float, error: float, truth: float) -> str:
