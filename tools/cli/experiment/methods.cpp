@@ -70,8 +70,7 @@ std::unique_ptr<Method> make_network(const Scene &scene, uint64_t seed, const to
 // B, the number of block means (or a few more, as blocks have floor(N/B) frames): it still samples a few periods.
 constexpr size_t kBlocks = 27;
 
-// The leading component of the frames: the first principal component of counts, of whitened residuals or of block means
-// of these, or the one atom (lambda 1) of a sparse dictionary of whitened residuals.
+// What the leading component of the frames is computed from: counts, whitened residuals, or block means of these.
 enum class Component { raw, whitened, blocks };
 
 } // namespace
