@@ -2087,6 +2087,7 @@ was loaded from a blob without training state.""",
             ("latent_px", POINTER(c_double)),
         ),
         """Encodes one frame: writes the latent of counts[rows][stride] to *latent_px. Does not depend on earlier frames.
+Calls of one thread allocate no memory; calls that run at once allocate working memory for each further thread once.
 
 Accuracy: the slope of latent over displacement is 1 for small displacements. ELU makes it nonlinear:
 latent/displacement is about 0.9996 at 1e-4 px, 0.996 at 1e-3 px and 0.96 at 1e-2 px, and 0.9996, 0.997 and 0.97 at
