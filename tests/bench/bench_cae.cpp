@@ -175,14 +175,15 @@ void measure_encode(const Scene &scene, const Layout &layout, Peak &peak, const 
     const toliman::ImageView<const double> frame = {scene.frames.data(), kSide, kSide, kSide};
     Buffer<float> input(kPixels);
     Buffer<double> scratch;
+    toliman::cae::Workspace work;
     Preprocess blind = network.preprocess(); // any four images: the time does not depend on their content
     blind.projected = 4;
     blind.nuisance_basis.assign(4 * kPixels, 1.0 / kSide);
     blind.derive();
     const Network projecting(layout, blind, trained.parameters(), 1, true, 0);
     peak.sample();
-    const auto plain = [&] { sink = static_cast<float>(network.encode(frame)); };
-    const auto with_projection = [&] { sink = static_cast<float>(projecting.encode(frame)); };
+    const auto plain = [&] { sink = static_cast<float>(network.encode(frame, work)); };
+    const auto with_projection = [&] { sink = static_cast<float>(projecting.encode(frame, work)); };
     plain(), with_projection();
     double times[kRepeats], differences[kRepeats]; // in turn, so that both see the same clock rate
     for (int i = 0; i < kRepeats; i++) {
@@ -193,9 +194,9 @@ void measure_encode(const Scene &scene, const Layout &layout, Peak &peak, const 
     const timing preprocess = time_of(50, [&] { network.preprocess().apply(frame, scratch, input.data(), kSide); });
     double moved = 0;
     for (size_t i = 0; !reference.empty() && i < kFrames; i++)
-        moved = std::max(moved,
-                         std::fabs(network.encode({&scene.frames[i * kPixels], kSide, kSide, kSide}) - reference[i]) /
-                             scene.info.crb_px);
+        moved = std::max(
+            moved, std::fabs(network.encode({&scene.frames[i * kPixels], kSide, kSide, kSide}, work) - reference[i]) /
+                       scene.info.crb_px);
     std::printf("{\"part\": \"encode\", \"isa\": \"%s\", \"layout\": \"%s\", \"ms\": %.4f, \"spread_ms\": %.2g, "
                 "\"preprocess_ms\": %.4f, \"projection_ms\": %.4f, \"roofline_ms\": %.4f, "
                 "\"latent_moved_sigma\": %.3g}\n",
