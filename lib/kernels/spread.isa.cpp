@@ -52,19 +52,36 @@ void find_phases(const SpreadSamples &samples, const SpreadPhases &phases, doubl
         }
 }
 
-// Kernels of several samples at once: Horner's scheme for one sample would wait for each of its own steps.
+#if defined(__AVX512F__)
+constexpr size_t kWidest = 8; // numbers per vector
+#else
+constexpr size_t kWidest = 4;
+#endif
+
+// Kernels of several samples at once: Horner's scheme for one sample would wait for each of its own steps. All sums
+// stay in registers.
 template <size_t lanes>
 inline void kernels_of(const double *arguments, const SpreadShape &shape, double (*kernels)[lanes]) noexcept {
+    constexpr size_t width = lanes % kWidest == 0 ? kWidest : 4, vectors = lanes / width;
+    typedef double Vector __attribute__((vector_size(8 * width), aligned(8), may_alias));
     const double *coefficients = shape.coefficients + shape.degree * lanes;
-    for (size_t j = 0; j < kAtOnce; j++)
-        for (size_t i = 0; i < lanes; i++)
-            kernels[j][i] = coefficients[i];
+    Vector sum[kAtOnce][vectors];
+    for (size_t v = 0; v < vectors; v++)
+        for (size_t j = 0; j < kAtOnce; j++)
+            sum[j][v] = *reinterpret_cast<const Vector *>(coefficients + v * width);
     for (size_t d = shape.degree; d-- > 0;) {
         coefficients -= lanes;
-        for (size_t j = 0; j < kAtOnce; j++)
-            for (size_t i = 0; i < lanes; i++)
-                kernels[j][i] = kernels[j][i] * arguments[j] + coefficients[i];
+#pragma GCC unroll 4
+        for (size_t v = 0; v < vectors; v++) {
+            const Vector coefficient = *reinterpret_cast<const Vector *>(coefficients + v * width);
+#pragma GCC unroll 4
+            for (size_t j = 0; j < kAtOnce; j++)
+                sum[j][v] = sum[j][v] * arguments[j] + coefficient;
+        }
     }
+    for (size_t j = 0; j < kAtOnce; j++)
+        for (size_t v = 0; v < vectors; v++)
+            *reinterpret_cast<Vector *>(&kernels[j][v * width]) = sum[j][v];
 }
 
 template <size_t lanes, size_t pairs>
@@ -77,8 +94,10 @@ void spread_chunk(const Chunk &chunk, size_t n, const SpreadShape &shape, double
             for (size_t g = 0; g < 2 * pairs; g++) {
                 const double strength = chunk.strengths[g][begin + j];
                 double *out = grids[g] + first;
-                for (size_t i = 0; i < lanes; i++)
-                    out[i] += strength * kernels[j][i];
+                for (size_t i = 0; i < lanes; i += 4) { // wider vectors would straddle more cache lines
+                    typedef double Four __attribute__((vector_size(32), aligned(8), may_alias));
+                    *reinterpret_cast<Four *>(out + i) += strength * *reinterpret_cast<const Four *>(&kernels[j][i]);
+                }
             }
         }
     }
