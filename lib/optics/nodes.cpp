@@ -101,13 +101,15 @@ Buffer<double> coefficients_of(const Pupil &pupil, const Light &light, const Gri
     const size_t points = grid.rows * grid.cols;
     Buffer<double> intensity(count * points), coefficients(count * points);
     const long double offset[2] = {light.offset_px[star][0], light.offset_px[star][1]};
-    run_jobs(workers, count, [&](size_t j) {
-        const long double wavenumber = band.middle + band.half_width * std::cos(node_angle(j, count));
-        const auto step = static_cast<double>(step_of(pupil, grid, 1));
+    const auto step = static_cast<double>(step_of(pupil, grid, 1));
+    const size_t jobs = std::min<size_t>(workers, count);
+    run_jobs(workers, jobs, [&](size_t job) {
         MatrixDft dft(pupil, grid, 1);
-        dft.transform(wavenumber, offset, {});
-        double *const image = intensity.data() + j * points;
-        dft.accumulate({{0, 0, 0, step * step / pupil.area}}, &image);
+        for (size_t j = job; j < count; j += jobs) {
+            dft.transform(band.middle + band.half_width * std::cos(node_angle(j, count)), offset, {});
+            double *const image = intensity.data() + j * points;
+            dft.accumulate({{0, 0, 0, step * step / pupil.area}}, &image);
+        }
     });
     for (size_t k = 0; k < count; k++)
         for (size_t j = 0; j < count; j++) {
