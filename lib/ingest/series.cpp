@@ -158,7 +158,7 @@ std::optional<Sample> Series::parse(std::string_view line) {
         lines_++;
         return sample;
     } catch (const Error &error) {
-        const auto number = static_cast<long long>(lines_ + 1);
+        const long long number = lines_ + 1;
         if (error.status() == Status::format)
             lines_++;
         if (options_.name.empty())

@@ -20,8 +20,8 @@ using JsonTree = std::unique_ptr<cJSON, FreeJson>;
 std::string text_of(const JsonTree &tree);
 std::string line_of(const cJSON *item);
 
-template <class> constexpr bool is_optional = false;
-template <class Value> constexpr bool is_optional<std::optional<Value>> = true;
+template <class> inline constexpr bool is_optional = false;
+template <class Value> inline constexpr bool is_optional<std::optional<Value>> = true;
 
 class Json {
   public:

@@ -164,7 +164,7 @@ std::string RunFolder::write(const RunFiles &files) {
         });
     folder_.open("scene.json").write(files.scene_text);
     folder_.open("weights.tlmw").write(pipeline.weights);
-    const std::string result = run_result(files);
+    std::string result = run_result(files);
     folder_.open("result.json").write(result);
     for (size_t i = 0; i < files.images.size(); i++)
         write_npy(images_.open(kRunImages[i]), files.images[i].values, files.images[i].shape);

@@ -114,7 +114,7 @@ class FitsFrames : public FrameFile {
     }
 
     void load(size_t frame, void *pixels) override {
-        const auto count = static_cast<LONGLONG>(rows() * cols());
+        const auto count = static_cast<LONGLONG>(rows()) * static_cast<LONGLONG>(cols());
         double blank = std::numeric_limits<double>::quiet_NaN();
         int status = 0, any = 0;
         fits_read_img(file_.get(), TDOUBLE, 1 + static_cast<LONGLONG>(frame) * count, count, &blank, pixels, &any,

@@ -105,7 +105,7 @@ std::string SampleParser::time_scale() const {
     return info().time_format == 0 ? "" : result_scale(options_.time_scale);
 }
 
-SampleReader::SampleReader(const std::string &path, const SampleOptions &options, std::function<void()> on_idle)
+SampleReader::SampleReader(const std::string &path, const SampleOptions &options, const std::function<void()> &on_idle)
     : in_(path, on_idle ? on_idle : stop_if_asked),
       parser_(in_.name().c_str(), options, on_idle ? TOLIMAN_SERIES_GROWING : 0) {}
 

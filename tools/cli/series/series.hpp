@@ -56,7 +56,7 @@ class SampleReader {
   public:
     // path: a file, or - for standard input. on_idle, as in LineSource, is for input that another process is still
     // writing: a last line without newline may be truncated and is a BadLine.
-    SampleReader(const std::string &path, const SampleOptions &options, std::function<void()> on_idle = nullptr);
+    SampleReader(const std::string &path, const SampleOptions &options, const std::function<void()> &on_idle = nullptr);
 
     // False at the end.
     bool next(Sample &sample);
