@@ -7,8 +7,8 @@
 //
 // `up` is the adjoint: transposed convolution by output phase (even and odd rows and columns), then 2x2 sums. With one
 // fine channel a vector over channels would be mostly empty; there each coarse pixel adds a 4x4 patch, and vectors run
-// over the patch. Register tiles are in kernels/conv_tile.hpp. Measured: encoding 0.41 ms per frame, 1.53 times the
-// time of its products at peak rate (one AVX-512 core, tools/docs/benchmarks.md).
+// over the patch. Register tiles are in kernels/conv_tile.hpp. Measured time, and that
+// of the products at peak rate: tools/docs/benchmarks.md.
 #include "kernels/conv.hpp"
 
 #include "kernels/conv_tile.hpp"

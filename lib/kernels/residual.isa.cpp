@@ -1,7 +1,7 @@
 // Method: element-wise residuals, and inner products as 16 interleaved partial sums. 16 is fixed, independent of the
 // vector width, so that every instruction set adds in the same order and gives the same bits. Compensated sums
-// (kernels/project.hpp) are used where planes are prepared once. They are not used per frame, because the rounding
-// here, below 5e-13, is far below the noise.
+// (kernels/project.hpp) are used where planes are prepared once, and for the template's estimate. The projection of a
+// frame needs none: its rounding, below 5e-13, is far below the noise.
 #include "kernels/residual.hpp"
 
 #include "kernels/finite.hpp"
