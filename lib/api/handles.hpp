@@ -19,7 +19,7 @@ struct toliman_cae : toliman::api::Handle<toliman_cae> {
     static constexpr char kType[] = "toliman_cae";
     toliman::cae::Network network;
     std::optional<toliman::cae::Training> training; // state of the last training, to be resumed
-    mutable toliman::cae::Workspaces workspaces{network.preprocess()};
+    mutable toliman::cae::Workspaces workspaces{network.layout(), network.preprocess()};
 };
 
 struct toliman_linear : toliman::api::Handle<toliman_linear> {

@@ -15,7 +15,7 @@ Source source_of(const cae::Network &network, unsigned workers) {
     const cae::Preprocess &preprocess = network.preprocess();
     const auto works = std::make_shared<std::vector<cae::Workspace>>(workers);
     for (cae::Workspace &work : *works)
-        work.scratch.reserve(cae::kPixels);
+        work.prepare(network.layout(), preprocess, 1);
     const size_t rows = preprocess.rows, cols = preprocess.cols;
     return {rows, cols, preprocess.crb_px, network.digest(),
             [=, &network](double *image, const track::Frame &, int64_t, unsigned worker, track::Estimated &estimated) {

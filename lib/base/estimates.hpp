@@ -1,6 +1,7 @@
 // Estimates values of many frames on worker threads; shared by all estimators.
 #pragma once
 #include <algorithm>
+#include <vector>
 
 #include "base/buffer.hpp"
 #include "base/error.hpp"
@@ -9,21 +10,33 @@
 
 namespace toliman {
 
-// Given     frames; estimate(frame, work, chi_square) of one frame, with chi_square NULL if not requested
+// Given     frames; estimate(group, size, work, values, chi_square) of a group of at most `together` frames, with
+//           chi_square NULL if not requested
 // Returned  values [count] and, unless NULL, chi_square [count]; bit-identical for any number of workers
-// Notes     one job and one Workspace per worker; nothing is written if a frame fails.
+// Notes     one job and one Workspace per worker; nothing is written if a frame fails. A group that fails is repeated
+//           frame by frame, so that the error names the frame.
 template <class Workspace, class Estimate>
-void estimate_many(const PixelFrames &frames, size_t count, unsigned workers, double *values, double *chi_square,
-                   Estimate estimate) {
-    const size_t jobs = std::min<size_t>(worker_count(workers), count);
+void estimate_many(const PixelFrames &frames, size_t count, size_t together, unsigned workers, double *values,
+                   double *chi_square, Estimate estimate) {
+    const size_t jobs = std::min<size_t>(worker_count(workers), (count + together - 1) / together);
     Buffer<double> results(count), squares(chi_square != nullptr ? count : 0);
+    const auto square = [&](size_t i) { return chi_square != nullptr ? &squares[i] : nullptr; };
     run_jobs(static_cast<unsigned>(jobs), jobs, [&](size_t job) {
         Workspace work;
-        Buffer<double> converted;
-        for (size_t i = job; i < count; i += jobs)
-            in_frame(i, [&] {
-                results[i] = estimate(frames.frame(i, converted), work, chi_square != nullptr ? &squares[i] : nullptr);
-            });
+        std::vector<Buffer<double>> converted(together);
+        std::vector<ImageView<const double>> group(together);
+        for (size_t first = job * together; first < count; first += jobs * together) {
+            const size_t size = std::min(together, count - first);
+            for (size_t i = 0; i < size; i++)
+                group[i] = frames.frame(first + i, converted[i]);
+            try {
+                estimate(group.data(), size, work, &results[first], square(first));
+            } catch (const Error &) {
+                for (size_t i = 0; i < size; i++)
+                    in_frame(first + i, [&] { estimate(&group[i], 1, work, &results[first + i], square(first + i)); });
+                throw;
+            }
+        }
     });
     std::copy(results.begin(), results.end(), values);
     std::copy(squares.begin(), squares.end(), chi_square);

@@ -12,21 +12,9 @@
 #include <algorithm>
 
 #include "kernels/elu.hpp"
+#include "kernels/residual.hpp"
 
 namespace toliman::cae {
-
-namespace {
-
-// Inner product, summed in double as eight partial sums in a fixed order. count: a multiple of 8.
-double inner_product(const float *a, const float *b, size_t count) noexcept {
-    double part[8] = {};
-    for (size_t i = 0; i < count; i += 8)
-        for (size_t k = 0; k < 8; k++)
-            part[k] += static_cast<double>(a[i + k]) * static_cast<double>(b[i + k]);
-    return ((part[0] + part[4]) + (part[2] + part[6])) + ((part[1] + part[5]) + (part[3] + part[7]));
-}
-
-} // namespace
 
 Packed pack_encoder(const Layout &layout, const Parameters &parameters) {
     Packed packed;
@@ -81,12 +69,15 @@ double encode(const Layout &layout, const Parameters &parameters, const Packed &
     for (size_t s = 0; s < kStages; s++)
         stage_of(layout, s).encode(images[s], encoder[s].data(), parameters[conv_bias(s)], images[s + 1],
                                    pooling != nullptr ? pooling->switches[s].data() : nullptr);
-    const size_t row = kDeepSide * kDeepChannels;
     double latent = static_cast<double>(parameters[kLatentBias][0]);
     for (size_t r = 0; r < kDeepSide; r++)
-        latent += inner_product(images[kStages] + ((r + 1) * (kDeepSide + 2) + 1) * kDeepChannels,
-                                parameters[kLatentWeight] + r * row, row);
+        latent += latent_of_row(parameters, r, images[kStages] + ((r + 1) * (kDeepSide + 2) + 1) * kDeepChannels);
     return latent;
+}
+
+double latent_of_row(const Parameters &parameters, size_t r, const float *features) noexcept {
+    constexpr size_t row = kDeepSide * kDeepChannels;
+    return kernels::residual_kernels().inner_float(features, parameters[kLatentWeight] + r * row, row);
 }
 
 void decode(const Layout &layout, const Parameters &parameters, const Packed &decoder, float latent, Images &images,

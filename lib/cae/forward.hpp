@@ -60,6 +60,9 @@ void get_inside(const float *bordered, size_t rows, size_t cols, size_t channels
 double encode(const Layout &layout, const Parameters &parameters, const Packed &encoder, Images &images,
               Pooling *pooling) noexcept;
 
+// Part of the latent that row r of the features adds, features [kDeepSide][kDeepChannels].
+double latent_of_row(const Parameters &parameters, size_t r, const float *features) noexcept;
+
 // Computes the decoder output images[0] from a latent, through images[kStages] to images[1].
 void decode(const Layout &layout, const Parameters &parameters, const Packed &decoder, float latent, Images &images,
             Pooling &pooling) noexcept;

@@ -22,18 +22,54 @@ Network::Network(const Layout &layout, Preprocess preprocess, Parameters paramet
       encoder_(pack_encoder(layout, parameters_)), decoder_(pack_decoder(layout, parameters_)), seed_(seed),
       trained_(trained), cosine_(cosine) {}
 
-double Network::latent_of(ImageView<const double> frame, Workspace &work, Pooling *pooling) const {
-    preprocess_.apply(frame, work.scratch, work.images[0] + kInputStride + 1, kInputStride);
-    const double latent = cae::encode(*layout_, parameters_, encoder_, work.images, pooling);
-    if (!std::isfinite(latent))
-        fail(Status::range, "{counts}: the latent is not finite: the counts are too far from the reference frame");
-    return latent;
+// Band by band, so that the planes' rows are read once for all frames and stay in cache.
+void Network::latents_of_rows(const ImageView<const double> *frames, size_t count, Workspace &work,
+                              double *latents) const {
+    for (size_t f = 0; f < count; f++)
+        work.rows[f].start(parameters_, encoder_);
+    for (size_t r = 0; r < kSide; r += kBand) {
+        preprocess_.band(frames, count, r, work.input);
+        for (size_t f = 0; f < count; f++)
+            for (size_t i = 0; i < kBand; i++)
+                work.rows[f].push(&work.input.band[(f * kBand + i) * kSide]);
+    }
+    for (size_t f = 0; f < count; f++)
+        latents[f] = work.rows[f].latent();
+}
+
+double Network::latent_of_image(const ImageView<const double> &frame, Workspace &work, Pooling *pooling) const {
+    Images &images = *work.images;
+    for (size_t r = 0; r < kSide; r += kBand) {
+        preprocess_.band(&frame, 1, r, work.input);
+        for (size_t i = 0; i < kBand; i++)
+            std::copy_n(&work.input.band[i * kSide], kSide, images[0] + (r + i + 1) * kInputStride + 1);
+    }
+    return cae::encode(*layout_, parameters_, encoder_, images, pooling);
+}
+
+void Network::latents_of(const ImageView<const double> *frames, size_t count, Workspace &work, Pooling *pooling,
+                         double *latents) const {
+    work.prepare(*layout_, preprocess_, count);
+    preprocess_.start(frames, count, work.input);
+    if (layout_->max_pool)
+        latents[0] = latent_of_image(frames[0], work, pooling);
+    else
+        latents_of_rows(frames, count, work, latents);
+    for (size_t f = 0; f < count; f++)
+        if (!std::isfinite(latents[f]))
+            fail(Status::range, "{counts}: the latent is not finite: the counts are too far from the reference frame");
+}
+
+void Network::encode(const ImageView<const double> *frames, size_t count, Workspace &work, double *latents,
+                     double *chi_square) const {
+    latents_of(frames, count, work, nullptr, latents);
+    for (size_t f = 0; f < count && chi_square != nullptr; f++)
+        chi_square[f] = preprocess_.chi_square(frames[f], f, work.input);
 }
 
 double Network::encode(ImageView<const double> frame, Workspace &work, double *chi_square) const {
-    const double latent = latent_of(frame, work, nullptr);
-    if (chi_square != nullptr)
-        *chi_square = preprocess_.chi_square(frame, work.scratch);
+    double latent;
+    encode(&frame, 1, work, &latent, chi_square);
     return latent;
 }
 
@@ -43,9 +79,10 @@ uint64_t Network::digest() const noexcept {
 
 void Network::encode_many(const PixelFrames &frames, size_t count, unsigned workers, double *latents,
                           double *chi_square) const {
-    estimate_many<Workspace>(
-        frames, count, workers, latents, chi_square,
-        [this](ImageView<const double> frame, Workspace &work, double *square) { return encode(frame, work, square); });
+    const size_t together = layout_->max_pool ? 1 : kTogether;
+    estimate_many<Workspace>(frames, count, together, workers, latents, chi_square,
+                             [this](const ImageView<const double> *group, size_t size, Workspace &work, double *values,
+                                    double *squares) { encode(group, size, work, values, squares); });
 }
 
 void Network::decode(double latent, double *image) const {
@@ -72,7 +109,8 @@ void Network::run_decoder(double latent, Pooling &pooling, double *image) const 
 void Network::reconstruct(ImageView<const double> frame, double *image) const {
     Workspace work;
     Pooling pooling(*layout_);
-    const double latent = latent_of(frame, work, &pooling);
+    double latent;
+    latents_of(&frame, 1, work, &pooling, &latent);
     if (!(std::fabs(latent) <= kLargestLatent))
         fail(Status::range,
              "{counts}: latent = %g px: must be in [%g, %g]: the counts are too far from the reference frame", latent,

@@ -35,6 +35,11 @@ class Network {
     // *chi_square, unless NULL, receives Preprocess::chi_square.
     double encode(ImageView<const double> frame, Workspace &work, double *chi_square = nullptr) const;
 
+    // The same for `count` frames of equal stride, at most kTogether for layout `flight` and one for `paper`: latents
+    // [count], the same bits as one by one; chi_square [count] or NULL.
+    void encode(const ImageView<const double> *frames, size_t count, Workspace &work, double *latents,
+                double *chi_square) const;
+
     // FNV-1a of everything that determines a latent: preprocessing, layout and weights.
     uint64_t digest() const noexcept;
 
@@ -53,7 +58,10 @@ class Network {
     void reconstruct(ImageView<const double> frame, double *image) const;
 
   private:
-    double latent_of(ImageView<const double> frame, Workspace &work, Pooling *pooling) const;
+    void latents_of_rows(const ImageView<const double> *frames, size_t count, Workspace &work, double *latents) const;
+    double latent_of_image(const ImageView<const double> &frame, Workspace &work, Pooling *pooling) const;
+    void latents_of(const ImageView<const double> *frames, size_t count, Workspace &work, Pooling *pooling,
+                    double *latents) const;
     void run_decoder(double latent, Pooling &pooling, double *image) const;
 
     const Layout *layout_;

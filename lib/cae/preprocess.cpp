@@ -72,6 +72,10 @@ void round_to_two_floats(Buffer<double> &plane) {
     }
 }
 
+// Numbers from a frame's residual to the next frame's. A multiple of a page would put equal rows of all frames into the
+// same few lines of the cache.
+constexpr size_t kResidualStride = kPixels + 320;
+
 // The part of the derivative that is orthogonal to the nuisances must exceed the rounding of their float32 planes.
 void check_signal(const Preprocess &preprocess, const std::string &source) {
     Buffer<double> target = preprocess.target;
@@ -84,9 +88,9 @@ void check_signal(const Preprocess &preprocess, const std::string &source) {
              source.c_str(), before > 0 ? after / before * after / before : 0, before * before);
 }
 
-// Fails with the first non-finite count of the crop.
-void refuse_non_finite(ImageView<const double> frame, size_t first_row, size_t first_col) {
-    for (size_t r = first_row; r < first_row + kSide; r++)
+// Fails with the first non-finite count of some rows of the crop.
+void refuse_non_finite(ImageView<const double> frame, size_t first_row, size_t rows, size_t first_col) {
+    for (size_t r = first_row; r < first_row + rows; r++)
         for (size_t c = first_col; c < first_col + kSide; c++)
             if (const double count = frame.row(r)[c]; !std::isfinite(count))
                 fail(Status::argument, "{counts[%zu][%zu]} = %g: must be finite", r, c, count);
@@ -136,7 +140,12 @@ Preprocess Preprocess::from_model(const FrameModel &model, Input input) {
 }
 
 void Preprocess::derive() {
-    basis.assign(nuisance_basis.begin(), nuisance_basis.end());
+    basis.resize(nuisance_basis.size());
+    for (size_t k = 0; k < projected; k++)
+        for (size_t r = 0; r < kSide; r++)
+            std::transform(&nuisance_basis[k * kPixels + r * kSide], &nuisance_basis[k * kPixels + r * kSide] + kSide,
+                           &basis[(r * projected + k) * kSide], kernels::to_float32);
+    target32.assign(target.begin(), target.end());
     target_square = kernels::residual_kernels().inner(target.data(), target.data(), kPixels);
     offset = reference;
     factor.assign(kPixels, 1.0);
@@ -159,38 +168,69 @@ Preprocess Preprocess::with_input_scale(double scale) const {
     return out;
 }
 
-size_t Preprocess::scratch_size() const noexcept {
-    return projected > 0 ? kPixels : 0;
+void Preprocess::Work::reserve(const Preprocess &preprocess, size_t frames) {
+    if (preprocess.projected > 0 && residual.size() < frames * kResidualStride)
+        residual.resize(frames * kResidualStride);
+    if (band.size() < frames * kBand * kSide)
+        band.resize(frames * kBand * kSide);
 }
 
-void Preprocess::apply(ImageView<const double> frame, Buffer<double> &residual, float *out, size_t stride) const {
-    const kernels::ResidualKernels &kernel = kernels::residual_kernels();
-    residual.resize(scratch_size());
-    bool finite = true;
-    if (projected > 0)
-        finite = kernel.project_rows({kSide, kSide, projected, offset.data(), factor.data(), basis.data(), input_scale},
-                                     frame.row(crop_row) + crop_col, frame.stride, residual.data(), out, stride);
-    for (size_t r = 0; r < kSide && projected == 0; r++)
-        finite &= kernel.scaled_residual(frame.row(crop_row + r) + crop_col, &offset[r * kSide], &factor[r * kSide],
-                                         input_scale, kSide, out + r * stride);
-    if (!finite)
-        refuse_non_finite(frame, crop_row, crop_col);
-}
-
-double Preprocess::chi_square(ImageView<const double> frame, Buffer<double> &residual) const {
-    const kernels::ResidualKernels &kernel = kernels::residual_kernels();
-    if (projected == 0) { // otherwise apply() has left it in the scratch buffer
-        residual.resize(kPixels);
-        for (size_t r = 0; r < kSide; r++) {
-            const double *counts = frame.row(crop_row + r) + crop_col;
-            for (size_t c = 0; c < kSide; c++)
-                residual[r * kSide + c] = counts[c] - reference[r * kSide + c];
-        }
-        kernels::whiten(residual.data(), variance.data(), kPixels, residual.data());
+void Preprocess::start(const ImageView<const double> *frames, size_t count, Work &work) const {
+    work.reserve(*this, count);
+    if (projected == 0)
+        return;
+    const double *counts[kTogether];
+    float *vectors[kTogether], *components[kTogether];
+    for (size_t f = 0; f < count; f++) {
+        counts[f] = frames[f].row(crop_row) + crop_col;
+        vectors[f] = &work.residual[f * kResidualStride];
+        components[f] = work.component[f];
     }
-    const double along = target_square > 0 ? kernel.inner(target.data(), residual.data(), kPixels) : 0;
-    const double square = kernel.inner(residual.data(), residual.data(), kPixels) -
-                          (target_square > 0 ? along / target_square * along : 0);
+    if (!kernels::residual_kernels().components(projected_rows(), count, counts, frames[0].stride, vectors, components))
+        for (size_t f = 0; f < count; f++)
+            refuse_non_finite(frames[f], crop_row, kSide, crop_col);
+}
+
+void Preprocess::band(const ImageView<const double> *frames, size_t count, size_t first_row, Work &work) const {
+    const kernels::ResidualKernels &kernel = kernels::residual_kernels();
+    float *vectors[kTogether] = {}, *components[kTogether] = {};
+    for (size_t f = 0; projected > 0 && f < count; f++) {
+        vectors[f] = &work.residual[f * kResidualStride];
+        components[f] = work.component[f];
+    }
+    for (size_t i = 0, r = first_row; i < kBand; i++, r++) {
+        float *out[kTogether];
+        for (size_t f = 0; f < count; f++)
+            out[f] = &work.band[(f * kBand + i) * kSide];
+        if (projected > 0)
+            kernel.project_row(projected_rows(), count, components, r, vectors, out);
+        for (size_t f = 0; f < count && projected == 0; f++)
+            if (!kernel.scaled_residual(frames[f].row(crop_row + r) + crop_col, &offset[r * kSide], &factor[r * kSide],
+                                        input_scale, kSide, out[f]))
+                refuse_non_finite(frames[f], crop_row + r, 1, crop_col);
+    }
+}
+
+void Preprocess::apply(ImageView<const double> frame, Work &work, float *out) const {
+    start(&frame, 1, work);
+    for (size_t r = 0; r < kSide; r += kBand) {
+        band(&frame, 1, r, work);
+        std::copy_n(work.band.data(), kBand * kSide, out + r * kSide);
+    }
+}
+
+double Preprocess::chi_square(ImageView<const double> frame, size_t i, Work &work) const {
+    const kernels::ResidualKernels &kernel = kernels::residual_kernels();
+    if (work.residual.size() < (i + 1) * kResidualStride)
+        work.residual.resize((i + 1) * kResidualStride);
+    float *const residual = &work.residual[i * kResidualStride];
+    for (size_t p = 0; p < kPixels && projected == 0; p++) { // otherwise band() has left it there
+        const double counts = frame.row(crop_row + p / kSide)[crop_col + p % kSide];
+        residual[p] = static_cast<float>((counts - reference[p]) / std::sqrt(variance[p]));
+    }
+    const double along = target_square > 0 ? kernel.inner_float(target32.data(), residual, kPixels) : 0;
+    const double square =
+        kernel.inner_float(residual, residual, kPixels) - (target_square > 0 ? along / target_square * along : 0);
     if (!std::isfinite(square))
         return std::numeric_limits<double>::infinity();
     return std::max(square, 0.0) / static_cast<double>(kPixels - projected - (target_square > 0 ? 1 : 0));

@@ -6,10 +6,14 @@
 #include "base/buffer.hpp"
 #include "base/frame_model.hpp"
 #include "base/view.hpp"
+#include "cae/layout.hpp"
+#include "kernels/residual.hpp"
 
 namespace toliman::cae {
 
 constexpr size_t kMaxProjected = 8;
+constexpr size_t kTogether = kernels::kMaxTogether, kBand = 32; // frames and rows that are processed together
+static_assert(kSide % kBand == 0);
 
 // Network input derived from the counts:
 //   whitened  residual (counts - reference)/sigma per pixel, with the nuisance images projected out
@@ -35,7 +39,8 @@ struct Preprocess {
     Buffer<double> variance;       // variance of the counts, > 0
     Buffer<double> target;         // whitened, projected derivative image, in sigmas per px of separation
     Buffer<double> nuisance_basis; // [projected][pixels], orthonormal basis of the whitened nuisance images
-    Buffer<float> basis;           // derived: nuisance_basis as float32, which represents it exactly
+    Buffer<float> basis;           // derived: [256 rows][projected][256], nuisance_basis as float32, which is exact
+    Buffer<float> target32;        // derived: target as float32, which is exact
     Buffer<double> offset, factor; // derived: input = (counts - offset) factor, before the projection
     double target_square = 0;      // derived: |target|^2
 
@@ -49,17 +54,27 @@ struct Preprocess {
 
     Preprocess with_input_scale(double scale) const;
 
-    // Numbers of the scratch buffer that apply() needs.
-    size_t scratch_size() const noexcept;
+    // Working memory of frames that are preprocessed together; reuse it to avoid allocations.
+    struct Work {
+        Buffer<float> residual; // of each frame, [pixels], if anything is projected
+        Buffer<float> band;     // [frames][kBand][256]
+        float component[kTogether][kernels::kMaxPlanes];
+        void reserve(const Preprocess &preprocess, size_t frames);
+    };
 
-    // Writes input_scale times the input of a frame's crop to out [256 rows][stride]. Reusing scratch from frame to
-    // frame saves an allocation. Status::argument for a non-finite count.
-    void apply(ImageView<const double> frame, Buffer<double> &scratch, float *out, size_t stride) const;
+    // The input of `count` frames, at most kTogether, of equal stride: start() once, then band() for each band of kBand
+    // rows from the first on, which writes input_scale times the input to work.band. Frames that are processed together
+    // share the reading of the planes. Status::argument for a non-finite count.
+    void start(const ImageView<const double> *frames, size_t count, Work &work) const;
+    void band(const ImageView<const double> *frames, size_t count, size_t first_row, Work &work) const;
+
+    // The whole input of a frame: out [256 rows][256].
+    void apply(ImageView<const double> frame, Work &work, float *out) const;
 
     // Reduced chi-square of the crop's whitened residual r, after the fit of nuisances u_k and target t, for any input:
     //     |r - sum_k <u_k, r> u_k - <t, r> t/|t|^2|^2 / (pixels - projected - 1)
-    // +infinity if it overflows. Call it after apply() for the same frame, with the same scratch.
-    double chi_square(ImageView<const double> frame, Buffer<double> &scratch) const;
+    // +infinity if it overflows. Call it after all bands, for frame i of those that were processed together.
+    double chi_square(ImageView<const double> frame, size_t i, Work &work) const;
 
     // FNV-1a of everything that determines the input.
     uint64_t digest() const noexcept;
@@ -67,6 +82,11 @@ struct Preprocess {
     // Converts an input without input_scale to counts [pixels], in place: the inverse of apply() without the
     // projection.
     void to_counts(double *image) const noexcept;
+
+  private:
+    kernels::ProjectedRows projected_rows() const noexcept {
+        return {kSide, kSide, projected, offset.data(), factor.data(), basis.data(), input_scale};
+    }
 };
 
 } // namespace toliman::cae

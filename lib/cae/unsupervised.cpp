@@ -52,14 +52,15 @@ Buffer<float> read_inputs(const Preprocess &preprocess, const UnsupervisedOption
     const size_t rows = preprocess.rows, cols = preprocess.cols;
     const size_t at_once = std::clamp<size_t>(kPixelsAtOnce / (rows * cols), 1, options.frames);
     Buffer<float> inputs(options.frames * kPixels);
-    Buffer<double> counts(at_once * rows * cols), scratch;
+    Buffer<double> counts(at_once * rows * cols);
+    Preprocess::Work work;
     for (size_t first = 0; first < options.frames; first += at_once) {
         const size_t count = std::min(at_once, options.frames - first);
         frames(first, count, counts.data());
         for (size_t i = 0; i < count; i++)
             in_frame(first + i, [&] {
                 const double *frame = &counts[i * rows * cols];
-                preprocess.apply({frame, rows, cols, cols}, scratch, &inputs[(first + i) * kPixels], kSide);
+                preprocess.apply({frame, rows, cols, cols}, work, &inputs[(first + i) * kPixels]);
                 if (std::all_of(frame, frame + rows * cols, [&](double value) { return value == frame[0]; }))
                     fail(Status::argument, "{counts}: all pixels are %g: must not all be equal", frame[0]);
             });

@@ -2,18 +2,30 @@
 #pragma once
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <utility>
+#include <vector>
 
 #include "base/buffer.hpp"
-#include "cae/forward.hpp"
+#include "cae/encoder_rows.hpp"
 #include "cae/preprocess.hpp"
 
 namespace toliman::cae {
 
 // Working memory of one thread; reuse it to avoid allocations.
 struct Workspace {
-    Images images;
-    Buffer<double> scratch;
+    Preprocess::Work input;
+    std::vector<EncoderRows> rows; // of layout `flight`, one per frame
+    std::optional<Images> images;  // of layout `paper`, whose switches need whole images
+
+    // Allocates what `frames` frames need that are encoded together.
+    void prepare(const Layout &layout, const Preprocess &preprocess, size_t frames) {
+        input.reserve(preprocess, frames);
+        if (layout.max_pool && !images)
+            images.emplace();
+        while (!layout.max_pool && rows.size() < frames)
+            rows.emplace_back();
+    }
     std::unique_ptr<Workspace> next; // of the list of Workspaces
 };
 
@@ -21,8 +33,8 @@ struct Workspace {
 // ran at once before. take() may be called from any thread.
 class Workspaces {
   public:
-    explicit Workspaces(const Preprocess &preprocess) : free_(std::make_unique<Workspace>()) {
-        free_->scratch.resize(preprocess.scratch_size());
+    Workspaces(const Layout &layout, const Preprocess &preprocess) : free_(std::make_unique<Workspace>()) {
+        free_->prepare(layout, preprocess, 1);
     }
 
     // A workspace for the current scope.

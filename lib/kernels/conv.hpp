@@ -14,13 +14,15 @@
 namespace toliman::kernels {
 
 struct ConvShape {
-    size_t rows, cols;      // size of the coarse image; cols at most 128, (2 cols + 1) fine_channels at most 1088
+    size_t rows, cols;      // size of the coarse image; cols at most 128, (2 cols + 1) fine_channels at most kBoxFloats
     size_t fine_channels;   // 1 or a multiple of 8
     size_t coarse_channels; // a multiple of 8
     constexpr size_t packed() const noexcept { return (fine_channels == 1 ? 16 : 9) * fine_channels * coarse_channels; }
     constexpr size_t fine() const noexcept { return (2 * rows + 2) * (2 * cols + 2) * fine_channels; }
     constexpr size_t coarse() const noexcept { return (rows + 2) * (cols + 2) * coarse_channels; }
 };
+
+constexpr size_t kBoxFloats = 1088; // of a row of box sums: 257 x 1, 129 x 8, 65 x 16 or 33 x 32, rounded up
 
 struct ConvKernels {
     // Given     fine, bordered; weights packed by conv_pack_down; bias [coarse_channels]
@@ -30,6 +32,16 @@ struct ConvKernels {
 
     // The same, followed by ELU (kernels/elu.hpp) row by row while a row is in cache: the bits of `down`, then `elu`.
     void (*down_elu)(const ConvShape &shape, const float *fine, const float *weights, const float *bias,
+                     float *coarse) noexcept;
+
+    // down_elu of an image that arrives row by row.
+    // Given     upper, lower: bordered rows i and i + 1 of the fine image
+    // Returned  boxes [kBoxFloats]: row i of the sums of 2x2 pixels, in the order in which down_row reads them
+    void (*box_row)(const ConvShape &shape, const float *upper, const float *lower, float *boxes) noexcept;
+
+    // Given     boxes: rows 2 y, 2 y + 1 and 2 y + 2 of the box sums; weights, bias as for down
+    // Returned  coarse [cols][coarse_channels]: row y of down_elu, without border
+    void (*down_row)(const ConvShape &shape, const float *const boxes[3], const float *weights, const float *bias,
                      float *coarse) noexcept;
 
     // Given     coarse, bordered; weights packed by conv_pack_up; bias [fine_channels]

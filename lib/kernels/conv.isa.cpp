@@ -24,141 +24,183 @@ constexpr size_t kVectors = 2; // of pixels: 16 accumulators
 #else
 constexpr size_t kVectors = 1;
 #endif
-constexpr size_t kMaxFloats = 1088; // per row of box sums: 257 x 1, 129 x 8, 65 x 16, 33 x 32
+// Sums of adjacent rows and columns of two bordered rows: element q is the sum of columns q and q + 1 of both.
+inline void sum_boxes(const float *upper, const float *lower, size_t floats, size_t channels, float *out) noexcept {
+    for (size_t i = 0; i < floats; i++)
+        out[i] = (upper[i] + lower[i]) + (upper[i + channels] + lower[i + channels]);
+}
 
-// Box sums of a bordered fine image, row by row: element (r, q) is the sum of rows r, r + 1 and columns q, q + 1 of the
-// bordered image. A ring holds the three rows of the current coarse row.
-class BoxRows {
+#if defined(__AVX512F__)
+// The same for eight channels, half a vector: shifting sums between registers saves loads that cross a cache line.
+void sum_eight(const float *upper, const float *lower, size_t cols, float *out) noexcept {
+    const Wide::Mask shift = {8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20, 21, 22, 23};
+    Wide::Vector sum = Wide::load(upper) + Wide::load(lower);
+    for (size_t i = 0; i < 16 * cols; i += 16) {
+        const Wide::Vector next = Wide::load(upper + i + 16) + Wide::load(lower + i + 16);
+        Wide::store(out + i, sum + __builtin_shuffle(sum, next, shift));
+        sum = next;
+    }
+    sum_boxes(upper + 16 * cols, lower + 16 * cols, 8, 8, out + 16 * cols);
+}
+#else
+void sum_eight(const float *upper, const float *lower, size_t cols, float *out) noexcept {
+    sum_boxes(upper, lower, (2 * cols + 1) * 8, 8, out);
+}
+#endif
+
+// The same for a single channel, as a plane of even and a plane of odd columns: the taps of adjacent coarse pixels are
+// then contiguous.
+constexpr size_t kPlane = 160; // 128 columns, and a tile beyond the last
+static_assert(kPlane >= 128 + 2 * Wide::count && 2 * kPlane <= kBoxFloats);
+void sum_split_boxes(const float *upper, const float *lower, size_t cols, float *planes) noexcept {
+    float sum[2 * kPlane], *even = planes, *odd = planes + kPlane;
+    for (size_t i = 0; i < 2 * cols + 2; i++)
+        sum[i] = upper[i] + lower[i];
+    for (size_t q = 0; q <= cols; q++) {
+        even[q] = sum[2 * q] + sum[2 * q + 1];
+        odd[q] = sum[2 * q + 1] + sum[2 * q + 2];
+    }
+}
+
+void box_row(const ConvShape &shape, const float *upper, const float *lower, float *boxes) noexcept {
+    if (shape.fine_channels == 1)
+        sum_split_boxes(upper, lower, shape.cols, boxes);
+    else if (shape.fine_channels == 8)
+        sum_eight(upper, lower, shape.cols, boxes);
+    else
+        sum_boxes(upper, lower, (2 * shape.cols + 1) * shape.fine_channels, shape.fine_channels, boxes);
+}
+
+// The three rows of box sums of each coarse row of a bordered fine image.
+template <class Sum> class BoxRows {
   public:
-    BoxRows(const ConvShape &shape, const float *fine) noexcept
-        : fine_(fine), row_((2 * shape.cols + 2) * shape.fine_channels), channels_(shape.fine_channels) {}
+    BoxRows(const ConvShape &shape, const float *fine, Sum sum) noexcept
+        : fine_(fine), row_((2 * shape.cols + 2) * shape.fine_channels), sum_(sum) {}
 
-    // The three rows of box sums for coarse row y; call it with y = 0, 1, 2, ...
-    void three(size_t y, const float *(&rows)[3]) noexcept {
+    // Those of coarse row y; call it with y = 0, 1, 2, ...
+    void three(size_t y, const float *(&boxes)[3]) noexcept {
         for (; next_ < 2 * y + 3; next_++)
-            fill(next_);
+            sum_(fine_ + next_ * row_, fine_ + (next_ + 1) * row_, ring_[next_ % 3]);
         for (size_t t = 0; t < 3; t++)
-            rows[t] = ring_[(2 * y + t) % 3];
+            boxes[t] = ring_[(2 * y + t) % 3];
     }
 
   private:
-    void fill(size_t r) noexcept {
-        const float *upper = fine_ + r * row_, *lower = upper + row_;
-        float *out = ring_[r % 3];
-        for (size_t i = 0; i < row_ - channels_; i++)
-            out[i] = (upper[i] + lower[i]) + (upper[i + channels_] + lower[i + channels_]);
-    }
-
     const float *fine_;
-    size_t row_, channels_, next_ = 0;
-    float ring_[3][kMaxFloats];
+    size_t row_, next_ = 0;
+    Sum sum_;
+    alignas(64) float ring_[3][kBoxFloats] = {};
 };
 
-// Box sums of a row with a single channel, apart for even and odd columns: the taps of adjacent coarse pixels are then
-// contiguous.
-constexpr size_t kPlane = 128 + 2 * Wide::count; // columns, and a tile beyond the last
-struct SplitRow {
-    float even[kPlane], odd[kPlane];
-
-    void fill(const float *upper, const float *lower, size_t cols) noexcept {
-        float sum[2 * kPlane];
-        for (size_t i = 0; i < 2 * cols + 2; i++)
-            sum[i] = upper[i] + lower[i];
-        for (size_t q = 0; q <= cols; q++) {
-            even[q] = sum[2 * q] + sum[2 * q + 1];
-            odd[q] = sum[2 * q + 1] + sum[2 * q + 2];
-        }
+// Interleaves eight vectors: element i of vector k becomes element 8 i + k of all. Three perfect shuffles of the
+// vectors k and k + 4.
+inline void interleave(Wide::Vector (&v)[kEight]) noexcept {
+    constexpr int n = Wide::count;
+    Wide::Mask low, high;
+    for (int i = 0; i < n; i++) {
+        low[i] = i / 2 + i % 2 * n;
+        high[i] = (n + i) / 2 + i % 2 * n;
     }
-};
+    for (int turn = 0; turn < 3; turn++) {
+        Wide::Vector next[kEight];
+        for (size_t k = 0; k < kEight / 2; k++) {
+            next[2 * k] = __builtin_shuffle(v[k], v[k + kEight / 2], low);
+            next[2 * k + 1] = __builtin_shuffle(v[k], v[k + kEight / 2], high);
+        }
+        for (size_t k = 0; k < kEight; k++)
+            v[k] = next[k];
+    }
+}
 
-// Eight output channels of M vectors of adjacent pixels, as planes [8][kPlane]. weights: [9][outputs].
-template <size_t M>
-inline void single_tile(const SplitRow *const rows[3], size_t pixel, const float *weights, const float *bias,
-                        size_t outputs, float *planes) noexcept {
-    Wide::Vector sum[kEight][M];
-    for (size_t k = 0; k < kEight; k++)
-        for (size_t m = 0; m < M; m++)
-            sum[k][m] = bias[k] + Wide::Vector{};
+// Eight output channels of kVectors vectors of adjacent pixels; the first `pixels` of them are stored.
+inline void single_tile(const float *const boxes[3], size_t pixel, size_t pixels, const float *weights,
+                        const float *bias, size_t outputs, float *out) noexcept {
+    Wide::Vector sum[kVectors][kEight];
+    for (size_t m = 0; m < kVectors; m++)
+        for (size_t k = 0; k < kEight; k++)
+            sum[m][k] = bias[k] + Wide::Vector{};
     for (size_t r = 0; r < 3; r++) {
-        const float *in[3] = {rows[r]->even + pixel, rows[r]->odd + pixel, rows[r]->even + pixel + 1};
+        const float *even = boxes[r] + pixel, *in[3] = {even, even + kPlane, even + 1};
 #pragma GCC unroll 3
         for (size_t j = 0; j < 3; j++, weights += outputs) {
-            Wide::Vector value[M];
-            for (size_t m = 0; m < M; m++)
+            Wide::Vector value[kVectors];
+            for (size_t m = 0; m < kVectors; m++)
                 value[m] = Wide::load(in[j] + m * Wide::count);
 #pragma GCC unroll 8
             for (size_t k = 0; k < kEight; k++)
 #pragma GCC unroll 2
-                for (size_t m = 0; m < M; m++)
-                    sum[k][m] += value[m] * weights[k];
+                for (size_t m = 0; m < kVectors; m++)
+                    sum[m][k] += value[m] * weights[k];
         }
     }
-    for (size_t k = 0; k < kEight; k++)
-        for (size_t m = 0; m < M; m++)
-            Wide::store(planes + k * kPlane + pixel + m * Wide::count, sum[k][m]);
-}
-
-inline void interleave(const float *planes, size_t pixels, size_t step, float *out) noexcept {
-    for (size_t p = 0; p < pixels; p++)
+    float block[kVectors * Wide::count * kEight], *const to =
+                                                      pixels * outputs == sizeof block / sizeof *block ? out : block;
+    for (size_t m = 0; m < kVectors; m++) {
+        interleave(sum[m]);
         for (size_t k = 0; k < kEight; k++)
-            out[p * step + k] = planes[k * kPlane + p];
+            Wide::store(to + (m * kEight + k) * Wide::count, sum[m][k]);
+    }
+    for (size_t p = 0; to == block && p < pixels; p++)
+        for (size_t k = 0; k < kEight; k++)
+            out[p * outputs + k] = block[p * kEight + k];
 }
 
 // A single fine channel: vectors run over pixels. Over the eight channels they would be half empty.
-template <bool Elu>
-void down_single(const ConvShape &shape, const float *fine, const float *weights, const float *bias,
-                 float *coarse) noexcept {
-    SplitRow ring[3] = {};
-    float planes[kEight * kPlane];
-    const size_t row = 2 * shape.cols + 2, outputs = shape.coarse_channels;
-    size_t next = 0;
-    for (size_t y = 0; y < shape.rows; y++) {
-        for (; next < 2 * y + 3; next++)
-            ring[next % 3].fill(fine + next * row, fine + (next + 1) * row, shape.cols);
-        const SplitRow *const rows[3] = {&ring[2 * y % 3], &ring[(2 * y + 1) % 3], &ring[(2 * y + 2) % 3]};
-        float *out = coarse + ((y + 1) * (shape.cols + 2) + 1) * outputs;
-        for (size_t first = 0; first < outputs; first += kEight) {
-            for (size_t pixel = 0; pixel < shape.cols; pixel += kVectors * Wide::count)
-                single_tile<kVectors>(rows, pixel, weights + first, bias + first, outputs, planes);
-            if (outputs == kEight)
-                interleave(planes, shape.cols, kEight, out); // a constant, for which the loop vectorises
-            else
-                interleave(planes, shape.cols, outputs, out + first);
-        }
-        if constexpr (Elu)
-            elu(out, shape.cols * outputs);
-    }
+void single_row(const ConvShape &shape, const float *const boxes[3], const float *weights, const float *bias,
+                float *out) noexcept {
+    constexpr size_t kTile = kVectors * Wide::count;
+    const size_t outputs = shape.coarse_channels;
+    for (size_t first = 0; first < outputs; first += kEight)
+        for (size_t pixel = 0; pixel < shape.cols; pixel += kTile)
+            single_tile(boxes, pixel, shape.cols - pixel < kTile ? shape.cols - pixel : kTile, weights + first,
+                        bias + first, outputs, out + pixel * outputs + first);
 }
 
 template <bool Elu>
-void down(const ConvShape &shape, const float *fine, const float *weights, const float *bias, float *coarse) noexcept {
-    if (shape.fine_channels == 1)
-        return down_single<Elu>(shape, fine, weights, bias, coarse);
-    BoxRows boxes(shape, fine);
+void down_row(const ConvShape &shape, const float *const boxes[3], const float *weights, const float *bias,
+              float *out) noexcept {
     Row row = {};
     row.in_step = 2 * shape.fine_channels;
     row.rows = 3;
     row.run = 3 * shape.fine_channels;
     row.weights = weights;
     row.bias = bias;
+    row.out = out;
     row.out_step = row.outputs = shape.coarse_channels;
     row.pixels = shape.cols;
+    for (size_t t = 0; t < 3; t++)
+        row.in[t] = boxes[t];
+    if (shape.fine_channels == 1)
+        single_row(shape, boxes, weights, bias, out);
+    else if (row.run == 24)
+        convolve<24, 16>(row);
+    else if (row.run == 48)
+        convolve<48, 32>(row);
+    else if (row.run == 96)
+        convolve<96, 64>(row);
+    else
+        convolve<>(row);
+    if constexpr (Elu)
+        elu(out, row.pixels * row.outputs);
+}
+
+template <bool Elu>
+void down(const ConvShape &shape, const float *fine, const float *weights, const float *bias, float *coarse) noexcept {
+    BoxRows rows(shape, fine,
+                 [&](const float *upper, const float *lower, float *boxes) { box_row(shape, upper, lower, boxes); });
     for (size_t y = 0; y < shape.rows; y++) {
-        const float *rows[3];
-        boxes.three(y, rows);
-        for (size_t t = 0; t < 3; t++)
-            row.in[t] = rows[t];
-        row.out = coarse + ((y + 1) * (shape.cols + 2) + 1) * shape.coarse_channels;
-        (row.run == 24 ? convolve<24, 16> : convolve<>)(row);
-        if constexpr (Elu)
-            elu(row.out, row.pixels * row.outputs);
+        const float *boxes[3];
+        rows.three(y, boxes);
+        down_row<Elu>(shape, boxes, weights, bias, coarse + ((y + 1) * (shape.cols + 2) + 1) * shape.coarse_channels);
     }
 }
 
 void weight_gradient(const ConvShape &shape, const float *fine, const float *coarse, float *packed) noexcept {
     for (size_t i = 0; i < shape.packed(); i++)
         packed[i] = 0;
-    BoxRows boxes(shape, fine);
+    BoxRows rows(shape, fine, [&](const float *upper, const float *lower, float *boxes) {
+        sum_boxes(upper, lower, (2 * shape.cols + 1) * shape.fine_channels, shape.fine_channels, boxes);
+    });
     Correlation c = {};
     c.in_step = 2 * shape.fine_channels;
     c.run = 3 * shape.fine_channels;
@@ -166,7 +208,7 @@ void weight_gradient(const ConvShape &shape, const float *fine, const float *coa
     c.pixels = shape.cols;
     c.gradient = packed;
     for (size_t y = 0; y < shape.rows; y++) {
-        boxes.three(y, c.in);
+        rows.three(y, c.in);
         c.out = coarse + ((y + 1) * (shape.cols + 2) + 1) * shape.coarse_channels;
         correlate(c);
     }
@@ -205,7 +247,7 @@ void up_channels(const ConvShape &shape, const float *coarse, const float *weigh
     const size_t coarse_row = (shape.cols + 2) * shape.coarse_channels, channels = shape.fine_channels;
     const size_t floats = 2 * shape.cols * channels;
     const float *odd_weights = weights + 3 * shape.coarse_channels * channels;
-    float row[kMaxFloats], sums[2][kMaxFloats], biases[kMaxFloats];
+    float row[kBoxFloats], sums[2][kBoxFloats], biases[kBoxFloats];
     for (size_t k = 0; k < floats; k++)
         biases[k] = bias[k % channels];
     for (size_t i = 0; i <= 2 * shape.rows; i++) { // row i - 1 of the transposed convolution
@@ -274,7 +316,8 @@ void up(const ConvShape &shape, const float *coarse, const float *weights, const
 } // namespace
 } // namespace TOLIMAN_ISA
 
-const ConvKernels TOLIMAN_ISA_TABLE(conv) = {TOLIMAN_ISA::down<false>, TOLIMAN_ISA::down<true>, TOLIMAN_ISA::up,
-                                             TOLIMAN_ISA::weight_gradient};
+const ConvKernels TOLIMAN_ISA_TABLE(conv) = {TOLIMAN_ISA::down<false>, TOLIMAN_ISA::down<true>,
+                                             TOLIMAN_ISA::box_row,     TOLIMAN_ISA::down_row<true>,
+                                             TOLIMAN_ISA::up,          TOLIMAN_ISA::weight_gradient};
 
 } // namespace toliman::kernels

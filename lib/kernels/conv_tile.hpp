@@ -74,6 +74,7 @@ inline __attribute__((always_inline)) void tile(const Row &row, size_t pixel, si
     const float *weights = row.weights + first;
     for (size_t r = 0; r < row.rows; r++) {
         const float *in = row.in[r] + pixel * in_step;
+#pragma GCC unroll 4
         for (size_t j = 0; j < run; j++, in++, weights += outputs) {
             typename Lanes::Vector weight[M];
 #pragma GCC unroll 16

@@ -6,13 +6,14 @@
 
 namespace toliman::kernels {
 
-constexpr size_t kMaxPlanes = 32; // of a projection
+constexpr size_t kMaxPlanes = 32;  // of a projection
+constexpr size_t kMaxTogether = 8; // frames that are projected together
 
 // Planes of a residual in rows; cols a multiple of 16, planes at most kMaxPlanes.
 struct ProjectedRows {
     size_t rows, cols, planes;
     const double *reference, *inverse_sigma; // [rows][cols]
-    const float *basis;                      // [planes][rows][cols], orthonormal
+    const float *basis; // [rows][planes][cols], orthonormal planes; a row of all planes is contiguous
     double scale;
 };
 
@@ -33,17 +34,29 @@ struct ResidualKernels {
     //           The same bits on every instruction set.
     void (*project_out)(const double *basis, size_t planes, size_t count, double *vector) noexcept;
 
-    // Given     counts [rows][counts_stride]
-    // Returned  vector [rows][cols]: `residual` of the counts, then project_out; out [rows][out_stride] = scale vector,
-    //           rounded to float32; true if all counts are finite
-    // Notes     The same bits as these steps one after the other. A row is processed while it is in cache: vector is
-    //           written twice and read once.
-    bool (*project_rows)(const ProjectedRows &rows, const double *counts, size_t counts_stride, double *vector,
-                         float *out, size_t out_stride) noexcept;
+    // Projection of frames, at most kMaxTogether, which read the planes once for all.
+    // Given     counts[f] [rows][counts_stride]
+    // Returned  vectors[f] [rows][cols]: `residual` of the counts, rounded to float32; components[f] [planes] of
+    //           vectors[f] along the basis; true if all counts are finite
+    // Notes     Rounding of the residual is relative to itself. That of a component leaves 6e-8 of it in the
+    //           projected vector, along the basis. Sums in double in 16 parts; the same bits on every instruction set
+    //           and for any number of frames.
+    bool (*components)(const ProjectedRows &rows, size_t frames, const double *const *counts, size_t counts_stride,
+                       float *const *vectors, float *const *components) noexcept;
+
+    // Given     r, a row of the vectors, and their components
+    // Returned  the row of vectors[f] minus its components along the basis, and out[f] [cols], the same times scale;
+    // both
+    //           computed in double and rounded to float32
+    void (*project_row)(const ProjectedRows &rows, size_t frames, const float *const *components, size_t r,
+                        float *const *vectors, float *const *out) noexcept;
 
     // Given     a, b [count]; count a multiple of 16
     // Returned  sum a_i b_i, as the same sums in 16 parts
     double (*inner)(const double *a, const double *b, size_t count) noexcept;
+
+    // The same of float32 numbers, whose products are exact, in eight parts. count a multiple of 8
+    double (*inner_float)(const float *a, const float *b, size_t count) noexcept;
 };
 TOLIMAN_ISA_DECLARE(ResidualKernels, residual)
 

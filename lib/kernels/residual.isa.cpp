@@ -5,6 +5,9 @@
 #include "kernels/residual.hpp"
 
 #include "kernels/finite.hpp"
+#if defined(__FMA__)
+#include <immintrin.h>
+#endif
 
 namespace toliman::kernels {
 namespace TOLIMAN_ISA {
@@ -65,89 +68,204 @@ double inner(const double *a, const double *b, size_t count) noexcept {
     return total(part);
 }
 
-// Adds the components of a vector along Planes planes, `stride` apart, to sums in progress.
-template <size_t Planes, class Plane>
-inline void add(const Plane *basis, size_t stride, const double *vector, size_t count,
-                double (*parts)[kParts]) noexcept {
-    double part[Planes][kParts];
-    for (size_t k = 0; k < Planes; k++)
-        for (size_t p = 0; p < kParts; p++)
-            part[k][p] = parts[k][p];
-    for (size_t i = 0; i < count; i += kParts)
-        for (size_t k = 0; k < Planes; k++)
-            for (size_t p = 0; p < kParts; p++)
-                part[k][p] += static_cast<double>(basis[k * stride + i + p]) * vector[i + p];
-    for (size_t k = 0; k < Planes; k++)
-        for (size_t p = 0; p < kParts; p++)
-            parts[k][p] = part[k][p];
+double inner_float(const float *a, const float *b, size_t count) noexcept {
+    double part[8] = {};
+    for (size_t i = 0; i < count; i += 8)
+        for (size_t p = 0; p < 8; p++)
+            part[p] += static_cast<double>(a[i + p]) * static_cast<double>(b[i + p]);
+    return ((part[0] + part[4]) + (part[2] + part[6])) + ((part[1] + part[5]) + (part[3] + part[7]));
 }
 
-template <size_t Planes, class Plane>
-inline void subtract(const Plane *basis, size_t stride, const double *component, size_t count,
+template <size_t Planes>
+inline void subtract(const double *basis, size_t stride, const double *component, size_t count,
                      double *vector) noexcept {
     for (size_t i = 0; i < count; i++) {
         double value = vector[i];
         for (size_t k = 0; k < Planes; k++)
-            value -= component[k] * static_cast<double>(basis[k * stride + i]);
+            value -= component[k] * basis[k * stride + i];
         vector[i] = value;
     }
 }
 
-template <class Plane>
-void add_components(const Plane *basis, size_t stride, size_t planes, const double *vector, size_t count,
-                    double (*parts)[kParts]) noexcept {
-    size_t k = 0;
-    for (; k + 4 <= planes; k += 4)
-        add<4>(basis + k * stride, stride, vector, count, parts + k);
-    for (; k < planes; k++)
-        add<1>(basis + k * stride, stride, vector, count, parts + k);
-}
-
-template <class Plane>
-void subtract_components(const Plane *basis, size_t stride, size_t planes, const double *component, size_t count,
-                         double *vector) noexcept {
-    size_t k = 0;
-    for (; k + 4 <= planes; k += 4)
-        subtract<4>(basis + k * stride, stride, component + k, count, vector);
-    for (; k < planes; k++)
-        subtract<1>(basis + k * stride, stride, component + k, count, vector);
-}
-
 void project_out(const double *basis, size_t planes, size_t count, double *vector) noexcept {
-    double parts[kMaxPlanes][kParts] = {}, component[kMaxPlanes];
-    add_components(basis, count, planes, vector, count, parts);
+    double component[kMaxPlanes];
     for (size_t k = 0; k < planes; k++)
-        component[k] = total(parts[k]);
-    subtract_components(basis, count, planes, component, count, vector);
+        component[k] = inner(basis + k * count, vector, count);
+    size_t k = 0;
+    for (; k + 4 <= planes; k += 4)
+        subtract<4>(basis + k * count, count, component + k, count, vector);
+    for (; k < planes; k++)
+        subtract<1>(basis + k * count, count, component + k, count, vector);
 }
 
-bool project_rows(const ProjectedRows &given, const double *counts, size_t counts_stride, double *vector, float *out,
-                  size_t out_stride) noexcept {
+// A vector of doubles, and of as many floats.
+#if defined(__AVX512F__)
+constexpr size_t kLanes = 8, kPlanesAtOnce = 4;
+#elif defined(__AVX__)
+constexpr size_t kLanes = 4, kPlanesAtOnce = 1;
+#else
+constexpr size_t kLanes = 2, kPlanesAtOnce = 1;
+#endif
+typedef double Doubles __attribute__((vector_size(8 * kLanes)));
+typedef float Floats __attribute__((vector_size(4 * kLanes), aligned(4), may_alias));
+
+// Intrinsics, because GCC 12 converts vectors half by half; with a full mask, because it warns of those without.
+inline Doubles load(const float *from) noexcept {
+#if defined(__AVX512F__)
+    return _mm512_maskz_cvtps_pd(0xff, _mm256_loadu_ps(from));
+#elif defined(__AVX__)
+    return _mm256_cvtps_pd(_mm_loadu_ps(from));
+#else
+    return __builtin_convertvector(*reinterpret_cast<const Floats *>(from), Doubles);
+#endif
+}
+inline void store(float *to, Doubles value) noexcept {
+#if defined(__AVX512F__)
+    _mm256_storeu_ps(to, _mm512_maskz_cvtpd_ps(0xff, value));
+#elif defined(__AVX__)
+    _mm_storeu_ps(to, _mm256_cvtpd_ps(value));
+#else
+    *reinterpret_cast<Floats *>(to) = __builtin_convertvector(value, Floats);
+#endif
+}
+inline Doubles splat(double value) noexcept {
+    return value - Doubles{};
+}
+
+// sum + a b for a and b that were float32. Their product is exact, so that the result is the same with and without a
+// fused operation.
+inline Doubles add_product(Doubles sum, Doubles a, Doubles b) noexcept {
+#if defined(__AVX512F__)
+    return _mm512_fmadd_pd(a, b, sum);
+#elif defined(__FMA__)
+    return _mm256_fmadd_pd(a, b, sum);
+#else
+    return sum + a * b;
+#endif
+}
+
+// Sums in progress of the components along all planes, for each frame.
+constexpr size_t kVectors = kParts / kLanes;
+struct Sums {
+    Doubles part[kMaxPlanes][kVectors];
+};
+
+// Adds the components of a row of Frames vectors along the Planes planes from k on. A plane's numbers are converted
+// once for all frames.
+template <size_t Planes, size_t Frames>
+inline void add(const float *planes, size_t k, size_t cols, const float *const *rows, Sums *sums) noexcept {
+    Doubles sum[Frames][Planes][kVectors];
+    for (size_t f = 0; f < Frames; f++)
+        for (size_t i = 0; i < Planes; i++)
+            for (size_t v = 0; v < kVectors; v++)
+                sum[f][i][v] = sums[f].part[k + i][v];
+    for (size_t c = 0; c < cols; c += kParts)
+#pragma GCC unroll 8
+        for (size_t v = 0; v < kVectors; v++) {
+            Doubles row[Frames];
+#pragma GCC unroll 8
+            for (size_t f = 0; f < Frames; f++)
+                row[f] = load(rows[f] + c + v * kLanes);
+#pragma GCC unroll 8
+            for (size_t i = 0; i < Planes; i++) {
+                const Doubles plane = load(planes + (k + i) * cols + c + v * kLanes);
+#pragma GCC unroll 8
+                for (size_t f = 0; f < Frames; f++)
+                    sum[f][i][v] = add_product(sum[f][i][v], plane, row[f]);
+            }
+        }
+    for (size_t f = 0; f < Frames; f++)
+        for (size_t i = 0; i < Planes; i++)
+            for (size_t v = 0; v < kVectors; v++)
+                sums[f].part[k + i][v] = sum[f][i][v];
+}
+
+template <size_t Frames>
+void add_components(const float *planes, size_t count, size_t cols, const float *const *rows, Sums *sums) noexcept {
+    size_t k = 0;
+    for (; k + kPlanesAtOnce <= count; k += kPlanesAtOnce)
+        add<kPlanesAtOnce, Frames>(planes, k, cols, rows, sums);
+    for (; k < count; k++)
+        add<1, Frames>(planes, k, cols, rows, sums);
+}
+
+bool components(const ProjectedRows &given, size_t frames, const double *const *counts, size_t counts_stride,
+                float *const *vectors, float *const *components) noexcept {
     const ProjectedRows rows = given;
-    const size_t cols = rows.cols, stride = rows.rows * cols;
-    double parts[kMaxPlanes][kParts] = {}, component[kMaxPlanes];
+    const size_t cols = rows.cols;
+    Sums sums[kMaxTogether] = {};
     bool finite = true;
     for (size_t r = 0; r < rows.rows; r++) {
         const size_t at = r * cols;
-        finite &= residual(counts + r * counts_stride, rows.reference + at, rows.inverse_sigma + at, cols, vector + at);
-        add_components(rows.basis + at, stride, rows.planes, vector + at, cols, parts);
+        const float *row[kMaxTogether], *const planes = rows.basis + at * rows.planes;
+        for (size_t f = 0; f < frames; f++) {
+            finite &= scaled_residual(counts[f] + r * counts_stride, rows.reference + at, rows.inverse_sigma + at, 1,
+                                      cols, vectors[f] + at);
+            row[f] = vectors[f] + at;
+        }
+        size_t f = 0;
+        for (; f + 2 <= frames; f += 2)
+            add_components<2>(planes, rows.planes, cols, row + f, sums + f);
+        if (f < frames)
+            add_components<1>(planes, rows.planes, cols, row + f, sums + f);
     }
-    for (size_t k = 0; k < rows.planes; k++)
-        component[k] = total(parts[k]);
-    for (size_t r = 0; r < rows.rows; r++) {
-        double *row = vector + r * cols;
-        subtract_components(rows.basis + r * cols, stride, rows.planes, component, cols, row);
-        for (size_t c = 0; c < cols; c++)
-            out[r * out_stride + c] = static_cast<float>(rows.scale * row[c]);
-    }
+    for (size_t f = 0; f < frames; f++)
+        for (size_t k = 0; k < rows.planes; k++) {
+            double part[kParts];
+            __builtin_memcpy(part, sums[f].part[k], sizeof part);
+            components[f][k] = static_cast<float>(total(part));
+        }
     return finite;
+}
+
+// Subtracts the components of a row of Frames vectors.
+template <size_t Frames>
+void project(const ProjectedRows &rows, const float *planes, const float *const *components, float *const *row,
+             float *const *out) noexcept {
+    const size_t count = rows.planes, cols = rows.cols;
+    double minus[kMaxPlanes][Frames];
+    for (size_t k = 0; k < count; k++)
+        for (size_t f = 0; f < Frames; f++)
+            minus[k][f] = -static_cast<double>(components[f][k]);
+    for (size_t c = 0; c < cols; c += kLanes) {
+        Doubles value[Frames];
+#pragma GCC unroll 8
+        for (size_t f = 0; f < Frames; f++)
+            value[f] = load(row[f] + c);
+        for (size_t k = 0; k < count; k++) {
+            const Doubles plane = load(planes + k * cols + c);
+#pragma GCC unroll 8
+            for (size_t f = 0; f < Frames; f++)
+                value[f] = add_product(value[f], plane, splat(minus[k][f]));
+        }
+#pragma GCC unroll 8
+        for (size_t f = 0; f < Frames; f++) {
+            store(row[f] + c, value[f]);
+            store(out[f] + c, rows.scale * value[f]);
+        }
+    }
+}
+
+void project_row(const ProjectedRows &given, size_t frames, const float *const *components, size_t r,
+                 float *const *vectors, float *const *out) noexcept {
+    const ProjectedRows rows = given;
+    const size_t at = r * rows.cols;
+    float *row[kMaxTogether];
+    for (size_t f = 0; f < frames; f++)
+        row[f] = vectors[f] + at;
+    const float *const planes = rows.basis + at * rows.planes;
+    size_t f = 0;
+    for (; f + 4 <= frames; f += 4)
+        project<4>(rows, planes, components + f, row + f, out + f);
+    for (; f < frames; f++)
+        project<1>(rows, planes, components + f, row + f, out + f);
 }
 
 } // namespace
 } // namespace TOLIMAN_ISA
 
-const ResidualKernels TOLIMAN_ISA_TABLE(residual) = {TOLIMAN_ISA::residual, TOLIMAN_ISA::scaled_residual,
-                                                     TOLIMAN_ISA::project_out, TOLIMAN_ISA::project_rows,
-                                                     TOLIMAN_ISA::inner};
+const ResidualKernels TOLIMAN_ISA_TABLE(residual) = {
+    TOLIMAN_ISA::residual,    TOLIMAN_ISA::scaled_residual, TOLIMAN_ISA::project_out, TOLIMAN_ISA::components,
+    TOLIMAN_ISA::project_row, TOLIMAN_ISA::inner,           TOLIMAN_ISA::inner_float};
 
 } // namespace toliman::kernels

@@ -74,9 +74,10 @@ double TemplateEstimator::estimate(ImageView<const double> counts, Buffer<double
 
 void TemplateEstimator::estimate_many(const PixelFrames &frames, size_t count, unsigned workers, double *values,
                                       double *chi_square) const {
-    toliman::estimate_many<Buffer<double>>(frames, count, workers, values, chi_square,
-                                           [this](ImageView<const double> counts, Buffer<double> &scratch,
-                                                  double *square) { return estimate(counts, scratch, square); });
+    toliman::estimate_many<Buffer<double>>(frames, count, 1, workers, values, chi_square,
+                                           [this](const ImageView<const double> *frame, size_t, Buffer<double> &scratch,
+                                                  double *value,
+                                                  double *square) { *value = estimate(*frame, scratch, square); });
 }
 
 // The residual's component along the unit vector w/|w| is value/sigma_px; its square is subtracted from that of the

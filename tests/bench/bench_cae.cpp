@@ -174,34 +174,46 @@ void measure_encode(const Scene &scene, const Layout &layout, Peak &peak, const 
     const Network network(layout, trained.preprocess(), trained.parameters(), 1, true, 0);
     const toliman::ImageView<const double> frame = {scene.frames.data(), kSide, kSide, kSide};
     Buffer<float> input(kPixels);
-    Buffer<double> scratch;
+    Preprocess::Work scratch;
     toliman::cae::Workspace work;
-    Preprocess blind = network.preprocess(); // any four images: the time does not depend on their content
-    blind.projected = 4;
-    blind.nuisance_basis.assign(4 * kPixels, 1.0 / kSide);
-    blind.derive();
-    const Network projecting(layout, blind, trained.parameters(), 1, true, 0);
+    const auto projecting = [&](size_t planes) { // any images: the time does not depend on their content
+        Preprocess blind = network.preprocess();
+        blind.projected = planes;
+        blind.nuisance_basis.assign(planes * kPixels, 1.0 / kSide);
+        blind.derive();
+        return Network(layout, blind, trained.parameters(), 1, true, 0);
+    };
+    const Network four = projecting(4), twenty = projecting(20);
+    const toliman::PixelFrames frames = {toliman::Pixel::f64, scene.frames.data(), kSide, kSide, kSide, kPixels};
+    double latents[kFrames];
+    const auto many = [&](const Network &which) {
+        return [&] { which.encode_many(frames, kFrames, 1, latents, nullptr); };
+    };
     peak.sample();
     const auto plain = [&] { sink = static_cast<float>(network.encode(frame, work)); };
-    const auto with_projection = [&] { sink = static_cast<float>(projecting.encode(frame, work)); };
-    plain(), with_projection();
-    double times[kRepeats], differences[kRepeats]; // in turn, so that both see the same clock rate
+    plain(), many(network)(), many(four)(), many(twenty)();
+    double times[kRepeats], series[kRepeats], more[2][kRepeats]; // in turn, so that all see the same clock rate
     for (int i = 0; i < kRepeats; i++) {
         times[i] = measure(1, 20, plain).median;
-        differences[i] = measure(1, 20, with_projection).median - times[i];
+        series[i] = measure(1, 1, many(network)).median / kFrames;
+        more[0][i] = measure(1, 1, many(four)).median / kFrames - series[i];
+        more[1][i] = measure(1, 1, many(twenty)).median / kFrames - series[i];
     }
-    const timing whole = timing_of(times, kRepeats), more = timing_of(differences, kRepeats);
-    const timing preprocess = time_of(50, [&] { network.preprocess().apply(frame, scratch, input.data(), kSide); });
+    const timing whole = timing_of(times, kRepeats), each = timing_of(series, kRepeats);
+    const timing with_four = timing_of(more[0], kRepeats), with_twenty = timing_of(more[1], kRepeats);
+    const timing preprocess = time_of(50, [&] { network.preprocess().apply(frame, scratch, input.data()); });
     double moved = 0;
     for (size_t i = 0; !reference.empty() && i < kFrames; i++)
         moved = std::max(
             moved, std::fabs(network.encode({&scene.frames[i * kPixels], kSide, kSide, kSide}, work) - reference[i]) /
                        scene.info.crb_px);
     std::printf("{\"part\": \"encode\", \"isa\": \"%s\", \"layout\": \"%s\", \"ms\": %.4f, \"spread_ms\": %.2g, "
-                "\"preprocess_ms\": %.4f, \"projection_ms\": %.4f, \"roofline_ms\": %.4f, "
+                "\"many_ms\": %.4f, \"preprocess_ms\": %.4f, \"projection_ms\": %.4f, \"projection_of_20_ms\": %.4f, "
+                "\"roofline_ms\": %.4f, "
                 "\"latent_moved_sigma\": %.3g}\n",
                 toliman::kernels::host_isa_name(), layout.name, whole.median * 1e3, whole.spread * 1e3,
-                preprocess.median * 1e3, more.median * 1e3, encoding_mflop(layout) / peak.sample(), moved);
+                each.median * 1e3, preprocess.median * 1e3, with_four.median * 1e3, with_twenty.median * 1e3,
+                encoding_mflop(layout) / peak.sample(), moved);
 }
 
 void measure_training(const Layout &layout, Peak &peak) {

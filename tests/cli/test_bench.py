@@ -172,7 +172,7 @@ class Bench(ProgramTest):
     def test_rows_of_cae(self):
         def measured(isa, ms, roofline_ms):
             encode = {"part": "encode", "isa": isa, "layout": "flight", "ms": ms, "spread_ms": 0.01, "roofline_ms": roofline_ms,
-                      "projection_ms": 0.125}
+                      "projection_ms": 0.125, "projection_of_20_ms": 0.25}
             return [encode, {**encode, "part": "training", "ms": 10 * ms, "roofline_ms": 8 * roofline_ms, "batch": 16}]
         wide, narrow = measured("avx512", 0.5, 0.25), measured("avx2", 0.75, 0.25)
         peers = [{"part": "peer", "peer": "oneDNN 2.6", "layout": "flight", "encode_ms": 1},

@@ -36,14 +36,34 @@ extern "C" void shim_residual_project(int isa, const double *units, size_t plane
     table(isa).project_out(units, planes, count, vector);
 }
 
-extern "C" int shim_project_rows(int isa, const size_t *rows_cols_planes, const double *counts, const double *reference,
-                                 const double *inverse_sigma, const float *basis, double scale, double *vector,
-                                 float *out, size_t out_stride) {
+// The vectors and rows of `frames` frames follow each other.
+extern "C" int shim_project_rows(int isa, const size_t *rows_cols_planes, size_t frames, const double *counts,
+                                 const double *reference, const double *inverse_sigma, const float *basis, double scale,
+                                 float *vectors, float *out) {
     const toliman::kernels::ProjectedRows rows = {
         rows_cols_planes[0], rows_cols_planes[1], rows_cols_planes[2], reference, inverse_sigma, basis, scale};
-    return table(isa).project_rows(rows, counts, rows.cols, vector, out, out_stride) ? 1 : 0;
+    const size_t pixels = rows.rows * rows.cols;
+    float component[8][toliman::kernels::kMaxPlanes], *components[8], *vector[8], *row[8];
+    const double *frame[8];
+    for (size_t f = 0; f < frames; f++) {
+        components[f] = component[f];
+        vector[f] = vectors + f * pixels;
+        frame[f] = counts + f * pixels;
+    }
+    if (!table(isa).components(rows, frames, frame, rows.cols, vector, components))
+        return 0;
+    for (size_t r = 0; r < rows.rows; r++) {
+        for (size_t f = 0; f < frames; f++)
+            row[f] = out + f * pixels + r * rows.cols;
+        table(isa).project_row(rows, frames, components, r, vector, row);
+    }
+    return 1;
 }
 
 extern "C" double shim_residual_inner(int isa, const double *a, const double *b, size_t count) {
     return table(isa).inner(a, b, count);
+}
+
+extern "C" double shim_residual_inner_float(int isa, const float *a, const float *b, size_t count) {
+    return table(isa).inner_float(a, b, count);
 }

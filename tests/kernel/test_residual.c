@@ -10,12 +10,13 @@ int shim_residual(int isa, const double *counts, const double *reference, const 
 int shim_scaled_residual(int isa, const double *counts, const double *reference, const double *inverse_sigma,
                          double scale, size_t count, float *out);
 void shim_residual_project(int isa, const double *units, size_t planes, size_t count, double *vector);
-int shim_project_rows(int isa, const size_t *rows_cols_planes, const double *counts, const double *reference,
-                      const double *inverse_sigma, const float *basis, double scale, double *vector, float *out,
-                      size_t out_stride);
+int shim_project_rows(int isa, const size_t *rows_cols_planes, size_t frames, const double *counts,
+                      const double *reference, const double *inverse_sigma, const float *basis, double scale,
+                      float *vectors, float *out);
 double shim_residual_inner(int isa, const double *a, const double *b, size_t count);
+double shim_residual_inner_float(int isa, const float *a, const float *b, size_t count);
 
-enum { N = 65536, kPlanes = 11, kMany = 20 }; /* two groups of four planes and three more */
+enum { N = 65536, kPlanes = 11, kMany = 22 }; /* groups of four planes, and more */
 static double counts[N], reference[N], inverse_sigma[N], units[kPlanes * N];
 
 static uint32_t state = 1;
@@ -108,39 +109,76 @@ static void test_projection(void **unused) {
     }
 }
 
-/* Row by row, with planes as float32: the bits of the residual, its projection and its rounding one after the other. */
+/* Frames together, with planes as float32: the projection in long double to the rounding of residual and result; equal
+   bits on every instruction set and for any number of frames. */
 static void test_projected_rows(void **unused) {
     (void)unused;
-    enum { kSide = 256, kStride = 258 };
-    static float planes[kMany * N], rounded[kSide * kStride];
-    static double same[kMany * N], vector[N], other[N];
-    for (int i = 0; i < kMany * N; i++)
-        same[i] = planes[i] = (float)(units[i % (kPlanes * N)] * (1 + i / (kPlanes * N)));
-    for (int isa = 0; isa < shim_residual_isas(); isa++)
-        for (size_t count = 0; count <= kMany; count += count < kPlanes ? 1 : kMany - kPlanes) {
-            assert_int_equal(shim_residual(isa, counts, reference, inverse_sigma, N, vector), 1);
-            shim_residual_project(isa, same, count, N, vector);
-            const size_t rows_cols_planes[] = {kSide, kSide, count};
-            assert_int_equal(shim_project_rows(isa, rows_cols_planes, counts, reference, inverse_sigma, planes, 0.3,
-                                               other, rounded, kStride),
+    enum { kRows = 32, kCols = 128, kPixels = kRows * kCols, kFrames = 7 };
+    static float planes[kMany * kPixels], vectors[kFrames * kPixels], rounded[kFrames * kPixels];
+    static float first[kFrames * kPixels], alone[kPixels], alone_rounded[kPixels];
+    for (int k = 0; k < kMany; k++) /* disjoint pixels, so orthogonal */
+        for (int i = 0; i < kPixels; i++)
+            planes[(i / kCols * kMany + k) * kCols + i % kCols] =
+                i % kMany == k ? (float)(uniform() / sqrt(kPixels / 3.0 / kMany)) : 0;
+    for (int isa = 0; isa < shim_residual_isas(); isa++) {
+        const size_t size[] = {kRows, kCols, kMany};
+        assert_int_equal(
+            shim_project_rows(isa, size, kFrames, counts, reference, inverse_sigma, planes, 0.3, vectors, rounded), 1);
+        for (int f = 0; f < kFrames; f++) {
+            long double component[kMany] = {0}, square[kMany] = {0};
+            for (int i = 0; i < kPixels; i++) {
+                const long double residual = ((long double)counts[f * kPixels + i] - reference[i]) * inverse_sigma[i];
+                component[i % kMany] += residual * planes[(i / kCols * kMany + i % kMany) * kCols + i % kCols];
+                square[i % kMany] += residual * residual;
+            }
+            for (int i = 0; i < kPixels; i++) {
+                const long double residual = ((long double)counts[f * kPixels + i] - reference[i]) * inverse_sigma[i];
+                const long double plane = planes[(i / kCols * kMany + i % kMany) * kCols + i % kCols];
+                const long double along = component[i % kMany] * plane;
+                const double rounding =
+                    1.5e-7 * (double)(fabsl(residual) + fabsl(along) + sqrtl(square[i % kMany]) * fabsl(plane));
+                assert_close(vectors[f * kPixels + i], (double)(residual - along), 0, rounding);
+                assert_close(rounded[f * kPixels + i], 0.3 * (double)(residual - along), 0, 0.3 * rounding);
+            }
+            assert_int_equal(shim_project_rows(isa, size, 1, counts + f * kPixels, reference, inverse_sigma, planes,
+                                               0.3, alone, alone_rounded),
                              1);
-            assert_memory_equal(vector, other, sizeof vector);
-            for (int i = 0; i < N; i++)
-                assert_true(rounded[i / kSide * kStride + i % kSide] == (float)(0.3 * vector[i]));
-            const double good = counts[N - 1];
-            counts[N - 1] = NAN;
-            assert_int_equal(shim_project_rows(isa, rows_cols_planes, counts, reference, inverse_sigma, planes, 0.3,
-                                               other, rounded, kStride),
-                             0);
-            counts[N - 1] = good;
+            assert_memory_equal(alone, vectors + f * kPixels, sizeof alone);
+            assert_memory_equal(alone_rounded, rounded + f * kPixels, sizeof alone);
         }
+        if (isa == 0)
+            memcpy(first, rounded, sizeof first);
+        assert_memory_equal(first, rounded, sizeof first);
+        const double good = counts[kFrames * kPixels - 1];
+        counts[kFrames * kPixels - 1] = NAN;
+        assert_int_equal(
+            shim_project_rows(isa, size, kFrames, counts, reference, inverse_sigma, planes, 0.3, vectors, rounded), 0);
+        counts[kFrames * kPixels - 1] = good;
+    }
+}
+
+/* The inner product of float32 numbers in double: products are exact. */
+static void test_inner_product_of_floats(void **unused) {
+    (void)unused;
+    static float a[N], b[N];
+    long double expected = 0, absolute = 0;
+    for (int i = 0; i < N; i++) {
+        a[i] = (float)uniform();
+        b[i] = (float)uniform();
+        expected += (long double)a[i] * b[i];
+        absolute += fabsl((long double)a[i] * b[i]);
+    }
+    const double first = shim_residual_inner_float(0, a, b, N);
+    assert_close(first, (double)expected, 0, (double)absolute * N / 8 * 1.2e-16);
+    for (int isa = 1; isa < shim_residual_isas(); isa++)
+        assert_true(shim_residual_inner_float(isa, a, b, N) == first);
 }
 
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_residual),       cmocka_unit_test(test_non_finite_counts_are_seen),
         cmocka_unit_test(test_inner_product),  cmocka_unit_test(test_projection),
-        cmocka_unit_test(test_projected_rows),
+        cmocka_unit_test(test_projected_rows), cmocka_unit_test(test_inner_product_of_floats),
     };
     return cmocka_run_group_tests_name("residual", tests, set_up, NULL);
 }
