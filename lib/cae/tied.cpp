@@ -149,7 +149,7 @@ void rotate(const Channels &layout, const float *momentum, double angle, float *
     for (size_t k = 0; k < values; k++)
         for (size_t i = 0; i < channels; i++)
             direction[k * channels + i] = momentum[layout.at(k, i)];
-    kernels::decorrelate(direction.data(), values, channels, work.data());
+    kernels::decorrelate_kernels().decorrelate(direction.data(), values, channels, work.data());
 
     const double before = length(weights, values * channels);
     const double stride = angle * before / std::sqrt(static_cast<double>(channels));
