@@ -1,12 +1,12 @@
-// Builds JSON results from owned cJSON objects.
+// Writes JSON results; reads JSON by cJSON.
 #pragma once
 #include <cjson/cJSON.h>
-#include <cmath>
-#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 namespace cli {
@@ -23,56 +23,70 @@ std::string line_of(const cJSON *item);
 template <class> inline constexpr bool is_optional = false;
 template <class Value> inline constexpr bool is_optional<std::optional<Value>> = true;
 
+// For set(): a number with 17 digits, so that the same bits are read again; null if not finite.
+struct Exact {
+    double value;
+};
+
+// An object, as the text of its members: lines of many results are written without a tree.
 class Json {
   public:
     // The members as in set: name, value, name, value, ...
-    template <class... Members> explicit Json(Members &&...members) : object_(cJSON_CreateObject()) {
+    template <class... Members> explicit Json(const Members &...members) {
         if constexpr (sizeof...(members) > 0)
-            set(std::forward<Members>(members)...);
+            set(members...);
     }
-    // Values: bool, integers (with all digits), double (15 digits; null if not finite), text, Json, JsonTree (null if
-    // empty), and optional values (null if empty) and vectors of these.
-    template <class Value, class... More> Json &set(const char *name, Value &&value, More &&...more) {
-        cJSON_AddItemToObject(object_.get(), name, item_of(std::forward<Value>(value)));
+    // Values: bool, integers (with all digits), double (15 digits, or 17 if these are other bits; null if not finite),
+    // Exact, text, Json, JsonTree (null if empty), and optional values (null if empty) and vectors of these.
+    template <class Value, class... More> Json &set(const char *name, const Value &value, const More &...more) {
+        if (!members_.empty())
+            members_ += ',';
+        add_text(name);
+        members_ += ':';
+        add(value);
         if constexpr (sizeof...(more) > 0)
-            set(std::forward<More>(more)...);
+            set(more...);
         return *this;
     }
-    std::string text() const { return text_of(object_); }
-    std::string line() const { return line_of(object_.get()) + "\n"; }
-    const cJSON *tree() const noexcept { return object_.get(); }
-    JsonTree release() { return std::move(object_); }
+    std::string text() const; // indented
+    std::string line() const { return "{" + members_ + "}\n"; }
 
   private:
-    template <class Value> static cJSON *item_of(Value &&value) {
-        using Plain = std::decay_t<Value>;
-        if constexpr (std::is_same_v<Plain, bool>)
-            return cJSON_CreateBool(value);
-        else if constexpr (std::is_integral_v<Plain>)
-            return cJSON_CreateRaw(std::to_string(value).c_str());
-        else if constexpr (std::is_floating_point_v<Plain>)
-            return std::isfinite(value) ? cJSON_CreateNumber(value) : cJSON_CreateNull();
-        else if constexpr (std::is_same_v<Plain, Json>)
-            return value.object_.release();
-        else if constexpr (std::is_same_v<Plain, JsonTree>)
-            return value ? value.release() : cJSON_CreateNull();
-        else if constexpr (std::is_convertible_v<Plain, std::string>)
-            return cJSON_CreateString(std::string(value).c_str());
-        else if constexpr (is_optional<Plain>)
-            return value ? item_of(*value) : cJSON_CreateNull();
-        else {
-            cJSON *array = cJSON_CreateArray();
-            for (auto &element : value)
-                cJSON_AddItemToArray(array, item_of(std::move(element)));
-            return array;
-        }
+    template <class Value> void add(const Value &value) {
+        if constexpr (std::is_same_v<Value, bool>)
+            members_ += value ? "true" : "false";
+        else if constexpr (std::is_integral_v<Value>)
+            members_ += std::to_string(value);
+        else if constexpr (std::is_floating_point_v<Value>)
+            add_number(value);
+        else if constexpr (std::is_same_v<Value, Exact>)
+            add_exact(value.value);
+        else if constexpr (std::is_same_v<Value, Json>)
+            (members_ += '{').append(value.members_) += '}';
+        else if constexpr (std::is_same_v<Value, JsonTree>)
+            members_ += value ? line_of(value.get()) : "null";
+        else if constexpr (std::is_convertible_v<Value, std::string_view>)
+            add_text(value);
+        else if constexpr (is_optional<Value>)
+            value ? add(*value) : static_cast<void>(members_ += "null");
+        else
+            add_array(value);
     }
+    template <class Array> void add_array(const Array &array) {
+        members_ += '[';
+        const char *separator = "";
+        for (const auto &element : array) {
+            members_ += std::exchange(separator, ",");
+            add(element);
+        }
+        members_ += ']';
+    }
+    void add_text(std::string_view text);
+    void add_number(double value);
+    void add_exact(double value);
 
-    JsonTree object_;
+    std::string members_;
 };
-
-// For set(): 17 digits, so that the same bits are read again; null if not finite.
-JsonTree exact(double value);
 
 // For set().
 inline std::optional<std::string> text_or_null(const std::string &text) {

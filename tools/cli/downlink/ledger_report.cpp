@@ -88,7 +88,7 @@ void print_records(const toliman::tracker &tracker) {
         if (line.verdict == TOLIMAN_TRACK_VERDICT_REJECTED)
             json.set("reason", toliman_track_reason_name(line.reason));
         else
-            json.set("tai_ns", line.tai_ns, "value", exact(line.value), "sigma", exact(line.sigma));
+            json.set("tai_ns", line.tai_ns, "value", Exact{line.value}, "sigma", Exact{line.sigma});
         text += json.set("dropped", line.dropped).line();
     });
 }

@@ -71,7 +71,7 @@ std::string frame_line(const toliman_frame &frame, bool has_key, bool has_time, 
                 if_known(has_key, frame.roi), "frame_id", if_known(has_key, frame.frame_id), "verdict",
                 toliman_track_verdict_name(outcome.verdict), "reason", if_known(reason != nullptr, reason), "camera_ns",
                 if_known(has_time, frame.camera_ns), "input", place, "tai_ns", if_known(known, outcome.tai_ns), "value",
-                exact(known ? outcome.value : NAN), "chi_square", outcome.chi_square) // null if there is none
+                Exact{known ? outcome.value : NAN}, "chi_square", outcome.chi_square) // null if there is none
         .line();
 }
 

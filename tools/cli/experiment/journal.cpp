@@ -4,6 +4,7 @@
 #include "experiment/journal.hpp"
 
 #include <cerrno>
+#include <cmath>
 #include <cstring>
 #include <fcntl.h>
 #include <sstream>
@@ -91,7 +92,8 @@ void Journal::check_arguments(const std::string &line, const Json &arguments) co
     const JsonTree found(cJSON_ParseWithLength(line.data(), line.size()));
     if (!cJSON_IsObject(found.get()))
         malformed(path_ + ":1", "is not the journal of an experiment: give another --out");
-    for (const cJSON *item = arguments.tree()->child; item != nullptr; item = item->next) {
+    const JsonTree given(cJSON_Parse(arguments.line().c_str()));
+    for (const cJSON *item = given->child; item != nullptr; item = item->next) {
         const cJSON *there = item_of(found.get(), item->string);
         if (cJSON_Compare(item, there, 1) == 0)
             throw Failure(kExitUsage, path_ + ": " + item->string + " = " +
@@ -118,7 +120,7 @@ void Journal::add(const Row &row) {
     Json line;
     for_members(row, [&](const char *key, const auto &value) {
         if constexpr (std::is_same_v<decltype(value), const double &>)
-            line.set(key, exact(value));
+            line.set(key, Exact{value});
         else
             line.set(key, value);
     });
