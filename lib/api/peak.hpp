@@ -16,11 +16,12 @@ inline uint32_t grid_flags(const period::Grid &grid, const period::Cadence &cade
 }
 
 inline toliman_period_peak public_peak(const period::Stream &stream, const period::Peak &peak) noexcept {
+    const period::Sampling sampling = period::sampling_of(stream);
     toliman_period_peak out = {};
     out.flags = (peak.at_edge ? TOLIMAN_PERIOD_AT_EDGE : 0u) | (peak.alias ? TOLIMAN_PERIOD_ALIAS : 0u) |
                 (peak.inaccurate ? TOLIMAN_PERIOD_INACCURATE : 0u) |
                 // The sums contain the variance of the times, from which the span follows, but not the step.
-                (grid_flags(stream.grid(), period::cadence_of(stream)) & TOLIMAN_PERIOD_COARSE);
+                (grid_flags(stream.grid(), period::cadence_of(sampling)) & TOLIMAN_PERIOD_COARSE);
     out.frequency = peak.frequency;
     out.period = 1 / peak.frequency;
     out.power = peak.power;
@@ -33,7 +34,7 @@ inline toliman_period_peak public_peak(const period::Stream &stream, const perio
     out.amplitude_error = peak.amplitude_error;
     out.phase = peak.phase;
     out.offset = peak.offset;
-    out.log10_fap = log10_fap(period::Fap::baluev, period::sampling_of(stream), peak.log10_residual);
+    out.log10_fap = log10_fap(period::Fap::baluev, sampling, peak.log10_residual);
     out.period_error = peak.frequency_error / (peak.frequency * peak.frequency);
     return out;
 }

@@ -27,8 +27,7 @@ double dot(const double *a, const double *b, size_t n) noexcept {
 }
 
 void whiten(const double *image, const double *variance, size_t n, double *out) noexcept {
-    for (size_t i = 0; i < n; i++)
-        out[i] = image[i] / std::sqrt(variance[i]);
+    project_kernels().whiten(image, variance, n, out);
 }
 
 void project_out(const double *basis, size_t count, size_t n, double *vector) noexcept {

@@ -20,6 +20,9 @@ struct ProjectKernels {
 
     // The same for sum (a_i - reference_i) b_i; true if all a are finite.
     bool (*add_difference)(const double *a, const double *reference, const double *b, size_t n, Dot &dot) noexcept;
+
+    // As whiten() below.
+    void (*whiten)(const double *image, const double *variance, size_t n, double *out) noexcept;
 };
 TOLIMAN_ISA_DECLARE(ProjectKernels, project)
 

@@ -48,9 +48,22 @@ bool add_difference(const double *a, const double *reference, const double *b, s
     return bad == 0;
 }
 
+void whiten(const double *image, const double *variance, size_t n, double *out) noexcept {
+    constexpr size_t kBlock = 16;
+    double block[kBlock]; // since out may be image, compilers do not vectorise a loop that writes to out
+    size_t i = 0;
+    for (; i + kBlock <= n; i += kBlock) {
+        for (size_t p = 0; p < kBlock; p++)
+            block[p] = image[i + p] / __builtin_sqrt(variance[i + p]);
+        __builtin_memcpy(out + i, block, sizeof block);
+    }
+    for (; i < n; i++)
+        out[i] = image[i] / __builtin_sqrt(variance[i]);
+}
+
 } // namespace
 } // namespace TOLIMAN_ISA
 
-const ProjectKernels TOLIMAN_ISA_TABLE(project) = {TOLIMAN_ISA::add, TOLIMAN_ISA::add_difference};
+const ProjectKernels TOLIMAN_ISA_TABLE(project) = {TOLIMAN_ISA::add, TOLIMAN_ISA::add_difference, TOLIMAN_ISA::whiten};
 
 } // namespace toliman::kernels

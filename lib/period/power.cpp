@@ -79,13 +79,12 @@ PowerQuery::PowerQuery(const Stream &stream) noexcept
     : PowerQuery(stream, stream.grid().double_limb() ? kCoincidentDoubleLimb : kCoincident) {}
 
 PowerQuery::PowerQuery(const Stream &stream, long double coincident) noexcept
-    : stream_(stream), inverse_weight_(0), mean_(0), spread_(0), samples_over_weight_(0), noise_(0), error_(0),
-      coincident_(coincident) {
-    const Quad weight = stream.weight();
-    if (!(weight > 0))
+    : stream_(stream), weight_(stream.weight()), inverse_weight_(0), mean_(0), spread_(0), samples_over_weight_(0),
+      noise_(0), error_(0), coincident_(coincident) {
+    if (!(weight_ > 0))
         return;
-    inverse_weight_ = 1 / weight;
-    mean_ = stream.mean();
+    inverse_weight_ = 1 / weight_;
+    mean_ = stream.mean_sum() / weight_;
     spread_ = stream.spread();
     samples_over_weight_ = static_cast<long double>(stream.totals().count) * static_cast<long double>(inverse_weight_);
     // Quantisation of each term, plus the errors of cosine and sine. In double-limb terms these are cosine and sine of
@@ -263,7 +262,7 @@ bool PowerQuery::vectorisable() const noexcept {
 }
 
 // Powers by the vectorised kernel; kNeedsMore at the frequencies that it rejects.
-void PowerQuery::range_by_vectors(int64_t first, size_t count, double *power) const noexcept {
+size_t PowerQuery::range_by_vectors(int64_t first, size_t count, double *power) const noexcept {
     const Grid &grid = stream_.grid();
     const int64_t *lo[kernels::kSums], *hi[kernels::kSums];
     for (size_t sum = 0; sum < grid.sums(); sum++) {
@@ -271,14 +270,14 @@ void PowerQuery::range_by_vectors(int64_t first, size_t count, double *power) co
         hi[sum] = stream_.high(sum, first);
     }
     kernels::PowerShared shared = {};
-    shared.weight = static_cast<double>(stream_.weight());
+    shared.weight = static_cast<double>(weight_);
     shared.samples = stream_.totals().count;
     shared.mean_high = static_cast<double>(mean_);
     shared.mean_low = static_cast<double>(mean_ - static_cast<Quad>(shared.mean_high));
     shared.spread = static_cast<double>(spread_);
     shared.fixed_mean = grid.fixed_mean;
     const kernels::PowerKernels &known = kernels::power_kernels();
-    (grid.double_limb() ? known.power_double_limb : known.power)(lo, hi, count, shared, power);
+    return (grid.double_limb() ? known.power_double_limb : known.power)(lo, hi, count, shared, power);
 }
 
 // Returns whether some set of samples can have these moments: no negative eigenvalue, and explained variance at most
@@ -301,8 +300,8 @@ template <class Real> bool PowerQuery::consistent(const Moments<Real> &m) const 
     return best.rank == 0 || best.explained <= spread_ * (1 + std::fmax(kFloor, kMargin * bound));
 }
 
-void PowerQuery::check_power(int64_t k, double power) const {
-    if (stream_.retracted() && !stream_.rereferenced() && power >= 1 &&
+void PowerQuery::check_perfect(int64_t k) const {
+    if (stream_.retracted() && !stream_.rereferenced() &&
         !with_moments(k, [&](const auto &m) { return consistent(m); }))
         fail(Status::state, "the sums at frequency %g give a power above 1: a retracted sample was never pushed",
              frequency(k));
@@ -310,8 +309,8 @@ void PowerQuery::check_power(int64_t k, double power) const {
 
 void PowerQuery::range(int64_t first, size_t count, double *power) const noexcept {
     const bool vectorised = vectorisable();
-    if (vectorised)
-        range_by_vectors(first, count, power);
+    if (vectorised && range_by_vectors(first, count, power) == 0)
+        return;
     for (size_t i = 0; i < count; i++)
         if (!vectorised || power[i] == kernels::kNeedsMore)
             power[i] = at(first + static_cast<int64_t>(i));

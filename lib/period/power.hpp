@@ -47,7 +47,10 @@ class PowerQuery {
     // Powers at frequencies first, first + 1, ...; by a vectorised kernel wherever double keeps the power to 1e-13.
     void range(int64_t first, size_t count, double *power) const noexcept;
     // Fails with Status::state if the power at frequency k is 1 because the sums are inconsistent: see consistent().
-    void check_power(int64_t k, double power) const;
+    void check_power(int64_t k, double power) const {
+        if (power >= 1)
+            check_perfect(k);
+    }
     // Likewise for frequencies first, first + 1, ...
     void check_powers(int64_t first, size_t count) const;
     // Model at frequency k; requires meaningful().
@@ -85,12 +88,14 @@ class PowerQuery {
         return stream_.grid().f0 + stream_.grid().df * static_cast<double>(k);
     }
     template <class Real> bool consistent(const Moments<Real> &m) const noexcept;
+    void check_perfect(int64_t k) const; // of a power of 1
     bool vectorisable() const noexcept;
-    void range_by_vectors(int64_t first, size_t count, double *power) const noexcept;
+    // Returns the number of powers that need more precision than the vectorised kernel has.
+    size_t range_by_vectors(int64_t first, size_t count, double *power) const noexcept;
     long double min_spread() const noexcept;
 
     const Stream &stream_;
-    Quad inverse_weight_, mean_; // 1/W, Wy/W
+    Quad weight_, inverse_weight_, mean_; // W, 1/W, Wy/W
     long double spread_;
     long double samples_over_weight_; // count/W
     long double noise_;               // error of a sum divided by W: smaller eigenvalues are insignificant

@@ -14,7 +14,10 @@ Sampling sampling_of(const Stream &stream) noexcept {
 }
 
 Cadence cadence_of(const Stream &stream) noexcept {
-    const Sampling sampling = sampling_of(stream);
+    return cadence_of(sampling_of(stream));
+}
+
+Cadence cadence_of(const Sampling &sampling) noexcept {
     if (sampling.count == 0)
         return {0, 0};
     const double span = baseline(sampling.time_variance);

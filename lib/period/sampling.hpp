@@ -18,6 +18,7 @@ struct Cadence {
 
 // From the sums, assuming uniform coverage: span = sqrt(12 var t), step = span/N.
 Cadence cadence_of(const Stream &stream) noexcept;
+Cadence cadence_of(const Sampling &sampling) noexcept;
 // Exact step of an evenly spaced series with equal sigmas.
 double even_step(const Stream &stream) noexcept;
 // From finite times: the median step between distinct ones.

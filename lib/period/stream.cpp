@@ -331,10 +331,6 @@ Quad Stream::mean_sum() const noexcept {
                      carry_save_value<Quad>(totals_.value_low, totals_.value_low_high) * static_cast<Quad>(kLowUnit);
 }
 
-Quad Stream::mean() const noexcept {
-    return mean_sum() / weight();
-}
-
 // E[x^2] - E[x]^2 in 113 bits. Where the difference cancels more than half of them, (W Wxx - Wx^2)/W^2 from exact
 // products instead. 0 if all x are equal. (In double, an offset of 10^6 sigma made the variance wrong by 2e-4.)
 static long double variance_of(const ExactSum &w, const ExactSum &wx, const ExactSum &wxx) noexcept {

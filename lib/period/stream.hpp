@@ -104,7 +104,6 @@ class Stream {
     }
     Quad weight() const noexcept;   // W
     Quad mean_sum() const noexcept; // Wy, in units of value_bound
-    Quad mean() const noexcept;     // Wy/W
     // Returns whether some sample has a weight other than 1. No weight exceeds 1, so W = count only if all are 1.
     bool weighted() const noexcept { return totals_.w.value() != static_cast<Quad>(totals_.count); }
     // Returns whether a sample may have been retracted that was never pushed: after retract() or load().

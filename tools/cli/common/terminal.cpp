@@ -129,11 +129,14 @@ void Progress::show(const char *stage, double fraction, const std::string &note)
     draw(head + bar(fraction, columns > used ? columns - used : 0) + tail, columns);
 }
 
+bool Progress::is_due() const {
+    return style_ != Style::none && std::chrono::steady_clock::now() - last_ >= std::chrono::milliseconds(100);
+}
+
 void Progress::note(const char *stage, const std::string &text) {
-    const auto now = std::chrono::steady_clock::now();
-    if (style_ == Style::none || now - last_ < std::chrono::milliseconds(100))
+    if (!is_due())
         return;
-    last_ = now;
+    last_ = std::chrono::steady_clock::now();
     if (style_ == Style::json)
         std::fprintf(stderr, "{\"progress\":\"%s\",\"note\":\"%s\"}\n", stage, text.c_str());
     else

@@ -29,8 +29,9 @@ class Progress {
     ~Progress();
     // note: a few words after the bar, of printable characters without quotes.
     void show(const char *stage, double fraction, const std::string &note = "");
-    // The same without a bar, for work of unknown length.
+    // The same without a bar, for work of unknown length. Whether a note would be drawn now: is_due().
     void note(const char *stage, const std::string &text);
+    bool is_due() const;
     // Prints the final result on a terminal. It is not redrawn, so it is not truncated.
     void close(const char *stage, const std::string &text);
     // Erases the bar, so that the next message starts at the beginning of the line.

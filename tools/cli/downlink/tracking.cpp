@@ -140,8 +140,11 @@ void Tracking::flush() {
         settle(frames[i], origins[i].place, outcomes[i]);
     if (status != TOLIMAN_OK)
         throw error;
-    if (since_update_ >= options_.every)
-        progress_.note("track", update(Fit::none));
+    if (since_update_ >= options_.every) {
+        const PeriodFacts period = update(Fit::none);
+        if (progress_.is_due())
+            progress_.note("track", summary(period));
+    }
     if (records_ - saved_ >= kCheckpoint) {
         check(toliman_track_save(tracker_.get()));
         saved_ = records_;
@@ -209,7 +212,7 @@ void Tracking::report(Severity severity, const std::string &warning, const std::
     say(Json("schema", "toliman-track-warning/1", "warning", warning, "input", input, "text", text).line());
 }
 
-std::string Tracking::update(Fit fit) {
+PeriodFacts Tracking::update(Fit fit) {
     since_update_ = 0;
     const PeriodFacts period(tracker_, fit);
     Json line("schema", "toliman-track-update/2");
@@ -221,6 +224,10 @@ std::string Tracking::update(Fit fit) {
              reasons_[TOLIMAN_INGEST_REASON_CLOCK_JUMP], "long_files", reasons_[TOLIMAN_INGEST_REASON_EXTRA_BYTES],
              "unreadable_inputs", unreadable_, "passed_over", skipped_);
     say(line.line());
+    return period;
+}
+
+std::string Tracking::summary(const PeriodFacts &period) const {
     const std::string skipped = skipped_ > 0 ? ", " + std::to_string(skipped_) + " skipped" : "";
     return period.text() + ", " + std::to_string(info_of(tracker_).accepted) + " frames" + skipped;
 }
@@ -240,10 +247,10 @@ void Tracking::conclude() {
                        "--dtype, --bit-depth and --shape");
 }
 
-void Tracking::say(const std::string &text) {
+void Tracking::say(std::string text) {
     if (lines_.empty())
         oldest_ = std::chrono::steady_clock::now();
-    lines_.push_back({records_, text});
+    lines_.push_back({records_, std::move(text)});
 }
 
 void Tracking::print_acknowledged() {
@@ -269,7 +276,7 @@ void Tracking::wait() {
 
 void Tracking::end() {
     flush();
-    const std::string result = update(Fit::made);
+    const std::string result = summary(update(Fit::made));
     try {
         check(toliman_track_save(tracker_.get()));
     } catch (const std::exception &error) {
@@ -295,7 +302,7 @@ bool Tracking::remove_unused() {
 void Tracking::rescue() {
     try {
         flush();
-        const std::string result = update(Fit::none);
+        const std::string result = summary(update(Fit::none));
         check(toliman_track_save(tracker_.get()));
         const bool is_kept = !remove_unused();
         ending_of([this] { print_acknowledged(); }); // also if standard output is closed

@@ -57,10 +57,11 @@ class Tracking {
     void reject(const toliman_frame &frame, const std::string &place, const toliman_ingest_event &event);
     void warn_if_far(const std::string &place, double value);
     void note_unknown_exposure(const std::string &place);
-    std::string update(Fit fit); // prints it and returns it as text
+    PeriodFacts update(Fit fit); // prints it
+    std::string summary(const PeriodFacts &period) const;
     bool remove_unused();
     void conclude();
-    void say(const std::string &text);
+    void say(std::string text);
     void print_acknowledged();
     void warn(const std::string &place, const std::string &text);
 
