@@ -35,6 +35,10 @@ struct PowerKernels {
     // The same for double-limb sums, lo and hi [kSums]. YCLowest and YSLowest, at most 2^-101 samples, are ignored.
     size_t (*power_double_limb)(const int64_t *const *lo, const int64_t *const *hi, size_t n, const PowerShared &shared,
                                 double *power) noexcept;
+
+    // Given     values [n]
+    // Returned  whether one is at least `limit`
+    bool (*any_reaches)(const double *values, size_t n, double limit) noexcept;
 };
 TOLIMAN_ISA_DECLARE(PowerKernels, power)
 

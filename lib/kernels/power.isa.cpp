@@ -181,9 +181,18 @@ size_t power(const int64_t *const *lo, const int64_t *const *hi, size_t n, const
                                                                                                  out);
 }
 
+// Without branches, so that it vectorises.
+bool any_reaches(const double *values, size_t n, double limit) noexcept {
+    uint64_t reached = 0;
+    for (size_t i = 0; i < n; i++)
+        reached |= static_cast<uint64_t>(values[i] >= limit);
+    return reached != 0;
+}
+
 } // namespace
 } // namespace TOLIMAN_ISA
 
-const PowerKernels TOLIMAN_ISA_TABLE(power) = {TOLIMAN_ISA::power<false>, TOLIMAN_ISA::power<true>};
+const PowerKernels TOLIMAN_ISA_TABLE(power) = {TOLIMAN_ISA::power<false>, TOLIMAN_ISA::power<true>,
+                                               TOLIMAN_ISA::any_reaches};
 
 } // namespace toliman::kernels

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <limits>
 
+#include "kernels/power.hpp"
 #include "period/power.hpp"
 
 namespace toliman::period {
@@ -31,17 +32,21 @@ double crossing(const PowerQuery &query, int64_t nf, int64_t top, double here, i
     return std::numeric_limits<double>::infinity();
 }
 
-// Calls work(k, power) for every frequency of the grid, in order.
-template <class Work> void each_power(const PowerQuery &query, int64_t nf, Work work) {
+bool any_reaches(const double *powers, int64_t count, double limit) noexcept {
+    return kernels::power_kernels().any_reaches(powers, static_cast<size_t>(count), limit);
+}
+
+// Calls work(first, powers, count) for the frequencies of the grid, in order, some at a time.
+template <class Work> void each_range(const PowerQuery &query, int64_t nf, Work work) {
     constexpr int64_t kAtOnce = 512;
     double powers[kAtOnce];
     for (int64_t first = 0; first < nf; first += kAtOnce) {
         const int64_t count = std::min(kAtOnce, nf - first);
         query.range(first, static_cast<size_t>(count), powers);
-        for (int64_t i = 0; i < count; i++) {
-            query.check_power(first + i, powers[i]);
-            work(first + i, powers[i]);
-        }
+        if (any_reaches(powers, count, 1))
+            for (int64_t i = 0; i < count; i++)
+                query.check_power(first + i, powers[i]);
+        work(first, powers, count);
     }
 }
 
@@ -112,10 +117,13 @@ Peak find_peak(const Stream &stream) {
     check_meaningful(query, stream);
     int64_t top = 0;
     double highest = -1;
-    each_power(query, stream.grid().nf, [&](int64_t k, double power) {
-        if (power > highest) {
-            highest = power;
-            top = k;
+    each_range(query, stream.grid().nf, [&](int64_t first, const double *powers, int64_t count) {
+        if (!any_reaches(powers, count, highest))
+            return;
+        const double *const most = std::max_element(powers, powers + count);
+        if (*most > highest) {
+            highest = *most;
+            top = first + (most - powers);
         }
     });
     return refined(query, stream.grid(), top);
@@ -140,11 +148,13 @@ size_t find_peaks(const Stream &stream, size_t most, Peak *peaks) {
     };
     double before = -1, here = -1;
     const int64_t nf = stream.grid().nf;
-    each_power(query, nf, [&](int64_t k, double power) {
-        if (k > 0 && here > before && here >= power)
-            keep(k - 1, here);
-        before = here;
-        here = power;
+    each_range(query, nf, [&](int64_t first, const double *powers, int64_t some) {
+        for (int64_t i = 0; i < some; i++) {
+            if (first + i > 0 && here > before && here >= powers[i])
+                keep(first + i - 1, here);
+            before = here;
+            here = powers[i];
+        }
     });
     if (here > before)
         keep(nf - 1, here);

@@ -300,8 +300,8 @@ template <class Real> bool PowerQuery::consistent(const Moments<Real> &m) const 
     return best.rank == 0 || best.explained <= spread_ * (1 + std::fmax(kFloor, kMargin * bound));
 }
 
-void PowerQuery::check_perfect(int64_t k) const {
-    if (stream_.retracted() && !stream_.rereferenced() &&
+void PowerQuery::check_power(int64_t k, double power) const {
+    if (stream_.retracted() && !stream_.rereferenced() && power >= 1 &&
         !with_moments(k, [&](const auto &m) { return consistent(m); }))
         fail(Status::state, "the sums at frequency %g give a power above 1: a retracted sample was never pushed",
              frequency(k));

@@ -47,10 +47,7 @@ class PowerQuery {
     // Powers at frequencies first, first + 1, ...; by a vectorised kernel wherever double keeps the power to 1e-13.
     void range(int64_t first, size_t count, double *power) const noexcept;
     // Fails with Status::state if the power at frequency k is 1 because the sums are inconsistent: see consistent().
-    void check_power(int64_t k, double power) const {
-        if (power >= 1)
-            check_perfect(k);
-    }
+    void check_power(int64_t k, double power) const;
     // Likewise for frequencies first, first + 1, ...
     void check_powers(int64_t first, size_t count) const;
     // Model at frequency k; requires meaningful().
@@ -88,7 +85,6 @@ class PowerQuery {
         return stream_.grid().f0 + stream_.grid().df * static_cast<double>(k);
     }
     template <class Real> bool consistent(const Moments<Real> &m) const noexcept;
-    void check_perfect(int64_t k) const; // of a power of 1
     bool vectorisable() const noexcept;
     // Returns the number of powers that need more precision than the vectorised kernel has.
     size_t range_by_vectors(int64_t first, size_t count, double *power) const noexcept;

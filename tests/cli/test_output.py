@@ -1,11 +1,25 @@
-"""Files that the program replaces: stale temporaries, permissions, and which file an error names."""
+"""Files that the program replaces: stale temporaries, permissions, and which file an error names; the text of JSON."""
 import json
 import os
 import select
 import subprocess
 import unittest
 
-from program import PROGRAM, TINY, ProgramTest
+from program import PROGRAM, SCENES, TINY, ProgramTest
+
+
+def json_text(value, tabs=1):
+    """What the program prints for a value: one member per line; 15 digits, or 17 if these are another number."""
+    if isinstance(value, dict):
+        members = (f"{chr(9) * tabs}{json_text(key)}:\t{json_text(member, tabs + 1)}" for key, member in value.items())
+        return "{\n" + ",\n".join(members) + "\n" + "\t" * (tabs - 1) + "}"
+    if isinstance(value, list):
+        return "[" + ", ".join(json_text(item, tabs + 1) for item in value) + "]"
+    if isinstance(value, float):
+        short = "%.15g" % value
+        is_same = abs(float(short) - value) <= 2**-52 * max(abs(float(short)), abs(value))
+        return short if is_same else "%.17g" % value
+    return json.dumps(value, ensure_ascii=False)
 
 
 class Output(ProgramTest):
@@ -22,6 +36,15 @@ class Output(ProgramTest):
         for number in range(3, 100):
             (self.folder / f"x.npy.{number}.tmp").touch()
         self.refuse(6, "x.npy: cannot be written: ", "x.npy.99.tmp: ", arguments=("psf", "scene.json", "--out", "x.npy"))
+
+    def test_json(self):
+        name = 'a"b\\c\x01\t\x7f\u00e9, {[:.json'
+        (self.folder / name).write_text(json.dumps(TINY))
+        for arguments in (("plan", name), ("period", SCENES.parent / "data" / "nu_oph_rv.csv", "--peaks", "3")):
+            with self.subTest(arguments[0]):
+                out = self.succeed(*arguments, "--json")
+                self.assertEqual(out, json_text(json.loads(out)) + "\n")
+        self.assertEqual(json.loads(self.succeed("plan", name, "--json"))["scene"], name)
 
     def test_permissions_are_kept(self):
         for mode in (0o600, 0o666):

@@ -35,8 +35,8 @@ double shim_dot(const double *a, const double *b, size_t n) {
     return toliman::kernels::dot(a, b, n);
 }
 
-void shim_whiten(const double *image, const double *variance, size_t n, double *out) {
-    toliman::kernels::whiten(image, variance, n, out);
+void shim_whiten(size_t isa, const double *image, const double *variance, size_t n, double *out) {
+    table(isa).whiten(image, variance, n, out);
 }
 
 void shim_project_out(const double *units, size_t count, size_t n, double *vector) {

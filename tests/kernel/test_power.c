@@ -9,6 +9,7 @@
 int shim_power_isas(void);
 size_t shim_power(int isa, int double_limb, const int64_t *const *lo, const int64_t *const *hi, size_t n, double weight,
                   int64_t samples, double mean_high, double mean_low, double spread, int fixed_mean, double *power);
+int shim_any_reaches(int isa, const double *values, size_t n, double limit);
 
 enum {
     N = 203,
@@ -152,12 +153,27 @@ static void test_values_far_below_their_bound(void **unused) {
     check(1e6, 1e-12, 1e-12);
 }
 
+static void test_any_reaches(void **unused) {
+    (void)unused;
+    enum { MOST = 37 };
+    for (int isa = 0; isa < shim_power_isas(); isa++)
+        for (size_t n = 0; n <= MOST; n++) {
+            double values[MOST] = {0};
+            assert_false(shim_any_reaches(isa, values, n, 0x1p-1074));
+            for (size_t k = 0; k < n; k++) {
+                values[k] = 0.25;
+                assert_true(shim_any_reaches(isa, values, n, 0.25));
+                assert_false(shim_any_reaches(isa, values, n, 0.25 + 0x1p-54));
+                values[k] = 0;
+            }
+        }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_latents),
-        cmocka_unit_test(test_many_samples),
-        cmocka_unit_test(test_mean_far_off),
-        cmocka_unit_test(test_values_far_below_their_bound),
+        cmocka_unit_test(test_latents),      cmocka_unit_test(test_many_samples),
+        cmocka_unit_test(test_mean_far_off), cmocka_unit_test(test_values_far_below_their_bound),
+        cmocka_unit_test(test_any_reaches),
     };
     return cmocka_run_group_tests_name("power", tests, NULL, NULL);
 }

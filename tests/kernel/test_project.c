@@ -10,7 +10,7 @@ size_t shim_isas(void);
 double shim_dot(const double *a, const double *b, size_t n);
 double shim_dot_difference(size_t isa, const double *a, const double *reference, const double *b, size_t n,
                            size_t first);
-void shim_whiten(const double *image, const double *variance, size_t n, double *out);
+void shim_whiten(size_t isa, const double *image, const double *variance, size_t n, double *out);
 void shim_project_out(const double *units, size_t count, size_t n, double *vector);
 size_t shim_orthonormalise(double *vectors, size_t count, size_t n);
 
@@ -91,15 +91,24 @@ static void dots_of_differences(void **state) {
         }
 }
 
+/* The bits of a plain loop, of any length, also in place. */
 static void whiten_divides_by_the_deviation(void **state) {
     (void)state;
-    double image[5] = {3, -1, 0, 1e9, 7}, out[5];
-    const double variance[5] = {4, 0.25, 9, 1e18, 1e-6}, expected[5] = {1.5, -2, 0, 1, 7000};
-    shim_whiten(image, variance, 5, out);
-    for (size_t i = 0; i < 5; i++)
-        assert_close(out[i], expected[i], 2 * DBL_EPSILON, 0);
-    shim_whiten(image, variance, 5, image);
-    assert_memory_equal(image, out, sizeof out);
+    enum { MOST = 67 };
+    double image[MOST], variance[MOST], expected[MOST], out[MOST];
+    uint64_t seed = 41;
+    for (size_t isa = 0; isa < shim_isas(); isa++)
+        for (size_t n = 0; n <= MOST; n++) {
+            for (size_t i = 0; i < n; i++) {
+                image[i] = 1e9 * uniform_signed(&seed);
+                variance[i] = 1e-6 + 1e9 * fabs(uniform_signed(&seed));
+                expected[i] = image[i] / sqrt(variance[i]);
+            }
+            shim_whiten(isa, image, variance, n, out);
+            assert_memory_equal(out, expected, n * sizeof *out);
+            shim_whiten(isa, image, variance, n, image);
+            assert_memory_equal(image, expected, n * sizeof *image);
+        }
 }
 
 /* Four vectors within 1e-6 of each other. */
