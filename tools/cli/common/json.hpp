@@ -36,7 +36,7 @@ class Json {
         if constexpr (sizeof...(members) > 0)
             set(members...);
     }
-    // Values: bool, integers (with all digits), double (15 digits, or 17 if these are other bits; null if not finite),
+    // Values: bool, integers (with all digits), double (15 digits, 17 if 15 are another number; null if not finite),
     // Exact, text, Json, JsonTree (null if empty), and optional values (null if empty) and vectors of these.
     template <class Value, class... More> Json &set(const char *name, const Value &value, const More &...more) {
         if (!members_.empty())
