@@ -147,14 +147,14 @@ void Preprocess::derive() {
                            &basis[(r * projected + k) * kSide], kernels::to_float32);
     target32.assign(target.begin(), target.end());
     target_square = kernels::residual_kernels().inner(target.data(), target.data(), kPixels);
+    whitening.assign(kPixels, 1.0);
+    kernels::whiten(whitening.data(), variance.data(), kPixels, whitening.data());
     offset = reference;
-    factor.assign(kPixels, 1.0);
-    if (input == Input::whitened)
-        return kernels::whiten(factor.data(), variance.data(), kPixels, factor.data());
+    factor = whitening;
     if (input == Input::residual) {
         const double sum = std::accumulate(variance.begin(), variance.end(), 0.0);
         factor.assign(kPixels, 1 / std::sqrt(sum / static_cast<double>(kPixels)));
-    } else {
+    } else if (input == Input::raw) {
         const auto [darkest, brightest] = std::minmax_element(reference.begin(), reference.end());
         const double low = *darkest, range = *brightest - low;
         offset.assign(kPixels, low);
@@ -219,18 +219,21 @@ void Preprocess::apply(ImageView<const double> frame, Work &work, float *out) co
     }
 }
 
-double Preprocess::chi_square(ImageView<const double> frame, size_t i, Work &work) const {
+double Preprocess::chi_square(ImageView<const double> frame, size_t i, const Work &work) const {
     const kernels::ResidualKernels &kernel = kernels::residual_kernels();
-    if (work.residual.size() < (i + 1) * kResidualStride)
-        work.residual.resize((i + 1) * kResidualStride);
-    float *const residual = &work.residual[i * kResidualStride];
-    for (size_t p = 0; p < kPixels && projected == 0; p++) { // otherwise band() has left it there
-        const double counts = frame.row(crop_row + p / kSide)[crop_col + p % kSide];
-        residual[p] = static_cast<float>((counts - reference[p]) / std::sqrt(variance[p]));
+    double along = 0, square = 0;
+    for (size_t r = 0; r < kSide; r++) {
+        float whitened[kSide];
+        const float *residual = whitened;
+        if (projected > 0) // whitened and projected by band()
+            residual = &work.residual[i * kResidualStride + r * kSide];
+        else
+            kernel.scaled_residual(frame.row(crop_row + r) + crop_col, &reference[r * kSide], &whitening[r * kSide], 1,
+                                   kSide, whitened);
+        along += kernel.inner_float(&target32[r * kSide], residual, kSide);
+        square += kernel.inner_float(residual, residual, kSide);
     }
-    const double along = target_square > 0 ? kernel.inner_float(target32.data(), residual, kPixels) : 0;
-    const double square =
-        kernel.inner_float(residual, residual, kPixels) - (target_square > 0 ? along / target_square * along : 0);
+    square -= target_square > 0 ? along / target_square * along : 0;
     if (!std::isfinite(square))
         return std::numeric_limits<double>::infinity();
     return std::max(square, 0.0) / static_cast<double>(kPixels - projected - (target_square > 0 ? 1 : 0));

@@ -41,6 +41,7 @@ struct Preprocess {
     Buffer<double> nuisance_basis; // [projected][pixels], orthonormal basis of the whitened nuisance images
     Buffer<float> basis;           // derived: [256 rows][projected][256], nuisance_basis as float32, which is exact
     Buffer<float> target32;        // derived: target as float32, which is exact
+    Buffer<double> whitening;      // derived: 1/sqrt(variance)
     Buffer<double> offset, factor; // derived: input = (counts - offset) factor, before the projection
     double target_square = 0;      // derived: |target|^2
 
@@ -74,7 +75,7 @@ struct Preprocess {
     // Reduced chi-square of the crop's whitened residual r, after the fit of nuisances u_k and target t, for any input:
     //     |r - sum_k <u_k, r> u_k - <t, r> t/|t|^2|^2 / (pixels - projected - 1)
     // +infinity if it overflows. Call it after all bands, for frame i of those that were processed together.
-    double chi_square(ImageView<const double> frame, size_t i, Work &work) const;
+    double chi_square(ImageView<const double> frame, size_t i, const Work &work) const;
 
     // FNV-1a of everything that determines the input.
     uint64_t digest() const noexcept;
