@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <mutex>
 
 #include "base/constants.hpp"
 #include "base/workers.hpp"
@@ -72,9 +73,37 @@ std::vector<FieldProduct> products_of(const std::vector<Order> &orders, size_t f
     return products;
 }
 
+// Transforms that no thread uses at present. Each holds several megabytes, so that a thread's next chunk takes that of
+// its last one.
+class Transforms {
+  public:
+    Transforms(const Engine &engine, const Grid &grid, size_t fields) : engine_(engine), grid_(grid), fields_(fields) {}
+    std::unique_ptr<Transform> take() {
+        {
+            const std::lock_guard<std::mutex> lock(mutex_);
+            if (!idle_.empty()) {
+                std::unique_ptr<Transform> transform = std::move(idle_.back());
+                idle_.pop_back();
+                return transform;
+            }
+        }
+        return engine_(grid_, fields_);
+    }
+    void give_back(std::unique_ptr<Transform> transform) {
+        const std::lock_guard<std::mutex> lock(mutex_);
+        idle_.push_back(std::move(transform));
+    }
+
+  private:
+    const Engine &engine_;
+    const Grid &grid_;
+    size_t fields_;
+    std::mutex mutex_;
+    std::vector<std::unique_ptr<Transform>> idle_;
+};
+
 // Shared by all threads.
 struct Task {
-    const Engine &engine;
     const Light &light;
     const Grid &grid;
     size_t star;
@@ -89,7 +118,7 @@ struct Task {
 // One chunk of the wavelengths, on one thread: work space for the fields of one wavelength, and the chunk's images.
 class Chunk {
   public:
-    explicit Chunk(const Task &task);
+    Chunk(const Task &task, Transform &transform);
     void add(size_t wavelength);
     std::vector<Buffer<double>> release() noexcept { return std::move(images_); }
 
@@ -99,13 +128,13 @@ class Chunk {
     const Task &task_;
     std::vector<FieldTerm> terms_;
     std::vector<FieldProduct> weighted_; // task_.products times the weight of the wavelength
-    std::unique_ptr<Transform> transform_;
+    Transform &transform_;
     std::vector<Buffer<double>> images_;
     std::vector<double *> image_of_;
 };
 
-Chunk::Chunk(const Task &task)
-    : task_(task), weighted_(task.products), transform_(task.engine(task.grid, task.images())),
+Chunk::Chunk(const Task &task, Transform &transform)
+    : task_(task), weighted_(task.products), transform_(transform),
       images_(task.images(), Buffer<double>(task.grid.rows * task.grid.cols)) {
     for (Buffer<double> &image : images_)
         image_of_.push_back(image.data());
@@ -132,14 +161,14 @@ void Chunk::add(size_t wavelength) {
     if (photons == 0)
         return;
     const long double wavenumber = 1 / static_cast<long double>(task_.light.wavelength_m[wavelength]);
-    const Pupil &pupil = transform_->pupil(wavenumber);
+    const Pupil &pupil = transform_.pupil(wavenumber);
     const long double step = step_of(pupil, task_.grid, wavenumber);
     const auto weight = static_cast<double>(photons * step * step / pupil.area);
     set_terms(pupil, wavenumber);
-    transform_->transform(wavenumber, task_.offset, terms_);
+    transform_.transform(wavenumber, task_.offset, terms_);
     for (size_t i = 0; i < weighted_.size(); i++)
         weighted_[i].factor = weight * task_.products[i].factor;
-    transform_->accumulate(weighted_, image_of_.data());
+    transform_.accumulate(weighted_, image_of_.data());
 }
 
 // Derivative of I(u / (1 + s)) / (1 + s)^2 by s at s = 0: -u . grad I - 2 I. The gradient of an image is minus its
@@ -169,7 +198,7 @@ const Buffer<double> &StarImages::at(size_t along, size_t across) const noexcept
 
 StarImages propagate(const Engine &engine, const Light &light, const Grid &grid, size_t star, double displacement_px,
                      const ImageRequest &request, unsigned workers, const std::function<void(double)> &on_progress) {
-    Task task = {engine, light, grid, star, {}, orders_of(request), {}, 0};
+    Task task = {light, grid, star, {}, orders_of(request), {}, 0};
     if (request.focus)
         task.focus_orders = request.focus_curve ? 2 : 1;
     for (size_t axis = 0; axis < 2; axis++)
@@ -178,13 +207,16 @@ StarImages propagate(const Engine &engine, const Light &light, const Grid &grid,
 
     const size_t count = light.wavelength_m.size();
     std::vector<std::vector<Buffer<double>>> parts(std::min(count, kWavelengthChunks));
+    Transforms transforms(engine, grid, task.images());
     run_jobs(
         workers, parts.size(),
         [&](size_t part) {
-            Chunk chunk(task);
+            std::unique_ptr<Transform> transform = transforms.take();
+            Chunk chunk(task, *transform);
             for (size_t i = part; i < count; i += parts.size())
                 chunk.add(i);
             parts[part] = chunk.release();
+            transforms.give_back(std::move(transform));
         },
         on_progress);
     for (size_t part = 1; part < parts.size(); part++)
