@@ -26,7 +26,7 @@ namespace {
 
 constexpr size_t kExtraTerms = 24; // Chebyshev terms beyond phi: the sum of all further terms is below 1e-13
 constexpr size_t kGridSide = 16;   // points per side of the grid on which errors are predicted
-constexpr size_t kRoughNodes = 6;  // give the peak to a few per cent
+constexpr size_t kRoughNodes = 4;  // give the peak to a few per cent, near the stars, where phi is small
 
 // The band in 1/lambda.
 struct WavenumberBand {

@@ -1,5 +1,6 @@
 // Method: each approximation is the cheapest whose predicted error is within the scene's accuracy.
-//   wavelengths   the fewest Chebyshev nodes in 1/lambda, by node_errors() (nodes.cpp).
+//   wavelengths   the fewest Chebyshev nodes in 1/lambda, by node_errors() (nodes.cpp), computed with every other pupil
+//                 sample where these suffice.
 //   expansion     an image has no spatial frequency above f_c = D p / lambda_min cycles per pixel, p the pixel scale.
 //                 By Bernstein's inequality max |I_(n+1)| <= (2 pi f_c)^n max |I_1|: the first omitted term of the
 //                 expansion of order n in a displacement d, relative to the signal d I_1, is at most
@@ -33,6 +34,11 @@ constexpr double kWorstPixelSigmas = 4; // standard deviations of the worst pixe
 constexpr size_t kMinOrder = 2, kMaxOrder = 8;
 constexpr double kMinAnchorDays = 1e-3;
 
+// A pupil for estimates has at least kFewestRoughSamples samples and kRoughSampleMargin times those needed to avoid
+// aliases. Measured on 137 scenes: its peak is within 7 %, and the errors of nodes are 0.8 to 1.5 times those of the
+// whole pupil.
+constexpr double kFewestRoughSamples = 128, kRoughSampleMargin = 1.5;
+
 // Cost model: operations per pupil cell and per pixel in addition to the matrix products, and rates of one core of a
 // 2020s server. The estimate is a guide only.
 constexpr double kFieldFlops = 60, kImageFlops = 12; // per cell, per pixel
@@ -50,8 +56,9 @@ double cutoff_of(const Pupil &pupil, const Light &light, const Grid &pixels) noe
 }
 
 // The discrete transform is periodic: images repeat every N lambda/D (matrix DFT) or every side of the padded array
-// (FFT). Every pixel must be nearer to a star than to any of its aliases, wherever the star moves.
-void refuse_aliases(const Scene &scene, const Pupil &pupil, const Light &farthest, const Plan &plan) {
+// (FFT). Every pixel must be nearer to a star than to any of its aliases, wherever the star moves. Returns the fewest
+// samples with which it is.
+double refuse_aliases(const Scene &scene, const Pupil &pupil, const Light &farthest, const Plan &plan) {
     const Grid grid = sampling_grid(plan.pixels, plan.filter);
     const auto finer = static_cast<double>(plan.filter.oversampling);
     const double half[2] = {static_cast<double>(grid.cols) / finer / 2, static_cast<double>(grid.rows) / finer / 2};
@@ -80,6 +87,13 @@ void refuse_aliases(const Scene &scene, const Pupil &pupil, const Light &farthes
              needed > static_cast<double>(kMostPupilSamples)
                  ? "; the maximum is 2048: reduce detector.shape or detector.pixel_scale_arcsec"
                  : "");
+    return needed;
+}
+
+// The pupil for estimates of images: every other cell, if these keep aliases well outside the frame and resolve a mask.
+Pupil pupil_for_estimates(const Pupil &pupil, double needed) {
+    const double fewest = std::max(kFewestRoughSamples, kRoughSampleMargin * needed);
+    return static_cast<double>(pupil.samples) >= 2 * fewest ? halved(pupil) : pupil;
 }
 
 // The padded FFT resamples the pupil at each wavelength and propagates each of the scene's wavelengths.
@@ -327,9 +341,9 @@ Plan make_plan(const Scene &scene, const Pupil &pupil, const Light &light, Engin
     if (engine == EngineKind::padded_fft)
         check_padded_fft(scene, light, plan);
     const Light on_orbit = farthest_on_orbit(scene, light), farthest = farthest_with_shifts(scene, on_orbit);
-    refuse_aliases(scene, pupil, farthest, plan);
-    const double peak = rough_peak(pupil, light, plan.pixels, workers);
-    choose_wavelengths(scene, pupil, farthest, peak, workers, plan);
+    const Pupil coarse = pupil_for_estimates(pupil, refuse_aliases(scene, pupil, farthest, plan));
+    const double peak = rough_peak(coarse, light, plan.pixels, workers);
+    choose_wavelengths(scene, coarse, farthest, peak, workers, plan);
     plan.pupil_error = pupil_error(pupil, light, plan.pixels, peak);
     choose_displacement_order(scene, pupil, light, plan);
     if (scene.systematics.any())

@@ -194,4 +194,21 @@ Pupil make_pupil(const Scene &scene, size_t samples) {
     return pupil;
 }
 
+// The cells kept are off the centre by half a cell, which changes only the phase of the focal field.
+Pupil halved(const Pupil &pupil) {
+    const size_t n = pupil.samples, h = (n + 1) / 2;
+    Pupil result;
+    result.samples = h;
+    result.aperture_m = pupil.aperture_m * static_cast<double>(2 * h) / static_cast<double>(n);
+    result.area = pupil.area / 4;
+    for (Buffer<double> *map : {&result.amplitude, &result.opd_m})
+        map->resize(h * h);
+    for (size_t row = 0; row < h; row++)
+        for (size_t col = 0; col < h; col++) {
+            result.amplitude[row * h + col] = pupil.amplitude[2 * (row * n + col)];
+            result.opd_m[row * h + col] = pupil.opd_m[2 * (row * n + col)];
+        }
+    return result;
+}
+
 } // namespace toliman::optics

@@ -17,4 +17,8 @@ struct Pupil {
 // The scene's pupil in samples x samples cells. Files must have exactly that many.
 Pupil make_pupil(const Scene &scene, size_t samples);
 
+// Every other cell in both axes, for estimates of images: the same pupil with cells twice as wide. The defocus is
+// empty.
+Pupil halved(const Pupil &pupil);
+
 } // namespace toliman::optics

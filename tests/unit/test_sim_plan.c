@@ -70,6 +70,7 @@ static const variation kVariations[] = {
     {1e-9, 0.2, 550, 600, 1, 64, 96, true, true},      {1e-6, 0.375, 530, 640, 2, 48, 96, true, true},
     {1e-9, 0.6, 550, 600, 1, 48, 160, true, true},     {1e-9, 0.1, 500, 700, 2, 80, 64, true, false},
     {1e-5, 0.375, 580, 590, 0.5, 64, 128, true, true}, {1e-9, 0.05, 530, 640, 1, 65, 49, false, true},
+    {1e-9, 0.375, 550, 600, 1, 64, 256, true, false},  {1e-6, 0.375, 530, 640, 2, 64, 257, false, false},
 };
 
 /* Against every wavelength and a pixel filter at double precision. */
@@ -93,6 +94,26 @@ static void predictions_hold(void **state) {
         toliman_sim_destroy(exact);
         toliman_sim_destroy(sim);
     }
+}
+
+/* From 256 samples on, half of them predict the errors that the whole pupil predicts. */
+static void coarse_predictions_agree(void **state) {
+    (void)state;
+    const double accuracies[] = {1e-3, 1e-5, 1e-7, 1e-9, 1e-11};
+    for (size_t i = 0; i < sizeof accuracies / sizeof *accuracies; i++)
+        for (int mask = 0; mask < 2; mask++) {
+            const variation v = {accuracies[i], 0.375, 550, 600, 1, 64, 0, mask != 0, false};
+            toliman_sim *const whole = varied(&v, 254), *const coarse = varied(&v, 256);
+            const toliman_sim_plan_info a = plan_of(whole), b = plan_of(coarse);
+            print_message("accuracy %g: %d or %d nodes, predicted %.3g or %.3g, pupil %.3g or %.3g\n", accuracies[i],
+                          a.wavelengths, b.wavelengths, a.spectrum_error, b.spectrum_error, a.pupil_error,
+                          b.pupil_error);
+            assert_int_equal(a.wavelengths, b.wavelengths);
+            assert_close(b.spectrum_error, a.spectrum_error, 0.3, 0);
+            assert_close(b.pupil_error, a.pupil_error, 0.1, 0); /* inversely as the square root of the peak */
+            toliman_sim_destroy(whole);
+            toliman_sim_destroy(coarse);
+        }
 }
 
 /* Against a pupil with four times the samples. */
@@ -439,6 +460,7 @@ static void tiny_pixels_need_no_filter(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(predictions_hold),
+        cmocka_unit_test(coarse_predictions_agree),
         cmocka_unit_test(pupil_errors_hold),
         cmocka_unit_test(cost_of_stages_is_planned),
         cmocka_unit_test(memory_includes_all_workers),
