@@ -275,7 +275,8 @@ module toliman
         real(c_double) :: rounding_error = 0.0_c_double ! error of double precision
         real(c_double) :: setup_flops = 0.0_c_double ! floating-point operations of the setup (all images, once)
         real(c_double) :: frame_flops = 0.0_c_double ! floating-point operations of each expected frame, without noise
-        real(c_double) :: bytes = 0.0_c_double ! memory, with one frame in work per worker thread
+        ! memory for frames, with one in work per worker thread; bounds may take half as much again
+        real(c_double) :: bytes = 0.0_c_double
         ! expected seconds on one core of this machine, with noise; a rough guide
         real(c_double) :: setup_s = 0.0_c_double
         real(c_double) :: frame_s = 0.0_c_double

@@ -233,7 +233,8 @@ typedef struct toliman_sim_plan_info {
     double rounding_error;     /* error of double precision */
     double setup_flops;        /* floating-point operations of the setup (all images, once) */
     double frame_flops;        /* floating-point operations of each expected frame, without noise */
-    double bytes;              /* memory, with one frame in work per worker thread */
+    double bytes;              /* memory for frames, with one in work per worker thread; bounds may take half as
+                                  much again */
     double setup_s, frame_s;   /* expected seconds on one core of this machine, with noise; a rough guide */
     int64_t place_order;       /* order of the expansion in the positions of both stars, for systematics and orbits;
                                   0 = none */

@@ -270,7 +270,8 @@ Fields fields_of(const Scene &scene, const Plan &plan) noexcept {
             stars * static_cast<double>(terms)};
 }
 
-// Memory: what is kept, plus the larger of the work space for a star's images and that for frames on all workers.
+// Memory for frames: what is kept, plus the larger of the work space for a star's images and that for frames on all
+// workers.
 double bytes_of(const Pupil &pupil, const Plan &plan, const Fields &fields) noexcept {
     const Grid grid = sampling_grid(plan.pixels, plan.filter);
     const auto pixels = static_cast<double>(plan.pixels.rows * plan.pixels.cols);
@@ -288,7 +289,9 @@ double bytes_of(const Pupil &pupil, const Plan &plan, const Fields &fields) noex
         plan.anchors > 0 ? static_cast<double>(kCachedAnchors) * fields.position_terms : fields.position_terms;
     const double kept = 3 * n * n + pixels * (kFrameImages + fields.orders + series);
     const double frames = workers * (pixels + (plan.exact_frames ? work_space(1) : 0));
-    return sizeof(double) * (kept + std::max(work_space(fields.orders + fields.of_star), frames));
+    // Without systematics and orbit: the image and its derivatives by displacement, the first omitted order included.
+    const double at_once = fields.orders + (fields.position_terms > 0 ? fields.of_star : 2);
+    return sizeof(double) * (kept + std::max(work_space(at_once), frames));
 }
 
 } // namespace

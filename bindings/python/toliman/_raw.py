@@ -304,7 +304,8 @@ class toliman_sim_plan_info(Sized):
     rounding_error: error of double precision
     setup_flops: floating-point operations of the setup (all images, once)
     frame_flops: floating-point operations of each expected frame, without noise
-    bytes: memory, with one frame in work per worker thread
+    bytes: memory for frames, with one in work per worker thread; bounds may take half as
+        much again
     setup_s: expected seconds on one core of this machine, with noise; a rough guide
     frame_s: expected seconds on one core of this machine, with noise; a rough guide
     place_order: order of the expansion in the positions of both stars, for systematics and orbits;

@@ -84,7 +84,7 @@ class Plan(Result):
     rounding_error: float = member("error of double precision")
     setup_flops: float = member("floating-point operations of the setup (all images, once)")
     frame_flops: float = member("floating-point operations of each expected frame, without noise")
-    bytes: float = member("memory, with one frame in work per worker thread")
+    bytes: float = member("memory for frames, with one in work per worker thread; bounds may take half as much again")
     setup_s: float = member("expected seconds on one core of this machine, with noise; a rough guide")
     frame_s: float = member("expected seconds on one core of this machine, with noise; a rough guide")
     place_order: int = member("order of the expansion in the positions of both stars, for systematics and orbits; 0 = none")
