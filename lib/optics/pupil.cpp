@@ -35,8 +35,8 @@ class Opening {
         }
     }
 
-    double depth(double x, double y) const noexcept {
-        const double r = std::hypot(x, y);
+    // r = hypot(x, y)
+    double depth(double x, double y, double r) const noexcept {
         double depth = std::min(outer_ - r, inner_ > 0 ? r - inner_ : outer_);
         for (const Direction &d : directions_) // a strut runs from the centre outwards
             depth = std::min(depth, std::max(std::fabs(d.x * y - d.y * x) - half_width_, -(d.x * x + d.y * y)));
@@ -52,9 +52,11 @@ class Opening {
 };
 
 // Open fraction of a cell around (x, y). Each subsample contributes by its distance from the edge, as if a straight
-// edge cut its own small cell: edges along the grid are exact, others within 1e-3 of the cell.
+// edge cut its own small cell: edges along the grid are exact, others within 1e-3 of the cell. Only subsamples that an
+// edge crosses need r to the last bit; elsewhere the faster square root gives the same result.
 double open_fraction(const Opening &opening, double x, double y, double cell) noexcept {
-    const double depth = opening.depth(x, y), step = cell / kSubsamples, reach = 0.7072 * cell + 0.5 * step;
+    const double depth = opening.depth(x, y, std::sqrt(x * x + y * y)), step = cell / kSubsamples,
+                 reach = 0.7072 * cell + 0.5 * step;
     if (depth >= reach)
         return 1;
     if (depth <= -reach)
@@ -62,8 +64,12 @@ double open_fraction(const Opening &opening, double x, double y, double cell) no
     double open = 0;
     for (int i = 0; i < kSubsamples; i++)
         for (int j = 0; j < kSubsamples; j++) {
-            const double inside = opening.depth(x + step * (j + 0.5) - cell / 2, y + step * (i + 0.5) - cell / 2);
-            open += std::clamp(0.5 + inside / step, 0.0, 1.0);
+            const double u = x + step * (j + 0.5) - cell / 2, v = y + step * (i + 0.5) - cell / 2;
+            const double inside = opening.depth(u, v, std::sqrt(u * u + v * v));
+            if (std::fabs(inside) >= step)
+                open += inside > 0 ? 1 : 0;
+            else
+                open += std::clamp(0.5 + opening.depth(u, v, std::hypot(u, v)) / step, 0.0, 1.0);
         }
     return open / (kSubsamples * kSubsamples);
 }
@@ -80,10 +86,10 @@ template <class Cell> void for_each_cell(size_t n, Cell cell) {
 
 // Sum of the spiral terms at a point in units of the aperture's radius.
 double spiral(const std::vector<SpiralTerm> &terms, double x, double y) noexcept {
-    const double r = std::max(std::hypot(x, y), 1e-12), theta = std::atan2(y, x);
+    const double r = std::max(std::hypot(x, y), 1e-12), log_r = std::log(r), theta = std::atan2(y, x);
     double sum = 0;
     for (const SpiralTerm &term : terms)
-        sum += term.a * std::cos(2 * kPi * term.f * r + term.l * std::log(r) + term.m * theta + term.p);
+        sum += term.a * std::cos(2 * kPi * term.f * r + term.l * log_r + term.m * theta + term.p);
     return sum;
 }
 
