@@ -40,15 +40,17 @@ struct FieldKernels {
     //           phases of 1e4 cycles are within 1e-16 of a cycle.
     void (*operand)(size_t samples, size_t pixels, long double step, double *cosine, double *sine) noexcept;
 
-    // Given     amplitude, opd_m [n][n]; wavenumber 1/lambda (1/m); tilt_x, tilt_y [n], the tilt's phase of each column
-    //           and row in cycles, in [-1/2, 1/2]; terms [count - 1]; scratch [4 count n]
+    // Given     amplitude, opd_m [n][n]; lit [half(n)], the number of samples of each folded row up to the last with an
+    //           amplitude in any quadrant; wavenumber 1/lambda (1/m); tilt_x, tilt_y [n], the tilt's phase of each
+    //           column and row in cycles, in [-1/2, 1/2]; terms [count - 1]; scratch [4 count n]
     // Returned  even, odd [count][half(n)][4][half(n)]: the fields' parts even and odd in x. Each row y contains the
     //           part even in y (real, imaginary), then the part odd in y. Field 0 is
-    //           amplitude exp(2 pi i (opd/lambda + tilt_x + tilt_y)); field k is derived by terms[k - 1].
+    //           amplitude exp(2 pi i (opd/lambda + tilt_x + tilt_y)); field k is derived by terms[k - 1]. Samples
+    //           beyond lit are not written: the caller clears them once.
     // Notes     Phases are reduced to half a cycle before any sine, so that large tilts do not reduce the accuracy.
-    void (*fold)(const double *amplitude, const double *opd_m, size_t n, double wavenumber, const double *tilt_x,
-                 const double *tilt_y, const FieldTerm *terms, size_t count, double *scratch, double *even,
-                 double *odd) noexcept;
+    void (*fold)(const double *amplitude, const double *opd_m, size_t n, const size_t *lit, double wavenumber,
+                 const double *tilt_x, const double *tilt_y, const FieldTerm *terms, size_t count, double *scratch,
+                 double *even, double *odd) noexcept;
 
     // Given     sums [4] = ee, eo, oe, oo, each [count][half(rows)][2][half(cols)] (real, imaginary): transforms of the
     //           parts even (e) or odd (o) in y (first letter) and x (second), by cosines for even and sines for odd;

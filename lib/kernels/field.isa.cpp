@@ -36,16 +36,17 @@ void operand(size_t samples, size_t pixels, long double step, double *cosine, do
     }
 }
 
-// Fields of one row: re[n], then im[n]; `stride` is the distance between fields.
+// Fields of one row: re[n], then im[n], of which samples first to end - 1 are computed; `stride` is the distance
+// between fields.
 struct Row {
     double *at;
-    size_t stride;
+    size_t stride, first, end;
 };
 
 void field_row(const double *amplitude, const double *opd_m, size_t n, double wavenumber, const double *tilt_x,
                double tilt_y, Row row) noexcept {
     double *const re = row.at, *const im = row.at + n;
-    for (size_t x = 0; x < n; x++) {
+    for (size_t x = row.first; x < row.end; x++) {
         const double cycles = reduce_cycles(opd_m[x] * wavenumber) + (tilt_x[x] + tilt_y);
         double cosine, sine;
         cis_cycles(reduce_cycles(cycles), cosine, sine);
@@ -61,29 +62,29 @@ void derived_row(const FieldTerm &term, size_t n, size_t y, size_t k, Row row) n
     double *const out_re = row.at + k * row.stride, *const out_im = out_re + n;
     if (term.mode != nullptr) {
         const double *const mode = term.mode + y * n;
-        for (size_t x = 0; x < n; x++) {
+        for (size_t x = row.first; x < row.end; x++) {
             const double slope = term.mode_scale * mode[x];
             out_re[x] = -slope * im[x];
             out_im[x] = slope * re[x];
         }
         return;
     }
-    for (size_t x = 0; x < n; x++) {
+    for (size_t x = row.first; x < row.end; x++) {
         const double slope = term.slope_x * (static_cast<double>(static_cast<int>(x)) - centre) + along_y;
         out_re[x] = -slope * im[x];
         out_im[x] = slope * re[x];
     }
 }
 
-// Folds the rows `up` (y > 0) and `down` (y < 0) of one plane; part 0: real, 1: imaginary. The middle sample of an odd
-// axis is its own mirror image and must count once.
-void fold_rows(const double *up, const double *down, size_t n, bool middle, size_t part, double *even,
+// Folds `lit` samples of the rows `up` (y > 0) and `down` (y < 0) of one plane; part 0: real, 1: imaginary. The middle
+// sample of an odd axis is its own mirror image and must count once.
+void fold_rows(const double *up, const double *down, size_t n, size_t lit, bool middle, size_t part, double *even,
                double *odd) noexcept {
     const size_t h = half(n);
     double *const rows[4] = {even + part * h, even + (2 + part) * h, odd + part * h, odd + (2 + part) * h};
     const double *const up_right = up + (n - h), *const down_right = down + (n - h);
     const double once = middle ? 0.5 : 1;
-    for (size_t x = 0; x < h; x++) {
+    for (size_t x = 0; x < lit; x++) {
         const double up_left = up[h - 1 - x], down_left = down[h - 1 - x];
         const double up_even = up_right[x] + up_left, up_odd = up_right[x] - up_left;
         const double down_even = down_right[x] + down_left, down_odd = down_right[x] - down_left;
@@ -97,12 +98,13 @@ void fold_rows(const double *up, const double *down, size_t n, bool middle, size
             rows[i][0] *= 0.5;
 }
 
-void fold(const double *amplitude, const double *opd_m, size_t n, double wavenumber, const double *tilt_x,
-          const double *tilt_y, const FieldTerm *terms, size_t count, double *scratch, double *even,
-          double *odd) noexcept {
+void fold(const double *amplitude, const double *opd_m, size_t n, const size_t *lit, double wavenumber,
+          const double *tilt_x, const double *tilt_y, const FieldTerm *terms, size_t count, double *scratch,
+          double *even, double *odd) noexcept {
     const size_t h = half(n), plane = 4 * h * h;
-    const Row sides[2] = {{scratch, 4 * n}, {scratch + 2 * n, 4 * n}};
     for (size_t y = 0; y < h; y++) {
+        const size_t first = h - lit[y], end = n - first;
+        const Row sides[2] = {{scratch, 4 * n, first, end}, {scratch + 2 * n, 4 * n, first, end}};
         const size_t rows[2] = {n - h + y, h - 1 - y};
         for (size_t side = 0; side < 2; side++) {
             const size_t row = rows[side];
@@ -113,7 +115,7 @@ void fold(const double *amplitude, const double *opd_m, size_t n, double wavenum
         for (size_t k = 0; k < count; k++)
             for (size_t part = 0; part < 2; part++)
                 fold_rows(sides[0].at + k * sides[0].stride + part * n, sides[1].at + k * sides[1].stride + part * n, n,
-                          rows[0] == rows[1], part, even + k * plane + 4 * y * h, odd + k * plane + 4 * y * h);
+                          lit[y], rows[0] == rows[1], part, even + k * plane + 4 * y * h, odd + k * plane + 4 * y * h);
     }
 }
 

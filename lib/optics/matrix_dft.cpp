@@ -98,9 +98,9 @@ void MatrixDft::transform(long double wavenumber, const long double *offset,
     field_kernels().operand(n, grid_.cols, step, cosine_x_.data(), sine_x_.data());
     if (grid_.rows != grid_.cols)
         field_kernels().operand(n, grid_.rows, step, cosine_y_.data(), sine_y_.data());
-    field_kernels().fold(pupil_.amplitude.data(), pupil_.opd_m.data(), n, static_cast<double>(wavenumber),
-                         tilt_x_.data(), tilt_y_.data(), terms.data(), fields_, scratch_.data(), even_.data(),
-                         odd_.data());
+    field_kernels().fold(pupil_.amplitude.data(), pupil_.opd_m.data(), n, lit_samples_.data(),
+                         static_cast<double>(wavenumber), tilt_x_.data(), tilt_y_.data(), terms.data(), fields_,
+                         scratch_.data(), even_.data(), odd_.data());
     along_x(even_, cosine_x_, even_middle_);
     along_x(odd_, sine_x_, odd_middle_);
     const bool square = grid_.rows == grid_.cols;

@@ -1,4 +1,5 @@
 // C interface of the field kernels, each instruction set by number.
+#include <algorithm>
 #include <vector>
 
 #include "kernels/blackbody.hpp"
@@ -53,8 +54,15 @@ void shim_transform(int isa, const double *amplitude, const double *opd_m, size_
     std::vector<double> scratch(count * (4 * n + 2 * cols)), sums[4];
     kernels.operand(n, cols, step, cosine_x.data(), sine_x.data());
     kernels.operand(n, rows, step, cosine_y.data(), sine_y.data());
-    kernels.fold(amplitude, opd_m, n, wavenumber, tilt_x, tilt_y, terms, count, scratch.data(), folded[0].data(),
-                 folded[1].data());
+    std::vector<size_t> lit(h);
+    for (size_t y = 0; y < n; y++)
+        for (size_t x = 0; x < n; x++)
+            if (amplitude[y * n + x] > 0) {
+                size_t &most = lit[y < h ? h - 1 - y : y + h - n];
+                most = std::max(most, x < h ? h - x : x + h - n + 1);
+            }
+    kernels.fold(amplitude, opd_m, n, lit.data(), wavenumber, tilt_x, tilt_y, terms, count, scratch.data(),
+                 folded[0].data(), folded[1].data());
     for (size_t part = 0; part < 4; part++) { // parity of y, then of x
         const size_t odd_y = part / 2, odd_x = part % 2;
         const std::vector<double> &along_x = odd_x ? sine_x : cosine_x, &along_y = odd_y ? sine_y : cosine_y;
