@@ -1448,7 +1448,8 @@ module toliman
         end function
 
         ! Copies the pupil: amplitude[N][N], in 0..1 with grey edges, and opd_m[N][N], the optical path difference of
-        ! mask and aberrations in m.
+        ! mask and aberrations in m; in cells that an edge of the mask crosses (mask.edges "area") its mean over the
+        ! cell.
         function toliman_sim_get_pupil(sim, amplitude, opd_m) bind(C) result(answer)
             import
             type(c_ptr), value :: sim
@@ -3250,7 +3251,8 @@ contains
     end subroutine
 
     ! Copies the pupil: amplitude[N][N], in 0..1 with grey edges, and opd_m[N][N], the optical path difference of mask
-    ! and aberrations in m. amplitude(pupil_samples, pupil_samples), opd_m(pupil_samples, pupil_samples).
+    ! and aberrations in m; in cells that an edge of the mask crosses (mask.edges "area") its mean over the cell.
+    ! amplitude(pupil_samples, pupil_samples), opd_m(pupil_samples, pupil_samples).
     subroutine simulator_get_pupil(self, amplitude, opd_m, stat, errmsg)
         class(toliman_simulator), intent(in) :: self
         real(c_double), intent(out), optional, contiguous :: amplitude(:, :), opd_m(:, :)

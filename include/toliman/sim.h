@@ -27,7 +27,11 @@
  *                the number of pupil samples. Amplitude A = open fraction of the cell times the transmission t of the
  *                amplitude file (1 without a file), in 0..1. Optical path difference OPD = phase mask + Zernike
  *                polynomials + OPD file. The polynomials are in Noll's order, with coefficients in rms over the full
- *                circle; they apply where A > 0.
+ *                circle; they apply where A > 0. A spiral mask gives each cell the step of its centre
+ *                (telescope.mask.edges "cell", the default), or, with "area", the transmission averaged over the cell,
+ *                1 - c + c exp(2 pi i s/lambda), where c is the covered fraction of the cell and s the step. Then the
+ *                image is a smooth function of rotation and shift of the mask; with "cell" it is a staircase. The mask
+ *                is rotated about its centre from +x towards +y, then shifted.
  *
  *   Signs        Pupil field E = A exp(+2 pi i OPD/lambda); image field F(u,v) = sum E exp(-2 pi i (x u + y
  *                v)/lambda). A star at offset (+ox, +oy) px has OPD +(x ox + y oy) p. Its image is at a higher column
@@ -310,7 +314,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_image(const tolima
                                                                     size_t stride) TOLIMAN_NOEXCEPT;
 
 /* Copies the pupil: amplitude[N][N], in 0..1 with grey edges, and opd_m[N][N], the optical path difference of mask
- * and aberrations in m. N is toliman_sim_info.pupil_samples. Either array may be NULL. */
+ * and aberrations in m; in cells that an edge of the mask crosses (mask.edges "area") its mean over the cell. N is
+ * toliman_sim_info.pupil_samples. Either array may be NULL. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_pupil(const toliman_sim *sim, double *amplitude,
                                                                     double *opd_m) TOLIMAN_NOEXCEPT;
 

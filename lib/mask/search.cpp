@@ -76,11 +76,12 @@ class Search {
 
 // The step of the scene's own mask or, if it has none, half of the middle wavelength: a phase step of pi.
 Mask Search::step_of(const optics::Simulator &simulator) {
-    const Mask &own = simulator.scene().telescope.mask;
-    Mask step;
+    const Mask &own = simulator.scene().telescope.mask; // a spiral's edges, rotation and shift are kept
+    Mask step = own;
+    if (own.kind != Mask::Kind::spiral)
+        step.edges = Mask::Edges::area;
     step.kind = Mask::Kind::spiral;
-    step.opd_nm = own.opd_nm;
-    step.height_nm = own.height_nm;
+    step.terms.clear();
     const std::vector<double> &wavelength = simulator.light().wavelength_m;
     const auto [least, most] = std::minmax_element(wavelength.begin(), wavelength.end());
     if (own.step_m() == 0)

@@ -40,10 +40,14 @@ double rounded(double value) {
     return std::nearbyint(value * 1e4) / 1e4;
 }
 
-// "name": value, with the fewest digits that are read as the same bits, in every locale.
-std::string member(const char *name, double value) {
+// The fewest digits that are read as the same bits, in every locale.
+std::string digits_of(double value) {
     char digits[32];
-    return "\"" + std::string(name) + "\": " + std::string(digits, std::to_chars(digits, std::end(digits), value).ptr);
+    return {digits, std::to_chars(digits, std::end(digits), value).ptr};
+}
+
+std::string member(const char *name, double value) {
+    return "\"" + std::string(name) + "\": " + digits_of(value);
 }
 
 } // namespace
@@ -86,6 +90,12 @@ Terms vary_terms(const Terms &terms, double reach, uint64_t seed, uint64_t k) {
 std::string json_of(const Mask &mask) {
     std::string json = "{\"kind\": \"spiral\", " +
                        (mask.opd_nm != 0 ? member("opd_nm", mask.opd_nm) : member("height_nm", mask.height_nm));
+    if (mask.edges == Mask::Edges::area)
+        json += ", \"edges\": \"area\"";
+    if (mask.rotation_deg != 0)
+        json += ", " + member("rotation_deg", mask.rotation_deg);
+    if (mask.shift_m[0] != 0 || mask.shift_m[1] != 0)
+        json += ", \"shift_m\": [" + digits_of(mask.shift_m[0]) + ", " + digits_of(mask.shift_m[1]) + "]";
     const char *before = ", \"terms\": [{";
     for (const SpiralTerm &term : mask.terms) {
         json += before + member("a", term.a) + ", " + member("f", term.f) + ", " + member("l", term.l) + ", " +

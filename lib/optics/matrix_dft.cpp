@@ -59,6 +59,10 @@ MatrixDft::MatrixDft(const Pupil &pupil, const Grid &grid, size_t fields)
     for (Buffer<double> *sums : {&ee_, &eo_, &oe_, &oo_})
         sums->resize(fields * 2 * v * u);
     scratch_.resize(fields * std::max(4 * pupil.samples, 2 * grid.cols));
+    if (!pupil.mixed.empty()) {
+        amplitude_ = pupil.amplitude;
+        opd_m_ = pupil.opd_m;
+    }
 }
 
 // middle = folded times operand, row by row of folded [field][y][4][x]; samples beyond the last lit one are skipped.
@@ -98,7 +102,11 @@ void MatrixDft::transform(long double wavenumber, const long double *offset,
     field_kernels().operand(n, grid_.cols, step, cosine_x_.data(), sine_x_.data());
     if (grid_.rows != grid_.cols)
         field_kernels().operand(n, grid_.rows, step, cosine_y_.data(), sine_y_.data());
-    field_kernels().fold(pupil_.amplitude.data(), pupil_.opd_m.data(), n, lit_samples_.data(),
+    const bool mixed = !pupil_.mixed.empty();
+    if (mixed)
+        resolve_mixed(pupil_, static_cast<double>(wavenumber), amplitude_.data(), opd_m_.data());
+    field_kernels().fold(mixed ? amplitude_.data() : pupil_.amplitude.data(),
+                         mixed ? opd_m_.data() : pupil_.opd_m.data(), n, lit_samples_.data(),
                          static_cast<double>(wavenumber), tilt_x_.data(), tilt_y_.data(), terms.data(), fields_,
                          scratch_.data(), even_.data(), odd_.data());
     along_x(even_, cosine_x_, even_middle_);

@@ -21,7 +21,8 @@ class MatrixDft : public Transform {
     const Pupil &pupil_;
     Grid grid_;
     size_t fields_;
-    std::vector<size_t> lit_samples_; // of each folded row: number of samples up to the last one with light
+    std::vector<size_t> lit_samples_;  // of each folded row: number of samples up to the last one with light
+    Buffer<double> amplitude_, opd_m_; // the pupil at the last wavenumber; empty without mixed cells
     Buffer<double> tilt_x_, tilt_y_;
     Buffer<double> cosine_x_, sine_x_, cosine_y_, sine_y_;
     Buffer<double> even_, odd_;               // folded fields, parts even and odd in x

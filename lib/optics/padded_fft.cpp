@@ -57,14 +57,15 @@ PaddedFft::PaddedFft(const Scene &scene, const Grid &grid, size_t fields)
 const Pupil &PaddedFft::pupil(long double wavenumber) {
     const size_t samples = embedded_samples(scene_, grid_, static_cast<double>(wavenumber));
     if (pupil_.samples != samples)
-        pupil_ = make_pupil(scene_, samples);
-    return pupil_;
+        resolved_ = pupil_ = make_pupil(scene_, samples);
+    resolve_mixed(pupil_, static_cast<double>(wavenumber), resolved_.amplitude.data(), resolved_.opd_m.data());
+    return resolved_;
 }
 
 void PaddedFft::transform(long double wavenumber, const long double *offset,
                           const std::vector<kernels::FieldTerm> &terms) {
-    const size_t n = pupil_.samples;
-    const long double step = step_of(pupil_, grid_, wavenumber), pixel = 1.0L / static_cast<long double>(side_);
+    const size_t n = resolved_.samples;
+    const long double step = step_of(resolved_, grid_, wavenumber), pixel = 1.0L / static_cast<long double>(side_);
     Buffer<double> tilt_x(n), tilt_y(n);
     tilt(offset[0] * step - half_pixel(grid_.cols) * pixel, tilt_x);
     tilt(offset[1] * step - half_pixel(grid_.rows) * pixel, tilt_y);
@@ -76,9 +77,9 @@ void PaddedFft::transform(long double wavenumber, const long double *offset,
             std::complex<double> value;
             if (field == 0) {
                 double cosine, sine;
-                const double cycles = kernels::reduce_cycles(pupil_.opd_m[i] * static_cast<double>(wavenumber));
+                const double cycles = kernels::reduce_cycles(resolved_.opd_m[i] * static_cast<double>(wavenumber));
                 kernels::cis_cycles(kernels::reduce_cycles(cycles + tilt_x[col] + tilt_y[row]), cosine, sine);
-                value = pupil_.amplitude[i] * std::complex<double>(cosine, sine);
+                value = resolved_.amplitude[i] * std::complex<double>(cosine, sine);
             } else {
                 const kernels::FieldTerm &term = terms[field - 1];
                 const double centre = 0.5 * static_cast<double>(n - 1);

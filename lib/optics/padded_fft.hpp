@@ -21,7 +21,7 @@ class PaddedFft : public Transform {
     Grid grid_;
     size_t side_; // N_out
     fft::Square fft_;
-    Pupil pupil_;
+    Pupil pupil_, resolved_; // resolved_: at the last wavenumber
     std::vector<Buffer<std::complex<double>>> fields_, focal_;
 };
 

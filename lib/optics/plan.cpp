@@ -232,15 +232,24 @@ void choose_anchors(const Scene &scene, const Pupil &pupil, const Light &light, 
 // their centres: the field error is the jump times an area that is uniform over +- half a cell (variance 1/12 cell^2).
 // In grey cells at the edge of the aperture the centroid of the light is off the cell's centre by a tenth of a cell or
 // so. Both add as random errors over the pupil; their sum is compared with the field of the brightest pixel, and the
-// relative error of an intensity is twice that of its field.
+// relative error of an intensity is twice that of its field. A cell that holds the average over its area is off by its
+// centroid only, times the jump.
 double pupil_error(const Pupil &pupil, const Light &light, const Grid &pixels, double peak) {
     const size_t n = pupil.samples;
     const double wavenumber = 1 / light.wavelength_m[light.wavelength_m.size() / 2];
     const double off_centre = kGreyOffset * 2 * kPi / static_cast<double>(n);
+    const double mixed_error = 2 * std::sin(kPi * wavenumber * pupil.step_m) * off_centre;
+    std::vector<bool> mixed(n * n, false);
     double sum = 0;
+    for (const MixedCell &cell : pupil.mixed) {
+        mixed[cell.index] = true;
+        sum += pupil.amplitude[cell.index] * mixed_error * mixed_error;
+    }
     for (size_t i = 0; i + n < n * n; i++) {
         const double amplitude = pupil.amplitude[i];
         for (const size_t next : {i + 1, i + n}) {
+            if (mixed[i] || mixed[next])
+                continue;
             const double jump = 2 * std::sin(kPi * wavenumber * (pupil.opd_m[next] - pupil.opd_m[i]));
             sum += amplitude * pupil.amplitude[next] * jump * jump / 12;
         }
@@ -280,7 +289,7 @@ double bytes_of(const Pupil &pupil, const Plan &plan, const Fields &fields) noex
     const bool padded = plan.engine == EngineKind::padded_fft;
     const auto chunks = static_cast<double>(std::min(plan.wavelengths, kWavelengthChunks));
     const double workers = plan.workers, busy = std::min(workers, chunks);
-    const double field = 2 * n * n + 2 * samples + (padded ? 0 : 2 * n * cols);
+    const double field = 2 * n * n + 2 * samples + (padded ? 0 : 2 * n * cols) + (pupil.mixed.empty() ? 0 : 2 * n * n);
     // Each chunk of wavelengths has its own images; each busy worker has its own pupil fields.
     const auto work_space = [&](double images) {
         return images * (chunks * samples + busy * field) + (padded ? 2 * busy * side * side : 0);

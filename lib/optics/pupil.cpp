@@ -2,7 +2,11 @@
 // continuous in the aperture's dimensions. The open fraction comes from the signed distance to the nearest edge at
 // 16 x 16 points of the cell. Intensities are normalised by sum(A), the open area: with binary transmission a cell that
 // is open by A carries A of the light, and sum(A^2) would be 2.5e-3 too small at N = 256.
-// Mask, Zernike aberrations (Noll 1976) and OPD files add up to one OPD, exact at all wavelengths.
+// Mask, Zernike aberrations (Noll 1976) and OPD files add up to one OPD, exact at all wavelengths. Only a cell that an
+// edge of the mask crosses (mask.edges "area") has no OPD of its own: its transmission is the average over the cell,
+//     t = 1 - c + c exp(2 pi i s/lambda),   c the covered fraction, s the mask's step,
+// whose amplitude and phase depend on the wavelength. The light that |t|^2 < 1 lacks is diffracted beyond the image of
+// the cells; it is not renormalised.
 #include "optics/pupil.hpp"
 
 #include <algorithm>
@@ -11,7 +15,9 @@
 #include "backend/file.hpp"
 #include "base/constants.hpp"
 #include "base/npy_image.hpp"
+#include "kernels/cis.hpp"
 #include "kernels/zernike.hpp"
+#include "optics/mask_cells.hpp"
 #include "scene/range.hpp"
 
 namespace toliman::optics {
@@ -84,15 +90,6 @@ template <class Cell> void for_each_cell(size_t n, Cell cell) {
             cell(row * n + col, coordinate(col), coordinate(row));
 }
 
-// Sum of the spiral terms at a point in units of the aperture's radius.
-double spiral(const std::vector<SpiralTerm> &terms, double x, double y) noexcept {
-    const double r = std::max(std::hypot(x, y), 1e-12), log_r = std::log(r), theta = std::atan2(y, x);
-    double sum = 0;
-    for (const SpiralTerm &term : terms)
-        sum += term.a * std::cos(2 * kPi * term.f * r + term.l * log_r + term.m * theta + term.p);
-    return sum;
-}
-
 double opd_of(const Mask &mask, double value, size_t i) {
     switch (mask.quantity) {
     case Mask::Quantity::binary:
@@ -122,13 +119,20 @@ std::vector<double> read_map(const Scene &scene, const char *key, const std::str
     return std::move(image.values);
 }
 
+void add_spiral(const Telescope &telescope, Pupil &pupil) {
+    pupil.step_m = telescope.mask.step_m();
+    const Buffer<double> covered = covered_fractions(telescope.mask, pupil.aperture_m, pupil.samples, pupil.amplitude);
+    for (size_t i = 0; i < covered.size(); i++) {
+        pupil.opd_m[i] = covered[i] * pupil.step_m;
+        if (covered[i] > 0 && covered[i] < 1)
+            pupil.mixed.push_back({i, covered[i]});
+    }
+}
+
 void add_mask(const Scene &scene, Pupil &pupil) {
     const Mask &mask = scene.telescope.mask;
     if (mask.kind == Mask::Kind::spiral)
-        for_each_cell(pupil.samples, [&](size_t i, double x, double y) {
-            if (spiral(mask.terms, x, y) > 0)
-                pupil.opd_m[i] = mask.step_m();
-        });
+        add_spiral(scene.telescope, pupil);
     if (mask.kind != Mask::Kind::file)
         return;
     const std::vector<double> map = read_map(scene, "mask.file", mask.file, pupil.samples, scene::within(-1e6, 1e6));
@@ -214,7 +218,22 @@ Pupil halved(const Pupil &pupil) {
             result.amplitude[row * h + col] = pupil.amplitude[2 * (row * n + col)];
             result.opd_m[row * h + col] = pupil.opd_m[2 * (row * n + col)];
         }
+    for (const MixedCell &cell : pupil.mixed)
+        if (cell.index / n % 2 == 0 && cell.index % n % 2 == 0)
+            result.mixed.push_back({cell.index / n / 2 * h + cell.index % n / 2, cell.covered});
+    result.step_m = pupil.step_m;
     return result;
+}
+
+void resolve_mixed(const Pupil &pupil, double wavenumber, double *amplitude, double *opd_m) noexcept {
+    double cosine, sine;
+    kernels::cis_cycles(kernels::reduce_cycles(pupil.step_m * wavenumber), cosine, sine);
+    for (const MixedCell &cell : pupil.mixed) {
+        const double real = 1 - cell.covered + cell.covered * cosine, imaginary = cell.covered * sine;
+        amplitude[cell.index] = pupil.amplitude[cell.index] * std::hypot(real, imaginary);
+        opd_m[cell.index] = pupil.opd_m[cell.index] - cell.covered * pupil.step_m +
+                            std::atan2(imaginary, real) / (2 * kPi * wavenumber);
+    }
 }
 
 } // namespace toliman::optics

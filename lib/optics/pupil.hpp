@@ -1,17 +1,27 @@
 // The pupil: amplitude and optical path difference (OPD) in each cell of a grid.
 #pragma once
+#include <vector>
+
 #include "base/buffer.hpp"
 #include "scene/scene.hpp"
 
 namespace toliman::optics {
 
+// A cell that an edge of the mask crosses.
+struct MixedCell {
+    size_t index;   // row * N + column
+    double covered; // fraction of its area where the mask steps, in (0, 1)
+};
+
 struct Pupil {
-    size_t samples = 0;       // N
-    double aperture_m = 0;    // D, the width of the N cells
-    Buffer<double> amplitude; // [N][N], open fraction of each cell times the amplitude of the scene's file
-    Buffer<double> opd_m;     // [N][N], mask and aberrations
-    Buffer<double> defocus;   // [N][N], Noll's fourth polynomial; 0 where the amplitude is 0
-    double area = 0;          // effective area in cells: a fully open area that transmits the same light
+    size_t samples = 0;           // N
+    double aperture_m = 0;        // D, the width of the N cells
+    Buffer<double> amplitude;     // [N][N], open fraction of each cell times the amplitude of the scene's file
+    Buffer<double> opd_m;         // [N][N], mask and aberrations; in a mixed cell its mean over the area
+    Buffer<double> defocus;       // [N][N], Noll's fourth polynomial; 0 where the amplitude is 0
+    double area = 0;              // effective area in cells: a fully open area that transmits the same light
+    std::vector<MixedCell> mixed; // open cells that edges of the mask cross, if the scene averages over their area
+    double step_m = 0;            // of the mask
 };
 
 // The scene's pupil in samples x samples cells. Files must have exactly that many.
@@ -20,5 +30,8 @@ Pupil make_pupil(const Scene &scene, size_t samples);
 // Every other cell in both axes, for estimates of images: the same pupil with cells twice as wide. The defocus is
 // empty.
 Pupil halved(const Pupil &pupil);
+
+// Writes amplitude and OPD of the mixed cells at a wavenumber (1/m) into amplitude, opd_m [N][N]; others are unchanged.
+void resolve_mixed(const Pupil &pupil, double wavenumber, double *amplitude, double *opd_m) noexcept;
 
 } // namespace toliman::optics

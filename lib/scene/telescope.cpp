@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <charconv>
 
 #include "kernels/zernike.hpp"
@@ -38,6 +39,11 @@ void read_terms(const Reader &reader, const Row &row, Mask &mask) {
         read_group(kTerm, term, &mask.terms.emplace_back());
 }
 
+void read_shift(const Reader &reader, const Row &row, Mask &mask) {
+    const std::vector<double> shift = reader.numbers(row);
+    std::copy(shift.begin(), shift.end(), mask.shift_m);
+}
+
 // The OPD of a step is given directly, or as the height of a stepped mirror, whose OPD is twice the height.
 constexpr Row kMaskRows[] = {
     required<&Mask::kind>(
@@ -51,6 +57,16 @@ constexpr Row kMaskRows[] = {
                           ".npy (from FITS: toliman convert) of float32, float64, uint8 or bool, pupil_samples x "
                           "pupil_samples")
         .when(kIsFile),
+    optional<&Mask::edges>("edges", Words{"cell area"},
+                           "Step in a pupil cell that an edge crosses; cell: that of the cell's centre, discontinuous "
+                           "in rotation and shift; area: the transmission averaged over the cell's area")
+        .when(kIsSpiral),
+    optional<&Mask::rotation_deg>("rotation_deg", kTurn, "Rotation about the mask's centre, from +x towards +y")
+        .when(kIsSpiral),
+    optional<read_shift>("shift_m", within(-0.1, 0.1, "m"), "[x, y] of the mask's centre, after the rotation")
+        .as(Type::numbers)
+        .entries(2, 2)
+        .when(kIsSpiral),
     required<read_terms>("terms", &kTerm, "Terms of the sum").as(Type::groups).entries(1, 64).when(kIsSpiral),
     required<&Mask::opd_nm>("opd_nm", above(0, 1e6, "nm"), "OPD of the step")
         .either("height_nm")

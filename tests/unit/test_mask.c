@@ -191,7 +191,10 @@ static void scenes_with_other_masks(void **state) {
     }
     write_npy("mask.npy", "|u1", "(96, 96)", steps, sizeof steps);
     write_npy("surface.npy", "<f8", "(96, 96)", opd_m, sizeof opd_m);
-    assert_step("{\"kind\": \"clear\"}", "\"opd_nm\": 287.5,");
+    assert_step("{\"kind\": \"clear\"}", "\"opd_nm\": 287.5, \"edges\": \"area\",");
+    assert_step("{\"kind\": \"spiral\", \"opd_nm\": 250.3, \"rotation_deg\": -0.3, \"shift_m\": [0.001, 0], \"edges\": "
+                "\"area\", \"terms\": [{\"a\": 1, \"f\": 2, \"m\": 1}]}",
+                "\"opd_nm\": 250.3, \"edges\": \"area\", \"rotation_deg\": -0.3, \"shift_m\": [0.001, 0], \"terms\"");
     assert_step("{\"kind\": \"file\", \"file\": \"mask.npy\", \"quantity\": \"binary\", \"opd_nm\": 250.3}",
                 "\"opd_nm\": 250.3,");
     assert_step("{\"kind\": \"file\", \"file\": \"mask.npy\", \"quantity\": \"binary\", \"height_nm\": 144}",

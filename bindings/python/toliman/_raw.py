@@ -1941,7 +1941,8 @@ TOLIMAN_E_ARGUMENT for an unknown kind or a smaller stride.""",
             ("opd_m", POINTER(c_double)),
         ),
         """Copies the pupil: amplitude[N][N], in 0..1 with grey edges, and opd_m[N][N], the optical path difference of mask
-and aberrations in m. N is toliman_sim_info.pupil_samples. Either array may be NULL.""",
+and aberrations in m; in cells that an edge of the mask crosses (mask.edges "area") its mean over the cell. N is
+toliman_sim_info.pupil_samples. Either array may be NULL.""",
     ),
     "toliman_sim_get_spectrum": (
         c_int32, (
