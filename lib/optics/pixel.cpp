@@ -6,6 +6,11 @@
 // degree n - 1 in cos(2 pi f). Interpolating H at Chebyshev nodes of the band gives its coefficients; the error falls
 // exponentially with n. Binning an oversampled image is avoided: its error is of second order in the sample spacing.
 // Point sampling in place of the integral is wrong by 2.6e-2 (measured).
+// A covariance q = xy of the jitter multiplies the spectrum by exp(-4 pi^2 q f_x f_y), which no product of two filters
+// has. It is expanded in products (Mehler 1866),
+//     H = sum over m of (-sign q)^m g_m(f_x) g_m(f_y),   g_m(f) = H_0(f) (2 pi sqrt|q| f)^m / sqrt(m!),
+// each g_m a filter along its axis, antisymmetric for odd m. No term exceeds (q^2 / (xx yy))^(m/2), so nothing cancels;
+// the terms end where their product is below the accuracy.
 #include "optics/pixel.hpp"
 
 #include <algorithm>
@@ -22,6 +27,8 @@ constexpr size_t kMaxTaps = 100;
 constexpr double kSampleRounding = 1e-15; // relative to the peak
 constexpr double kGiveUpRatio = 100;      // times the best error: longer filters only accumulate rounding
 constexpr size_t kChecks = 1000;          // frequencies between 0 and the cutoff
+constexpr size_t kMaxTerms = 256;         // of the expansion in the covariance
+constexpr double kTermShare = 0.25;       // of the accuracy, for each filter of the expansion
 
 // Chebyshev coefficients from values at the nodes cos(pi (j + 1/2) / n).
 std::vector<double> coefficients_of(const std::vector<double> &values) {
@@ -46,21 +53,34 @@ double chebyshev_sum(const std::vector<double> &coefficients, double x) noexcept
     return coefficients[0] + x * next - last;
 }
 
-// H at a frequency in cycles per sample.
+// g_m at a frequency in cycles per sample; m = 0 is H.
 class TransferFunction {
   public:
-    TransferFunction(bool integrated, double jitter, size_t oversampling)
-        : integrated_(integrated), width_(static_cast<double>(oversampling)), jitter_(jitter * width_) {}
+    TransferFunction(bool integrated, double variance, double covariance, size_t m, size_t oversampling)
+        : integrated_(integrated), width_(static_cast<double>(oversampling)), jitter_(std::sqrt(variance) * width_),
+          step_(2 * kPi * std::sqrt(std::fabs(covariance)) * width_), m_(m) {
+        for (size_t i = 2; i <= m; i++)
+            log_factorial_ += std::log(static_cast<double>(i));
+    }
+
+    bool odd() const noexcept { return m_ % 2 == 1; }
 
     double operator()(double frequency) const noexcept {
         const double phase = kPi * width_ * frequency, spread = kPi * jitter_ * frequency;
         const double box = integrated_ && phase != 0 ? std::sin(phase) / phase : 1;
-        return box * std::exp(-2 * spread * spread);
+        if (m_ == 0)
+            return box * std::exp(-2 * spread * spread);
+        if (frequency == 0)
+            return 0;
+        const double log_power = static_cast<double>(m_) * std::log(step_ * frequency) - 0.5 * log_factorial_;
+        return box * std::exp(log_power - 2 * spread * spread);
     }
 
   private:
     bool integrated_;
-    double width_, jitter_;
+    double width_, jitter_, step_;
+    size_t m_;
+    double log_factorial_ = 0;
 };
 
 double frequency_of(double cosine) noexcept {
@@ -70,7 +90,7 @@ double frequency_of(double cosine) noexcept {
 // With t = cos(2 pi f) the filter's transfer function is a polynomial in t: tap k is half the coefficient of the
 // Chebyshev polynomial T_k(t) = cos(2 pi k f), tap 0 the whole of it. Interpolates H on the band, t in [cos(2 pi
 // cutoff), 1], and re-expands the interpolant in T_k of t itself.
-std::vector<double> taps_of(const TransferFunction &transfer, double cutoff, size_t count) {
+template <class Transfer> std::vector<double> even_taps(const Transfer &transfer, double cutoff, size_t count) {
     const double sine = std::sin(kPi * cutoff), reach = sine * sine, middle = 1 - reach;
     std::vector<double> values(count);
     const auto node = [&](size_t j) {
@@ -87,6 +107,17 @@ std::vector<double> taps_of(const TransferFunction &transfer, double cutoff, siz
     return taps;
 }
 
+// An antisymmetric filter has the transfer function (times i) sin(2 pi f) times an even one with taps e_k: its taps are
+// (e_(k-1) - e_(k+1)) / 2.
+std::vector<double> odd_taps(const TransferFunction &transfer, double cutoff, size_t count) {
+    const auto even = [&](double f) { return transfer(f) / std::sin(2 * kPi * f); };
+    std::vector<double> e = even_taps(even, cutoff, count - 1), taps(count, 0.0);
+    e.resize(count + 1, 0.0);
+    for (size_t k = 1; k < count; k++)
+        taps[k] = (e[k - 1] - e[k + 1]) / 2;
+    return taps;
+}
+
 // Largest error of the transfer function inside the band, plus the rounding that long filters accumulate.
 double error_of(const std::vector<double> &taps, const TransferFunction &transfer, double cutoff) {
     double worst = 0, size = 0;
@@ -95,45 +126,110 @@ double error_of(const std::vector<double> &taps, const TransferFunction &transfe
     for (size_t i = 0; i <= kChecks; i++) {
         const double frequency = cutoff * static_cast<double>(i) / kChecks;
         double sum = taps[0];
-        for (size_t k = 1; k < taps.size(); k++)
-            sum += 2 * taps[k] * std::cos(2 * kPi * static_cast<double>(k) * frequency);
+        for (size_t k = 1; k < taps.size(); k++) {
+            const double angle = 2 * kPi * static_cast<double>(k) * frequency;
+            sum += 2 * taps[k] * (transfer.odd() ? std::sin(angle) : std::cos(angle));
+        }
         worst = std::max(worst, std::fabs(sum - transfer(frequency)));
     }
     return worst + kSampleRounding * size;
 }
 
-// out[i] = sum over k of taps[|k|] in[(i step + k) stride]
-void filter_line(const double *in, size_t stride, size_t step, const std::vector<double> &taps, size_t count,
-                 double *out, size_t out_stride) noexcept {
+double largest_of(const TransferFunction &transfer, double cutoff) noexcept {
+    double largest = 0;
+    for (size_t i = 0; i <= kChecks; i++)
+        largest = std::max(largest, std::fabs(transfer(cutoff * static_cast<double>(i) / kChecks)));
+    return largest;
+}
+
+// The shortest filter found whose error, counted twice because a filter acts along both axes, is within the accuracy;
+// else the most accurate one.
+LineFilter make_line(const TransferFunction &transfer, double cutoff, double accuracy) {
+    LineFilter line;
+    line.odd = transfer.odd();
+    for (size_t count = line.odd ? 2 : 1; count <= kMaxTaps; count++) {
+        std::vector<double> taps = line.odd ? odd_taps(transfer, cutoff, count) : even_taps(transfer, cutoff, count);
+        const double error = 2 * error_of(taps, transfer, cutoff);
+        if (line.taps.empty() || error < line.error) {
+            line.taps = std::move(taps);
+            line.error = error;
+        }
+        if (line.error <= accuracy || !(error < kGiveUpRatio * line.error))
+            break;
+    }
+    return line;
+}
+
+// out[i] = sum over k of taps[|k|] in[(i step + k) stride], with the sign of k for an odd filter; added to out unless
+// it is the first.
+void filter_line(const double *in, size_t stride, size_t step, const LineFilter &line, size_t count, double *out,
+                 size_t out_stride, bool first = true) noexcept {
+    const std::vector<double> &taps = line.taps;
     for (size_t i = 0; i < count; i++) {
         const double *const middle = in + i * step * stride;
         double sum = taps[0] * middle[0];
-        for (size_t k = 1; k < taps.size(); k++)
-            sum += taps[k] * (*(middle - k * stride) + middle[k * stride]);
-        out[i * out_stride] = sum;
+        if (line.odd)
+            for (size_t k = 1; k < taps.size(); k++)
+                sum += taps[k] * (middle[k * stride] - *(middle - k * stride));
+        else
+            for (size_t k = 1; k < taps.size(); k++)
+                sum += taps[k] * (*(middle - k * stride) + middle[k * stride]);
+        out[i * out_stride] = first ? sum : out[i * out_stride] + sum;
+    }
+}
+
+// Appends the terms m = 1, 2, ... of the expansion in the covariance, until they are within the accuracy.
+void add_terms(double cutoff, bool integrated, const Jitter &jitter, double accuracy, PixelFilter &filter) {
+    double last = 1;
+    for (size_t m = 1; m <= kMaxTerms; m++) {
+        const TransferFunction x(integrated, jitter.xx, jitter.xy, m, filter.oversampling);
+        const TransferFunction y(integrated, jitter.yy, jitter.xy, m, filter.oversampling);
+        const double size_x = largest_of(x, cutoff), size_y = largest_of(y, cutoff), size = size_x * size_y;
+        if (size <= kTermShare * accuracy * (1 - size / last) || m == kMaxTerms) {
+            filter.error += size / std::max(1 - size / last, 1.0 / kMaxTerms); // as a geometric series
+            return;
+        }
+        last = size;
+        filter.terms.push_back({make_line(x, cutoff, kTermShare * accuracy / std::max(size_y, 1.0)),
+                                make_line(y, cutoff, kTermShare * accuracy / std::max(size_x, 1.0))});
+        auto &[along_x, along_y] = filter.terms.back();
+        filter.error += (along_x.error * size_y + along_y.error * size_x) / 2;
+        if (m % 2 == 1 && jitter.xy < 0) // the product of two odd filters has the factor i^2 = -1
+            for (double &tap : along_y.taps)
+                tap = -tap;
     }
 }
 
 } // namespace
 
-PixelFilter make_filter(double cutoff, bool integrated, double jitter_px, double accuracy) {
+size_t PixelFilter::margin() const noexcept {
+    size_t longest = 1;
+    for (const auto &term : terms)
+        longest = std::max({longest, term[0].taps.size(), term[1].taps.size()});
+    return longest - 1;
+}
+
+size_t PixelFilter::taps() const noexcept {
+    size_t sum = 0;
+    for (const auto &term : terms)
+        sum += term[0].taps.size() + term[1].taps.size();
+    return sum;
+}
+
+PixelFilter make_filter(double cutoff, bool integrated, const Jitter &jitter, double accuracy) {
     PixelFilter filter;
-    if (!integrated && jitter_px == 0)
+    if (!integrated && !jitter.any())
         return filter;
     filter.oversampling = static_cast<size_t>(std::max(1.0, std::ceil(cutoff / kMaxCutoff)));
     const double fine = cutoff / static_cast<double>(filter.oversampling);
-    const TransferFunction transfer(integrated, jitter_px, filter.oversampling);
-    for (size_t count = 1; count <= kMaxTaps; count++) {
-        std::vector<double> taps = taps_of(transfer, fine, count);
-        // The filter is applied along both axes, so that the error counts twice.
-        const double error = 2 * error_of(taps, transfer, fine);
-        if (filter.empty() || error < filter.error) {
-            filter.taps = std::move(taps);
-            filter.error = error;
-        }
-        if (filter.error <= accuracy || !(error < kGiveUpRatio * filter.error))
-            break;
-    }
+    const double share = jitter.xy != 0 ? kTermShare * accuracy : accuracy;
+    const auto line = [&](double variance) {
+        return make_line(TransferFunction(integrated, variance, 0, 0, filter.oversampling), fine, share);
+    };
+    filter.terms.push_back({line(jitter.xx), line(jitter.yy)});
+    filter.error = std::max(filter.terms[0][0].error, filter.terms[0][1].error);
+    if (jitter.xy != 0)
+        add_terms(fine, integrated, jitter, accuracy, filter);
     return filter;
 }
 
@@ -146,12 +242,14 @@ Buffer<double> filtered(const Buffer<double> &samples, const Grid &pixels, const
     const Grid grid = sampling_grid(pixels, filter);
     const size_t margin = filter.margin(), step = filter.oversampling;
     Buffer<double> rows(grid.rows * pixels.cols), result(pixels.rows * pixels.cols);
-    for (size_t row = 0; row < grid.rows; row++)
-        filter_line(samples.data() + row * grid.cols + margin, 1, step, filter.taps, pixels.cols,
-                    rows.data() + row * pixels.cols, 1);
-    for (size_t col = 0; col < pixels.cols; col++)
-        filter_line(rows.data() + margin * pixels.cols + col, pixels.cols, step, filter.taps, pixels.rows,
-                    result.data() + col, pixels.cols);
+    for (const auto &[along_x, along_y] : filter.terms) {
+        for (size_t row = 0; row < grid.rows; row++)
+            filter_line(samples.data() + row * grid.cols + margin, 1, step, along_x, pixels.cols,
+                        rows.data() + row * pixels.cols, 1);
+        for (size_t col = 0; col < pixels.cols; col++)
+            filter_line(rows.data() + margin * pixels.cols + col, pixels.cols, step, along_y, pixels.rows,
+                        result.data() + col, pixels.cols, &along_x == &filter.terms[0][0]);
+    }
     return result;
 }
 

@@ -1,24 +1,35 @@
-// Integration over pixels and Gaussian jitter, as one short symmetric filter on point samples of the image.
+// Integration over pixels and Gaussian jitter, as short filters on point samples of the image.
 #pragma once
+#include <array>
 #include <vector>
 
 #include "optics/propagate.hpp"
 
 namespace toliman::optics {
 
-struct PixelFilter {
-    size_t oversampling = 1;  // point samples per pixel and axis
-    std::vector<double> taps; // from the middle outwards, along either axis; empty = none
-    double error = 0;         // largest error of the transfer function inside the image's band, both axes together
-
-    bool empty() const noexcept { return taps.empty(); }
-    size_t margin() const noexcept { return empty() ? 0 : taps.size() - 1; }
+// A filter along one axis: symmetric, or antisymmetric if odd.
+struct LineFilter {
+    std::vector<double> taps; // from the middle outwards
+    bool odd = false;
+    double error = 0; // twice the largest error of the transfer function inside the image's band
 };
 
-// The shortest filter found with error <= accuracy, for square pixels (integrated) and Gaussian jitter of standard
-// deviation jitter_px, on images without spatial frequencies above `cutoff` cycles per px; else the most accurate one.
-// Empty for point sampling without jitter.
-PixelFilter make_filter(double cutoff, bool integrated, double jitter_px, double accuracy);
+// The sum over terms of a filter along x (columns) times one along y. One term, unless the jitter in x and in y is
+// correlated.
+struct PixelFilter {
+    size_t oversampling = 1; // point samples per pixel and axis
+    std::vector<std::array<LineFilter, 2>> terms;
+    double error = 0; // largest error of the transfer function inside the image's band, both axes together
+
+    bool empty() const noexcept { return terms.empty(); }
+    size_t margin() const noexcept; // samples beyond the pixels' centres
+    size_t taps() const noexcept;   // of all filters together
+};
+
+// The shortest filter found with error <= accuracy, for square pixels (integrated) and Gaussian jitter, on images
+// without spatial frequencies above `cutoff` cycles per px; else the most accurate one. Empty for point sampling
+// without jitter.
+PixelFilter make_filter(double cutoff, bool integrated, const Jitter &jitter, double accuracy);
 
 // The grid of point samples that a filter needs for `pixels`.
 Grid sampling_grid(const Grid &pixels, const PixelFilter &filter) noexcept;

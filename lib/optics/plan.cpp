@@ -317,7 +317,7 @@ Cost cost_of(const Scene &scene, const Pupil &pupil, const Plan &plan) {
     // pupil and is skipped.
     const double transform = padded ? 10 * side * side * std::log2(side) : n * cols * (1.6 * n + 2 * rows);
     const double elements = kFieldFlops * n * n + kImageFlops * samples;
-    const double filter = plan.filter.empty() ? 0 : 3 * static_cast<double>(plan.filter.taps.size()) * 2 * samples;
+    const double filter = plan.filter.empty() ? 0 : 3 * static_cast<double>(plan.filter.taps()) * samples;
     const double one_image = wavelengths * (transform + elements) + filter;
 
     const Fields in = fields_of(scene, plan);
@@ -348,7 +348,7 @@ Plan make_plan(const Scene &scene, const Pupil &pupil, const Light &light, Engin
     plan.workers = workers;
     const Detector &detector = scene.detector;
     plan.pixels = {detector.rows, detector.cols, detector.pixel_scale_arcsec * kLongPi / 648000};
-    plan.filter = make_filter(cutoff_of(pupil, light, plan.pixels), detector.integrated, scene.systematics.jitter_px,
+    plan.filter = make_filter(cutoff_of(pupil, light, plan.pixels), detector.integrated, scene.systematics.jitter,
                               scene.accuracy);
     if (engine == EngineKind::padded_fft)
         check_padded_fft(scene, light, plan);

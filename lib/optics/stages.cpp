@@ -27,7 +27,7 @@ const Stage kAllStages[kStages] = {
     {"gain and bias",
      [](const Scene &scene) { return scene.detector.gain_e_per_dn != 1 || scene.detector.bias_dn != 0; }},
     {"bit depth", [](const Scene &scene) { return scene.detector.bit_depth != 0; }},
-    {"jitter", [](const Scene &scene) { return scene.systematics.jitter_px != 0; }},
+    {"jitter", [](const Scene &scene) { return scene.systematics.jitter.any(); }},
     {"systematics", [](const Scene &scene) { return scene.systematics.any(); }},
 };
 

@@ -80,8 +80,28 @@ void read_jitter(const Reader &reader, const Row &row, Systematics &systematics)
     if (jitter.drift_per_day != 0)
         reader.refuse(Status::unsupported, row.key,
                       ".drift_per_day = %g: must be 0: the blur is the same in all frames", jitter.drift_per_day);
-    systematics.jitter_px = jitter.rms;
+    systematics.jitter.xx = systematics.jitter.yy = jitter.rms * jitter.rms;
 }
+
+// A blur along a line has xy = sqrt(xx yy), which may be rounded.
+void check_covariance(const Reader &reader, const Systematics &systematics) {
+    const Jitter &jitter = systematics.jitter;
+    const double most = std::sqrt(jitter.xx * jitter.yy);
+    if (std::fabs(jitter.xy) > most * (1 + 1e-12))
+        reader.refuse(Status::scene, "jitter_covariance_px2.xy",
+                      " = %g: must be in [-%g, %g] px^2, the square root of xx times yy", jitter.xy, most, most);
+}
+
+constexpr Range kVariance = within(0, 100, "px^2");
+constexpr Row kJitterRows[] = {
+    required<&Jitter::xx>("xx", kVariance, "Variance in x"),
+    required<&Jitter::yy>("yy", kVariance, "Variance in y"),
+    optional<&Jitter::xy>("xy", within(-100, 100, "px^2"), "Covariance; xy^2 is at most xx yy"),
+};
+constexpr Group kJitter = group_of("jitter",
+                                   "Covariance of a Gaussian blur of the image, x to higher columns and y to "
+                                   "higher rows",
+                                   kJitterRows);
 
 template <auto member> constexpr Row drifting(const char *key, double most, const char *unit, const char *text) {
     return optional<read_member<member>>(key, within(0, most, unit), text).as(Type::number_or_drift);
@@ -98,7 +118,11 @@ constexpr Row kSystematicsRows[] = {
     drifting<&Systematics::flux>("flux_rms", 0.1, "", "Flux, relative; both stars independently"),
     optional<read_jitter>("jitter_sigma_px", within(0, 10, "px"),
                           "Jitter within a frame: a Gaussian blur, the same in all frames")
-        .as(Type::number_or_rms),
+        .as(Type::number_or_rms)
+        .either("jitter_covariance_px2"),
+    optional<&Systematics::jitter>("jitter_covariance_px2", &kJitter,
+                                   "Jitter that differs between x and y; instead of jitter_sigma_px")
+        .checked<check_covariance>(),
 };
 
 } // namespace

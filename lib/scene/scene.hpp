@@ -122,9 +122,15 @@ struct Disturbance {
     bool any() const noexcept { return rms != 0 || drift_per_day != 0; }
 };
 
+// Covariance of the jitter within a frame, px^2.
+struct Jitter {
+    double xx = 0, yy = 0, xy = 0;
+    bool any() const noexcept { return xx != 0 || yy != 0; }
+};
+
 struct Systematics {
     Disturbance pointing_px, roll_rad, scale, focus_nm, flux;
-    double jitter_px = 0; // the same blur in all frames, hence not counted by any()
+    Jitter jitter; // the same blur in all frames, hence not counted by any()
     bool any() const noexcept {
         return pointing_px.any() || roll_rad.any() || scale.any() || focus_nm.any() || flux.any();
     }

@@ -42,7 +42,8 @@ OTHER = dict(
     cadence={"times_days": [1, 2, 5], "exposure_s": 1})
 THIRD = dict(
     SCENE, stars={"A": SCENE["stars"]["A"]}, binary={"offsets_px": {"A": [0, 1]}}, signal={"kind": "none"},
-    telescope={"aperture_m": 0.125, "pupil_samples": 16, "mask": {"kind": "clear"}})
+    telescope={"aperture_m": 0.125, "pupil_samples": 16, "mask": {"kind": "clear"}},
+    systematics={"jitter_covariance_px2": {"xx": 0.04, "yy": 0.01, "xy": 0.01}})
 # Messages about one key. What they name, the schema refuses too; relations of several keys it does not know.
 OF_ONE_KEY = ("unknown key", "must be a ", "must be an ", "must be one of", "must be true or false", "needs kind",
               "needs a signal", "not allowed with", "give either relative", "give either peak", "give either ampl")
