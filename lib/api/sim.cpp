@@ -17,6 +17,7 @@
 #include "base/workers.hpp"
 #include "optics/stages.hpp"
 #include "optics/warnings.hpp"
+#include "scene/geometry.hpp"
 
 namespace api = toliman::api;
 namespace optics = toliman::optics;
@@ -135,7 +136,7 @@ toliman_sim_info info_of(const optics::Simulator &simulator) {
     info.pupil_samples = static_cast<int64_t>(scene.telescope.pupil_samples);
     info.seed = scene.noise.seed;
     info.amplitude_px = scene.signal.amplitude_px;
-    info.amplitude_uas = scene.signal.amplitude_px * scene.detector.pixel_scale_arcsec * 1e6;
+    info.amplitude_uas = scene.signal.amplitude_px * scene.detector.pixel_scale_arcsec * 1e6 / pixels_along_axis(scene);
     info.period_days = scene.signal.period_days;
     info.separation_px = light.separation_px;
     info.flux_ratio = light.photons[1].empty() ? 0 : total(light.photons[0]) / total(light.photons[1]);

@@ -13,6 +13,7 @@
 #include "base/constants.hpp"
 #include "base/error.hpp"
 #include "kernels/blackbody.hpp"
+#include "scene/geometry.hpp"
 #include "scene/spectrum_table.hpp"
 
 namespace toliman::optics {
@@ -105,7 +106,8 @@ Offsets offsets_of(const RelativePosition &position, const Scene &scene, const L
     double share_a = flux_b / (flux_a + flux_b); // of the separation, from the barycentre of the light to A
     if (scene.binary.centre != Binary::Centre::barycentre)
         share_a = scene.binary.centre == Binary::Centre::a ? 0 : 1;
-    const double from_a_to_b[2] = {-std::sin(angle) * separation, std::cos(angle) * separation};
+    const auto from_a_to_b =
+        geometry_of(scene.detector).to_pixels(-std::sin(angle) * separation, std::cos(angle) * separation);
     Offsets offsets;
     for (size_t axis = 0; axis < 2; axis++) {
         offsets[0][axis] = -share_a * from_a_to_b[axis];

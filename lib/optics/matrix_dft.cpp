@@ -6,6 +6,8 @@
 // detector's pixels are computed.
 // Folding: both grids are symmetric about 0, so that the parts of E even and odd in x and y meet only cosines or sines.
 // The complex products become real ones with a quarter of the flops (measured 2.5 times faster, equal to 1.1e-15).
+// Pixels whose rows are tilted, v = v_x x + v_y y, multiply the field between the two products by exp(-2 pi i y_pupil
+// v_x x / lambda); both grids remain regular.
 // Error: max error / peak of an image 3e-15 to 7e-15 against an 80-bit sum.
 // Reference: Soummer, Pueyo, Sivaramakrishnan and Vanderbei 2007, Optics Express 15, 15935.
 #include "optics/matrix_dft.hpp"
@@ -58,6 +60,9 @@ MatrixDft::MatrixDft(const Pupil &pupil, const Grid &grid, size_t fields)
         middle->resize(fields * 4 * h * u);
     for (Buffer<double> *sums : {&ee_, &eo_, &oe_, &oo_})
         sums->resize(fields * 2 * v * u);
+    if (grid.v_x != 0)
+        for (Buffer<double> *operand : {&shear_cosine_, &shear_sine_})
+            operand->resize(h * u);
     scratch_.resize(fields * std::max(4 * pupil.samples, 2 * grid.cols));
     if (!pupil.mixed.empty()) {
         amplitude_ = pupil.amplitude;
@@ -93,15 +98,37 @@ void MatrixDft::along_y(const Buffer<double> &middle, size_t part, const Buffer<
     }
 }
 
+// Multiplies the middle by exp(-2 pi i y j step), y the pupil row and j the pixel's column. With P the middle that is
+// even in j, -i Q the odd one, and C - i S the factor, whose sine is odd in y and in j, each pair of opposite parities
+// in y rotates: P' = P C - Q S, Q' = Q C + P S.
+void MatrixDft::shear(long double step) noexcept {
+    const size_t h = half(pupil_.samples), u = half(grid_.cols);
+    field_kernels().operand(pupil_.samples, grid_.cols, step, shear_cosine_.data(), shear_sine_.data());
+    for (size_t row = 0; row < fields_ * h; row++) {
+        const double *const cosine = shear_cosine_.data() + row % h * u, *const sine = shear_sine_.data() + row % h * u;
+        for (size_t part = 0; part < 4; part++) {
+            double *const p = even_middle_.data() + (4 * row + part) * u;
+            double *const q = odd_middle_.data() + (4 * row + (part + 2) % 4) * u;
+            for (size_t j = 0; j < u; j++) {
+                const double before = p[j];
+                p[j] = before * cosine[j] - q[j] * sine[j];
+                q[j] = q[j] * cosine[j] + before * sine[j];
+            }
+        }
+    }
+}
+
 void MatrixDft::transform(long double wavenumber, const long double *offset,
                           const std::vector<kernels::FieldTerm> &terms) noexcept {
     const long double step = step_of(pupil_, grid_, wavenumber);
     const size_t n = pupil_.samples;
-    tilt(offset[0] * step, tilt_x_);
-    tilt(offset[1] * step, tilt_y_);
-    field_kernels().operand(n, grid_.cols, step, cosine_x_.data(), sine_x_.data());
-    if (grid_.rows != grid_.cols)
-        field_kernels().operand(n, grid_.rows, step, cosine_y_.data(), sine_y_.data());
+    const auto angle = angle_of(grid_, offset[0], offset[1]);
+    tilt(angle[0] * step, tilt_x_);
+    tilt(angle[1] * step, tilt_y_);
+    field_kernels().operand(n, grid_.cols, step * grid_.u_x, cosine_x_.data(), sine_x_.data());
+    const bool square = grid_.rows == grid_.cols && grid_.u_x == grid_.v_y;
+    if (!square)
+        field_kernels().operand(n, grid_.rows, step * grid_.v_y, cosine_y_.data(), sine_y_.data());
     const bool mixed = !pupil_.mixed.empty();
     if (mixed)
         resolve_mixed(pupil_, static_cast<double>(wavenumber), amplitude_.data(), opd_m_.data());
@@ -111,7 +138,8 @@ void MatrixDft::transform(long double wavenumber, const long double *offset,
                          scratch_.data(), even_.data(), odd_.data());
     along_x(even_, cosine_x_, even_middle_);
     along_x(odd_, sine_x_, odd_middle_);
-    const bool square = grid_.rows == grid_.cols;
+    if (grid_.v_x != 0)
+        shear(step * grid_.v_x);
     const Buffer<double> &cosine_y = square ? cosine_x_ : cosine_y_, &sine_y = square ? sine_x_ : sine_y_;
     along_y(even_middle_, 0, cosine_y, ee_);
     along_y(odd_middle_, 0, cosine_y, eo_);

@@ -17,6 +17,7 @@ class MatrixDft : public Transform {
     void along_x(const Buffer<double> &folded, const Buffer<double> &operand, Buffer<double> &middle) noexcept;
     void along_y(const Buffer<double> &middle, size_t part, const Buffer<double> &operand,
                  Buffer<double> &sums) noexcept;
+    void shear(long double step) noexcept;
 
     const Pupil &pupil_;
     Grid grid_;
@@ -25,9 +26,10 @@ class MatrixDft : public Transform {
     Buffer<double> amplitude_, opd_m_; // the pupil at the last wavenumber; empty without mixed cells
     Buffer<double> tilt_x_, tilt_y_;
     Buffer<double> cosine_x_, sine_x_, cosine_y_, sine_y_;
-    Buffer<double> even_, odd_;               // folded fields, parts even and odd in x
-    Buffer<double> even_middle_, odd_middle_; // transformed along x
-    Buffer<double> ee_, eo_, oe_, oo_;        // transformed along y
+    Buffer<double> shear_cosine_, shear_sine_; // [half(n)][half(cols)]; empty if the rows are not tilted
+    Buffer<double> even_, odd_;                // folded fields, parts even and odd in x
+    Buffer<double> even_middle_, odd_middle_;  // transformed along x
+    Buffer<double> ee_, eo_, oe_, oo_;         // transformed along y
     Buffer<double> scratch_;
 };
 

@@ -235,7 +235,11 @@ PixelFilter make_filter(double cutoff, bool integrated, const Jitter &jitter, do
 
 Grid sampling_grid(const Grid &pixels, const PixelFilter &filter) noexcept {
     const auto samples = [&](size_t n) { return (n - 1) * filter.oversampling + 1 + 2 * filter.margin(); };
-    return {samples(pixels.rows), samples(pixels.cols), pixels.pitch_rad / filter.oversampling};
+    Grid grid = pixels;
+    grid.rows = samples(pixels.rows);
+    grid.cols = samples(pixels.cols);
+    grid.pitch_rad /= filter.oversampling;
+    return grid;
 }
 
 Buffer<double> filtered(const Buffer<double> &samples, const Grid &pixels, const PixelFilter &filter) {

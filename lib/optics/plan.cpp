@@ -21,6 +21,7 @@
 #include "optics/nodes.hpp"
 #include "optics/padded_fft.hpp"
 #include "optics/reach.hpp"
+#include "scene/geometry.hpp"
 
 namespace toliman::optics {
 
@@ -50,9 +51,16 @@ constexpr double kStarFields = 4; // the image, its two slopes and focus
 constexpr double kFrameImages =
     11; // in memory in addition to higher derivatives by displacement and to those by position
 
+// Largest angle, in units of the pitch, of a displacement by one pixel: the largest singular value of the grid's map.
+double longest_pixel(const Grid &grid) noexcept {
+    const auto a = static_cast<double>(grid.u_x), b = static_cast<double>(grid.v_x), c = static_cast<double>(grid.v_y);
+    return 0.5 * (std::hypot(a + c, b) + std::hypot(a - c, b));
+}
+
 // Highest frequency of an image, in cycles per pixel.
 double cutoff_of(const Pupil &pupil, const Light &light, const Grid &pixels) noexcept {
-    return pupil.aperture_m * static_cast<double>(pixels.pitch_rad) / light.wavelength_m.front();
+    return pupil.aperture_m * static_cast<double>(pixels.pitch_rad) / light.wavelength_m.front() *
+           longest_pixel(pixels);
 }
 
 // The discrete transform is periodic: images repeat every N lambda/D (matrix DFT) or every side of the padded array
@@ -104,6 +112,10 @@ void check_padded_fft(const Scene &scene, const Light &light, Plan &plan) {
              "%s: {telescope}: the fft engine resamples the pupil at each wavelength: mask, amplitude and OPD files "
              "are not supported",
              scene.source.c_str());
+    if (scene.detector.scale_anisotropy != 0 || scene.detector.shear != 0)
+        fail(Status::unsupported,
+             "%s: {detector}: the fft engine has square pixels: scale_anisotropy and shear are not supported",
+             scene.source.c_str());
     const Grid grid = sampling_grid(plan.pixels, plan.filter);
     const size_t most = embedded_samples(scene, grid, 1 / light.wavelength_m.front());
     if (most > padded_side(grid))
@@ -122,7 +134,8 @@ void choose_wavelengths(const Scene &scene, const Pupil &pupil, const Light &lig
         return;
     if (!(peak > 0)) // spectral lines may cancel in the rough image
         return;
-    const std::vector<double> errors = node_errors(pupil, light, plan.pixels, workers);
+    const Grid widest = {plan.pixels.rows, plan.pixels.cols, plan.pixels.pitch_rad * longest_pixel(plan.pixels)};
+    const std::vector<double> errors = node_errors(pupil, light, widest, workers);
     for (size_t nodes = 1; nodes < std::min(errors.size(), plan.scene_wavelengths); nodes++) {
         const double error = kNodeErrorMargin * errors[nodes] / peak;
         if (!(error <= scene.accuracy))
@@ -303,6 +316,17 @@ double bytes_of(const Pupil &pupil, const Plan &plan, const Fields &fields) noex
     return sizeof(double) * (kept + std::max(work_space(at_once), frames));
 }
 
+Grid grid_of(const Detector &detector) noexcept {
+    const Geometry geometry = geometry_of(detector);
+    const long double u_x = 1 / static_cast<long double>(geometry.xx), v_y = 1 / static_cast<long double>(geometry.yy);
+    return {detector.rows,
+            detector.cols,
+            detector.pixel_scale_arcsec * kLongPi / 648000,
+            u_x,
+            -geometry.yx * u_x * v_y,
+            v_y};
+}
+
 } // namespace
 
 Cost cost_of(const Scene &scene, const Pupil &pupil, const Plan &plan) {
@@ -347,7 +371,7 @@ Plan make_plan(const Scene &scene, const Pupil &pupil, const Light &light, Engin
     plan.engine = engine;
     plan.workers = workers;
     const Detector &detector = scene.detector;
-    plan.pixels = {detector.rows, detector.cols, detector.pixel_scale_arcsec * kLongPi / 648000};
+    plan.pixels = grid_of(detector);
     plan.filter = make_filter(cutoff_of(pupil, light, plan.pixels), detector.integrated, scene.systematics.jitter,
                               scene.accuracy);
     if (engine == EngineKind::padded_fft)

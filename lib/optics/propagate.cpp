@@ -1,6 +1,8 @@
 // Method: Fraunhofer diffraction, wavelength by wavelength. With E the pupil field, F its Fourier transform and w the
 // photons of the wavelength,
-//     E = A exp(2 pi i (OPD + x u_0 + y v_0) / lambda),   I(u, v) = sum over lambda of w |F|^2 (D/N p/lambda)^2 / area.
+//     E = A exp(2 pi i (OPD + x u_0 + y v_0) / lambda),   I(u, v) = sum over lambda of w |F|^2 (D/N p/lambda)^2 a /
+//     area,
+// a the area of a pixel in units of p^2.
 // Derivatives are exact: d/du_0 multiplies E by (2 pi i/lambda) x, defocus by (2 pi i/lambda) Z_4, so that each is one
 // more propagated field, and Leibniz' rule makes the derivatives of |F|^2 = F conj(F) from their products. Finite
 // differences would amplify rounding errors. Images are in double precision: in single precision the difference
@@ -142,14 +144,19 @@ Chunk::Chunk(const Task &task, Transform &transform)
 
 void Chunk::set_terms(const Pupil &pupil, long double wavenumber) {
     const auto slope = static_cast<double>(2 * kLongPi * step_of(pupil, task_.grid, wavenumber));
-    const double x = slope * task_.light.axis[0], y = slope * task_.light.axis[1];
+    const double *const axis = task_.light.axis;
+    const auto along = angle_of(task_.grid, axis[0], axis[1]), across = angle_of(task_.grid, -axis[1], axis[0]);
     terms_.clear();
     for (size_t i = 1; i < task_.orders.size(); i++) {
         const Order order = task_.orders[i];
         if (order.along > 0)
-            terms_.push_back({index_of(task_.orders, order.along - 1, order.across), x, y, nullptr, 0});
+            terms_.push_back({index_of(task_.orders, order.along - 1, order.across),
+                              slope * static_cast<double>(along[0]), slope * static_cast<double>(along[1]), nullptr,
+                              0});
         else
-            terms_.push_back({index_of(task_.orders, order.along, order.across - 1), -y, x, nullptr, 0});
+            terms_.push_back({index_of(task_.orders, order.along, order.across - 1),
+                              slope * static_cast<double>(across[0]), slope * static_cast<double>(across[1]), nullptr,
+                              0});
     }
     for (size_t i = 0; i < task_.focus_orders; i++)
         terms_.push_back({i == 0 ? 0 : task_.orders.size(), 0, 0, pupil.defocus.data(),
@@ -163,7 +170,8 @@ void Chunk::add(size_t wavelength) {
     const long double wavenumber = 1 / static_cast<long double>(task_.light.wavelength_m[wavelength]);
     const Pupil &pupil = transform_.pupil(wavenumber);
     const long double step = step_of(pupil, task_.grid, wavenumber);
-    const auto weight = static_cast<double>(photons * step * step / pupil.area);
+    const long double pixel = task_.grid.u_x * task_.grid.v_y; // area, in units of the squared pitch
+    const auto weight = static_cast<double>(photons * step * step * pixel / pupil.area);
     set_terms(pupil, wavenumber);
     transform_.transform(wavenumber, task_.offset, terms_);
     for (size_t i = 0; i < weighted_.size(); i++)

@@ -1,5 +1,6 @@
 // Interface of the propagation engines: pupil fields of a star at one wavelength to focal fields on a grid of pixels.
 #pragma once
+#include <array>
 #include <vector>
 
 #include "base/buffer.hpp"
@@ -8,10 +9,12 @@
 
 namespace toliman::optics {
 
-// The pixels on which images are computed, symmetric about the axis.
+// The pixels on which images are computed, symmetric about the axis. Pixel (x, y) is at the angle (u_x x, v_x x + v_y
+// y) in units of the pitch.
 struct Grid {
     size_t rows, cols;
     long double pitch_rad; // in double the edge of a frame would be off by 1e-14 px
+    long double u_x = 1, v_x = 0, v_y = 1;
 };
 
 // An engine's work space, used by one thread at a time.
@@ -34,6 +37,11 @@ class Transform {
 // Phase (cycles) per pupil sample and pixel, (D/N) p/lambda.
 inline long double step_of(const Pupil &pupil, const Grid &grid, long double wavenumber) noexcept {
     return pupil.aperture_m * grid.pitch_rad * wavenumber / static_cast<long double>(pupil.samples);
+}
+
+// The angle, in units of the pitch, of a displacement [x, y] in pixels.
+inline std::array<long double, 2> angle_of(const Grid &grid, long double x, long double y) noexcept {
+    return {grid.u_x * x, grid.v_x * x + grid.v_y * y};
 }
 
 // Linear phase (cycles) of each pupil column or row: `step` per sample, 0 at the centre, reduced to [-1/2, 1/2].

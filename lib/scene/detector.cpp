@@ -26,6 +26,13 @@ constexpr Row kDetectorRows[] = {
     optional<&Detector::integrated>(
         "pixel", Words{"point integrated"},
         "Sampling; point: the image at the pixel's centre; integrated: its mean over the pixel"),
+    optional<&Detector::scale_anisotropy>("scale_anisotropy", within(-0.1, 0.1),
+                                          "Relative difference of the scales in x and y: an angle (u, v) in units of "
+                                          "pixel_scale_arcsec, u and v along the pupil's axes, is at the pixels x = "
+                                          "(1 + scale_anisotropy) u, y = shear u + (1 - scale_anisotropy) v"),
+    optional<&Detector::shear>("shear", within(-0.1, 0.1),
+                               "Tilt of the rows: pixels in y per unit of u; see "
+                               "scale_anisotropy"),
     optional<&Detector::rotation_deg>("rotation_deg", kTurn, "Position angle of the +y axis"),
     optional<&Detector::qe>("qe", above(0, 1),
                             "Quantum efficiency, electrons per photon; photons_per_s and peak_photons are photons "

@@ -5,6 +5,7 @@
 
 #include "base/hash.hpp"
 #include "base/name.hpp"
+#include "scene/geometry.hpp"
 #include "scene/groups.hpp"
 #include "scene/wobble.hpp"
 
@@ -70,7 +71,7 @@ void derive_signal(const Reader &reader, Scene &scene) {
     if (!distance_pc)
         reader.refuse(Status::scene, "signal.kind", " = \"planet\": needs binary.distance_pc");
     const Planet planet = {signal.mass_earth, signal.semi_major_au, *mass_sun, *distance_pc};
-    signal.amplitude_px = reflex_uas(planet) / (1e6 * scene.detector.pixel_scale_arcsec);
+    signal.amplitude_px = reflex_uas(planet) / (1e6 * scene.detector.pixel_scale_arcsec) * pixels_along_axis(scene);
     signal.period_days = period_days(planet);
     const double farthest = signal.amplitude_px * (1 + signal.eccentricity);
     if (farthest > kFarthestDisplacement)

@@ -105,13 +105,14 @@ double longest_days(const Cadence &cadence) noexcept; // largest |time| of a fra
 struct Detector {
     size_t rows = 0, cols = 0;
     double pixel_scale_arcsec = 0;
-    double rotation_deg = 0;           // position angle of the +y axis
-    bool integrated = false;           // integrate over the pixel's area; otherwise sample the image at its centre
-    double qe = 1;                     // electrons per photon
-    int64_t coadds = 1;                // frames summed on board
-    double flat_rms = 0;               // of the pixels' response, relative
-    double dark_e_per_s = 0;           // per pixel
-    std::optional<double> full_well_e; // of each coadded frame
+    double scale_anisotropy = 0, shear = 0; // geometry.hpp
+    double rotation_deg = 0;                // position angle of the +y axis
+    bool integrated = false;                // integrate over the pixel's area; otherwise sample the image at its centre
+    double qe = 1;                          // electrons per photon
+    int64_t coadds = 1;                     // frames summed on board
+    double flat_rms = 0;                    // of the pixels' response, relative
+    double dark_e_per_s = 0;                // per pixel
+    std::optional<double> full_well_e;      // of each coadded frame
     double gain_e_per_dn = 1, bias_dn = 0;
     int bit_depth = 0; // 0 = counts are not rounded
 };

@@ -1,3 +1,4 @@
+#include "scene/geometry.hpp"
 #include "scene/groups.hpp"
 
 namespace toliman::scene {
@@ -15,7 +16,8 @@ void check_star(const Reader &reader, const Signal &signal) {
 }
 
 void read_microarcsec(const Reader &reader, const Row &row, Signal &signal) {
-    const double microarcsec_per_px = reader.scene().detector.pixel_scale_arcsec * 1e6;
+    const Scene &scene = reader.scene();
+    const double microarcsec_per_px = scene.detector.pixel_scale_arcsec * 1e6 / pixels_along_axis(scene);
     const Range range = within(0, kFarthestDisplacement * microarcsec_per_px, row.range.unit);
     signal.amplitude_px = reader.number(row.key, range) / microarcsec_per_px;
 }

@@ -27,6 +27,7 @@ SCENE = {
     "signal": {"kind": "sinusoid", "star": "B", "amplitude_px": 1e-3, "period_days": 40, "phase_rad": 0.1},
     "cadence": {"frames": 10, "interval_days": 2, "exposure_s": 10},
     "detector": {"shape": [8, 8], "pixel_scale_arcsec": 0.2, "pixel": "integrated", "rotation_deg": 3, "qe": 0.9,
+                 "scale_anisotropy": 0.01, "shear": -0.01,
                  "coadds": 2, "flat_rms": 0.01, "dark_e_per_s": 1, "full_well_e": 1e9, "gain_e_per_dn": 2,
                  "bias_dn": 100, "bit_depth": 32},
     "noise": {"photon": True, "read_e": 2, "seed": 7},
