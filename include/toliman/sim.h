@@ -54,7 +54,8 @@
  *                at the detector. Light outside the frame is lost.
  *
  *   Spectrum     Wavelengths in uniform steps, both ends with half weight (trapezoidal rule). A single wavelength and
- *                spectral lines are used as given.
+ *                spectral lines are used as given. Fluxes of a scene are those over the band: temperatures and modes of
+ * a spectrum change its shape only.
  *
  *   Pixel        "point": intensity at the centre of the pixel. "integrated": mean intensity over the square pixel.
  *

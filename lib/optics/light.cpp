@@ -49,6 +49,19 @@ std::vector<Sample> sample_table(const Scene &scene, const Spectrum &spectrum) {
     return samples;
 }
 
+// 1 + sum over k of modes[k - 1] P_k(x), by the recurrence k P_k = (2 k - 1) x P_(k-1) - (k - 1) P_(k-2).
+double mode_factor(const std::vector<double> &modes, double x) noexcept {
+    double factor = 1, last = 0, polynomial = 1;
+    for (size_t i = 0; i < modes.size(); i++) {
+        const auto k = static_cast<double>(i + 1);
+        const double next = ((2 * k - 1) * x * polynomial - (k - 1) * last) / k;
+        last = polynomial;
+        polynomial = next;
+        factor += modes[i] * polynomial;
+    }
+    return factor;
+}
+
 std::vector<Sample> sample_spectrum(const Scene &scene, const Spectrum &spectrum) {
     std::vector<Sample> samples;
     switch (spectrum.kind) {
@@ -58,11 +71,35 @@ std::vector<Sample> sample_spectrum(const Scene &scene, const Spectrum &spectrum
             sample.weight *= kernels::blackbody_photons(sample.wavelength_nm * 1e-9, spectrum.temperature_k);
         break;
     case Spectrum::Kind::table:
-        return sample_table(scene, spectrum);
+        samples = sample_table(scene, spectrum);
+        break;
     case Spectrum::Kind::lines:
         for (size_t i = 0; i < spectrum.weight.size(); i++)
             samples.push_back({spectrum.wavelength_nm[i], spectrum.weight[i]});
         break;
+    }
+    return samples;
+}
+
+// The star's spectrum with its deviations: its temperature, and modes.
+std::vector<Sample> sample_star(const Scene &scene, size_t star) {
+    const Spectrum &spectrum = scene.stars[star].spectrum;
+    std::vector<Sample> samples = sample_spectrum(scene, spectrum);
+    if (spectrum.star_temperature_k != spectrum.table_temperature_k)
+        for (Sample &sample : samples)
+            sample.weight *= kernels::blackbody_photons(sample.wavelength_nm * 1e-9, spectrum.star_temperature_k) /
+                             kernels::blackbody_photons(sample.wavelength_nm * 1e-9, spectrum.table_temperature_k);
+    if (spectrum.modes.empty())
+        return samples;
+    const Band &band = *scene.band;
+    for (Sample &sample : samples) {
+        const double x = (2 * sample.wavelength_nm - band.min_nm - band.max_nm) / (band.max_nm - band.min_nm);
+        const double factor = mode_factor(spectrum.modes, x);
+        if (!(factor >= 0))
+            fail(Status::scene,
+                 "%s: {stars.%c.spectrum.modes}: multiply the spectrum by %g at %g nm: must not be negative",
+                 scene.source.c_str(), star == 0 ? 'A' : 'B', factor, sample.wavelength_nm);
+        sample.weight *= factor;
     }
     return samples;
 }
@@ -77,7 +114,7 @@ double flux_of(const Scene &scene, const Star &star) {
 void sample_stars(const Scene &scene, Light &light) {
     std::map<double, std::array<double, 2>> photons; // of both stars by wavelength in nm
     for (size_t star = 0; star < scene.stars.size(); star++) {
-        const std::vector<Sample> samples = sample_spectrum(scene, scene.stars[star].spectrum);
+        const std::vector<Sample> samples = sample_star(scene, star);
         double sum = 0;
         for (const Sample &sample : samples)
             sum += sample.weight;

@@ -62,9 +62,11 @@ struct Band {
 
 struct Spectrum {
     enum class Kind { blackbody, table, lines } kind = Kind::blackbody;
-    double temperature_k = 0;
+    double temperature_k = 0; // of a black body
     std::string file;
-    std::vector<double> wavelength_nm, weight; // lines
+    double star_temperature_k = 0, table_temperature_k = 0; // ratio of black bodies that multiplies the table; 0 = none
+    std::vector<double> wavelength_nm, weight;              // lines
+    std::vector<double> modes;                              // coefficients of Legendre polynomials 1, 2, ...
 };
 
 struct Star {

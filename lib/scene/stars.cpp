@@ -39,6 +39,17 @@ constexpr Row kBandRows[] = {
     optional<read_wavelength>("wavelength_nm", kWavelength, "The only wavelength"),
 };
 
+constexpr Range kTemperature = within(100, 1e6, "K");
+constexpr Condition kIsTable = is("kind", "table");
+constexpr Condition kByTemperature =
+    with("star_temperature_k table_temperature_k", "needs star_temperature_k and table_temperature_k");
+
+void check_modes(const Reader &reader, const Spectrum & /*spectrum*/) {
+    const std::optional<Band> &band = reader.scene().band;
+    if (band && band->steps == 0)
+        reader.refuse(Status::scene, "modes", ": needs a band of several wavelengths");
+}
+
 void check_weights(const Reader &reader, const Spectrum &spectrum) {
     if (spectrum.weight.size() != spectrum.wavelength_nm.size())
         reader.refuse(Status::scene, "weight", ": has %zu numbers: must have %zu, one per spectral line",
@@ -50,10 +61,22 @@ void check_weights(const Reader &reader, const Spectrum &spectrum) {
 constexpr Row kSpectrumRows[] = {
     required<&Spectrum::kind>("kind", Words{"blackbody table lines"},
                               "blackbody; table: interpolated linearly; lines: exactly the given wavelengths"),
-    required<&Spectrum::temperature_k>("temperature_k", within(100, 1e6, "K"), "Temperature")
-        .when(is("kind", "blackbody")),
-    required<&Spectrum::file>("file", "csv: wavelength_nm,relative photon flux; must cover the band")
-        .when(is("kind", "table")),
+    required<&Spectrum::temperature_k>("temperature_k", kTemperature, "Temperature").when(is("kind", "blackbody")),
+    required<&Spectrum::file>("file", "csv: wavelength_nm,relative photon flux; must cover the band").when(kIsTable),
+    required<&Spectrum::table_temperature_k>("table_temperature_k", kTemperature, "Temperature of the table's star")
+        .when(kIsTable, kByTemperature),
+    required<&Spectrum::star_temperature_k>(
+        "star_temperature_k", kTemperature,
+        "Temperature of the star: the table is multiplied by the ratio of the black "
+        "bodies of star_temperature_k and table_temperature_k")
+        .when(kIsTable, kByTemperature),
+    optional<&Spectrum::modes>("modes", within(-10, 10),
+                               "Coefficients c_1, c_2, ... that multiply the spectrum by 1 + sum of c_k P_k(x), which "
+                               "must not be negative: Legendre polynomials of x = -1 at min_nm to 1 at max_nm of the "
+                               "band; the flux over the band does not change")
+        .entries(1, 11)
+        .when(is("kind", "blackbody table"))
+        .checked<check_modes>(),
     required<&Spectrum::wavelength_nm>("wavelength_nm", kWavelength, "Wavelengths")
         .entries(1, 1024)
         .when(is("kind", "lines")),

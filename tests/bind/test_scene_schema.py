@@ -41,8 +41,9 @@ OTHER = dict(
     SCENE, band={"wavelength_nm": 575}, binary={"date": 2027, "orbit": ORBIT, "moving": True, "distance_pc": 1.3},
     signal={"kind": "planet", "star": "A", "mass_earth": 1, "semi_major_au": 1, "eccentricity": 0.2, "argument_deg": 30},
     cadence={"times_days": [1, 2, 5], "exposure_s": 1})
+DEVIATING = {"kind": "blackbody", "temperature_k": 5790, "modes": [0.1, -0.05]}
 THIRD = dict(
-    SCENE, stars={"A": SCENE["stars"]["A"]}, binary={"offsets_px": {"A": [0, 1]}}, signal={"kind": "none"},
+    SCENE, stars={"A": dict(SCENE["stars"]["A"], spectrum=DEVIATING)}, binary={"offsets_px": {"A": [0, 1]}}, signal={"kind": "none"},
     telescope={"aperture_m": 0.125, "pupil_samples": 16, "mask": {"kind": "clear"}},
     systematics={"jitter_covariance_px2": {"xx": 0.04, "yy": 0.01, "xy": 0.01}})
 # Messages about one key. What they name, the schema refuses too; relations of several keys it does not know.
