@@ -95,8 +95,9 @@
  *                in x and y independently. Roll rotates the star positions about the frame centre from x towards y,
  *                without rotating their diffraction patterns. Scale stretches the whole image about the centre. Focus
  *                is defocus (Noll's fourth Zernike polynomial, nm rms over the full aperture). The fluxes of the
- *                stars vary independently. x and y share one drift, and so do the two fluxes. Jitter is a Gaussian
- *                blur, the same in every frame, with a sigma or with its covariance in x and y.
+ *                stars vary independently. x and y share one drift, and so do the two fluxes. Background is uniform
+ *                light, photons per pixel before qe. Jitter is a Gaussian blur, the same in every frame, with a sigma
+ *                or with its covariance in x and y.
  *
  *   Nuisances    Quantities that an estimator does not assume to be known, each with a derivative image.
  *                preprocess.project of the scene lists those that estimators remove (project out). Shift x, y: both

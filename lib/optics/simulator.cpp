@@ -65,6 +65,10 @@ Simulator::Simulator(Outline outline, const Settings &settings)
     if (!(peak >= kFewestPhotons))
         fail(Status::scene, "%s: {cadence}: the brightest pixel expects %g photons: must be at least %g",
              scene_.source.c_str(), peak, kFewestPhotons);
+    if (scene_.systematics.background_photons.any()) {
+        uniform_.assign(pixels(), 1.0);
+        detector_.apply_response(uniform_);
+    }
     min_displacement_ = max_displacement_ = displacement_px(0);
     for (int64_t k = 0; k < scene_.cadence.frames; k++) {
         const double displacement = displacement_px(k);
@@ -171,6 +175,8 @@ void Simulator::expect_disturbed(double displacement_px, const Disturbances &dis
     else if (still != nullptr)
         add_scale_and_focus(still->scale, still->focus, still->focus_curve);
     const bool scale_or_focus = disturbances.scale != 0 || disturbances.focus_nm != 0;
+    if (disturbances.background_photons != 0)
+        terms.push_back({uniform_.data(), disturbances.background_photons});
     StarImages repropagated[2];
     for (size_t star = 0; star < scene_.stars.size(); star++) {
         const double wobble = star == scene_.signal.star ? displacement_px : 0;

@@ -90,6 +90,7 @@ class Simulator {
     DetectorStages detector_;
     Anchors anchors_;
     Images images_;
+    Buffer<double> uniform_; // expected electrons of one photon in each pixel; empty if the background does not vary
     double min_displacement_ = 0, max_displacement_ = 0; // of the signal over the cadence
     mutable std::mutex mutex_;
     mutable std::optional<Bounds> bounds_;

@@ -16,7 +16,8 @@ namespace toliman::optics {
 
 namespace {
 
-enum Draw { pointing_x, pointing_y, roll, scale, focus, flux_a, flux_b, draws };
+// Numbers of the variates: append new ones.
+enum Draw { pointing_x, pointing_y, roll, scale, focus, flux_a, flux_b, background, draws };
 
 // x^n / n!
 double power_over_factorial(double x, size_t n) noexcept {
@@ -38,7 +39,8 @@ Disturbances draw(const Systematics &systematics, uint64_t seed, uint64_t k, dou
             value(systematics.roll_rad, roll),
             value(systematics.scale, scale),
             value(systematics.focus_nm, focus),
-            {value(systematics.flux, flux_a), value(systematics.flux, flux_b)}};
+            {value(systematics.flux, flux_a), value(systematics.flux, flux_b)},
+            value(systematics.background_photons, background)};
 }
 
 std::array<double, 2> shift_of(const Disturbances &disturbances, const std::array<double, 2> &offset,

@@ -1,4 +1,5 @@
-// Systematics of one frame (pointing, roll, scale, focus, flux), and the weighted sum of images that models them.
+// Systematics of one frame (pointing, roll, scale, focus, flux, background), and the weighted sum of images that models
+// them.
 #pragma once
 #include <array>
 #include <vector>
@@ -10,7 +11,7 @@ namespace toliman::optics {
 
 // The systematics of one frame.
 struct Disturbances {
-    double pointing_px[2], roll_rad, scale, focus_nm, flux[2];
+    double pointing_px[2], roll_rad, scale, focus_nm, flux[2], background_photons;
 };
 
 // Draws those of frame k: each is its rms times a normal variate of (seed, k), plus its drift times `days`.

@@ -123,6 +123,9 @@ constexpr Row kSystematicsRows[] = {
     drifting<&Systematics::scale>("scale_rms", 0.01, "", "Pixel scale, relative"),
     drifting<&Systematics::focus_nm>("focus_rms_nm", 1000, "nm", "Focus, rms of the wavefront"),
     drifting<&Systematics::flux>("flux_rms", 0.1, "", "Flux, relative; both stars independently"),
+    drifting<&Systematics::background_photons>("background_rms_photons", 1e9, "photons",
+                                               "Uniform light, photons per pixel before qe; may be negative, but no "
+                                               "expected pixel is below 0. Estimators do not know it"),
     optional<read_jitter>("jitter_sigma_px", within(0, 10, "px"),
                           "Jitter within a frame: a Gaussian blur, the same in all frames")
         .as(Type::number_or_rms)

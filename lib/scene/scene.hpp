@@ -132,10 +132,11 @@ struct Jitter {
 };
 
 struct Systematics {
-    Disturbance pointing_px, roll_rad, scale, focus_nm, flux;
+    Disturbance pointing_px, roll_rad, scale, focus_nm, flux, background_photons;
     Jitter jitter; // the same blur in all frames, hence not counted by any()
     bool any() const noexcept {
-        return pointing_px.any() || roll_rad.any() || scale.any() || focus_nm.any() || flux.any();
+        return pointing_px.any() || roll_rad.any() || scale.any() || focus_nm.any() || flux.any() ||
+               background_photons.any();
     }
 };
 

@@ -147,6 +147,8 @@ class Schema(ProgramTest):
             (False, "systematics", {"pointing_rms_px": {"drift_per_day": 1}}),
             (False, "systematics", {"jitter_sigma_px": {"rms": 1, "drift_per_day": 1}}),
             (False, "systematics", {"jitter_sigma_px": 11}),
+            (True, "systematics", {"background_rms_photons": {"rms": 0, "drift_per_day": -1}}),
+            (False, "systematics", {"background_rms_photons": -1}),
             (True, "systematics", {"jitter_covariance_px2": {"xx": 0.09, "yy": 0.04, "xy": -0.06}}),
             (False, "systematics", {"jitter_covariance_px2": {"xx": 0.09}}),
             (False, "systematics", {"jitter_covariance_px2": {"xx": -0.09, "yy": 0.04}}),
