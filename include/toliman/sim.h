@@ -21,10 +21,10 @@
  *   Detector     The centre of pixel j is u_j = (j - (n-1)/2) p, where p is the pixel scale and n the number of
  *                pixels. For even n, the optical axis is the corner shared by the four middle pixels. Offsets are in
  *                pixels from the axis: +x towards higher columns, +y towards higher rows. The rotation of the
- *                detector is the position angle, from north through east, to which its +y axis points. With a
- *                scale_anisotropy a or shear s of the scene, an angle (u, v) in units of p is at the pixels x = (1 + a)
- * u, y = s u + (1 - a) v, and pixels are the images of unit squares; displacements, shifts, roll, scale and jitter are
- * in pixels.
+ *                detector is the position angle, from north through east, to which its +y axis points. With
+ *                scale_anisotropy a and shear s of the scene, an angle (u, v) in units of p is at the pixels
+ *                x = (1 + a) u, y = s u + (1 - a) v, and a pixel covers a parallelogram. Displacements, shifts, roll,
+ *                scale and jitter are in pixels.
  *
  *   Pupil        Sample i is the centre of a cell at x_i = (i - (N-1)/2) D/N, where D is the aperture diameter and N
  *                the number of pupil samples. Amplitude A = open fraction of the cell times the transmission t of the
@@ -54,8 +54,8 @@
  *                at the detector. Light outside the frame is lost.
  *
  *   Spectrum     Wavelengths in uniform steps, both ends with half weight (trapezoidal rule). A single wavelength and
- *                spectral lines are used as given. Fluxes of a scene are those over the band: temperatures and modes of
- * a spectrum change its shape only.
+ *                spectral lines are used as given. Fluxes of a scene are those over the band: temperatures and modes
+ *                of a spectrum change its shape only.
  *
  *   Pixel        "point": intensity at the centre of the pixel. "integrated": mean intensity over the square pixel.
  *

@@ -74,9 +74,10 @@ class Search {
     bool stopped_ = false;
 };
 
-// The step of the scene's own mask or, if it has none, half of the middle wavelength: a phase step of pi.
+// The step of the scene's own mask or, if it has none, half of the middle wavelength: a phase step of pi. Edges,
+// rotation and shift of a spiral are kept; a scene that has none gets averages over areas.
 Mask Search::step_of(const optics::Simulator &simulator) {
-    const Mask &own = simulator.scene().telescope.mask; // a spiral's edges, rotation and shift are kept
+    const Mask &own = simulator.scene().telescope.mask;
     Mask step = own;
     if (own.kind != Mask::Kind::spiral)
         step.edges = Mask::Edges::area;
