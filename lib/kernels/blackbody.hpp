@@ -9,4 +9,7 @@ namespace toliman::kernels {
 // Notes     0 where the exponential overflows. Constants are those of the 2019 SI, which are exact.
 double blackbody_photons(double wavelength_m, double temperature_k) noexcept;
 
+// Its logarithmic derivative by the temperature, per K.
+double blackbody_rate(double wavelength_m, double temperature_k) noexcept;
+
 } // namespace toliman::kernels

@@ -18,12 +18,14 @@ static constexpr size_t half(size_t n) noexcept {
 
 // A field derived from an earlier one: i (slope_x x + slope_y y + mode) times it, with x and y in samples from the
 // centre. It is the derivative with respect to a parameter that adds this phase (rad), such as a tilt or a wavefront
-// mode.
+// mode. Or, with amplitude and opd_m, a field like field 0 of a pupil of its own: the derivative with respect to a
+// parameter that changes the transmission.
 struct FieldTerm {
     size_t parent; // index of the earlier field
     double slope_x, slope_y;
-    const double *mode; // [n][n], rad; NULL for none
-    double mode_scale;  // factor of mode
+    const double *mode;                                  // [n][n], rad; NULL for none
+    double mode_scale;                                   // factor of mode
+    const double *amplitude = nullptr, *opd_m = nullptr; // [n][n], instead of all the above; 0 beyond lit
 };
 
 // image += factor Re(p conj q) of two fields.

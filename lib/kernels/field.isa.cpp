@@ -109,8 +109,14 @@ void fold(const double *amplitude, const double *opd_m, size_t n, const size_t *
         for (size_t side = 0; side < 2; side++) {
             const size_t row = rows[side];
             field_row(amplitude + row * n, opd_m + row * n, n, wavenumber, tilt_x, tilt_y[row], sides[side]);
-            for (size_t k = 1; k < count; k++)
-                derived_row(terms[k - 1], n, row, k, sides[side]);
+            for (size_t k = 1; k < count; k++) {
+                const FieldTerm &term = terms[k - 1];
+                const Row own = {sides[side].at + k * sides[side].stride, sides[side].stride, first, end};
+                if (term.amplitude != nullptr)
+                    field_row(term.amplitude + row * n, term.opd_m + row * n, n, wavenumber, tilt_x, tilt_y[row], own);
+                else
+                    derived_row(term, n, row, k, sides[side]);
+            }
         }
         for (size_t k = 0; k < count; k++)
             for (size_t part = 0; part < 2; part++)

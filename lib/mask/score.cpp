@@ -47,7 +47,7 @@ Score score_of(Scene scene, const Mask &mask) {
     optics::Outline outline = optics::outline_of(std::move(scene), settings);
     const optics::Imager imager(outline.scene, outline.pupil, outline.plan, settings.workers);
     const optics::DetectorStages detector(outline.scene);
-    const optics::Images images(outline.scene, imager, outline.plan, detector, outline.light, {}, 1);
+    const optics::Images images(outline.scene, outline.pupil, imager, outline.plan, detector, outline.light, {}, 1);
     return score_of(images, outline.light);
 }
 

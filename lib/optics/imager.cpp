@@ -33,11 +33,17 @@ std::unique_ptr<Transform> Imager::transform(const Grid &grid, size_t fields) co
 
 StarImages Imager::images(const Light &light, size_t star, double displacement_px, const ImageRequest &request,
                           const std::function<void(double)> &on_progress) const {
+    return images_of_samples(plan_.nodes ? project_on_nodes(light, plan_.wavelengths) : light, star, displacement_px,
+                             request, on_progress);
+}
+
+StarImages Imager::images_of_samples(const Light &light, size_t star, double displacement_px,
+                                     const ImageRequest &request,
+                                     const std::function<void(double)> &on_progress) const {
     const PixelFilter &filter = plan_.filter;
     const auto finer = static_cast<double>(filter.oversampling);
-    const Light sampled = plan_.nodes ? project_on_nodes(light, plan_.wavelengths) : light;
     const Engine engine = [this](const Grid &grid, size_t fields) { return transform(grid, fields); };
-    StarImages images = propagate(engine, on_finer_grid(sampled, finer), sampling_grid(plan_.pixels, filter), star,
+    StarImages images = propagate(engine, on_finer_grid(light, finer), sampling_grid(plan_.pixels, filter), star,
                                   displacement_px * finer, request, workers_, on_progress);
     if (filter.empty())
         return images;
@@ -54,6 +60,10 @@ StarImages Imager::images(const Light &light, size_t star, double displacement_p
     to_pixels(images.focus, 0);
     to_pixels(images.focus_curve, 0);
     to_pixels(images.scale, 0);
+    to_pixels(images.anisotropy, 0);
+    to_pixels(images.shear, 0);
+    for (Buffer<double> &mode : images.modes)
+        to_pixels(mode, 0);
     return images;
 }
 

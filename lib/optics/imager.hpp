@@ -14,6 +14,10 @@ class Imager {
     StarImages images(const Light &light, size_t star, double displacement_px, const ImageRequest &request,
                       const std::function<void(double)> &on_progress = nullptr) const;
 
+    // The same with every wavelength of `light` propagated as given.
+    StarImages images_of_samples(const Light &light, size_t star, double displacement_px, const ImageRequest &request,
+                                 const std::function<void(double)> &on_progress = nullptr) const;
+
   private:
     std::unique_ptr<Transform> transform(const Grid &grid, size_t fields) const;
 

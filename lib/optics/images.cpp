@@ -66,9 +66,9 @@ void add_nuisances(const StarImages &star, const Light &light, size_t number, Di
 
 } // namespace
 
-Images::Images(const Scene &scene, const Imager &imager, const Plan &plan, const DetectorStages &detector, Light &light,
-               const Progress &progress, size_t order)
-    : scene_(scene), imager_(imager), plan_(plan), detector_(detector), light_(light) {
+Images::Images(const Scene &scene, const Pupil &pupil, const Imager &imager, const Plan &plan,
+               const DetectorStages &detector, Light &light, const Progress &progress, size_t order)
+    : scene_(scene), pupil_(pupil), imager_(imager), plan_(plan), detector_(detector), light_(light) {
     const size_t stars = scene.stars.size();
     StarImages images[2];
     for (size_t s = 0; s < stars; s++) {
@@ -118,6 +118,28 @@ const Disturbed &Images::disturbed() const {
     if (!disturbed_)
         propagate(!motion_, true);
     return *disturbed_;
+}
+
+const Buffer<double> &Images::derivative(Parameter parameter) const {
+    prepare({parameter});
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return derivatives_.at(parameter); // stays in place when others are added
+}
+
+void Images::prepare(const std::vector<Parameter> &parameters) const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    std::vector<Parameter> missing;
+    for (const Parameter parameter : parameters)
+        if (has_own_derivative(parameter) && derivatives_.count(parameter) == 0)
+            missing.push_back(parameter);
+    if (missing.empty())
+        return;
+    const MemoryScope scope(memory_);
+    std::vector<Buffer<double>> images = derivatives(scene_, pupil_, plan_, imager_, light_, missing);
+    for (size_t i = 0; i < missing.size(); i++) {
+        finish(images[i]);
+        derivatives_.emplace(missing[i], std::move(images[i]));
+    }
 }
 
 void Images::propagate(bool motion, bool disturbed) const {

@@ -2,12 +2,14 @@
 // frame (photons, where the detector has no qe).
 #pragma once
 #include <array>
+#include <map>
 #include <mutex>
 #include <optional>
 
 #include "base/buffer.hpp"
 #include "base/memory.hpp"
 #include "base/progress.hpp"
+#include "optics/derivatives.hpp"
 #include "optics/detector.hpp"
 #include "optics/imager.hpp"
 
@@ -38,8 +40,8 @@ class Images {
     // Propagates both stars, and at once the derivatives by the displacement up to this order. If the scene gives the
     // peak in photons, scales all images and `light` to it. All arguments but light and progress must outlive the
     // object.
-    Images(const Scene &scene, const Imager &imager, const Plan &plan, const DetectorStages &detector, Light &light,
-           const Progress &progress, size_t order = 0);
+    Images(const Scene &scene, const Pupil &pupil, const Imager &imager, const Plan &plan,
+           const DetectorStages &detector, Light &light, const Progress &progress, size_t order = 0);
 
     const Buffer<double> &star(size_t s) const noexcept { return star_[s]; } // B empty for a single star
     const Buffer<double> &both() const noexcept { return both_; } // reference frame: no displacement, with dark current
@@ -50,12 +52,18 @@ class Images {
     const Motion &motion() const;       // only up to the order of the constructor, if that was above 0
     const Disturbed &disturbed() const; // if motion() is missing too, both cost one propagation
 
+    // The derivative by a parameter with an own derivative (optics/derivatives.hpp), per unit. prepare() computes those
+    // that are missing at once, which costs less; parameters without an own derivative are skipped.
+    const Buffer<double> &derivative(Parameter parameter) const;
+    void prepare(const std::vector<Parameter> &parameters) const;
+
   private:
     void propagate(bool motion, bool disturbed) const;
     void set_motion(StarImages &star) const;
     void finish(Buffer<double> &image) const;
 
     const Scene &scene_;
+    const Pupil &pupil_;
     const Imager &imager_;
     const Plan &plan_;
     const DetectorStages &detector_;
@@ -67,6 +75,7 @@ class Images {
     mutable std::mutex mutex_;
     mutable std::optional<Motion> motion_;
     mutable std::optional<Disturbed> disturbed_;
+    mutable std::map<Parameter, Buffer<double>> derivatives_;
 };
 
 } // namespace toliman::optics

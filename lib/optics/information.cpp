@@ -14,7 +14,10 @@
 
 namespace toliman::optics {
 
-double bound_with(const Images &images, const std::vector<Nuisance> &free) {
+using Kind = Parameter::Kind;
+
+double bound_with(const Images &images, const std::vector<Parameter> &free) {
+    images.prepare(free);
     const size_t n = images.both().size();
     Buffer<double> nuisances(free.size() * n), signal(n);
     for (size_t k = 0; k < free.size(); k++)
@@ -25,35 +28,38 @@ double bound_with(const Images &images, const std::vector<Nuisance> &free) {
     return remaining > 0 ? 1 / remaining : std::numeric_limits<double>::infinity();
 }
 
-const Buffer<double> &image_of(const Images &images, Nuisance nuisance) {
-    switch (nuisance) {
-    case Nuisance::flux_a:
+const Buffer<double> &image_of(const Images &images, Parameter parameter) {
+    switch (parameter.kind) {
+    case Kind::separation:
+        return images.motion()[0];
+    case Kind::flux_a:
         return images.star(0);
-    case Nuisance::flux_b:
+    case Kind::flux_b:
         return images.star(1);
-    case Nuisance::shift_x:
+    case Kind::shift_x:
         return images.disturbed().shift_x;
-    case Nuisance::shift_y:
+    case Kind::shift_y:
         return images.disturbed().shift_y;
-    case Nuisance::roll:
+    case Kind::roll:
         return images.disturbed().roll;
-    case Nuisance::scale:
+    case Kind::scale:
         return images.disturbed().scale;
-    case Nuisance::focus:
+    case Kind::focus:
         return images.disturbed().focus;
-    case Nuisance::background:
-        break;
+    case Kind::background:
+        return images.disturbed().background;
+    default:
+        return images.derivative(parameter);
     }
-    return images.disturbed().background;
 }
 
 Bounds bound(const Scene &scene, const Images &images) {
-    std::vector<Nuisance> flux_shift = {Nuisance::flux_a};
+    std::vector<Parameter> flux_shift = {{Kind::flux_a}};
     if (scene.stars.size() == 2)
-        flux_shift.push_back(Nuisance::flux_b);
-    flux_shift.insert(flux_shift.end(), {Nuisance::shift_x, Nuisance::shift_y});
-    std::vector<Nuisance> all = flux_shift;
-    all.insert(all.end(), {Nuisance::roll, Nuisance::scale, Nuisance::focus, Nuisance::background});
+        flux_shift.push_back({Kind::flux_b});
+    flux_shift.insert(flux_shift.end(), {{Kind::shift_x}, {Kind::shift_y}});
+    std::vector<Parameter> all = flux_shift;
+    all.insert(all.end(), {{Kind::roll}, {Kind::scale}, {Kind::focus}, {Kind::background}});
     Bounds bounds;
     bounds.alone = bound_with(images, {});
     bounds.flux_shift = bound_with(images, flux_shift);

@@ -13,12 +13,12 @@ struct Bounds {
 };
 
 // The bound (px) with these nuisances free; infinity if nothing of the signal is left.
-double bound_with(const Images &images, const std::vector<Nuisance> &free);
+double bound_with(const Images &images, const std::vector<Parameter> &free);
 
 // The bounds of all four sets of free nuisances.
 Bounds bound(const Scene &scene, const Images &images);
 
-// The derivative image of a nuisance.
-const Buffer<double> &image_of(const Images &images, Nuisance nuisance);
+// The derivative image of a parameter.
+const Buffer<double> &image_of(const Images &images, Parameter parameter);
 
 } // namespace toliman::optics

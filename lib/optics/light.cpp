@@ -49,6 +49,8 @@ std::vector<Sample> sample_table(const Scene &scene, const Spectrum &spectrum) {
     return samples;
 }
 
+constexpr double kTableTemperature[2] = {5790, 5260}; // K, of tables that name none: alpha Centauri A and B
+
 // 1 + sum over k of modes[k - 1] P_k(x), by the recurrence k P_k = (2 k - 1) x P_(k-1) - (k - 1) P_(k-2).
 double mode_factor(const std::vector<double> &modes, double x) noexcept {
     double factor = 1, last = 0, polynomial = 1;
@@ -81,6 +83,12 @@ std::vector<Sample> sample_spectrum(const Scene &scene, const Spectrum &spectrum
     return samples;
 }
 
+// x = -1 ... 1 over the band.
+double in_band(const Scene &scene, double wavelength_nm) noexcept {
+    const Band &band = *scene.band;
+    return (2 * wavelength_nm - band.min_nm - band.max_nm) / (band.max_nm - band.min_nm);
+}
+
 // The star's spectrum with its deviations: its temperature, and modes.
 std::vector<Sample> sample_star(const Scene &scene, size_t star) {
     const Spectrum &spectrum = scene.stars[star].spectrum;
@@ -91,10 +99,8 @@ std::vector<Sample> sample_star(const Scene &scene, size_t star) {
                              kernels::blackbody_photons(sample.wavelength_nm * 1e-9, spectrum.table_temperature_k);
     if (spectrum.modes.empty())
         return samples;
-    const Band &band = *scene.band;
     for (Sample &sample : samples) {
-        const double x = (2 * sample.wavelength_nm - band.min_nm - band.max_nm) / (band.max_nm - band.min_nm);
-        const double factor = mode_factor(spectrum.modes, x);
+        const double factor = mode_factor(spectrum.modes, in_band(scene, sample.wavelength_nm));
         if (!(factor >= 0))
             fail(Status::scene,
                  "%s: {stars.%c.spectrum.modes}: multiply the spectrum by %g at %g nm: must not be negative",
@@ -164,6 +170,23 @@ void place_stars(const Scene &scene, Light &light) {
 }
 
 } // namespace
+
+double temperature_rate(const Scene &scene, size_t star, double wavelength_m) noexcept {
+    const Spectrum &spectrum = scene.stars[star].spectrum;
+    double temperature = spectrum.star_temperature_k;
+    if (spectrum.kind == Spectrum::Kind::blackbody)
+        temperature = spectrum.temperature_k;
+    else if (temperature == 0)
+        temperature = kTableTemperature[star];
+    return kernels::blackbody_rate(wavelength_m, temperature);
+}
+
+double mode_rate(const Scene &scene, size_t star, int number, double wavelength_m) {
+    const double x = in_band(scene, wavelength_m * 1e9);
+    std::vector<double> single(static_cast<size_t>(number), 0.0);
+    single.back() = 1;
+    return (mode_factor(single, x) - 1) / mode_factor(scene.stars[star].spectrum.modes, x);
+}
 
 Light make_light(const Scene &scene) {
     Light light;

@@ -21,6 +21,11 @@ struct Light {
 // Photons per frame are absolute if the cadence gives an exposure, else relative, to be scaled to the peak later.
 Light make_light(const Scene &scene);
 
+// Logarithmic derivatives of a star's spectrum at a wavelength: per K of its temperature, where a table without
+// temperatures is one of 5790 K for A and 5260 K for B; and per unit of the coefficient of a spectral mode.
+double temperature_rate(const Scene &scene, size_t star, double wavelength_m) noexcept;
+double mode_rate(const Scene &scene, size_t star, int number, double wavelength_m);
+
 // Unit vector of a positive displacement of the moving star, with the stars at these offsets: along the separation,
 // away from the other star; (1, 0) for a single star.
 std::array<double, 2> axis_of(const Scene &scene, const Offsets &offsets) noexcept;

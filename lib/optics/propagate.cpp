@@ -52,7 +52,7 @@ double binomial(size_t n, size_t k) noexcept {
 
 // Leibniz' rule: the derivative of order (a, c) of F conj(F) is the sum over i <= a, j <= c of binomial(a, i)
 // binomial(c, j) F_(i, j) conj(F_(a-i, c-j)). Complex conjugate pairs are one product with twice the factor.
-std::vector<FieldProduct> products_of(const std::vector<Order> &orders, size_t focus_orders) {
+std::vector<FieldProduct> products_of(const std::vector<Order> &orders, size_t focus_orders, size_t modes) {
     std::vector<FieldProduct> products;
     for (size_t image = 0; image < orders.size(); image++) {
         const Order whole = orders[image];
@@ -72,6 +72,8 @@ std::vector<FieldProduct> products_of(const std::vector<Order> &orders, size_t f
         products.push_back({curve, 0, curve, 2});
         products.push_back({curve, focus, focus, 2});
     }
+    for (size_t mode = focus + focus_orders; mode < focus + focus_orders + modes; mode++)
+        products.push_back({mode, 0, mode, 2});
     return products;
 }
 
@@ -112,9 +114,10 @@ struct Task {
     long double offset[2]; // px; in double a displacement of 1e-10 px added to 40 px would be off by 7e-15 px
     std::vector<Order> orders;
     std::vector<FieldProduct> products;
-    size_t focus_orders; // derivatives by defocus, after those by position
+    size_t focus_orders;                    // derivatives by defocus, after those by position
+    const std::vector<const Mode *> &modes; // after those by defocus
 
-    size_t images() const noexcept { return orders.size() + focus_orders; }
+    size_t images() const noexcept { return orders.size() + focus_orders + modes.size(); }
 };
 
 // One chunk of the wavelengths, on one thread: work space for the fields of one wavelength, and the chunk's images.
@@ -133,6 +136,7 @@ class Chunk {
     Transform &transform_;
     std::vector<Buffer<double>> images_;
     std::vector<double *> image_of_;
+    std::vector<Buffer<double>> amplitude_, opd_m_; // of the modes of cells
 };
 
 Chunk::Chunk(const Task &task, Transform &transform)
@@ -140,6 +144,8 @@ Chunk::Chunk(const Task &task, Transform &transform)
       images_(task.images(), Buffer<double>(task.grid.rows * task.grid.cols)) {
     for (Buffer<double> &image : images_)
         image_of_.push_back(image.data());
+    amplitude_.resize(task.modes.size());
+    opd_m_.resize(task.modes.size());
 }
 
 void Chunk::set_terms(const Pupil &pupil, long double wavenumber) {
@@ -161,6 +167,18 @@ void Chunk::set_terms(const Pupil &pupil, long double wavenumber) {
     for (size_t i = 0; i < task_.focus_orders; i++)
         terms_.push_back({i == 0 ? 0 : task_.orders.size(), 0, 0, pupil.defocus.data(),
                           static_cast<double>(2e-9L * kLongPi * wavenumber)});
+    for (size_t i = 0; i < task_.modes.size(); i++) {
+        const Mode &mode = *task_.modes[i];
+        FieldTerm term = {0, 0, 0, mode.opd_m.data(), static_cast<double>(2 * kLongPi * wavenumber)};
+        if (mode.opd_m.empty()) {
+            for (Buffer<double> *map : {&amplitude_[i], &opd_m_[i]})
+                map->resize(pupil.samples * pupil.samples);
+            field_of(pupil, mode, static_cast<double>(wavenumber), amplitude_[i].data(), opd_m_[i].data());
+            term.amplitude = amplitude_[i].data();
+            term.opd_m = opd_m_[i].data();
+        }
+        terms_.push_back(term);
+    }
 }
 
 void Chunk::add(size_t wavelength) {
@@ -179,20 +197,21 @@ void Chunk::add(size_t wavelength) {
     transform_.accumulate(weighted_, image_of_.data());
 }
 
-// Derivative of I(u / (1 + s)) / (1 + s)^2 by s at s = 0: -u . grad I - 2 I. The gradient of an image is minus its
-// derivative by the star's position.
-Buffer<double> scale_of(const StarImages &images, const Light &light, const Grid &grid) {
+// Derivative of an image whose points u move to u + s M u and whose light spreads over (1 + s tr M) times the area, by
+// s at s = 0: -(M u) . grad I - tr(M) I. The gradient of an image is minus its derivative by the star's position.
+Buffer<double> stretched(const StarImages &images, const Light &light, const Grid &grid, const double (&m)[2][2]) {
     const Buffer<double> &image = images.at(0, 0), &along = images.at(1, 0), &across = images.at(0, 1);
     const double centre_x = 0.5 * static_cast<double>(grid.cols - 1),
                  centre_y = 0.5 * static_cast<double>(grid.rows - 1);
-    Buffer<double> scale(image.size());
-    for (size_t i = 0; i < scale.size(); i++) {
+    Buffer<double> result(image.size());
+    for (size_t i = 0; i < result.size(); i++) {
         const size_t row = i / grid.cols, col = i % grid.cols;
         const double x = static_cast<double>(col) - centre_x, y = static_cast<double>(row) - centre_y;
-        scale[i] = (x * light.axis[0] + y * light.axis[1]) * along[i] +
-                   (y * light.axis[0] - x * light.axis[1]) * across[i] - 2 * image[i];
+        const double u = m[0][0] * x + m[0][1] * y, v = m[1][0] * x + m[1][1] * y;
+        result[i] = (u * light.axis[0] + v * light.axis[1]) * along[i] +
+                    (v * light.axis[0] - u * light.axis[1]) * across[i] - (m[0][0] + m[1][1]) * image[i];
     }
-    return scale;
+    return result;
 }
 
 } // namespace
@@ -206,12 +225,12 @@ const Buffer<double> &StarImages::at(size_t along, size_t across) const noexcept
 
 StarImages propagate(const Engine &engine, const Light &light, const Grid &grid, size_t star, double displacement_px,
                      const ImageRequest &request, unsigned workers, const std::function<void(double)> &on_progress) {
-    Task task = {light, grid, star, {}, orders_of(request), {}, 0};
+    Task task = {light, grid, star, {}, orders_of(request), {}, 0, request.modes};
     if (request.focus)
         task.focus_orders = request.focus_curve ? 2 : 1;
     for (size_t axis = 0; axis < 2; axis++)
         task.offset[axis] = light.offset_px[star][axis] + static_cast<long double>(displacement_px) * light.axis[axis];
-    task.products = products_of(task.orders, task.focus_orders);
+    task.products = products_of(task.orders, task.focus_orders, task.modes.size());
 
     const size_t count = light.wavelength_m.size();
     std::vector<std::vector<Buffer<double>>> parts(std::min(count, kWavelengthChunks));
@@ -237,10 +256,19 @@ StarImages propagate(const Engine &engine, const Light &light, const Grid &grid,
         result.derivatives.push_back({task.orders[i].along, task.orders[i].across, std::move(parts[0][i])});
     if (request.focus) {
         result.focus = std::move(parts[0][task.orders.size()]);
-        result.scale = scale_of(result, light, grid);
+        result.scale = stretched(result, light, grid, {{1, 0}, {0, 1}});
     }
     if (task.focus_orders > 1)
-        result.focus_curve = std::move(parts[0].back());
+        result.focus_curve = std::move(parts[0][task.orders.size() + 1]);
+    if (request.geometry) {
+        // pixels = G angle, M = dG G^-1 with G^-1 = (u_x 0; v_x v_y) and dG = (1 0; 0 -1) or (0 0; 1 0).
+        const auto u_x = static_cast<double>(grid.u_x), v_x = static_cast<double>(grid.v_x),
+                   v_y = static_cast<double>(grid.v_y);
+        result.anisotropy = stretched(result, light, grid, {{u_x, 0}, {-v_x, -v_y}});
+        result.shear = stretched(result, light, grid, {{0, 0}, {u_x, 0}});
+    }
+    for (size_t i = 0; i < task.modes.size(); i++)
+        result.modes.push_back(std::move(parts[0][task.orders.size() + task.focus_orders + i]));
     return result;
 }
 

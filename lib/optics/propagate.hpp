@@ -15,8 +15,10 @@ constexpr size_t kWavelengthChunks = 8; // fixed, so that the order of summation
 // of at most `plane` along and across it.
 struct ImageRequest {
     size_t along = 0, plane = 0;
-    bool focus = false;       // also the derivatives by defocus and by the image's scale; needs plane >= 1
-    bool focus_curve = false; // with focus: also the second derivative by defocus
+    bool focus = false;                   // also the derivatives by defocus and by the image's scale; needs plane >= 1
+    bool focus_curve = false;             // with focus: also the second derivative by defocus
+    bool geometry = false;                // also the derivatives by the detector's geometry; needs plane >= 1
+    std::vector<const Mode *> modes = {}; // also the derivatives by these modes of the pupil
 };
 
 // Expected photons per pixel [rows][cols], per px^(along + across). The across axis is the along axis rotated by 90 deg
@@ -30,6 +32,8 @@ struct StarImages {
     std::vector<Derivative> derivatives; // the first is the image itself
     Buffer<double> focus, focus_curve;   // per nm rms of defocus (Noll's fourth polynomial), and per nm^2
     Buffer<double> scale;                // per relative scale of the image about the optical axis
+    Buffer<double> anisotropy, shear;    // by the detector's scale_anisotropy and shear
+    std::vector<Buffer<double>> modes;   // per unit of each mode
 
     // The derivative of that order, which must have been requested.
     const Buffer<double> &at(size_t along, size_t across) const noexcept;

@@ -204,6 +204,45 @@ Pupil make_pupil(const Scene &scene, size_t samples) {
     return pupil;
 }
 
+Mode zernike_mode(const Pupil &pupil, int noll) {
+    Mode mode;
+    mode.opd_m.resize(pupil.samples * pupil.samples);
+    for_each_cell(pupil.samples, [&](size_t i, double x, double y) {
+        mode.opd_m[i] = pupil.amplitude[i] > 0 ? 1e-9 * kernels::zernike(noll, x, y) : 0;
+    });
+    return mode;
+}
+
+Mode mask_mode(const Scene &scene, const Pupil &pupil, MaskMotion motion) {
+    constexpr double kSmallAngle = 1e-4, kSmallShift = 1e-9; // deg; apertures
+    const auto covered_at = [&](double by) {
+        Mask mask = scene.telescope.mask;
+        (motion == MaskMotion::rotation ? mask.rotation_deg : mask.shift_m[motion == MaskMotion::shift_y]) += by;
+        return covered_fractions(mask, pupil.aperture_m, pupil.samples, pupil.amplitude);
+    };
+    const double step = motion == MaskMotion::rotation ? kSmallAngle : kSmallShift * pupil.aperture_m;
+    const Buffer<double> before = covered_at(-step), covered = covered_at(0), after = covered_at(step);
+    Mode mode;
+    mode.step_m = scene.telescope.mask.step_m();
+    for (size_t i = 0; i < covered.size(); i++)
+        if (pupil.amplitude[i] > 0 && after[i] != before[i])
+            mode.cells.push_back({i, covered[i], (after[i] - before[i]) / (2 * step)});
+    return mode;
+}
+
+// dE = A exp(i k OPD_0) c' (exp(i k s) - 1) = A exp(i k (OPD - c s)) c' 2 i sin(k s/2) exp(i k s/2), with the covered
+// fraction c, the step s and k = 2 pi/lambda; the pupil's OPD has c s in the mean.
+void field_of(const Pupil &pupil, const Mode &mode, double wavenumber, double *amplitude, double *opd_m) noexcept {
+    double cosine, sine;
+    kernels::cis_cycles(kernels::reduce_cycles(0.5 * mode.step_m * wavenumber), cosine, sine);
+    for (const Mode::Cell &cell : mode.cells) {
+        const double factor = 2 * sine * cell.rate;
+        amplitude[cell.index] = pupil.amplitude[cell.index] * std::fabs(factor);
+        opd_m[cell.index] =
+            pupil.opd_m[cell.index] + (0.5 - cell.covered) * mode.step_m + (factor < 0 ? -0.25 : 0.25) / wavenumber;
+    }
+}
+
 // The cells kept are off the centre by half a cell, which changes only the phase of the focal field.
 Pupil halved(const Pupil &pupil) {
     const size_t n = pupil.samples, h = (n + 1) / 2;

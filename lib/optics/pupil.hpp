@@ -27,6 +27,29 @@ struct Pupil {
 // The scene's pupil in samples x samples cells. Files must have exactly that many.
 Pupil make_pupil(const Scene &scene, size_t samples);
 
+// What a parameter changes in the pupil: an OPD, or the covered fraction of cells by the mask.
+struct Mode {
+    struct Cell {
+        size_t index;         // row * N + column
+        double covered, rate; // fraction, and its derivative
+    };
+    Buffer<double> opd_m;    // [N][N], OPD per unit; or empty, with
+    std::vector<Cell> cells; // those that the parameter changes
+    double step_m = 0;       // of the mask
+};
+
+// OPD of 1 nm rms in Noll's polynomial `noll`.
+Mode zernike_mode(const Pupil &pupil, int noll);
+
+// Rotation of the mask by 1 deg, or its shift by 1 m along x or y. The scene's mask must be a spiral with
+// Edges::area. The covered areas are differentiated by central differences: 1e-3 of the largest.
+enum class MaskMotion { rotation, shift_x, shift_y };
+Mode mask_mode(const Scene &scene, const Pupil &pupil, MaskMotion motion);
+
+// Derivative of the pupil field by a mode of cells at a wavenumber (1/m), as amplitude and OPD [N][N], which must be 0
+// elsewhere.
+void field_of(const Pupil &pupil, const Mode &mode, double wavenumber, double *amplitude, double *opd_m) noexcept;
+
 // Every other cell in both axes, for estimates of images: the same pupil with cells twice as wide. The defocus is
 // empty.
 Pupil halved(const Pupil &pupil);

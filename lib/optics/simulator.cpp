@@ -60,7 +60,7 @@ Simulator::Simulator(Outline outline, const Settings &settings)
     : scene_(std::move(outline.scene)), pupil_(std::move(outline.pupil)), light_(std::move(outline.light)),
       plan_(std::move(outline.plan)), imager_(scene_, pupil_, plan_, worker_count(settings.workers)), detector_(scene_),
       anchors_(scene_, imager_, plan_, detector_, light_),
-      images_(scene_, imager_, plan_, detector_, light_, settings.progress) {
+      images_(scene_, pupil_, imager_, plan_, detector_, light_, settings.progress) {
     const double peak = images_.peak_photons(); // a fainter scene has no finite whitened images
     if (!(peak >= kFewestPhotons))
         fail(Status::scene, "%s: {cadence}: the brightest pixel expects %g photons: must be at least %g",
@@ -230,9 +230,10 @@ FrameModel Simulator::frame_model() const {
     model.background = detector_.counts_of(detector_.dark_e());
     model.variance = detector_.in_counts(images_.variance(), Quantity::variance);
     model.derivative = detector_.in_counts(images_.motion()[0], Quantity::derivative);
-    for (const Nuisance nuisance : scene_.projected)
+    images_.prepare(scene_.projected);
+    for (const Parameter parameter : scene_.projected)
         model.projected.push_back(
-            {name_of(nuisance), detector_.in_counts(image_of(images_, nuisance), Quantity::derivative)});
+            {name_of(parameter), detector_.in_counts(image_of(images_, parameter), Quantity::derivative)});
     model.crb_px = bound_with(images_, scene_.projected);
     model.scene_digest = scene_.digest;
     return model;

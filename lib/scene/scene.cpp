@@ -14,7 +14,6 @@ namespace toliman::scene {
 namespace {
 
 constexpr double kLargestWhole = 9007199254740991.0; // 2^53 - 1: larger ones become doubles in other programs
-constexpr const char kNuisanceNames[] = "flux_a flux_b shift_x shift_y roll scale focus background";
 
 void read_schema(const Reader &reader, const Row &row, Scene & /*scene*/) {
     reader.choice(row);
@@ -90,21 +89,25 @@ constexpr Group kNoise = group_of("noise", "Noise", kNoiseRows);
 void read_projected(const Reader &reader, const Row &row, Scene &scene) {
     const std::vector<std::string> words = split(row.words);
     for (const std::string &name : reader.texts(row.key)) {
-        const auto found = std::find(words.begin(), words.end(), name);
-        if (found == words.end())
+        if (std::find(words.begin(), words.end(), name) == words.end())
             reader.refuse(Status::scene, row.key, ": \"%.40s\": must be one of %s", name.c_str(),
                           join(words, "\"", ", ").c_str());
-        const auto nuisance = static_cast<Nuisance>(found - words.begin());
-        if (nuisance == Nuisance::flux_b && scene.stars.size() < 2)
+        const Parameter parameter = *parameter_named(name);
+        if (parameter.kind == Parameter::Kind::flux_b && scene.stars.size() < 2)
             reader.refuse(Status::scene, row.key, ": \"flux_b\": the scene has star A only");
-        if (std::count(scene.projected.begin(), scene.projected.end(), nuisance) != 0)
+        if (std::count(scene.projected.begin(), scene.projected.end(), parameter) != 0)
             reader.refuse(Status::scene, row.key, ": duplicate \"%s\"", name.c_str());
-        scene.projected.push_back(nuisance);
+        scene.projected.push_back(parameter);
     }
+    const auto given = [&](Parameter::Kind kind) {
+        return std::count(scene.projected.begin(), scene.projected.end(), Parameter{kind}) != 0;
+    };
+    if (given(Parameter::Kind::roll) && given(Parameter::Kind::position_angle))
+        reader.refuse(Status::scene, row.key, ": \"roll\" and \"position_angle\" differ by a shift: give one of them");
 }
 
 constexpr Row kPreprocessRows[] = {
-    optional<read_projected>("project", Words{kNuisanceNames},
+    optional<read_projected>("project", Words{kProjectable},
                              "Nuisance parameters that are projected out, so that estimators are insensitive to them")
         .as(Type::words),
 };
@@ -140,10 +143,6 @@ constexpr Group kScene =
 } // namespace toliman::scene
 
 namespace toliman {
-
-std::string name_of(Nuisance nuisance) {
-    return scene::split(scene::kNuisanceNames)[static_cast<size_t>(nuisance)];
-}
 
 double longest_days(const Cadence &cadence) noexcept {
     double longest = cadence.interval_days * static_cast<double>(cadence.frames - 1);

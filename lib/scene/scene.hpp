@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "scene/parameter.hpp"
+
 #include "scene/orbit.hpp"
 
 namespace toliman {
@@ -146,11 +148,6 @@ struct Noise {
     uint64_t seed = 0;
 };
 
-// Nuisance parameters that an estimator can project out, and their names in the scene.
-enum class Nuisance { flux_a, flux_b, shift_x, shift_y, roll, scale, focus, background };
-constexpr size_t kNuisances = 8;
-std::string name_of(Nuisance nuisance);
-
 struct Scene {
     std::string source;  // name of the scene in messages: its path as given
     std::string name;    // as base/name.hpp allows, or ""
@@ -164,7 +161,7 @@ struct Scene {
     Detector detector;
     Noise noise;
     Systematics systematics;
-    std::vector<Nuisance> projected;
+    std::vector<Parameter> projected; // preprocess.project
     double accuracy = 1e-9;
 };
 

@@ -1,0 +1,188 @@
+// Method: each derivative is exact, of one of four kinds.
+//     pupil     A mode Z of the OPD adds the field (2 pi i/lambda) Z E, a motion of the mask the derivative of E
+//     itself:
+//               dI = 2 Re(conj F dF), one more transform per wavelength.
+//     place     Shear and anisotropy of the detector, jitter and position angle are combinations of the image's
+//               derivatives by the star's position. A Gaussian blur of covariance q obeys the heat equation:
+//               dI/dq_xx = 1/2 d^2 I/dx^2, dI/dq_xy = d^2 I/dx dy.
+//     spectrum  The image is linear in the photons w_i of the wavelengths. With r_i = d log s_i of the spectrum s, at
+//               equal flux, dw_i = w_i (r_i - sum w r/sum w).
+//     wavelength  The image at wavelength lambda, times lambda^2, is a smooth function of the wavenumber. It is
+//               interpolated between Chebyshev nodes, and the interpolation is differentiated: once more an image with
+//               other photons.
+#include "optics/derivatives.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/constants.hpp"
+#include "base/error.hpp"
+#include "optics/nodes.hpp"
+
+namespace toliman::optics {
+
+namespace {
+
+using Kind = Parameter::Kind;
+
+constexpr size_t kModesAtOnce = 8; // fields of one transform
+
+bool is_mask_motion(Kind kind) noexcept {
+    return kind == Kind::mask_rotation || kind == Kind::mask_shift_x || kind == Kind::mask_shift_y;
+}
+
+bool is_mode(Kind kind) noexcept {
+    return kind == Kind::zernike || is_mask_motion(kind);
+}
+
+bool is_place(Kind kind) noexcept {
+    return kind == Kind::position_angle || kind == Kind::anisotropy || kind == Kind::shear || kind == Kind::jitter_xx ||
+           kind == Kind::jitter_yy || kind == Kind::jitter_xy;
+}
+
+// The star whose spectrum changes, or 2.
+size_t star_of(Kind kind) noexcept {
+    if (kind == Kind::temperature_a || kind == Kind::spectrum_a)
+        return 0;
+    return kind == Kind::temperature_b || kind == Kind::spectrum_b ? 1 : 2;
+}
+
+Mode mode_of(const Scene &scene, const Pupil &pupil, Parameter parameter) {
+    switch (parameter.kind) {
+    case Kind::mask_rotation:
+        return mask_mode(scene, pupil, MaskMotion::rotation);
+    case Kind::mask_shift_x:
+        return mask_mode(scene, pupil, MaskMotion::shift_x);
+    case Kind::mask_shift_y:
+        return mask_mode(scene, pupil, MaskMotion::shift_y);
+    default:
+        return zernike_mode(pupil, parameter.number);
+    }
+}
+
+// sum += weight image
+void add(double weight, const Buffer<double> &image, Buffer<double> &sum) {
+    sum.resize(image.size());
+    for (size_t i = 0; i < image.size(); i++)
+        sum[i] += weight * image[i];
+}
+
+// Adds a star's share to the derivative by a parameter of kind `place`. (x, y) is the axis of the position derivatives.
+void add_place(const StarImages &star, const Light &light, size_t number, Kind kind, Buffer<double> &sum) {
+    const double x = light.axis[0], y = light.axis[1];
+    if (kind == Kind::anisotropy)
+        return add(1, star.anisotropy, sum);
+    if (kind == Kind::shear)
+        return add(1, star.shear, sum);
+    if (kind == Kind::position_angle) { // B moves across its separation from A, from x towards y
+        const double u = light.offset_px[1][0] - light.offset_px[0][0],
+                     v = light.offset_px[1][1] - light.offset_px[0][1];
+        add(number == 1 ? -v * x + u * y : 0, star.at(1, 0), sum);
+        return add(number == 1 ? v * y + u * x : 0, star.at(0, 1), sum);
+    }
+    // d/dx = x d/da - y d/dc and d/dy = y d/da + x d/dc, applied twice.
+    const bool xx = kind == Kind::jitter_xx, yy = kind == Kind::jitter_yy;
+    add(xx ? 0.5 * x * x : yy ? 0.5 * y * y : x * y, star.at(2, 0), sum);
+    add(xx ? -x * y : yy ? x * y : x * x - y * y, star.at(1, 1), sum);
+    add(xx ? 0.5 * y * y : yy ? 0.5 * x * x : -x * y, star.at(0, 2), sum);
+}
+
+// Logarithmic derivative of the spectrum at each wavelength.
+std::vector<double> spectral_rate(const Scene &scene, const Light &light, Parameter parameter) {
+    std::vector<double> rate;
+    const size_t star = star_of(parameter.kind);
+    const bool temperature = parameter.kind == Kind::temperature_a || parameter.kind == Kind::temperature_b;
+    for (const double wavelength_m : light.wavelength_m)
+        rate.push_back(temperature ? temperature_rate(scene, star, wavelength_m)
+                                   : mode_rate(scene, star, parameter.number, wavelength_m));
+    return rate;
+}
+
+// The light whose image is the derivative by a parameter of the spectrum.
+Light changed_spectrum(const Scene &scene, const Light &light, Parameter parameter) {
+    const size_t star = star_of(parameter.kind);
+    Light changed = light;
+    std::vector<double> &photons = changed.photons[star];
+    const std::vector<double> rate = spectral_rate(scene, light, parameter);
+    double total = 0, mean = 0;
+    for (size_t i = 0; i < photons.size(); i++) {
+        total += photons[i];
+        mean += photons[i] * rate[i];
+    }
+    mean /= total;
+    for (size_t i = 0; i < photons.size(); i++)
+        photons[i] *= rate[i] - mean;
+    return changed;
+}
+
+} // namespace
+
+bool has_own_derivative(Parameter parameter) noexcept {
+    return is_mode(parameter.kind) || is_place(parameter.kind) || star_of(parameter.kind) < 2 ||
+           parameter.kind == Kind::wavelength;
+}
+
+void check_parameter(const Scene &scene, const Plan &plan, Parameter parameter) {
+    const auto refuse = [&](const char *why) {
+        fail(Status::unsupported, "%s: derivative by %s: %s", scene.source.c_str(), name_of(parameter).c_str(), why);
+    };
+    const size_t star = star_of(parameter.kind);
+    const Mask &mask = scene.telescope.mask;
+    const bool two = scene.stars.size() == 2;
+    if (!two && (parameter.kind == Kind::flux_b || star == 1 || parameter.kind == Kind::position_angle))
+        refuse("the scene has star A only");
+    if (is_mask_motion(parameter.kind) && (mask.kind != Mask::Kind::spiral || mask.edges != Mask::Edges::area))
+        refuse("needs a spiral mask with mask.edges = \"area\"");
+    if (has_own_derivative(parameter) && plan.engine == EngineKind::padded_fft)
+        refuse("the padded FFT does not compute it");
+    if (star < 2 && scene.stars[star].spectrum.kind == Spectrum::Kind::lines)
+        refuse("the spectrum consists of lines");
+    if (star < 2 && (!scene.band || !(scene.band->max_nm > scene.band->min_nm)))
+        refuse("needs a band of several wavelengths");
+}
+
+std::vector<Buffer<double>> derivatives(const Scene &scene, const Pupil &pupil, const Plan &plan, const Imager &imager,
+                                        const Light &light, const std::vector<Parameter> &parameters) {
+    std::vector<Buffer<double>> sums(parameters.size());
+    std::vector<Mode> modes(parameters.size());
+    std::vector<size_t> of_pupil;
+    bool place = false;
+    for (size_t p = 0; p < parameters.size(); p++) {
+        check_parameter(scene, plan, parameters[p]);
+        place |= is_place(parameters[p].kind);
+        if (is_mode(parameters[p].kind)) {
+            modes[p] = mode_of(scene, pupil, parameters[p]);
+            of_pupil.push_back(p);
+        }
+    }
+    for (size_t star = 0; star < scene.stars.size(); star++) {
+        if (place) {
+            ImageRequest request;
+            request.plane = 2;
+            request.geometry = true;
+            const StarImages images = imager.images(light, star, 0, request);
+            for (size_t p = 0; p < parameters.size(); p++)
+                if (is_place(parameters[p].kind))
+                    add_place(images, light, star, parameters[p].kind, sums[p]);
+        }
+        for (size_t first = 0; first < of_pupil.size(); first += kModesAtOnce) {
+            const size_t count = std::min(kModesAtOnce, of_pupil.size() - first);
+            ImageRequest request;
+            for (size_t i = 0; i < count; i++)
+                request.modes.push_back(&modes[of_pupil[first + i]]);
+            const StarImages images = imager.images(light, star, 0, request);
+            for (size_t i = 0; i < count; i++)
+                add(1, images.modes[i], sums[of_pupil[first + i]]);
+        }
+        for (size_t p = 0; p < parameters.size(); p++) {
+            if (star_of(parameters[p].kind) == star)
+                add(1, imager.images(changed_spectrum(scene, light, parameters[p]), star, 0, {}).at(0, 0), sums[p]);
+            if (parameters[p].kind == Kind::wavelength)
+                add(1, imager.images_of_samples(wavelength_derivative(light, plan.wavelengths), star, 0, {}).at(0, 0),
+                    sums[p]);
+        }
+    }
+    return sums;
+}
+
+} // namespace toliman::optics

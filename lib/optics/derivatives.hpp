@@ -1,0 +1,22 @@
+// Derivative images of both stars by parameters of the forward model.
+#pragma once
+#include <vector>
+
+#include "base/buffer.hpp"
+#include "optics/imager.hpp"
+#include "scene/parameter.hpp"
+
+namespace toliman::optics {
+
+// Parameters whose derivatives this file computes; the others are those of Images::disturbed(), or images themselves.
+bool has_own_derivative(Parameter parameter) noexcept;
+
+// Fails with Status::unsupported if the scene has no such derivative.
+void check_parameter(const Scene &scene, const Plan &plan, Parameter parameter);
+
+// Expected photons per unit of each parameter, [rows][cols] each; of the light before detector and scaling to the peak.
+// Each must have an own derivative in this scene.
+std::vector<Buffer<double>> derivatives(const Scene &scene, const Pupil &pupil, const Plan &plan, const Imager &imager,
+                                        const Light &light, const std::vector<Parameter> &parameters);
+
+} // namespace toliman::optics
