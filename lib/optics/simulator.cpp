@@ -79,10 +79,41 @@ Simulator::Simulator(Outline outline, const Settings &settings)
     detector_.warn(images_.both(), "", scene_.source, settings.log);
 }
 
+// The scene at kBoundAccuracy.
+struct Simulator::Fine {
+    Fine(const Scene &coarse, const Pupil &pupil, EngineKind engine, unsigned workers, const DetectorStages &detector)
+        : scene(with_accuracy(coarse, kBoundAccuracy)), light(make_light(scene)),
+          plan(make_plan(scene, pupil, light, engine, workers)), imager(scene, pupil, plan, workers),
+          images(scene, pupil, imager, plan, detector, light, {}) {}
+    static Scene with_accuracy(Scene scene, double accuracy) {
+        scene.accuracy = accuracy;
+        return scene;
+    }
+    Scene scene;
+    Light light;
+    Plan plan;
+    Imager imager;
+    Images images;
+};
+
+Simulator::~Simulator() = default;
+
+const Images &Simulator::bound_images() const {
+    if (scene_.accuracy <= kBoundAccuracy)
+        return images_;
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (!fine_) {
+        const MemoryScope scope(memory_);
+        fine_ = std::make_unique<Fine>(scene_, pupil_, plan_.engine, plan_.workers, detector_);
+    }
+    return fine_->images;
+}
+
 const Bounds &Simulator::bounds() const {
+    const Images &images = bound_images();
     const std::lock_guard<std::mutex> lock(mutex_);
     if (!bounds_)
-        bounds_ = bound(scene_, images_);
+        bounds_ = bound(scene_, images);
     return *bounds_;
 }
 

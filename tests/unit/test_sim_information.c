@@ -51,6 +51,34 @@ static void bounds_match_the_fisher_matrix(void **state) {
     toliman_sim_destroy(sim);
 }
 
+/* Bounds of a coarse scene are those of a fine one, although its own images would give 0.6 times the marginal bound. */
+static void bounds_do_not_depend_on_the_accuracy(void **state) {
+    (void)state;
+    char *const clear = replaced(kBinaryScene,
+                                 ",  \"mask\": {\"kind\": \"spiral\", \"opd_nm\": 297.5,"
+                                 "   \"terms\": [{\"a\": 0.819, \"f\": 2.918, \"m\": -7, \"p\": 4.874}, "
+                                 "{\"a\": 0.93, \"f\": 1.829, \"m\": 5}]}",
+                                 ""),
+                *const wide = replaced(clear, "\"min_nm\": 550, \"max_nm\": 600, \"step_nm\": 12.5",
+                                       "\"min_nm\": 530, \"max_nm\": 640, \"step_nm\": 1");
+    toliman_sim_bounds fine = TOLIMAN_SIM_BOUNDS_INIT;
+    const char *const accuracies[] = {"1e-12", "1e-9", "1e-6", "1e-4"};
+    for (int i = 0; i < 4; i++) {
+        char text[64];
+        snprintf(text, sizeof text, "\"accuracy\": %s, \"noise\"", accuracies[i]);
+        toliman_sim *const sim = sim_with(wide, "\"noise\"", text);
+        const toliman_sim_bounds bounds = sim_bounds_of(sim);
+        if (i == 0)
+            fine = bounds;
+        assert_close(bounds.crb_px, fine.crb_px, 1e-4, 0);
+        assert_close(bounds.crb_flux_shift_px, fine.crb_flux_shift_px, 1e-4, 0);
+        assert_close(bounds.crb_marginal_px, fine.crb_marginal_px, 1e-3, 0);
+        toliman_sim_destroy(sim);
+    }
+    free(clear);
+    free(wide);
+}
+
 /* The position of a single star cannot be distinguished from a common shift. */
 static void a_single_star_has_no_separation(void **state) {
     (void)state;
@@ -119,6 +147,7 @@ static void mission_scene(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(bounds_match_the_fisher_matrix),
+        cmocka_unit_test(bounds_do_not_depend_on_the_accuracy),
         cmocka_unit_test(a_single_star_has_no_separation),
         cmocka_unit_test(bounds_scale_with_light),
         cmocka_unit_test(chapter_scene),
