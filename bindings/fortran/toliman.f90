@@ -233,7 +233,8 @@ module toliman
     end type
 
     ! Cramer-Rao bounds of a frame: the smallest standard deviation of the separation, in px, that an unbiased estimator
-    ! can reach from one frame. Infinite if the frame does not constrain the separation. Since 0.2.
+    ! can reach from one frame. Infinite if the frame does not constrain the separation. Computed from images of accuracy
+    ! 1e-9 at least, whatever the scene's: with few wavelengths nuisances would seem less alike. Since 0.2.
     type, bind(C), public :: toliman_sim_bounds
         integer(c_int32_t) :: struct_size = 48 ! in: sizeof(toliman_sim_bounds)
         integer(c_int32_t) :: reserved = 0 ! 0

@@ -259,7 +259,8 @@ class toliman_sim_info(Sized):
 
 class toliman_sim_bounds(Sized):
     """Cramer-Rao bounds of a frame: the smallest standard deviation of the separation, in px, that an unbiased estimator
-    can reach from one frame. Infinite if the frame does not constrain the separation. Since 0.2.
+    can reach from one frame. Infinite if the frame does not constrain the separation. Computed from images of accuracy
+    1e-9 at least, whatever the scene's: with few wavelengths nuisances would seem less alike. Since 0.2.
     struct_size: in: sizeof(toliman_sim_bounds)
     reserved: 0
     crb_px: with all else known; finite if the scene has a signal
