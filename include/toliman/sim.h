@@ -100,9 +100,9 @@
  *                or with its covariance in x and y.
  *
  *   Nuisances    Quantities that an estimator does not assume to be known, each with a derivative image.
- *                preprocess.project of the scene lists those that estimators remove (project out). Shift x, y: both
- *                stars, per px. Roll: per rad. Scale: relative. Focus: per nm rms. Background: equal light on every
- *                pixel, per photon. Fluxes: relative, of A and of B.
+ *                preprocess.project of the scene lists those that estimators remove (project out), at most 32. Shift
+ *                x, y: both stars, per px. Roll: per rad. Scale: relative. Focus: per nm rms. Background: equal light
+ *                on every pixel, per photon. Fluxes: relative, of A and of B.
  *
  *   Engines      The matrix Fourier transform (MATRIX_DFT) samples exact pixel positions. The padded FFT (PADDED_FFT)
  *                is the baseline of the chapter: the pupil is sampled with N_E = N_out p D/lambda points and padded

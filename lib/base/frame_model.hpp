@@ -7,6 +7,8 @@
 
 namespace toliman {
 
+constexpr size_t kMaxProjected = 32; // images that estimators project out
+
 struct FrameModel {
     std::string source; // name of the scene in messages
     size_t rows = 0, cols = 0;

@@ -102,9 +102,6 @@ Preprocess Preprocess::from_model(const FrameModel &model, Input input) {
     if (model.rows < kSide || model.cols < kSide)
         fail(Status::unsupported, "%s: {detector.shape} = [%zu, %zu]: must be at least [%zu, %zu] px for the network",
              model.source.c_str(), model.rows, model.cols, kSide, kSide);
-    if (model.projected.size() > kMaxProjected)
-        fail(Status::unsupported, "%s: {preprocess.project}: number of names = %zu: must be at most %zu",
-             model.source.c_str(), model.projected.size(), kMaxProjected);
     if (input != Input::whitened && !model.projected.empty())
         fail(Status::unsupported,
              "%s: {preprocess.project}: must be empty for %s input: only whitened input can be projected",

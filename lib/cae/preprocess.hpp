@@ -11,9 +11,9 @@
 
 namespace toliman::cae {
 
-constexpr size_t kMaxProjected = 8;
 constexpr size_t kTogether = kernels::kMaxTogether, kBand = 32; // frames and rows that are processed together
 static_assert(kSide % kBand == 0);
+static_assert(kMaxProjected <= kernels::kMaxPlanes);
 
 // Network input derived from the counts:
 //   whitened  residual (counts - reference)/sigma per pixel, with the nuisance images projected out

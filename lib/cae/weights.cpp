@@ -23,7 +23,9 @@ namespace {
 
 constexpr char kMagic[] = "TLMW";
 constexpr const char *kKind = "weights blob";
-constexpr uint32_t kVersion = 2;
+// Version 3 differs from 2 in the number of nuisance planes alone: 2 has up to 8, and older libraries read it.
+constexpr uint32_t kVersion = 2, kManyPlanesVersion = 3;
+constexpr size_t kFewPlanes = 8; // of version 2
 constexpr uint32_t kTrainedFlag = 1, kInputShift = 1, kInputMask = 3, kTrainingFlag = 8;
 constexpr uint32_t kLargestFrame = 4096; // largest number of rows and of columns
 constexpr uint32_t kLastInput = static_cast<uint32_t>(Input::raw);
@@ -102,8 +104,9 @@ void check_envelope(const void *bytes, size_t size) {
     if (std::memcmp(reader.raw(4), kMagic, 4) != 0)
         fail(Status::format, "%s: does not start with \"%s\"", kKind, kMagic);
     const uint32_t version = reader.u32();
-    if (version != kVersion)
-        fail(Status::format, "%s: unsupported version %u (supported: %u)", kKind, version, kVersion);
+    if (version != kVersion && version != kManyPlanesVersion)
+        fail(Status::format, "%s: unsupported version %u (supported: %u, %u)", kKind, version, kVersion,
+             kManyPlanesVersion);
     const uint64_t stated = reader.u64();
     if (stated != size)
         fail(Status::format, "%s: size = %zu bytes: the header states %llu: truncated, or followed by other data",
@@ -124,11 +127,22 @@ Encoding read_encoding(ByteReader &reader, const char *what) {
     return static_cast<Encoding>(code);
 }
 
+// Each number of nuisance planes has one version, so that a blob that was loaded saves to the same bytes.
+void check_projected(uint32_t version, size_t projected) {
+    const bool many = version == kManyPlanesVersion;
+    const size_t fewest = many ? kFewPlanes + 1 : 0, most = many ? kMaxProjected : kFewPlanes;
+    if (projected < fewest || projected > most)
+        fail(Status::format, "%s: number of nuisance planes = %zu: must be in [%zu, %zu] in version %u", kKind,
+             projected, fewest, most, version);
+}
+
 // Reads the remainder of the header. Sizes are checked before anything is allocated.
 Header read_header(ByteReader &reader, size_t size) {
     Header header = {};
     Preprocess &preprocess = header.preprocess;
-    reader.raw(16);
+    reader.raw(4);
+    const uint32_t version = reader.u32();
+    reader.raw(8);
     const uint32_t id = reader.u32(), flags = reader.u32();
     const uint64_t hash = reader.u64();
     header.layout = &layout_of(id, hash);
@@ -156,9 +170,7 @@ Header read_header(ByteReader &reader, size_t size) {
     if (preprocess.projected > 0 && preprocess.input != Input::whitened)
         fail(Status::format, "%s: number of nuisance planes = %zu: must be 0 for %s input", kKind, preprocess.projected,
              name_of(preprocess.input));
-    if (preprocess.projected > kMaxProjected)
-        fail(Status::format, "%s: number of nuisance planes = %zu: must be at most %zu", kKind, preprocess.projected,
-             kMaxProjected);
+    check_projected(version, preprocess.projected);
     header.weights = read_encoding(reader, "weights");
     header.planes = read_encoding(reader, "planes");
     preprocess.input_scale = reader.f64();
@@ -270,7 +282,7 @@ std::vector<uint8_t> to_blob(const Network &network, const Encodings &encodings,
     const std::vector<uint8_t> state = training != nullptr ? pack_training(*training) : std::vector<uint8_t>();
     ByteWriter writer;
     writer.raw(kMagic, 4);
-    writer.u32(kVersion);
+    writer.u32(preprocess.projected > kFewPlanes ? kManyPlanesVersion : kVersion);
     writer.u64(kHeaderSize + weights.size() + planes.size() +
                (training != nullptr ? kTrainingHeaderSize + state.size() : 0) + kChecksumSize);
     writer.u32(network.layout().id);

@@ -11,7 +11,7 @@
 
 namespace toliman::cae {
 
-constexpr size_t kMaxBlob = 8u << 20; // bytes; above the largest blob
+constexpr size_t kMaxBlob = 12u << 20; // bytes; above the largest blob
 
 struct Encodings {
     Encoding weights = Encoding::float32, planes = Encoding::float32;
@@ -26,7 +26,7 @@ struct Blob {
     std::optional<Training> training;
 };
 
-// Parses a blob. Status::format unless it is complete, undamaged, of this version, and all its numbers are in range.
+// Parses a blob. Status::format unless it is complete, undamaged, of a known version, and all its numbers are in range.
 Blob from_blob(const void *bytes, size_t size);
 
 } // namespace toliman::cae

@@ -170,11 +170,11 @@ const std::string &Reader::text(const char *key) const {
     return require(key, Kind::text, "a string").text;
 }
 
-std::vector<std::string> Reader::texts(const char *key) const {
+std::vector<std::string> Reader::texts(const Row &row) const {
     std::vector<std::string> texts;
-    for (const json::Value &item : require(key, Kind::array, "an array of strings").items) {
+    for (const json::Value &item : array(row, "an array of strings", "names").items) {
         if (item.kind != Kind::text)
-            refuse(Status::scene, key, ": contains %s: must contain only strings", format_value(item).c_str());
+            refuse(Status::scene, row.key, ": contains %s: must contain only strings", format_value(item).c_str());
         texts.push_back(item.text);
     }
     return texts;

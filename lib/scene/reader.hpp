@@ -67,7 +67,7 @@ class Reader {
     int64_t integer(const Row &row) const;
     std::vector<double> numbers(const Row &row) const;
     const std::string &text(const char *key) const;
-    std::vector<std::string> texts(const char *key) const;
+    std::vector<std::string> texts(const Row &row) const;
     // Index of the string in the row's words.
     size_t choice(const Row &row) const;
     // A file name, relative to the scene's folder unless absolute; checks that the file exists and can be read.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/frame_model.hpp"
 #include "base/hash.hpp"
 #include "base/name.hpp"
 #include "scene/geometry.hpp"
@@ -88,7 +89,7 @@ constexpr Group kNoise = group_of("noise", "Noise", kNoiseRows);
 
 void read_projected(const Reader &reader, const Row &row, Scene &scene) {
     const std::vector<std::string> words = split(row.words);
-    for (const std::string &name : reader.texts(row.key)) {
+    for (const std::string &name : reader.texts(row)) {
         if (std::find(words.begin(), words.end(), name) == words.end())
             reader.refuse(Status::scene, row.key, ": \"%.40s\": must be one of %s", name.c_str(),
                           join(words, "\"", ", ").c_str());
@@ -109,7 +110,8 @@ void read_projected(const Reader &reader, const Row &row, Scene &scene) {
 constexpr Row kPreprocessRows[] = {
     optional<read_projected>("project", Words{kProjectable},
                              "Nuisance parameters that are projected out, so that estimators are insensitive to them")
-        .as(Type::words),
+        .as(Type::words)
+        .entries(0, kMaxProjected),
 };
 constexpr Group kPreprocess = group_of("preprocess", "Preprocessing of a frame by all estimators", kPreprocessRows);
 

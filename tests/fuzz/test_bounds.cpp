@@ -82,9 +82,9 @@ void period_state(const char *what, int64_t nf, size_t size) {
     });
 }
 
-// A blob with 8 nuisance planes and optionally a training, with all numbers equal; or with other streams.
+// A blob with 32 nuisance planes and optionally a training, with all numbers equal; or with other streams.
 Bytes weights_blob(const Bytes *bomb, bool training) {
-    std::vector<cae::Block> tensors, thrice, images(12, {cae::kPixels, cae::Encoding::float32});
+    std::vector<cae::Block> tensors, thrice, images(36, {cae::kPixels, cae::Encoding::float32});
     for (const cae::Tensor &tensor : cae::kTensorTable)
         tensors.push_back({tensor.count(), cae::Encoding::float32});
     for (int i = 0; i < 3; i++)
@@ -98,14 +98,14 @@ Bytes weights_blob(const Bytes *bomb, bool training) {
     const Bytes weights = bomb != nullptr ? *bomb : pack(tensors), planes = pack(images), state = pack(thrice);
     ByteWriter out;
     out.raw("TLMW", 4);
-    out.u32(2);
+    out.u32(3);
     out.u64(104 + weights.size() + planes.size() + (training ? 72 + state.size() : 0) + 4);
     out.u32(1);
     out.u32(training ? 9 : 1);
     out.u64(cae::layout_hash(cae::kFlight));
     out.u64(7);
     out.u64(8);
-    for (const uint32_t side : {4096u, 4096u, 0u, 0u, 8u})
+    for (const uint32_t side : {4096u, 4096u, 0u, 0u, 32u})
         out.u32(side);
     out.u32(0);
     out.f64(1);
@@ -146,8 +146,8 @@ void blobs() {
     expect(bomb.size() < 300000, "the bomb is too large");
     weights("weights: bomb", weights_blob(&bomb, false), 0);
     // Planes are double, in the network and in its preprocessing; weights and their moments are float.
-    const size_t planes = 12 * cae::kPixels * sizeof(double), numbers = cae::kParameters * sizeof(float);
-    weights("weights: 8 nuisance planes", weights_blob(nullptr, false), planes + numbers);
+    const size_t planes = 36 * cae::kPixels * sizeof(double), numbers = cae::kParameters * sizeof(float);
+    weights("weights: 32 nuisance planes", weights_blob(nullptr, false), planes + numbers);
     weights("weights: with a training", weights_blob(nullptr, true), planes + 4 * numbers);
 }
 

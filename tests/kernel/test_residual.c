@@ -16,7 +16,7 @@ int shim_project_rows(int isa, const size_t *rows_cols_planes, size_t frames, co
 double shim_residual_inner(int isa, const double *a, const double *b, size_t count);
 double shim_residual_inner_float(int isa, const float *a, const float *b, size_t count);
 
-enum { N = 65536, kPlanes = 11, kMany = 22 }; /* groups of four planes, and more */
+enum { N = 65536, kPlanes = 11, kMany = 32 }; /* groups of four planes; the most */
 static double counts[N], reference[N], inverse_sigma[N], units[kPlanes * N];
 
 static uint32_t state = 1;

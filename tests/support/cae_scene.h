@@ -72,7 +72,7 @@ static inline double encode_expected(const toliman_cae *cae, const toliman_sim *
 }
 
 static inline uint8_t *saved_with(const toliman_cae *cae, toliman_cae_save_options options, size_t *size) {
-    const size_t capacity = 6u << 20; /* more than any blob needs */
+    const size_t capacity = 12u << 20; /* more than any blob needs */
     uint8_t *bytes = malloc(capacity);
     assert_non_null(bytes);
     assert_ok(toliman_cae_save(cae, &options, bytes, capacity, size));

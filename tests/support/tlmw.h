@@ -4,13 +4,19 @@
 
 #include "cae_scene.h"
 
-enum { kHeader = 104, kParameters = 97858, kTensors = 20, kMaxPlanes = 12 };
-enum { kAtVersion = 4, kAtSize = 8, kAtWeightsEncoding = 68, kAtPlanesEncoding = 70, kAtWeights = 96, kAtPlanes = 100 };
+enum { kHeader = 104, kParameters = 97858, kTensors = 20, kMaxPlanes = 36 };
+enum {
+    kAtVersion = 4,
+    kAtSize = 8,
+    kAtProjected = 64,
+    kAtWeightsEncoding = 68,
+    kAtPlanesEncoding = 70,
+    kAtWeights = 96,
+    kAtPlanes = 100
+};
 static const size_t kTensorSizes[kTensors] = {72,    8,     1152,  16, 4608, 32, 18432, 64, 16384, 1,
                                               16384, 16384, 18432, 32, 4608, 16, 1152,  8,  72,    1};
 enum { kLatentBias = 72 + 8 + 1152 + 16 + 4608 + 32 + 18432 + 64 + 16384 };
-static const size_t kPlaneSizes[kMaxPlanes] = {kPixels, kPixels, kPixels, kPixels, kPixels, kPixels,
-                                               kPixels, kPixels, kPixels, kPixels, kPixels, kPixels};
 
 static inline void put(uint8_t *at, uint64_t value, int bytes) {
     for (int i = 0; i < bytes; i++)
@@ -123,8 +129,11 @@ static inline uint8_t *with_raw(const uint8_t *blob, const uint8_t *weights, siz
 /* The blob, of float32 payloads, with other weights (NULL = its own) or other planes. */
 static inline uint8_t *with_payloads(const uint8_t *blob, const float *weights, const float *planes, size_t plane_count,
                                      size_t *size) {
+    size_t plane_sizes[kMaxPlanes];
+    for (size_t k = 0; k < kMaxPlanes; k++)
+        plane_sizes[k] = kPixels;
     uint8_t *a = weights != NULL ? float32_blocks(weights, kTensorSizes, kTensors) : NULL;
-    uint8_t *b = planes != NULL ? float32_blocks(planes, kPlaneSizes, plane_count) : NULL;
+    uint8_t *b = planes != NULL ? float32_blocks(planes, plane_sizes, plane_count) : NULL;
     uint8_t *out = with_raw(blob, a, 4 * kParameters, b, 4 * plane_count * kPixels, size);
     free(a), free(b);
     return out;

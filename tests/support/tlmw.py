@@ -20,7 +20,8 @@ class Blob:
         self.projected, self.weights_encoding, self.planes_encoding = struct.unpack_from("<IHH", content, 64)
         packed_weights, packed_planes = struct.unpack_from("<II", content, 96)
         checksum, = struct.unpack("<I", content[-4:])
-        if (magic, version, size, 108 + packed_weights + packed_planes) != (b"TLMW", 2, self.size, self.size):
+        if (magic, version, size, 108 + packed_weights + packed_planes) != \
+                (b"TLMW", 2 if self.projected <= 8 else 3, self.size, self.size):
             raise ValueError("not a whole blob")
         if zlib.crc32(content[:-4]) != checksum:
             raise ValueError("checksum")

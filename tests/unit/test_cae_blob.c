@@ -104,6 +104,21 @@ static void test_files(void **unused) {
     assert_fails(toliman_cae_save_file(trained, NULL, path), TOLIMAN_E_WRITE, path);
 }
 
+static toliman_cae *load_from_file(const uint8_t *bytes, size_t size) {
+    char path[300];
+    const char *parent = getenv("TMPDIR");
+    snprintf(path, sizeof path, "%s/toliman-blob-XXXXXX", parent != NULL ? parent : P_tmpdir);
+    FILE *file = fdopen(mkstemp(path), "wb");
+    assert_non_null(file);
+    assert_true(fwrite(bytes, 1, size, file) == size);
+    assert_int_equal(fclose(file), 0);
+    toliman_cae *cae = NULL;
+    const toliman_status status = toliman_cae_load_file(path, NULL, &cae);
+    assert_int_equal(remove(path), 0);
+    assert_ok(status);
+    return cae;
+}
+
 /* A blob written here with uncompressed floats: only latent.bias is non-zero, so every latent equals it. */
 static void test_blob_written_from_the_specification(void **unused) {
     (void)unused;
@@ -149,6 +164,65 @@ static void test_weights_that_overflow(void **unused) {
     }
 }
 
+/* The number in pixels i, i + planes, ... that makes a plane of unit norm. */
+static double unit_on(int planes, int i) {
+    return 1 / sqrt((kPixels - 1 - i % planes) / planes + 1);
+}
+
+/* Orthonormal planes on disjoint pixels, written from the specification and read from a file: as many as the format
+   allows are removed from a frame. Up to 8 of them are version 2, more are version 3. */
+static void test_many_planes(void **unused) {
+    (void)unused;
+    enum { kFrame = kSide * 260, kMost = 32 };
+    static float planes[(4 + kMost) * kPixels];
+    double *frame = new_image(kFrame);
+    const int counts[] = {8, 9, kMost};
+    for (int c = 0; c < 3; c++) {
+        const int projected = counts[c];
+        const uint32_t version = projected > 8 ? 3 : 2;
+        memset(planes, 0, sizeof planes);
+        for (int i = 0; i < kPixels; i++) {
+            planes[i] = 1000;
+            planes[2 * kPixels + i] = 4;
+            planes[(4 + i % projected) * kPixels + i] = (float)unit_on(projected, i);
+        }
+        toliman_cae_info info = {.struct_size = sizeof info};
+        uint8_t *header = malloc(blob_size);
+        memcpy(header, blob, blob_size);
+        put(header + kAtVersion, version, 4);
+        put(header + kAtProjected, (uint64_t)projected, 4);
+        size_t size, size_again;
+        uint8_t *bytes = with_payloads(header, NULL, planes, 4 + (size_t)projected, &size);
+        toliman_cae *cae = load_from_file(bytes, size), *again = NULL;
+        assert_ok(toliman_cae_get_info(cae, &info));
+        assert_int_equal(info.projected, projected);
+
+        double latent, chi_square;
+        for (int i = 0; i < kFrame; i++) /* residual: 1e4 times the planes, in sigmas of 2 counts, weighted 1, 2, ... */
+            frame[i] = 1000;
+        for (int i = 0; i < kPixels; i++)
+            frame[i / kSide * 260 + (int)info.crop_col + i % kSide] +=
+                2 * 1e4 * unit_on(projected, i) * (1 + i % projected);
+        const toliman_image image = {
+            .struct_size = sizeof image, .pixels = frame, .pixel = TOLIMAN_PIXEL_F64, .rows = kSide, .cols = 260};
+        assert_ok(toliman_cae_encode_many(cae, &image, 1, 1, &latent, &chi_square));
+        assert_at_most(chi_square, 1e-6);
+
+        uint8_t *first = saved(cae, &size);
+        assert_int_equal(get(first + kAtVersion, 4), version);
+        assert_ok(toliman_cae_load(first, size, NULL, &again));
+        uint8_t *second = saved(again, &size_again);
+        assert_true(size == size_again);
+        assert_memory_equal(first, second, size);
+        put(first + kAtVersion, 5 - version, 4); /* the other version refuses as many */
+        seal(first, size);
+        refused(first, size, version == 3 ? "must be in [0, 8] in version 2" : "must be in [9, 32] in version 3");
+        toliman_cae_destroy(cae), toliman_cae_destroy(again);
+        free(header), free(bytes), free(first), free(second);
+    }
+    free(frame);
+}
+
 /* A network whose target is zero cannot be trained. */
 static void test_no_target(void **unused) {
     (void)unused;
@@ -186,6 +260,7 @@ int main(void) {
         cmocka_unit_test(test_files),
         cmocka_unit_test(test_blob_written_from_the_specification),
         cmocka_unit_test(test_weights_that_overflow),
+        cmocka_unit_test(test_many_planes),
         cmocka_unit_test(test_no_target),
         cmocka_unit_test(test_arguments),
     };

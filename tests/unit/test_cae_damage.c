@@ -73,10 +73,11 @@ static void test_every_flipped_bit(void **unused) {
         for (int bit = 0; bit < 8; bit++) {
             small[i] ^= (uint8_t)(1 << bit);
             refused(small, small_size,
-                    i < 4    ? "does not start with \"TLMW\""
-                    : i < 8  ? "unsupported version"
-                    : i < 16 ? "the header states"
-                             : "checksum mismatch: the data are damaged");
+                    i < 4                ? "does not start with \"TLMW\""
+                    : i == 4 && bit == 0 ? "checksum mismatch" /* a known version */
+                    : i < 8              ? "unsupported version"
+                    : i < 16             ? "the header states"
+                                         : "checksum mismatch: the data are damaged");
             small[i] ^= (uint8_t)(1 << bit);
         }
     for (size_t i = 0; i < blob_size; i += 40009) {
@@ -95,8 +96,9 @@ static void test_impossible_headers(void **unused) {
         uint64_t value;
         const char *text;
     } cases[] = {
-        {kAtVersion, 4, 1, "unsupported version 1 (supported: 2)"},
-        {kAtVersion, 4, 3, "unsupported version 3 (supported: 2)"},
+        {kAtVersion, 4, 1, "unsupported version 1 (supported: 2, 3)"},
+        {kAtVersion, 4, 4, "unsupported version 4 (supported: 2, 3)"},
+        {kAtVersion, 4, 3, "number of nuisance planes = 1: must be in [9, 32] in version 3"},
         {kAtSize, 8, 5, "bytes: the header states 5: truncated, or followed by other data"},
         {16, 4, 77, "layout = 77, hash = "},
         {20, 4, 0x80000000u, "flags = 0x80000000"},
@@ -107,7 +109,7 @@ static void test_impossible_headers(void **unused) {
         {52, 4, 0xffffffffu, "frame shape = [256, 4294967295]"},
         {56, 4, 1, "crop = [1, "},
         {60, 4, 5, "crop = [0, 5]"},
-        {64, 4, 9, "number of nuisance planes = 9: must be at most 8"},
+        {kAtProjected, 4, 9, "number of nuisance planes = 9: must be in [0, 8] in version 2"},
         {64, 4, 2, "compressed payload"},
         {64, 4, 0, "compressed payload"},
         {kAtWeightsEncoding, 2, 1, "compressed payload"},

@@ -63,6 +63,9 @@ static void values_of_other_kinds(void **state) {
     check_refusals(kBinaryScene, cases, sizeof cases / sizeof *cases);
 }
 
+#define FOUR_NAMES "\"flux_a\", \"flux_a\", \"flux_a\", \"flux_a\", "
+#define EIGHT_NAMES FOUR_NAMES FOUR_NAMES
+
 static void other_impossible_values(void **state) {
     (void)state;
     const refusal cases[] = {
@@ -70,6 +73,9 @@ static void other_impossible_values(void **state) {
         {"\"step_nm\": 12.5", "\"step_nm\": 100", "band.step_nm = 100: must divide the band of 50 nm"},
         {"\"noise\"", "\"systematics\": {\"flux_rms\": {\"rms\": 0, \"drift_per_day\": 0.09}}, \"noise\"",
          "drift_per_day = 0.09: amounts to"},
+        {"\"noise\"",
+         "\"preprocess\": {\"project\": [" EIGHT_NAMES EIGHT_NAMES EIGHT_NAMES EIGHT_NAMES "\"flux_b\"]}, \"noise\"",
+         "preprocess.project: has 33 names: must have 0 to 32"},
     };
     check_refusals(kBinaryScene, cases, sizeof cases / sizeof *cases);
     const refusal faint[] = {
