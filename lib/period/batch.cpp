@@ -29,7 +29,7 @@ using kernels::kDirectLanes;
 
 // Cost model for the choice between FFT and direct sums, in ns on an AVX-512 core: per sample and frequency; per sample
 // spread onto three pairs of grids; per cell transformed.
-constexpr double kDirectCost = 2.7, kSpreadCost = 160, kCellCost = 80;
+constexpr double kDirectCost = 4.2, kSpreadCost = 57, kCellCost = 80;
 // Error of a direct sum, relative to the sum of |terms|; includes the rounding of the prepared samples.
 constexpr double kDirectError = 4e-15;
 // Rounding error of the solution of the 2 x 2 equations in double, times their determinant.
