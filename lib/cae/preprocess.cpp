@@ -7,7 +7,9 @@
 //
 // Precision: the residual is formed in double, and only the residual is rounded to float32, so that the rounding is
 // relative to the noise, not to the counts. float32 values near 1e9 counts are 64 counts apart, and a rounded reference
-// would shift every latent by the same error. The reference is therefore stored as the sum of two float32.
+// would shift every latent by the same error. The reference is therefore stored as the sum of two float32. The
+// projection is computed in double from the rounded residual. What the rounding of a component leaves lies along the
+// basis, to which the target is orthogonal.
 #include "cae/preprocess.hpp"
 
 #include <algorithm>
