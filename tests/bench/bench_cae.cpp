@@ -183,7 +183,10 @@ void measure_encode(const Scene &scene, const Layout &layout, Peak &peak, const 
         blind.derive();
         return Network(layout, blind, trained.parameters(), 1, true, 0);
     };
-    const Network four = projecting(4), twenty = projecting(20);
+    constexpr size_t kPlanes[] = {4, 8, 20, 32}, kCounts = sizeof kPlanes / sizeof *kPlanes;
+    std::vector<Network> with;
+    for (const size_t planes : kPlanes)
+        with.push_back(projecting(planes));
     const toliman::PixelFrames frames = {toliman::Pixel::f64, scene.frames.data(), kSide, kSide, kSide, kPixels};
     double latents[kFrames];
     const auto many = [&](const Network &which) {
@@ -191,16 +194,22 @@ void measure_encode(const Scene &scene, const Layout &layout, Peak &peak, const 
     };
     peak.sample();
     const auto plain = [&] { sink = static_cast<float>(network.encode(frame, work)); };
-    plain(), many(network)(), many(four)(), many(twenty)();
-    double times[kRepeats], series[kRepeats], more[2][kRepeats]; // in turn, so that all see the same clock rate
+    plain(), many(network)();
+    double times[kRepeats], series[kRepeats], more[kCounts][kRepeats]; // in turn, so that all see the same clock rate
     for (int i = 0; i < kRepeats; i++) {
         times[i] = measure(1, 20, plain).median;
         series[i] = measure(1, 1, many(network)).median / kFrames;
-        more[0][i] = measure(1, 1, many(four)).median / kFrames - series[i];
-        more[1][i] = measure(1, 1, many(twenty)).median / kFrames - series[i];
+        for (size_t k = 0; k < kCounts; k++)
+            more[k][i] = measure(1, 1, many(with[k])).median / kFrames - series[i];
     }
     const timing whole = timing_of(times, kRepeats), each = timing_of(series, kRepeats);
-    const timing with_four = timing_of(more[0], kRepeats), with_twenty = timing_of(more[1], kRepeats);
+    std::string projection;
+    for (size_t k = 0; k < kCounts; k++) {
+        char text[64];
+        std::snprintf(text, sizeof text, "%s\"%zu\": %.4f", k > 0 ? ", " : "", kPlanes[k],
+                      timing_of(more[k], kRepeats).median * 1e3);
+        projection += text;
+    }
     const timing preprocess = time_of(50, [&] { network.preprocess().apply(frame, scratch, input.data()); });
     double moved = 0;
     for (size_t i = 0; !reference.empty() && i < kFrames; i++)
@@ -208,12 +217,12 @@ void measure_encode(const Scene &scene, const Layout &layout, Peak &peak, const 
             moved, std::fabs(network.encode({&scene.frames[i * kPixels], kSide, kSide, kSide}, work) - reference[i]) /
                        scene.info.crb_px);
     std::printf("{\"part\": \"encode\", \"isa\": \"%s\", \"layout\": \"%s\", \"ms\": %.4f, \"spread_ms\": %.2g, "
-                "\"many_ms\": %.4f, \"preprocess_ms\": %.4f, \"projection_ms\": %.4f, \"projection_of_20_ms\": %.4f, "
+                "\"many_ms\": %.4f, \"preprocess_ms\": %.4f, \"projection_ms\": {%s}, "
                 "\"roofline_ms\": %.4f, "
                 "\"latent_moved_sigma\": %.3g}\n",
                 toliman::kernels::host_isa_name(), layout.name, whole.median * 1e3, whole.spread * 1e3,
-                each.median * 1e3, preprocess.median * 1e3, with_four.median * 1e3, with_twenty.median * 1e3,
-                encoding_mflop(layout) / peak.sample(), moved);
+                each.median * 1e3, preprocess.median * 1e3, projection.c_str(), encoding_mflop(layout) / peak.sample(),
+                moved);
 }
 
 void measure_training(const Layout &layout, Peak &peak) {
