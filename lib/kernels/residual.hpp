@@ -8,8 +8,9 @@ namespace toliman::kernels {
 
 constexpr size_t kMaxPlanes = 32;  // of a projection
 constexpr size_t kMaxTogether = 8; // frames that are projected together
+constexpr size_t kMaxColumns = 256;
 
-// Planes of a residual in rows; cols a multiple of 16, planes at most kMaxPlanes.
+// Planes of a residual in rows; cols a multiple of 16 and at most kMaxColumns, planes at most kMaxPlanes.
 struct ProjectedRows {
     size_t rows, cols, planes;
     const double *reference, *inverse_sigma; // [rows][cols]

@@ -100,11 +100,11 @@ void project_out(const double *basis, size_t planes, size_t count, double *vecto
 
 // A vector of doubles, and of as many floats.
 #if defined(__AVX512F__)
-constexpr size_t kLanes = 8, kPlanesAtOnce = 4;
+constexpr size_t kLanes = 8, kPlanesAtOnce = 4, kFramesAtOnce = 4; // 16 sums in registers
 #elif defined(__AVX__)
-constexpr size_t kLanes = 4, kPlanesAtOnce = 1;
+constexpr size_t kLanes = 4, kPlanesAtOnce = 2, kFramesAtOnce = 4;
 #else
-constexpr size_t kLanes = 2, kPlanesAtOnce = 1;
+constexpr size_t kLanes = 2, kPlanesAtOnce = 2, kFramesAtOnce = 4;
 #endif
 typedef double Doubles __attribute__((vector_size(8 * kLanes)));
 typedef float Floats __attribute__((vector_size(4 * kLanes), aligned(4), may_alias));
@@ -149,39 +149,35 @@ constexpr size_t kVectors = kParts / kLanes;
 struct Sums {
     Doubles part[kMaxPlanes][kVectors];
 };
+struct DoubleRow {
+    Doubles at[kMaxColumns / kLanes];
+};
 
 // Adds the components of a row of Frames vectors along the Planes planes from k on. A plane's numbers are converted
 // once for all frames.
 template <size_t Planes, size_t Frames>
-inline void add(const float *planes, size_t k, size_t cols, const float *const *rows, Sums *sums) noexcept {
-    Doubles sum[Frames][Planes][kVectors];
-    for (size_t f = 0; f < Frames; f++)
-        for (size_t i = 0; i < Planes; i++)
-            for (size_t v = 0; v < kVectors; v++)
-                sum[f][i][v] = sums[f].part[k + i][v];
-    for (size_t c = 0; c < cols; c += kParts)
-#pragma GCC unroll 8
-        for (size_t v = 0; v < kVectors; v++) {
-            Doubles row[Frames];
-#pragma GCC unroll 8
-            for (size_t f = 0; f < Frames; f++)
-                row[f] = load(rows[f] + c + v * kLanes);
+inline void add(const float *planes, size_t k, size_t cols, const DoubleRow *rows, Sums *sums) noexcept {
+    for (size_t v = 0; v < kVectors; v++) {
+        Doubles sum[Frames][Planes];
+        for (size_t f = 0; f < Frames; f++)
+            for (size_t i = 0; i < Planes; i++)
+                sum[f][i] = sums[f].part[k + i][v];
+        for (size_t c = v * kLanes; c < cols; c += kParts)
 #pragma GCC unroll 8
             for (size_t i = 0; i < Planes; i++) {
-                const Doubles plane = load(planes + (k + i) * cols + c + v * kLanes);
+                const Doubles plane = load(planes + (k + i) * cols + c);
 #pragma GCC unroll 8
                 for (size_t f = 0; f < Frames; f++)
-                    sum[f][i][v] = add_product(sum[f][i][v], plane, row[f]);
+                    sum[f][i] = add_product(sum[f][i], plane, rows[f].at[c / kLanes]);
             }
-        }
-    for (size_t f = 0; f < Frames; f++)
-        for (size_t i = 0; i < Planes; i++)
-            for (size_t v = 0; v < kVectors; v++)
-                sums[f].part[k + i][v] = sum[f][i][v];
+        for (size_t f = 0; f < Frames; f++)
+            for (size_t i = 0; i < Planes; i++)
+                sums[f].part[k + i][v] = sum[f][i];
+    }
 }
 
 template <size_t Frames>
-void add_components(const float *planes, size_t count, size_t cols, const float *const *rows, Sums *sums) noexcept {
+void add_components(const float *planes, size_t count, size_t cols, const DoubleRow *rows, Sums *sums) noexcept {
     size_t k = 0;
     for (; k + kPlanesAtOnce <= count; k += kPlanesAtOnce)
         add<kPlanesAtOnce, Frames>(planes, k, cols, rows, sums);
@@ -194,19 +190,21 @@ bool components(const ProjectedRows &given, size_t frames, const double *const *
     const ProjectedRows rows = given;
     const size_t cols = rows.cols;
     Sums sums[kMaxTogether] = {};
+    DoubleRow row[kMaxTogether];
     bool finite = true;
     for (size_t r = 0; r < rows.rows; r++) {
         const size_t at = r * cols;
-        const float *row[kMaxTogether], *const planes = rows.basis + at * rows.planes;
+        const float *const planes = rows.basis + at * rows.planes;
         for (size_t f = 0; f < frames; f++) {
             finite &= scaled_residual(counts[f] + r * counts_stride, rows.reference + at, rows.inverse_sigma + at, 1,
                                       cols, vectors[f] + at);
-            row[f] = vectors[f] + at;
+            for (size_t c = 0; c < cols; c += kLanes)
+                row[f].at[c / kLanes] = load(vectors[f] + at + c);
         }
         size_t f = 0;
-        for (; f + 2 <= frames; f += 2)
-            add_components<2>(planes, rows.planes, cols, row + f, sums + f);
-        if (f < frames)
+        for (; f + kFramesAtOnce <= frames; f += kFramesAtOnce)
+            add_components<kFramesAtOnce>(planes, rows.planes, cols, row + f, sums + f);
+        for (; f < frames; f++)
             add_components<1>(planes, rows.planes, cols, row + f, sums + f);
     }
     for (size_t f = 0; f < frames; f++)
@@ -255,8 +253,8 @@ void project_row(const ProjectedRows &given, size_t frames, const float *const *
         row[f] = vectors[f] + at;
     const float *const planes = rows.basis + at * rows.planes;
     size_t f = 0;
-    for (; f + 4 <= frames; f += 4)
-        project<4>(rows, planes, components + f, row + f, out + f);
+    for (; f + kFramesAtOnce <= frames; f += kFramesAtOnce)
+        project<kFramesAtOnce>(rows, planes, components + f, row + f, out + f);
     for (; f < frames; f++)
         project<1>(rows, planes, components + f, row + f, out + f);
 }
