@@ -5,6 +5,8 @@
 // own cache. The rows in use are 80 kB. Fetching the frame's next rows also overlaps with the products of this one.
 #include "cae/encoder_rows.hpp"
 
+#include <algorithm>
+
 #include "kernels/conv.hpp"
 
 namespace toliman::cae {
@@ -28,7 +30,8 @@ constexpr size_t row_stride(const kernels::ConvShape &shape) noexcept {
 } // namespace
 
 EncoderRows::EncoderRows() : levels_() {
-    size_t size = 0;
+    static_assert(row_stride(kShapes[0]) <= kBandStride);
+    size_t size = (kBand + 1) * kBandStride;
     for (const kernels::ConvShape &shape : kShapes)
         size += 2 * row_stride(shape) + 3 * kernels::kBoxFloats;
     memory_.resize(size);
@@ -36,7 +39,7 @@ EncoderRows::EncoderRows() : levels_() {
     for (size_t s = 0; s < kStages; s++) {
         for (float *&row : levels_[s].fine) {
             row = at + lead(kShapes[s]);
-            at += row_stride(kShapes[s]);
+            at += s == 0 ? (kBand + 1) * kBandStride / 2 : row_stride(kShapes[s]);
         }
         for (float *&boxes : levels_[s].boxes) {
             boxes = at;
@@ -51,10 +54,21 @@ void EncoderRows::start(const Parameters &parameters, const Packed &encoder) noe
     latent_ = static_cast<double>(parameters[kLatentBias][0]);
     for (Level &level : levels_)
         level.rows = 1;
+    before_band_ = 0;
+}
+
+void EncoderRows::push_band() noexcept {
+    float *const before = levels_[0].fine[0];
+    for (size_t i = 0; i < kBand; i++)
+        advance(0);
+    std::copy_n(before + kBand * kBandStride, row_size(kShapes[0]), before);
+    before_band_ += kBand;
 }
 
 const float *EncoderRows::fine(size_t stage, size_t row) const noexcept {
-    return row == 0 || row == 2 * kShapes[stage].rows + 1 ? kZeros : levels_[stage].fine[row % 2];
+    if (row == 0 || row == 2 * kShapes[stage].rows + 1)
+        return kZeros;
+    return stage == 0 ? levels_[0].fine[0] + (row - before_band_) * kBandStride : levels_[stage].fine[row % 2];
 }
 
 float *EncoderRows::next(size_t stage) noexcept {

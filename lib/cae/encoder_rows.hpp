@@ -1,33 +1,33 @@
 // Encoder of layout `flight` for an image that arrives row by row.
 #pragma once
-#include <algorithm>
 #include <array>
 #include <cstddef>
 
 #include "base/buffer.hpp"
 #include "cae/forward.hpp"
+#include "cae/preprocess.hpp"
 
 namespace toliman::cae {
 
-// To encode an image: start(), push() its kSide rows, read latent(), which has the bits of encode(). Reuse it from
-// image to image.
+// To encode an image: start(); for each band of kBand rows from the first on, write it to band() [kBand][kBandStride]
+// and push_band(); read latent(), which has the bits of encode(). Reuse it from image to image.
 class EncoderRows {
   public:
+    static constexpr size_t kBandStride = 288; // floats from row to row: 256, borders, and the start of a cache line
+
     EncoderRows();
 
     // Both must outlive the image.
     void start(const Parameters &parameters, const Packed &encoder) noexcept;
-    void push(const float *row) noexcept {
-        std::copy_n(row, kSide, next(0));
-        advance(0);
-    }
+    float *band() noexcept { return levels_[0].fine[0] + 1 + kBandStride; }
+    void push_band() noexcept;
     double latent() const noexcept { return latent_; }
 
   private:
     // Part of an image that is the input of a stage.
     struct Level {
         size_t rows;     // pushed so far, with the border
-        float *fine[2];  // the last two rows, with the border's columns
+        float *fine[2];  // the last two rows, with the border's columns; of the input: the row before the band
         float *boxes[3]; // the last three rows of box sums
     };
 
@@ -39,6 +39,7 @@ class EncoderRows {
     const Parameters *parameters_ = nullptr;
     const Packed *encoder_ = nullptr;
     double latent_ = 0;
+    size_t before_band_ = 0; // bordered row before the band
     std::array<Level, kStages> levels_;
     Buffer<float> memory_;
 };

@@ -27,11 +27,13 @@ void Network::latents_of_rows(const ImageView<const double> *frames, size_t coun
                               double *latents) const {
     for (size_t f = 0; f < count; f++)
         work.rows[f].start(parameters_, encoder_);
+    float *bands[kTogether];
+    for (size_t f = 0; f < count; f++)
+        bands[f] = work.rows[f].band();
     for (size_t r = 0; r < kSide; r += kBand) {
-        preprocess_.band(frames, count, r, work.input);
+        preprocess_.band(frames, count, r, work.input, bands, EncoderRows::kBandStride);
         for (size_t f = 0; f < count; f++)
-            for (size_t i = 0; i < kBand; i++)
-                work.rows[f].push(&work.input.band[(f * kBand + i) * kSide]);
+            work.rows[f].push_band();
     }
     for (size_t f = 0; f < count; f++)
         latents[f] = work.rows[f].latent();
@@ -40,9 +42,8 @@ void Network::latents_of_rows(const ImageView<const double> *frames, size_t coun
 double Network::latent_of_image(const ImageView<const double> &frame, Workspace &work, Pooling *pooling) const {
     Images &images = *work.images;
     for (size_t r = 0; r < kSide; r += kBand) {
-        preprocess_.band(&frame, 1, r, work.input);
-        for (size_t i = 0; i < kBand; i++)
-            std::copy_n(&work.input.band[i * kSide], kSide, images[0] + (r + i + 1) * kInputStride + 1);
+        float *const rows = images[0] + (r + 1) * kInputStride + 1;
+        preprocess_.band(&frame, 1, r, work.input, &rows, kInputStride);
     }
     return cae::encode(*layout_, parameters_, encoder_, images, pooling);
 }

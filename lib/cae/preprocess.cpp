@@ -170,8 +170,6 @@ Preprocess Preprocess::with_input_scale(double scale) const {
 void Preprocess::Work::reserve(const Preprocess &preprocess, size_t frames) {
     if (preprocess.projected > 0 && residual.size() < frames * kResidualStride)
         residual.resize(frames * kResidualStride);
-    if (band.size() < frames * kBand * kSide)
-        band.resize(frames * kBand * kSide);
 }
 
 void Preprocess::start(const ImageView<const double> *frames, size_t count, Work &work) const {
@@ -190,7 +188,8 @@ void Preprocess::start(const ImageView<const double> *frames, size_t count, Work
             refuse_non_finite(frames[f], crop_row, kSide, crop_col);
 }
 
-void Preprocess::band(const ImageView<const double> *frames, size_t count, size_t first_row, Work &work) const {
+void Preprocess::band(const ImageView<const double> *frames, size_t count, size_t first_row, Work &work,
+                      float *const *bands, size_t stride) const {
     const kernels::ResidualKernels &kernel = kernels::residual_kernels();
     float *vectors[kTogether] = {}, *components[kTogether] = {};
     for (size_t f = 0; projected > 0 && f < count; f++) {
@@ -200,7 +199,7 @@ void Preprocess::band(const ImageView<const double> *frames, size_t count, size_
     for (size_t i = 0, r = first_row; i < kBand; i++, r++) {
         float *out[kTogether];
         for (size_t f = 0; f < count; f++)
-            out[f] = &work.band[(f * kBand + i) * kSide];
+            out[f] = bands[f] + i * stride;
         if (projected > 0)
             kernel.project_row(projected_rows(), count, components, r, vectors, out);
         for (size_t f = 0; f < count && projected == 0; f++)
@@ -213,8 +212,8 @@ void Preprocess::band(const ImageView<const double> *frames, size_t count, size_
 void Preprocess::apply(ImageView<const double> frame, Work &work, float *out) const {
     start(&frame, 1, work);
     for (size_t r = 0; r < kSide; r += kBand) {
-        band(&frame, 1, r, work);
-        std::copy_n(work.band.data(), kBand * kSide, out + r * kSide);
+        float *const rows_of_band = out + r * kSide;
+        band(&frame, 1, r, work, &rows_of_band, kSide);
     }
 }
 

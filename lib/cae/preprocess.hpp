@@ -58,16 +58,16 @@ struct Preprocess {
     // Working memory of frames that are preprocessed together; reuse it to avoid allocations.
     struct Work {
         Buffer<float> residual; // of each frame, [pixels], if anything is projected
-        Buffer<float> band;     // [frames][kBand][256]
         float component[kTogether][kernels::kMaxPlanes];
         void reserve(const Preprocess &preprocess, size_t frames);
     };
 
     // The input of `count` frames, at most kTogether, of equal stride: start() once, then band() for each band of kBand
-    // rows from the first on, which writes input_scale times the input to work.band. Frames that are processed together
-    // share the reading of the planes. Status::argument for a non-finite count.
+    // rows from the first on, which writes input_scale times the input of frame f to bands[f] [kBand][stride]. Frames
+    // that are processed together share the reading of the planes. Status::argument for a non-finite count.
     void start(const ImageView<const double> *frames, size_t count, Work &work) const;
-    void band(const ImageView<const double> *frames, size_t count, size_t first_row, Work &work) const;
+    void band(const ImageView<const double> *frames, size_t count, size_t first_row, Work &work, float *const *rows,
+              size_t stride) const;
 
     // The whole input of a frame: out [256 rows][256].
     void apply(ImageView<const double> frame, Work &work, float *out) const;
