@@ -11,6 +11,7 @@
  *                                             +-> get_pupil, get_spectrum, get_plate_scale   optics and light
  *                                             +-> expect, propagate, get_image               noise-free images
  *                                             |                                              and derivatives
+ *                                             +-> sim_derivative.h                           all derivatives
  *                                             +-> stage_name, image_name                     names of constants
  *                                          destroy
  *
@@ -36,9 +37,9 @@
  *                image is a smooth function of rotation and shift of the mask; with "cell" it is a staircase. The mask
  *                is rotated about its centre from +x towards +y, then shifted.
  *
- *   Signs        Pupil field E = A exp(+2 pi i OPD/lambda); image field F(u,v) = sum E exp(-2 pi i (x u + y
- *                v)/lambda). A star at offset (+ox, +oy) px has OPD +(x ox + y oy) p. Its image is at a higher column
- *                and row.
+ *   Signs        Pupil field E = A exp(+2 pi i OPD/lambda); image field
+ *                F(u,v) = sum E exp(-2 pi i (x u + y v)/lambda). A star at offset (+ox, +oy) px has OPD
+ *                +(x ox + y oy) p. Its image is at a higher column and row.
  *
  *   Angle        Position angle of B as seen from A, from north through east. Without rotation of the detector, north
  *                is +y and east is -x.
@@ -99,10 +100,9 @@
  *                light, photons per pixel before qe. Jitter is a Gaussian blur, the same in every frame, with a sigma
  *                or with its covariance in x and y.
  *
- *   Nuisances    Quantities that an estimator does not assume to be known, each with a derivative image.
- *                preprocess.project of the scene lists those that estimators remove (project out), at most 32. Shift
- *                x, y: both stars, per px. Roll: per rad. Scale: relative. Focus: per nm rms. Background: equal light
- *                on every pixel, per photon. Fluxes: relative, of A and of B.
+ *   Nuisances    Parameters of the model that an estimator does not assume to be known, each with a derivative image;
+ *                sim_derivative.h defines them. preprocess.project of the scene lists those that estimators remove
+ *                (project out), at most 32.
  *
  *   Engines      The matrix Fourier transform (MATRIX_DFT) samples exact pixel positions. The padded FFT (PADDED_FFT)
  *                is the baseline of the chapter: the pupil is sampled with N_E = N_out p D/lambda points and padded

@@ -15,6 +15,7 @@
 #include <toliman/period_fap.h>
 #include <toliman/series.h>
 #include <toliman/sim.h>
+#include <toliman/sim_derivative.h>
 #include <toliman/track.h>
 
 #endif

@@ -51,6 +51,7 @@ constexpr StructSize kStructSizes[] = {
     {"toliman_series_options", sizeof(toliman_series_options)},
     {"toliman_series_sample", sizeof(toliman_series_sample)},
     {"toliman_series_info", sizeof(toliman_series_info)},
+    {"toliman_sim_parameter", sizeof(toliman_sim_parameter)},
     {"toliman_track_outcome", sizeof(toliman_track_outcome)},
     {"toliman_track_options", sizeof(toliman_track_options)},
     {"toliman_track_record", sizeof(toliman_track_record)},

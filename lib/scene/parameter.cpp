@@ -61,6 +61,13 @@ Scope scope_of(Parameter parameter) noexcept {
     return row_of(parameter).scope;
 }
 
+size_t parameter_count() noexcept {
+    size_t count = 0;
+    for (const Row &row : kRows)
+        count += static_cast<size_t>(row.last - row.first + 1);
+    return count;
+}
+
 const std::vector<Parameter> &all_parameters() {
     static const std::vector<Parameter> all = [] {
         std::vector<Parameter> list;

@@ -1,6 +1,7 @@
 // The parameters of the forward model that an estimator may not know: names, units and scopes. Each has a derivative
 // image (optics/derivatives.hpp) and can be projected out (preprocess.project).
 #pragma once
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <vector>
@@ -80,7 +81,8 @@ constexpr const char kProjectable[] =
     "spectrum_b_1 spectrum_b_2 spectrum_b_3 spectrum_b_4 spectrum_b_5 spectrum_b_6 spectrum_b_7 "
     "spectrum_b_8 spectrum_b_9 spectrum_b_10 spectrum_b_11 wavelength";
 
-// All of them, in a fixed order, and the one with this name.
+// Their number; all of them, in a fixed order; and the one with this name.
+size_t parameter_count() noexcept;
 const std::vector<Parameter> &all_parameters();
 std::optional<Parameter> parameter_named(const std::string &name);
 

@@ -76,6 +76,17 @@ class Frames(unittest.TestCase):
         numpy.testing.assert_allclose(self.simulator.expect(0), both, atol=1e-9 * both.max())
         self.assertEqual(both.shape, (ROWS, COLS))
 
+    def test_derivatives_by_name(self):
+        parameters = {parameter.name: parameter for parameter in toliman.parameters()}
+        self.assertEqual((parameters["zernike_7"].unit, parameters["zernike_7"].scope), ("nm", "instrument"))
+        self.assertEqual((parameters["roll"].unit, parameters["roll"].scope), ("rad", "frame"))
+        numpy.testing.assert_array_equal(self.simulator.derivative("separation"), self.simulator.image("separation"))
+        self.assertTrue(self.simulator.derivative("zernike_7").any())
+        with self.assertRaisesRegex(toliman.InputError, "zernike_77.*did you mean .zernike_7."):
+            self.simulator.derivative("zernike_77")
+        with self.assertRaisesRegex(toliman.UnsupportedError, "mask_rotation: needs a spiral mask"):
+            self.simulator.derivative("mask_rotation")
+
     def test_stars_are_at_their_offsets(self):
         """The brightest pixel of star A's image must be at the star's offset."""
         clear = scene()

@@ -1,4 +1,4 @@
-/* sim.h */
+/* sim.h, sim_derivative.h */
 #include <stdlib.h>
 #include <string.h>
 
@@ -232,6 +232,12 @@ static toliman_status frame_many(attempt *a) {
 static toliman_status get_image(attempt *a) {
     return toliman_sim_get_image(small_sim(), TOLIMAN_SIM_IMAGE_FOCUS, (double *)a->out, SMALL);
 }
+static toliman_status get_derivative(attempt *a) {
+    return toliman_sim_get_derivative(a->object, "zernike_7", (double *)a->out, SMALL);
+}
+static toliman_status get_parameter(attempt *a) {
+    return toliman_sim_get_parameter(toliman_sim_parameter_count() - 1, (void *)a->out);
+}
 static toliman_status get_info(attempt *a) {
     return toliman_sim_get_info(small_sim(), (void *)a->out);
 }
@@ -322,6 +328,9 @@ static const scenario all[] = {
      .call = frame_many,
      .partial = "sim.h: without memory, images may hold some of them"},
     {.function = "toliman_sim_get_image", .call = get_image},
+    {.function = "toliman_sim_get_derivative", .call = get_derivative, .make = make_binary, .of = &sims},
+    {.function = "toliman_sim_parameter_count", .call = get_parameter, .struct_size = sizeof(toliman_sim_parameter)},
+    {.function = "toliman_sim_get_parameter", .call = get_parameter, .struct_size = sizeof(toliman_sim_parameter)},
     {.function = "toliman_sim_get_info", .call = get_info, .struct_size = sizeof(toliman_sim_info)},
     {.function = "toliman_sim_get_plan", .call = get_plan, .struct_size = sizeof(toliman_sim_plan_info)},
     {.function = "toliman_sim_get_name", .call = get_texts},

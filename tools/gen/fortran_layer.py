@@ -68,7 +68,7 @@ class Layer:
         module = self.module_of(item)
         binding = item.name[len(module) + 1:]
         binding = binding.replace(owner[len(module):], "") if owner != module else binding
-        bound = creator or self.handle_of(item.arguments[0]) == owner
+        bound = creator or (bool(item.arguments) and self.handle_of(item.arguments[0]) == owner)
         self.bindings[owner].append((binding, bound))
         if f"{TYPES[owner]}_{binding}" not in dict(self.handwritten):
             self.procedures += Procedure(self, item, owner, binding, bound, creator).write() + "\n"

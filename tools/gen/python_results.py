@@ -19,6 +19,7 @@ RESULTS = {
     "toliman_sim_bounds": "Bounds",
     "toliman_sim_plan_info": "Plan",
     "toliman_sim_offsets": None,
+    "toliman_sim_parameter": "Parameter",
     "toliman_cae_training": "Training",
     "toliman_cae_info": "NetworkInfo",
     "toliman_components_training": "ComponentsTraining",
@@ -46,6 +47,7 @@ RESULTS = {
 WORDS = {
     "unit": "TOLIMAN_SIM_UNIT",
     "engine": "TOLIMAN_SIM_ENGINE",
+    "scope": "TOLIMAN_SIM_SCOPE",
     "verdict": "TOLIMAN_TRACK_VERDICT",
     "reason": "TOLIMAN_TRACK_REASON",
     "input": "TOLIMAN_CAE_INPUT",
@@ -92,7 +94,7 @@ def members(model, item, field):
         for constant in FLAGS.get(item.name, ()):
             bit = model.by_name[constant]
             yield constant.split("_", 2)[2].lower(), "bool", bit.doc or bit.heading, f", flag={bit.value}"
-    elif name in WORDS:
+    elif name in WORDS and kind.base != "char":
         yield name, "str", re.sub(r"\w+, \.\.\.", "...", field.doc), f', words="{WORDS[name]}"'
     elif name in SWITCHES:
         yield name, "bool", field.doc.removeprefix("1: "), ""

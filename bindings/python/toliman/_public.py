@@ -2,14 +2,14 @@
 from ._library import (Cancelled, CapacityError, Error, InputError, LostError, NoMemoryError, NotFoundError, StateError,
                        UnsupportedError, WriteError, abi_version, library_path, version)
 from ._results import (Bounds, ComponentsInfo, ComponentsTraining, HeaderTime, Machine, MaskInfo, Model, NetworkInfo, Outcome,
-                       PairInfo, PeriodogramInfo, Plan, Sampling, SceneInfo, Stream, TrackInfo, Training)
+                       PairInfo, Parameter, PeriodogramInfo, Plan, Sampling, SceneInfo, Stream, TrackInfo, Training)
 from .cae import CAE, Reconstruction
 from .ingest import Pair, PairEvent
 from .linear import Components, Template
 from .machine import blas_speed, machine
 from .mask import FoundMask, search_mask
 from .periodogram import AccuracyWarning, Grid, Peak, Periodogram, batch, period, suited_grid
-from .sim import Simulator, Spectrum, plan, shipped_scenes
+from .sim import Simulator, Spectrum, parameters, plan, shipped_scenes
 from .times import parse_time, read_clock, read_header
 from .track import REASONS, VERDICTS, Estimate, Frame, Tracker
 
@@ -18,9 +18,9 @@ __version__ = version()
 __all__ = [
     "AccuracyWarning", "Bounds", "CAE", "Cancelled", "CapacityError", "Components", "ComponentsInfo", "ComponentsTraining",
     "Error", "Estimate", "FoundMask", "Frame", "Grid", "HeaderTime", "InputError", "LostError", "Machine", "MaskInfo",
-    "Model", "NetworkInfo", "NoMemoryError", "NotFoundError", "Outcome", "Pair", "PairEvent", "PairInfo", "Peak",
-    "Periodogram", "PeriodogramInfo", "Plan", "REASONS", "Reconstruction", "Sampling", "SceneInfo", "Simulator",
+    "Model", "NetworkInfo", "NoMemoryError", "NotFoundError", "Outcome", "Pair", "PairEvent", "PairInfo", "Parameter",
+    "Peak", "Periodogram", "PeriodogramInfo", "Plan", "REASONS", "Reconstruction", "Sampling", "SceneInfo", "Simulator",
     "Spectrum", "StateError", "Stream", "Template", "TrackInfo", "Tracker", "Training", "UnsupportedError", "VERDICTS",
-    "WriteError", "abi_version", "batch", "blas_speed", "library_path", "machine", "parse_time", "period", "plan",
+    "WriteError", "abi_version", "batch", "blas_speed", "library_path", "machine", "parameters", "parse_time", "period", "plan",
     "read_clock", "read_header", "search_mask", "shipped_scenes", "suited_grid", "version",
 ]

@@ -20,7 +20,7 @@ from ._arguments import Doubles, file_name, options_of, pointer, real, shaped, w
 from ._handle import Handle
 from ._log import log
 from ._progress import Progress, Watch
-from ._results import Bounds, Plan, SceneInfo
+from ._results import Bounds, Parameter, Plan, SceneInfo
 from ._words import number
 from .machine import warn_of_slow_blas
 
@@ -130,6 +130,17 @@ def plan(scene: Scene, *, folder: str | os.PathLike[str] | None = None, engine: 
     return _plan_of(found)
 
 
+def parameters() -> list[Parameter]:
+    """Returns the parameters of the forward model, whose names Simulator.derivative() takes. What a unit change of each
+    does: include/toliman/sim_derivative.h."""
+    found = []
+    for index in range(library.toliman_sim_parameter_count()):
+        parameter = _raw.toliman_sim_parameter()
+        check(library.toliman_sim_get_parameter(index, ctypes.byref(parameter)))
+        found.append(Parameter._of(parameter))
+    return found
+
+
 class Simulator(Handle):
     """Simulates the frames of a scene. PSFs and derivative images are computed once; frames by random access.
 
@@ -211,6 +222,12 @@ class Simulator(Handle):
         (relative), "focus" (per nm rms), "background" (per photon); or "variance" of the counts.
         """
         return self._image(library.toliman_sim_get_image, number("kind", kind, "TOLIMAN_SIM_IMAGE"))
+
+    def derivative(self, name: str) -> Doubles:
+        """Returns the derivative of the expected frame by a parameter, [row][column], in the frame's unit per unit of
+        the parameter. name: one of parameters(), such as "zernike_7". Raises UnsupportedError if the scene has no such
+        derivative."""
+        return self._image(library.toliman_sim_get_derivative, os.fsencode(name))
 
     def pupil(self) -> tuple[Doubles, Doubles]:
         """Returns the amplitude (0 to 1) and the optical path difference (m) of the pupil, each [N][N]."""

@@ -1,0 +1,76 @@
+// include/toliman/sim_derivative.h
+#include <toliman/sim_derivative.h>
+
+#include <algorithm>
+
+#include "api/choice.hpp"
+#include "api/guard.hpp"
+#include "api/handles.hpp"
+#include "base/nearest_word.hpp"
+
+namespace api = toliman::api;
+namespace optics = toliman::optics;
+using toliman::Buffer;
+using toliman::fail;
+using toliman::Parameter;
+using toliman::Status;
+
+namespace {
+
+constexpr api::Choice<toliman::Scope> kScopes = {TOLIMAN_SIM_SCOPE_FRAME, TOLIMAN_SIM_SCOPE_INSTRUMENT,
+                                                 "TOLIMAN_SIM_SCOPE_..."};
+
+// Static texts.
+const std::vector<std::string> &names() {
+    static const std::vector<std::string> all = [] {
+        std::vector<std::string> list;
+        for (const Parameter parameter : toliman::all_parameters())
+            list.push_back(name_of(parameter));
+        return list;
+    }();
+    return all;
+}
+
+Parameter parameter_named(const std::string &name) {
+    if (const auto parameter = toliman::parameter_named(name))
+        return *parameter;
+    const std::string nearest = toliman::nearest_word(name, names());
+    fail(Status::argument, "{name} = \"%s\": must be the name of a parameter%s", name.substr(0, 40).c_str(),
+         nearest.empty() ? "" : ("; did you mean \"" + nearest + "\"?").c_str());
+}
+
+} // namespace
+
+int32_t toliman_sim_parameter_count() noexcept {
+    return static_cast<int32_t>(toliman::parameter_count());
+}
+
+toliman_status toliman_sim_get_parameter(int32_t index, toliman_sim_parameter *out) noexcept {
+    return api::guard([&] {
+        const int32_t count = toliman_sim_parameter_count();
+        if (index < 0 || index >= count)
+            fail(Status::range, "{index} = %d: must be in [0, %d]", index, count - 1);
+        const auto number = static_cast<size_t>(index);
+        const Parameter parameter = toliman::all_parameters()[number];
+        api::deliver(toliman_sim_parameter{0, kScopes.to_constant(scope_of(parameter)), names()[number].c_str(),
+                                           unit_of(parameter)},
+                     out, "out");
+    });
+}
+
+toliman_status toliman_sim_get_derivative(const toliman_sim *sim, const char *name, double *image,
+                                          size_t stride) noexcept {
+    return api::guard([&] {
+        const api::Use use(sim, "sim");
+        const optics::Simulator &simulator = use->simulator;
+        api::required(name, "name");
+        const toliman::Detector &detector = simulator.scene().detector;
+        api::required_image(image, stride, detector.cols, "image");
+        const Parameter parameter = parameter_named(name);
+        check_parameter(simulator.scene(), simulator.plan(), parameter);
+        const Buffer<double> whole =
+            simulator.detector().in_counts(image_of(simulator.images(), parameter), optics::Quantity::derivative);
+        for (size_t row = 0; row < detector.rows; row++)
+            std::copy_n(whole.data() + row * detector.cols, detector.cols, image + row * stride);
+    });
+}
