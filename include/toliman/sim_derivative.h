@@ -4,6 +4,7 @@
  *
  *   parameter_count, get_parameter                  names, units and scopes of the parameters
  *   toliman_sim, name -> get_derivative -> image[rows][cols]
+ *   toliman_sim, weights[rows][cols] -> get_opd_gradient -> gradient[N][N]
  *
  * Parameters are quantities that an estimator does not assume to be known. preprocess.project of the scene lists those
  * that estimators remove (project out); it takes every name but separation. A unit change of a parameter has this
@@ -71,6 +72,18 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_parameter(int32_t 
  * Since 0.2. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_derivative(const toliman_sim *sim, const char *name,
                                                                          double *image, size_t stride) TOLIMAN_NOEXCEPT;
+
+/* Writes the gradient by the optical path difference of the pupil to gradient[N][N]: the derivative of the sum over
+ * pixels of weights[rows][stride] times the expected frame, in the unit of the frame, by the OPD (m) of each cell of
+ * toliman_sim_get_pupil. It is 0 where the pupil is closed. stride >= cols, in elements. With a mode of the OPD, the
+ * sum over cells of mode times gradient is the sum over pixels of weights times the derivative by this mode; the
+ * gradient costs about as much as two such derivatives, whatever the number of modes. Photons of the stars are held, as
+ * for derivatives.
+ * Errors: TOLIMAN_E_ARGUMENT for a smaller stride or a weight that is not finite; TOLIMAN_E_UNSUPPORTED with
+ * PADDED_FFT. Since 0.2. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_opd_gradient(const toliman_sim *sim,
+                                                                           const double *weights, size_t stride,
+                                                                           double *gradient) TOLIMAN_NOEXCEPT;
 
 TOLIMAN_END_DECLS
 

@@ -2,6 +2,7 @@
 #include <toliman/sim_derivative.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "api/choice.hpp"
 #include "api/guard.hpp"
@@ -39,6 +40,19 @@ Parameter parameter_named(const std::string &name) {
          nearest.empty() ? "" : ("; did you mean \"" + nearest + "\"?").c_str());
 }
 
+// The caller's weights without gaps.
+Buffer<double> weights_of(const toliman::Detector &detector, const double *weights, size_t stride) {
+    Buffer<double> whole(detector.rows * detector.cols);
+    for (size_t row = 0; row < detector.rows; row++)
+        for (size_t col = 0; col < detector.cols; col++) {
+            const double weight = weights[row * stride + col];
+            if (!std::isfinite(weight))
+                fail(Status::argument, "{weights[%zu][%zu]} = %g: must be finite", row, col, weight);
+            whole[row * detector.cols + col] = weight;
+        }
+    return whole;
+}
+
 } // namespace
 
 int32_t toliman_sim_parameter_count() noexcept {
@@ -72,5 +86,20 @@ toliman_status toliman_sim_get_derivative(const toliman_sim *sim, const char *na
             simulator.detector().in_counts(image_of(simulator.images(), parameter), optics::Quantity::derivative);
         for (size_t row = 0; row < detector.rows; row++)
             std::copy_n(whole.data() + row * detector.cols, detector.cols, image + row * stride);
+    });
+}
+
+toliman_status toliman_sim_get_opd_gradient(const toliman_sim *sim, const double *weights, size_t stride,
+                                            double *gradient) noexcept {
+    return api::guard([&] {
+        const api::Use use(sim, "sim");
+        const optics::Simulator &simulator = use->simulator;
+        const toliman::Detector &detector = simulator.scene().detector;
+        api::required_image(weights, stride, detector.cols, "weights");
+        api::required(gradient, "gradient");
+        const Buffer<double> per_electron =
+            simulator.detector().in_counts(weights_of(detector, weights, stride), optics::Quantity::derivative);
+        const Buffer<double> whole = simulator.images().opd_gradient(per_electron);
+        std::copy(whole.begin(), whole.end(), gradient);
     });
 }

@@ -7,6 +7,7 @@
 
 #include <cmath>
 
+#include "optics/gradient.hpp"
 #include "optics/matrix_dft.hpp"
 #include "optics/nodes.hpp"
 #include "optics/padded_fft.hpp"
@@ -65,6 +66,19 @@ StarImages Imager::images_of_samples(const Light &light, size_t star, double dis
     for (Buffer<double> &mode : images.modes)
         to_pixels(mode, 0);
     return images;
+}
+
+Buffer<double> Imager::opd_gradient(const Light &light, size_t star, const Buffer<double> &weights) const {
+    const PixelFilter &filter = plan_.filter;
+    const auto finer = static_cast<double>(filter.oversampling);
+    const Light samples = on_finer_grid(plan_.nodes ? project_on_nodes(light, plan_.wavelengths) : light, finer);
+    Buffer<double> at_samples = filter.empty() ? weights : spread(weights, plan_.pixels, filter);
+    for (double &weight : at_samples)
+        weight *= finer * finer;
+    Buffer<double> gradient(pupil_.samples * pupil_.samples);
+    add_opd_gradient(pupil_, samples, sampling_grid(plan_.pixels, filter), star, at_samples.data(), workers_,
+                     gradient.data());
+    return gradient;
 }
 
 } // namespace toliman::optics

@@ -18,6 +18,10 @@ class Imager {
     StarImages images_of_samples(const Light &light, size_t star, double displacement_px, const ImageRequest &request,
                                  const std::function<void(double)> &on_progress = nullptr) const;
 
+    // The derivative of sum over pixels of weights [rows][cols] times images().at(0, 0), without displacement, by the
+    // OPD of each pupil cell (m), [N][N]. Matrix DFT only.
+    Buffer<double> opd_gradient(const Light &light, size_t star, const Buffer<double> &weights) const;
+
   private:
     std::unique_ptr<Transform> transform(const Grid &grid, size_t fields) const;
 

@@ -142,6 +142,18 @@ void Images::prepare(const std::vector<Parameter> &parameters) const {
     }
 }
 
+// The detector's response multiplies pixels: it is its own adjoint.
+Buffer<double> Images::opd_gradient(Buffer<double> weights) const {
+    if (plan_.engine == EngineKind::padded_fft)
+        fail(Status::unsupported, "%s: gradient by the OPD: the padded FFT does not compute it", scene_.source.c_str());
+    const MemoryScope scope(memory_);
+    finish(weights);
+    Buffer<double> gradient(pupil_.samples * pupil_.samples);
+    for (size_t s = 0; s < scene_.stars.size(); s++)
+        gradient = sum(gradient, imager_.opd_gradient(light_, s, weights));
+    return gradient;
+}
+
 void Images::propagate(bool motion, bool disturbed) const {
     const MemoryScope scope(memory_);
     const size_t plane = plan_.anchors > 0 ? 1 : std::max<size_t>(1, plan_.place_order);

@@ -57,6 +57,10 @@ class Images {
     const Buffer<double> &derivative(Parameter parameter) const;
     void prepare(const std::vector<Parameter> &parameters) const;
 
+    // The derivative of sum over pixels of weights [rows][cols] times both() by the OPD of each pupil cell (m), [N][N],
+    // with the photons of the stars unchanged. Status::unsupported for the padded FFT.
+    Buffer<double> opd_gradient(Buffer<double> weights) const;
+
   private:
     void propagate(bool motion, bool disturbed) const;
     void set_motion(StarImages &star) const;

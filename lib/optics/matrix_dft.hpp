@@ -13,7 +13,15 @@ class MatrixDft : public Transform {
                    const std::vector<kernels::FieldTerm> &terms) noexcept override;
     void accumulate(const std::vector<kernels::FieldProduct> &products, double *const *images) noexcept override;
 
+    // Adds the derivative of photons * sum over pixels of weights [rows][cols] |F|^2 by the OPD (m) of each cell to
+    // gradient [N][N], F the field of the last transform, of one field and at this wavenumber. F is overwritten.
+    void add_opd_gradient(long double wavenumber, const double *weights, double photons, double *gradient) noexcept;
+
   private:
+    void weight_field(const double *weights) noexcept;
+    void back_along_y(const Buffer<double> &operand, const Buffer<double> &sums, size_t part,
+                      Buffer<double> &middle) noexcept;
+    void back_along_x(const Buffer<double> &middle, const Buffer<double> &operand, Buffer<double> &folded) noexcept;
     void along_x(const Buffer<double> &folded, const Buffer<double> &operand, Buffer<double> &middle) noexcept;
     void along_y(const Buffer<double> &middle, size_t part, const Buffer<double> &operand,
                  Buffer<double> &sums) noexcept;

@@ -178,6 +178,21 @@ void filter_line(const double *in, size_t stride, size_t step, const LineFilter 
     }
 }
 
+// The adjoint of filter_line: adds in[i] times the taps to out.
+void spread_line(const double *in, size_t stride, size_t step, const LineFilter &line, size_t count, double *out,
+                 size_t out_stride) noexcept {
+    const std::vector<double> &taps = line.taps;
+    for (size_t i = 0; i < count; i++) {
+        double *const middle = out + i * step * out_stride;
+        const double value = in[i * stride];
+        middle[0] += taps[0] * value;
+        for (size_t k = 1; k < taps.size(); k++) {
+            middle[k * out_stride] += taps[k] * value;
+            *(middle - k * out_stride) += (line.odd ? -taps[k] : taps[k]) * value;
+        }
+    }
+}
+
 // Appends the terms m = 1, 2, ... of the expansion in the covariance, until they are within the accuracy.
 void add_terms(double cutoff, bool integrated, const Jitter &jitter, double accuracy, PixelFilter &filter) {
     double last = 1;
@@ -255,6 +270,22 @@ Buffer<double> filtered(const Buffer<double> &samples, const Grid &pixels, const
                         result.data() + col, pixels.cols, &along_x == &filter.terms[0][0]);
     }
     return result;
+}
+
+Buffer<double> spread(const Buffer<double> &weights, const Grid &pixels, const PixelFilter &filter) {
+    const Grid grid = sampling_grid(pixels, filter);
+    const size_t margin = filter.margin(), step = filter.oversampling;
+    Buffer<double> samples(grid.rows * grid.cols);
+    for (const auto &[along_x, along_y] : filter.terms) {
+        Buffer<double> rows(grid.rows * pixels.cols);
+        for (size_t col = 0; col < pixels.cols; col++)
+            spread_line(weights.data() + col, pixels.cols, step, along_y, pixels.rows,
+                        rows.data() + margin * pixels.cols + col, pixels.cols);
+        for (size_t row = 0; row < grid.rows; row++)
+            spread_line(rows.data() + row * pixels.cols, 1, step, along_x, pixels.cols,
+                        samples.data() + row * grid.cols + margin, 1);
+    }
+    return samples;
 }
 
 } // namespace toliman::optics

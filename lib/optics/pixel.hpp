@@ -34,6 +34,9 @@ PixelFilter make_filter(double cutoff, bool integrated, const Jitter &jitter, do
 // The grid of point samples that a filter needs for `pixels`.
 Grid sampling_grid(const Grid &pixels, const PixelFilter &filter) noexcept;
 
+// The adjoint of filtered(): spreads weights of the pixels over the samples of sampling_grid(pixels).
+Buffer<double> spread(const Buffer<double> &weights, const Grid &pixels, const PixelFilter &filter);
+
 // Filters an image on sampling_grid(pixels) and returns the values at the pixels.
 Buffer<double> filtered(const Buffer<double> &samples, const Grid &pixels, const PixelFilter &filter);
 

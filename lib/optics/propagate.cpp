@@ -187,9 +187,7 @@ void Chunk::add(size_t wavelength) {
         return;
     const long double wavenumber = 1 / static_cast<long double>(task_.light.wavelength_m[wavelength]);
     const Pupil &pupil = transform_.pupil(wavenumber);
-    const long double step = step_of(pupil, task_.grid, wavenumber);
-    const long double pixel = task_.grid.u_x * task_.grid.v_y; // area, in units of the squared pitch
-    const auto weight = static_cast<double>(photons * step * step * pixel / pupil.area);
+    const double weight = intensity_factor(pupil, task_.grid, wavenumber, photons);
     set_terms(pupil, wavenumber);
     transform_.transform(wavenumber, task_.offset, terms_);
     for (size_t i = 0; i < weighted_.size(); i++)

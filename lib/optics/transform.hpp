@@ -39,6 +39,13 @@ inline long double step_of(const Pupil &pupil, const Grid &grid, long double wav
     return pupil.aperture_m * grid.pitch_rad * wavenumber / static_cast<long double>(pupil.samples);
 }
 
+// Photons in a pixel per |F|^2, of a star with these photons.
+inline double intensity_factor(const Pupil &pupil, const Grid &grid, long double wavenumber, double photons) noexcept {
+    const long double step = step_of(pupil, grid, wavenumber);
+    const long double pixel = grid.u_x * grid.v_y; // area, in units of the squared pitch
+    return static_cast<double>(photons * step * step * pixel / pupil.area);
+}
+
 // The angle, in units of the pitch, of a displacement [x, y] in pixels.
 inline std::array<long double, 2> angle_of(const Grid &grid, long double x, long double y) noexcept {
     return {grid.u_x * x, grid.v_x * x + grid.v_y * y};

@@ -87,6 +87,20 @@ class Frames(unittest.TestCase):
         with self.assertRaisesRegex(toliman.UnsupportedError, "mask_rotation: needs a spiral mask"):
             self.simulator.derivative("mask_rotation")
 
+    def test_gradient_by_the_opd(self):
+        """With the defocus of each cell, from the OPD of another scene, it is the transpose of the derivative."""
+        aberrated = scene(band={"wavelength_nm": 575})
+        aberrated["telescope"]["aberrations"] = {"zernike_rms_nm": {"6": 20, "4": 1000}}
+        unfocused = toliman.Simulator(aberrated).pupil()[1]
+        aberrated["telescope"]["aberrations"] = {"zernike_rms_nm": {"6": 20}}
+        simulator = toliman.Simulator(aberrated)
+        weights = numpy.random.default_rng(3).normal(size=simulator.shape)
+        product = weights * simulator.derivative("focus")
+        by_cell = (unfocused - simulator.pupil()[1]) / 1000 * simulator.opd_gradient(weights)
+        self.assertAlmostEqual(by_cell.sum(), product.sum(), delta=1e-12 * abs(product).sum())
+        with self.assertRaisesRegex(ValueError, "weights"):
+            simulator.opd_gradient(weights[1:])
+
     def test_stars_are_at_their_offsets(self):
         """The brightest pixel of star A's image must be at the star's offset."""
         clear = scene()

@@ -235,6 +235,9 @@ static toliman_status get_image(attempt *a) {
 static toliman_status get_derivative(attempt *a) {
     return toliman_sim_get_derivative(a->object, "zernike_7", (double *)a->out, SMALL);
 }
+static toliman_status get_opd_gradient(attempt *a) {
+    return toliman_sim_get_opd_gradient(small_sim(), small_frames(), SMALL, (double *)a->out);
+}
 static toliman_status get_parameter(attempt *a) {
     return toliman_sim_get_parameter(toliman_sim_parameter_count() - 1, (void *)a->out);
 }
@@ -329,6 +332,7 @@ static const scenario all[] = {
      .partial = "sim.h: without memory, images may hold some of them"},
     {.function = "toliman_sim_get_image", .call = get_image},
     {.function = "toliman_sim_get_derivative", .call = get_derivative, .make = make_binary, .of = &sims},
+    {.function = "toliman_sim_get_opd_gradient", .call = get_opd_gradient},
     {.function = "toliman_sim_parameter_count", .call = get_parameter, .struct_size = sizeof(toliman_sim_parameter)},
     {.function = "toliman_sim_get_parameter", .call = get_parameter, .struct_size = sizeof(toliman_sim_parameter)},
     {.function = "toliman_sim_get_info", .call = get_info, .struct_size = sizeof(toliman_sim_info)},

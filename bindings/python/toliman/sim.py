@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _raw
 from ._library import NotFoundError, above, check, library, library_path
-from ._arguments import Doubles, file_name, options_of, pointer, real, shaped, whole
+from ._arguments import Doubles, file_name, options_of, pointer, real, shaped, text, whole
 from ._handle import Handle
 from ._log import log
 from ._progress import Progress, Watch
@@ -227,7 +227,14 @@ class Simulator(Handle):
         """Returns the derivative of the expected frame by a parameter, [row][column], in the frame's unit per unit of
         the parameter. name: one of parameters(), such as "zernike_7". Raises UnsupportedError if the scene has no such
         derivative."""
-        return self._image(library.toliman_sim_get_derivative, os.fsencode(name))
+        return self._image(library.toliman_sim_get_derivative, text("name", name))
+
+    def opd_gradient(self, weights: ArrayLike) -> Doubles:
+        """Returns the gradient of (weights * image()).sum() by the optical path difference of the pupil, [N][N] per m.
+        weights: [row][column]. For a mode of the OPD, (mode * gradient).sum() equals (weights * derivative).sum()."""
+        given, gradient = shaped("weights", weights, self.shape), numpy.empty((self.info.pupil_samples,) * 2)
+        check(library.toliman_sim_get_opd_gradient(self._c, pointer(given), self.info.cols, pointer(gradient)))
+        return gradient
 
     def pupil(self) -> tuple[Doubles, Doubles]:
         """Returns the amplitude (0 to 1) and the optical path difference (m) of the pupil, each [N][N]."""

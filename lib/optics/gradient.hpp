@@ -1,0 +1,13 @@
+// The gradient of a weighted sum of pixels by the OPD of every pupil cell, at the cost of about two images.
+#pragma once
+#include "optics/light.hpp"
+#include "optics/transform.hpp"
+
+namespace toliman::optics {
+
+// Adds the derivative of sum over pixels of weights [rows][cols] times the image of a star by the OPD (m) of each cell
+// to gradient [N][N]. Image, light and grid as in propagate(), without displacement. The bits do not depend on workers.
+void add_opd_gradient(const Pupil &pupil, const Light &light, const Grid &grid, size_t star, const double *weights,
+                      unsigned workers, double *gradient);
+
+} // namespace toliman::optics
