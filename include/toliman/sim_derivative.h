@@ -75,10 +75,9 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_derivative(const t
 
 /* Writes the gradient by the optical path difference of the pupil to gradient[N][N]: the derivative of the sum over
  * pixels of weights[rows][stride] times the expected frame, in the unit of the frame, by the OPD (m) of each cell of
- * toliman_sim_get_pupil. It is 0 where the pupil is closed. stride >= cols, in elements. With a mode of the OPD, the
- * sum over cells of mode times gradient is the sum over pixels of weights times the derivative by this mode; the
- * gradient costs about as much as two such derivatives, whatever the number of modes. Photons of the stars are held, as
- * for derivatives.
+ * toliman_sim_get_pupil; 0 where the pupil is closed. stride >= cols, in elements. For any mode of the OPD, the sum
+ * over cells of mode times gradient equals the sum over pixels of weights times the derivative by this mode. The
+ * gradient costs about as much as one such derivative. The photons of the stars remain as they are, as for derivatives.
  * Errors: TOLIMAN_E_ARGUMENT for a smaller stride or a weight that is not finite; TOLIMAN_E_UNSUPPORTED with
  * PADDED_FFT. Since 0.2. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_opd_gradient(const toliman_sim *sim,

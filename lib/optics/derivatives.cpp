@@ -141,6 +141,16 @@ void check_parameter(const Scene &scene, const Plan &plan, Parameter parameter) 
         refuse("needs a band of several wavelengths");
 }
 
+std::vector<Parameter> computed_with(const Scene &scene, Parameter parameter) {
+    if (!is_place(parameter.kind))
+        return {parameter};
+    std::vector<Parameter> together;
+    for (const Parameter other : all_parameters())
+        if (is_place(other.kind) && (other.kind != Kind::position_angle || scene.stars.size() == 2))
+            together.push_back(other);
+    return together;
+}
+
 std::vector<Buffer<double>> derivatives(const Scene &scene, const Pupil &pupil, const Plan &plan, const Imager &imager,
                                         const Light &light, const std::vector<Parameter> &parameters) {
     std::vector<Buffer<double>> sums(parameters.size());

@@ -14,6 +14,9 @@ bool has_own_derivative(Parameter parameter) noexcept;
 // Fails with Status::unsupported if the scene has no such derivative.
 void check_parameter(const Scene &scene, const Plan &plan, Parameter parameter);
 
+// The parameters whose derivatives cost no more if they are computed together with this one; it is among them.
+std::vector<Parameter> computed_with(const Scene &scene, Parameter parameter);
+
 // Expected photons per unit of each parameter, [rows][cols] each; of the light before detector and scaling to the peak.
 // Each must have an own derivative in this scene.
 std::vector<Buffer<double>> derivatives(const Scene &scene, const Pupil &pupil, const Plan &plan, const Imager &imager,

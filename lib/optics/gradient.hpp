@@ -1,4 +1,4 @@
-// The gradient of a weighted sum of pixels by the OPD of every pupil cell, at the cost of about two images.
+// The gradient of a weighted sum of pixels by the OPD of every pupil cell, at the cost of a few images.
 #pragma once
 #include "optics/light.hpp"
 #include "optics/transform.hpp"

@@ -121,7 +121,7 @@ const Disturbed &Images::disturbed() const {
 }
 
 const Buffer<double> &Images::derivative(Parameter parameter) const {
-    prepare({parameter});
+    prepare(computed_with(scene_, parameter));
     const std::lock_guard<std::mutex> lock(mutex_);
     return derivatives_.at(parameter); // stays in place when others are added
 }

@@ -3,6 +3,8 @@
 #include <stdio.h>
 #include <sys/resource.h>
 
+#include <toliman/sim_derivative.h>
+
 #include "long_double_sim.h"
 #include "peak.h"
 #include "timing.h"
@@ -271,6 +273,39 @@ static void measure_stages(void) {
     measure_stage("read noise", replaced_again(chapter(), "\"photon\": true", "\"photon\": true, \"read_e\": 1.3"));
 }
 
+/* Derivative images of both stars of the chapter's scene, one call for each, and the gradient by the pupil. */
+static void measure_derivative(const toliman_sim *sim, const char *what, const char *const *names, int count) {
+    double *const image = doubles(256 * 256);
+    const double start = processor_s();
+    for (int i = 0; i < count; i++)
+        assert_ok(toliman_sim_get_derivative(sim, names[i], image, 256));
+    printf("{\"part\": \"derivative\", \"what\": \"%s\", \"images\": %d, \"seconds\": %.5g}\n", what, count,
+           (processor_s() - start) / count);
+    fflush(stdout);
+    free(image);
+}
+
+static void measure_derivatives(void) {
+    static const char *const zernikes[] = {"zernike_5", "zernike_6",  "zernike_7",  "zernike_8",
+                                           "zernike_9", "zernike_10", "zernike_11", "zernike_12"};
+    static const char *const jitter[] = {"jitter_xx", "jitter_yy", "jitter_xy"};
+    static const char *const spectra[] = {"temperature_a", "spectrum_a_1", "spectrum_a_2", "spectrum_a_3"};
+    toliman_sim *const sim = one_core(chapter(), 0);
+    measure_derivative(sim, "Zernike polynomial", zernikes, 8);
+    measure_derivative(sim, "jitter", jitter, 3);
+    measure_derivative(sim, "spectrum", spectra, 4);
+    double *const weights = image_of(sim, TOLIMAN_SIM_IMAGE_SEPARATION), *const gradient = doubles(256 * 256);
+    const double start = processor_s();
+    assert_ok(toliman_sim_get_opd_gradient(sim, weights, 256, gradient));
+    printf("{\"part\": \"derivative\", \"what\": \"OPD of every cell, as a gradient\", \"images\": 1, "
+           "\"seconds\": %.5g}\n",
+           processor_s() - start);
+    fflush(stdout);
+    free(weights);
+    free(gradient);
+    toliman_sim_destroy(sim);
+}
+
 int main(void) {
     toliman_machine machine = {.struct_size = sizeof machine};
     assert_ok(toliman_get_machine(&machine));
@@ -284,6 +319,7 @@ int main(void) {
     measure_image("mission", 0.375, 535);
     measure_frames();
     measure_stages();
+    measure_derivatives();
     measure_choices();
     return 0;
 }

@@ -39,6 +39,8 @@ def rows(measured):
             reference = name_and_seconds(one["numpy"], 65536)
             yield row("frames", "Poisson", f"65,536 Poisson counts of means {means}", one["ns"] * 65536e-9,
                       one["spread_ns"] * 65536e-9, None, None, *reference, headline=bool(one["decades"]))
+        elif one["part"] == "derivative":
+            yield row("derivative", one["what"], f"derivative image, chapter's scene: {one['what']}", one["seconds"])
         elif one["part"] == "choices" and one["displacement_px"] == 1e-6:
             series = "padded FFT" if one["engine"] == "fft" else f"{one['samples']} pupil samples"
             yield row("optics", series, f"chapter, {series}, {one['wavelengths']} wavelengths", one["seconds"], None,
@@ -81,6 +83,9 @@ def show(rows):
     print("\nscene                          set-up, s  frame, ms")
     for row in of["stage"]:
         print(f"{row['what']:30s} {row['setup_s']:9.3f} {row['frame_ms']:10.3f}")
+    print("\nderivative images of the chapter's scene by            seconds per image")
+    for row in of["derivative"]:
+        print(f"{row['what']:40s} {row['images']:3d} images {row['seconds']:10.4f}")
     print("\nengine cells wavelengths order displacement, px  seconds  error/peak  shift error, px   (* Pareto front)")
     for row in of["choices"]:
         print(f"{row['engine']:6s} {row['samples']:5d} {row['wavelengths']:11d} {row['order']:5d} "
