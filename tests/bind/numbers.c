@@ -44,6 +44,9 @@ static void simulate(const toliman_sim *sim, int64_t rows, int64_t cols, double 
     show("expect", image[120 * cols + 100]);
     MUST(toliman_sim_get_image(sim, TOLIMAN_SIM_IMAGE_STAR_A, image, (size_t)cols));
     show("star_a", image[120 * cols + 100]);
+    MUST(toliman_sim_get_derivative(sim, "jitter_xy", image, (size_t)cols));
+    show("jitter_xy", image[120 * cols + 100]);
+    show("parameters", toliman_sim_parameter_count());
     MUST(toliman_sim_frame_many(sim, NULL, 3, 5, 2, 1, images));
     show("frame_many", images[rows * cols + 130 * cols + 100]);
     MUST(toliman_sim_get_series(sim, 8, 3, times, displacements));
