@@ -6,7 +6,7 @@
 
 #include "scene_text.h"
 
-enum { SIDE = 48, PIXELS = SIDE * SIDE, MODES = 11, LAST_ZERNIKE = 36 };
+enum { SIDE = 40, PIXELS = SIDE * SIDE, MODES = 11, LAST_ZERNIKE = 36 };
 
 typedef enum { CONTINUOUS, LINES, SINGLE } light;
 
@@ -57,7 +57,7 @@ static void put_star(char *text, const keys *k, int star) {
 static toliman_sim *sim_of_keys(const keys *k) {
     char text[6000] =
         "{\"schema\": \"toliman-scene/1\", \"accuracy\": 1e-11, \"telescope\": {\"aperture_m\": 0.125, \"secondary_m\":"
-        " 0.02, \"struts\": {\"count\": 3, \"width_m\": 0.004}, \"pupil_samples\": 64, \"aberrations\":"
+        " 0.02, \"struts\": {\"count\": 3, \"width_m\": 0.004}, \"pupil_samples\": 40, \"aberrations\":"
         " {\"zernike_rms_nm\": {";
     for (int noll = 4; noll <= LAST_ZERNIKE; noll++)
         put(text, "%s\"%d\": %.17g", noll == 4 ? "" : ", ", noll, k->zernike[noll]);
@@ -234,7 +234,8 @@ static void check_derivative(const toliman_sim *sim, const keys *base, const cha
         fail_msg("%s: differs by %g of its largest pixel, %g", name, worst / most, most);
 }
 
-/* Those that a scene of spectral lines has not, or the wavelength. Few: of numbered parameters the first two only. */
+/* Checks all parameters but the wavelength; only the wavelength where the light is lines or a single one. few: of
+ * parameters with a number only the first two. */
 static void check_all(const keys *base, int few) {
     toliman_sim *const sim = sim_of_keys(base);
     for (int32_t i = 0; i < toliman_sim_parameter_count(); i++) {
