@@ -23,6 +23,8 @@ void add_opd_gradient(const Pupil &pupil, const Light &light, const Grid &grid, 
         MatrixDft dft(pupil, grid, 1);
         parts[part].resize(cells);
         for (size_t i = part; i < count; i += parts.size()) {
+            if (light.photons[star][i] == 0)
+                continue;
             const long double wavenumber = 1 / static_cast<long double>(light.wavelength_m[i]);
             dft.transform(wavenumber, offset, {});
             dft.add_opd_gradient(wavenumber, weights, intensity_factor(pupil, grid, wavenumber, light.photons[star][i]),

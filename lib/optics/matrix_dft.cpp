@@ -10,8 +10,9 @@
 // v_x x / lambda); both grids remain regular.
 // Adjoint: sums over the pixels of a field H, with exp(+2 pi i (x u + y v)), are the same products in reverse order.
 // With H folded by parity in v and u, and i times the parts that are odd in v, -i times those odd in u, both passes and
-// the tilt of the rows are those of the transform. Error: max error / peak of an image 3e-15 to 7e-15 against an 80-bit
-// sum. Reference: Soummer, Pueyo, Sivaramakrishnan and Vanderbei 2007, Optics Express 15, 15935.
+// the tilt of the rows are those of the transform.
+// Error: max error / peak of an image 3e-15 to 7e-15 against an 80-bit sum.
+// Reference: Soummer, Pueyo, Sivaramakrishnan and Vanderbei 2007, Optics Express 15, 15935.
 #include "optics/matrix_dft.hpp"
 
 #include <algorithm>
@@ -241,7 +242,7 @@ void MatrixDft::add_opd_gradient(long double wavenumber, const double *weights, 
             cosine, sine);
         gradient[i] += factor * amplitude[i] * (cosine * im - sine * re);
     }
-    for (Buffer<double> *folded : {&even_, &odd_}) // the next transform leaves samples beyond lit
+    for (Buffer<double> *folded : {&even_, &odd_}) // as a transform needs the samples beyond lit
         std::fill(folded->begin(), folded->end(), 0.0);
 }
 

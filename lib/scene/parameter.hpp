@@ -8,22 +8,7 @@
 
 namespace toliman {
 
-// What a unit change of the parameter does to a frame; x towards higher columns, y towards higher rows:
-//     separation      the star of the signal moves by 1 px away from the other
-//     position_angle  B moves around A, from x towards y, by 1 rad; the diffraction patterns do not turn
-//     shift_x, y      both stars move by 1 px
-//     roll            both stars move around the frame's centre, from x towards y, by 1 rad
-//     flux_a, b       relative change of a star's photons
-//     background      one photon more in each pixel
-//     scale           the image is stretched about the frame's centre
-//     anisotropy      x is stretched and y compressed, as detector.scale_anisotropy
-//     shear           as detector.shear
-//     focus, zernike  OPD of 1 nm rms in Noll's polynomial `number`, over the full aperture; focus is the fourth
-//     mask_rotation   the mask turns by 1 deg; mask_shift_x, y: it moves by 1 m
-//     jitter_xx, ...  covariance of the jitter, px^2
-//     temperature_a   the star's spectrum times the ratio of the black bodies of T0 + 1 K and T0, at equal flux
-//     spectrum_a      Legendre polynomial `number` of the band, times the star's spectrum, at equal flux
-//     wavelength      all wavelengths increase by 1 nm
+// What a unit change of each does to a frame: include/toliman/sim_derivative.h.
 struct Parameter {
     enum class Kind {
         separation,

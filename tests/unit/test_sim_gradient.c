@@ -138,6 +138,22 @@ static void gradient_predicts_scenes(void **state) {
     }
 }
 
+static void threads_change_no_bit(void **state) {
+    (void)state;
+    static double weights[64 * 64], gradient[2][96 * 96];
+    const variant shape = {.rows = 64, .cols = 64};
+    random_weights(&shape, weights);
+    for (uint32_t i = 0; i < 2; i++) {
+        toliman_sim_options options = TOLIMAN_SIM_OPTIONS_INIT;
+        options.threads = 1 + 2 * i;
+        toliman_sim *sim = NULL;
+        assert_ok(toliman_sim_create_json(kBinaryScene, strlen(kBinaryScene), NULL, &options, &sim));
+        assert_ok(toliman_sim_get_opd_gradient(sim, weights, 64, gradient[i]));
+        toliman_sim_destroy(sim);
+    }
+    assert_memory_equal(gradient[0], gradient[1], sizeof gradient[0]);
+}
+
 static void wrong_arguments(void **state) {
     (void)state;
     static double weights[32 * 40], gradient[64 * 64], again[64 * 64];
@@ -172,6 +188,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(gradient_transposes_derivatives),
         cmocka_unit_test(gradient_predicts_scenes),
+        cmocka_unit_test(threads_change_no_bit),
         cmocka_unit_test(wrong_arguments),
     };
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
