@@ -3,6 +3,7 @@
 #define TOLIMAN_TOLIMAN_H
 
 #include <toliman/base.h>
+#include <toliman/budget.h>
 #include <toliman/cae.h>
 #include <toliman/components.h>
 #include <toliman/frame.h>

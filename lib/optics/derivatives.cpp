@@ -122,23 +122,26 @@ bool has_own_derivative(Parameter parameter) noexcept {
            parameter.kind == Kind::wavelength;
 }
 
-void check_parameter(const Scene &scene, const Plan &plan, Parameter parameter) {
-    const auto refuse = [&](const char *why) {
-        fail(Status::unsupported, "%s: derivative by %s: %s", scene.source.c_str(), name_of(parameter).c_str(), why);
-    };
+const char *why_no_derivative(const Scene &scene, const Plan &plan, Parameter parameter) noexcept {
     const size_t star = star_of(parameter.kind);
     const Mask &mask = scene.telescope.mask;
     const bool two = scene.stars.size() == 2;
     if (!two && (parameter.kind == Kind::flux_b || star == 1 || parameter.kind == Kind::position_angle))
-        refuse("the scene has star A only");
+        return "the scene has star A only";
     if (is_mask_motion(parameter.kind) && (mask.kind != Mask::Kind::spiral || mask.edges != Mask::Edges::area))
-        refuse("needs a spiral mask with mask.edges = \"area\"");
+        return "needs a spiral mask with mask.edges = \"area\"";
     if (has_own_derivative(parameter) && plan.engine == EngineKind::padded_fft)
-        refuse("the padded FFT does not compute it");
+        return "the padded FFT does not compute it";
     if (star < 2 && scene.stars[star].spectrum.kind == Spectrum::Kind::lines)
-        refuse("the spectrum consists of lines");
+        return "the spectrum consists of lines";
     if (star < 2 && (!scene.band || !(scene.band->max_nm > scene.band->min_nm)))
-        refuse("needs a band of several wavelengths");
+        return "needs a band of several wavelengths";
+    return nullptr;
+}
+
+void check_parameter(const Scene &scene, const Plan &plan, Parameter parameter) {
+    if (const char *const why = why_no_derivative(scene, plan, parameter))
+        fail(Status::unsupported, "%s: derivative by %s: %s", scene.source.c_str(), name_of(parameter).c_str(), why);
 }
 
 std::vector<Parameter> computed_with(const Scene &scene, Parameter parameter) {

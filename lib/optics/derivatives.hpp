@@ -11,6 +11,9 @@ namespace toliman::optics {
 // Parameters whose derivatives this file computes; the others are those of Images::disturbed(), or images themselves.
 bool has_own_derivative(Parameter parameter) noexcept;
 
+// Why the scene has no derivative by a parameter; nullptr if it has one.
+const char *why_no_derivative(const Scene &scene, const Plan &plan, Parameter parameter) noexcept;
+
 // Fails with Status::unsupported if the scene has no such derivative.
 void check_parameter(const Scene &scene, const Plan &plan, Parameter parameter);
 

@@ -171,14 +171,15 @@ void place_stars(const Scene &scene, Light &light) {
 
 } // namespace
 
-double temperature_rate(const Scene &scene, size_t star, double wavelength_m) noexcept {
+double temperature_of(const Scene &scene, size_t star) noexcept {
     const Spectrum &spectrum = scene.stars[star].spectrum;
-    double temperature = spectrum.star_temperature_k;
     if (spectrum.kind == Spectrum::Kind::blackbody)
-        temperature = spectrum.temperature_k;
-    else if (temperature == 0)
-        temperature = kTableTemperature[star];
-    return kernels::blackbody_rate(wavelength_m, temperature);
+        return spectrum.temperature_k;
+    return spectrum.star_temperature_k != 0 ? spectrum.star_temperature_k : kTableTemperature[star];
+}
+
+double temperature_rate(const Scene &scene, size_t star, double wavelength_m) noexcept {
+    return kernels::blackbody_rate(wavelength_m, temperature_of(scene, star));
 }
 
 double mode_rate(const Scene &scene, size_t star, int number, double wavelength_m) {

@@ -21,8 +21,11 @@ struct Light {
 // Photons per frame are absolute if the cadence gives an exposure, else relative, to be scaled to the peak later.
 Light make_light(const Scene &scene);
 
-// Logarithmic derivatives of a star's spectrum at a wavelength: per K of its temperature, where a table without
-// temperatures is one of 5790 K for A and 5260 K for B; and per unit of the coefficient of a spectral mode.
+// Temperature of a star (K); a table without temperatures is one of 5790 K for A and 5260 K for B.
+double temperature_of(const Scene &scene, size_t star) noexcept;
+
+// Logarithmic derivatives of a star's spectrum at a wavelength: per K of its temperature, and per unit of the
+// coefficient of a spectral mode.
 double temperature_rate(const Scene &scene, size_t star, double wavelength_m) noexcept;
 double mode_rate(const Scene &scene, size_t star, int number, double wavelength_m);
 

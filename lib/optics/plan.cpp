@@ -316,6 +316,8 @@ double bytes_of(const Pupil &pupil, const Plan &plan, const Fields &fields) noex
     return sizeof(double) * (kept + std::max(work_space(at_once), frames));
 }
 
+} // namespace
+
 Grid grid_of(const Detector &detector) noexcept {
     const Geometry geometry = geometry_of(detector);
     const long double u_x = 1 / static_cast<long double>(geometry.xx), v_y = 1 / static_cast<long double>(geometry.yy);
@@ -326,8 +328,6 @@ Grid grid_of(const Detector &detector) noexcept {
             -geometry.yx * u_x * v_y,
             v_y};
 }
-
-} // namespace
 
 Cost cost_of(const Scene &scene, const Pupil &pupil, const Plan &plan) {
     const Grid grid = sampling_grid(plan.pixels, plan.filter);

@@ -45,6 +45,9 @@ struct Cost {
 
 Cost cost_of(const Scene &scene, const Pupil &pupil, const Plan &plan);
 
+// The detector's pixels.
+Grid grid_of(const Detector &detector) noexcept;
+
 // Chooses the plan. Status::scene or Status::unsupported if the frame would show aliases, or the engine cannot model
 // it.
 Plan make_plan(const Scene &scene, const Pupil &pupil, const Light &light, EngineKind engine, unsigned workers);

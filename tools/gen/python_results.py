@@ -20,6 +20,9 @@ RESULTS = {
     "toliman_sim_plan_info": "Plan",
     "toliman_sim_offsets": None,
     "toliman_sim_parameter": "Parameter",
+    "toliman_sim_budget": "BudgetSummary",
+    "toliman_sim_budget_step": "BudgetStep",
+    "toliman_sim_budget_row": "BudgetRow",
     "toliman_cae_training": "Training",
     "toliman_cae_info": "NetworkInfo",
     "toliman_components_training": "ComponentsTraining",
@@ -62,7 +65,7 @@ NAMES = {"stages": "names of the modelled stages"}
 
 # Integer members that are booleans, and the bits of `flags` that become booleans.
 SWITCHES = {"blas_is_slow", "whole_counts", "exact_frames", "trained", "converged", "raw", "weighted", "improved",
-            "stopped"}
+            "stopped", "is_free"}
 FLAGS = {
     "toliman_period_peak": ("TOLIMAN_PERIOD_AT_EDGE", "TOLIMAN_PERIOD_ALIAS", "TOLIMAN_PERIOD_INACCURATE",
                             "TOLIMAN_PERIOD_COARSE", "TOLIMAN_PERIOD_ABOVE_NYQUIST"),

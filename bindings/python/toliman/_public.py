@@ -1,8 +1,10 @@
 """The public names of the package; importing this module loads libtoliman."""
 from ._library import (Cancelled, CapacityError, Error, InputError, LostError, NoMemoryError, NotFoundError, StateError,
                        UnsupportedError, WriteError, abi_version, library_path, version)
-from ._results import (Bounds, ComponentsInfo, ComponentsTraining, HeaderTime, Machine, MaskInfo, Model, NetworkInfo, Outcome,
-                       PairInfo, Parameter, PeriodogramInfo, Plan, Sampling, SceneInfo, Stream, TrackInfo, Training)
+from ._results import (Bounds, BudgetRow, BudgetStep, BudgetSummary, ComponentsInfo, ComponentsTraining, HeaderTime, Machine,
+                       MaskInfo, Model, NetworkInfo, Outcome, PairInfo, PeriodogramInfo, Plan, Sampling, SceneInfo, Stream,
+                       TrackInfo, Training)
+from .budget import Budget
 from .cae import CAE, Reconstruction
 from .ingest import Pair, PairEvent
 from .linear import Components, Template
@@ -16,11 +18,12 @@ from .track import REASONS, VERDICTS, Estimate, Frame, Tracker
 
 __version__ = version()
 __all__ = [
-    "AccuracyWarning", "Bounds", "CAE", "Cancelled", "CapacityError", "Components", "ComponentsInfo", "ComponentsTraining",
-    "Error", "Estimate", "FoundMask", "Frame", "Grid", "HeaderTime", "InputError", "LostError", "Machine", "MaskInfo",
-    "Model", "NetworkInfo", "NoMemoryError", "NotFoundError", "Outcome", "Pair", "PairEvent", "PairInfo", "Parameter",
-    "Peak", "Periodogram", "PeriodogramInfo", "Plan", "REASONS", "Reconstruction", "Sampling", "SceneInfo", "Simulator",
-    "Spectrum", "StateError", "Stream", "Template", "TrackInfo", "Tracker", "Training", "UnsupportedError", "VERDICTS",
-    "WriteError", "abi_version", "batch", "blas_speed", "library_path", "machine", "parameters", "parse_time", "period", "plan",
-    "read_clock", "read_header", "search_mask", "shipped_scenes", "suited_grid", "version",
+    "AccuracyWarning", "Bounds", "Budget", "BudgetRow", "BudgetStep", "BudgetSummary", "CAE", "Cancelled", "CapacityError",
+    "Components", "ComponentsInfo", "ComponentsTraining", "Error", "Estimate", "FoundMask", "Frame", "Grid", "HeaderTime",
+    "InputError", "LostError", "Machine", "MaskInfo", "Model", "NetworkInfo", "NoMemoryError", "NotFoundError", "Outcome",
+    "Pair", "PairEvent", "PairInfo", "Parameter", "Peak", "Periodogram", "PeriodogramInfo", "Plan", "REASONS", "Reconstruction",
+    "Sampling", "SceneInfo", "Simulator", "Spectrum", "StateError", "Stream", "Template", "TrackInfo", "Tracker",
+    "Training", "UnsupportedError", "VERDICTS", "WriteError", "abi_version", "batch", "blas_speed", "library_path",
+    "machine", "parameters", "parse_time", "period", "plan", "read_clock", "read_header", "search_mask", "shipped_scenes", "suited_grid",
+    "version",
 ]

@@ -22,6 +22,7 @@ from ._log import log
 from ._progress import Progress, Watch
 from ._results import Bounds, Parameter, Plan, SceneInfo
 from ._words import number
+from .budget import Budget, budget_of
 from .machine import warn_of_slow_blas
 
 Scene = typing.Union[str, "os.PathLike[str]", "dict[str, typing.Any]"]
@@ -183,6 +184,19 @@ class Simulator(Handle):
     def bounds(self) -> Bounds:
         """Cramer-Rao bounds of the separation per frame. Computes the derivatives."""
         return self._read(library.toliman_sim_get_bounds, _raw.toliman_sim_bounds, Bounds)
+
+    def budget(self, free: typing.Sequence[str] | None = None, *, frames: int = 1, earth_px: float = 0) -> Budget:
+        """Returns the error budget of the separation: which unknown parameters limit it, and by how much.
+
+            budget = simulator.budget(["flux_a", "flux_b", "shift_x", "shift_y"])
+            worst = min((row for row in budget.rows if not row.is_free), key=lambda row: row.tenth_crb_amount)
+
+        free: names of the parameters that are fitted together with the separation; by default those of
+        preprocess.project.
+        frames: number of frames that share the parameters of the instrument.
+        earth_px: displacement due to an Earth, px; 0 means that of the scene.
+        """
+        return budget_of(self._c, free, frames, earth_px)
 
     @property
     def name(self) -> str:

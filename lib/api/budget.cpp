@@ -1,0 +1,194 @@
+// include/toliman/budget.h
+#include <toliman/budget.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "api/guard.hpp"
+#include "api/handles.hpp"
+#include "api/struct_array.hpp"
+#include "base/nearest_word.hpp"
+#include "optics/budget.hpp"
+
+using namespace toliman;
+using namespace toliman::api;
+
+namespace {
+
+constexpr int64_t kMostFrames = int64_t{1} << 53; // exact as double
+constexpr double kTenth = 0.1;
+
+Parameter parameter_of(const std::string &name) {
+    const std::optional<Parameter> known = parameter_named(name);
+    if (known && known->kind != Parameter::Kind::separation)
+        return *known;
+    std::vector<std::string> names;
+    for (const Parameter parameter : all_parameters())
+        names.push_back(name_of(parameter));
+    const std::string near = nearest_word(name, {names.begin() + 1, names.end()}); // the first is the separation
+    fail(Status::argument, "{options->free_names}: \"%.40s\" is not a parameter%s%s%s", name.c_str(),
+         near.empty() ? "" : " (did you mean ", near.c_str(), near.empty() ? "" : "?)");
+}
+
+// The free parameters of the options, in the order of their names.
+std::vector<Parameter> free_of(const optics::Simulator &simulator, const char *names) {
+    if (names == nullptr)
+        return simulator.scene().projected;
+    std::vector<Parameter> free;
+    std::string text = names;
+    std::replace(text.begin(), text.end(), ',', ' ');
+    for (size_t start = text.find_first_not_of(' '); start != std::string::npos;) {
+        const size_t end = std::min(text.find(' ', start), text.size());
+        const Parameter parameter = parameter_of(text.substr(start, end - start));
+        if (std::find(free.begin(), free.end(), parameter) != free.end())
+            fail(Status::argument, "{options->free_names}: %s is named twice", name_of(parameter).c_str());
+        optics::check_parameter(simulator.scene(), simulator.plan(), parameter);
+        free.push_back(parameter);
+        start = text.find_first_not_of(' ', end);
+    }
+    return free;
+}
+
+// The options, checked, for one simulator.
+struct Request {
+    std::vector<Parameter> free;
+    double frames;
+    optics::Earth earth;
+};
+
+Request request_of(const optics::Simulator &simulator, const toliman_sim_budget_options *options) {
+    const auto known = accept(options, toliman_sim_budget_options{}, "options");
+    if (known.reserved != 0)
+        fail(Status::argument, "{options->reserved} = %u: must be 0", known.reserved);
+    if (known.frames < 0 || known.frames > kMostFrames)
+        fail(Status::argument, "{options->frames} = %lld: must be in [0, %lld]", static_cast<long long>(known.frames),
+             static_cast<long long>(kMostFrames));
+    if (!(known.earth_px >= 0 && known.earth_px <= kFarthestDisplacement))
+        fail(Status::argument, "{options->earth_px} = %g: must be in [0, %g] px", known.earth_px,
+             kFarthestDisplacement);
+    const optics::Earth earth =
+        known.earth_px > 0 ? optics::Earth{known.earth_px, "the options"} : optics::earth_of(simulator.scene());
+    return {free_of(simulator, known.free_names), static_cast<double>(std::max<int64_t>(known.frames, 1)), earth};
+}
+
+// The amount of a parameter with this effect; infinite without an effect.
+double amount(double effect_px, const optics::BudgetRow &row) noexcept {
+    return row.free ? std::sqrt(effect_px / std::fabs(row.curvature_px)) : effect_px / std::fabs(row.bias_px);
+}
+
+// Static text.
+const char *static_name(Parameter parameter) {
+    static const std::vector<std::string> names = [] {
+        std::vector<std::string> list;
+        for (const Parameter known : all_parameters())
+            list.push_back(name_of(known));
+        return list;
+    }();
+    const std::vector<Parameter> &all = all_parameters();
+    return names[static_cast<size_t>(std::find(all.begin(), all.end(), parameter) - all.begin())].c_str();
+}
+
+// Row i of the budget.
+toliman_sim_budget_row public_row(const optics::BudgetRow &row, size_t i, const optics::BudgetFit &fit, double earth_px,
+                                  double tenth_px) {
+    const double unknown = std::numeric_limits<double>::quiet_NaN();
+    toliman_sim_budget_row result = {};
+    result.is_free = row.free ? 1 : 0;
+    result.name = static_name(row.parameter);
+    result.unit = unit_of(row.parameter);
+    result.bias_px = row.bias_px;
+    result.curvature_px = row.curvature_px;
+    result.earth_amount = amount(earth_px, row);
+    result.tenth_crb_amount = amount(tenth_px, row);
+    result.deviation = row.free ? fit.deviation[i] : unknown;
+    result.correlation = row.free ? fit.correlations[i + 1] : unknown;
+    return result;
+}
+
+void check_capacity(size_t capacity) {
+    if (capacity < 1)
+        fail(Status::argument, "{capacity} = 0: must be at least 1");
+}
+
+} // namespace
+
+extern "C" {
+
+void toliman_sim_budget_options_init(toliman_sim_budget_options *options, size_t size) noexcept {
+    deliver_defaults(toliman_sim_budget_options{}, options, size);
+}
+
+toliman_status toliman_sim_get_budget(const toliman_sim *sim, const toliman_sim_budget_options *options,
+                                      toliman_sim_budget *out) noexcept {
+    return guard([&] {
+        const Use use(sim, "sim");
+        const optics::Simulator &simulator = use->simulator;
+        const Request request = request_of(simulator, options);
+        const optics::BoundOfFrames bound = optics::bound_of_frames(simulator, request.free, request.frames);
+        toliman_sim_budget budget = {};
+        budget.crb_px = bound.one;
+        budget.crb_shared_px = bound.shared;
+        budget.uas_per_px = optics::uas_per_px(simulator.scene());
+        budget.earth_px = request.earth.px;
+        budget.earth_from = request.earth.from;
+        budget.free_count = request.free.size();
+        budget.rows = request.free.size() + optics::others_than(simulator, request.free).size();
+        deliver(budget, out, "out");
+    });
+}
+
+toliman_status toliman_sim_get_budget_steps(const toliman_sim *sim, const toliman_sim_budget_options *options,
+                                            size_t capacity, toliman_sim_budget_step *steps, size_t *count) noexcept {
+    return guard([&] {
+        const Use use(sim, "sim");
+        const optics::Simulator &simulator = use->simulator;
+        const Request request = request_of(simulator, options);
+        check_capacity(capacity);
+        const StructArray<toliman_sim_budget_step> results(steps, "steps");
+        required(count, "count");
+        std::vector<toliman_sim_budget_step> found;
+        for (const optics::BudgetStep &step : optics::budget_steps(simulator)) {
+            const optics::BoundOfFrames bound = optics::bound_of_frames(simulator, step.free, request.frames);
+            found.push_back({0, 0, step.name, bound.one, bound.shared});
+        }
+        *count = std::min(capacity, found.size());
+        for (size_t i = 0; i < *count; i++)
+            results.put(i, found[i]);
+    });
+}
+
+toliman_status toliman_sim_get_budget_rows(const toliman_sim *sim, const toliman_sim_budget_options *options,
+                                           size_t capacity, toliman_sim_budget_row *rows, size_t *count) noexcept {
+    return guard([&] {
+        const Use use(sim, "sim");
+        const optics::Simulator &simulator = use->simulator;
+        const Request request = request_of(simulator, options);
+        check_capacity(capacity);
+        const StructArray<toliman_sim_budget_row> results(rows, "rows");
+        required(count, "count");
+        const optics::BudgetFit fit = optics::fit_of(simulator.images(), request.free);
+        const double tenth_px = kTenth * optics::bound_with(simulator.images(), request.free);
+        const std::vector<optics::BudgetRow> found = optics::budget_rows(simulator, request.free, fit);
+        *count = std::min(capacity, found.size());
+        for (size_t i = 0; i < *count; i++)
+            results.put(i, public_row(found[i], i, fit, request.earth.px, tenth_px));
+    });
+}
+
+toliman_status toliman_sim_get_budget_correlations(const toliman_sim *sim, const toliman_sim_budget_options *options,
+                                                   size_t count, double *correlations) noexcept {
+    return guard([&] {
+        const Use use(sim, "sim");
+        const optics::Simulator &simulator = use->simulator;
+        const Request request = request_of(simulator, options);
+        if (count != request.free.size() + 1)
+            fail(Status::argument, "{count} = %zu: must be %zu, the separation and the free parameters", count,
+                 request.free.size() + 1);
+        required(correlations, "correlations");
+        const optics::BudgetFit fit = optics::fit_of(simulator.images(), request.free);
+        std::copy(fit.correlations.begin(), fit.correlations.end(), correlations);
+    });
+}
+
+} // extern "C"
