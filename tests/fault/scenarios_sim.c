@@ -262,6 +262,25 @@ static toliman_status get_stage(attempt *a) {
 static toliman_status get_bounds(attempt *a) {
     return toliman_sim_get_bounds(small_sim(), (void *)a->out);
 }
+static toliman_status budget_options_init(attempt *a) {
+    toliman_sim_budget_options_init((void *)a->out, sizeof(toliman_sim_budget_options));
+    return TOLIMAN_OK;
+}
+static const toliman_sim_budget_options kBudget = {.struct_size = sizeof kBudget, .free_names = "flux_a shift_x"};
+static toliman_status get_budget(attempt *a) {
+    return toliman_sim_get_budget(small_sim(), &kBudget, (void *)a->out);
+}
+static toliman_status get_budget_steps(attempt *a) {
+    size_t count = 0;
+    return toliman_sim_get_budget_steps(small_sim(), NULL, 3, (void *)a->out, &count);
+}
+static toliman_status get_budget_rows(attempt *a) {
+    size_t count = 0;
+    return toliman_sim_get_budget_rows(small_sim(), &kBudget, 3, (void *)a->out, &count);
+}
+static toliman_status get_budget_correlations(attempt *a) {
+    return toliman_sim_get_budget_correlations(small_sim(), &kBudget, 3, (double *)a->out);
+}
 static toliman_status get_offsets(attempt *a) {
     return toliman_sim_get_offsets(small_sim(), (void *)a->out);
 }
@@ -342,6 +361,16 @@ static const scenario all[] = {
     {.function = "toliman_sim_image_name", .call = get_texts},
     {.function = "toliman_sim_get_stage", .call = get_stage},
     {.function = "toliman_sim_get_bounds", .call = get_bounds, .struct_size = sizeof(toliman_sim_bounds)},
+    {.function = "toliman_sim_budget_options_init", .call = budget_options_init},
+    {.function = "toliman_sim_get_budget", .call = get_budget, .struct_size = sizeof(toliman_sim_budget)},
+    {.function = "toliman_sim_get_budget_steps",
+     .call = get_budget_steps,
+     .struct_size = sizeof(toliman_sim_budget_step)},
+    {.function = "toliman_sim_get_budget_rows",
+     .call = get_budget_rows,
+     .struct_size = sizeof(toliman_sim_budget_row),
+     .slow = 1},
+    {.function = "toliman_sim_get_budget_correlations", .call = get_budget_correlations},
     {.function = "toliman_sim_get_offsets", .call = get_offsets, .struct_size = sizeof(toliman_sim_offsets)},
     {.function = "toliman_sim_get_plate_scale", .call = get_plate_scale},
     {.function = "toliman_sim_get_pupil", .call = get_pupil},
