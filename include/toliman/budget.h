@@ -55,6 +55,7 @@ typedef struct toliman_sim_budget {
                                star A" (0.71 au of B; from the star's mass_sun and the distance_pc), "the amplitude of
                                the signal" or "not known". Static text */
     size_t free_count;      /* free parameters */
+    size_t steps;           /* steps of toliman_sim_get_budget_steps; later versions may append some */
     size_t rows;            /* rows of toliman_sim_get_budget_rows */
 } toliman_sim_budget;
 #define TOLIMAN_SIM_BUDGET_INIT TOLIMAN_INIT(toliman_sim_budget)
@@ -78,8 +79,6 @@ typedef struct toliman_sim_budget_step {
     double crb_shared_px;
 } toliman_sim_budget_step;
 #define TOLIMAN_SIM_BUDGET_STEP_INIT TOLIMAN_INIT(toliman_sim_budget_step)
-
-#define TOLIMAN_SIM_BUDGET_STEPS 8 /* number of steps of this version; later versions may append steps */
 
 /* Writes the first `capacity` steps to steps[capacity] and their number to *count. Only the member `frames` of options,
  * which may be NULL, is used. A step omits parameters of which the scene has no derivative. TOLIMAN_E_ARGUMENT if

@@ -133,6 +133,7 @@ toliman_status toliman_sim_get_budget(const toliman_sim *sim, const toliman_sim_
         budget.earth_px = request.earth.px;
         budget.earth_from = request.earth.from;
         budget.free_count = request.free.size();
+        budget.steps = optics::budget_steps(simulator).size();
         budget.rows = request.free.size() + optics::others_than(simulator, request.free).size();
         deliver(budget, out, "out");
     });

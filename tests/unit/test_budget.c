@@ -180,10 +180,11 @@ static void steps_are_the_bounds_of_the_scene(void **state) {
     (void)state;
     toliman_sim *const sim = sim_of(kBinaryScene);
     const toliman_sim_bounds bounds = sim_bounds_of(sim);
-    toliman_sim_budget_step steps[TOLIMAN_SIM_BUDGET_STEPS] = {TOLIMAN_SIM_BUDGET_STEP_INIT};
+    toliman_sim_budget_step steps[8] = {TOLIMAN_SIM_BUDGET_STEP_INIT};
     size_t count = 0;
-    assert_ok(toliman_sim_get_budget_steps(sim, NULL, TOLIMAN_SIM_BUDGET_STEPS, steps, &count));
-    assert_int_equal(count, TOLIMAN_SIM_BUDGET_STEPS);
+    assert_ok(toliman_sim_get_budget_steps(sim, NULL, 8, steps, &count));
+    assert_int_equal(count, 8);
+    assert_int_equal(budget_of(sim, NULL).steps, 8);
     assert_close(steps[0].crb_px, bounds.crb_px, 0, 0);
     assert_close(steps[1].crb_px, bounds.crb_flux_shift_px, 0, 0);
     assert_close(steps[2].crb_px, bounds.crb_marginal_px, 0, 0);

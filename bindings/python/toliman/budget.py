@@ -37,7 +37,7 @@ def budget_of(sim: typing.Any, free: typing.Sequence[str] | None, frames: int, e
     summary = _raw.toliman_sim_budget()
     check(library.toliman_sim_get_budget(sim, ctypes.byref(options), ctypes.byref(summary)))
     steps = _array(library.toliman_sim_get_budget_steps, sim, options, _raw.toliman_sim_budget_step,
-                   _raw.TOLIMAN_SIM_BUDGET_STEPS)
+                   summary.steps)
     rows = _array(library.toliman_sim_get_budget_rows, sim, options, _raw.toliman_sim_budget_row, summary.rows)
     side = summary.free_count + 1
     correlations = numpy.empty((side, side))

@@ -6,6 +6,7 @@
 #include <numeric>
 #include <optional>
 
+#include "common/failure.hpp"
 #include "common/json.hpp"
 #include "common/library.hpp"
 #include "common/output.hpp"
@@ -50,9 +51,15 @@ std::vector<Item> items_of(Get get, const Scene &scene, const toliman_sim_budget
 
 Budget budget_of(const Scene &scene, const toliman_sim_budget_options &options) {
     Budget budget = {toliman::sized<toliman_sim_budget>(), {}, {}, {}};
-    toliman::check(toliman_sim_get_budget(scene.sim.get(), &options, &budget.summary));
-    budget.steps = items_of<toliman_sim_budget_step>(toliman_sim_get_budget_steps, scene, options,
-                                                     size_t{TOLIMAN_SIM_BUDGET_STEPS});
+    try {
+        toliman::check(toliman_sim_get_budget(scene.sim.get(), &options, &budget.summary));
+    } catch (const toliman::error &error) {
+        if (error.field() != "options->free_names")
+            throw;
+        throw Failure(kExitUsage, "--free" + std::string(error.what()).substr(error.field().size()));
+    }
+    budget.steps =
+        items_of<toliman_sim_budget_step>(toliman_sim_get_budget_steps, scene, options, budget.summary.steps);
     budget.rows = items_of<toliman_sim_budget_row>(toliman_sim_get_budget_rows, scene, options, budget.summary.rows);
     const size_t n = budget.summary.free_count + 1;
     std::vector<double> matrix(n * n);
