@@ -36,6 +36,15 @@ def mission():
     return scene
 
 
+def small():
+    """A scene for what does not depend on its numbers."""
+    scene = mission()
+    scene["telescope"]["pupil_samples"] = 64
+    scene["band"]["step_nm"] = 55
+    scene["detector"]["shape"] = [48, 48]
+    return scene
+
+
 def dated():
     """The mission scene of 2028.0."""
     scene = json.loads((SCENES / "mission.json").read_text())
@@ -243,6 +252,66 @@ class Budget(ProgramTest):
         self.assertAlmostEqual(row["curvature_px"] / differences.bias(free, "change"), 1, delta=2e-2)
         self.assertIsNone(row["bias_px"])
         self.assertAlmostEqual(row["earth_amount"]**2 * abs(row["curvature_px"]) / 6.8e-6, 1, delta=1e-9)
+
+    def table(self, *arguments):
+        """The sections of the text: title line to rows of words."""
+        sections = {}
+        for section in self.succeed("budget", self.folder / "mission.json", *arguments).split("\n\n"):
+            title, *lines = section.splitlines()
+            sections[title.split("  ")[0]] = [line.split() for line in lines]
+        return sections
+
+    def test_text_is_that_of_the_json(self):
+        found = self.budget(small(), "--free", "flux_a,shift_x", "--frames", "9", "--without-mask")
+        tables = self.table("--free", "flux_a,shift_x", "--frames", "9", "--without-mask")
+        self.assertEqual(found["frames"], 9)
+        with_mask, without = found["scene_mask"], found["without_mask"]
+        self.assertLess(with_mask["crb_px"], with_mask["steps"][-1]["crb_px"])
+        for line, step, clear in zip(tables["bounds per frame, free"], with_mask["steps"], without["steps"]):
+            self.assertEqual(" ".join(line[:-5]), step["name"])
+            self.assertEqual(line[-5], f"{step['crb_px']:.3e}")
+            self.assertEqual(line[-2:], [f"{step['crb_shared_px']:.3e}", f"{clear['crb_px']:.3e}"])
+        fixed = {line[0]: line[1:] for line in tables["not fitted"]}
+        for row in with_mask["parameters"]:
+            if row["name"] in fixed:
+                self.assertEqual(fixed[row["name"]][0], f"{row['bias_px']:.2e}")
+                self.assertEqual(fixed[row["name"]][1], "none" if row["earth_amount"] is None else f"{row['earth_amount']:.2g}")
+        self.assertNotIn("zernike_12", fixed)
+        self.assertEqual([line[0] for line in tables["fitted"]], ["flux_a", "shift_x"])
+        self.assertEqual(tables["fitted"][0][1:4], ["0.00e+00", "none", "none"])
+        self.assertIn("zernike_36", [line[0] for line in self.table("--all")["not fitted"]])
+
+    def test_without_mask_is_the_scene_with_a_clear_pupil(self):
+        found = self.budget(small(), "--without-mask")
+        scene = small()
+        del scene["telescope"]["mask"]
+        clear = self.budget(scene)
+        self.assertEqual(found["without_mask"], clear["scene_mask"])
+        self.assertIsNone(clear["without_mask"])
+        self.assertNotEqual(found["scene_mask"], clear["scene_mask"])
+
+    def test_earth(self):
+        self.assertEqual(self.budget(small())["earth_from"], "the amplitude of the signal")
+        given = self.budget(small(), "--earth-px", "1e-5")
+        self.assertEqual((given["earth_px"], given["earth_from"]), (1e-5, "the options"))
+
+    def test_correlations(self):
+        found = self.budget(small(), "--free", "flux_a,flux_b,shift_x,shift_y")["scene_mask"]
+        pairs = {(pair["a"], pair["b"]): pair["correlation"] for pair in found["correlations"]}
+        for row in found["parameters"]:
+            if row["free"] and abs(row["correlation"]) > 0.3:
+                self.assertEqual(pairs["separation", row["name"]], row["correlation"])
+        self.assertTrue(all(abs(value) > 0.3 for value in pairs.values()))
+
+    def test_refusals(self):
+        (self.folder / "mission.json").write_text(json.dumps(small()))
+        for arguments, text in ((("--free", "zernike_4"), "--free: \"zernike_4\" is not a parameter (did you mean zernike_"),
+                                (("--free", "roll,roll"), "--free: roll is named twice"),
+                                (("--free", "mask_rotation"), "derivative by mask_rotation: needs a spiral mask with mask.edges"),
+                                (("--frames", "0"), "--frames"), (("--earth-px", "0"), "--earth-px")):
+            with self.subTest(arguments):
+                self.refuse(2, text, arguments=("budget", self.folder / "mission.json", *arguments))
+        self.refuse(3, "No such file", arguments=("budget", "nothing.json"))
 
     @unittest.skipUnless(FULL, "make budget")
     def test_mission(self):
