@@ -226,5 +226,56 @@ class Bench(ReportTest):
         numpy.testing.assert_array_equal(lines(figures["bench-a-b"].axes[0])["bf16"][0], 1e6 + numpy.arange(7))
 
 
+class Budget(ReportTest):
+    def parameter(self, name, unit, amount, free=False):
+        return {"name": name, "unit": unit, "free": free, "bias_px": None, "curvature_px": None, "earth_amount": amount,
+                "tenth_crb_amount": amount and amount / 10, "deviation": None, "correlation": None}
+
+    def setUp(self):
+        super().setUp()
+        steps = [{"name": "alone", "crb_px": 1.03e-6, "crb_shared_px": 1e-6}, {"name": "<eight>", "crb_px": None, "crb_shared_px": None}]
+        rows = [self.parameter("flux_a", "", None, True), self.parameter("shift_x", "px", 0.02, True),
+                *(self.parameter(f"zernike_{noll}", "nm", 0.01 * noll) for noll in range(5, 30)),
+                self.parameter("temperature_a", "K", 0.19)]
+        self.result = {"schema": "toliman-budget/1", "version": "0.2.0", "scene": "mission<1>.json", "frames": 1,
+                       "uas_per_px": 375000.0, "earth_px": 6.8e-6, "earth_from": "the amplitude of the signal",
+                       "scene_mask": {"crb_px": 1.03e-6, "crb_shared_px": 1e-6, "steps": steps, "parameters": rows,
+                                      "correlations": []},
+                       "without_mask": None}
+        schemas.check(json.dumps(self.result, indent=1))
+        (self.folder / "b").mkdir()
+        self.write()
+
+    def write(self):
+        (self.folder / "b" / "budget.json").write_text(json.dumps(self.result))
+
+    def test_page(self):
+        page = self.report("b")
+        self.check_page(self.folder / "b" / "report", ["budget-bounds"])
+        self.assertIn("Error budget of mission<1>.json", page.text)
+        self.assertIn("6.80 × 10⁻⁶ px, 2.55 µas: the amplitude of the signal", page.text)
+        self.assertEqual(page.row("temperature_a", 2), ["0.19 K", "0.019 K"])
+        self.assertEqual(page.row("shift_x", 1), ["0.02 px"])
+        self.assertEqual(page.row("flux_a", 1), ["–"])
+        self.assertIn("zernike_15", page.cells)  # twelve rows that limit, with both units
+        self.assertNotIn("zernike_16", page.cells)
+        (axes,) = Recorder(self.folder / "b").figures["budget-bounds"].axes
+        numpy.testing.assert_array_equal(lines(axes)["with the mask of the scene"], [[1.03e-6, math.nan], [1, 0]])
+        self.assertEqual(list(lines(axes)["an Earth"][0]), [6.8e-6] * 2)
+
+    def test_without_mask(self):
+        clear = {**self.result["scene_mask"], "parameters": [self.parameter("temperature_a", "K", 63.0)]}
+        self.result["without_mask"] = clear
+        self.write()
+        page = self.report("b")
+        self.assertEqual(page.row("temperature_a", 3), ["0.19 K", "0.019 K", "63 K"])
+        self.assertEqual(page.row("zernike_5", 3)[2], "–")
+
+    def test_refusals(self):
+        del self.result["scene_mask"]["steps"][1]["crb_px"]
+        self.write()
+        self.fail_with("scene_mask.steps[1].crb_px: is missing", "b")
+
+
 if __name__ == "__main__":
     unittest.main()

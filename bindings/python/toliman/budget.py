@@ -31,6 +31,8 @@ def _array(function: typing.Any, sim: typing.Any, options: typing.Any, struct: t
 
 def budget_of(sim: typing.Any, free: typing.Sequence[str] | None, frames: int, earth_px: float) -> Budget:
     """Returns the budget of a C simulator; see Simulator.budget()."""
+    if isinstance(free, str):
+        raise ValueError(f"free = {free!r}: must be a list of names")
     names = None if free is None else " ".join(free).encode()
     options = options_of(_raw.toliman_sim_budget_options, library.toliman_sim_budget_options_init, free_names=names,
                          frames=whole("frames", frames, 2**53 + 1), earth_px=real("earth_px", earth_px))

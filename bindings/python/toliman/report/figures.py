@@ -250,6 +250,23 @@ def periodogram(curves: typing.Sequence[Power], unit: str = "days") -> Figure | 
 
 
 @styled
+def bounds(steps: typing.Sequence[str], series: dict[str, list[float]], earth_px: float = math.nan) -> Figure:
+    """Bounds (px) of one frame for each set of free parameters, one mark per series; NaN where a bound is infinite."""
+    figure, (axis,) = new_figure(1.2 + 0.35 * len(steps))
+    places = numpy.arange(len(steps))[::-1]
+    for number, (name, values) in enumerate(series.items()):
+        axis.plot(values, places, style.MARKERS[number % len(style.MARKERS)], markersize=7, label=plain(name))
+    if earth_px > 0:
+        axis.axvline(earth_px, color=DARK, linestyle="--", linewidth=1, label="an Earth")
+    axis.set_xscale("log")
+    axis.set_yticks(places, [plain(step) for step in steps])
+    axis.margins(0.08)
+    axis.set_xlabel("standard deviation of the separation, px")
+    axis.legend(loc="upper left", bbox_to_anchor=(1.01, 1), borderaxespad=0)
+    return figure
+
+
+@styled
 def training(step: Array, loss: Array) -> Figure:
     """Loss after each training step."""
     figure, (axis,) = new_figure(3.2)
