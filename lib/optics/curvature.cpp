@@ -157,8 +157,9 @@ std::optional<Buffer<double>> half_curvature(const Simulator &simulator, Paramet
         return std::nullopt;
     const Model model = {simulator.scene(), simulator.pupil(), simulator.light(), simulator.plan()};
     const double weight = 1 / (2 * step * step);
-    Buffer<double> sum(simulator.pixels());
-    add_frame(model, simulator.detector(), -2 * weight, sum);
+    Buffer<double> sum = simulator.images().both();
+    for (double &value : sum)
+        value = -2 * weight * (value - simulator.detector().dark_e());
     for (const double by : {step, -step}) {
         Model changed = model;
         change(parameter, by, changed);

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
-#include <numeric>
+#include <functional>
 #include <optional>
 
 #include "common/failure.hpp"
@@ -25,6 +25,9 @@ struct Options {
     toliman_sim_budget_options budget = toliman::sized<toliman_sim_budget_options>();
     bool without_mask = false, all = false, as_json = false;
 };
+
+// Called with the fraction done; throws if a signal has arrived.
+using Advance = std::function<void(double fraction)>;
 
 constexpr double kNotable = 0.3; // correlation
 
@@ -49,7 +52,8 @@ std::vector<Item> items_of(Get get, const Scene &scene, const toliman_sim_budget
     return items;
 }
 
-Budget budget_of(const Scene &scene, const toliman_sim_budget_options &options) {
+Budget budget_of(const Scene &scene, const toliman_sim_budget_options &options, const Advance &advance) {
+    advance(0);
     Budget budget = {toliman::sized<toliman_sim_budget>(), {}, {}, {}};
     try {
         toliman::check(toliman_sim_get_budget(scene.sim.get(), &options, &budget.summary));
@@ -58,8 +62,10 @@ Budget budget_of(const Scene &scene, const toliman_sim_budget_options &options) 
             throw;
         throw Failure(kExitUsage, "--free" + std::string(error.what()).substr(error.field().size()));
     }
+    advance(0.1);
     budget.steps =
         items_of<toliman_sim_budget_step>(toliman_sim_get_budget_steps, scene, options, budget.summary.steps);
+    advance(0.3);
     budget.rows = items_of<toliman_sim_budget_row>(toliman_sim_get_budget_rows, scene, options, budget.summary.rows);
     const size_t n = budget.summary.free_count + 1;
     std::vector<double> matrix(n * n);
@@ -73,10 +79,10 @@ Budget budget_of(const Scene &scene, const toliman_sim_budget_options &options) 
 }
 
 // The scene with a clear pupil.
-Budget budget_without_mask(const Scene &scene, const toliman_sim_budget_options &options) {
+Budget budget_without_mask(const Scene &scene, const toliman_sim_budget_options &options, const Advance &advance) {
     const JsonTree tree = read_scene_json(scene.path);
     merge(tree.get(), R"({"telescope": {"mask": null}})");
-    return budget_of({scene.path, text_of(tree)}, options);
+    return budget_of({scene.path, text_of(tree)}, options, advance);
 }
 
 Json json_of(const Budget &budget) {
@@ -203,11 +209,16 @@ void budget(Options &options, Progress &progress) {
     if (options.free)
         options.budget.free_names = options.free->c_str();
     const Scene scene(options.scene, progress);
-    progress.show("budget", 0);
-    const Budget with = budget_of(scene, options.budget);
+    const auto advance = [&](const char *stage) {
+        return [&progress, stage](double fraction) {
+            stop_if_asked();
+            progress.show(stage, fraction);
+        };
+    };
+    const Budget with = budget_of(scene, options.budget, advance("budget"));
     std::optional<Budget> without;
     if (options.without_mask)
-        without = budget_without_mask(scene, options.budget);
+        without = budget_without_mask(scene, options.budget, advance("without mask"));
     if (options.as_json)
         return print_json(options, with, without);
     print_head(options, with);
