@@ -17,8 +17,8 @@
  *
  * Parameters
  *
- *   Names are those of preprocess.project in a scene: flux_a, shift_x, zernike_7, temperature_a, ... Biases are per
- * unit of the parameter: toliman_sim_budget_row.unit.
+ *   Names are those of preprocess.project in a scene: flux_a, shift_x, zernike_7, temperature_a, ... Effects are per
+ *   toliman_sim_budget_row.unit.
  */
 #ifndef TOLIMAN_BUDGET_H
 #define TOLIMAN_BUDGET_H
@@ -97,8 +97,8 @@ typedef struct toliman_sim_budget_row {
     const char *name, *unit; /* unit: "px", "nm", "K", ..., "" for a ratio. Static text */
     double bias_px;          /* not free: error of the separation per unit of the parameter; NaN if free */
     double curvature_px;     /* free: error of the separation per unit squared that the fit leaves; 0 if frames depend
-                                linearly on the parameter, NaN if it is not known: jitter, motions of the mask, and
-                                parameters that are not free */
+                                linearly on the parameter, NaN if it is not known: jitter, motions of the mask, the
+                                engine PADDED_FFT, and parameters that are not free */
     double earth_amount;     /* amount of the parameter that has the effect of an Earth */
     double tenth_crb_amount; /* amount that has the effect of a tenth of crb_px */
     double deviation;        /* free: standard deviation of the parameter in the fit; NaN if it depends on others */

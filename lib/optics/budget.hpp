@@ -27,7 +27,7 @@ struct BoundOfFrames {
 // With these parameters free.
 BoundOfFrames bound_of_frames(const Simulator &simulator, const std::vector<Parameter> &free, double frames);
 
-// A set of free parameters, each with those before it unless the name says otherwise.
+// A named set of free parameters.
 struct BudgetStep {
     const char *name;
     std::vector<Parameter> free; // those of which the scene has a derivative

@@ -27,7 +27,6 @@ struct Model {
 // The step h, in the parameter's unit; 0 where there is none.
 double step_of(Kind kind) noexcept {
     switch (kind) {
-    case Kind::separation:
     case Kind::shift_x:
     case Kind::shift_y:
         return 1e-3;
@@ -50,6 +49,7 @@ double step_of(Kind kind) noexcept {
     }
 }
 
+// A spectral mode at equal flux has a second order, a multiple of its first, which the fit removes.
 bool is_linear(Kind kind) noexcept {
     return kind == Kind::flux_a || kind == Kind::flux_b || kind == Kind::background || kind == Kind::spectrum_a ||
            kind == Kind::spectrum_b;
@@ -64,7 +64,6 @@ void rotate(std::array<double, 2> &offset, const std::array<double, 2> &centre, 
 
 void change_positions(Kind kind, double by, Model &model) noexcept {
     Light &light = model.light;
-    const size_t moving = model.scene.signal.star;
     for (auto &offset : light.offset_px) {
         offset[0] += kind == Kind::shift_x ? by : 0;
         offset[1] += kind == Kind::shift_y ? by : 0;
@@ -73,8 +72,6 @@ void change_positions(Kind kind, double by, Model &model) noexcept {
     }
     if (kind == Kind::position_angle)
         rotate(light.offset_px[1], light.offset_px[0], by);
-    for (size_t i = 0; kind == Kind::separation && i < 2; i++)
-        light.offset_px[moving][i] += by * light.axis[i];
 }
 
 void change_detector(Kind kind, double by, Model &model) noexcept {
@@ -153,7 +150,7 @@ std::optional<Buffer<double>> half_curvature(const Simulator &simulator, Paramet
     if (is_linear(parameter.kind))
         return Buffer<double>();
     const double step = step_of(parameter.kind);
-    if (step == 0)
+    if (step == 0 || simulator.plan().engine == EngineKind::padded_fft)
         return std::nullopt;
     const Model model = {simulator.scene(), simulator.pupil(), simulator.light(), simulator.plan()};
     const double weight = 1 / (2 * step * step);

@@ -262,6 +262,24 @@ static void a_single_star_is_degenerate(void **state) {
     toliman_sim_destroy(sim);
 }
 
+/* The padded FFT has its own pupil, so that a changed one has no effect. */
+static void second_order_is_not_known_for_the_padded_fft(void **state) {
+    (void)state;
+    const int32_t engines[2] = {TOLIMAN_SIM_ENGINE_MATRIX_DFT, TOLIMAN_SIM_ENGINE_PADDED_FFT};
+    for (int i = 0; i < 2; i++) {
+        toliman_sim_options engine = TOLIMAN_SIM_OPTIONS_INIT;
+        engine.engine = engines[i];
+        toliman_sim *sim = NULL;
+        assert_ok(toliman_sim_create_json(kSingleScene, strlen(kSingleScene), NULL, &engine, &sim));
+        const toliman_sim_budget_options options = with_names("focus");
+        toliman_sim_budget_row rows[ROWS];
+        rows_of(sim, &options, rows);
+        assert_int_equal(isnan(rows[0].curvature_px) != 0, i);
+        assert_int_equal(isnan(rows[0].earth_amount) != 0, 1); /* the scene has no signal */
+        toliman_sim_destroy(sim);
+    }
+}
+
 static void bad_arguments_are_refused(void **state) {
     (void)state;
     toliman_sim *const sim = sim_of(kBinaryScene);
@@ -303,6 +321,7 @@ int main(void) {
         cmocka_unit_test(curvature_of_a_shift_is_the_derivative_by_jitter),
         cmocka_unit_test(earth_is_that_of_options_or_scene),
         cmocka_unit_test(a_single_star_is_degenerate),
+        cmocka_unit_test(second_order_is_not_known_for_the_padded_fft),
         cmocka_unit_test(bad_arguments_are_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
