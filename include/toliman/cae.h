@@ -52,6 +52,8 @@ typedef struct toliman_cae_options {
     int32_t input;                      /* TOLIMAN_CAE_INPUT_..., 0 = WHITENED */
     uint32_t reserved;                  /* 0 */
     const toliman_allocator *allocator; /* for the large arrays of the object; NULL = malloc */
+    toliman_log_fn log;                 /* receives warnings about preprocess.project; may be NULL. Since 0.2 */
+    void *log_data;
 } toliman_cae_options;
 #define TOLIMAN_CAE_OPTIONS_INIT TOLIMAN_INIT(toliman_cae_options)
 
@@ -64,7 +66,14 @@ TOLIMAN_API void toliman_cae_options_init(toliman_cae_options *options, size_t s
  * With the default layout and input, the untrained network is scaled so that its latent changes by 1 px per px of
  * displacement; it can serve as an untrained control. Otherwise the latent of an untrained network has no unit.
  * Errors: TOLIMAN_E_UNSUPPORTED if frames are smaller than 256x256, or for preprocess.project with another input than
- * WHITENED; TOLIMAN_E_SCENE if the nuisances span the derivative of the signal. */
+ * WHITENED; TOLIMAN_E_SCENE if the nuisances span the derivative of the signal.
+ *
+ * Images of preprocess.project that depend on each other, all divided by sigma per pixel over the whole frame: an image
+ * is dropped if less than 1e-10 of its norm remains after the projection of those before it in the list. The log
+ * receives a warning for it, and for an image of which less than 1e-2 remains after the projection of the others:
+ *     scene.json: preprocess.project: scale is nearly a combination of focus (0.71), roll (-0.70): 0.004 of its norm
+ *     remains
+ * In parentheses: the coefficients of at most three images, all scaled to norm 1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_create(const toliman_sim *sim, uint64_t seed,
                                                                  const toliman_cae_options *options,
                                                                  toliman_cae **out) TOLIMAN_NOEXCEPT;

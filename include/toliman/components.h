@@ -31,6 +31,8 @@ typedef struct toliman_components_options {
                           = 1 */
     uint32_t capacity; /* largest number of frames, 2 ... 16384; 0 = number of frames of the scene's cadence */
     const toliman_allocator *allocator; /* for the large arrays of the object; NULL = malloc */
+    toliman_log_fn log;                 /* receives warnings about preprocess.project; may be NULL. Since 0.2 */
+    void *log_data;
 } toliman_components_options;
 #define TOLIMAN_COMPONENTS_OPTIONS_INIT TOLIMAN_INIT(toliman_components_options)
 

@@ -27,6 +27,8 @@ typedef struct toliman_linear_options {
     uint32_t struct_size;
     uint32_t reserved;                  /* 0 */
     const toliman_allocator *allocator; /* for the large arrays of the object; NULL = malloc */
+    toliman_log_fn log;                 /* receives warnings about preprocess.project; may be NULL */
+    void *log_data;
 } toliman_linear_options;
 #define TOLIMAN_LINEAR_OPTIONS_INIT TOLIMAN_INIT(toliman_linear_options)
 

@@ -102,7 +102,8 @@
  *
  *   Nuisances    Parameters of the model that an estimator does not assume to be known, each with a derivative image;
  *                sim_derivative.h defines them. preprocess.project of the scene lists those that estimators remove
- *                (project out), at most 32.
+ *                (project out), at most 32. Images that are combinations of those before them are dropped; the
+ *                log of an estimator's options receives a warning (see toliman_cae_create).
  *
  *   Engines      The matrix Fourier transform (MATRIX_DFT) samples exact pixel positions. The padded FFT (PADDED_FFT)
  *                is the baseline of the chapter: the pupil is sampled with N_E = N_out p D/lambda points and padded

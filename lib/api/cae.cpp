@@ -191,7 +191,7 @@ toliman_status toliman_cae_create(const toliman_sim *sim, uint64_t seed, const t
         store_network(
             {cae::untrained_network(
                  layout,
-                 cae::Preprocess::from_model(simulator.frame_model(),
+                 cae::Preprocess::from_model(simulator.frame_model({known.log, known.log_data}),
                                              kInputs.to_enum_or(known.input, cae::Input::whitened, "options->input")),
                  seed),
              std::nullopt},

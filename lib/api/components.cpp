@@ -93,7 +93,8 @@ toliman_status toliman_components_create(const toliman_sim *sim, const toliman_c
         const auto known = accept(options, toliman_components_options{}, "options");
         const linear::Preparation preparation = preparation_of(known, simulator.scene().cadence.frames);
         const MemoryScope scope(memory_of(known.allocator));
-        made = new toliman_components{{}, linear::Residuals(simulator.frame_model(), preparation)};
+        const Log log = preparation.raw ? Log() : Log{known.log, known.log_data}; // raw counts are not projected
+        made = new toliman_components{{}, linear::Residuals(simulator.frame_model(log), preparation)};
     });
 }
 

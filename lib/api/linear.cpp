@@ -23,7 +23,7 @@ toliman_status toliman_linear_create(const toliman_sim *sim, const toliman_linea
         const Use use(sim, "sim");
         const auto &simulator = use->simulator;
         toliman_linear *&made = required(out, "out");
-        made = new toliman_linear{{}, linear::TemplateEstimator(simulator.frame_model())};
+        made = new toliman_linear{{}, linear::TemplateEstimator(simulator.frame_model({known.log, known.log_data}))};
     });
 }
 

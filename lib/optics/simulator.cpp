@@ -14,6 +14,7 @@
 #include "backend/file.hpp"
 #include "backend/json.hpp"
 #include "base/workers.hpp"
+#include "optics/dependence.hpp"
 #include "optics/warnings.hpp"
 #include "scene/wobble.hpp"
 
@@ -252,7 +253,7 @@ void Simulator::frame(double displacement_px, uint64_t seed, int64_t k, double *
 }
 
 // Images in the frame's unit; the bound, in px, does not depend on the unit.
-FrameModel Simulator::frame_model() const {
+FrameModel Simulator::frame_model(const Log &log) const {
     FrameModel model;
     model.source = scene_.source;
     model.rows = scene_.detector.rows;
@@ -267,6 +268,7 @@ FrameModel Simulator::frame_model() const {
             {name_of(parameter), detector_.in_counts(image_of(images_, parameter), Quantity::derivative)});
     model.crb_px = bound_with(images_, scene_.projected);
     model.scene_digest = scene_.digest;
+    warn_of_dependence(model, log);
     return model;
 }
 

@@ -84,8 +84,8 @@ class Simulator {
     // Frame k with its systematics, detector stages and noise; scratch and image hold pixels() values each.
     void frame(double displacement_px, uint64_t seed, int64_t k, double *scratch, double *image) const;
 
-    // The scene's images in the frame's unit, for estimators.
-    FrameModel frame_model() const;
+    // The scene's images in the frame's unit, for estimators; logs projected images that depend on each other.
+    FrameModel frame_model(const Log &log) const;
 
   private:
     Buffer<double> star_at(const Light &light, size_t star, double displacement_px) const;

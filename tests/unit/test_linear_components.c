@@ -1,6 +1,8 @@
 /* Tests components of simulated frames through the public interface: the period found, the predicted threshold,
  * errors. */
+#include <toliman/cae.h>
 #include <toliman/components.h>
+#include <toliman/linear.h>
 #include <toliman/period.h>
 
 #include "scene_text.h"
@@ -285,11 +287,50 @@ static void errors_name_the_argument_and_change_nothing(void **state) {
     toliman_sim_destroy(sim);
 }
 
+static void count_line(int32_t level, const char *text, void *lines) {
+    assert_int_equal(level, TOLIMAN_LOG_WARNING);
+    *(int *)lines += 1;
+    assert_string_equal(text, "scene: preprocess.project: roll is a combination of shift_y (1.00): it is dropped");
+}
+
+/* The roll of a single star to the right of the centre is a shift along y. Each estimator that projects reports it. */
+static void dependent_nuisances_are_logged(void **state) {
+    (void)state;
+    char *const json = replaced_again(
+        replaced_again(replaced(kSingleScene, "[0, 0]", "[4, 0]"), "[32, 32]", "[256, 256]"), "\"cadence\"",
+        "\"preprocess\": {\"project\": [\"flux_a\", \"shift_y\", \"roll\"]}, \"cadence\"");
+    toliman_sim *sim = NULL;
+    assert_ok(toliman_sim_create_json(json, strlen(json), NULL, NULL, &sim));
+    free(json);
+    int lines = 0;
+    toliman_linear *linear = NULL;
+    const toliman_linear_options of_template = {
+        .struct_size = sizeof of_template, .log = count_line, .log_data = &lines};
+    assert_ok(toliman_linear_create(sim, &of_template, &linear));
+    assert_int_equal(lines, 1);
+    toliman_cae *cae = NULL;
+    const toliman_cae_options of_network = {.struct_size = sizeof of_network, .log = count_line, .log_data = &lines};
+    assert_ok(toliman_cae_create(sim, 1, &of_network, &cae));
+    assert_int_equal(lines, 2);
+    for (uint32_t raw = 0; raw < 2; raw++) { /* raw counts are not projected */
+        toliman_components *components = NULL;
+        const toliman_components_options options = {
+            .struct_size = sizeof options, .raw = raw, .log = count_line, .log_data = &lines};
+        assert_ok(toliman_components_create(sim, &options, &components));
+        assert_int_equal(lines, 3);
+        toliman_components_destroy(components);
+    }
+    toliman_cae_destroy(cae);
+    toliman_linear_destroy(linear);
+    toliman_sim_destroy(sim);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_method_finds_a_period_above_the_threshold_and_none_below),
         cmocka_unit_test(eigenvalue_and_bound_match_the_scene),
         cmocka_unit_test(projected_nuisances_leave_nothing),
+        cmocka_unit_test(dependent_nuisances_are_logged),
         cmocka_unit_test(same_frames_and_seed_give_the_same_bits),
         cmocka_unit_test(push_discards_a_training_and_cancellation_does_not),
         cmocka_unit_test(errors_name_the_argument_and_change_nothing),

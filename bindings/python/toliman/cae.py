@@ -15,6 +15,7 @@ from ._library import check, library
 from ._arguments import Doubles, file_name, of_kind, options_of, pointer, real, saved, shaped, whole
 from ._encode import Values, encode
 from ._handle import Handle
+from ._log import log
 from ._progress import Progress, Watch
 from ._results import NetworkInfo, Training
 from ._words import number
@@ -71,7 +72,7 @@ class CAE(Handle):
                  input: str = "whitened"):
         options = options_of(_raw.toliman_cae_options, library.toliman_cae_options_init,
                              layout=number("layout", layout, "TOLIMAN_CAE_LAYOUT"),
-                             input=number("input", input, "TOLIMAN_CAE_INPUT"))
+                             input=number("input", input, "TOLIMAN_CAE_INPUT"), log=log)
         of_kind("simulator", simulator, Simulator)
         seed = simulator.info.seed if seed is None else whole("seed", seed, 2**64)
         super().__init__(self._create(library.toliman_cae_create, simulator._c, seed, ctypes.byref(options)))

@@ -15,6 +15,7 @@ from ._library import check, library
 from ._arguments import Doubles, of_kind, options_of, pointer, real, whole
 from ._encode import Values, encode
 from ._handle import Handle
+from ._log import log
 from ._pixels import frames_of, image_of
 from ._progress import Progress, Watch
 from ._results import ComponentsInfo, ComponentsTraining
@@ -36,7 +37,8 @@ class Template(Handle):
 
     def __init__(self, simulator: Simulator):
         of_kind("simulator", simulator, Simulator)
-        super().__init__(self._create(library.toliman_linear_create, simulator._c, None))
+        options = options_of(_raw.toliman_linear_options, library.toliman_linear_options_init, log=log)
+        super().__init__(self._create(library.toliman_linear_create, simulator._c, ctypes.byref(options)))
         self.shape = simulator.shape
 
     @typing.overload
@@ -84,7 +86,8 @@ class Components(Handle):
     def __init__(self, simulator: Simulator, *, raw: bool = False, bin: int = 1, capacity: int = 0):
         of_kind("simulator", simulator, Simulator)
         options = options_of(_raw.toliman_components_options, library.toliman_components_options_init,
-                             raw=int(raw), bin=whole("bin", bin, 2**32), capacity=whole("capacity", capacity, 2**32))
+                             raw=int(raw), bin=whole("bin", bin, 2**32), capacity=whole("capacity", capacity, 2**32),
+                             log=log)
         super().__init__(self._create(library.toliman_components_create, simulator._c, ctypes.byref(options)))
         self.shape = simulator.shape
 

@@ -40,8 +40,8 @@ struct Training {
     uint64_t seed; // of the frames' noise too
 };
 
-Training new_training(const Scene &scene, const Options &options) {
-    auto how = toliman::sized<toliman_cae_options>();
+Training new_training(const Scene &scene, const Options &options, Progress &progress) {
+    auto how = with_warnings<toliman_cae_options>(progress);
     how.layout = kLayouts.at(options.layout);
     how.input = kInputs.at(options.input);
     Training training = {toliman::make<toliman::autoencoder>(toliman_cae_create, scene.sim.get(), options.seed, &how),
@@ -133,7 +133,8 @@ void train(const Options &options, Progress &progress) {
     if (options.out != "-")
         check_output(options.out + kPart);
     const Scene scene(options.scene, progress);
-    auto [cae, how, seed] = options.resume.empty() ? new_training(scene, options) : resumed_training(scene, options);
+    auto [cae, how, seed] =
+        options.resume.empty() ? new_training(scene, options, progress) : resumed_training(scene, options);
     const bool tied = how.mode == TOLIMAN_CAE_MODE_TIED;
     check_mode(options, tied);
     if (!tied && scene.info.frames < 2)

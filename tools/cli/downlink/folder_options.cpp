@@ -47,8 +47,9 @@ Estimator make_estimator(const FolderOptions &given, Progress &progress) {
         return {std::move(network), {}, rows, cols, 0};
     }
     const Scene scene(given.scene, progress);
+    const auto options = with_warnings<toliman_linear_options>(progress);
     return {{},
-            toliman::make<toliman::linear_estimator>(toliman_linear_create, scene.sim.get(), nullptr),
+            toliman::make<toliman::linear_estimator>(toliman_linear_create, scene.sim.get(), &options),
             scene.info.rows,
             scene.info.cols,
             scene.info.exposure_s};

@@ -27,12 +27,16 @@ constexpr uint32_t kSteps = 300;            // the library's default
 
 using toliman::check;
 
+toliman::autoencoder network_of(const Scene &scene, uint64_t seed, Progress &progress) {
+    const auto options = with_warnings<toliman_cae_options>(progress);
+    return toliman::make<toliman::autoencoder>(toliman_cae_create, scene.sim.get(), seed, &options);
+}
+
 // The estimators of one scene and the frames that they encode.
 class Estimators {
   public:
     Estimators(const Scene &scene, uint64_t seed, Controls controls, Progress &progress)
-        : scene_(scene), seed_(seed), controls_(controls), progress_(progress),
-          cae_(toliman::make<toliman::autoencoder>(toliman_cae_create, scene.sim.get(), seed, nullptr)),
+        : scene_(scene), seed_(seed), controls_(controls), progress_(progress), cae_(network_of(scene, seed, progress)),
           template_(method_kind("template").make(scene, seed, shared_)) {
         if (controls != Controls::none)
             untrained_ = method_kind("untrained").make(scene, seed, shared_);

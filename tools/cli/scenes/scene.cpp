@@ -16,10 +16,9 @@ namespace cli {
 namespace {
 
 toliman_sim_options options_with(Progress &progress) {
-    auto options = toliman::sized<toliman_sim_options>();
+    auto options = with_warnings<toliman_sim_options>(progress);
     options.progress = Progress::callback;
-    options.log = Progress::log;
-    options.progress_data = options.log_data = &progress;
+    options.progress_data = &progress;
     return options;
 }
 

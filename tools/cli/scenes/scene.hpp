@@ -9,6 +9,14 @@
 
 namespace cli {
 
+// Options of a simulator or estimator whose warnings go to standard error.
+template <class Options> Options with_warnings(Progress &progress) {
+    auto options = toliman::sized<Options>();
+    options.log = Progress::log;
+    options.log_data = &progress;
+    return options;
+}
+
 // The path of a scene: the file of this name or, if there is none, the shipped scene of this name, which is reported to
 // the log of `options`. Throws Failure if neither exists.
 std::string scene_path(const std::string &name, const toliman_sim_options &options);
