@@ -171,6 +171,19 @@ class Scenes(unittest.TestCase):
             toliman.plan(far)
         self.assertIn("full", " ".join(logs.output))
 
+    def test_dependent_nuisances_are_logged(self):
+        star = {"A": {"spectrum": {"kind": "blackbody", "temperature_k": 5790}}}
+        single = scene(stars=star, binary={"offsets_px": {"A": [4, 0]}}, band={"wavelength_nm": 580},
+                       preprocess={"project": ["shift_y", "roll"]})
+        single["signal"] = {"kind": "sinusoid", "star": "A", "amplitude_px": 1e-6, "period_days": 365}
+        single["detector"]["shape"] = [256, 256]
+        with toliman.Simulator(single) as simulator:
+            for make in (toliman.Template, toliman.CAE, toliman.Components):
+                with self.assertLogs("toliman", "WARNING") as logs:
+                    make(simulator).close()
+                self.assertEqual([record.getMessage() for record in logs.records], [
+                    "scene: preprocess.project: roll is a combination of shift_y (1.00): it is dropped"])
+
 
 if __name__ == "__main__":
     unittest.main()

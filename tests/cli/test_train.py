@@ -34,6 +34,16 @@ class Resumed(ProgramTest):
         self.refuse(2, "--epochs 2: must be at least 3, the epochs done in half",
                     arguments=(*resume, "--epochs", "2"))
 
+    def test_dependent_nuisances(self):
+        scene = json.loads((self.folder / "s.json").read_text())
+        del scene["stars"]["B"]
+        scene["binary"] = {"offsets_px": {"A": [4, 0]}}
+        scene["preprocess"] = {"project": ["shift_y", "roll"]}
+        (self.folder / "single.json").write_text(json.dumps(scene))
+        done = self.run_program("train", "single.json", "--steps", "1", "--out", "x")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("single.json: preprocess.project: roll is a combination of shift_y (1.00): it is dropped", done.stderr)
+
     def test_nothing_to_go_on_with(self):
         self.succeed("train", "s.json", "--steps", "2", "--out", "tied")
         self.succeed(*UNSUPERVISED, "--epochs", "1", "--payload", "fp16", "--out", "narrow")
