@@ -1,6 +1,6 @@
 // Method: u_k are the whitened images, scaled to norm 1. Gram-Schmidt in the order of the scene drops those that are
-// combinations of the images before them, as in every estimator, and gives the coordinates of all in the basis of the
-// others. The rest needs these short vectors only. With d_k, the remainder of u_k after the projection of all others,
+// combinations of the images before them, as in every estimator, and gives the coordinates of all in an orthonormal
+// basis. The rest needs these short vectors only. With d_k, the remainder of u_k after the projection of all others,
 //     u_k = sum over j of c_j u_j + d_k,   c_j = <u_k, e_j> / |e_j|^2,
 // where e_j is the remainder of u_j after the projection of all others but u_k. The image with the smallest |d_k| is
 // reported and left out until no |d_k| is below kNearlyDependent: one message per dependence, not one for each image in
