@@ -149,34 +149,6 @@ module toliman
         type(c_ptr) :: fftw = c_null_ptr ! FFTW version
     end type
 
-    ! Pixel types: unsigned (U) and signed (I) integers and floating-point numbers (F) of 8 to 64 bits. Types without
-    ! suffix have the byte order of the machine, which is little-endian. BE is big-endian, the byte order of telemetry.
-    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_U8 = 31
-    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_U16 = 32
-    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_U32 = 33
-    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_I16 = 34
-    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_I32 = 35
-    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_F32 = 36
-    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_F64 = 37
-    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_U16BE = 38
-    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_U32BE = 39
-    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_I16BE = 40
-    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_F32BE = 41
-
-    ! View of one or more frames in memory, which the library only reads. Pixel (row, column) of frame k is pixels[k *
-    ! frame_stride + row * stride + column]. Since 0.2.
-    type, bind(C), public :: toliman_image
-        integer(c_int32_t) :: struct_size = 48 ! sizeof(toliman_image)
-        integer(c_int32_t) :: pixel = 0 ! TOLIMAN_PIXEL_..., 0 = F64
-        type(c_ptr) :: pixels = c_null_ptr ! aligned to the size of a pixel
-        ! shape of a frame, which must be the shape that the object expects; 0 = that shape
-        integer(c_int64_t) :: rows = 0
-        integer(c_int64_t) :: cols = 0
-        integer(c_int64_t) :: stride = 0 ! pixels from row to row, at least cols; 0 = cols
-        ! pixels from frame to frame, at least 1 (frames may overlap); 0 = rows * stride
-        integer(c_int64_t) :: frame_stride = 0
-    end type
-
     ! Engines: how light is propagated from the pupil to the detector. See Engines above.
     integer(c_int32_t), parameter, public :: TOLIMAN_SIM_ENGINE_MATRIX_DFT = 331 ! exact pixel positions; the default
     ! baseline of the chapter; no mask, amplitude or OPD files
@@ -329,6 +301,96 @@ module toliman
         real(c_double) :: b_y_px = 0.0_c_double
     end type
 
+    ! Options of a budget. Since 0.2.
+    type, bind(C), public :: toliman_sim_budget_options
+        integer(c_int32_t) :: struct_size = 32
+        integer(c_int32_t) :: reserved = 0
+        ! names of the free parameters, separated by spaces or commas; "" = none; NULL = those of preprocess.project
+        type(c_ptr) :: free_names = c_null_ptr
+        integer(c_int64_t) :: frames = 0 ! frames that share the parameters of the instrument, 0 = 1
+        real(c_double) :: earth_px = 0.0_c_double ! displacement due to an Earth, px; 0 = that of the scene
+    end type
+
+    ! Summary of a budget. Since 0.2.
+    type, bind(C), public :: toliman_sim_budget
+        integer(c_int32_t) :: struct_size = 72 ! in: sizeof(toliman_sim_budget)
+        integer(c_int32_t) :: reserved = 0 ! 0
+        ! standard deviation of the separation in one frame, px, all free parameters fitted to this frame alone;
+        ! infinite if they leave nothing of the signal
+        real(c_double) :: crb_px = 0.0_c_double
+        ! the same for each of `frames` identical frames that share the parameters of the instrument, while those of a
+        ! frame are free in each
+        real(c_double) :: crb_shared_px = 0.0_c_double
+        real(c_double) :: uas_per_px = 0.0_c_double ! angle of a displacement of 1 px, microarcsec
+        real(c_double) :: earth_px = 0.0_c_double ! displacement due to an Earth, px; NaN if not known
+        ! where it comes from: "the options", "the planet of the scene", "an Earth at 1.23 au of star A" (0.71 au of
+        ! B; from the star's mass_sun and the distance_pc), "the amplitude of the signal" or "not known". Static text
+        type(c_ptr) :: earth_from = c_null_ptr
+        integer(c_size_t) :: free_count = 0 ! free parameters
+        integer(c_size_t) :: steps = 0 ! steps of toliman_sim_get_budget_steps; later versions may append some
+        integer(c_size_t) :: rows = 0 ! rows of toliman_sim_get_budget_rows
+    end type
+
+    ! Bounds with one set of free parameters. Since 0.2.
+    type, bind(C), public :: toliman_sim_budget_step
+        integer(c_int32_t) :: struct_size = 32 ! in, in the first element: sizeof(toliman_sim_budget_step)
+        integer(c_int32_t) :: reserved = 0 ! 0
+        ! "alone", "fluxes, shift", "eight" (with roll, scale, focus and background), "eight + jitter", "eight + Noll
+        ! 5-10", "eight + temperatures", "all of these", "all + wavelength". Static text
+        type(c_ptr) :: name = c_null_ptr
+        real(c_double) :: crb_px = 0.0_c_double ! as in toliman_sim_budget, with this set free
+        real(c_double) :: crb_shared_px = 0.0_c_double
+    end type
+
+    ! One parameter of a budget. Amounts are absolute values; NaN where they are not known and infinite where the parameter
+    ! has no effect. Since 0.2.
+    type, bind(C), public :: toliman_sim_budget_row
+        integer(c_int32_t) :: struct_size = 72 ! in, in the first element: sizeof(toliman_sim_budget_row)
+        integer(c_int32_t) :: is_free = 0 ! 1 if the parameter is free, else 0
+        type(c_ptr) :: name = c_null_ptr ! unit: "px", "nm", "K", ..., "" for a ratio. Static text
+        type(c_ptr) :: unit = c_null_ptr
+        ! not free: error of the separation per unit of the parameter; NaN if free
+        real(c_double) :: bias_px = 0.0_c_double
+        ! free: error of the separation per unit squared that the fit leaves; 0 if frames depend linearly on the
+        ! parameter, NaN if it is not known: jitter, motions of the mask, the engine PADDED_FFT, and parameters that
+        ! are not free
+        real(c_double) :: curvature_px = 0.0_c_double
+        real(c_double) :: earth_amount = 0.0_c_double ! amount of the parameter that has the effect of an Earth
+        real(c_double) :: tenth_crb_amount = 0.0_c_double ! amount that has the effect of a tenth of crb_px
+        ! free: standard deviation of the parameter in the fit; NaN if it depends on others
+        real(c_double) :: deviation = 0.0_c_double
+        ! free: correlation with the separation, -1 to 1; NaN if it depends on others
+        real(c_double) :: correlation = 0.0_c_double
+    end type
+
+    ! Pixel types: unsigned (U) and signed (I) integers and floating-point numbers (F) of 8 to 64 bits. Types without
+    ! suffix have the byte order of the machine, which is little-endian. BE is big-endian, the byte order of telemetry.
+    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_U8 = 31
+    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_U16 = 32
+    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_U32 = 33
+    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_I16 = 34
+    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_I32 = 35
+    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_F32 = 36
+    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_F64 = 37
+    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_U16BE = 38
+    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_U32BE = 39
+    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_I16BE = 40
+    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_F32BE = 41
+
+    ! View of one or more frames in memory, which the library only reads. Pixel (row, column) of frame k is pixels[k *
+    ! frame_stride + row * stride + column]. Since 0.2.
+    type, bind(C), public :: toliman_image
+        integer(c_int32_t) :: struct_size = 48 ! sizeof(toliman_image)
+        integer(c_int32_t) :: pixel = 0 ! TOLIMAN_PIXEL_..., 0 = F64
+        type(c_ptr) :: pixels = c_null_ptr ! aligned to the size of a pixel
+        ! shape of a frame, which must be the shape that the object expects; 0 = that shape
+        integer(c_int64_t) :: rows = 0
+        integer(c_int64_t) :: cols = 0
+        integer(c_int64_t) :: stride = 0 ! pixels from row to row, at least cols; 0 = cols
+        ! pixels from frame to frame, at least 1 (frames may overlap); 0 = rows * stride
+        integer(c_int64_t) :: frame_stride = 0
+    end type
+
     ! Layouts. The library contains these two; toliman_cae_options.layout selects one. Both have an encoder of four
     ! stages of 3x3 convolutions with 8, 16, 32 and 64 channels and a dense layer to the latent, and a decoder in reverse
     ! order. They differ in pooling and in the position of ELU, the exponential linear unit.
@@ -349,11 +411,13 @@ module toliman
 
     ! Network options.
     type, bind(C), public :: toliman_cae_options
-        integer(c_int32_t) :: struct_size = 24
+        integer(c_int32_t) :: struct_size = 40
         integer(c_int32_t) :: layout = 0 ! TOLIMAN_CAE_LAYOUT_..., 0 = FLIGHT
         integer(c_int32_t) :: input = 0 ! TOLIMAN_CAE_INPUT_..., 0 = WHITENED
         integer(c_int32_t) :: reserved = 0 ! 0
         type(c_ptr) :: allocator = c_null_ptr ! for the large arrays of the object; NULL = malloc
+        type(c_funptr) :: log = c_null_funptr ! receives warnings about preprocess.project; may be NULL. Since 0.2
+        type(c_ptr) :: log_data = c_null_ptr
     end type
 
     ! Training mode TIED: the kernels of the decoder are the transposed kernels of the encoder. Training fits the output
@@ -468,7 +532,7 @@ module toliman
 
     ! Options of a collection.
     type, bind(C), public :: toliman_components_options
-        integer(c_int32_t) :: struct_size = 24
+        integer(c_int32_t) :: struct_size = 40
         ! 0: residuals (counts - reference)/sigma, with preprocess.project projected out; 1: counts
         integer(c_int32_t) :: raw = 0
         ! sums blocks of bin x bin pixels before whitening; must be a divisor of rows and of columns; 0 = 1
@@ -476,6 +540,8 @@ module toliman
         ! largest number of frames, 2 ... 16384; 0 = number of frames of the scene's cadence
         integer(c_int32_t) :: capacity = 0
         type(c_ptr) :: allocator = c_null_ptr ! for the large arrays of the object; NULL = malloc
+        type(c_funptr) :: log = c_null_funptr ! receives warnings about preprocess.project; may be NULL. Since 0.2
+        type(c_ptr) :: log_data = c_null_ptr
     end type
 
     ! Methods of toliman_components_train.
@@ -747,9 +813,11 @@ module toliman
 
     ! Options of an estimator. Since 0.2.
     type, bind(C), public :: toliman_linear_options
-        integer(c_int32_t) :: struct_size = 16
+        integer(c_int32_t) :: struct_size = 32
         integer(c_int32_t) :: reserved = 0 ! 0
         type(c_ptr) :: allocator = c_null_ptr ! for the large arrays of the object; NULL = malloc
+        type(c_funptr) :: log = c_null_funptr ! receives warnings about preprocess.project; may be NULL
+        type(c_ptr) :: log_data = c_null_ptr
     end type
 
     ! Options of a search. Since 0.2.
@@ -1033,6 +1101,18 @@ module toliman
         ! 1 if the last sample is columns without newline: its last number may be truncated
         integer(c_int32_t) :: truncated = 0
         integer(c_int64_t) :: lines = 0 ! lines, including empty and malformed ones
+    end type
+
+    ! Scopes of parameters: where a parameter has one value.
+    integer(c_int32_t), parameter, public :: TOLIMAN_SIM_SCOPE_FRAME = 341 ! in a frame; it varies from frame to frame
+    integer(c_int32_t), parameter, public :: TOLIMAN_SIM_SCOPE_INSTRUMENT = 342 ! in all frames
+
+    ! A parameter of the forward model. Since 0.2.
+    type, bind(C), public :: toliman_sim_parameter
+        integer(c_int32_t) :: struct_size = 24 ! in: sizeof(toliman_sim_parameter)
+        integer(c_int32_t) :: scope = 0 ! TOLIMAN_SIM_SCOPE_...
+        type(c_ptr) :: name = c_null_ptr ! such as "zernike_7"; static text
+        type(c_ptr) :: unit = c_null_ptr ! such as "nm", "" for a relative change; static text
     end type
 
     ! Verdicts, explained above.
@@ -1533,6 +1613,56 @@ module toliman
             integer(c_int32_t), value :: threads
             real(c_double), intent(in), optional :: displacements_px(*)
             real(c_double), intent(out) :: images(*)
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Sets *options, a struct of `size` bytes, to the defaults.
+        subroutine toliman_sim_budget_options_init(options, size) bind(C)
+            import
+            integer(c_size_t), value :: size
+            type(toliman_sim_budget_options), intent(inout) :: options
+        end subroutine
+
+        ! Writes the summary of a budget to *out, whose struct_size must be set. options may be NULL.
+        function toliman_sim_get_budget(sim, options, out) bind(C) result(answer)
+            import
+            type(c_ptr), value :: sim
+            type(toliman_sim_budget_options), intent(in), optional :: options
+            type(toliman_sim_budget), intent(inout) :: out
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Writes the first `capacity` steps to steps[capacity] and their number to *count.
+        function toliman_sim_get_budget_steps(sim, options, capacity, steps, count) bind(C) result(answer)
+            import
+            type(c_ptr), value :: sim
+            integer(c_size_t), value :: capacity
+            type(toliman_sim_budget_options), intent(in), optional :: options
+            type(toliman_sim_budget_step), intent(inout) :: steps(*)
+            integer(c_size_t), intent(out) :: count
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Writes the first `capacity` rows to rows[capacity] and their number to *count: the free parameters in the
+        ! order of their names, then every other parameter of which the scene has a derivative.
+        function toliman_sim_get_budget_rows(sim, options, capacity, rows, count) bind(C) result(answer)
+            import
+            type(c_ptr), value :: sim
+            integer(c_size_t), value :: capacity
+            type(toliman_sim_budget_options), intent(in), optional :: options
+            type(toliman_sim_budget_row), intent(inout) :: rows(*)
+            integer(c_size_t), intent(out) :: count
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Writes the correlations of the estimates to correlations[count][count]: the separation, then the free
+        ! parameters in the order of their names.
+        function toliman_sim_get_budget_correlations(sim, options, count, correlations) bind(C) result(answer)
+            import
+            type(c_ptr), value :: sim
+            integer(c_size_t), value :: count
+            type(toliman_sim_budget_options), intent(in), optional :: options
+            real(c_double), intent(out) :: correlations(*)
             integer(c_int32_t) :: answer
         end function
 
@@ -2318,6 +2448,44 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
+        ! Returns the number of parameters.
+        function toliman_sim_parameter_count() bind(C) result(answer)
+            import
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Writes parameter number `index`, 0 <= index < toliman_sim_parameter_count(), to *out, whose struct_size must
+        ! be set.
+        function toliman_sim_get_parameter(index, out) bind(C) result(answer)
+            import
+            integer(c_int32_t), value :: index
+            type(toliman_sim_parameter), intent(inout) :: out
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Writes the derivative of the expected frame by the parameter with this name to image[rows][stride], in the
+        ! unit of the frame per unit of the parameter; stride >= cols, in elements.
+        function toliman_sim_get_derivative(sim, name, image, stride) bind(C) result(answer)
+            import
+            type(c_ptr), value :: sim
+            integer(c_size_t), value :: stride
+            character(kind=c_char), intent(in) :: name(*)
+            real(c_double), intent(out) :: image(*)
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Writes the gradient by the optical path difference of the pupil to gradient[N][N]: the derivative of the sum
+        ! over pixels of weights[rows][stride] times the expected frame, in the unit of the frame, by the OPD (m) of
+        ! each cell of toliman_sim_get_pupil; 0 where the pupil is closed. stride >= cols, in elements.
+        function toliman_sim_get_opd_gradient(sim, weights, stride, gradient) bind(C) result(answer)
+            import
+            type(c_ptr), value :: sim
+            integer(c_size_t), value :: stride
+            real(c_double), intent(in) :: weights(*)
+            real(c_double), intent(out) :: gradient(*)
+            integer(c_int32_t) :: answer
+        end function
+
         ! Returns the name of a verdict ("accepted"), "?" for an unknown one.
         function toliman_track_verdict_name(verdict) bind(C) result(answer)
             import
@@ -2532,6 +2700,11 @@ module toliman
     public :: toliman_sim_expect
     public :: toliman_sim_frame
     public :: toliman_sim_frame_many
+    public :: toliman_sim_budget_options_init
+    public :: toliman_sim_get_budget
+    public :: toliman_sim_get_budget_steps
+    public :: toliman_sim_get_budget_rows
+    public :: toliman_sim_get_budget_correlations
     public :: toliman_cae_options_init
     public :: toliman_cae_create
     public :: toliman_cae_destroy
@@ -2618,6 +2791,10 @@ module toliman
     public :: toliman_series_destroy
     public :: toliman_series_parse
     public :: toliman_series_get_info
+    public :: toliman_sim_parameter_count
+    public :: toliman_sim_get_parameter
+    public :: toliman_sim_get_derivative
+    public :: toliman_sim_get_opd_gradient
     public :: toliman_track_verdict_name
     public :: toliman_track_reason_name
     public :: toliman_track_options_init
@@ -2668,6 +2845,14 @@ module toliman
         procedure :: expect => simulator_expect
         procedure :: frame => simulator_frame
         procedure :: frame_many => simulator_frame_many
+        procedure :: get_budget => simulator_get_budget
+        procedure :: get_budget_steps => simulator_get_budget_steps
+        procedure :: get_budget_rows => simulator_get_budget_rows
+        procedure :: get_budget_correlations => simulator_get_budget_correlations
+        procedure, nopass :: parameter_count => simulator_parameter_count
+        procedure, nopass :: get_parameter => simulator_get_parameter
+        procedure :: get_derivative => simulator_get_derivative
+        procedure :: get_opd_gradient => simulator_get_opd_gradient
         procedure :: destroy => simulator_destroy
         procedure, private :: simulator_assign
         generic :: assignment(=) => simulator_assign
@@ -3402,6 +3587,62 @@ contains
         if (.not. fits(size(images, 1, c_size_t), self%cols, 'images', 1, stat, errmsg)) return
         if (.not. fits(size(images, 2, c_size_t), self%rows, 'images', 2, stat, errmsg)) return
         status = toliman_sim_frame_many(self%handle, displacements_px, seed, first, of_count, threads, images)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Writes the summary of a budget to *out, whose struct_size must be set. options may be NULL.
+    subroutine simulator_get_budget(self, out, options, stat, errmsg)
+        class(toliman_simulator), intent(in) :: self
+        type(toliman_sim_budget_options), intent(in), optional :: options
+        type(toliman_sim_budget), intent(inout) :: out
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        call conclude(toliman_sim_get_budget(self%handle, options, out), stat, errmsg)
+    end subroutine
+
+    ! Writes the first `capacity` steps to steps[capacity] and their number to *count. steps(capacity).
+    subroutine simulator_get_budget_steps(self, steps, count, options, stat, errmsg)
+        class(toliman_simulator), intent(in) :: self
+        type(toliman_sim_budget_options), intent(in), optional :: options
+        type(toliman_sim_budget_step), intent(inout), contiguous :: steps(:)
+        integer(c_size_t), intent(out) :: count
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_capacity
+        integer(c_int32_t) :: status
+        of_capacity = size(steps, 1, c_size_t)
+        status = toliman_sim_get_budget_steps(self%handle, options, of_capacity, steps, count)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Writes the first `capacity` rows to rows[capacity] and their number to *count: the free parameters in the order
+    ! of their names, then every other parameter of which the scene has a derivative. rows(capacity).
+    subroutine simulator_get_budget_rows(self, rows, count, options, stat, errmsg)
+        class(toliman_simulator), intent(in) :: self
+        type(toliman_sim_budget_options), intent(in), optional :: options
+        type(toliman_sim_budget_row), intent(inout), contiguous :: rows(:)
+        integer(c_size_t), intent(out) :: count
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_capacity
+        integer(c_int32_t) :: status
+        of_capacity = size(rows, 1, c_size_t)
+        status = toliman_sim_get_budget_rows(self%handle, options, of_capacity, rows, count)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Writes the correlations of the estimates to correlations[count][count]: the separation, then the free parameters
+    ! in the order of their names. correlations(count, count).
+    subroutine simulator_get_budget_correlations(self, correlations, options, stat, errmsg)
+        class(toliman_simulator), intent(in) :: self
+        type(toliman_sim_budget_options), intent(in), optional :: options
+        real(c_double), intent(out), contiguous :: correlations(:, :)
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_count
+        integer(c_int32_t) :: status
+        of_count = size(correlations, 2, c_size_t)
+        status = toliman_sim_get_budget_correlations(self%handle, options, of_count, correlations)
         call conclude(status, stat, errmsg)
     end subroutine
 
@@ -4349,6 +4590,66 @@ contains
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
         call conclude(toliman_series_get_info(self%handle, out), stat, errmsg)
+    end subroutine
+
+    ! Returns the number of parameters.
+    function simulator_parameter_count() result(answer)
+        integer(c_int32_t) :: answer
+        answer = toliman_sim_parameter_count()
+    end function
+
+    ! Writes parameter number `index`, 0 <= index < toliman_sim_parameter_count(), to *out, whose struct_size must be
+    ! set.
+    subroutine simulator_get_parameter(index, out, stat, errmsg)
+        integer(c_int32_t), intent(in) :: index
+        type(toliman_sim_parameter), intent(inout) :: out
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        call conclude(toliman_sim_get_parameter(index, out), stat, errmsg)
+    end subroutine
+
+    ! Writes the derivative of the expected frame by the parameter with this name to image[rows][stride], in the unit
+    ! of the frame per unit of the parameter; stride >= cols, in elements. image(stride, rows).
+    subroutine simulator_get_derivative(self, name, image, stat, errmsg)
+        class(toliman_simulator), intent(in) :: self
+        character(len=*), intent(in) :: name
+        real(c_double), intent(out), contiguous :: image(:, :)
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_stride
+        integer(c_int32_t) :: status
+        of_stride = size(image, 1, c_size_t)
+        if (.not. fits(size(image, 2, c_size_t), self%rows, 'image', 2, stat, errmsg)) return
+        status = toliman_sim_get_derivative(self%handle, c_string(name), image, of_stride)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Writes the gradient by the optical path difference of the pupil to gradient[N][N]: the derivative of the sum
+    ! over pixels of weights[rows][stride] times the expected frame, in the unit of the frame, by the OPD (m) of each
+    ! cell of toliman_sim_get_pupil; 0 where the pupil is closed. stride >= cols, in elements. weights(stride, rows),
+    ! gradient(pupil_samples, pupil_samples).
+    subroutine simulator_get_opd_gradient(self, weights, gradient, stat, errmsg)
+        class(toliman_simulator), intent(in) :: self
+        real(c_double), intent(in), contiguous :: weights(:, :)
+        real(c_double), intent(out), contiguous :: gradient(:, :)
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_stride
+        type(toliman_sim_info) :: info
+        integer(c_int32_t) :: status
+        of_stride = size(weights, 1, c_size_t)
+        if (.not. fits(size(weights, 2, c_size_t), self%rows, 'weights', 2, stat, errmsg)) return
+        status = toliman_sim_get_info(self%handle, info)
+        if (status /= TOLIMAN_OK) then
+            call conclude(status, stat, errmsg)
+            return
+        end if
+        if (.not. fits(size(gradient, 1, c_size_t), int(info%pupil_samples, c_size_t), 'gradient', 1, stat, &
+            errmsg)) return
+        if (.not. fits(size(gradient, 2, c_size_t), int(info%pupil_samples, c_size_t), 'gradient', 2, stat, &
+            errmsg)) return
+        status = toliman_sim_get_opd_gradient(self%handle, weights, of_stride, gradient)
+        call conclude(status, stat, errmsg)
     end subroutine
 
     ! Returns the name of a verdict ("accepted"), "?" for an unknown one.

@@ -18,7 +18,9 @@ namespace toliman {
 template <class Workspace, class Estimate>
 void estimate_many(const PixelFrames &frames, size_t count, size_t together, unsigned workers, double *values,
                    double *chi_square, Estimate estimate) {
-    const size_t jobs = std::min<size_t>(worker_count(workers), (count + together - 1) / together);
+    const size_t threads = worker_count(workers);
+    together = std::min(together, (count + threads - 1) / threads); // all of them at work; the bits are the same
+    const size_t jobs = std::min(threads, (count + together - 1) / together);
     Buffer<double> results(count), squares(chi_square != nullptr ? count : 0);
     const auto square = [&](size_t i) { return chi_square != nullptr ? &squares[i] : nullptr; };
     run_jobs(static_cast<unsigned>(jobs), jobs, [&](size_t job) {

@@ -16,6 +16,10 @@ class EncoderRows {
     static constexpr size_t kBandStride = 288; // floats from row to row: 256, borders, and the start of a cache line
 
     EncoderRows();
+    EncoderRows(const EncoderRows &) = delete; // its pointers are into its own memory, which moves along
+    EncoderRows &operator=(const EncoderRows &) = delete;
+    EncoderRows(EncoderRows &&) = default;
+    EncoderRows &operator=(EncoderRows &&) = default;
 
     // Both must outlive the image.
     void start(const Parameters &parameters, const Packed &encoder) noexcept;

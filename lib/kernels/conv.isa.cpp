@@ -3,12 +3,12 @@
 // since both operators are linear and shift-invariant. It takes 9 products per coarse pixel and pair of channels.
 // Convolving every fine pixel and averaging takes 36, the merged 4x4 convolution of stride 2 takes 16. Only three rows
 // of sums are kept, so that the extra pass stays in cache. With one fine channel vectors run over pixels of even or odd
-// columns, and the eight planes of a row are interleaved at its end: vectors over eight channels would be half empty.
+// columns, and the eight channels of a tile are interleaved at its end: vectors over eight channels would be half
+// empty.
 //
 // `up` is the adjoint: transposed convolution by output phase (even and odd rows and columns), then 2x2 sums. With one
 // fine channel a vector over channels would be mostly empty; there each coarse pixel adds a 4x4 patch, and vectors run
-// over the patch. Register tiles are in kernels/conv_tile.hpp. Measured time, and that
-// of the products at peak rate: tools/docs/benchmarks.md.
+// over the patch. Register tiles are in kernels/conv_tile.hpp. Measured times: tools/docs/benchmarks.md.
 #include "kernels/conv.hpp"
 
 #include "kernels/conv_tile.hpp"
@@ -133,8 +133,9 @@ inline void single_tile(const float *const boxes[3], size_t pixel, size_t pixels
                     sum[m][k] += value[m] * weights[k];
         }
     }
-    float block[kVectors * Wide::count * kEight], *const to =
-                                                      pixels * outputs == sizeof block / sizeof *block ? out : block;
+    float block[kVectors * Wide::count * kEight], *const to = outputs == kEight && pixels == kVectors * Wide::count
+                                                                  ? out
+                                                                  : block;
     for (size_t m = 0; m < kVectors; m++) {
         interleave(sum[m]);
         for (size_t k = 0; k < kEight; k++)

@@ -46,8 +46,7 @@ struct ResidualKernels {
                        float *const *vectors, float *const *components) noexcept;
 
     // Given     r, a row of the vectors, and their components
-    // Returned  the row of vectors[f] minus its components along the basis, and out[f] [cols], the same times scale;
-    // both
+    // Returned  the row of vectors[f] minus its components along the basis, and out[f] [cols], the same times scale:
     //           computed in double and rounded to float32
     void (*project_row)(const ProjectedRows &rows, size_t frames, const float *const *components, size_t r,
                         float *const *vectors, float *const *out) noexcept;

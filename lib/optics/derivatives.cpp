@@ -1,6 +1,5 @@
 // Method: each derivative is exact, of one of four kinds.
-//     pupil     A mode Z of the OPD adds the field (2 pi i/lambda) Z E, a motion of the mask the derivative of E
-//     itself:
+//     pupil     A mode Z of the OPD adds the field (2 pi i/lambda) Z E, a motion of the mask the derivative of E:
 //               dI = 2 Re(conj F dF), one more transform per wavelength.
 //     place     Shear and anisotropy of the detector, jitter and position angle are combinations of the image's
 //               derivatives by the star's position. A Gaussian blur of covariance q obeys the heat equation:
@@ -25,7 +24,7 @@ namespace {
 
 using Kind = Parameter::Kind;
 
-constexpr size_t kModesAtOnce = 8; // fields of one transform
+constexpr size_t kModesAtOnce = 8; // of one propagation, which holds their fields and pupil planes
 
 bool is_mask_motion(Kind kind) noexcept {
     return kind == Kind::mask_rotation || kind == Kind::mask_shift_x || kind == Kind::mask_shift_y;
@@ -115,6 +114,12 @@ Light changed_spectrum(const Scene &scene, const Light &light, Parameter paramet
     return changed;
 }
 
+// A spectral mode multiplies the spectrum by a polynomial, which shifts its Chebyshev moments by as many orders.
+Light on_nodes(const Light &light, const Plan &plan) {
+    const size_t count = plan.wavelengths + kSpectralModes;
+    return plan.nodes && count < light.wavelength_m.size() ? project_on_nodes(light, count) : light;
+}
+
 } // namespace
 
 bool has_own_derivative(Parameter parameter) noexcept {
@@ -157,42 +162,47 @@ std::vector<Parameter> computed_with(const Scene &scene, Parameter parameter) {
 std::vector<Buffer<double>> derivatives(const Scene &scene, const Pupil &pupil, const Plan &plan, const Imager &imager,
                                         const Light &light, const std::vector<Parameter> &parameters) {
     std::vector<Buffer<double>> sums(parameters.size());
-    std::vector<Mode> modes(parameters.size());
     std::vector<size_t> of_pupil;
     bool place = false;
     for (size_t p = 0; p < parameters.size(); p++) {
         check_parameter(scene, plan, parameters[p]);
         place |= is_place(parameters[p].kind);
-        if (is_mode(parameters[p].kind)) {
-            modes[p] = mode_of(scene, pupil, parameters[p]);
+        if (is_mode(parameters[p].kind))
             of_pupil.push_back(p);
+    }
+    for (size_t first = 0; first < of_pupil.size(); first += kModesAtOnce) {
+        std::vector<Mode> modes;
+        for (size_t i = first; i < std::min(first + kModesAtOnce, of_pupil.size()); i++)
+            modes.push_back(mode_of(scene, pupil, parameters[of_pupil[i]]));
+        ImageRequest request;
+        for (const Mode &mode : modes)
+            request.modes.push_back(&mode);
+        for (size_t star = 0; star < scene.stars.size(); star++) {
+            const StarImages images = imager.images(light, star, 0, request);
+            for (size_t i = 0; i < modes.size(); i++)
+                add(1, images.modes[i], sums[of_pupil[first + i]]);
         }
     }
+    const Light longer = wavelength_derivative(pupil, light, plan.pixels);
     for (size_t star = 0; star < scene.stars.size(); star++) {
+        StarImages at_place;
         if (place) {
             ImageRequest request;
             request.plane = 2;
             request.geometry = true;
-            const StarImages images = imager.images(light, star, 0, request);
-            for (size_t p = 0; p < parameters.size(); p++)
-                if (is_place(parameters[p].kind))
-                    add_place(images, light, star, parameters[p].kind, sums[p]);
-        }
-        for (size_t first = 0; first < of_pupil.size(); first += kModesAtOnce) {
-            const size_t count = std::min(kModesAtOnce, of_pupil.size() - first);
-            ImageRequest request;
-            for (size_t i = 0; i < count; i++)
-                request.modes.push_back(&modes[of_pupil[first + i]]);
-            const StarImages images = imager.images(light, star, 0, request);
-            for (size_t i = 0; i < count; i++)
-                add(1, images.modes[i], sums[of_pupil[first + i]]);
+            at_place = imager.images(light, star, 0, request);
         }
         for (size_t p = 0; p < parameters.size(); p++) {
-            if (star_of(parameters[p].kind) == star)
-                add(1, imager.images(changed_spectrum(scene, light, parameters[p]), star, 0, {}).at(0, 0), sums[p]);
-            if (parameters[p].kind == Kind::wavelength)
-                add(1, imager.images_of_samples(wavelength_derivative(light, plan.wavelengths), star, 0, {}).at(0, 0),
+            const Kind kind = parameters[p].kind;
+            if (is_place(kind))
+                add_place(at_place, light, star, kind, sums[p]);
+            else if (star_of(kind) == star)
+                add(1,
+                    imager.images_of_samples(on_nodes(changed_spectrum(scene, light, parameters[p]), plan), star, 0, {})
+                        .at(0, 0),
                     sums[p]);
+            else if (kind == Kind::wavelength)
+                add(1, imager.images_of_samples(longer, star, 0, {}).at(0, 0), sums[p]);
         }
     }
     return sums;

@@ -49,6 +49,7 @@ std::vector<Sample> sample_table(const Scene &scene, const Spectrum &spectrum) {
     return samples;
 }
 
+constexpr double kSmallestFactor = 1e-6;              // of spectral modes; their derivative divides by it
 constexpr double kTableTemperature[2] = {5790, 5260}; // K, of tables that name none: alpha Centauri A and B
 
 // 1 + sum over k of modes[k - 1] P_k(x), by the recurrence k P_k = (2 k - 1) x P_(k-1) - (k - 1) P_(k-2).
@@ -101,9 +102,9 @@ std::vector<Sample> sample_star(const Scene &scene, size_t star) {
         return samples;
     for (Sample &sample : samples) {
         const double factor = mode_factor(spectrum.modes, in_band(scene, sample.wavelength_nm));
-        if (!(factor >= 0))
+        if (!(factor >= kSmallestFactor))
             fail(Status::scene,
-                 "%s: {stars.%c.spectrum.modes}: multiply the spectrum by %g at %g nm: must not be negative",
+                 "%s: {stars.%c.spectrum.modes}: multiply the spectrum by %g at %g nm: must be at least 1e-6",
                  scene.source.c_str(), star == 0 ? 'A' : 'B', factor, sample.wavelength_nm);
         sample.weight *= factor;
     }

@@ -86,10 +86,10 @@ class Sum {
 double positive_fraction(const Tangent &tangent, double side) noexcept {
     const double x = std::fabs(tangent.slope_x) * side / 2, y = std::fabs(tangent.slope_y) * side / 2;
     const double a = std::max(x, y), b = std::min(x, y), f = tangent.value;
-    if (f >= a + b)
-        return 1;
     if (f <= -a - b)
         return 0;
+    if (f >= a + b)
+        return 1;
     if (b <= kAlongGrid * a)
         return std::clamp(0.5 + 0.5 * f / a, 0.0, 1.0);
     const auto square = [](double t) { return t > 0 ? t * t : 0; };

@@ -44,12 +44,12 @@ double node_angle(size_t j, size_t count) noexcept {
 }
 
 // phi of the pixel farthest from a star (rad).
-double band_phase(const Pupil &pupil, const Light &light, const Grid &grid) noexcept {
+double band_phase(const Pupil &pupil, const Light &light, const Grid &grid, double half_width) noexcept {
     double farthest = 0;
     for (const auto &offset : light.offset_px)
         farthest = std::max(farthest, std::hypot(static_cast<double>(grid.cols) / 2 + std::fabs(offset[0]),
                                                  static_cast<double>(grid.rows) / 2 + std::fabs(offset[1])));
-    return 2 * kPi * pupil.aperture_m * static_cast<double>(grid.pitch_rad) * farthest * band_of(light).half_width;
+    return 2 * kPi * pupil.aperture_m * static_cast<double>(grid.pitch_rad) * farthest * half_width;
 }
 
 // Values at x of the Lagrange polynomials of the nodes, by the barycentric formula.
@@ -153,12 +153,11 @@ Light project_on_nodes(const Light &light, size_t count) {
 
 // The weight of node j for wavenumber s is s^2 l_j(s) lambda_j^2, with the interpolating polynomial l_j as a sum of
 // Chebyshev polynomials: l_j = (1 + 2 sum over k of cos(k theta_j) T_k)/count, and T_k' = k U_(k-1).
-Light wavelength_derivative(const Light &light, size_t count) {
+Light wavelength_derivative(const Pupil &pupil, const Light &light, const Grid &grid) {
     constexpr double kMargin = 0.01; // of the wavenumber, so that a single wavelength has a band
-    constexpr size_t kMore = 8;
     WavenumberBand band = band_of(light);
     band.half_width += kMargin * band.middle;
-    count += kMore;
+    const size_t count = static_cast<size_t>(std::ceil(band_phase(pupil, light, grid, band.half_width))) + kExtraTerms;
     Light result = light;
     result.wavelength_m.resize(count);
     for (size_t j = 0; j < count; j++)
@@ -201,7 +200,8 @@ double rough_peak(const Pupil &pupil, const Light &light, const Grid &grid, unsi
 //     error_M(u) = sum over k >= M of c_k(u) (m_k - alias_M(m, k)).
 // errors[M] is its maximum over the coarse grid, summed over the stars.
 std::vector<double> node_errors(const Pupil &pupil, const Light &light, const Grid &grid, unsigned workers) {
-    const size_t count = static_cast<size_t>(std::ceil(band_phase(pupil, light, grid))) + kExtraTerms;
+    const size_t count =
+        static_cast<size_t>(std::ceil(band_phase(pupil, light, grid, band_of(light).half_width))) + kExtraTerms;
     // The same field of view on a coarse grid. Offsets are in units of the pitch.
     const double coarser =
         static_cast<double>(std::max<size_t>(std::max(grid.rows, grid.cols), 2) - 1) / (kGridSide - 1);

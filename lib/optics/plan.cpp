@@ -366,6 +366,15 @@ Cost cost_of(const Scene &scene, const Pupil &pupil, const Plan &plan) {
     return cost;
 }
 
+Plan with_accurate_spectrum(Plan plan, const Scene &scene, const Pupil &pupil, const Light &light) {
+    const Light farthest = farthest_with_shifts(scene, farthest_on_orbit(scene, light));
+    const Pupil coarse = pupil_for_estimates(pupil, refuse_aliases(scene, pupil, farthest, plan));
+    plan.nodes = false;
+    choose_wavelengths(scene, coarse, farthest, rough_peak(coarse, light, plan.pixels, plan.workers), plan.workers,
+                       plan);
+    return plan;
+}
+
 Plan make_plan(const Scene &scene, const Pupil &pupil, const Light &light, EngineKind engine, unsigned workers) {
     Plan plan;
     plan.engine = engine;

@@ -52,4 +52,7 @@ Grid grid_of(const Detector &detector) noexcept;
 // it.
 Plan make_plan(const Scene &scene, const Pupil &pupil, const Light &light, EngineKind engine, unsigned workers);
 
+// The plan with wavelengths for the accuracy of `scene`, all else as it is.
+Plan with_accurate_spectrum(Plan plan, const Scene &scene, const Pupil &pupil, const Light &light);
+
 } // namespace toliman::optics

@@ -1,7 +1,6 @@
 // Method: Fraunhofer diffraction, wavelength by wavelength. With E the pupil field, F its Fourier transform and w the
 // photons of the wavelength,
-//     E = A exp(2 pi i (OPD + x u_0 + y v_0) / lambda),   I(u, v) = sum over lambda of w |F|^2 (D/N p/lambda)^2 a /
-//     area,
+//     E = A exp(2 pi i (OPD + x u_0 + y v_0)/lambda),   I(u, v) = sum over lambda of w |F|^2 (D/N p/lambda)^2 a/area,
 // a the area of a pixel in units of p^2.
 // Derivatives are exact: d/du_0 multiplies E by (2 pi i/lambda) x, defocus by (2 pi i/lambda) Z_4, so that each is one
 // more propagated field, and Leibniz' rule makes the derivatives of |F|^2 = F conj(F) from their products. Finite

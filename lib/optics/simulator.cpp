@@ -44,6 +44,10 @@ Outline outline_of(Scene scene, const Settings &settings) {
     outline.light = make_light(outline.scene);
     outline.plan =
         make_plan(outline.scene, outline.pupil, outline.light, settings.engine, worker_count(settings.workers));
+    for (const Parameter parameter : outline.scene.projected)
+        if (const char *const why = why_no_derivative(outline.scene, outline.plan, parameter))
+            fail(Status::unsupported, "%s: {preprocess.project}: \"%s\": %s", outline.scene.source.c_str(),
+                 name_of(parameter).c_str(), why);
     return outline;
 }
 
@@ -80,11 +84,11 @@ Simulator::Simulator(Outline outline, const Settings &settings)
     detector_.warn(images_.both(), "", scene_.source, settings.log);
 }
 
-// The scene at kBoundAccuracy.
+// The scene with the wavelengths that kBoundAccuracy needs.
 struct Simulator::Fine {
-    Fine(const Scene &coarse, const Pupil &pupil, EngineKind engine, unsigned workers, const DetectorStages &detector)
+    Fine(const Scene &coarse, const Pupil &pupil, const Plan &coarse_plan, const DetectorStages &detector)
         : scene(with_accuracy(coarse, kBoundAccuracy)), light(make_light(scene)),
-          plan(make_plan(scene, pupil, light, engine, workers)), imager(scene, pupil, plan, workers),
+          plan(with_accurate_spectrum(coarse_plan, scene, pupil, light)), imager(scene, pupil, plan, plan.workers),
           images(scene, pupil, imager, plan, detector, light, {}) {}
     static Scene with_accuracy(Scene scene, double accuracy) {
         scene.accuracy = accuracy;
@@ -105,7 +109,7 @@ const Images &Simulator::bound_images() const {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (!fine_) {
         const MemoryScope scope(memory_);
-        fine_ = std::make_unique<Fine>(scene_, pupil_, plan_.engine, plan_.workers, detector_);
+        fine_ = std::make_unique<Fine>(scene_, pupil_, plan_, detector_);
     }
     return fine_->images;
 }
@@ -266,7 +270,7 @@ FrameModel Simulator::frame_model(const Log &log) const {
     for (const Parameter parameter : scene_.projected)
         model.projected.push_back(
             {name_of(parameter), detector_.in_counts(image_of(images_, parameter), Quantity::derivative)});
-    model.crb_px = bound_with(images_, scene_.projected);
+    model.crb_px = bound_with(bound_images(), scene_.projected);
     model.scene_digest = scene_.digest;
     warn_of_dependence(model, log);
     return model;

@@ -6,9 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "scene/parameter.hpp"
-
 #include "scene/orbit.hpp"
+#include "scene/parameter.hpp"
 
 namespace toliman {
 

@@ -72,7 +72,7 @@ constexpr Row kSpectrumRows[] = {
         .when(kIsTable, kByTemperature),
     optional<&Spectrum::modes>("modes", within(-10, 10),
                                "Coefficients c_1, c_2, ... that multiply the spectrum by 1 + sum of c_k P_k(x), which "
-                               "must not be negative: Legendre polynomials of x = -1 at min_nm to 1 at max_nm of the "
+                               "must be at least 1e-6: Legendre polynomials of x = -1 at min_nm to 1 at max_nm of the "
                                "band; the flux over the band does not change")
         .entries(1, 11)
         .when(is("kind", "blackbody table"))

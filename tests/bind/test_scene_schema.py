@@ -113,6 +113,11 @@ class Verdicts(unittest.TestCase):
     def test_single_star(self):
         self.compare(THIRD)
 
+    def test_every_parameter_can_be_projected(self):
+        names = SCHEMA["$defs"]["preprocess"]["properties"]["project"]["items"]["enum"]
+        self.assertEqual(set(names), {parameter.name for parameter in toliman.parameters()} - {"separation"})
+        self.assertEqual(len(names), len(set(names)))
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -1,5 +1,6 @@
 """Tests Simulator in Python: the same frames as the program's, images as the header describes them, scenes as
 dicts."""
+import copy
 import errno
 import json
 import os
@@ -86,6 +87,40 @@ class Frames(unittest.TestCase):
             self.simulator.derivative("zernike_77")
         with self.assertRaisesRegex(toliman.UnsupportedError, "mask_rotation: needs a spiral mask"):
             self.simulator.derivative("mask_rotation")
+
+    def test_derivatives_between_nodes_of_wavelengths(self):
+        """Of spectra with so many wavelengths, or so far apart, that images are interpolated between nodes."""
+        scene = json.loads((ROOT / "examples" / "scenes" / "mission.json").read_text())
+        scene["detector"]["shape"] = [128, 128]
+        scene["telescope"]["pupil_samples"] = 128
+        del scene["telescope"]["mask"]
+        scene["stars"]["B"]["spectrum"] = {"kind": "blackbody", "temperature_k": 5260}
+        step = 1e-3
+
+        def changed(star):
+            other = copy.deepcopy(scene)
+            other["stars"]["A"]["spectrum"] = star
+            return toliman.Simulator(other)
+
+        def compare(name, at, distance, tolerance):
+            derivative = changed(at(0)).derivative(name)
+            difference = (changed(at(distance)).image() - changed(at(-distance)).image()) / (2 * distance)
+            error = abs(derivative - difference).max() / abs(derivative).max()
+            self.assertLess(error, tolerance, name)
+
+        def shaped(coefficients):
+            return {"kind": "blackbody", "temperature_k": 5790, "modes": coefficients}
+        compare("spectrum_a_1", lambda d: shaped([d]), step, 1e-6)
+        compare("spectrum_a_11", lambda d: shaped([0] * 10 + [d]), step, 1e-6)
+        compare("temperature_a", lambda d: {"kind": "blackbody", "temperature_k": 5790 + d}, 1, 1e-6)
+        with self.assertRaisesRegex(toliman.InputError, "modes.* at least 1e-6"):
+            changed(shaped([1]))
+        scene.pop("band")
+        scene["stars"].pop("B")
+        scene.pop("binary")
+        for lines in ([500, 700], [585]):
+            compare("wavelength", lambda d, lines=lines: {"kind": "lines", "wavelength_nm": [nm + d for nm in lines],
+                                                           "weight": [1] * len(lines)}, 0.01, 1e-5)
 
     def test_gradient_by_the_opd(self):
         """With the defocus of each cell, from the OPD of another scene, it is the transpose of the derivative."""

@@ -40,6 +40,7 @@ class Schema(ProgramTest):
         numpy.save(self.folder / "flat.npy", numpy.zeros((256, 256)))
         aberrations = {"zernike_rms_nm": {"4": 5, "11": -2.5, "231": 0.1}, "opd_file": "flat.npy"}
         scene["telescope"].update(amplitude={"file": "half.npy"}, aberrations=aberrations)
+        scene["telescope"]["mask"].update(edges="area", rotation_deg=-1, shift_m=[1e-4, -1e-3])
         self.validator.validate(scene)
         (self.folder / "scene.json").write_text(json.dumps(scene))
         self.succeed("psf", "scene.json", "--out", "x.npy")
@@ -184,6 +185,12 @@ class Schema(ProgramTest):
             (telescope, "aberrations", {"zernike_rms_nm": {"04": 1}}),
             (telescope, "aberrations", {"zernike_rms_nm": {"4": 2e6}}),
             (telescope, "aberrations", {"opd_file": 1}),
+            (lambda s: s["telescope"]["mask"], "edges", "soft"),
+            (lambda s: s["telescope"]["mask"], "rotation_deg", 361),
+            (lambda s: s["telescope"]["mask"], "shift_m", [0, 0, 0]),
+            (lambda s: s["telescope"], "mask", {"kind": "clear", "edges": "area"}),
+            (lambda s: s["stars"]["A"]["spectrum"], "modes", [0] * 12),
+            (lambda s: s["stars"]["A"]["spectrum"], "star_temperature_k", 5800),
             (lambda s: s["band"], "step_nm", 0),
             (lambda s: s, "name", "../escaped"),
             (lambda s: s, "name", ".hidden"),

@@ -2,8 +2,8 @@
 from ._library import (Cancelled, CapacityError, Error, InputError, LostError, NoMemoryError, NotFoundError, StateError,
                        UnsupportedError, WriteError, abi_version, library_path, version)
 from ._results import (Bounds, BudgetRow, BudgetStep, BudgetSummary, ComponentsInfo, ComponentsTraining, HeaderTime, Machine,
-                       MaskInfo, Model, NetworkInfo, Outcome, PairInfo, PeriodogramInfo, Plan, Sampling, SceneInfo, Stream,
-                       TrackInfo, Training)
+                       MaskInfo, Model, NetworkInfo, Outcome, PairInfo, Parameter, PeriodogramInfo, Plan, Sampling, SceneInfo,
+                       Stream, TrackInfo, Training)
 from .budget import Budget
 from .cae import CAE, Reconstruction
 from .ingest import Pair, PairEvent

@@ -125,43 +125,6 @@ class toliman_machine(Sized):
     ]
 
 
-# Pixel types: unsigned (U) and signed (I) integers and floating-point numbers (F) of 8 to 64 bits. Types without
-# suffix have the byte order of the machine, which is little-endian. BE is big-endian, the byte order of telemetry.
-TOLIMAN_PIXEL_U8 = 31
-TOLIMAN_PIXEL_U16 = 32
-TOLIMAN_PIXEL_U32 = 33
-TOLIMAN_PIXEL_I16 = 34
-TOLIMAN_PIXEL_I32 = 35
-TOLIMAN_PIXEL_F32 = 36
-TOLIMAN_PIXEL_F64 = 37
-TOLIMAN_PIXEL_U16BE = 38
-TOLIMAN_PIXEL_U32BE = 39
-TOLIMAN_PIXEL_I16BE = 40
-TOLIMAN_PIXEL_F32BE = 41
-
-
-class toliman_image(Sized):
-    """View of one or more frames in memory, which the library only reads. Pixel (row, column) of frame k is pixels[k *
-    frame_stride + row * stride + column]. Since 0.2.
-    struct_size: sizeof(toliman_image)
-    pixel: TOLIMAN_PIXEL_..., 0 = F64
-    pixels: aligned to the size of a pixel
-    rows: shape of a frame, which must be the shape that the object expects; 0 = that shape
-    cols: shape of a frame, which must be the shape that the object expects; 0 = that shape
-    stride: pixels from row to row, at least cols; 0 = cols
-    frame_stride: pixels from frame to frame, at least 1 (frames may overlap); 0 = rows * stride"""
-
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("pixel", c_int32),
-        ("pixels", c_void_p),
-        ("rows", c_int64),
-        ("cols", c_int64),
-        ("stride", c_int64),
-        ("frame_stride", c_int64),
-    ]
-
-
 class toliman_sim(Structure):
     """Simulator: a prepared scene. Each image is computed once, and only if it is needed: the images of the stars when the
     simulator is created, derivatives and Cramer-Rao bounds by the first call that uses them; TOLIMAN_E_SCENE from such
@@ -385,6 +348,138 @@ class toliman_sim_offsets(Sized):
     ]
 
 
+class toliman_sim_budget_options(Sized):
+    """Options of a budget. Since 0.2.
+    free_names: names of the free parameters, separated by spaces or commas; "" = none; NULL = those of
+        preprocess.project
+    frames: frames that share the parameters of the instrument, 0 = 1
+    earth_px: displacement due to an Earth, px; 0 = that of the scene"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("free_names", c_char_p),
+        ("frames", c_int64),
+        ("earth_px", c_double),
+    ]
+
+
+class toliman_sim_budget(Sized):
+    """Summary of a budget. Since 0.2.
+    struct_size: in: sizeof(toliman_sim_budget)
+    reserved: 0
+    crb_px: standard deviation of the separation in one frame, px, all free parameters fitted to this
+        frame alone; infinite if they leave nothing of the signal
+    crb_shared_px: the same for each of `frames` identical frames that share the parameters of the
+        instrument, while those of a frame are free in each
+    uas_per_px: angle of a displacement of 1 px, microarcsec
+    earth_px: displacement due to an Earth, px; NaN if not known
+    earth_from: where it comes from: "the options", "the planet of the scene", "an Earth at 1.23 au of
+        star A" (0.71 au of B; from the star's mass_sun and the distance_pc), "the amplitude of
+        the signal" or "not known". Static text
+    free_count: free parameters
+    steps: steps of toliman_sim_get_budget_steps; later versions may append some
+    rows: rows of toliman_sim_get_budget_rows"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("crb_px", c_double),
+        ("crb_shared_px", c_double),
+        ("uas_per_px", c_double),
+        ("earth_px", c_double),
+        ("earth_from", c_char_p),
+        ("free_count", c_size_t),
+        ("steps", c_size_t),
+        ("rows", c_size_t),
+    ]
+
+
+class toliman_sim_budget_step(Sized):
+    """Bounds with one set of free parameters. Since 0.2.
+    struct_size: in, in the first element: sizeof(toliman_sim_budget_step)
+    reserved: 0
+    name: "alone", "fluxes, shift", "eight" (with roll, scale, focus and background), "eight +
+        jitter", "eight + Noll 5-10", "eight + temperatures", "all of these", "all + wavelength".
+        Static text
+    crb_px: as in toliman_sim_budget, with this set free"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("name", c_char_p),
+        ("crb_px", c_double),
+        ("crb_shared_px", c_double),
+    ]
+
+
+class toliman_sim_budget_row(Sized):
+    """One parameter of a budget. Amounts are absolute values; NaN where they are not known and infinite where the parameter
+    has no effect. Since 0.2.
+    struct_size: in, in the first element: sizeof(toliman_sim_budget_row)
+    is_free: 1 if the parameter is free, else 0
+    name: unit: "px", "nm", "K", ..., "" for a ratio. Static text
+    unit: unit: "px", "nm", "K", ..., "" for a ratio. Static text
+    bias_px: not free: error of the separation per unit of the parameter; NaN if free
+    curvature_px: free: error of the separation per unit squared that the fit leaves; 0 if frames depend
+        linearly on the parameter, NaN if it is not known: jitter, motions of the mask, the
+        engine PADDED_FFT, and parameters that are not free
+    earth_amount: amount of the parameter that has the effect of an Earth
+    tenth_crb_amount: amount that has the effect of a tenth of crb_px
+    deviation: free: standard deviation of the parameter in the fit; NaN if it depends on others
+    correlation: free: correlation with the separation, -1 to 1; NaN if it depends on others"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("is_free", c_int32),
+        ("name", c_char_p),
+        ("unit", c_char_p),
+        ("bias_px", c_double),
+        ("curvature_px", c_double),
+        ("earth_amount", c_double),
+        ("tenth_crb_amount", c_double),
+        ("deviation", c_double),
+        ("correlation", c_double),
+    ]
+
+
+# Pixel types: unsigned (U) and signed (I) integers and floating-point numbers (F) of 8 to 64 bits. Types without
+# suffix have the byte order of the machine, which is little-endian. BE is big-endian, the byte order of telemetry.
+TOLIMAN_PIXEL_U8 = 31
+TOLIMAN_PIXEL_U16 = 32
+TOLIMAN_PIXEL_U32 = 33
+TOLIMAN_PIXEL_I16 = 34
+TOLIMAN_PIXEL_I32 = 35
+TOLIMAN_PIXEL_F32 = 36
+TOLIMAN_PIXEL_F64 = 37
+TOLIMAN_PIXEL_U16BE = 38
+TOLIMAN_PIXEL_U32BE = 39
+TOLIMAN_PIXEL_I16BE = 40
+TOLIMAN_PIXEL_F32BE = 41
+
+
+class toliman_image(Sized):
+    """View of one or more frames in memory, which the library only reads. Pixel (row, column) of frame k is pixels[k *
+    frame_stride + row * stride + column]. Since 0.2.
+    struct_size: sizeof(toliman_image)
+    pixel: TOLIMAN_PIXEL_..., 0 = F64
+    pixels: aligned to the size of a pixel
+    rows: shape of a frame, which must be the shape that the object expects; 0 = that shape
+    cols: shape of a frame, which must be the shape that the object expects; 0 = that shape
+    stride: pixels from row to row, at least cols; 0 = cols
+    frame_stride: pixels from frame to frame, at least 1 (frames may overlap); 0 = rows * stride"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("pixel", c_int32),
+        ("pixels", c_void_p),
+        ("rows", c_int64),
+        ("cols", c_int64),
+        ("stride", c_int64),
+        ("frame_stride", c_int64),
+    ]
+
+
 class toliman_cae(Structure):
     """Network. Functions that take a const network may run on one network from several threads."""
 
@@ -409,7 +504,8 @@ class toliman_cae_options(Sized):
     layout: TOLIMAN_CAE_LAYOUT_..., 0 = FLIGHT
     input: TOLIMAN_CAE_INPUT_..., 0 = WHITENED
     reserved: 0
-    allocator: for the large arrays of the object; NULL = malloc"""
+    allocator: for the large arrays of the object; NULL = malloc
+    log: receives warnings about preprocess.project; may be NULL. Since 0.2"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -417,6 +513,8 @@ class toliman_cae_options(Sized):
         ("input", c_int32),
         ("reserved", c_uint32),
         ("allocator", POINTER(toliman_allocator)),
+        ("log", toliman_log_fn),
+        ("log_data", c_void_p),
     ]
 
 
@@ -579,7 +677,8 @@ class toliman_components_options(Sized):
     bin: sums blocks of bin x bin pixels before whitening; must be a divisor of rows and of columns; 0
         = 1
     capacity: largest number of frames, 2 ... 16384; 0 = number of frames of the scene's cadence
-    allocator: for the large arrays of the object; NULL = malloc"""
+    allocator: for the large arrays of the object; NULL = malloc
+    log: receives warnings about preprocess.project; may be NULL. Since 0.2"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -587,6 +686,8 @@ class toliman_components_options(Sized):
         ("bin", c_uint32),
         ("capacity", c_uint32),
         ("allocator", POINTER(toliman_allocator)),
+        ("log", toliman_log_fn),
+        ("log_data", c_void_p),
     ]
 
 
@@ -970,12 +1071,15 @@ class toliman_linear(Structure):
 class toliman_linear_options(Sized):
     """Options of an estimator. Since 0.2.
     reserved: 0
-    allocator: for the large arrays of the object; NULL = malloc"""
+    allocator: for the large arrays of the object; NULL = malloc
+    log: receives warnings about preprocess.project; may be NULL"""
 
     _fields_ = [
         ("struct_size", c_uint32),
         ("reserved", c_uint32),
         ("allocator", POINTER(toliman_allocator)),
+        ("log", toliman_log_fn),
+        ("log_data", c_void_p),
     ]
 
 
@@ -1385,6 +1489,26 @@ class toliman_series_info(Sized):
     ]
 
 
+# Scopes of parameters: where a parameter has one value.
+TOLIMAN_SIM_SCOPE_FRAME = 341  # in a frame; it varies from frame to frame
+TOLIMAN_SIM_SCOPE_INSTRUMENT = 342  # in all frames
+
+
+class toliman_sim_parameter(Sized):
+    """A parameter of the forward model. Since 0.2.
+    struct_size: in: sizeof(toliman_sim_parameter)
+    scope: TOLIMAN_SIM_SCOPE_...
+    name: such as "zernike_7"; static text
+    unit: such as "nm", "" for a relative change; static text"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("scope", c_int32),
+        ("name", c_char_p),
+        ("unit", c_char_p),
+    ]
+
+
 class toliman_track(Structure):
     """Tracker. Functions that take a const tracker may run on one tracker from several threads; all others need exclusive
     use."""
@@ -1694,6 +1818,10 @@ OF_OBJECTS = {
     "toliman_sim_expect": False,
     "toliman_sim_frame": False,
     "toliman_sim_frame_many": False,
+    "toliman_sim_get_budget": False,
+    "toliman_sim_get_budget_steps": False,
+    "toliman_sim_get_budget_rows": False,
+    "toliman_sim_get_budget_correlations": False,
     "toliman_cae_create": False,
     "toliman_cae_destroy": True,
     "toliman_cae_train": True,
@@ -1753,6 +1881,8 @@ OF_OBJECTS = {
     "toliman_series_destroy": True,
     "toliman_series_parse": True,
     "toliman_series_get_info": False,
+    "toliman_sim_get_derivative": False,
+    "toliman_sim_get_opd_gradient": False,
     "toliman_track_destroy": True,
     "toliman_track_push": True,
     "toliman_track_commit": True,
@@ -2023,6 +2153,57 @@ expects more than 1e12 electrons (photons, without qe).""",
   threads           worker threads, 0 = one per processor
 Errors as toliman_sim_frame. After an error, images may hold some of the frames.""",
     ),
+    "toliman_sim_budget_options_init": (
+        None, (("options", POINTER(toliman_sim_budget_options)), ("size", c_size_t)),
+        """Sets *options, a struct of `size` bytes, to the defaults. Since 0.2.""",
+    ),
+    "toliman_sim_get_budget": (
+        c_int32, (
+            ("sim", POINTER(toliman_sim)),
+            ("options", POINTER(toliman_sim_budget_options)),
+            ("out", POINTER(toliman_sim_budget)),
+        ),
+        """Writes the summary of a budget to *out, whose struct_size must be set. options may be NULL. The first call for a
+parameter computes its derivative. Errors: TOLIMAN_E_ARGUMENT for an unknown name or one that is given twice,
+TOLIMAN_E_UNSUPPORTED if the scene has no derivative by a parameter (a single star, a spectrum of lines, the engine
+PADDED_FFT), TOLIMAN_E_SCENE if the scene's signal changes no pixel. Since 0.2.""",
+    ),
+    "toliman_sim_get_budget_steps": (
+        c_int32, (
+            ("sim", POINTER(toliman_sim)),
+            ("options", POINTER(toliman_sim_budget_options)),
+            ("capacity", c_size_t),
+            ("steps", POINTER(toliman_sim_budget_step)),
+            ("count", POINTER(c_size_t)),
+        ),
+        """Writes the first `capacity` steps to steps[capacity] and their number to *count. Only the member `frames` of options,
+which may be NULL, is used. A step omits parameters of which the scene has no derivative. TOLIMAN_E_ARGUMENT if
+capacity is 0. Since 0.2.""",
+    ),
+    "toliman_sim_get_budget_rows": (
+        c_int32, (
+            ("sim", POINTER(toliman_sim)),
+            ("options", POINTER(toliman_sim_budget_options)),
+            ("capacity", c_size_t),
+            ("rows", POINTER(toliman_sim_budget_row)),
+            ("count", POINTER(c_size_t)),
+        ),
+        """Writes the first `capacity` rows to rows[capacity] and their number to *count: the free parameters in the order of
+their names, then every other parameter of which the scene has a derivative. Arguments and errors as
+toliman_sim_get_budget; TOLIMAN_E_ARGUMENT if capacity is 0. Propagates the frame twice for each free parameter that
+is not linear. Since 0.2.""",
+    ),
+    "toliman_sim_get_budget_correlations": (
+        c_int32, (
+            ("sim", POINTER(toliman_sim)),
+            ("options", POINTER(toliman_sim_budget_options)),
+            ("count", c_size_t),
+            ("correlations", POINTER(c_double)),
+        ),
+        """Writes the correlations of the estimates to correlations[count][count]: the separation, then the free parameters in
+the order of their names. NaN for a parameter that depends on those before it, and for all if they leave nothing of
+the signal. TOLIMAN_E_ARGUMENT unless count is toliman_sim_budget.free_count + 1. Since 0.2.""",
+    ),
     "toliman_cae_options_init": (
         None, (("options", POINTER(toliman_cae_options)), ("size", c_size_t)),
         """Sets *options, a struct of `size` bytes, to the defaults.""",
@@ -2040,7 +2221,14 @@ needed afterwards. options may be NULL. The caller destroys *out.
 With the default layout and input, the untrained network is scaled so that its latent changes by 1 px per px of
 displacement; it can serve as an untrained control. Otherwise the latent of an untrained network has no unit.
 Errors: TOLIMAN_E_UNSUPPORTED if frames are smaller than 256x256, or for preprocess.project with another input than
-WHITENED; TOLIMAN_E_SCENE if the nuisances span the derivative of the signal.""",
+WHITENED; TOLIMAN_E_SCENE if the nuisances span the derivative of the signal.
+
+Images of preprocess.project that depend on each other, all divided by sigma per pixel over the whole frame: an image
+is dropped if less than 1e-10 of its norm remains after the projection of those before it in the list. The log
+receives a warning for it, and for an image of which less than 1e-2 remains after the projection of the others:
+    scene.json: preprocess.project: scale is nearly a combination of focus (0.71), roll (-0.70): 0.004 of its norm
+    remains
+In parentheses: the coefficients of at most three images, all scaled to norm 1.""",
     ),
     "toliman_cae_destroy": (
         None, (("cae", POINTER(toliman_cae)),),
@@ -2912,6 +3100,46 @@ TOLIMAN_E_MISMATCH if the input has no such columns: no line of it can be used. 
     "toliman_series_get_info": (
         c_int32, (("series", POINTER(toliman_series)), ("out", POINTER(toliman_series_info))),
         """Writes the properties to *out, whose struct_size must be set. Since 0.2.""",
+    ),
+    "toliman_sim_parameter_count": (
+        c_int32, (),
+        """Returns the number of parameters. Later versions may append parameters. Since 0.2.""",
+    ),
+    "toliman_sim_get_parameter": (
+        c_int32, (("index", c_int32), ("out", POINTER(toliman_sim_parameter))),
+        """Writes parameter number `index`, 0 <= index < toliman_sim_parameter_count(), to *out, whose struct_size must be set.
+TOLIMAN_E_RANGE for any other index. Since 0.2.""",
+    ),
+    "toliman_sim_get_derivative": (
+        c_int32, (
+            ("sim", POINTER(toliman_sim)),
+            ("name", c_char_p),
+            ("image", POINTER(c_double)),
+            ("stride", c_size_t),
+        ),
+        """Writes the derivative of the expected frame by the parameter with this name to image[rows][stride], in the unit of
+the frame per unit of the parameter; stride >= cols, in elements. The simulator keeps the image: only the first call
+for a parameter computes it.
+Errors: TOLIMAN_E_ARGUMENT for an unknown name or a smaller stride; TOLIMAN_E_UNSUPPORTED if the scene has no such
+derivative: flux_b, temperature_b, spectrum_b_... and position_angle of a single star; mask_... unless the mask is a
+spiral with edges "area"; temperature_... and spectrum_... of spectral lines or a single wavelength;
+with PADDED_FFT all but separation, shift_x, shift_y, roll, flux_a, flux_b, background, scale and focus.
+Since 0.2.""",
+    ),
+    "toliman_sim_get_opd_gradient": (
+        c_int32, (
+            ("sim", POINTER(toliman_sim)),
+            ("weights", POINTER(c_double)),
+            ("stride", c_size_t),
+            ("gradient", POINTER(c_double)),
+        ),
+        """Writes the gradient by the optical path difference of the pupil to gradient[N][N]: the derivative of the sum over
+pixels of weights[rows][stride] times the expected frame, in the unit of the frame, by the OPD (m) of each cell of
+toliman_sim_get_pupil; 0 where the pupil is closed. stride >= cols, in elements. For any mode of the OPD, the sum
+over cells of mode times gradient equals the sum over pixels of weights times the derivative by this mode. The
+gradient costs about as much as one such derivative. The photons of the stars remain as they are, as for derivatives.
+Errors: TOLIMAN_E_ARGUMENT for a smaller stride or a weight that is not finite; TOLIMAN_E_UNSUPPORTED with
+PADDED_FFT. Since 0.2.""",
     ),
     "toliman_track_verdict_name": (
         c_char_p, (("verdict", c_int32),),

@@ -96,6 +96,45 @@ class Plan(Result):
 
 
 @result
+class BudgetSummary(Result):
+    """Summary of a budget."""
+
+    crb_px: float = member("standard deviation of the separation in one frame, px, all free parameters fitted to this frame alone; infinite if they leave nothing of the signal")
+    crb_shared_px: float = member("the same for each of `frames` identical frames that share the parameters of the instrument, while those of a frame are free in each")
+    uas_per_px: float = member("angle of a displacement of 1 px, microarcsec")
+    earth_px: float = member("displacement due to an Earth, px; NaN if not known")
+    earth_from: str = member("where it comes from: \"the options\", \"the planet of the scene\", \"an Earth at 1.23 au of star A\" (0.71 au of B; from the star's mass_sun and the distance_pc), \"the amplitude of the signal\" or \"not known\". Static text")
+    free_count: int = member("free parameters")
+    steps: int = member("steps of toliman_sim_get_budget_steps; later versions may append some")
+    rows: int = member("rows of toliman_sim_get_budget_rows")
+
+
+@result
+class BudgetStep(Result):
+    """Bounds with one set of free parameters."""
+
+    name: str = member("\"alone\", \"fluxes, shift\", \"eight\" (with roll, scale, focus and background), \"eight + jitter\", \"eight + Noll 5-10\", \"eight + temperatures\", \"all of these\", \"all + wavelength\". Static text")
+    crb_px: float = member("as in toliman_sim_budget, with this set free")
+    crb_shared_px: float
+
+
+@result
+class BudgetRow(Result):
+    """One parameter of a budget. Amounts are absolute values; NaN where they are not known and infinite where the parameter
+    has no effect."""
+
+    is_free: bool = member("1 if the parameter is free, else 0")
+    name: str = member("unit: \"px\", \"nm\", \"K\", ..., \"\" for a ratio. Static text")
+    unit: str = member("unit: \"px\", \"nm\", \"K\", ..., \"\" for a ratio. Static text")
+    bias_px: float = member("not free: error of the separation per unit of the parameter; NaN if free")
+    curvature_px: float = member("free: error of the separation per unit squared that the fit leaves; 0 if frames depend linearly on the parameter, NaN if it is not known: jitter, motions of the mask, the engine PADDED_FFT, and parameters that are not free")
+    earth_amount: float = member("amount of the parameter that has the effect of an Earth")
+    tenth_crb_amount: float = member("amount that has the effect of a tenth of crb_px")
+    deviation: float = member("free: standard deviation of the parameter in the fit; NaN if it depends on others")
+    correlation: float = member("free: correlation with the separation, -1 to 1; NaN if it depends on others")
+
+
+@result
 class Training(Result):
     """Training result. Members that do not apply to the mode are 0."""
 
@@ -270,6 +309,15 @@ class Sampling(Result):
     above_nyquist: bool = member("Flag: the grid exceeds 1/(2 step), where regular samples repeat the power at lower frequencies. peak and _peaks never set it, because the accumulators do not contain the step. fit takes the step from the times; so does _sampling, or, if t is NULL, it assumes regular times.", flag=64)
     needs_double_limb: bool = member("toliman_period_sampling: at some frequency above 0, single-limb accumulators may give the power with an error above 1e-9. Use double_limb.", flag=128)
     inaccurate: bool = member("a result: the error bound of the power (see Accuracy above), computed from the accumulators, exceeds 1e-3. For a peak or a model, at its grid point. For toliman_period_sampling, at any frequency above 0 except multiples of 1/(2 step), where cosine and sine of regular samples always coincide. With double_limb it is rare.", flag=16)
+
+
+@result
+class Parameter(Result):
+    """A parameter of the forward model."""
+
+    scope: str = member("...", words="TOLIMAN_SIM_SCOPE")
+    name: str = member("such as \"zernike_7\"; static text")
+    unit: str = member("such as \"nm\", \"\" for a relative change; static text")
 
 
 @result

@@ -98,7 +98,7 @@ void Json::add_text(std::string_view text) {
 }
 
 void Json::add_number(double value) {
-    const Digits digits = digits_of(value, 15);
+    const Digits digits = digits_of(value == 0 ? 0.0 : value, 15); // also -0, as cJSON prints it
     if (std::isfinite(value) && is_read_as(digits, value))
         members_.append(digits.text, digits.length);
     else
