@@ -110,7 +110,8 @@ static void refusals(void **state) {
         {"\"modes\": 0.1", "stars.A.spectrum.modes = 0.1: must be an array of numbers"},
         {"\"modes\": []", "stars.A.spectrum.modes: has 0 numbers: must have 1 to 11"},
         {"\"modes\": [0, 11]", "stars.A.spectrum.modes[1] = 11: must be in [-10, 10]"},
-        {"\"modes\": [0, 0, 2]", "stars.A.spectrum.modes: multiply the spectrum by -1 at 550 nm: must not be negative"},
+        {"\"modes\": [0, 0, 2]",
+         "stars.A.spectrum.modes: multiply the spectrum by -1 at 550 nm: must be at least 1e-6"},
     };
     check_additions(kBinaryScene, "\"temperature_k\": 5790", "\"temperature_k\": 5790, %s", cases,
                     sizeof cases / sizeof *cases);
