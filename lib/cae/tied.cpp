@@ -75,10 +75,10 @@ void decode_linear(const Parameters &parameters, Images &images) {
     }
 }
 
-Buffer<double> decoded_image(Images &images) {
-    Buffer<float> image(kPixels);
-    get_inside(images[0], kSide, kSide, 1, image.data());
-    return Buffer<double>(image.begin(), image.end());
+void get_decoded(const Images &images, Buffer<double> &image) {
+    image.resize(kPixels);
+    for (size_t r = 0; r < kSide; r++)
+        std::copy_n(images[0] + (r + 1) * kInputStride + 1, kSide, &image[r * kSide]);
 }
 
 // Gradient with respect to the trained tensors, from that with respect to the decoded image in backward[0].
@@ -170,14 +170,25 @@ Buffer<double> unit_of(const Buffer<double> &target) {
     return unit;
 }
 
+// state = next; only the trained tensors differ.
+void accept(const Training &next, Training &state) noexcept {
+    std::copy_n(next.weights.values.begin(), kTrained, state.weights.values.begin());
+    std::copy_n(next.first.values.begin(), kTrained, state.first.values.begin());
+    state.steps = next.steps;
+    state.done = next.done;
+    state.loss = next.loss;
+}
+
 // Rotates the linear decoder's image towards the target, from state on until options.steps are done.
 void fit(const Buffer<double> &target, const TiedOptions &options, Training &state) {
     const Buffer<double> unit = unit_of(target);
     Images forward, backward;
     Parameters gradient;
     Buffer<float> error(kPixels);
+    Buffer<double> image;
     decode_linear(state.weights, forward);
-    state.loss = distance(decoded_image(forward), unit, error);
+    get_decoded(forward, image);
+    state.loss = distance(image, unit, error);
     Training next = state; // so that a step that fails or is cancelled leaves state as it was
     while (state.done < options.steps) {
         put_inside(error.data(), kSide, kSide, 1, backward[0]);
@@ -190,9 +201,10 @@ void fit(const Buffer<double> &target, const TiedOptions &options, Training &sta
             rotate(layout, next.first[layout.tensor], options.learning_rate * remaining, next.weights[layout.tensor]);
         }
         decode_linear(next.weights, forward);
-        next.loss = distance(decoded_image(forward), unit, error);
+        get_decoded(forward, image);
+        next.loss = distance(image, unit, error);
         next.steps = ++next.done;
-        state = next;
+        accept(next, state);
         options.losses.put(state.done - 1, state.loss);
         char stage[96];
         print_text(stage, sizeof stage, "train: step %u of %u, loss %.4f, cosine %.4f", state.done, options.steps,
@@ -231,7 +243,8 @@ void set_decoder(Parameters &parameters, const Buffer<double> &target) {
         kernels::conv_pack_up(shape, tensor, 1.0f, packed.data());
         kernels::conv_kernels().up(shape, images[s + 1], packed.data(), kZeroBias, images[s]);
     }
-    const Buffer<double> image = decoded_image(images);
+    Buffer<double> image;
+    get_decoded(images, image);
     scale(tensor, tensor_size,
           kernels::dot(target.data(), target.data(), kPixels) *
               reciprocal(kernels::dot(image.data(), target.data(), kPixels)));
@@ -241,7 +254,8 @@ void set_decoder(Parameters &parameters, const Buffer<double> &target) {
 double scale_to_pixels(Parameters &parameters, const Preprocess &preprocess) {
     Images images;
     decode_linear(parameters, images);
-    Buffer<double> slope = decoded_image(images);
+    Buffer<double> slope;
+    get_decoded(images, slope);
     kernels::project_out(preprocess.nuisance_basis.data(), preprocess.projected, kPixels, slope.data());
     const double along = kernels::dot(slope.data(), preprocess.target.data(), kPixels);
     scale(parameters[kLatentWeight], kFeatures, reciprocal(preprocess.input_scale * along));
