@@ -7,8 +7,8 @@ namespace toliman {
 namespace {
 
 struct Row {
-    Parameter::Kind kind;
     const char *name, *unit;
+    Parameter::Kind kind;
     Scope scope;
     int first = 0, last = 0; // of the numbers that the names end with
 };
@@ -16,30 +16,30 @@ struct Row {
 using Kind = Parameter::Kind;
 // In the order of Kind.
 constexpr Row kRows[] = {
-    {Kind::separation, "separation", "px", Scope::frame},
-    {Kind::position_angle, "position_angle", "rad", Scope::frame},
-    {Kind::shift_x, "shift_x", "px", Scope::frame},
-    {Kind::shift_y, "shift_y", "px", Scope::frame},
-    {Kind::roll, "roll", "rad", Scope::frame},
-    {Kind::flux_a, "flux_a", "", Scope::frame},
-    {Kind::flux_b, "flux_b", "", Scope::frame},
-    {Kind::background, "background", "photons", Scope::frame},
-    {Kind::scale, "scale", "", Scope::instrument},
-    {Kind::anisotropy, "anisotropy", "", Scope::instrument},
-    {Kind::shear, "shear", "", Scope::instrument},
-    {Kind::focus, "focus", "nm", Scope::instrument},
-    {Kind::zernike, "zernike", "nm", Scope::instrument, kFirstZernike, kLastZernike},
-    {Kind::mask_rotation, "mask_rotation", "deg", Scope::instrument},
-    {Kind::mask_shift_x, "mask_shift_x", "m", Scope::instrument},
-    {Kind::mask_shift_y, "mask_shift_y", "m", Scope::instrument},
-    {Kind::jitter_xx, "jitter_xx", "px^2", Scope::frame},
-    {Kind::jitter_yy, "jitter_yy", "px^2", Scope::frame},
-    {Kind::jitter_xy, "jitter_xy", "px^2", Scope::frame},
-    {Kind::temperature_a, "temperature_a", "K", Scope::instrument},
-    {Kind::temperature_b, "temperature_b", "K", Scope::instrument},
-    {Kind::spectrum_a, "spectrum_a", "", Scope::instrument, 1, kSpectralModes},
-    {Kind::spectrum_b, "spectrum_b", "", Scope::instrument, 1, kSpectralModes},
-    {Kind::wavelength, "wavelength", "nm", Scope::instrument},
+    {"separation", "px", Kind::separation, Scope::frame},
+    {"position_angle", "rad", Kind::position_angle, Scope::frame},
+    {"shift_x", "px", Kind::shift_x, Scope::frame},
+    {"shift_y", "px", Kind::shift_y, Scope::frame},
+    {"roll", "rad", Kind::roll, Scope::frame},
+    {"flux_a", "", Kind::flux_a, Scope::frame},
+    {"flux_b", "", Kind::flux_b, Scope::frame},
+    {"background", "photons", Kind::background, Scope::frame},
+    {"scale", "", Kind::scale, Scope::instrument},
+    {"anisotropy", "", Kind::anisotropy, Scope::instrument},
+    {"shear", "", Kind::shear, Scope::instrument},
+    {"focus", "nm", Kind::focus, Scope::instrument},
+    {"zernike", "nm", Kind::zernike, Scope::instrument, kFirstZernike, kLastZernike},
+    {"mask_rotation", "deg", Kind::mask_rotation, Scope::instrument},
+    {"mask_shift_x", "m", Kind::mask_shift_x, Scope::instrument},
+    {"mask_shift_y", "m", Kind::mask_shift_y, Scope::instrument},
+    {"jitter_xx", "px^2", Kind::jitter_xx, Scope::frame},
+    {"jitter_yy", "px^2", Kind::jitter_yy, Scope::frame},
+    {"jitter_xy", "px^2", Kind::jitter_xy, Scope::frame},
+    {"temperature_a", "K", Kind::temperature_a, Scope::instrument},
+    {"temperature_b", "K", Kind::temperature_b, Scope::instrument},
+    {"spectrum_a", "", Kind::spectrum_a, Scope::instrument, 1, kSpectralModes},
+    {"spectrum_b", "", Kind::spectrum_b, Scope::instrument, 1, kSpectralModes},
+    {"wavelength", "nm", Kind::wavelength, Scope::instrument},
 };
 
 const Row &row_of(Parameter parameter) noexcept {
