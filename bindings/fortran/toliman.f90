@@ -212,7 +212,8 @@ module toliman
         integer(c_int32_t) :: reserved = 0 ! 0
         real(c_double) :: crb_px = 0.0_c_double ! with all else known; finite if the scene has a signal
         real(c_double) :: crb_flux_shift_px = 0.0_c_double ! with both fluxes and the common shift unknown
-        real(c_double) :: crb_marginal_px = 0.0_c_double ! with all eight nuisances unknown
+        ! with fluxes, shift, roll, scale, focus and background unknown
+        real(c_double) :: crb_marginal_px = 0.0_c_double
         ! with the nuisances of preprocess.project unknown: the reference of the efficiency of an estimator
         real(c_double) :: crb_projected_px = 0.0_c_double
         ! error of the Taylor expansion at the largest displacement of the signal: largest error of any pixel, divided

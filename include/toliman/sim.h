@@ -208,7 +208,7 @@ typedef struct toliman_sim_bounds {
     uint32_t reserved;        /* 0 */
     double crb_px;            /* with all else known; finite if the scene has a signal */
     double crb_flux_shift_px; /* with both fluxes and the common shift unknown */
-    double crb_marginal_px;   /* with all eight nuisances unknown */
+    double crb_marginal_px;   /* with fluxes, shift, roll, scale, focus and background unknown */
     double crb_projected_px;  /* with the nuisances of preprocess.project unknown: the reference of the efficiency of an
                                  estimator */
     double truncation;        /* error of the Taylor expansion at the largest displacement of the signal: largest error

@@ -183,7 +183,6 @@ std::vector<Buffer<double>> derivatives(const Scene &scene, const Pupil &pupil, 
                 add(1, images.modes[i], sums[of_pupil[first + i]]);
         }
     }
-    const Light longer = wavelength_derivative(pupil, light, plan.pixels);
     for (size_t star = 0; star < scene.stars.size(); star++) {
         StarImages at_place;
         if (place) {
@@ -202,7 +201,8 @@ std::vector<Buffer<double>> derivatives(const Scene &scene, const Pupil &pupil, 
                         .at(0, 0),
                     sums[p]);
             else if (kind == Kind::wavelength)
-                add(1, imager.images_of_samples(longer, star, 0, {}).at(0, 0), sums[p]);
+                add(1, imager.images_of_samples(wavelength_derivative(pupil, light, plan.pixels), star, 0, {}).at(0, 0),
+                    sums[p]);
         }
     }
     return sums;

@@ -228,7 +228,7 @@ class toliman_sim_bounds(Sized):
     reserved: 0
     crb_px: with all else known; finite if the scene has a signal
     crb_flux_shift_px: with both fluxes and the common shift unknown
-    crb_marginal_px: with all eight nuisances unknown
+    crb_marginal_px: with fluxes, shift, roll, scale, focus and background unknown
     crb_projected_px: with the nuisances of preprocess.project unknown: the reference of the efficiency of an
         estimator
     truncation: error of the Taylor expansion at the largest displacement of the signal: largest error

@@ -56,7 +56,7 @@ class Bounds(Result):
 
     crb_px: float = member("with all else known; finite if the scene has a signal")
     crb_flux_shift_px: float = member("with both fluxes and the common shift unknown")
-    crb_marginal_px: float = member("with all eight nuisances unknown")
+    crb_marginal_px: float = member("with fluxes, shift, roll, scale, focus and background unknown")
     crb_projected_px: float = member("with the nuisances of preprocess.project unknown: the reference of the efficiency of an estimator")
     truncation: float = member("error of the Taylor expansion at the largest displacement of the signal: largest error of any pixel, divided by the largest change of any pixel by the signal")
 
