@@ -1,0 +1,169 @@
+/* libtoliman, fit: maximum-likelihood fit of the forward model to each frame, which follows the stars wherever orbit,
+ * pointing and roll move them. All other estimators are made for stars at rest.
+ *
+ * Data flow (functions toliman_fit_...)
+ *
+ *   toliman_sim -> create -> toliman_fit -> frame, frames -> toliman_fit_result -> displacement, px -> period.h
+ *  (options_init)               |   predict -> places of the stars, standard deviations
+ *   time of the frame, pointing ^   parameter_count, get_parameter, get_info
+ *  (toliman_fit_prediction)  destroy
+ *
+ * The parameters of a frame are the places of both stars, their fluxes and the background, and those of
+ * toliman_fit_options.free. Reported are, in this order (names and units as in sim_derivative.h, except that
+ * position_angle is in degrees):
+ *
+ *   separation      px       distance from A to B
+ *   position_angle  deg      of B from A on the sky, north through east; the detector is assumed not to roll
+ *   shift_x, _y     px       place of the scene's centre (binary.centre: barycentre of the light, A or B), from the
+ *                            centre of the frame; x towards higher columns, y towards higher rows
+ *   flux_a, flux_b           relative change of the photons of a star
+ *   background      photons  equal light on every pixel
+ *   ...                      toliman_fit_options.free, in the order given: changes against the scene
+ */
+#ifndef TOLIMAN_FIT_H
+#define TOLIMAN_FIT_H
+
+#include <toliman/base.h>
+#include <toliman/image.h>
+#include <toliman/sim_derivative.h>
+
+TOLIMAN_BEGIN_DECLS
+
+/* Fit of a scene's forward model. It may be used from several threads at once. */
+typedef struct toliman_fit toliman_fit;
+
+/* Largest number of parameters of a frame. */
+#define TOLIMAN_FIT_MAX_PARAMETERS 32
+
+/* Options of a fit. */
+typedef struct toliman_fit_options {
+    uint32_t struct_size;
+    uint32_t workers;                   /* threads that prepare the model images, 0 = one per processor */
+    const char *free;                   /* further free parameters, names of sim_derivative.h separated by spaces:
+                                           "scale focus jitter_xx jitter_yy jitter_xy". NULL or "": none. Those that move
+                                           the stars (roll, anisotropy, shear) and wavelength are not available */
+    double capture_px;                  /* largest distance of the stars from their predicted places, along x and y;
+                                           0 = 15, at most 64 */
+    const toliman_allocator *allocator; /* for the large arrays of the object; NULL = malloc */
+    toliman_progress_fn progress;       /* called while the model images are prepared; may be NULL */
+    void *progress_data;
+    toliman_log_fn log; /* receives warnings; may be NULL */
+    void *log_data;
+} toliman_fit_options;
+#define TOLIMAN_FIT_OPTIONS_INIT TOLIMAN_INIT(toliman_fit_options)
+
+/* Sets *options, a struct of `size` bytes, to the defaults. */
+TOLIMAN_API void toliman_fit_options_init(toliman_fit_options *options, size_t size) TOLIMAN_NOEXCEPT;
+
+/* Creates the fit of a scene. The simulator is not needed afterwards. options may be NULL. The caller destroys *out.
+ * Errors:
+ *   - TOLIMAN_E_ARGUMENT for an unknown parameter, or one that is named twice or always free;
+ *   - TOLIMAN_E_SCENE if the parameters cannot be told apart in a frame of the scene;
+ *   - TOLIMAN_E_UNSUPPORTED for a single star, with PADDED_FFT, or if the scene has no derivative by a parameter;
+ *   - TOLIMAN_E_CANCELLED if progress returned a nonzero value. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_fit_create(const toliman_sim *sim,
+                                                                 const toliman_fit_options *options,
+                                                                 toliman_fit **out) TOLIMAN_NOEXCEPT;
+
+/* Destroys a fit. NULL is allowed. */
+TOLIMAN_API void toliman_fit_destroy(toliman_fit *fit) TOLIMAN_NOEXCEPT;
+
+/* Returns the number of parameters, 7 plus those of toliman_fit_options.free; 0 for NULL. */
+TOLIMAN_API int32_t toliman_fit_parameter_count(const toliman_fit *fit) TOLIMAN_NOEXCEPT;
+
+/* Writes parameter number `index`, 0 <= index < toliman_fit_parameter_count(), to *out, whose struct_size must be set.
+ * TOLIMAN_E_RANGE for any other index. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_fit_get_parameter(const toliman_fit *fit, int32_t index,
+                                                                        toliman_sim_parameter *out) TOLIMAN_NOEXCEPT;
+
+/* Properties of a fit. */
+typedef struct toliman_fit_info {
+    uint32_t struct_size; /* in: sizeof(toliman_fit_info) */
+    uint32_t oversampling; /* samples of the model images per pixel and axis */
+    int64_t rows, cols;   /* shape of the frames */
+    uint32_t taps;        /* samples per axis that interpolate a pixel of a model image */
+    uint32_t images;      /* model images in memory */
+    double image_error;   /* predicted error of the interpolation, relative to the peak of the model image */
+    double capture_px;
+    uint64_t digest; /* FNV-1a of everything that determines the results */
+} toliman_fit_info;
+#define TOLIMAN_FIT_INFO_INIT TOLIMAN_INIT(toliman_fit_info)
+
+/* Writes the properties of a fit to *out, whose struct_size must be set. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_fit_get_info(const toliman_fit *fit,
+                                                                   toliman_fit_info *out) TOLIMAN_NOEXCEPT;
+
+/* What is known of a frame before the fit. The fit starts there; its result hardly depends on it, except for
+ * displacement_px, which is measured from the predicted separation. */
+typedef struct toliman_fit_prediction {
+    uint32_t struct_size;
+    uint32_t flags;            /* 0 */
+    double time_days;          /* time of the frame: a moving binary is at its place on the scene's orbit */
+    double x_px, y_px;         /* expected shift of both stars from their places in the scene, as shift_x and shift_y */
+    double separation_px;      /* 0 = that of the scene at this time */
+    double position_angle_deg; /* with separation_px; ignored if that is 0 */
+} toliman_fit_prediction;
+#define TOLIMAN_FIT_PREDICTION_INIT TOLIMAN_INIT(toliman_fit_prediction)
+
+/* Flags of a result. Without NOT_CONVERGED the result is the maximum of the likelihood near the prediction. */
+#define TOLIMAN_FIT_NOT_CONVERGED 1u /* the places still moved by 1e-6 px after the last step; all numbers are NaN,
+                                        except iterations */
+#define TOLIMAN_FIT_OUTLIER 2u       /* chi_square is more than 6 standard deviations above 1: the frame is damaged, or
+                                        the model lacks something */
+#define TOLIMAN_FIT_SATURATED 4u     /* pixels at the full well or the largest count were excluded */
+#define TOLIMAN_FIT_EDGE 8u          /* a star is outside the frame, or as far from its predicted place as capture_px */
+#define TOLIMAN_FIT_SEARCHED 16u     /* the stars were not at their predicted places, and were searched for */
+
+/* Result for one frame. */
+typedef struct toliman_fit_result {
+    uint32_t struct_size;        /* in: sizeof(toliman_fit_result) */
+    uint32_t flags;              /* TOLIMAN_FIT_... */
+    double displacement_px;      /* separation_px minus the predicted separation */
+    double separation_px;        /* distance from A to B */
+    double separation_sigma_px;  /* standard deviations: square roots of the diagonal of the inverse Fisher matrix */
+    double position_angle_deg, position_angle_sigma_deg;
+    double x_px, y_px, x_sigma_px, y_sigma_px; /* place of the scene's centre, from the centre of the frame */
+    double flux_a, flux_b;       /* relative change of the photons of a star */
+    double background;           /* photons per pixel */
+    double chi_square;           /* sum of squared residuals over their variances, per degree of freedom */
+    int32_t iterations;          /* Gauss-Newton steps */
+    int32_t excluded;            /* saturated pixels */
+} toliman_fit_result;
+#define TOLIMAN_FIT_RESULT_INIT TOLIMAN_INIT(toliman_fit_result)
+
+/* Fits one frame counts[rows][stride]. Allocates nothing, unless more calls run at once than ever before.
+ *   prediction  NULL: time 0, no shift
+ *   result      struct_size must be set
+ *   values      [n], or NULL: all n = toliman_fit_parameter_count() parameters, as listed at the top
+ *   covariance  [n][n], or NULL: their covariance, the inverse Fisher matrix
+ * A frame that cannot be fitted is no error: see the flags. Results depend on the frame and its prediction only.
+ * Errors: TOLIMAN_E_ARGUMENT for a non-finite count, naming its row and column, for a prediction that is not finite or
+ * outside the range of the model images, and for a smaller stride. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_fit_frame(const toliman_fit *fit, const double *counts,
+                                                                size_t stride,
+                                                                const toliman_fit_prediction *prediction,
+                                                                toliman_fit_result *result, double *values,
+                                                                double *covariance) TOLIMAN_NOEXCEPT;
+
+/* Fits `count` frames of image. Each result is bit-identical to that of toliman_fit_frame.
+ *   predictions  [count]; NULL: time 0, no shift
+ *   threads      worker threads, 0 = one per processor
+ *   results      [count]; struct_size of the first must be set
+ * Errors: as toliman_fit_frame, naming the frame; TOLIMAN_E_ARGUMENT for another shape. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_fit_frames(const toliman_fit *fit, const toliman_image *image,
+                                                                 size_t count,
+                                                                 const toliman_fit_prediction *predictions,
+                                                                 uint32_t threads,
+                                                                 toliman_fit_result *results) TOLIMAN_NOEXCEPT;
+
+/* Writes what a fit of an undisturbed frame with this prediction would return: the expected frame to
+ * image[rows][stride] (NULL: not computed), the parameters to values[n] and their covariance, the Cramer-Rao bound, to
+ * covariance[n][n] (either may be NULL). Errors: as toliman_fit_frame. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_fit_predict(const toliman_fit *fit,
+                                                                  const toliman_fit_prediction *prediction,
+                                                                  double *image, size_t stride, double *values,
+                                                                  double *covariance) TOLIMAN_NOEXCEPT;
+
+TOLIMAN_END_DECLS
+
+#endif
