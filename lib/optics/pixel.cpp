@@ -11,6 +11,8 @@
 //     H = sum over m of (-sign q)^m g_m(f_x) g_m(f_y),   g_m(f) = H_0(f) (2 pi sqrt|q| f)^m / sqrt(m!),
 // each g_m a filter along its axis, antisymmetric for odd m. No term exceeds (q^2 / (xx yy))^(m/2), so nothing cancels;
 // the terms end where their product is below the accuracy.
+// Samples to be interpolated (kernels/shift.hpp) are divided by the transform G of the window in the same filters: H/G
+// in place of H, with errors weighted by G, as the interpolation multiplies by it again.
 #include "optics/pixel.hpp"
 
 #include <algorithm>
@@ -53,12 +55,12 @@ double chebyshev_sum(const std::vector<double> &coefficients, double x) noexcept
     return coefficients[0] + x * next - last;
 }
 
-// g_m at a frequency in cycles per sample; m = 0 is H.
+// g_m at a frequency in cycles per sample, over that of the window; m = 0 is H.
 class TransferFunction {
   public:
-    TransferFunction(bool integrated, double variance, double covariance, size_t m, size_t oversampling)
-        : integrated_(integrated), width_(static_cast<double>(oversampling)), jitter_(std::sqrt(variance) * width_),
-          step_(2 * kPi * std::sqrt(std::fabs(covariance)) * width_), m_(m) {
+    TransferFunction(const Blur &blur, double variance, size_t m, size_t oversampling)
+        : blur_(blur), finer_(static_cast<double>(oversampling)), width_(finer_ * blur.pixel),
+          jitter_(std::sqrt(variance) * width_), step_(2 * kPi * std::sqrt(std::fabs(blur.jitter.xy)) * width_), m_(m) {
         for (size_t i = 2; i <= m; i++)
             log_factorial_ += std::log(static_cast<double>(i));
     }
@@ -67,7 +69,7 @@ class TransferFunction {
 
     double operator()(double frequency) const noexcept {
         const double phase = kPi * width_ * frequency, spread = kPi * jitter_ * frequency;
-        const double box = integrated_ && phase != 0 ? std::sin(phase) / phase : 1;
+        const double box = (blur_.integrated && phase != 0 ? std::sin(phase) / phase : 1) / weight(frequency);
         if (m_ == 0)
             return box * std::exp(-2 * spread * spread);
         if (frequency == 0)
@@ -76,9 +78,14 @@ class TransferFunction {
         return box * std::exp(log_power - 2 * spread * spread);
     }
 
+    // Of an error at this frequency.
+    double weight(double frequency) const noexcept {
+        return blur_.window.taps > 0 ? blur_.window.transform(finer_ * frequency) : 1;
+    }
+
   private:
-    bool integrated_;
-    double width_, jitter_, step_;
+    const Blur &blur_;
+    double finer_, width_, jitter_, step_; // width_ in samples, jitter_ in samples
     size_t m_;
     double log_factorial_ = 0;
 };
@@ -130,15 +137,17 @@ double error_of(const std::vector<double> &taps, const TransferFunction &transfe
             const double angle = 2 * kPi * static_cast<double>(k) * frequency;
             sum += 2 * taps[k] * (transfer.odd() ? std::sin(angle) : std::cos(angle));
         }
-        worst = std::max(worst, std::fabs(sum - transfer(frequency)));
+        worst = std::max(worst, std::fabs(sum - transfer(frequency)) * transfer.weight(frequency));
     }
-    return worst + kSampleRounding * size;
+    return worst + kSampleRounding * size * transfer.weight(cutoff);
 }
 
 double largest_of(const TransferFunction &transfer, double cutoff) noexcept {
     double largest = 0;
-    for (size_t i = 0; i <= kChecks; i++)
-        largest = std::max(largest, std::fabs(transfer(cutoff * static_cast<double>(i) / kChecks)));
+    for (size_t i = 0; i <= kChecks; i++) {
+        const double frequency = cutoff * static_cast<double>(i) / kChecks;
+        largest = std::max(largest, std::fabs(transfer(frequency)) * transfer.weight(frequency));
+    }
     return largest;
 }
 
@@ -194,11 +203,11 @@ void spread_line(const double *in, size_t stride, size_t step, const LineFilter 
 }
 
 // Appends the terms m = 1, 2, ... of the expansion in the covariance, until they are within the accuracy.
-void add_terms(double cutoff, bool integrated, const Jitter &jitter, double accuracy, PixelFilter &filter) {
+void add_terms(double cutoff, const Blur &blur, double accuracy, PixelFilter &filter) {
+    const Jitter &jitter = blur.jitter;
     double last = 1;
     for (size_t m = 1; m <= kMaxTerms; m++) {
-        const TransferFunction x(integrated, jitter.xx, jitter.xy, m, filter.oversampling);
-        const TransferFunction y(integrated, jitter.yy, jitter.xy, m, filter.oversampling);
+        const TransferFunction x(blur, jitter.xx, m, filter.oversampling), y(blur, jitter.yy, m, filter.oversampling);
         const double size_x = largest_of(x, cutoff), size_y = largest_of(y, cutoff), size = size_x * size_y;
         if (size <= kTermShare * accuracy * (1 - size / last) || m == kMaxTerms) {
             filter.error += size / std::max(1 - size / last, 1.0 / kMaxTerms); // as a geometric series
@@ -231,20 +240,20 @@ size_t PixelFilter::taps() const noexcept {
     return sum;
 }
 
-PixelFilter make_filter(double cutoff, bool integrated, const Jitter &jitter, double accuracy) {
+PixelFilter make_filter(double cutoff, const Blur &blur, double accuracy) {
     PixelFilter filter;
-    if (!integrated && !jitter.any())
+    if (!blur.any())
         return filter;
     filter.oversampling = static_cast<size_t>(std::max(1.0, std::ceil(cutoff / kMaxCutoff)));
     const double fine = cutoff / static_cast<double>(filter.oversampling);
-    const double share = jitter.xy != 0 ? kTermShare * accuracy : accuracy;
+    const double share = blur.jitter.xy != 0 ? kTermShare * accuracy : accuracy;
     const auto line = [&](double variance) {
-        return make_line(TransferFunction(integrated, variance, 0, 0, filter.oversampling), fine, share);
+        return make_line(TransferFunction(blur, variance, 0, filter.oversampling), fine, share);
     };
-    filter.terms.push_back({line(jitter.xx), line(jitter.yy)});
+    filter.terms.push_back({line(blur.jitter.xx), line(blur.jitter.yy)});
     filter.error = std::max(filter.terms[0][0].error, filter.terms[0][1].error);
-    if (jitter.xy != 0)
-        add_terms(fine, integrated, jitter, accuracy, filter);
+    if (blur.jitter.xy != 0)
+        add_terms(fine, blur, accuracy, filter);
     return filter;
 }
 

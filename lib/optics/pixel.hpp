@@ -3,6 +3,7 @@
 #include <array>
 #include <vector>
 
+#include "kernels/shift.hpp"
 #include "optics/propagate.hpp"
 
 namespace toliman::optics {
@@ -26,10 +27,19 @@ struct PixelFilter {
     size_t taps() const noexcept;   // of all filters together
 };
 
-// The shortest filter found with error <= accuracy, for square pixels (integrated) and Gaussian jitter, on images
-// without spatial frequencies above `cutoff` cycles per px; else the most accurate one. Empty for point sampling
-// without jitter.
-PixelFilter make_filter(double cutoff, bool integrated, const Jitter &jitter, double accuracy);
+// What the filter does to point samples.
+struct Blur {
+    bool integrated = false;         // over the area of a square pixel
+    Jitter jitter;                   // px^2
+    double pixel = 1;                // side of a pixel, in units of the distance of the filtered samples
+    kernels::Window window = {0, 0}; // divides by its transform, for samples that are interpolated; no taps: none
+
+    bool any() const noexcept { return integrated || jitter.any() || window.taps > 0; }
+};
+
+// The shortest filter found with error <= accuracy on images without spatial frequencies above `cutoff` cycles per
+// filtered sample; else the most accurate one. Empty if there is no blur.
+PixelFilter make_filter(double cutoff, const Blur &blur, double accuracy);
 
 // The grid of point samples that a filter needs for `pixels`.
 Grid sampling_grid(const Grid &pixels, const PixelFilter &filter) noexcept;

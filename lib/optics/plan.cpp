@@ -34,6 +34,9 @@ constexpr double kGreyOffset = 0.2;     // cells, upper estimate of the offset o
 constexpr double kWorstPixelSigmas = 4; // standard deviations of the worst pixel
 constexpr size_t kMinOrder = 2, kMaxOrder = 8;
 constexpr double kMinAnchorDays = 1e-3;
+constexpr size_t kFewestTaps = 4;
+constexpr double kMaxAtlasCutoff = 0.3; // cycles per sample; the filter that divides by the window is short up to here
+constexpr double kAliasMargin = 2;      // of slopes: measured 0.7 to 1 times the largest alias
 
 // A pupil for estimates has at least kFewestRoughSamples samples and kRoughSampleMargin times those needed to avoid
 // aliases. Measured on 137 scenes: its peak is within 7 %, and the errors of nodes are 0.8 to 1.5 times those of the
@@ -316,6 +319,27 @@ double bytes_of(const Pupil &pupil, const Plan &plan, const Fields &fields) noex
     return sizeof(double) * (kept + std::max(work_space(at_once), frames));
 }
 
+// The fewest samples per pixel that a window interpolates well, and the fewest taps with which its aliases are within
+// the accuracy, also relative to the slope of the image.
+AtlasPlan atlas_plan(double cutoff, const Blur &blur, double accuracy) {
+    AtlasPlan plan;
+    if (accuracy < kRounding)
+        return plan;
+    plan.oversampling = static_cast<size_t>(std::max(1.0, std::ceil(cutoff / kMaxAtlasCutoff)));
+    plan.blur = blur;
+    plan.blur.pixel = static_cast<double>(plan.oversampling);
+    const double frequency = cutoff / plan.blur.pixel;
+    for (size_t taps = kFewestTaps; taps <= kernels::kMostTaps; taps += 2) {
+        plan.blur.window = kernels::Window::make(taps, frequency);
+        plan.error = kAliasMargin * plan.blur.window.error(frequency);
+        if (plan.error <= accuracy)
+            break;
+    }
+    plan.filter = make_filter(frequency, plan.blur, accuracy);
+    plan.error += plan.filter.error;
+    return plan;
+}
+
 } // namespace
 
 Grid grid_of(const Detector &detector) noexcept {
@@ -381,8 +405,10 @@ Plan make_plan(const Scene &scene, const Pupil &pupil, const Light &light, Engin
     plan.workers = workers;
     const Detector &detector = scene.detector;
     plan.pixels = grid_of(detector);
-    plan.filter = make_filter(cutoff_of(pupil, light, plan.pixels), detector.integrated, scene.systematics.jitter,
-                              scene.accuracy);
+    const double cutoff = cutoff_of(pupil, light, plan.pixels);
+    const Blur blur = {detector.integrated, scene.systematics.jitter};
+    plan.filter = make_filter(cutoff, blur, scene.accuracy);
+    plan.atlas = atlas_plan(cutoff, blur, scene.accuracy);
     if (engine == EngineKind::padded_fft)
         check_padded_fft(scene, light, plan);
     const Light on_orbit = farthest_on_orbit(scene, light), farthest = farthest_with_shifts(scene, on_orbit);

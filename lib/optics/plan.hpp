@@ -13,6 +13,14 @@ enum class EngineKind { matrix_dft, padded_fft };
 constexpr double kRounding = 1e-14;  // max error / peak of any image in double precision
 constexpr size_t kCachedAnchors = 3; // those used last
 
+// Sampling of the atlas (atlas.hpp).
+struct AtlasPlan {
+    size_t oversampling = 0; // samples per pixel and axis; 0 = the accuracy is beyond an atlas
+    Blur blur;               // with the window of the interpolation
+    PixelFilter filter;
+    double error = 0;
+};
+
 // Errors are max error / peak of the image, against the image computed without that approximation.
 struct Plan {
     EngineKind engine = EngineKind::matrix_dft;
@@ -33,6 +41,7 @@ struct Plan {
     double anchor_days = 0;       // time that each anchor covers
     double scale_focus_error = 0; // of scale to first order and focus to second order, at 4 sigma
     PixelFilter filter;
+    AtlasPlan atlas;
     double pupil_error = 0; // of N pupil samples against infinitely many
 };
 

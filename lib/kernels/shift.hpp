@@ -1,0 +1,47 @@
+// Interpolation of a sampled, band-limited image at shifted pixels, with derivatives by the shift: a separable window
+// of a few samples. The samples must be those of the image divided, in the frequency domain, by the window's transform.
+#pragma once
+#include <cstddef>
+
+#include "kernels/isa.hpp"
+
+namespace toliman::kernels {
+
+constexpr size_t kMostTaps = 32;
+constexpr size_t kShiftOrders = 3; // the value and two derivatives
+
+struct ShiftKernels {
+    // Given     samples; tap t of a sum is at samples[offset[t]]; weights [orders][kMostTaps]; taps <= kMostTaps; 1 to
+    // 3
+    //           orders
+    // Returned  out[o][i], i < count: sum over t of weights[o][t] samples[offset[t] + i]
+    // Notes     the same bits on every instruction set
+    void (*sum)(const double *samples, const size_t *offset, const double *weights, size_t orders, size_t taps,
+                size_t count, double *const *out) noexcept;
+};
+TOLIMAN_ISA_DECLARE(ShiftKernels, shift)
+
+// The Kaiser-Bessel window of `taps` samples, I_0(beta sqrt(1 - x^2)) for |x| = |distance|/(taps/2) <= 1, and its
+// transform.
+struct Window {
+    size_t taps;
+    double beta;
+
+    // The window of this many taps for images without frequencies above `cutoff` cycles per sample.
+    static Window make(size_t taps, double cutoff) noexcept;
+
+    // Given     0 <= fraction < 1
+    // Returned  weights [orders][kMostTaps] of the samples at -taps/2 + 1 ... taps/2 for the value at `fraction`, and
+    //           its derivatives by the fraction
+    // Notes     relative error 1e-14; the same bits everywhere
+    void weights(double fraction, size_t orders, double *weights) const noexcept;
+
+    // The transform at a frequency in cycles per sample: sum over the taps of weight times cos(2 pi f distance), for an
+    // infinitely fine grid of samples.
+    double transform(double frequency) const noexcept;
+
+    // Largest sum over the aliases of a frequency up to `cutoff` of their part of the interpolated image.
+    double error(double cutoff) const noexcept;
+};
+
+} // namespace toliman::kernels

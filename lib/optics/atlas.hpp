@@ -1,0 +1,69 @@
+// The atlas: one image of each star, sampled around the star, and its derivatives by parameters of the optics. They are
+// interpolated at the pixels of a frame for any places of the stars, so that one propagation serves all frames.
+#pragma once
+#include <array>
+#include <vector>
+
+#include "base/buffer.hpp"
+#include "kernels/shift.hpp"
+#include "optics/imager.hpp"
+
+namespace toliman::optics {
+
+// Images of one star, [rows][cols] of plan.atlas each, in expected photons per pixel: the image itself first.
+using Planes = std::vector<Buffer<double>>;
+
+class Atlas {
+  public:
+    // Makes the planes of a star from the imager of the atlas' grid. The star is at the centre of the grid.
+    using Draw = std::function<Planes(const Imager &imager, const Light &light, size_t star)>;
+
+    // Samples for stars at most `reach` px [star][x, y] from the centre of the frame. The arguments are not needed
+    // afterwards.
+    Atlas(const Scene &scene, const Pupil &pupil, const Plan &plan, const Light &light, const Offsets &reach,
+          const Draw &draw);
+
+    // Where the pixels of a frame are among the samples of a star: the first sample of the first pixel, and the weights
+    // of the samples.
+    struct Place {
+        size_t row, col;
+        double y[kernels::kShiftOrders][kernels::kMostTaps], x[kernels::kShiftOrders][kernels::kMostTaps];
+    };
+
+    // Whether a star may be at [x, y] px from the centre of the frame.
+    bool covers(size_t star, long double x, long double y) const noexcept;
+    // For values (1 order), first (2) and second derivatives (3). The atlas must cover the place.
+    Place place(size_t star, long double x, long double y, size_t orders) const noexcept;
+
+    // Row r of an image and its derivatives by the star's place: value, x, y, xx, xy, yy, as many as the orders imply.
+    // Each out has cols() elements; scratch has scratch_size() of them.
+    void row(size_t star, size_t plane, const Place &place, size_t r, size_t orders, double *const *out,
+             double *scratch) const noexcept;
+    // Row r of the sum over planes of weight times image; at most planes() weights.
+    void row(size_t star, const std::vector<double> &weights, const Place &place, size_t r, double *out,
+             double *scratch) const noexcept;
+
+    size_t cols() const noexcept { return cols_; }
+    size_t scratch_size() const noexcept { return kernels::kShiftOrders * oversampling_ * used(); }
+    size_t planes(size_t star) const noexcept { return stars_[star].planes.size(); }
+    const Buffer<double> &plane(size_t star, size_t number) const noexcept { return stars_[star].planes[number]; }
+    size_t bytes() const noexcept;
+
+  private:
+    struct Star {
+        Planes planes; // each row in `oversampling` parts: samples 0, o, 2 o, ..., then 1, 1 + o, ...
+        size_t rows, cols, part;
+    };
+    Star sample(const Scene &scene, const Pupil &pupil, const Plan &plan, const Light &light, size_t star,
+                const std::array<double, 2> &reach, const Draw &draw) const;
+    size_t used() const noexcept;
+    void sum_along_y(const Star &star, const Buffer<double> &plane, const Place &place, size_t r, size_t orders,
+                     double *const *lines) const noexcept;
+    void sum_along_x(const double *line, const Place &place, size_t orders, double *const *out) const noexcept;
+
+    size_t rows_, cols_, oversampling_;
+    kernels::Window window_;
+    std::vector<Star> stars_;
+};
+
+} // namespace toliman::optics
