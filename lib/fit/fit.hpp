@@ -1,30 +1,18 @@
-// Maximum-likelihood fit of the forward model to one frame: places and fluxes of both stars, background, and further
-// parameters on request.
+// Maximum-likelihood fit of the forward model to one frame: it follows the stars wherever orbit and pointing move them.
 #pragma once
+#include <cmath>
 #include <memory>
-#include <string>
 #include <vector>
 
-#include "base/buffer.hpp"
-#include "base/pixel.hpp"
 #include "base/view.hpp"
-#include "fit/workspaces.hpp"
-#include "optics/atlas.hpp"
-#include "optics/simulator.hpp"
+#include "fit/model.hpp"
+#include "fit/search.hpp"
 
 namespace toliman::fit {
 
-constexpr size_t kFewestParameters = 7, kMostParameters = 32;
+constexpr double kCapturePx = 15, kMostCapturePx = 64;
 
-struct Settings {
-    unsigned workers = 0; // 0 = one per processor
-    std::vector<Parameter> free;
-    double capture_px = 15;
-    Progress progress;
-    Log log;
-};
-
-// As toliman_fit_prediction.
+// What is known of a frame: toliman_fit_prediction.
 struct Prediction {
     double days = 0, shift_px[2] = {0, 0};
     double separation_px = 0, position_angle_deg = 0; // 0 = those of the scene
@@ -32,34 +20,62 @@ struct Prediction {
 
 enum Flag : uint32_t { not_converged = 1, outlier = 2, saturated = 4, edge = 8, searched = 16 };
 
-// Values and covariance of the parameters, in the order of Fit::parameters().
+// toliman_fit_result; values and covariance in the order of Fit::parameters().
 struct Result {
     uint32_t flags = 0;
-    double values[kMostParameters], covariance[kMostParameters * kMostParameters]; // [n], [n][n]
     double displacement_px = 0, chi_square = 0;
-    int iterations = 0, excluded = 0;
+    int iterations = 0;
+    size_t excluded = 0;
+    double values[kMostParameters] = {}, covariance[kMostParameters * kMostParameters] = {}; // [n], [n][n]
 };
 
-// Const calls may run on several threads.
+// Working memory of one thread: Fit::work().
+struct FitWork {
+    Work model;
+    Search search;
+    Buffer<double> expected; // counts [rows][cols]
+};
+
+// Const calls may run on several threads, each with its own work.
 class Fit {
   public:
-    // The simulator is not needed afterwards.
-    Fit(const optics::Simulator &simulator, const Settings &settings);
+    // The simulator is not needed afterwards; reports the progress of the model images. Status::argument for parameters
+    // that are always free or given twice, Status::scene if they cannot be told apart.
+    Fit(const optics::Simulator &simulator, const std::vector<Parameter> &free, double capture_px,
+        const Progress &progress);
 
-    // Fits a frame of rows() x cols() counts. The result depends on the arguments only.
-    void frame(ImageView<const double> counts, const Prediction &prediction, Work &work, Result &result) const;
-    // The frame that is expected, unless image.data is NULL, and the result of its fit: values and covariance.
-    void predict(const Prediction &prediction, ImageView<double> image, Work &work, Result &result) const;
+    FitWork work() const;
+    // Fits counts of rows() x cols(). The result depends on the arguments only.
+    void frame(ImageView<const double> counts, const Prediction &prediction, FitWork &work, Result &result) const;
+    // The expected counts, unless NULL, and the result of their fit: values and covariance.
+    void predict(const Prediction &prediction, const ImageView<double> *counts, FitWork &work, Result &result) const;
 
     const std::vector<Parameter> &parameters() const noexcept { return parameters_; }
-    size_t rows() const noexcept { return rows_; }
-    size_t cols() const noexcept { return cols_; }
-    // Standard deviation of the separation (px) in the scene's frame at time 0.
-    double sigma_px() const noexcept { return sigma_px_; }
-    // FNV-1a of everything that determines the results.
-    uint64_t digest() const noexcept { return digest_; }
+    size_t rows() const noexcept { return scene_.detector.rows; }
+    size_t cols() const noexcept { return scene_.detector.cols; }
     double capture_px() const noexcept { return capture_px_; }
-    const optics::Atlas &atlas() const noexcept { return *atlas_; }
+    const Model &model() const noexcept { return model_; }
+    double sigma_px() const noexcept { return sigma_px_; } // of the separation in the scene at time 0
+    uint64_t digest() const noexcept;
+
+  private:
+    struct Start {
+        double values[kMostParameters] = {};
+        double separation_px = 0;
+    };
+    Start start_of(const Prediction &prediction) const;
+    bool step(ImageView<const double> counts, double blend, double *values, FitWork &work, double &moved) const;
+    bool converge(ImageView<const double> counts, double *values, FitWork &work, Result &result) const;
+    bool search(ImageView<const double> counts, const Start &start, double *values, FitWork &work) const;
+    void report(const double *values, const Work &work, Result &result) const;
+
+    Scene scene_;
+    optics::Light light_;
+    std::vector<Parameter> parameters_;
+    Model model_;
+    double capture_px_, share_a_; // share_a: of the separation, from the scene's centre to A
+    double centre_[2];            // of the scene, px from the centre of the frame
+    double sigma_px_ = 0;
 };
 
 } // namespace toliman::fit

@@ -55,7 +55,7 @@ Atlas::Star Atlas::sample(const Scene &scene, const Pupil &pupil, const Plan &pl
     const size_t rows = around.pixels.rows, cols = around.pixels.cols, part = cols / oversampling_ + 2;
     const double area = static_cast<double>(oversampling_ * oversampling_);
     Star made = {{}, rows, cols, part};
-    for (const Buffer<double> &image : draw(imager, centred, star)) {
+    for (const Buffer<double> &image : draw(around, imager, centred, star)) {
         Buffer<double> &plane = made.planes.emplace_back(rows * oversampling_ * part);
         for (size_t row = 0; row < rows; row++)
             for (size_t col = 0; col < cols; col++)

@@ -15,8 +15,8 @@ using Planes = std::vector<Buffer<double>>;
 
 class Atlas {
   public:
-    // Makes the planes of a star from the imager of the atlas' grid. The star is at the centre of the grid.
-    using Draw = std::function<Planes(const Imager &imager, const Light &light, size_t star)>;
+    // Makes the planes of a star on the grid of `plan`, with the star at its centre.
+    using Draw = std::function<Planes(const Plan &plan, const Imager &imager, const Light &light, size_t star)>;
 
     // Samples for stars at most `reach` px [star][x, y] from the centre of the frame. The arguments are not needed
     // afterwards.

@@ -53,6 +53,10 @@ double DetectorStages::added_variance_e2() const noexcept {
     return read_e_ * read_e_ + rounding;
 }
 
+double DetectorStages::saturation_e() const noexcept {
+    return largest_count_ > 0 ? std::min(full_well_e_, (largest_count_ - bias_) * e_per_count_) : full_well_e_;
+}
+
 Unit DetectorStages::unit() const noexcept {
     if (e_per_count_ != 1 || bias_ != 0 || largest_count_ > 0)
         return Unit::dn;

@@ -1,0 +1,302 @@
+// Method: expected photons of a pixel are
+//     m = sum over stars of (1 + flux) S(pixel - place; q) + background,   S = S_0 + sum over k of q_k S_k + ...,
+// where S_0 and the derivatives S_k by the parameters q of the optics are planes of the atlas, defocus also with its
+// second derivative (masks leave it no first-order effect), and covariances of the jitter are half the second
+// derivatives by the place. The detector makes m R + dark electrons of them, with variance V. Derivatives by places,
+// fluxes and q are rows of the atlas, too. With J_i = dm/da_i, the Fisher matrix and gradient are
+//     F_ij = sum over pixels of J_i J_j R^2/V,   g_i = sum of J_i R (electrons - m R - dark)/V,
+// accumulated row by row, so that no image of the frame's size is kept. Pixels that saturate are left out.
+#include "fit/model.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/hash.hpp"
+#include "kernels/shift.hpp"
+#include "optics/derivatives.hpp"
+#include "optics/reach.hpp"
+
+namespace toliman::fit {
+
+namespace {
+
+using Kind = Parameter::Kind;
+
+constexpr double kVarianceFloor = 1e-12; // of the largest expected pixel, as in optics/images.cpp
+
+// Lines of the working memory: of each star the image and its five derivatives by the place, then further planes; then
+// those of both stars.
+constexpr size_t kPlaceLines = 6;
+enum Shared : size_t { image_a, image_b, ones, light, weight, residual, products, first_extra };
+
+// A sum of lines.
+class Mix {
+  public:
+    void add(size_t line, double factor) noexcept {
+        if (factor == 0)
+            return;
+        line_[count_] = line;
+        factor_[count_++] = factor;
+    }
+    void sum(const double *lines, size_t pitch, size_t count, double *out) noexcept {
+        for (size_t i = 0; i < count_; i++)
+            line_[i] *= pitch;
+        double *const sums[] = {out};
+        kernels::shift_kernels().sum(lines, line_, factor_, 1, count_, count, sums);
+    }
+
+  private:
+    size_t line_[kernels::kMostTaps] = {}, count_ = 0;
+    double factor_[kernels::kMostTaps] = {};
+};
+
+// The light of one star alone.
+optics::Light only(optics::Light light, size_t star) {
+    std::fill(light.photons[1 - star].begin(), light.photons[1 - star].end(), 0.0);
+    return light;
+}
+
+// Number of the second derivative by the place that a jitter parameter takes, 0 for other parameters.
+size_t place_of(Kind kind) noexcept {
+    return kind == Kind::jitter_xx ? 3 : kind == Kind::jitter_xy ? 4 : kind == Kind::jitter_yy ? 5 : 0;
+}
+
+bool changes_star(Kind kind, size_t star) noexcept {
+    const bool a = kind == Kind::temperature_a || kind == Kind::spectrum_a,
+               b = kind == Kind::temperature_b || kind == Kind::spectrum_b;
+    return star == 0 ? !b : !a;
+}
+
+// Farthest places of the stars over the cadence, plus `capture_px`.
+optics::Offsets reach_of(const Scene &scene, const optics::Light &light, double capture_px) {
+    optics::Offsets reach = optics::farthest_on_orbit(scene, light).offset_px;
+    for (auto &place : reach)
+        for (double &coordinate : place)
+            coordinate = std::fabs(coordinate) + capture_px + optics::max_signal_px(scene.signal);
+    return reach;
+}
+
+} // namespace
+
+Model::Model(const optics::Simulator &simulator, const std::vector<Parameter> &free, double capture_px,
+             const Progress &progress)
+    : rows_(simulator.scene().detector.rows), cols_(simulator.scene().detector.cols), pitch_((cols_ + 7) / 8 * 8),
+      scene_(simulator.scene()), pupil_(simulator.pupil()), response_(rows_ * cols_, 1.0) {
+    const optics::DetectorStages &detector = simulator.detector();
+    const Buffer<double> &both = simulator.images().both();
+    detector.apply_response(response_);
+    how_ = {detector.e_per_count(),
+            detector.bias(),
+            detector.dark_e(),
+            detector.added_variance_e2(),
+            kVarianceFloor * *std::max_element(both.begin(), both.end()),
+            detector.saturation_e()};
+    for (const Parameter parameter : free) {
+        if (const char *const why = optics::why_no_derivative(scene_, simulator.plan(), parameter))
+            fail(Status::unsupported, "%s: {options->free}: \"%s\": %s", scene_.source.c_str(),
+                 name_of(parameter).c_str(), why);
+        const size_t place = place_of(parameter.kind);
+        extras_.push_back({parameter, {0, 0}, {0, 0}, place, parameter.kind == Kind::jitter_xy ? 1 : 0.5});
+        if (place != 0)
+            orders_ = 3;
+    }
+    atlas_ = std::make_unique<optics::Atlas>(
+        scene_, pupil_, simulator.plan(), simulator.light(), reach_of(scene_, simulator.light(), capture_px),
+        [&](const optics::Plan &plan, const optics::Imager &imager, const optics::Light &light, size_t star) {
+            return draw(plan, imager, light, star, progress);
+        });
+}
+
+// The image of a star and its derivatives; numbers them in extras_.
+optics::Planes Model::draw(const optics::Plan &plan, const optics::Imager &imager, const optics::Light &light,
+                           size_t star, const Progress &progress) {
+    const auto wants = [this](Kind kind) {
+        return std::any_of(extras_.begin(), extras_.end(),
+                           [kind](const Extra &extra) { return extra.parameter.kind == kind; });
+    };
+    const bool shape = wants(Kind::focus) || wants(Kind::scale);
+    optics::StarImages images =
+        imager.images(light, star, 0, {0, shape ? size_t{1} : 0, shape, wants(Kind::focus)}, [&](double fraction) {
+            progress.report("model images", 0.5 * (static_cast<double>(star) + fraction));
+        });
+    optics::Planes planes;
+    planes.push_back(std::move(images.derivatives[0].image));
+    const auto number = [&planes](Buffer<double> &image) {
+        planes.push_back(std::move(image));
+        return planes.size() - 1;
+    };
+    for (Extra &extra : extras_) {
+        if (extra.place != 0 || !changes_star(extra.parameter.kind, star))
+            continue;
+        if (extra.parameter.kind == Kind::scale) {
+            extra.plane[star] = number(images.scale);
+        } else if (extra.parameter.kind == Kind::focus) {
+            extra.plane[star] = number(images.focus);
+            extra.curve[star] = number(images.focus_curve);
+        } else {
+            extra.plane[star] =
+                number(optics::derivatives(scene_, pupil_, plan, imager, only(light, star), {extra.parameter})[0]);
+        }
+    }
+    return planes;
+}
+
+size_t Model::line_of(size_t star, size_t plane) const noexcept {
+    return star * (kPlaceLines + atlas_->planes(0)) + (plane == 0 ? 0 : kPlaceLines - 1 + plane);
+}
+
+size_t Model::shared(size_t line) const noexcept {
+    return 2 * kPlaceLines + atlas_->planes(0) + atlas_->planes(1) + line;
+}
+
+Work Model::work() const {
+    const size_t n = parameters(), lines = shared(first_extra + extras_.size());
+    Work work;
+    work.lines.resize(lines * pitch_);
+    work.scratch.resize(atlas_->scratch_size());
+    work.sums.resize((n + 1) * (n + 1) * kernels::kNormalLanes);
+    work.matrix.resize(n * n);
+    std::fill_n(work.lines.data() + shared(ones) * pitch_, pitch_, 1.0);
+    std::vector<size_t> columns = {1, 2, line_of(1, 0) + 1, line_of(1, 0) + 2, image(0), image(1), shared(ones)};
+    for (size_t k = 0; k < extras_.size(); k++)
+        columns.push_back(shared(first_extra + k));
+    columns.push_back(shared(residual));
+    for (const size_t line : columns)
+        work.columns.push_back(work.lines.data() + line * pitch_);
+    return work;
+}
+
+bool Model::covers(const double *values) const noexcept {
+    return atlas_->covers(0, values[x_a], values[y_a]) && atlas_->covers(1, values[x_b], values[y_b]);
+}
+
+// Without further parameters, the image of a star is the first plane itself.
+size_t Model::image(size_t star) const noexcept {
+    return extras_.empty() ? line_of(star, 0) : shared(star == 0 ? image_a : image_b);
+}
+
+void Model::prepare(const double *values, Work &work) const noexcept {
+    for (size_t star = 0; star < 2; star++)
+        work.place[star] = atlas_->place(star, values[2 * star], values[2 * star + 1], orders_);
+}
+
+// Lines of both stars, of the light, and of the further parameters.
+void Model::compute_row(const double *values, size_t r, Work &work) const noexcept {
+    double *const lines = work.lines.data();
+    const auto line = [&](size_t number) { return lines + number * pitch_; };
+    for (size_t star = 0; star < 2; star++) {
+        double *out[kPlaceLines];
+        for (size_t i = 0; i < kPlaceLines; i++)
+            out[i] = line(line_of(star, 0) + i);
+        atlas_->row(star, 0, work.place[star], r, orders_, out, work.scratch.data());
+        for (size_t plane = 1; plane < atlas_->planes(star); plane++) {
+            out[0] = line(line_of(star, plane));
+            atlas_->row(star, plane, work.place[star], r, 1, out, work.scratch.data());
+        }
+        if (extras_.empty())
+            continue;
+        Mix mix;
+        mix.add(line_of(star, 0), 1);
+        for (size_t k = 0; k < extras_.size(); k++) {
+            const double value = values[always + k];
+            const Extra &extra = extras_[k];
+            if (extra.place != 0)
+                mix.add(line_of(star, 0) + extra.place, extra.factor * value);
+            if (extra.plane[star] != 0)
+                mix.add(line_of(star, extra.plane[star]), value);
+            if (extra.curve[star] != 0)
+                mix.add(line_of(star, extra.curve[star]), 0.5 * value * value);
+        }
+        mix.sum(lines, pitch_, cols_, line(image(star)));
+    }
+    Mix mix;
+    mix.add(image(0), 1 + values[flux_a]);
+    mix.add(image(1), 1 + values[flux_b]);
+    mix.add(shared(ones), values[background]);
+    mix.sum(lines, pitch_, cols_, line(shared(light)));
+    for (size_t k = 0; k < extras_.size(); k++) {
+        const Extra &extra = extras_[k];
+        Mix derivative;
+        for (size_t star = 0; star < 2; star++) {
+            const double flux = 1 + values[flux_a + star];
+            if (extra.place != 0)
+                derivative.add(line_of(star, 0) + extra.place, extra.factor * flux);
+            if (extra.plane[star] != 0)
+                derivative.add(line_of(star, extra.plane[star]), flux);
+            if (extra.curve[star] != 0)
+                derivative.add(line_of(star, extra.curve[star]), flux * values[always + k]);
+        }
+        derivative.sum(lines, pitch_, cols_, line(shared(first_extra + k)));
+    }
+}
+
+// The expected counts of a row whose light is known.
+void Model::counts_of_row(size_t r, const Work &work, double *counts) const noexcept {
+    const double *const photons = work.lines.data() + shared(light) * pitch_, *const response = &response_[r * cols_];
+    for (size_t i = 0; i < cols_; i++)
+        counts[i] = (std::max(0.0, photons[i] * response[i]) + how_.dark) / how_.e_per_count + how_.bias;
+}
+
+void Model::linearise(const ImageView<const double> *counts, const double *values, double blend, Work &work) const {
+    const size_t n = parameters();
+    double *const lines = work.lines.data();
+    prepare(values, work);
+    std::fill(work.sums.begin(), work.sums.end(), 0.0);
+    work.used = work.saturated = 0;
+    for (size_t r = 0; r < rows_; r++) {
+        compute_row(values, r, work);
+        double *const expected = lines + shared(products) * pitch_;
+        if (counts == nullptr)
+            counts_of_row(r, work, expected);
+        const double *const given = counts != nullptr ? counts->row(r) : expected;
+        if (!kernels::normal_kernels().weigh(given, lines + shared(light) * pitch_, &response_[r * cols_], how_, blend,
+                                             cols_, lines + shared(weight) * pitch_, lines + shared(residual) * pitch_,
+                                             &work.used, &work.saturated))
+            refuse(given, r);
+        kernels::normal_kernels().add(work.columns.data(), n + 1, lines + shared(weight) * pitch_, cols_,
+                                      lines + shared(products) * pitch_, work.sums.data());
+    }
+    // Places move a star with its flux.
+    const auto scale = [values](size_t i) { return i < flux_a ? 1 + values[flux_a + i / 2] : 1; };
+    const auto sum = [&](size_t i, size_t j) {
+        const double *const lane = &work.sums[(i * (n + 1) + j) * kernels::kNormalLanes];
+        return ((lane[0] + lane[1]) + (lane[2] + lane[3])) + ((lane[4] + lane[5]) + (lane[6] + lane[7]));
+    };
+    for (size_t i = 0; i < n; i++) {
+        for (size_t j = i; j < n; j++)
+            work.matrix[i * n + j] = scale(i) * scale(j) * sum(i, j);
+        work.gradient[i] = scale(i) * sum(i, n);
+    }
+    work.chi_square = sum(n, n);
+    work.inverse_counts = work.matrix[background * n + background];
+}
+
+void Model::refuse(const double *counts, size_t r) const {
+    size_t col = 0;
+    while (std::isfinite(counts[col]))
+        col++;
+    fail(Status::argument, "{counts}[%zu][%zu] = %g: must be finite", r, col, counts[col]);
+}
+
+void Model::expect(const double *values, ImageView<double> counts, Work &work) const {
+    prepare(values, work);
+    for (size_t r = 0; r < rows_; r++) {
+        compute_row(values, r, work);
+        counts_of_row(r, work, counts.row(r));
+    }
+}
+
+uint64_t Model::digest() const noexcept {
+    uint64_t hash = fnv1a(response_, fnv1a(rows_, fnv1a(cols_, kFnvOffset)));
+    for (const double number : {how_.e_per_count, how_.bias, how_.dark, how_.added_variance, how_.floor})
+        hash = fnv1a(std::array<double, 1>{number}, hash);
+    for (const Extra &extra : extras_)
+        hash = fnv1a(static_cast<uint64_t>(extra.parameter.number),
+                     fnv1a(static_cast<uint64_t>(extra.parameter.kind), hash));
+    for (size_t star = 0; star < 2; star++)
+        for (size_t plane = 0; plane < atlas_->planes(star); plane++)
+            hash = fnv1a(atlas_->plane(star, plane), hash);
+    return hash;
+}
+
+} // namespace toliman::fit

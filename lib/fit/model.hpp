@@ -1,0 +1,87 @@
+// The forward model of one frame and its derivatives, row by row from the atlas.
+#pragma once
+#include <memory>
+#include <vector>
+
+#include "base/buffer.hpp"
+#include "base/progress.hpp"
+#include "base/view.hpp"
+#include "kernels/normal.hpp"
+#include "optics/atlas.hpp"
+#include "optics/simulator.hpp"
+
+namespace toliman::fit {
+
+constexpr size_t kMostParameters = 32;
+
+// The parameters as the model takes them: places of A and B (px from the centre of the frame), relative changes of both
+// fluxes, background (photons per pixel), then those that the caller frees.
+enum Index : size_t { x_a, y_a, x_b, y_b, flux_a, flux_b, background, always };
+
+// Working memory of one thread.
+struct Work {
+    optics::Atlas::Place place[2] = {};
+    Buffer<double> lines, scratch;                         // rows of images; of the atlas
+    std::vector<const double *> columns;                   // lines of the derivatives, then the residual
+    Buffer<double> sums, matrix;                           // Fisher matrix [n][n]
+    double gradient[kMostParameters] = {}, chi_square = 0; // of the sum of squares over variances
+    double inverse_counts = 0;      // sum of 1/electrons: with 2 per pixel, the variance of chi_square
+    size_t used = 0, saturated = 0; // pixels
+};
+
+// Const calls may run on several threads, each with its own work.
+class Model {
+  public:
+    // Stars are up to `capture_px` from their places in the scene over its cadence. The simulator is not needed
+    // afterwards. Status::unsupported for parameters that the scene lacks.
+    Model(const optics::Simulator &simulator, const std::vector<Parameter> &free, double capture_px,
+          const Progress &progress);
+
+    size_t parameters() const noexcept { return always + extras_.size(); }
+    const optics::Atlas &atlas() const noexcept { return *atlas_; }
+    Work work() const;
+
+    // Whether the atlas covers the places.
+    bool covers(const double *values) const noexcept;
+
+    // Normal equations of the counts at these values: matrix, gradient, chi_square and numbers of pixels. blend: weight
+    // of the counts in the variances, 0 = those of the model. Without counts, those of the expected ones.
+    // Status::argument for a count that is not finite.
+    void linearise(const ImageView<const double> *counts, const double *values, double blend, Work &work) const;
+
+    // Expected counts [rows][cols].
+    void expect(const double *values, ImageView<double> counts, Work &work) const;
+
+    double bias() const noexcept { return how_.bias; }
+    uint64_t digest() const noexcept;
+
+  private:
+    // A parameter that the caller frees: a plane of the atlas, or a second derivative by the star's place.
+    struct Extra {
+        Parameter parameter;
+        size_t plane[2], curve[2]; // of the first and second derivative of each star, 0 = none
+        size_t place;              // 3 to 5: xx, xy, yy of Atlas::row(); 0 = none
+        double factor;             // of that
+    };
+
+    optics::Planes draw(const optics::Plan &plan, const optics::Imager &imager, const optics::Light &light, size_t star,
+                        const Progress &progress);
+    size_t line_of(size_t star, size_t plane) const noexcept;
+    size_t image(size_t star) const noexcept;
+    size_t shared(size_t line) const noexcept;
+    void prepare(const double *values, Work &work) const noexcept;
+    void compute_row(const double *values, size_t r, Work &work) const noexcept;
+    void counts_of_row(size_t r, const Work &work, double *counts) const noexcept;
+    [[noreturn]] void refuse(const double *counts, size_t r) const;
+
+    size_t rows_, cols_, pitch_; // of a line: columns, rounded up
+    Scene scene_;
+    optics::Pupil pupil_;
+    Buffer<double> response_; // electrons per photon
+    kernels::CountModel how_;
+    std::vector<Extra> extras_;
+    size_t orders_ = 2; // of the atlas' rows
+    std::unique_ptr<optics::Atlas> atlas_;
+};
+
+} // namespace toliman::fit

@@ -1,0 +1,37 @@
+// Normal equations of a weighted least-squares fit of images, row by row.
+#pragma once
+#include <cstddef>
+
+#include "kernels/isa.hpp"
+
+namespace toliman::kernels {
+
+constexpr size_t kNormalLanes = 8; // partial sums of each element
+
+// How counts become electrons, and their variance.
+struct CountModel {
+    double e_per_count, bias, dark;
+    double added_variance, floor; // electrons^2: beyond Poisson, least of all
+    double limit;                 // electrons at which a pixel saturates
+};
+
+struct NormalKernels {
+    // Given     counts [n]; light [n], expected photons; response [n], electrons per photon; blend: the variance is
+    // that
+    //           of (1 - blend) expected + blend counted electrons
+    // Returned  weight [n] = response^2/variance and residual [n] = (electrons - expected)/response; pixels at the
+    //           limit, or expected within 5 standard deviations of it, have weight 0, and their number is added to
+    //           *saturated. Pixels without response have weight 0, too. *used: plus the others. False if a count is not
+    //           finite
+    bool (*weigh)(const double *counts, const double *light, const double *response, const CountModel &how,
+                  double blend, size_t n, double *weight, double *residual, size_t *used, size_t *saturated) noexcept;
+
+    // Given     lines[count], of n elements each; weight [n]; scratch [n]
+    // Returned  sums[i][j][kNormalLanes] for j >= i, of [count][count]: plus sum over pixels of weight line_i line_j,
+    //           distributed over the lanes
+    void (*add)(const double *const *lines, size_t count, const double *weight, size_t n, double *scratch,
+                double *sums) noexcept;
+};
+TOLIMAN_ISA_DECLARE(NormalKernels, normal)
+
+} // namespace toliman::kernels
