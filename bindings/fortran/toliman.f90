@@ -597,6 +597,103 @@ module toliman
         real(c_double) :: threshold_px = 0.0_c_double
     end type
 
+    ! Scopes of parameters: where a parameter has one value.
+    integer(c_int32_t), parameter, public :: TOLIMAN_SIM_SCOPE_FRAME = 341 ! in a frame; it varies from frame to frame
+    integer(c_int32_t), parameter, public :: TOLIMAN_SIM_SCOPE_INSTRUMENT = 342 ! in all frames
+
+    ! A parameter of the forward model. Since 0.2.
+    type, bind(C), public :: toliman_sim_parameter
+        integer(c_int32_t) :: struct_size = 24 ! in: sizeof(toliman_sim_parameter)
+        integer(c_int32_t) :: scope = 0 ! TOLIMAN_SIM_SCOPE_...
+        type(c_ptr) :: name = c_null_ptr ! such as "zernike_7"; static text
+        type(c_ptr) :: unit = c_null_ptr ! such as "nm", "" for a relative change; static text
+    end type
+
+    ! Largest number of parameters of a frame.
+    integer(c_int32_t), parameter, public :: TOLIMAN_FIT_MAX_PARAMETERS = 32
+
+    ! Options of a fit.
+    type, bind(C), public :: toliman_fit_options
+        integer(c_int32_t) :: struct_size = 64
+        integer(c_int32_t) :: workers = 0 ! threads that prepare the model images, 0 = one per processor
+        ! further free parameters, names of sim_derivative.h separated by spaces: "scale focus jitter_xx jitter_yy
+        ! jitter_xy". NULL or "": none. Those that move the stars (roll, anisotropy, shear) and wavelength are not
+        ! available
+        type(c_ptr) :: free = c_null_ptr
+        ! largest distance of the stars from their predicted places, along x and y; 0 = 15, at most 64
+        real(c_double) :: capture_px = 0.0_c_double
+        type(c_ptr) :: allocator = c_null_ptr ! for the large arrays of the object; NULL = malloc
+        type(c_funptr) :: progress = c_null_funptr ! called while the model images are prepared; may be NULL
+        type(c_ptr) :: progress_data = c_null_ptr
+        type(c_funptr) :: log = c_null_funptr ! receives warnings; may be NULL
+        type(c_ptr) :: log_data = c_null_ptr
+    end type
+
+    ! Properties of a fit.
+    type, bind(C), public :: toliman_fit_info
+        integer(c_int32_t) :: struct_size = 64 ! in: sizeof(toliman_fit_info)
+        integer(c_int32_t) :: oversampling = 0 ! samples of the model images per pixel and axis
+        integer(c_int64_t) :: rows = 0 ! shape of the frames
+        integer(c_int64_t) :: cols = 0
+        integer(c_int32_t) :: taps = 0 ! samples per axis that interpolate a pixel of a model image
+        integer(c_int32_t) :: images = 0 ! model images in memory
+        integer(c_int32_t) :: parameters = 0 ! toliman_fit_parameter_count()
+        integer(c_int32_t) :: reserved = 0
+        ! predicted error of the interpolation, relative to the peak of the model image
+        real(c_double) :: image_error = 0.0_c_double
+        real(c_double) :: capture_px = 0.0_c_double
+        integer(c_int64_t) :: digest = 0 ! FNV-1a of everything that determines the results
+    end type
+
+    ! What is known of a frame before the fit. The fit starts there; its result hardly depends on it, except for
+    ! displacement_px, which is measured from the predicted separation.
+    type, bind(C), public :: toliman_fit_prediction
+        integer(c_int32_t) :: struct_size = 48
+        integer(c_int32_t) :: flags = 0 ! 0
+        ! time of the frame: a moving binary is at its place on the scene's orbit
+        real(c_double) :: time_days = 0.0_c_double
+        ! expected shift of both stars from their places in the scene, as shift_x and shift_y
+        real(c_double) :: x_px = 0.0_c_double
+        real(c_double) :: y_px = 0.0_c_double
+        real(c_double) :: separation_px = 0.0_c_double ! 0 = that of the scene at this time
+        real(c_double) :: position_angle_deg = 0.0_c_double ! with separation_px; ignored if that is 0
+    end type
+
+    ! Flags of a result. Without NOT_CONVERGED the result is the maximum of the likelihood near the prediction.
+    ! the places still moved by 1e-6 px after the last step; all numbers are NaN, except iterations
+    integer(c_int32_t), parameter, public :: TOLIMAN_FIT_NOT_CONVERGED = 1
+    ! chi_square is more than 6 standard deviations above 1: the frame is damaged, or the model lacks something
+    integer(c_int32_t), parameter, public :: TOLIMAN_FIT_OUTLIER = 2
+    ! pixels at the full well or the largest count were excluded
+    integer(c_int32_t), parameter, public :: TOLIMAN_FIT_SATURATED = 4
+    ! a star is outside the frame, or as far from its predicted place as capture_px
+    integer(c_int32_t), parameter, public :: TOLIMAN_FIT_EDGE = 8
+    ! the stars were not at their predicted places, and were searched for
+    integer(c_int32_t), parameter, public :: TOLIMAN_FIT_SEARCHED = 16
+
+    ! Result for one frame.
+    type, bind(C), public :: toliman_fit_result
+        integer(c_int32_t) :: struct_size = 120 ! in: sizeof(toliman_fit_result)
+        integer(c_int32_t) :: flags = 0 ! TOLIMAN_FIT_...
+        real(c_double) :: displacement_px = 0.0_c_double ! separation_px minus the predicted separation
+        real(c_double) :: separation_px = 0.0_c_double ! distance from A to B
+        ! standard deviations: square roots of the diagonal of the inverse Fisher matrix
+        real(c_double) :: separation_sigma_px = 0.0_c_double
+        real(c_double) :: position_angle_deg = 0.0_c_double
+        real(c_double) :: position_angle_sigma_deg = 0.0_c_double
+        real(c_double) :: x_px = 0.0_c_double ! place of the scene's centre, from the centre of the frame
+        real(c_double) :: y_px = 0.0_c_double
+        real(c_double) :: x_sigma_px = 0.0_c_double
+        real(c_double) :: y_sigma_px = 0.0_c_double
+        real(c_double) :: flux_a = 0.0_c_double ! relative change of the photons of a star
+        real(c_double) :: flux_b = 0.0_c_double
+        real(c_double) :: background = 0.0_c_double ! photons per pixel
+        ! sum of squared residuals over their variances, per degree of freedom
+        real(c_double) :: chi_square = 0.0_c_double
+        integer(c_int32_t) :: iterations = 0 ! Gauss-Newton steps
+        integer(c_int32_t) :: excluded = 0 ! saturated pixels
+    end type
+
     ! Point of the exposure to which the time stamps of a file refer. Since 0.2.
     integer(c_int32_t), parameter, public :: TOLIMAN_FRAME_STAMP_START = 601
     integer(c_int32_t), parameter, public :: TOLIMAN_FRAME_STAMP_MIDDLE = 602
@@ -1102,18 +1199,6 @@ module toliman
         ! 1 if the last sample is columns without newline: its last number may be truncated
         integer(c_int32_t) :: truncated = 0
         integer(c_int64_t) :: lines = 0 ! lines, including empty and malformed ones
-    end type
-
-    ! Scopes of parameters: where a parameter has one value.
-    integer(c_int32_t), parameter, public :: TOLIMAN_SIM_SCOPE_FRAME = 341 ! in a frame; it varies from frame to frame
-    integer(c_int32_t), parameter, public :: TOLIMAN_SIM_SCOPE_INSTRUMENT = 342 ! in all frames
-
-    ! A parameter of the forward model. Since 0.2.
-    type, bind(C), public :: toliman_sim_parameter
-        integer(c_int32_t) :: struct_size = 24 ! in: sizeof(toliman_sim_parameter)
-        integer(c_int32_t) :: scope = 0 ! TOLIMAN_SIM_SCOPE_...
-        type(c_ptr) :: name = c_null_ptr ! such as "zernike_7"; static text
-        type(c_ptr) :: unit = c_null_ptr ! such as "nm", "" for a relative change; static text
     end type
 
     ! Verdicts, explained above.
@@ -1907,6 +1992,128 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
+        ! Returns the number of parameters.
+        function toliman_sim_parameter_count() bind(C) result(answer)
+            import
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Writes parameter number `index`, 0 <= index < toliman_sim_parameter_count(), to *out, whose struct_size must
+        ! be set.
+        function toliman_sim_get_parameter(index, out) bind(C) result(answer)
+            import
+            integer(c_int32_t), value :: index
+            type(toliman_sim_parameter), intent(inout) :: out
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Writes the derivative of the expected frame by the parameter with this name to image[rows][stride], in the
+        ! unit of the frame per unit of the parameter; stride >= cols, in elements.
+        function toliman_sim_get_derivative(sim, name, image, stride) bind(C) result(answer)
+            import
+            type(c_ptr), value :: sim
+            integer(c_size_t), value :: stride
+            character(kind=c_char), intent(in) :: name(*)
+            real(c_double), intent(out) :: image(*)
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Writes the gradient by the optical path difference of the pupil to gradient[N][N]: the derivative of the sum
+        ! over pixels of weights[rows][stride] times the expected frame, in the unit of the frame, by the OPD (m) of
+        ! each cell of toliman_sim_get_pupil; 0 where the pupil is closed. stride >= cols, in elements.
+        function toliman_sim_get_opd_gradient(sim, weights, stride, gradient) bind(C) result(answer)
+            import
+            type(c_ptr), value :: sim
+            integer(c_size_t), value :: stride
+            real(c_double), intent(in) :: weights(*)
+            real(c_double), intent(out) :: gradient(*)
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Sets *options, a struct of `size` bytes, to the defaults.
+        subroutine toliman_fit_options_init(options, size) bind(C)
+            import
+            integer(c_size_t), value :: size
+            type(toliman_fit_options), intent(inout) :: options
+        end subroutine
+
+        ! Creates the fit of a scene.
+        function toliman_fit_create(sim, options, out) bind(C) result(answer)
+            import
+            type(c_ptr), value :: sim
+            type(toliman_fit_options), intent(in), optional :: options
+            type(c_ptr), intent(out) :: out
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Destroys a fit.
+        subroutine toliman_fit_destroy(fit) bind(C)
+            import
+            type(c_ptr), value :: fit
+        end subroutine
+
+        ! Returns the number of parameters, 7 plus those of toliman_fit_options.free; 0 for NULL.
+        function toliman_fit_parameter_count(fit) bind(C) result(answer)
+            import
+            type(c_ptr), value :: fit
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Writes parameter number `index`, 0 <= index < toliman_fit_parameter_count(), to *out, whose struct_size must
+        ! be set.
+        function toliman_fit_get_parameter(fit, index, out) bind(C) result(answer)
+            import
+            type(c_ptr), value :: fit
+            integer(c_int32_t), value :: index
+            type(toliman_sim_parameter), intent(inout) :: out
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Writes the properties of a fit to *out, whose struct_size must be set.
+        function toliman_fit_get_info(fit, out) bind(C) result(answer)
+            import
+            type(c_ptr), value :: fit
+            type(toliman_fit_info), intent(inout) :: out
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Fits one frame counts[rows][stride].
+        function toliman_fit_frame(fit, counts, stride, prediction, result, values, &
+            covariance) bind(C) result(answer)
+            import
+            type(c_ptr), value :: fit
+            integer(c_size_t), value :: stride
+            real(c_double), intent(in) :: counts(*)
+            type(toliman_fit_prediction), intent(in), optional :: prediction
+            type(toliman_fit_result), intent(inout) :: result
+            real(c_double), intent(out), optional :: values(*), covariance(*)
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Fits `count` frames of image.
+        function toliman_fit_frames(fit, image, count, predictions, threads, results) bind(C) result(answer)
+            import
+            type(c_ptr), value :: fit
+            integer(c_size_t), value :: count
+            integer(c_int32_t), value :: threads
+            type(toliman_image), intent(in) :: image
+            type(toliman_fit_prediction), intent(in), optional :: predictions(*)
+            type(toliman_fit_result), intent(inout) :: results(*)
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Writes what a fit of an undisturbed frame with this prediction would return: the expected frame to
+        ! image[rows][stride] (NULL: not computed), the parameters to values[n] and their covariance, the Cramer-Rao
+        ! bound, to covariance[n][n] (either may be NULL).
+        function toliman_fit_predict(fit, prediction, image, stride, values, covariance) bind(C) result(answer)
+            import
+            type(c_ptr), value :: fit
+            integer(c_size_t), value :: stride
+            type(toliman_fit_prediction), intent(in), optional :: prediction
+            real(c_double), intent(out), optional :: image(*), values(*), covariance(*)
+            integer(c_int32_t) :: answer
+        end function
+
         ! Sets *options, a struct of `size` bytes, to the defaults.
         subroutine toliman_ingest_options_init(options, size) bind(C)
             import
@@ -2449,44 +2656,6 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Returns the number of parameters.
-        function toliman_sim_parameter_count() bind(C) result(answer)
-            import
-            integer(c_int32_t) :: answer
-        end function
-
-        ! Writes parameter number `index`, 0 <= index < toliman_sim_parameter_count(), to *out, whose struct_size must
-        ! be set.
-        function toliman_sim_get_parameter(index, out) bind(C) result(answer)
-            import
-            integer(c_int32_t), value :: index
-            type(toliman_sim_parameter), intent(inout) :: out
-            integer(c_int32_t) :: answer
-        end function
-
-        ! Writes the derivative of the expected frame by the parameter with this name to image[rows][stride], in the
-        ! unit of the frame per unit of the parameter; stride >= cols, in elements.
-        function toliman_sim_get_derivative(sim, name, image, stride) bind(C) result(answer)
-            import
-            type(c_ptr), value :: sim
-            integer(c_size_t), value :: stride
-            character(kind=c_char), intent(in) :: name(*)
-            real(c_double), intent(out) :: image(*)
-            integer(c_int32_t) :: answer
-        end function
-
-        ! Writes the gradient by the optical path difference of the pupil to gradient[N][N]: the derivative of the sum
-        ! over pixels of weights[rows][stride] times the expected frame, in the unit of the frame, by the OPD (m) of
-        ! each cell of toliman_sim_get_pupil; 0 where the pupil is closed. stride >= cols, in elements.
-        function toliman_sim_get_opd_gradient(sim, weights, stride, gradient) bind(C) result(answer)
-            import
-            type(c_ptr), value :: sim
-            integer(c_size_t), value :: stride
-            real(c_double), intent(in) :: weights(*)
-            real(c_double), intent(out) :: gradient(*)
-            integer(c_int32_t) :: answer
-        end function
-
         ! Returns the name of a verdict ("accepted"), "?" for an unknown one.
         function toliman_track_verdict_name(verdict) bind(C) result(answer)
             import
@@ -2733,6 +2902,19 @@ module toliman
     public :: toliman_components_train
     public :: toliman_components_get_series
     public :: toliman_components_get_info
+    public :: toliman_sim_parameter_count
+    public :: toliman_sim_get_parameter
+    public :: toliman_sim_get_derivative
+    public :: toliman_sim_get_opd_gradient
+    public :: toliman_fit_options_init
+    public :: toliman_fit_create
+    public :: toliman_fit_destroy
+    public :: toliman_fit_parameter_count
+    public :: toliman_fit_get_parameter
+    public :: toliman_fit_get_info
+    public :: toliman_fit_frame
+    public :: toliman_fit_frames
+    public :: toliman_fit_predict
     public :: toliman_ingest_options_init
     public :: toliman_ingest_create
     public :: toliman_ingest_destroy
@@ -2792,10 +2974,6 @@ module toliman
     public :: toliman_series_destroy
     public :: toliman_series_parse
     public :: toliman_series_get_info
-    public :: toliman_sim_parameter_count
-    public :: toliman_sim_get_parameter
-    public :: toliman_sim_get_derivative
-    public :: toliman_sim_get_opd_gradient
     public :: toliman_track_verdict_name
     public :: toliman_track_reason_name
     public :: toliman_track_options_init
@@ -2902,6 +3080,24 @@ module toliman
         procedure, private :: component_set_assign
         generic :: assignment(=) => component_set_assign
         final :: component_set_final
+    end type
+
+    ! Fit of a scene's forward model. It may be used from several threads at once.
+    type, public :: toliman_frame_fit
+        type(c_ptr) :: handle = c_null_ptr
+        integer(c_size_t), private :: rows = -1, cols = -1 ! of a frame
+    contains
+        procedure :: create => frame_fit_create
+        procedure :: parameter_count => frame_fit_parameter_count
+        procedure :: get_parameter => frame_fit_get_parameter
+        procedure :: get_info => frame_fit_get_info
+        procedure :: frame => frame_fit_frame
+        procedure :: frames => frame_fit_frames
+        procedure :: predict => frame_fit_predict
+        procedure :: destroy => frame_fit_destroy
+        procedure, private :: frame_fit_assign
+        generic :: assignment(=) => frame_fit_assign
+        final :: frame_fit_final
     end type
 
     ! Reader of one pair of files. No file is open after NOTHING, so that one process can follow thousands of pairs.
@@ -3929,6 +4125,202 @@ contains
         call conclude(toliman_components_get_info(self%handle, out), stat, errmsg)
     end subroutine
 
+    ! Returns the number of parameters.
+    function simulator_parameter_count() result(answer)
+        integer(c_int32_t) :: answer
+        answer = toliman_sim_parameter_count()
+    end function
+
+    ! Writes parameter number `index`, 0 <= index < toliman_sim_parameter_count(), to *out, whose struct_size must be
+    ! set.
+    subroutine simulator_get_parameter(index, out, stat, errmsg)
+        integer(c_int32_t), intent(in) :: index
+        type(toliman_sim_parameter), intent(inout) :: out
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        call conclude(toliman_sim_get_parameter(index, out), stat, errmsg)
+    end subroutine
+
+    ! Writes the derivative of the expected frame by the parameter with this name to image[rows][stride], in the unit
+    ! of the frame per unit of the parameter; stride >= cols, in elements. image(stride, rows).
+    subroutine simulator_get_derivative(self, name, image, stat, errmsg)
+        class(toliman_simulator), intent(in) :: self
+        character(len=*), intent(in) :: name
+        real(c_double), intent(out), contiguous :: image(:, :)
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_stride
+        integer(c_int32_t) :: status
+        of_stride = size(image, 1, c_size_t)
+        if (.not. fits(size(image, 2, c_size_t), self%rows, 'image', 2, stat, errmsg)) return
+        status = toliman_sim_get_derivative(self%handle, c_string(name), image, of_stride)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Writes the gradient by the optical path difference of the pupil to gradient[N][N]: the derivative of the sum
+    ! over pixels of weights[rows][stride] times the expected frame, in the unit of the frame, by the OPD (m) of each
+    ! cell of toliman_sim_get_pupil; 0 where the pupil is closed. stride >= cols, in elements. weights(stride, rows),
+    ! gradient(pupil_samples, pupil_samples).
+    subroutine simulator_get_opd_gradient(self, weights, gradient, stat, errmsg)
+        class(toliman_simulator), intent(in) :: self
+        real(c_double), intent(in), contiguous :: weights(:, :)
+        real(c_double), intent(out), contiguous :: gradient(:, :)
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_stride
+        type(toliman_sim_info) :: info
+        integer(c_int32_t) :: status
+        of_stride = size(weights, 1, c_size_t)
+        if (.not. fits(size(weights, 2, c_size_t), self%rows, 'weights', 2, stat, errmsg)) return
+        status = toliman_sim_get_info(self%handle, info)
+        if (status /= TOLIMAN_OK) then
+            call conclude(status, stat, errmsg)
+            return
+        end if
+        if (.not. fits(size(gradient, 1, c_size_t), int(info%pupil_samples, c_size_t), 'gradient', 1, stat, &
+            errmsg)) return
+        if (.not. fits(size(gradient, 2, c_size_t), int(info%pupil_samples, c_size_t), 'gradient', 2, stat, &
+            errmsg)) return
+        status = toliman_sim_get_opd_gradient(self%handle, weights, of_stride, gradient)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Creates the fit of a scene.
+    subroutine frame_fit_create(self, sim, options, stat, errmsg)
+        class(toliman_frame_fit), intent(inout) :: self
+        type(toliman_simulator), intent(in) :: sim
+        type(toliman_fit_options), intent(in), optional :: options
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        type(c_ptr) :: made
+        integer(c_int32_t) :: status
+        status = toliman_fit_create(sim%handle, options, made)
+        if (status == TOLIMAN_OK) then
+            call self%destroy()
+            self%handle = made
+            self%rows = sim%rows
+            self%cols = sim%cols
+        end if
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Returns the number of parameters, 7 plus those of toliman_fit_options.free; 0 for NULL.
+    function frame_fit_parameter_count(self) result(answer)
+        class(toliman_frame_fit), intent(in) :: self
+        integer(c_int32_t) :: answer
+        answer = toliman_fit_parameter_count(self%handle)
+    end function
+
+    ! Writes parameter number `index`, 0 <= index < toliman_fit_parameter_count(), to *out, whose struct_size must be
+    ! set.
+    subroutine frame_fit_get_parameter(self, index, out, stat, errmsg)
+        class(toliman_frame_fit), intent(in) :: self
+        integer(c_int32_t), intent(in) :: index
+        type(toliman_sim_parameter), intent(inout) :: out
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        call conclude(toliman_fit_get_parameter(self%handle, index, out), stat, errmsg)
+    end subroutine
+
+    ! Writes the properties of a fit to *out, whose struct_size must be set.
+    subroutine frame_fit_get_info(self, out, stat, errmsg)
+        class(toliman_frame_fit), intent(in) :: self
+        type(toliman_fit_info), intent(inout) :: out
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        call conclude(toliman_fit_get_info(self%handle, out), stat, errmsg)
+    end subroutine
+
+    ! Fits one frame counts[rows][stride]. counts(stride, rows), values(parameters), covariance(parameters,
+    ! parameters).
+    subroutine frame_fit_frame(self, counts, result, prediction, values, covariance, stat, errmsg)
+        class(toliman_frame_fit), intent(in) :: self
+        real(c_double), intent(in), contiguous :: counts(:, :)
+        type(toliman_fit_prediction), intent(in), optional :: prediction
+        type(toliman_fit_result), intent(inout) :: result
+        real(c_double), intent(out), optional, contiguous :: values(:), covariance(:, :)
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_stride
+        type(toliman_fit_info) :: info
+        integer(c_int32_t) :: status
+        of_stride = size(counts, 1, c_size_t)
+        if (.not. fits(size(counts, 2, c_size_t), self%rows, 'counts', 2, stat, errmsg)) return
+        status = toliman_fit_get_info(self%handle, info)
+        if (status /= TOLIMAN_OK) then
+            call conclude(status, stat, errmsg)
+            return
+        end if
+        if (present(values)) then
+            if (.not. fits(size(values, 1, c_size_t), int(info%parameters, c_size_t), 'values', 1, stat, &
+            errmsg)) return
+        end if
+        if (present(covariance)) then
+            if (.not. fits(size(covariance, 1, c_size_t), int(info%parameters, c_size_t), 'covariance', 1, stat, &
+            errmsg)) return
+            if (.not. fits(size(covariance, 2, c_size_t), int(info%parameters, c_size_t), 'covariance', 2, stat, &
+            errmsg)) return
+        end if
+        status = toliman_fit_frame(self%handle, counts, of_stride, prediction, result, values, covariance)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Fits `count` frames of image. predictions(count), results(count).
+    subroutine frame_fit_frames(self, image, threads, results, predictions, stat, errmsg)
+        class(toliman_frame_fit), intent(in) :: self
+        type(toliman_image), intent(in) :: image
+        type(toliman_fit_prediction), intent(in), optional, contiguous :: predictions(:)
+        integer(c_int32_t), intent(in) :: threads
+        type(toliman_fit_result), intent(inout), contiguous :: results(:)
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_count
+        integer(c_int32_t) :: status
+        of_count = size(results, 1, c_size_t)
+        if (present(predictions)) then
+            if (.not. fits(size(predictions, 1, c_size_t), of_count, 'predictions', 1, stat, errmsg)) return
+        end if
+        status = toliman_fit_frames(self%handle, image, of_count, predictions, threads, results)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Writes what a fit of an undisturbed frame with this prediction would return: the expected frame to
+    ! image[rows][stride] (NULL: not computed), the parameters to values[n] and their covariance, the Cramer-Rao
+    ! bound, to covariance[n][n] (either may be NULL). image(stride, rows), values(parameters), covariance(parameters,
+    ! parameters).
+    subroutine frame_fit_predict(self, prediction, image, values, covariance, stat, errmsg)
+        class(toliman_frame_fit), intent(in) :: self
+        type(toliman_fit_prediction), intent(in), optional :: prediction
+        real(c_double), intent(out), optional, contiguous :: image(:, :), values(:), covariance(:, :)
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_stride
+        type(toliman_fit_info) :: info
+        integer(c_int32_t) :: status
+        of_stride = 0
+        if (present(image)) of_stride = size(image, 1, c_size_t)
+        if (present(image)) then
+            if (.not. fits(size(image, 2, c_size_t), self%rows, 'image', 2, stat, errmsg)) return
+        end if
+        status = toliman_fit_get_info(self%handle, info)
+        if (status /= TOLIMAN_OK) then
+            call conclude(status, stat, errmsg)
+            return
+        end if
+        if (present(values)) then
+            if (.not. fits(size(values, 1, c_size_t), int(info%parameters, c_size_t), 'values', 1, stat, &
+            errmsg)) return
+        end if
+        if (present(covariance)) then
+            if (.not. fits(size(covariance, 1, c_size_t), int(info%parameters, c_size_t), 'covariance', 1, stat, &
+            errmsg)) return
+            if (.not. fits(size(covariance, 2, c_size_t), int(info%parameters, c_size_t), 'covariance', 2, stat, &
+            errmsg)) return
+        end if
+        status = toliman_fit_predict(self%handle, prediction, image, of_stride, values, covariance)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
     ! Creates a reader of a pair.
     subroutine pair_reader_create(self, path, options, stat, errmsg)
         class(toliman_pair_reader), intent(inout) :: self
@@ -4593,66 +4985,6 @@ contains
         call conclude(toliman_series_get_info(self%handle, out), stat, errmsg)
     end subroutine
 
-    ! Returns the number of parameters.
-    function simulator_parameter_count() result(answer)
-        integer(c_int32_t) :: answer
-        answer = toliman_sim_parameter_count()
-    end function
-
-    ! Writes parameter number `index`, 0 <= index < toliman_sim_parameter_count(), to *out, whose struct_size must be
-    ! set.
-    subroutine simulator_get_parameter(index, out, stat, errmsg)
-        integer(c_int32_t), intent(in) :: index
-        type(toliman_sim_parameter), intent(inout) :: out
-        integer, intent(out), optional :: stat
-        character(len=*), intent(inout), optional :: errmsg
-        call conclude(toliman_sim_get_parameter(index, out), stat, errmsg)
-    end subroutine
-
-    ! Writes the derivative of the expected frame by the parameter with this name to image[rows][stride], in the unit
-    ! of the frame per unit of the parameter; stride >= cols, in elements. image(stride, rows).
-    subroutine simulator_get_derivative(self, name, image, stat, errmsg)
-        class(toliman_simulator), intent(in) :: self
-        character(len=*), intent(in) :: name
-        real(c_double), intent(out), contiguous :: image(:, :)
-        integer, intent(out), optional :: stat
-        character(len=*), intent(inout), optional :: errmsg
-        integer(c_size_t) :: of_stride
-        integer(c_int32_t) :: status
-        of_stride = size(image, 1, c_size_t)
-        if (.not. fits(size(image, 2, c_size_t), self%rows, 'image', 2, stat, errmsg)) return
-        status = toliman_sim_get_derivative(self%handle, c_string(name), image, of_stride)
-        call conclude(status, stat, errmsg)
-    end subroutine
-
-    ! Writes the gradient by the optical path difference of the pupil to gradient[N][N]: the derivative of the sum
-    ! over pixels of weights[rows][stride] times the expected frame, in the unit of the frame, by the OPD (m) of each
-    ! cell of toliman_sim_get_pupil; 0 where the pupil is closed. stride >= cols, in elements. weights(stride, rows),
-    ! gradient(pupil_samples, pupil_samples).
-    subroutine simulator_get_opd_gradient(self, weights, gradient, stat, errmsg)
-        class(toliman_simulator), intent(in) :: self
-        real(c_double), intent(in), contiguous :: weights(:, :)
-        real(c_double), intent(out), contiguous :: gradient(:, :)
-        integer, intent(out), optional :: stat
-        character(len=*), intent(inout), optional :: errmsg
-        integer(c_size_t) :: of_stride
-        type(toliman_sim_info) :: info
-        integer(c_int32_t) :: status
-        of_stride = size(weights, 1, c_size_t)
-        if (.not. fits(size(weights, 2, c_size_t), self%rows, 'weights', 2, stat, errmsg)) return
-        status = toliman_sim_get_info(self%handle, info)
-        if (status /= TOLIMAN_OK) then
-            call conclude(status, stat, errmsg)
-            return
-        end if
-        if (.not. fits(size(gradient, 1, c_size_t), int(info%pupil_samples, c_size_t), 'gradient', 1, stat, &
-            errmsg)) return
-        if (.not. fits(size(gradient, 2, c_size_t), int(info%pupil_samples, c_size_t), 'gradient', 2, stat, &
-            errmsg)) return
-        status = toliman_sim_get_opd_gradient(self%handle, weights, of_stride, gradient)
-        call conclude(status, stat, errmsg)
-    end subroutine
-
     ! Returns the name of a verdict ("accepted"), "?" for an unknown one.
     function tracker_verdict_name(verdict) result(answer)
         integer(c_int32_t), intent(in) :: verdict
@@ -4894,6 +5226,27 @@ contains
         class(toliman_component_set), intent(in) :: other
         if (c_associated(self%handle) .or. c_associated(other%handle)) &
             error stop 'libtoliman: a toliman_component_set cannot be assigned'
+    end subroutine
+
+    ! Destroys the object; create may be called again.
+    impure elemental subroutine frame_fit_destroy(self)
+        class(toliman_frame_fit), intent(inout) :: self
+        call toliman_fit_destroy(self%handle)
+        self%handle = c_null_ptr
+        self%rows = -1
+        self%cols = -1
+    end subroutine
+
+    impure elemental subroutine frame_fit_final(self)
+        type(toliman_frame_fit), intent(inout) :: self
+        call self%destroy()
+    end subroutine
+
+    subroutine frame_fit_assign(self, other)
+        class(toliman_frame_fit), intent(inout) :: self
+        class(toliman_frame_fit), intent(in) :: other
+        if (c_associated(self%handle) .or. c_associated(other%handle)) &
+            error stop 'libtoliman: a toliman_frame_fit cannot be assigned'
     end subroutine
 
     ! Destroys the object; create may be called again.

@@ -6,6 +6,7 @@
 #include <toliman/budget.h>
 #include <toliman/cae.h>
 #include <toliman/components.h>
+#include <toliman/fit.h>
 #include <toliman/frame.h>
 #include <toliman/image.h>
 #include <toliman/ingest.h>

@@ -64,6 +64,9 @@ inline void destroy_cae(toliman_cae *cae) {
 inline void destroy_linear(toliman_linear *linear) {
     toliman_linear_destroy(linear);
 }
+inline void destroy_fit(toliman_fit *fit) {
+    toliman_fit_destroy(fit);
+}
 inline void destroy_components(toliman_components *components) {
     toliman_components_destroy(components);
 }
@@ -86,6 +89,7 @@ inline void destroy_track(toliman_track *track) {
 using simulator = handle<toliman_sim, destroy_sim>;
 using autoencoder = handle<toliman_cae, destroy_cae>;
 using linear_estimator = handle<toliman_linear, destroy_linear>;
+using frame_fit = handle<toliman_fit, destroy_fit>;
 using component_set = handle<toliman_components, destroy_components>;
 using phase_mask = handle<toliman_mask, destroy_mask>;
 using pair_reader = handle<toliman_ingest, destroy_ingest>;

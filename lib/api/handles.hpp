@@ -6,6 +6,7 @@
 #include "cae/network.hpp"
 #include "cae/training.hpp"
 #include "cae/workspaces.hpp"
+#include "fit/fit.hpp"
 #include "linear/template.hpp"
 #include "optics/simulator.hpp"
 #include "period/stream.hpp"
@@ -25,6 +26,12 @@ struct toliman_cae : toliman::api::Handle<toliman_cae> {
 struct toliman_linear : toliman::api::Handle<toliman_linear> {
     static constexpr char kType[] = "toliman_linear";
     toliman::linear::TemplateEstimator estimator;
+};
+
+struct toliman_fit : toliman::api::Handle<toliman_fit> {
+    static constexpr char kType[] = "toliman_fit";
+    toliman::fit::Fit fit;
+    mutable toliman::fit::Workspaces workspaces{};
 };
 
 struct toliman_period : toliman::api::Handle<toliman_period> {

@@ -4,10 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "api/choice.hpp"
 #include "api/guard.hpp"
 #include "api/handles.hpp"
-#include "base/nearest_word.hpp"
+#include "api/parameters.hpp"
 
 namespace api = toliman::api;
 namespace optics = toliman::optics;
@@ -18,26 +17,11 @@ using toliman::Status;
 
 namespace {
 
-constexpr api::Choice<toliman::Scope> kScopes = {TOLIMAN_SIM_SCOPE_FRAME, TOLIMAN_SIM_SCOPE_INSTRUMENT,
-                                                 "TOLIMAN_SIM_SCOPE_..."};
-
-// Static texts.
-const std::vector<std::string> &names() {
-    static const std::vector<std::string> all = [] {
-        std::vector<std::string> list;
-        for (const Parameter parameter : toliman::all_parameters())
-            list.push_back(name_of(parameter));
-        return list;
-    }();
-    return all;
-}
-
 Parameter parameter_named(const std::string &name) {
     if (const auto parameter = toliman::parameter_named(name))
         return *parameter;
-    const std::string nearest = toliman::nearest_word(name, names());
     fail(Status::argument, "{name} = \"%s\": must be the name of a parameter%s", name.substr(0, 40).c_str(),
-         nearest.empty() ? "" : ("; did you mean \"" + nearest + "\"?").c_str());
+         api::suggestion_for(name).c_str());
 }
 
 // The caller's weights without gaps.
@@ -64,11 +48,7 @@ toliman_status toliman_sim_get_parameter(int32_t index, toliman_sim_parameter *o
         const int32_t count = toliman_sim_parameter_count();
         if (index < 0 || index >= count)
             fail(Status::range, "{index} = %d: must be in [0, %d]", index, count - 1);
-        const auto number = static_cast<size_t>(index);
-        const Parameter parameter = toliman::all_parameters()[number];
-        api::deliver(toliman_sim_parameter{0, kScopes.to_constant(scope_of(parameter)), names()[number].c_str(),
-                                           unit_of(parameter)},
-                     out, "out");
+        api::deliver(api::public_parameter(toliman::all_parameters()[static_cast<size_t>(index)]), out, "out");
     });
 }
 

@@ -10,21 +10,19 @@
 
 namespace toliman {
 
-// Given     frames; estimate(group, size, work, values, chi_square) of a group of at most `together` frames, with
-//           chi_square NULL if not requested
-// Returned  values [count] and, unless NULL, chi_square [count]; bit-identical for any number of workers
-// Notes     one job and one Workspace per worker; nothing is written if a frame fails. A group that fails is repeated
-//           frame by frame, so that the error names the frame.
-template <class Workspace, class Estimate>
-void estimate_many(const PixelFrames &frames, size_t count, size_t together, unsigned workers, double *values,
-                   double *chi_square, Estimate estimate) {
+// Given     frames; make_work() returns the working memory of a worker; estimate(group, first, size, work) of the
+// frames
+//           first ... first + size - 1, at most `together` at once
+// Notes     one job and one working memory per worker. A group that fails is repeated frame by frame, so that the error
+//           names the frame.
+template <class MakeWork, class Estimate>
+void for_groups(const PixelFrames &frames, size_t count, size_t together, unsigned workers, MakeWork make_work,
+                Estimate estimate) {
     const size_t threads = worker_count(workers);
     together = std::min(together, (count + threads - 1) / threads); // all of them at work; the bits are the same
     const size_t jobs = std::min(threads, (count + together - 1) / together);
-    Buffer<double> results(count), squares(chi_square != nullptr ? count : 0);
-    const auto square = [&](size_t i) { return chi_square != nullptr ? &squares[i] : nullptr; };
     run_jobs(static_cast<unsigned>(jobs), jobs, [&](size_t job) {
-        Workspace work;
+        auto work = make_work();
         std::vector<Buffer<double>> converted(together);
         std::vector<ImageView<const double>> group(together);
         for (size_t first = job * together; first < count; first += jobs * together) {
@@ -32,14 +30,29 @@ void estimate_many(const PixelFrames &frames, size_t count, size_t together, uns
             for (size_t i = 0; i < size; i++)
                 group[i] = frames.frame(first + i, converted[i]);
             try {
-                estimate(group.data(), size, work, &results[first], square(first));
+                estimate(group.data(), first, size, work);
             } catch (const Error &) {
                 for (size_t i = 0; i < size; i++)
-                    in_frame(first + i, [&] { estimate(&group[i], 1, work, &results[first + i], square(first + i)); });
+                    in_frame(first + i, [&] { estimate(&group[i], first + i, 1, work); });
                 throw;
             }
         }
     });
+}
+
+// Given     frames; estimate(group, size, work, values, chi_square) of a group of at most `together` frames, with
+//           chi_square NULL if not requested
+// Returned  values [count] and, unless NULL, chi_square [count]; bit-identical for any number of workers
+// Notes     nothing is written if a frame fails
+template <class Workspace, class Estimate>
+void estimate_many(const PixelFrames &frames, size_t count, size_t together, unsigned workers, double *values,
+                   double *chi_square, Estimate estimate) {
+    Buffer<double> results(count), squares(chi_square != nullptr ? count : 0);
+    for_groups(
+        frames, count, together, workers, [] { return Workspace(); },
+        [&](const ImageView<const double> *group, size_t first, size_t size, Workspace &work) {
+            estimate(group, size, work, &results[first], chi_square != nullptr ? &squares[first] : nullptr);
+        });
     std::copy(results.begin(), results.end(), values);
     std::copy(squares.begin(), squares.end(), chi_square);
 }

@@ -27,6 +27,8 @@ RESULTS = {
     "toliman_cae_info": "NetworkInfo",
     "toliman_components_training": "ComponentsTraining",
     "toliman_components_info": "ComponentsInfo",
+    "toliman_fit_info": "FitInfo",
+    "toliman_fit_result": "FitResult",
     "toliman_mask_info": "MaskInfo",
     "toliman_period_info": "PeriodogramInfo",
     "toliman_period_model": "Model",
@@ -74,6 +76,8 @@ FLAGS = {
                                 "TOLIMAN_PERIOD_INACCURATE"),
     "toliman_period_info": ("TOLIMAN_PERIOD_FIXED_MEAN", "TOLIMAN_PERIOD_DOUBLE_LIMB"),
     "toliman_ingest_header_time": ("TOLIMAN_INGEST_ASSUMED", "TOLIMAN_INGEST_EXPIRED"),
+    "toliman_fit_result": ("TOLIMAN_FIT_NOT_CONVERGED", "TOLIMAN_FIT_OUTLIER", "TOLIMAN_FIT_SATURATED", "TOLIMAN_FIT_EDGE",
+                           "TOLIMAN_FIT_SEARCHED"),
 }
 
 

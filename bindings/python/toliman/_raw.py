@@ -771,6 +771,158 @@ class toliman_components_info(Sized):
     ]
 
 
+# Scopes of parameters: where a parameter has one value.
+TOLIMAN_SIM_SCOPE_FRAME = 341  # in a frame; it varies from frame to frame
+TOLIMAN_SIM_SCOPE_INSTRUMENT = 342  # in all frames
+
+
+class toliman_sim_parameter(Sized):
+    """A parameter of the forward model. Since 0.2.
+    struct_size: in: sizeof(toliman_sim_parameter)
+    scope: TOLIMAN_SIM_SCOPE_...
+    name: such as "zernike_7"; static text
+    unit: such as "nm", "" for a relative change; static text"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("scope", c_int32),
+        ("name", c_char_p),
+        ("unit", c_char_p),
+    ]
+
+
+class toliman_fit(Structure):
+    """Fit of a scene's forward model. It may be used from several threads at once."""
+
+
+# Largest number of parameters of a frame.
+TOLIMAN_FIT_MAX_PARAMETERS = 32
+
+
+class toliman_fit_options(Sized):
+    """Options of a fit.
+    workers: threads that prepare the model images, 0 = one per processor
+    free: further free parameters, names of sim_derivative.h separated by spaces:
+        "scale focus jitter_xx jitter_yy jitter_xy". NULL or "": none. Those that move
+        the stars (roll, anisotropy, shear) and wavelength are not available
+    capture_px: largest distance of the stars from their predicted places, along x and y;
+        0 = 15, at most 64
+    allocator: for the large arrays of the object; NULL = malloc
+    progress: called while the model images are prepared; may be NULL
+    log: receives warnings; may be NULL"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("workers", c_uint32),
+        ("free", c_char_p),
+        ("capture_px", c_double),
+        ("allocator", POINTER(toliman_allocator)),
+        ("progress", toliman_progress_fn),
+        ("progress_data", c_void_p),
+        ("log", toliman_log_fn),
+        ("log_data", c_void_p),
+    ]
+
+
+class toliman_fit_info(Sized):
+    """Properties of a fit.
+    struct_size: in: sizeof(toliman_fit_info)
+    oversampling: samples of the model images per pixel and axis
+    rows: shape of the frames
+    cols: shape of the frames
+    taps: samples per axis that interpolate a pixel of a model image
+    images: model images in memory
+    parameters: toliman_fit_parameter_count()
+    image_error: predicted error of the interpolation, relative to the peak of the model image
+    digest: FNV-1a of everything that determines the results"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("oversampling", c_uint32),
+        ("rows", c_int64),
+        ("cols", c_int64),
+        ("taps", c_uint32),
+        ("images", c_uint32),
+        ("parameters", c_uint32),
+        ("reserved", c_uint32),
+        ("image_error", c_double),
+        ("capture_px", c_double),
+        ("digest", c_uint64),
+    ]
+
+
+class toliman_fit_prediction(Sized):
+    """What is known of a frame before the fit. The fit starts there; its result hardly depends on it, except for
+    displacement_px, which is measured from the predicted separation.
+    flags: 0
+    time_days: time of the frame: a moving binary is at its place on the scene's orbit
+    x_px: expected shift of both stars from their places in the scene, as shift_x and shift_y
+    y_px: expected shift of both stars from their places in the scene, as shift_x and shift_y
+    separation_px: 0 = that of the scene at this time
+    position_angle_deg: with separation_px; ignored if that is 0"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("flags", c_uint32),
+        ("time_days", c_double),
+        ("x_px", c_double),
+        ("y_px", c_double),
+        ("separation_px", c_double),
+        ("position_angle_deg", c_double),
+    ]
+
+
+# Flags of a result. Without NOT_CONVERGED the result is the maximum of the likelihood near the prediction.
+# the places still moved by 1e-6 px after the last step; all numbers are NaN,
+# except iterations
+TOLIMAN_FIT_NOT_CONVERGED = 1
+# chi_square is more than 6 standard deviations above 1: the frame is damaged, or
+# the model lacks something
+TOLIMAN_FIT_OUTLIER = 2
+TOLIMAN_FIT_SATURATED = 4  # pixels at the full well or the largest count were excluded
+TOLIMAN_FIT_EDGE = 8  # a star is outside the frame, or as far from its predicted place as capture_px
+TOLIMAN_FIT_SEARCHED = 16  # the stars were not at their predicted places, and were searched for
+
+
+class toliman_fit_result(Sized):
+    """Result for one frame.
+    struct_size: in: sizeof(toliman_fit_result)
+    flags: TOLIMAN_FIT_...
+    displacement_px: separation_px minus the predicted separation
+    separation_px: distance from A to B
+    separation_sigma_px: standard deviations: square roots of the diagonal of the inverse Fisher matrix
+    x_px: place of the scene's centre, from the centre of the frame
+    y_px: place of the scene's centre, from the centre of the frame
+    x_sigma_px: place of the scene's centre, from the centre of the frame
+    y_sigma_px: place of the scene's centre, from the centre of the frame
+    flux_a: relative change of the photons of a star
+    flux_b: relative change of the photons of a star
+    background: photons per pixel
+    chi_square: sum of squared residuals over their variances, per degree of freedom
+    iterations: Gauss-Newton steps
+    excluded: saturated pixels"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("flags", c_uint32),
+        ("displacement_px", c_double),
+        ("separation_px", c_double),
+        ("separation_sigma_px", c_double),
+        ("position_angle_deg", c_double),
+        ("position_angle_sigma_deg", c_double),
+        ("x_px", c_double),
+        ("y_px", c_double),
+        ("x_sigma_px", c_double),
+        ("y_sigma_px", c_double),
+        ("flux_a", c_double),
+        ("flux_b", c_double),
+        ("background", c_double),
+        ("chi_square", c_double),
+        ("iterations", c_int32),
+        ("excluded", c_int32),
+    ]
+
+
 # Point of the exposure to which the time stamps of a file refer. Since 0.2.
 TOLIMAN_FRAME_STAMP_START = 601
 TOLIMAN_FRAME_STAMP_MIDDLE = 602
@@ -1489,26 +1641,6 @@ class toliman_series_info(Sized):
     ]
 
 
-# Scopes of parameters: where a parameter has one value.
-TOLIMAN_SIM_SCOPE_FRAME = 341  # in a frame; it varies from frame to frame
-TOLIMAN_SIM_SCOPE_INSTRUMENT = 342  # in all frames
-
-
-class toliman_sim_parameter(Sized):
-    """A parameter of the forward model. Since 0.2.
-    struct_size: in: sizeof(toliman_sim_parameter)
-    scope: TOLIMAN_SIM_SCOPE_...
-    name: such as "zernike_7"; static text
-    unit: such as "nm", "" for a relative change; static text"""
-
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("scope", c_int32),
-        ("name", c_char_p),
-        ("unit", c_char_p),
-    ]
-
-
 class toliman_track(Structure):
     """Tracker. Functions that take a const tracker may run on one tracker from several threads; all others need exclusive
     use."""
@@ -1842,6 +1974,16 @@ OF_OBJECTS = {
     "toliman_components_train": True,
     "toliman_components_get_series": False,
     "toliman_components_get_info": False,
+    "toliman_sim_get_derivative": False,
+    "toliman_sim_get_opd_gradient": False,
+    "toliman_fit_create": False,
+    "toliman_fit_destroy": True,
+    "toliman_fit_parameter_count": False,
+    "toliman_fit_get_parameter": False,
+    "toliman_fit_get_info": False,
+    "toliman_fit_frame": False,
+    "toliman_fit_frames": False,
+    "toliman_fit_predict": False,
     "toliman_ingest_destroy": True,
     "toliman_ingest_next": True,
     "toliman_ingest_finish": True,
@@ -1881,8 +2023,6 @@ OF_OBJECTS = {
     "toliman_series_destroy": True,
     "toliman_series_parse": True,
     "toliman_series_get_info": False,
-    "toliman_sim_get_derivative": False,
-    "toliman_sim_get_opd_gradient": False,
     "toliman_track_destroy": True,
     "toliman_track_push": True,
     "toliman_track_commit": True,
@@ -2478,6 +2618,127 @@ Errors: TOLIMAN_E_STATE before training; TOLIMAN_E_RANGE for a component that wa
     "toliman_components_get_info": (
         c_int32, (("components", POINTER(toliman_components)), ("out", POINTER(toliman_components_info))),
         """Writes the properties of a collection to *out, whose struct_size must be set.""",
+    ),
+    "toliman_sim_parameter_count": (
+        c_int32, (),
+        """Returns the number of parameters. Later versions may append parameters. Since 0.2.""",
+    ),
+    "toliman_sim_get_parameter": (
+        c_int32, (("index", c_int32), ("out", POINTER(toliman_sim_parameter))),
+        """Writes parameter number `index`, 0 <= index < toliman_sim_parameter_count(), to *out, whose struct_size must be set.
+TOLIMAN_E_RANGE for any other index. Since 0.2.""",
+    ),
+    "toliman_sim_get_derivative": (
+        c_int32, (
+            ("sim", POINTER(toliman_sim)),
+            ("name", c_char_p),
+            ("image", POINTER(c_double)),
+            ("stride", c_size_t),
+        ),
+        """Writes the derivative of the expected frame by the parameter with this name to image[rows][stride], in the unit of
+the frame per unit of the parameter; stride >= cols, in elements. The simulator keeps the image: only the first call
+for a parameter computes it.
+Errors: TOLIMAN_E_ARGUMENT for an unknown name or a smaller stride; TOLIMAN_E_UNSUPPORTED if the scene has no such
+derivative: flux_b, temperature_b, spectrum_b_... and position_angle of a single star; mask_... unless the mask is a
+spiral with edges "area"; temperature_... and spectrum_... of spectral lines or a single wavelength;
+with PADDED_FFT all but separation, shift_x, shift_y, roll, flux_a, flux_b, background, scale and focus.
+Since 0.2.""",
+    ),
+    "toliman_sim_get_opd_gradient": (
+        c_int32, (
+            ("sim", POINTER(toliman_sim)),
+            ("weights", POINTER(c_double)),
+            ("stride", c_size_t),
+            ("gradient", POINTER(c_double)),
+        ),
+        """Writes the gradient by the optical path difference of the pupil to gradient[N][N]: the derivative of the sum over
+pixels of weights[rows][stride] times the expected frame, in the unit of the frame, by the OPD (m) of each cell of
+toliman_sim_get_pupil; 0 where the pupil is closed. stride >= cols, in elements. For any mode of the OPD, the sum
+over cells of mode times gradient equals the sum over pixels of weights times the derivative by this mode. The
+gradient costs about as much as one such derivative. The photons of the stars remain as they are, as for derivatives.
+Errors: TOLIMAN_E_ARGUMENT for a smaller stride or a weight that is not finite; TOLIMAN_E_UNSUPPORTED with
+PADDED_FFT. Since 0.2.""",
+    ),
+    "toliman_fit_options_init": (
+        None, (("options", POINTER(toliman_fit_options)), ("size", c_size_t)),
+        """Sets *options, a struct of `size` bytes, to the defaults.""",
+    ),
+    "toliman_fit_create": (
+        c_int32, (
+            ("sim", POINTER(toliman_sim)),
+            ("options", POINTER(toliman_fit_options)),
+            ("out", POINTER(POINTER(toliman_fit))),
+        ),
+        """Creates the fit of a scene. The simulator is not needed afterwards. options may be NULL. The caller destroys *out.
+Errors:
+  - TOLIMAN_E_ARGUMENT for an unknown parameter, or one that is named twice or always free;
+  - TOLIMAN_E_SCENE if the parameters cannot be told apart in a frame of the scene;
+  - TOLIMAN_E_UNSUPPORTED for a single star, with PADDED_FFT, or if the scene has no derivative by a parameter;
+  - TOLIMAN_E_CANCELLED if progress returned a nonzero value.""",
+    ),
+    "toliman_fit_destroy": (
+        None, (("fit", POINTER(toliman_fit)),),
+        """Destroys a fit. NULL is allowed.""",
+    ),
+    "toliman_fit_parameter_count": (
+        c_int32, (("fit", POINTER(toliman_fit)),),
+        """Returns the number of parameters, 7 plus those of toliman_fit_options.free; 0 for NULL.""",
+    ),
+    "toliman_fit_get_parameter": (
+        c_int32, (("fit", POINTER(toliman_fit)), ("index", c_int32), ("out", POINTER(toliman_sim_parameter))),
+        """Writes parameter number `index`, 0 <= index < toliman_fit_parameter_count(), to *out, whose struct_size must be set.
+TOLIMAN_E_RANGE for any other index.""",
+    ),
+    "toliman_fit_get_info": (
+        c_int32, (("fit", POINTER(toliman_fit)), ("out", POINTER(toliman_fit_info))),
+        """Writes the properties of a fit to *out, whose struct_size must be set.""",
+    ),
+    "toliman_fit_frame": (
+        c_int32, (
+            ("fit", POINTER(toliman_fit)),
+            ("counts", POINTER(c_double)),
+            ("stride", c_size_t),
+            ("prediction", POINTER(toliman_fit_prediction)),
+            ("result", POINTER(toliman_fit_result)),
+            ("values", POINTER(c_double)),
+            ("covariance", POINTER(c_double)),
+        ),
+        """Fits one frame counts[rows][stride]. Allocates nothing, unless more calls run at once than ever before.
+  prediction  NULL: time 0, no shift
+  result      struct_size must be set
+  values      [n], or NULL: all n = toliman_fit_parameter_count() parameters, as listed at the top
+  covariance  [n][n], or NULL: their covariance, the inverse Fisher matrix
+A frame that cannot be fitted is no error: see the flags. Results depend on the frame and its prediction only.
+Errors: TOLIMAN_E_ARGUMENT for a non-finite count, naming its row and column, for a prediction that is not finite or
+outside the range of the model images, and for a smaller stride.""",
+    ),
+    "toliman_fit_frames": (
+        c_int32, (
+            ("fit", POINTER(toliman_fit)),
+            ("image", POINTER(toliman_image)),
+            ("count", c_size_t),
+            ("predictions", POINTER(toliman_fit_prediction)),
+            ("threads", c_uint32),
+            ("results", POINTER(toliman_fit_result)),
+        ),
+        """Fits `count` frames of image. Each result is bit-identical to that of toliman_fit_frame.
+  predictions  [count]; NULL: time 0, no shift
+  threads      worker threads, 0 = one per processor
+  results      [count]; struct_size of the first must be set
+Errors: as toliman_fit_frame, naming the frame; TOLIMAN_E_ARGUMENT for another shape.""",
+    ),
+    "toliman_fit_predict": (
+        c_int32, (
+            ("fit", POINTER(toliman_fit)),
+            ("prediction", POINTER(toliman_fit_prediction)),
+            ("image", POINTER(c_double)),
+            ("stride", c_size_t),
+            ("values", POINTER(c_double)),
+            ("covariance", POINTER(c_double)),
+        ),
+        """Writes what a fit of an undisturbed frame with this prediction would return: the expected frame to
+image[rows][stride] (NULL: not computed), the parameters to values[n] and their covariance, the Cramer-Rao bound, to
+covariance[n][n] (either may be NULL). Errors: as toliman_fit_frame.""",
     ),
     "toliman_ingest_options_init": (
         None, (("options", POINTER(toliman_ingest_options)), ("size", c_size_t)),
@@ -3100,46 +3361,6 @@ TOLIMAN_E_MISMATCH if the input has no such columns: no line of it can be used. 
     "toliman_series_get_info": (
         c_int32, (("series", POINTER(toliman_series)), ("out", POINTER(toliman_series_info))),
         """Writes the properties to *out, whose struct_size must be set. Since 0.2.""",
-    ),
-    "toliman_sim_parameter_count": (
-        c_int32, (),
-        """Returns the number of parameters. Later versions may append parameters. Since 0.2.""",
-    ),
-    "toliman_sim_get_parameter": (
-        c_int32, (("index", c_int32), ("out", POINTER(toliman_sim_parameter))),
-        """Writes parameter number `index`, 0 <= index < toliman_sim_parameter_count(), to *out, whose struct_size must be set.
-TOLIMAN_E_RANGE for any other index. Since 0.2.""",
-    ),
-    "toliman_sim_get_derivative": (
-        c_int32, (
-            ("sim", POINTER(toliman_sim)),
-            ("name", c_char_p),
-            ("image", POINTER(c_double)),
-            ("stride", c_size_t),
-        ),
-        """Writes the derivative of the expected frame by the parameter with this name to image[rows][stride], in the unit of
-the frame per unit of the parameter; stride >= cols, in elements. The simulator keeps the image: only the first call
-for a parameter computes it.
-Errors: TOLIMAN_E_ARGUMENT for an unknown name or a smaller stride; TOLIMAN_E_UNSUPPORTED if the scene has no such
-derivative: flux_b, temperature_b, spectrum_b_... and position_angle of a single star; mask_... unless the mask is a
-spiral with edges "area"; temperature_... and spectrum_... of spectral lines or a single wavelength;
-with PADDED_FFT all but separation, shift_x, shift_y, roll, flux_a, flux_b, background, scale and focus.
-Since 0.2.""",
-    ),
-    "toliman_sim_get_opd_gradient": (
-        c_int32, (
-            ("sim", POINTER(toliman_sim)),
-            ("weights", POINTER(c_double)),
-            ("stride", c_size_t),
-            ("gradient", POINTER(c_double)),
-        ),
-        """Writes the gradient by the optical path difference of the pupil to gradient[N][N]: the derivative of the sum over
-pixels of weights[rows][stride] times the expected frame, in the unit of the frame, by the OPD (m) of each cell of
-toliman_sim_get_pupil; 0 where the pupil is closed. stride >= cols, in elements. For any mode of the OPD, the sum
-over cells of mode times gradient equals the sum over pixels of weights times the derivative by this mode. The
-gradient costs about as much as one such derivative. The photons of the stars remain as they are, as for derivatives.
-Errors: TOLIMAN_E_ARGUMENT for a smaller stride or a weight that is not finite; TOLIMAN_E_UNSUPPORTED with
-PADDED_FFT. Since 0.2.""",
     ),
     "toliman_track_verdict_name": (
         c_char_p, (("verdict", c_int32),),

@@ -194,6 +194,56 @@ class ComponentsInfo(Result):
 
 
 @result
+class Parameter(Result):
+    """A parameter of the forward model."""
+
+    scope: str = member("...", words="TOLIMAN_SIM_SCOPE")
+    name: str = member("such as \"zernike_7\"; static text")
+    unit: str = member("such as \"nm\", \"\" for a relative change; static text")
+
+
+@result
+class FitInfo(Result):
+    """Properties of a fit."""
+
+    oversampling: int = member("samples of the model images per pixel and axis")
+    rows: int = member("shape of the frames")
+    cols: int = member("shape of the frames")
+    taps: int = member("samples per axis that interpolate a pixel of a model image")
+    images: int = member("model images in memory")
+    parameters: int = member("toliman_fit_parameter_count()")
+    image_error: float = member("predicted error of the interpolation, relative to the peak of the model image")
+    capture_px: float
+    digest: int = member("FNV-1a of everything that determines the results")
+
+
+@result
+class FitResult(Result):
+    """Result for one frame."""
+
+    displacement_px: float = member("separation_px minus the predicted separation")
+    separation_px: float = member("distance from A to B")
+    separation_sigma_px: float = member("standard deviations: square roots of the diagonal of the inverse Fisher matrix")
+    position_angle_deg: float
+    position_angle_sigma_deg: float
+    x_px: float = member("place of the scene's centre, from the centre of the frame")
+    y_px: float = member("place of the scene's centre, from the centre of the frame")
+    x_sigma_px: float = member("place of the scene's centre, from the centre of the frame")
+    y_sigma_px: float = member("place of the scene's centre, from the centre of the frame")
+    flux_a: float = member("relative change of the photons of a star")
+    flux_b: float = member("relative change of the photons of a star")
+    background: float = member("photons per pixel")
+    chi_square: float = member("sum of squared residuals over their variances, per degree of freedom")
+    iterations: int = member("Gauss-Newton steps")
+    excluded: int = member("saturated pixels")
+    not_converged: bool = member("the places still moved by 1e-6 px after the last step; all numbers are NaN, except iterations", flag=1)
+    outlier: bool = member("chi_square is more than 6 standard deviations above 1: the frame is damaged, or the model lacks something", flag=2)
+    saturated: bool = member("pixels at the full well or the largest count were excluded", flag=4)
+    edge: bool = member("a star is outside the frame, or as far from its predicted place as capture_px", flag=8)
+    searched: bool = member("the stars were not at their predicted places, and were searched for", flag=16)
+
+
+@result
 class PairInfo(Result):
     """Properties and counts of a reader."""
 
@@ -309,15 +359,6 @@ class Sampling(Result):
     above_nyquist: bool = member("Flag: the grid exceeds 1/(2 step), where regular samples repeat the power at lower frequencies. peak and _peaks never set it, because the accumulators do not contain the step. fit takes the step from the times; so does _sampling, or, if t is NULL, it assumes regular times.", flag=64)
     needs_double_limb: bool = member("toliman_period_sampling: at some frequency above 0, single-limb accumulators may give the power with an error above 1e-9. Use double_limb.", flag=128)
     inaccurate: bool = member("a result: the error bound of the power (see Accuracy above), computed from the accumulators, exceeds 1e-3. For a peak or a model, at its grid point. For toliman_period_sampling, at any frequency above 0 except multiples of 1/(2 step), where cosine and sine of regular samples always coincide. With double_limb it is rare.", flag=16)
-
-
-@result
-class Parameter(Result):
-    """A parameter of the forward model."""
-
-    scope: str = member("...", words="TOLIMAN_SIM_SCOPE")
-    name: str = member("such as \"zernike_7\"; static text")
-    unit: str = member("such as \"nm\", \"\" for a relative change; static text")
 
 
 @result

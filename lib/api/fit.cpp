@@ -1,0 +1,255 @@
+// include/toliman/fit.h
+#include <toliman/fit.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <limits>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "api/guard.hpp"
+#include "api/handles.hpp"
+#include "api/memory.hpp"
+#include "api/parameters.hpp"
+#include "api/pixel_frames.hpp"
+#include "api/struct_array.hpp"
+#include "base/estimates.hpp"
+#include "base/text.hpp"
+
+using namespace toliman;
+using namespace toliman::api;
+
+namespace {
+
+constexpr double kCapturePx = 15, kLargestCapturePx = 64;
+
+// The parameters that are free in every fit, and those that no fit has.
+constexpr const char *kAlwaysFree[] = {"separation", "position_angle", "shift_x",   "shift_y",
+                                       "flux_a",     "flux_b",         "background"};
+constexpr const char *kNeverFree[] = {"roll", "anisotropy", "shear", "wavelength"};
+static_assert(std::size(kAlwaysFree) == fit::kFewestParameters && fit::kMostParameters == TOLIMAN_FIT_MAX_PARAMETERS);
+
+template <size_t N> bool contains(const char *const (&words)[N], const std::string &word) {
+    return std::find(std::begin(words), std::end(words), word) != std::end(words);
+}
+
+// The parameter with this name, one of options->free; `before` are those named before it.
+Parameter free_parameter(const std::string &name, const std::vector<Parameter> &before) {
+    const std::string shown = name.substr(0, 40);
+    const std::optional<Parameter> parameter = parameter_named(name);
+    if (!parameter)
+        fail(Status::argument, "{options->free}: \"%s\": must be the name of a parameter%s", shown.c_str(),
+             suggestion_for(name).c_str());
+    if (contains(kAlwaysFree, name))
+        fail(Status::argument, "{options->free}: \"%s\": is always free", shown.c_str());
+    if (contains(kNeverFree, name))
+        fail(Status::argument, "{options->free}: \"%s\": is not available in a fit", shown.c_str());
+    if (std::find(before.begin(), before.end(), *parameter) != before.end())
+        fail(Status::argument, "{options->free}: \"%s\": is named twice", shown.c_str());
+    return *parameter;
+}
+
+std::vector<Parameter> free_parameters(const char *text) {
+    constexpr size_t kMost = fit::kMostParameters - fit::kFewestParameters;
+    std::vector<Parameter> parameters;
+    const std::string names = text != nullptr ? text : "";
+    for (size_t at = names.find_first_not_of(' '); at != std::string::npos;) {
+        const size_t end = std::min(names.find(' ', at), names.size());
+        parameters.push_back(free_parameter(names.substr(at, end - at), parameters));
+        at = names.find_first_not_of(' ', end);
+    }
+    if (parameters.size() > kMost)
+        fail(Status::argument, "{options->free}: %zu names: must be at most %zu", parameters.size(), kMost);
+    return parameters;
+}
+
+fit::Settings settings_of(const toliman_fit_options &options) {
+    if (!(options.capture_px >= 0 && options.capture_px <= kLargestCapturePx))
+        fail(Status::argument, "{options->capture_px} = %g: must be in (0, %g] px, or 0 for %g", options.capture_px,
+             kLargestCapturePx, kCapturePx);
+    fit::Settings settings;
+    settings.workers = options.workers;
+    settings.free = free_parameters(options.free);
+    settings.capture_px = options.capture_px != 0 ? options.capture_px : kCapturePx;
+    settings.progress = {options.progress, options.progress_data};
+    settings.log = {options.log, options.log_data};
+    return settings;
+}
+
+// What the caller knows of a frame. `name` is that of the argument in messages, "prediction" or "predictions".
+fit::Prediction prediction_of(const toliman_fit_prediction &given, const char *name) {
+    if (given.flags != 0)
+        fail(Status::argument, "{%s->flags} = %u: must be 0", name, given.flags);
+    const std::pair<const char *, double> numbers[] = {{"time_days", given.time_days},
+                                                       {"x_px", given.x_px},
+                                                       {"y_px", given.y_px},
+                                                       {"separation_px", given.separation_px},
+                                                       {"position_angle_deg", given.position_angle_deg}};
+    for (const auto &[member, number] : numbers)
+        if (!std::isfinite(number))
+            fail(Status::argument, "{%s->%s} = %g: must be finite", name, member, number);
+    if (given.separation_px < 0)
+        fail(Status::argument, "{%s->separation_px} = %g: must be above 0 px, or 0 for that of the scene", name,
+             given.separation_px);
+    return {given.time_days, {given.x_px, given.y_px}, given.separation_px, given.position_angle_deg};
+}
+
+fit::Prediction prediction_of(const toliman_fit_prediction *given) {
+    return given == nullptr ? fit::Prediction() : prediction_of(accept(given, {}, "prediction"), "prediction");
+}
+
+// The numbers of a frame that was not fitted are NaN.
+void copy_parameters(const fit::Result &result, size_t n, double *values, double *covariance) {
+    constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+    const bool fitted = (result.flags & fit::not_converged) == 0;
+    for (size_t i = 0; values != nullptr && i < n; i++)
+        values[i] = fitted ? result.values[i] : nan;
+    for (size_t i = 0; covariance != nullptr && i < n * n; i++)
+        covariance[i] = fitted ? result.covariance[i] : nan;
+}
+
+toliman_fit_result public_result(const fit::Result &result, size_t n) {
+    double values[fit::kMostParameters], covariance[fit::kMostParameters * fit::kMostParameters];
+    copy_parameters(result, n, values, covariance);
+    const auto sigma = [&](size_t i) { return std::sqrt(covariance[i * n + i]); };
+    const bool fitted = (result.flags & fit::not_converged) == 0;
+    constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+    toliman_fit_result out = {};
+    out.flags = result.flags;
+    out.displacement_px = fitted ? result.displacement_px : nan;
+    out.separation_px = values[0];
+    out.separation_sigma_px = sigma(0);
+    out.position_angle_deg = values[1];
+    out.position_angle_sigma_deg = sigma(1);
+    out.x_px = values[2];
+    out.y_px = values[3];
+    out.x_sigma_px = sigma(2);
+    out.y_sigma_px = sigma(3);
+    out.flux_a = values[4];
+    out.flux_b = values[5];
+    out.background = values[6];
+    out.chi_square = fitted ? result.chi_square : nan;
+    out.iterations = result.iterations;
+    out.excluded = result.excluded;
+    return out;
+}
+
+} // namespace
+
+void toliman_fit_options_init(toliman_fit_options *options, size_t size) noexcept {
+    deliver_defaults(toliman_fit_options{}, options, size);
+}
+
+toliman_status toliman_fit_create(const toliman_sim *sim, const toliman_fit_options *options,
+                                  toliman_fit **out) noexcept {
+    return guard([&] {
+        const toliman_fit_options known = accept(options, toliman_fit_options{}, "options");
+        const fit::Settings settings = settings_of(known);
+        const MemoryScope scope(memory_of(known.allocator));
+        const Use use(sim, "sim");
+        toliman_fit *&made = required(out, "out");
+        made = new toliman_fit{{}, fit::Fit(use->simulator, settings)};
+    });
+}
+
+void toliman_fit_destroy(toliman_fit *fit) noexcept {
+    destroy(fit);
+}
+
+int32_t toliman_fit_parameter_count(const toliman_fit *fit) noexcept {
+    return fit != nullptr ? static_cast<int32_t>(fit->fit.parameters().size()) : 0;
+}
+
+toliman_status toliman_fit_get_parameter(const toliman_fit *handle, int32_t index,
+                                         toliman_sim_parameter *out) noexcept {
+    return guard([&] {
+        const Use use(handle, "fit");
+        const std::vector<Parameter> &parameters = use->fit.parameters();
+        const auto count = static_cast<int32_t>(parameters.size());
+        if (index < 0 || index >= count)
+            fail(Status::range, "{index} = %d: must be in [0, %d]", index, count - 1);
+        const Parameter parameter = parameters[static_cast<size_t>(index)];
+        toliman_sim_parameter found = public_parameter(parameter);
+        if (parameter.kind == Parameter::Kind::position_angle)
+            found.unit = "deg";
+        deliver(found, out, "out");
+    });
+}
+
+toliman_status toliman_fit_get_info(const toliman_fit *handle, toliman_fit_info *out) noexcept {
+    return guard([&] {
+        const Use use(handle, "fit");
+        const fit::Fit &fit = use->fit;
+        toliman_fit_info info = {};
+        info.oversampling = static_cast<uint32_t>(fit.atlas().oversampling());
+        info.rows = static_cast<int64_t>(fit.rows());
+        info.cols = static_cast<int64_t>(fit.cols());
+        info.taps = static_cast<uint32_t>(fit.atlas().taps());
+        info.images = static_cast<uint32_t>(fit.atlas().images());
+        info.parameters = static_cast<uint32_t>(fit.parameters().size());
+        info.image_error = fit.atlas().error();
+        info.capture_px = fit.capture_px();
+        info.digest = fit.digest();
+        deliver(info, out, "out");
+    });
+}
+
+toliman_status toliman_fit_frame(const toliman_fit *handle, const double *counts, size_t stride,
+                                 const toliman_fit_prediction *prediction, toliman_fit_result *result, double *values,
+                                 double *covariance) noexcept {
+    return guard([&] {
+        const Use use(handle, "fit");
+        const fit::Fit &fit = use->fit;
+        required_image(counts, stride, fit.cols(), "counts");
+        check_struct_size("result", required(result, "result"));
+        fit::Workspaces::Lease work(use->workspaces);
+        fit::Result found;
+        fit.frame({counts, fit.rows(), fit.cols(), stride}, prediction_of(prediction), *work, found);
+        deliver(public_result(found, fit.parameters().size()), result, "result");
+        copy_parameters(found, fit.parameters().size(), values, covariance);
+    });
+}
+
+toliman_status toliman_fit_frames(const toliman_fit *handle, const toliman_image *image, size_t count,
+                                  const toliman_fit_prediction *predictions, uint32_t threads,
+                                  toliman_fit_result *results) noexcept {
+    return guard([&] {
+        const Use use(handle, "fit");
+        const fit::Fit &fit = use->fit;
+        if (count == 0)
+            return;
+        const PixelFrames frames = frames_of(image, count, fit.rows(), fit.cols());
+        const StructArray<toliman_fit_result> out(results, "results");
+        std::optional<StructArray<const toliman_fit_prediction>> given;
+        if (predictions != nullptr)
+            given.emplace(predictions, "predictions");
+        Buffer<toliman_fit_result> found(count); // so that nothing is written if a frame fails
+        for_groups(
+            frames, count, 1, threads, [&] { return fit::Workspaces::Lease(use->workspaces); },
+            [&](const ImageView<const double> *frame, size_t i, size_t, fit::Workspaces::Lease &work) {
+                fit::Result result;
+                fit.frame(*frame, given ? prediction_of(given->get(i), "prediction") : fit::Prediction(), *work,
+                          result);
+                found[i] = public_result(result, fit.parameters().size());
+            });
+        for (size_t i = 0; i < count; i++)
+            out.put(i, found[i]);
+    });
+}
+
+toliman_status toliman_fit_predict(const toliman_fit *handle, const toliman_fit_prediction *prediction, double *image,
+                                   size_t stride, double *values, double *covariance) noexcept {
+    return guard([&] {
+        const Use use(handle, "fit");
+        const fit::Fit &fit = use->fit;
+        if (image != nullptr)
+            required_image(image, stride, fit.cols(), "image");
+        fit::Workspaces::Lease work(use->workspaces);
+        fit::Result found;
+        fit.predict(prediction_of(prediction), {image, fit.rows(), fit.cols(), stride}, *work, found);
+        copy_parameters(found, fit.parameters().size(), values, covariance);
+    });
+}

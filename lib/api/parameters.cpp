@@ -1,0 +1,39 @@
+#include "api/parameters.hpp"
+
+#include <algorithm>
+#include <vector>
+
+#include "api/choice.hpp"
+#include "base/nearest_word.hpp"
+
+namespace toliman::api {
+
+namespace {
+
+constexpr Choice<Scope> kScopes = {TOLIMAN_SIM_SCOPE_FRAME, TOLIMAN_SIM_SCOPE_INSTRUMENT, "TOLIMAN_SIM_SCOPE_..."};
+
+// Static texts, in the order of all_parameters().
+const std::vector<std::string> &names() {
+    static const std::vector<std::string> all = [] {
+        std::vector<std::string> list;
+        for (const Parameter parameter : all_parameters())
+            list.push_back(name_of(parameter));
+        return list;
+    }();
+    return all;
+}
+
+} // namespace
+
+toliman_sim_parameter public_parameter(Parameter parameter) {
+    const std::vector<Parameter> &all = all_parameters();
+    const auto number = static_cast<size_t>(std::find(all.begin(), all.end(), parameter) - all.begin());
+    return {0, kScopes.to_constant(scope_of(parameter)), names()[number].c_str(), unit_of(parameter)};
+}
+
+std::string suggestion_for(const std::string &name) {
+    const std::string nearest = nearest_word(name, names());
+    return nearest.empty() ? "" : "; did you mean \"" + nearest + "\"?";
+}
+
+} // namespace toliman::api
