@@ -33,7 +33,7 @@ TOLIMAN_BEGIN_DECLS
 typedef struct toliman_fit toliman_fit;
 
 /* Largest number of parameters of a frame. */
-#define TOLIMAN_FIT_MAX_PARAMETERS 32
+#define TOLIMAN_FIT_MAX_PARAMETERS 32u
 
 /* Options of a fit. */
 typedef struct toliman_fit_options {

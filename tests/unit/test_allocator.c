@@ -7,6 +7,7 @@
 #include "test_folder.h"
 
 #include <toliman/components.h>
+#include <toliman/fit.h>
 #include <toliman/linear.h>
 #include <toliman/track.h>
 
@@ -86,6 +87,13 @@ static toliman_status linear_in(const toliman_allocator *allocator, void **out) 
     return toliman_linear_create(scene, &options, (toliman_linear **)out);
 }
 
+static toliman_status fit_in(const toliman_allocator *allocator, void **out) {
+    toliman_fit_options options = TOLIMAN_FIT_OPTIONS_INIT;
+    options.workers = 1;
+    options.allocator = allocator;
+    return toliman_fit_create(scene, &options, (toliman_fit **)out);
+}
+
 static toliman_status components_in(const toliman_allocator *allocator, void **out) {
     toliman_components_options options;
     toliman_components_options_init(&options, sizeof options);
@@ -141,6 +149,9 @@ static void destroy_cae(void *object) {
 static void destroy_linear(void *object) {
     toliman_linear_destroy(object);
 }
+static void destroy_fit(void *object) {
+    toliman_fit_destroy(object);
+}
 static void destroy_components(void *object) {
     toliman_components_destroy(object);
 }
@@ -162,6 +173,7 @@ static const struct kind {
     {"cae_load", loaded_cae_in, destroy_cae, 4 * kPixels * 4},
     {"cae_load_file", cae_file_in, destroy_cae, 4 * kPixels * 4},
     {"linear", linear_in, destroy_linear, 2 * kPixels * 8},
+    {"fit", fit_in, destroy_fit, 2 * kPixels * 8},
     {"components", components_in, destroy_components, (size_t)COLLECTED *kPixels * 4},
     {"period", period_in, destroy_period, FREQUENCIES * 100},
     {"period_load", loaded_period_in, destroy_period, FREQUENCIES * 100},

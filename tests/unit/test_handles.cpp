@@ -10,7 +10,9 @@
 namespace {
 
 constexpr char kScene[] = R"({"schema": "toliman-scene/1", "telescope": {"aperture_m": 0.125, "pupil_samples": 128},
-    "band": {"wavelength_nm": 550}, "stars": {"A": {"spectrum": {"kind": "blackbody", "temperature_k": 5790}}},
+    "band": {"wavelength_nm": 550}, "stars": {"A": {"spectrum": {"kind": "blackbody", "temperature_k": 5790}},
+        "B": {"spectrum": {"kind": "blackbody", "temperature_k": 5260}}},
+    "binary": {"separation_arcsec": 6, "position_angle_deg": 30},
     "cadence": {"frames": 10, "peak_photons": 1e6}, "detector": {"shape": [256, 256], "pixel_scale_arcsec": 0.1}})";
 
 // A pair of empty files in a temporary folder.
@@ -35,6 +37,7 @@ int make_one_of_each() {
     const auto sim = make<simulator>(toliman_sim_create_json, kScene, sizeof kScene - 1, nullptr, nullptr);
     const auto cae = make<autoencoder>(toliman_cae_create, sim.get(), 1u, nullptr);
     const auto linear = make<linear_estimator>(toliman_linear_create, sim.get(), nullptr);
+    const auto fit = make<frame_fit>(toliman_fit_create, sim.get(), nullptr);
     const auto components = make<component_set>(toliman_components_create, sim.get(), nullptr);
     auto one = sized<toliman_mask_options>();
     one.count = 1;
@@ -52,7 +55,7 @@ int make_one_of_each() {
     const auto track = make<tracker>(toliman_track_create, &options);
     const toliman_period *sums = nullptr;
     check(toliman_track_get_period(track.get(), &sums));
-    return cae && linear && components && mask && period && pair && toliman_period_count(sums) == 0 ? 0 : 1;
+    return cae && linear && fit && components && mask && period && pair && toliman_period_count(sums) == 0 ? 0 : 1;
 }
 
 int a_failure_is_an_exception() {

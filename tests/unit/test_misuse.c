@@ -7,6 +7,7 @@
 #include "cae_scene.h"
 #include "images.h"
 
+#include <toliman/fit.h>
 #include <toliman/linear.h>
 #include <toliman/toliman.h>
 
@@ -265,6 +266,7 @@ static void zeroed_options_are_the_defaults(void **state) {
     ASSERT_ZERO_IS_THE_DEFAULT(toliman_cae_train_options, TOLIMAN_CAE_TRAIN_OPTIONS_INIT);
     ASSERT_ZERO_IS_THE_DEFAULT(toliman_cae_save_options, TOLIMAN_CAE_SAVE_OPTIONS_INIT);
     ASSERT_ZERO_IS_THE_DEFAULT(toliman_linear_options, TOLIMAN_LINEAR_OPTIONS_INIT);
+    ASSERT_ZERO_IS_THE_DEFAULT(toliman_fit_options, TOLIMAN_FIT_OPTIONS_INIT);
     ASSERT_ZERO_IS_THE_DEFAULT(toliman_components_options, TOLIMAN_COMPONENTS_OPTIONS_INIT);
     ASSERT_ZERO_IS_THE_DEFAULT(toliman_ingest_options, TOLIMAN_INGEST_OPTIONS_INIT);
     ASSERT_ZERO_IS_THE_DEFAULT(toliman_components_train_options, TOLIMAN_COMPONENTS_TRAIN_OPTIONS_INIT);
