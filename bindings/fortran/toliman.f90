@@ -1262,32 +1262,33 @@ module toliman
 
     ! Options of a tracker.
     type, bind(C), public :: toliman_track_options
-        integer(c_int32_t) :: struct_size = 432
+        integer(c_int32_t) :: struct_size = 440
         integer(c_int32_t) :: flags = 0 ! TOLIMAN_TRACK_...
         ! folder of ledger, setup and checkpoint, created if missing. NULL = in memory, which takes 64 bytes more per
         ! frame and 8 per column
         type(c_ptr) :: folder = c_null_ptr
         ! largest number of frames, at most 2^28; 0 = 2^20. Memory: 3.2 MB + 24 bytes per frame
         integer(c_int64_t) :: capacity = 0
-        ! Estimator: one of cae, linear and estimate, or none if no frame is pushed. It must outlive the tracker, and
-        ! a network must not be trained meanwhile.
+        ! Estimator: one of cae, linear, fit and estimate, or none if no frame is pushed. It must outlive the tracker,
+        ! and a network must not be trained meanwhile.
         type(c_ptr) :: cae = c_null_ptr
         type(c_ptr) :: linear = c_null_ptr
         type(c_funptr) :: estimate = c_null_funptr
         type(c_ptr) :: estimate_data = c_null_ptr
         ! number that identifies `estimate`. If no estimator is given: the number of the estimator that wrote the
-        ! ledger. Ignored with cae and linear, whose number the library computes
+        ! ledger. Ignored with cae, linear and fit, whose number the library computes
         integer(c_int64_t) :: estimator_id = 0
         ! names of additional values of `estimate`, separated by commas ("dx,dy"): at most 7, of 1 to 24 characters
-        ! a-z 0-9 _; columns of a new ledger
+        ! a-z 0-9 _; columns of a new ledger. "" with cae and linear; set by fit
         character(kind=c_char) :: values(176) = c_null_char
-        ! standard deviation of a value; 0 = Cramer-Rao bound of cae or linear; required without them
+        ! standard deviation of a value; 0 = Cramer-Rao bound of cae or linear, half of that of fit; required without
+        ! them
         real(c_double) :: sigma = 0.0_c_double
         real(c_double) :: value_limit = 0.0_c_double ! a frame with |value| above it is an outlier; 0 = 10,000 sigma
         ! Geometry. Frames are rows x cols. From (crop_row, crop_col) on, blocks of bin x bin pixels are summed to the
         ! image_rows x image_cols image that the estimator takes. Defaults (0): bin = 1; image_rows and image_cols =
-        ! the shape that cae or linear takes, or, with `estimate`, as many blocks as fit into the frame; rows and cols
-        ! = the smallest frame that holds the image.
+        ! the shape that cae, linear or fit takes, or, with `estimate`, as many blocks as fit into the frame; rows and
+        ! cols = the smallest frame that holds the image.
         integer(c_int64_t) :: rows = 0
         integer(c_int64_t) :: cols = 0
         integer(c_int64_t) :: crop_row = 0
@@ -1332,6 +1333,13 @@ module toliman
         integer(c_int32_t) :: reserved = 0 ! 0
         ! length of an exposure, at most 1e9 s; 0 = that of the folder; in a new folder unknown
         real(c_double) :: exposure_s = 0.0_c_double
+        ! Estimator that follows moving stars. The prediction of a frame is its time in the scene, (TAI -
+        ! time_offset_ns) / 86400e9 days, so that time 0 of the scene is TAI time_offset_ns. The value is
+        ! displacement_px, its sigma separation_sigma_px; the columns are those of values = "separation_px,x_px,y_px".
+        ! The sigma of a frame may be 0.5 to 16 times that of the scene's frame at time 0. A frame that does not
+        ! converge is rejected with REASON_ESTIMATE. REBUILD with another time_offset_ns does not change values
+        ! recorded before. Since 0.2.
+        type(c_ptr) :: fit = c_null_ptr
     end type
 
     ! Record of the ledger: a frame as it arrived and its present verdict, or, with TOLIMAN_TRACK_VERDICT_MERGED, counts
@@ -2780,7 +2788,7 @@ module toliman
         end function
 
         ! Writes the options in force to *options, whose struct_size must be set, with defaults resolved. folder and
-        ! clock point to memory of the tracker. cae, linear, estimate, allocator and log are NULL.
+        ! clock point to memory of the tracker. cae, linear, fit, estimate, allocator and log are NULL.
         function toliman_track_get_options(track, options) bind(C) result(answer)
             import
             type(c_ptr), value :: track
@@ -5101,7 +5109,7 @@ contains
     end subroutine
 
     ! Writes the options in force to *options, whose struct_size must be set, with defaults resolved. folder and clock
-    ! point to memory of the tracker. cae, linear, estimate, allocator and log are NULL.
+    ! point to memory of the tracker. cae, linear, fit, estimate, allocator and log are NULL.
     subroutine tracker_get_options(self, options, stat, errmsg)
         class(toliman_tracker), intent(in) :: self
         type(toliman_track_options), intent(inout) :: options

@@ -40,6 +40,7 @@
 #define TOLIMAN_TRACK_H
 
 #include <toliman/cae.h>
+#include <toliman/fit.h>
 #include <toliman/frame.h>
 #include <toliman/linear.h>
 #include <toliman/period.h>
@@ -110,22 +111,22 @@ typedef struct toliman_track_options {
     const char *folder; /* folder of ledger, setup and checkpoint, created if missing. NULL = in memory, which takes
                            64 bytes more per frame and 8 per column */
     int64_t capacity;   /* largest number of frames, at most 2^28; 0 = 2^20. Memory: 3.2 MB + 24 bytes per frame */
-    /* Estimator: one of cae, linear and estimate, or none if no frame is pushed. It must outlive the tracker, and a
+    /* Estimator: one of cae, linear, fit and estimate, or none if no frame is pushed. It must outlive the tracker, and a
      * network must not be trained meanwhile. */
     const toliman_cae *cae;
     const toliman_linear *linear;
     toliman_estimate_fn estimate;
     void *estimate_data;
     uint64_t estimator_id; /* number that identifies `estimate`. If no estimator is given: the number of the estimator
-                              that wrote the ledger. Ignored with cae and linear, whose number the library computes */
+                              that wrote the ledger. Ignored with cae, linear and fit, whose number the library computes */
     char values[176];      /* names of additional values of `estimate`, separated by commas ("dx,dy"): at most 7, of
-                              1 to 24 characters a-z 0-9 _; columns of a new ledger */
-    double sigma;          /* standard deviation of a value; 0 = Cramer-Rao bound of cae or linear; required without
-                              them */
+                              1 to 24 characters a-z 0-9 _; columns of a new ledger. "" with cae and linear; set by fit */
+    double sigma;          /* standard deviation of a value; 0 = Cramer-Rao bound of cae or linear, half of that of fit;
+                              required without them */
     double value_limit;    /* a frame with |value| above it is an outlier; 0 = 10,000 sigma */
     /* Geometry. Frames are rows x cols. From (crop_row, crop_col) on, blocks of bin x bin pixels are summed to the
      * image_rows x image_cols image that the estimator takes. Defaults (0): bin = 1; image_rows and image_cols = the
-     * shape that cae or linear takes, or, with `estimate`, as many blocks as fit into the frame; rows and cols = the
+     * shape that cae, linear or fit takes, or, with `estimate`, as many blocks as fit into the frame; rows and cols = the
      * smallest frame that holds the image. */
     int64_t rows, cols, crop_row, crop_col, bin, image_rows, image_cols;
     uint32_t bit_depth;      /* at most 32; a pixel of 2^bit_depth or more rejects the frame; 0 = no limit */
@@ -158,6 +159,12 @@ typedef struct toliman_track_options {
     int32_t stamp;     /* TOLIMAN_FRAME_STAMP_..., 0 = that of the folder; in a new folder MIDDLE */
     int32_t reserved;  /* 0 */
     double exposure_s; /* length of an exposure, at most 1e9 s; 0 = that of the folder; in a new folder unknown */
+    /* Estimator that follows moving stars. The prediction of a frame is its time in the scene, (TAI - time_offset_ns) /
+     * 86400e9 days, so that time 0 of the scene is TAI time_offset_ns. The value is displacement_px, its sigma
+     * separation_sigma_px; the columns are those of values = "separation_px,x_px,y_px". The sigma of a frame may be 0.5
+     * to 16 times that of the scene's frame at time 0. A frame that does not converge is rejected with REASON_ESTIMATE.
+     * REBUILD with another time_offset_ns does not change values recorded before. Since 0.2. */
+    const toliman_fit *fit;
 } toliman_track_options;
 #define TOLIMAN_TRACK_OPTIONS_INIT TOLIMAN_INIT(toliman_track_options)
 
@@ -316,7 +323,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_info(const tolim
                                                                      toliman_track_info *out) TOLIMAN_NOEXCEPT;
 
 /* Writes the options in force to *options, whose struct_size must be set, with defaults resolved. folder and clock
- * point to memory of the tracker. cae, linear, estimate, allocator and log are NULL. Since 0.2. */
+ * point to memory of the tracker. cae, linear, fit, estimate, allocator and log are NULL. Since 0.2. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
 toliman_track_get_options(const toliman_track *track, toliman_track_options *options) TOLIMAN_NOEXCEPT;
 

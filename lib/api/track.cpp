@@ -172,6 +172,14 @@ std::optional<track::Clock> clock_of(const toliman_track_options &options) {
     return track::Clock(std::move(points));
 }
 
+// The columns of a new ledger. An estimator of the library has values of its own.
+track::Columns columns_of(const toliman_track_options &options, const Source &source) {
+    if (options.values[0] != 0 && options.values != source.values)
+        fail(Status::argument, "{options->values} = \"%s\": must be \"%s\", the values of the estimator",
+             options.values, source.values.c_str());
+    return track::Columns(source.values);
+}
+
 bool has_records(const track::StateFolder &place) {
     return place.store && place.store->size(track::LedgerFile::kName) >= 0 &&
            track::LedgerFile(*place.store).has_records();
@@ -288,12 +296,7 @@ std::unique_ptr<toliman_track> make_track(const toliman_track_options &options) 
     plan.sync = kSyncs.to_enum(options.sync, "options->sync");
     Source source = source_of(options, plan.workers);
     plan.terms = terms_of(options, source);
-    plan.columns = track::Columns(options.values);
-    if (options.estimate != nullptr)
-        source.estimate = estimate_of(options, plan.terms, plan.columns);
-    else if (plan.columns.values() > 1 && source.estimate)
-        fail(Status::argument, "{options->values} = \"%s\": must be empty: cae and linear return one value",
-             options.values);
+    plan.columns = columns_of(options, source);
 
     const std::optional<period::Grid> grid = grid_of(options, plan.terms);
     const std::optional<track::Clock> clock = clock_of(options);
@@ -306,8 +309,12 @@ std::unique_ptr<toliman_track> make_track(const toliman_track_options &options) 
     const track::Setup setup = setup_of(grid, clock, place);
     plan.clock = setup.clock;
     plan.timing = timing_of(options, place);
+    if (options.estimate != nullptr)
+        source.estimate = estimate_of(options, plan.terms, plan.columns);
+    if (options.fit != nullptr)
+        source.estimate = fit_of(*options.fit, setup.grid.time_offset_ns);
     auto made = std::unique_ptr<toliman_track>(new toliman_track{
-        {}, {{}, period::Stream(setup.grid)}, std::nullopt, options.flags, options.cae, options.linear});
+        {}, {{}, period::Stream(setup.grid)}, std::nullopt, options.flags, options.cae, options.linear, options.fit});
     made->tracker.emplace(std::move(plan), std::move(source.estimate), std::move(place), made->period.stream);
     keep_options(*made, options);
     return made;
@@ -477,7 +484,7 @@ toliman_status toliman_track_push(toliman_track *track, const toliman_frame *fra
     return guard([&] {
         const ExclusiveUse use(track);
         track::Tracker &tracker = *use->tracker;
-        const EstimatorUse estimator(use->cae, use->linear);
+        const EstimatorUse estimator(use->cae, use->linear, use->fit);
         required(done, "done") = 0;
         if (count == 0)
             return;

@@ -1,6 +1,7 @@
-// Estimators of a tracker: a network, a template or a user-supplied function.
+// Estimators of a tracker: a network, a template, a fit of the forward model or a user-supplied function.
 #pragma once
 #include <optional>
+#include <string>
 
 #include <toliman/track.h>
 
@@ -14,12 +15,15 @@ struct Source {
     size_t rows = 0, cols = 0; // of the input image; 0: any
     double sigma = 0;          // standard deviation of a value; 0: unknown
     uint64_t digest = 0;       // identity of the estimator
+    std::string values;        // names of its further values, separated by commas
     track::Estimate estimate;
 };
 
-// Returns the estimator chosen in options. For a user-supplied function the member `estimate` stays empty until
-// estimate_of(), which needs the shape of the image.
+// Returns the estimator chosen in options. The member `estimate` stays empty for a fit until fit_of(), which needs the
+// time of the scene, and for a user-supplied function until estimate_of(), which needs the shape of the image.
 Source source_of(const toliman_track_options &options, unsigned workers);
+// Fits each frame at its time in the scene, whose time 0 is TAI time_offset_ns.
+track::Estimate fit_of(const toliman_fit &handle, int64_t time_offset_ns);
 // Wraps the user-supplied function for these terms and columns.
 track::Estimate estimate_of(const toliman_track_options &options, const track::Terms &terms,
                             const track::Columns &columns);
@@ -27,16 +31,19 @@ track::Estimate estimate_of(const toliman_track_options &options, const track::T
 // Holds a shared use of the estimator, so that it cannot be trained or destroyed while frames are estimated.
 class EstimatorUse {
   public:
-    EstimatorUse(const toliman_cae *cae, const toliman_linear *linear) {
+    EstimatorUse(const toliman_cae *cae, const toliman_linear *linear, const toliman_fit *fit) {
         if (cae != nullptr)
             cae_.emplace(cae, "options->cae");
         if (linear != nullptr)
             linear_.emplace(linear, "options->linear");
+        if (fit != nullptr)
+            fit_.emplace(fit, "options->fit");
     }
 
   private:
     std::optional<Use<const toliman_cae>> cae_;
     std::optional<Use<const toliman_linear>> linear_;
+    std::optional<Use<const toliman_fit>> fit_;
 };
 
 } // namespace toliman::api

@@ -1714,42 +1714,42 @@ class toliman_track_options(Sized):
     folder: folder of ledger, setup and checkpoint, created if missing. NULL = in memory, which takes
         64 bytes more per frame and 8 per column
     capacity: largest number of frames, at most 2^28; 0 = 2^20. Memory: 3.2 MB + 24 bytes per frame
-    cae: Estimator: one of cae, linear and estimate, or none if no frame is pushed. It must outlive the tracker, and a
+    cae: Estimator: one of cae, linear, fit and estimate, or none if no frame is pushed. It must outlive the tracker, and a
         network must not be trained meanwhile.
     estimator_id: number that identifies `estimate`. If no estimator is given: the number of the estimator
-        that wrote the ledger. Ignored with cae and linear, whose number the library computes
+        that wrote the ledger. Ignored with cae, linear and fit, whose number the library computes
     values: names of additional values of `estimate`, separated by commas ("dx,dy"): at most 7, of
-        1 to 24 characters a-z 0-9 _; columns of a new ledger
-    sigma: standard deviation of a value; 0 = Cramer-Rao bound of cae or linear; required without
-        them
+        1 to 24 characters a-z 0-9 _; columns of a new ledger. "" with cae and linear; set by fit
+    sigma: standard deviation of a value; 0 = Cramer-Rao bound of cae or linear, half of that of fit;
+        required without them
     value_limit: a frame with |value| above it is an outlier; 0 = 10,000 sigma
     rows: Geometry. Frames are rows x cols. From (crop_row, crop_col) on, blocks of bin x bin pixels are summed to the
         image_rows x image_cols image that the estimator takes. Defaults (0): bin = 1; image_rows and image_cols = the
-        shape that cae or linear takes, or, with `estimate`, as many blocks as fit into the frame; rows and cols = the
+        shape that cae, linear or fit takes, or, with `estimate`, as many blocks as fit into the frame; rows and cols = the
         smallest frame that holds the image.
     cols: Geometry. Frames are rows x cols. From (crop_row, crop_col) on, blocks of bin x bin pixels are summed to the
         image_rows x image_cols image that the estimator takes. Defaults (0): bin = 1; image_rows and image_cols = the
-        shape that cae or linear takes, or, with `estimate`, as many blocks as fit into the frame; rows and cols = the
+        shape that cae, linear or fit takes, or, with `estimate`, as many blocks as fit into the frame; rows and cols = the
         smallest frame that holds the image.
     crop_row: Geometry. Frames are rows x cols. From (crop_row, crop_col) on, blocks of bin x bin pixels are summed to the
         image_rows x image_cols image that the estimator takes. Defaults (0): bin = 1; image_rows and image_cols = the
-        shape that cae or linear takes, or, with `estimate`, as many blocks as fit into the frame; rows and cols = the
+        shape that cae, linear or fit takes, or, with `estimate`, as many blocks as fit into the frame; rows and cols = the
         smallest frame that holds the image.
     crop_col: Geometry. Frames are rows x cols. From (crop_row, crop_col) on, blocks of bin x bin pixels are summed to the
         image_rows x image_cols image that the estimator takes. Defaults (0): bin = 1; image_rows and image_cols = the
-        shape that cae or linear takes, or, with `estimate`, as many blocks as fit into the frame; rows and cols = the
+        shape that cae, linear or fit takes, or, with `estimate`, as many blocks as fit into the frame; rows and cols = the
         smallest frame that holds the image.
     bin: Geometry. Frames are rows x cols. From (crop_row, crop_col) on, blocks of bin x bin pixels are summed to the
         image_rows x image_cols image that the estimator takes. Defaults (0): bin = 1; image_rows and image_cols = the
-        shape that cae or linear takes, or, with `estimate`, as many blocks as fit into the frame; rows and cols = the
+        shape that cae, linear or fit takes, or, with `estimate`, as many blocks as fit into the frame; rows and cols = the
         smallest frame that holds the image.
     image_rows: Geometry. Frames are rows x cols. From (crop_row, crop_col) on, blocks of bin x bin pixels are summed to the
         image_rows x image_cols image that the estimator takes. Defaults (0): bin = 1; image_rows and image_cols = the
-        shape that cae or linear takes, or, with `estimate`, as many blocks as fit into the frame; rows and cols = the
+        shape that cae, linear or fit takes, or, with `estimate`, as many blocks as fit into the frame; rows and cols = the
         smallest frame that holds the image.
     image_cols: Geometry. Frames are rows x cols. From (crop_row, crop_col) on, blocks of bin x bin pixels are summed to the
         image_rows x image_cols image that the estimator takes. Defaults (0): bin = 1; image_rows and image_cols = the
-        shape that cae or linear takes, or, with `estimate`, as many blocks as fit into the frame; rows and cols = the
+        shape that cae, linear or fit takes, or, with `estimate`, as many blocks as fit into the frame; rows and cols = the
         smallest frame that holds the image.
     bit_depth: at most 32; a pixel of 2^bit_depth or more rejects the frame; 0 = no limit
     zero_run_bytes: a run of consecutive zero pixels of this many bytes rejects the frame; 0 = 4096
@@ -1776,7 +1776,12 @@ class toliman_track_options(Sized):
         in the setup file and uses them for nothing else. Since 0.2.
         TOLIMAN_FRAME_STAMP_..., 0 = that of the folder; in a new folder MIDDLE
     reserved: 0
-    exposure_s: length of an exposure, at most 1e9 s; 0 = that of the folder; in a new folder unknown"""
+    exposure_s: length of an exposure, at most 1e9 s; 0 = that of the folder; in a new folder unknown
+    fit: Estimator that follows moving stars. The prediction of a frame is its time in the scene, (TAI - time_offset_ns) /
+        86400e9 days, so that time 0 of the scene is TAI time_offset_ns. The value is displacement_px, its sigma
+        separation_sigma_px; the columns are those of values = "separation_px,x_px,y_px". The sigma of a frame may be 0.5
+        to 16 times that of the scene's frame at time 0. A frame that does not converge is rejected with REASON_ESTIMATE.
+        REBUILD with another time_offset_ns does not change values recorded before. Since 0.2."""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -1817,6 +1822,7 @@ class toliman_track_options(Sized):
         ("stamp", c_int32),
         ("reserved", c_int32),
         ("exposure_s", c_double),
+        ("fit", POINTER(toliman_fit)),
     ]
 
 
@@ -3500,7 +3506,7 @@ Errors: as toliman_track_get_records; TOLIMAN_E_NOT_FOUND for an unknown column.
     "toliman_track_get_options": (
         c_int32, (("track", POINTER(toliman_track)), ("options", POINTER(toliman_track_options))),
         """Writes the options in force to *options, whose struct_size must be set, with defaults resolved. folder and clock
-point to memory of the tracker. cae, linear, estimate, allocator and log are NULL. Since 0.2.""",
+point to memory of the tracker. cae, linear, fit, estimate, allocator and log are NULL. Since 0.2.""",
     ),
     "toliman_track_get_rejected": (
         c_int32, (("track", POINTER(toliman_track)), ("reason", c_int32), ("frames", POINTER(c_int64))),

@@ -1,0 +1,242 @@
+/* Tests the fit of a moving scene as the estimator of a tracker: the values of single fits at the frames' times, the
+ * same bits for any order, number of threads and restart, columns of the ledger, and frames that are rejected. */
+#include "images.h"
+#include "scene_text.h"
+#include "test_folder.h"
+
+#include <toliman/track.h>
+
+enum { SIDE = 64, PIXELS = SIDE * SIDE, FRAMES = 6 };
+#define DAY_NS 86400000000000
+#define EPOCH_NS (1234 * DAY_NS + 5)
+#define INTERVAL_DAYS 50
+
+static toliman_sim *sim;
+static toliman_fit *fit;
+static double frames[FRAMES * PIXELS];
+static char folder[256];
+
+static int set_up(void **unused) {
+    (void)unused;
+    char *text = replaced(kBinaryScene, "{\"separation_arcsec\": 4, \"position_angle_deg\": 30}",
+                          "{\"date\": 2027, \"orbit\": \"alpha-cen\", \"moving\": true}");
+    text = replaced_again(text, "\"pixel_scale_arcsec\": 0.2", "\"pixel_scale_arcsec\": 0.4");
+    text = replaced_again(text, "\"frames\": 100, \"interval_days\": 2", "\"frames\": 6, \"interval_days\": 50");
+    sim = sim_of(text);
+    free(text);
+    assert_ok(toliman_fit_create(sim, NULL, &fit));
+    assert_ok(toliman_sim_frame_many(sim, NULL, 3, 0, FRAMES, 1, frames));
+    return 0;
+}
+
+static int tear_down(void **unused) {
+    (void)unused;
+    toliman_fit_destroy(fit);
+    toliman_sim_destroy(sim);
+    return 0;
+}
+
+static int make_place(void **unused) {
+    (void)unused;
+    make_folder(folder, sizeof folder);
+    return 0;
+}
+
+static int remove_place(void **unused) {
+    (void)unused;
+    remove_folder(folder);
+    return 0;
+}
+
+static toliman_track_options options_of(const char *place, const toliman_fit *estimator) {
+    toliman_track_options options;
+    toliman_track_options_init(&options, sizeof options);
+    options.folder = place;
+    options.capacity = 100;
+    options.flags = TOLIMAN_TRACK_ALLOW_ZERO_RUNS;
+    options.fit = estimator;
+    options.f0 = 0.001;
+    options.df = 0.001;
+    options.nf = 20;
+    options.time_offset_ns = EPOCH_NS;
+    return options;
+}
+
+static toliman_track *opened(const toliman_track_options *options) {
+    toliman_track *track = NULL;
+    assert_ok(toliman_track_create(options, &track));
+    return track;
+}
+
+static toliman_frame frame_of(int64_t id) {
+    return (toliman_frame){.struct_size = sizeof(toliman_frame),
+                           .pixel = TOLIMAN_PIXEL_F64,
+                           .session = "s",
+                           .roi = "core",
+                           .frame_id = id,
+                           .camera_ns = EPOCH_NS + id * INTERVAL_DAYS * DAY_NS,
+                           .pixels = frames + id * PIXELS,
+                           .rows = SIDE,
+                           .cols = SIDE};
+}
+
+static void push(toliman_track *track, const int *ids, size_t count, toliman_track_outcome *outcomes) {
+    toliman_frame given[FRAMES];
+    size_t done;
+    for (size_t i = 0; i < count; i++)
+        given[i] = frame_of(ids[i]);
+    outcomes[0].struct_size = sizeof *outcomes;
+    assert_ok(toliman_track_push(track, given, count, outcomes, &done));
+    assert_int_equal(done, count);
+}
+
+/* The bits of the periodogram, without those that depend on the order of arrival. */
+static void powers_of(const toliman_track *track, double *powers) {
+    const toliman_period *period = NULL;
+    assert_ok(toliman_track_get_period(track, &period));
+    assert_int_equal(toliman_period_count(period), FRAMES);
+    assert_ok(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 0, 20, powers));
+}
+
+static double cell(const toliman_track *track, const char *name, int64_t record) {
+    double value;
+    size_t done;
+    assert_ok(toliman_track_get_column(track, name, record, 1, &value, &done));
+    assert_int_equal(done, 1);
+    return value;
+}
+
+static void values_are_those_of_fits_at_the_frames_times(void **state) {
+    (void)state;
+    const toliman_track_options options = options_of(NULL, fit);
+    toliman_track *const track = opened(&options);
+    for (int i = 0; i < FRAMES; i++) {
+        const toliman_fit_prediction prediction = {.struct_size = sizeof prediction, .time_days = i * INTERVAL_DAYS};
+        toliman_fit_result result = {.struct_size = sizeof result};
+        double covariance[7 * 7];
+        toliman_track_outcome outcome;
+        toliman_track_record record = {.struct_size = sizeof record};
+        size_t done;
+        assert_ok(toliman_fit_frame(fit, frames + i * PIXELS, SIDE, &prediction, &result, NULL, covariance));
+        push(track, &i, 1, &outcome);
+        assert_int_equal(outcome.verdict, TOLIMAN_TRACK_VERDICT_ACCEPTED);
+        assert_true(outcome.value == result.displacement_px && outcome.chi_square == result.chi_square);
+        assert_ok(toliman_track_get_records(track, i, 1, &record, &done));
+        assert_true(record.sigma == result.separation_sigma_px);
+        assert_true(cell(track, "flags", i) == result.flags);
+        assert_true(cell(track, "separation_px", i) == result.separation_px);
+        assert_true(cell(track, "x_px", i) == result.x_px && cell(track, "y_px", i) == result.y_px);
+        assert_true(cell(track, "cov_value_separation_px", i) == covariance[0]);
+        assert_true(cell(track, "cov_value_x_px", i) == covariance[2]);
+        assert_true(cell(track, "cov_separation_px_separation_px", i) == covariance[0]);
+        assert_true(cell(track, "cov_separation_px_y_px", i) == covariance[3]);
+        assert_true(cell(track, "cov_x_px_y_px", i) == covariance[2 * 7 + 3]);
+        assert_true(cell(track, "cov_y_px_y_px", i) == covariance[3 * 7 + 3]);
+    }
+    toliman_track_info info = {.struct_size = sizeof info};
+    toliman_fit_info made = {.struct_size = sizeof made};
+    double covariance[7 * 7];
+    assert_ok(toliman_track_get_info(track, &info));
+    assert_ok(toliman_fit_get_info(fit, &made));
+    assert_ok(toliman_fit_predict(fit, NULL, NULL, 0, NULL, covariance));
+    assert_close(info.sigma, sqrt(covariance[0]) / 2, 1e-6, 0);
+    assert_true(info.value_limit == 1e4 * info.sigma && info.estimator_id == made.digest);
+    toliman_track_options known = {.struct_size = sizeof known};
+    assert_ok(toliman_track_get_options(track, &known));
+    assert_string_equal(known.values, "separation_px,x_px,y_px");
+    assert_null(known.fit);
+    toliman_track_destroy(track);
+}
+
+static void order_threads_and_restarts_change_no_bit(void **state) {
+    (void)state;
+    const int orders[][FRAMES] = {{0, 1, 2, 3, 4, 5}, {5, 2, 0, 4, 1, 3}};
+    double expected[20], found[20];
+    toliman_track_outcome outcomes[FRAMES];
+    for (int order = 0; order < 2; order++)
+        for (uint32_t threads = 1; threads < 4; threads += 2) {
+            toliman_track_options options = options_of(NULL, fit);
+            options.threads = threads;
+            toliman_track *const track = opened(&options);
+            push(track, orders[order], FRAMES, outcomes);
+            powers_of(track, order == 0 && threads == 1 ? expected : found);
+            assert_true((order == 0 && threads == 1) || memcmp(found, expected, sizeof found) == 0);
+            toliman_track_destroy(track);
+        }
+    /* The folder's own options, whose grid is that of its setup, and a grid that the folder provides. */
+    toliman_track_options options = options_of(folder, fit);
+    for (int part = 0; part < 3; part++) {
+        toliman_track *const track = opened(&options);
+        push(track, &orders[1][2 * part], 2, outcomes);
+        assert_ok(toliman_track_save(track));
+        if (part == 2)
+            powers_of(track, found);
+        toliman_track_destroy(track);
+        if (part == 0) {
+            options = (toliman_track_options){.struct_size = sizeof options};
+            assert_ok(toliman_track_load_options(folder, &options));
+            options.fit = fit;
+        } else {
+            options.nf = 0;
+            options.time_offset_ns = 0;
+        }
+    }
+    assert_memory_equal(found, expected, sizeof found);
+}
+
+static void a_frame_without_a_fit_is_rejected(void **state) {
+    (void)state;
+    static double empty[PIXELS];
+    const toliman_track_options options = options_of(NULL, fit);
+    toliman_track *const track = opened(&options);
+    toliman_frame frame = frame_of(1);
+    toliman_track_outcome outcome = {.struct_size = sizeof outcome};
+    size_t done;
+    frame.pixels = empty;
+    assert_ok(toliman_track_push(track, &frame, 1, &outcome, &done));
+    assert_int_equal(outcome.verdict, TOLIMAN_TRACK_VERDICT_REJECTED);
+    assert_int_equal(outcome.reason, TOLIMAN_TRACK_REASON_ESTIMATE);
+    push(track, (int[]){1}, 1, &outcome);
+    assert_int_equal(outcome.verdict, TOLIMAN_TRACK_VERDICT_ACCEPTED);
+    toliman_track_destroy(track);
+}
+
+static void other_estimators_are_refused(void **state) {
+    (void)state;
+    toliman_track_options options = options_of(folder, fit);
+    toliman_track *track = opened(&options);
+    toliman_track_destroy(track);
+    track = NULL;
+    toliman_fit *other = NULL;
+    const toliman_fit_options wider = {.struct_size = sizeof wider, .free = "focus"};
+    assert_ok(toliman_fit_create(sim, &wider, &other));
+    options.fit = other;
+    assert_fails(toliman_track_create(&options, &track), TOLIMAN_E_MISMATCH, "estimator");
+    options = options_of(NULL, fit);
+    strcpy(options.values, "dx");
+    assert_fails(toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT,
+                 "options->values = \"dx\": must be \"separation_px,x_px,y_px\", the values of the estimator");
+    options = options_of(NULL, fit);
+    options.image_rows = 32;
+    assert_fails(toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT,
+                 "image_rows = 32: must be 64, as the estimator requires");
+    toliman_linear *linear = NULL;
+    assert_ok(toliman_linear_create(sim, NULL, &linear));
+    options = options_of(NULL, fit);
+    options.linear = linear;
+    assert_fails(toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT,
+                 "options: at most one of cae, linear, fit and estimate may be set");
+    assert_null(track);
+    toliman_linear_destroy(linear);
+    toliman_fit_destroy(other);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(values_are_those_of_fits_at_the_frames_times),
+        cmocka_unit_test_setup_teardown(order_threads_and_restarts_change_no_bit, make_place, remove_place),
+        cmocka_unit_test(a_frame_without_a_fit_is_rejected),
+        cmocka_unit_test_setup_teardown(other_estimators_are_refused, make_place, remove_place),
+    };
+    return cmocka_run_group_tests(tests, set_up, tear_down);
+}
