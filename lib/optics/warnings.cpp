@@ -58,7 +58,8 @@ void warn_of_plan(const Scene &scene, const Light &light, const Plan &plan, cons
                  plan.filter.error);
     warn_outside_frame(scene, light, log);
     if (plan.orbit_px > 0)
-        log.warn("%s: binary.moving: the stars move by up to %.2g px along their orbit: estimators are made for time 0",
+        log.warn("%s: binary.moving: the stars move by up to %.2g px along their orbit: only the fit follows them, "
+                 "other estimators are made for time 0",
                  source, plan.orbit_px);
     if (plan.exact_frames && (scene.systematics.any() || scene.binary.moving))
         log.warn("%s: the stars move too far for a Taylor expansion at accuracy = %g, or the frames are too few for "

@@ -387,7 +387,7 @@ class Folders(Mistakes):
         scene = json.loads(self.scene)
         for group, change in (("binary", {"separation_arcsec": 8}), ("detector", {"shape": [SIDE, SIDE - 2]})):
             (self.folder / "scene.json").write_text(json.dumps({**scene, group: {**scene[group], **change}}))
-            self.refuse_track(2, "the weights or the scene differ from those that the folder was created with", "a new folder")
+            self.refuse_track(2, "its frames were measured with another scene, calibration or estimator", "into a new folder: ids ")
         self.assertEqual([(folder / name).read_bytes() for name in files], before)
 
     def test_rebuild_takes_what_track_takes(self):

@@ -1,15 +1,15 @@
-// toliman encode: latents from frames.
+// toliman encode: values from frames.
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
+#include <exception>
+#include <map>
 #include <utility>
 
 #include "common/failure.hpp"
 #include "common/library.hpp"
 #include "common/output.hpp"
 #include "common/text.hpp"
-#include "frames/frames_in.hpp"
-#include "frames/network.hpp"
+#include "frames/encoder.hpp"
 #include "options/command.hpp"
 
 namespace cli {
@@ -17,13 +17,11 @@ namespace cli {
 namespace {
 
 struct EncodeOptions {
-    std::string weights, dtype, shape;
+    EstimatorOptions estimator_options;
+    std::string dtype, shape;
+    std::optional<double> cadence; // seconds
     std::vector<std::string> files;
 };
-
-constexpr double kFarSigmas = 1000;
-constexpr double kChiSquareSigma = 0.00552; // sqrt(2/65536)
-constexpr double kFarChiSquare = 5 * kChiSquareSigma;
 
 void shape_of(const std::string &text, int64_t &rows, int64_t &cols) {
     rows = cols = 0;
@@ -42,64 +40,161 @@ std::string other_width(const EncodeOptions &options, const FrameFile &frames) {
            std::to_string(frames.count()) + ".";
 }
 
-void encode_next(const Network &network, FrameFile &frames, void *pixels, const std::string &place, double &latent,
-                 double &chi_square) {
-    auto image = toliman::sized<toliman_image>();
-    image.pixel = frames.pixel();
-    image.pixels = pixels;
-    frames.read(pixels);
-    if (toliman_cae_encode_many(network.cae.get(), &image, 1, 1, &latent, &chi_square) == TOLIMAN_OK)
-        return;
-    const std::string why = toliman_last_error(), number = "frame 0: "; // that of the frame in its batch of one
-    throw Failure(kExitInput, place + ": " + (why.rfind(number, 0) == 0 ? why.substr(number.size()) : why));
+// Frames read at once: encoded on all processors, printed in order. Those of a pipe are printed as they arrive.
+class Batch {
+  public:
+    static constexpr size_t kMost = 64, kMostBytes = size_t{64} << 20;
+
+    Batch(FrameFile &frames, bool is_pipe) : frames_(frames), size_(frames.frame_size()) {
+        most_ = is_pipe ? 1 : std::min(kMost, std::max<size_t>(1, kMostBytes / size_));
+        most_ = std::min(most_, frames.count());
+        pixels_.resize((most_ * size_ + sizeof(double) - 1) / sizeof(double)); // aligned for every type
+    }
+
+    // Reads the next frames. An error waits until those before it are printed.
+    void read() {
+        first_ += count_;
+        count_ = 0;
+        try {
+            while (count_ < most_ && frames_.more()) {
+                frames_.read(pixels(count_));
+                count_++;
+            }
+        } catch (...) {
+            if (count_ == 0)
+                throw;
+            failure_ = std::current_exception();
+        }
+    }
+    void rethrow() const {
+        if (failure_)
+            std::rethrow_exception(failure_);
+    }
+
+    // Frames i ... i + count - 1 of those read.
+    toliman_image image(size_t i) {
+        auto image = toliman::sized<toliman_image>();
+        image.pixel = frames_.pixel();
+        image.pixels = pixels(i);
+        return image;
+    }
+    size_t first() const noexcept { return first_; }
+    size_t count() const noexcept { return count_; }
+
+  private:
+    unsigned char *pixels(size_t i) { return reinterpret_cast<unsigned char *>(pixels_.data()) + i * size_; }
+
+    FrameFile &frames_;
+    size_t size_, most_, first_ = 0, count_ = 0;
+    std::vector<double> pixels_;
+    std::exception_ptr failure_;
+};
+
+// The first doubt of each kind is a warning at once, all of them are counted at the end.
+class Doubts {
+  public:
+    explicit Doubts(Progress &progress) : progress_(progress) {}
+    void add(const Doubt &doubt, const std::string &place, const std::string &hint) {
+        if (counts_[doubt.kind]++ == 0)
+            progress_.warn(place + ": " + doubt.text + hint);
+    }
+    void end(size_t frames) {
+        for (const auto &[kind, count] : counts_)
+            if (count > 1)
+                progress_.warn(formatted("%zu of %zu frames %s", count, frames, kind.c_str()));
+    }
+
+  private:
+    Progress &progress_;
+    std::map<std::string, size_t> counts_;
+};
+
+class Encoding {
+  public:
+    Encoding(const EncodeOptions &options, Progress &progress)
+        : options_(options), progress_(progress), estimator_(options.estimator_options, progress),
+          encoder_(make_encoder(estimator_, Batch::kMost, options.cadence)), doubts_(progress),
+          head_(std::string("file,frame,") + encoder_->columns() + "\n") {}
+
+    void encode_file(const std::string &path);
+    void end() { doubts_.end(frames_); }
+
+  private:
+    void encode_batch(FrameFile &frames, Batch &batch, const std::string &path);
+    void print(FrameFile &frames, size_t number, size_t i, const std::string &path);
+
+    const EncodeOptions &options_;
+    Progress &progress_;
+    Estimator estimator_;
+    std::unique_ptr<Encoder> encoder_;
+    Doubts doubts_;
+    // Printed together with the first line: a failure on the first frame leaves standard output empty.
+    std::string head_;
+    size_t frames_ = 0;
+};
+
+// Prints the line of frame `number` of the file, i of the last call of the encoder.
+void Encoding::print(FrameFile &frames, size_t number, size_t i, const std::string &path) {
+    const std::string place = frames.path() + ": frame " + std::to_string(number);
+    for (const Doubt &doubt : encoder_->doubts(i))
+        doubts_.add(doubt, place, other_width(options_, frames));
+    print_stdout(std::exchange(head_, "") + path + "," + std::to_string(number) + "," + encoder_->line(i) + "\n");
+    frames_++;
 }
 
-// Why a frame seems not to be of the network's scene, "" if it seems to be. A latent without unit is not judged, only
-// the chi-square.
-std::string complaint_of(double latent, double chi_square, const toliman_cae_info &info) {
-    if (info.cosine > 0 && std::fabs(latent) > kFarSigmas * info.crb_px)
-        return formatted("a latent of %.3g px is far beyond the noise of %.3g px", latent, info.crb_px);
-    if (!(std::fabs(chi_square - 1) <= kFarChiSquare))
-        return formatted("a chi-square of %.3g differs from 1 +- %.3g, that of the scene's noise", chi_square,
-                         kChiSquareSigma);
-    return "";
+// A batch that fails is repeated frame by frame, so that the frames before the bad one are printed.
+void Encoding::encode_batch(FrameFile &frames, Batch &batch, const std::string &path) {
+    if (encoder_->encode(batch.image(0), batch.first(), batch.count()) == TOLIMAN_OK) {
+        for (size_t i = 0; i < batch.count(); i++)
+            print(frames, batch.first() + i, i, path);
+        return;
+    }
+    for (size_t i = 0; i < batch.count(); i++) {
+        const size_t number = batch.first() + i;
+        if (encoder_->encode(batch.image(i), number, 1) != TOLIMAN_OK) {
+            const std::string why = toliman_last_error(), place = "frame 0: "; // that of the frame in its batch of one
+            malformed(frames.path() + ": frame " + std::to_string(number),
+                      why.rfind(place, 0) == 0 ? why.substr(place.size()) : why);
+        }
+        print(frames, number, 0, path);
+    }
+}
+
+void Encoding::encode_file(const std::string &path) {
+    int64_t rows, cols;
+    shape_of(options_.shape, rows, cols);
+    const auto file = open_frames(path, options_.dtype, static_cast<size_t>(rows), static_cast<size_t>(cols));
+    FrameFile &frames = *file;
+    if (frames.rows() != static_cast<size_t>(estimator_.rows) || frames.cols() != static_cast<size_t>(estimator_.cols))
+        malformed(frames.path(), "frames of " + shape_text(frames.rows(), frames.cols()) + ": the " +
+                                     (estimator_.network ? "weights are" : "scene is") + " for " +
+                                     shape_text(estimator_.rows, estimator_.cols));
+    encoder_->open(frames);
+    Batch batch(frames, path == "-" || !frames.counted());
+    for (batch.read(); batch.count() > 0; batch.read()) {
+        encode_batch(frames, batch, path);
+        batch.rethrow();
+        const size_t done = batch.first() + batch.count();
+        if (frames.counted())
+            progress_.show("encode", static_cast<double>(done) / static_cast<double>(frames.count()));
+        else
+            progress_.note("encode", std::to_string(done) + " frames");
+        stop_if_asked();
+    }
+}
+
+void check(const EncodeOptions &options) {
+    options.estimator_options.check();
+    if (options.cadence && options.estimator_options.fit.empty())
+        throw Failure(kExitUsage, formatted("--cadence %g: needs --fit", *options.cadence));
 }
 
 void encode(const EncodeOptions &options, Progress &progress) {
-    const Network network(options.weights);
-    const toliman_cae_info &info = network.info;
-    int64_t rows, cols;
-    shape_of(options.shape, rows, cols);
-    const bool in_pixels = info.cosine > 0; // unsupervised training leaves the latent without a unit
-    // Printed together with the first line: a failure on the first frame leaves standard output empty.
-    const char *head = in_pixels ? "file,frame,latent_px,chi_square\n" : "file,frame,latent,chi_square\n";
-    bool far = false;
-    for (const std::string &path : options.files) {
-        const auto file = open_frames(path, options.dtype, static_cast<size_t>(rows), static_cast<size_t>(cols));
-        FrameFile &frames = *file;
-        if (frames.rows() != static_cast<size_t>(info.rows) || frames.cols() != static_cast<size_t>(info.cols))
-            malformed(frames.path(), "frames of " + shape_text(frames.rows(), frames.cols()) +
-                                         ": the weights are for " + shape_text(info.rows, info.cols));
-        std::vector<double> pixels(frames.rows() * frames.cols()); // enough and aligned for every type
-        for (size_t done = 1; frames.more(); done++) {
-            const std::string place = frames.path() + ": frame " + std::to_string(done - 1);
-            double latent, chi_square;
-            encode_next(network, frames, pixels.data(), place, latent, chi_square);
-            const std::string complaint = far ? "" : complaint_of(latent, chi_square, info);
-            if (!complaint.empty()) {
-                far = true;
-                progress.warn(formatted("%s: %s: is this frame of the network's scene, pointing and exposure?%s",
-                                        place.c_str(), complaint.c_str(), other_width(options, frames).c_str()));
-            }
-            print_stdout(formatted("%s%s,%zu,%.17g,%.6g\n", std::exchange(head, ""), path.c_str(), done - 1, latent,
-                                   chi_square));
-            if (frames.counted())
-                progress.show("encode", static_cast<double>(done) / static_cast<double>(frames.count()));
-            else
-                progress.note("encode", std::to_string(done) + " frames");
-            stop_if_asked();
-        }
-    }
+    check(options);
+    Encoding encoding(options, progress);
+    for (const std::string &path : options.files)
+        encoding.encode_file(path);
+    encoding.end();
 }
 
 } // namespace
@@ -107,7 +202,13 @@ void encode(const EncodeOptions &options, Progress &progress) {
 void add_encode(CLI::App &app, Context &context) {
     CLI::App *command = add_command(app, "encode");
     auto options = std::make_shared<EncodeOptions>();
-    add_option(command, "--weights", options->weights, "FILE", "weights file of `toliman train`")->required();
+    options->estimator_options.add_to(*command);
+    command
+        ->add_option(
+            "--cadence", options->cadence,
+            "with --fit: seconds from frame to frame, default the times of the table FRAMES of a FITS file, or "
+            "else those of the scene's frames")
+        ->check(CLI::PositiveNumber);
     add_choice(command, "--dtype", options->dtype, dtypes(),
                "pixel type of files without header: u16le, u32le, i16le, f32le, or big-endian u16be, u32be, "
                "i16be, f32be");

@@ -8,15 +8,12 @@
 #include "common/failure.hpp"
 #include "common/input.hpp"
 #include "common/text.hpp"
+#include "downlink/ledger_report.hpp"
 #include "options/command.hpp"
-#include "scenes/scene.hpp"
 
 namespace cli {
 
 namespace {
-
-constexpr char kOtherEstimator[] =
-    "the weights or the scene differ from those that the folder was created with: give the same ones, or a new folder";
 
 // Two whole numbers from `least` to 65536; an empty text leaves a and b unchanged.
 void set_two(const std::string &text, const char *option, char separator, int64_t least, int64_t &a, int64_t &b) {
@@ -38,21 +35,6 @@ bool uses_same_frames(const toliman_track_options &a, const toliman_track_option
         return std::make_tuple(how.rows, how.cols, how.crop_row, how.crop_col, how.bin, how.bit_depth, how.value_limit);
     };
     return frames(a) == frames(b);
-}
-
-Estimator make_estimator(const FolderOptions &given, Progress &progress) {
-    if (!given.weights.empty()) {
-        Network network(given.weights);
-        const int64_t rows = network.info.rows, cols = network.info.cols;
-        return {std::move(network), {}, rows, cols, 0};
-    }
-    const Scene scene(given.scene, progress);
-    const auto options = with_warnings<toliman_linear_options>(progress);
-    return {{},
-            toliman::make<toliman::linear_estimator>(toliman_linear_create, scene.sim.get(), &options),
-            scene.info.rows,
-            scene.info.cols,
-            scene.info.exposure_s};
 }
 
 // Refuses a pixel type that does not fit the bit depth of the folder's frames: one of the two is likely a mistake.
@@ -95,12 +77,36 @@ toliman_track_options track_options(FolderOptions &given, const std::string &dty
     how.sync = given.sync == "frame" ? TOLIMAN_TRACK_SYNC_FRAME : given.sync == "none" ? TOLIMAN_TRACK_SYNC_NONE : 0;
     how.cae = estimator.network ? estimator.network->cae.get() : nullptr;
     how.linear = estimator.linear.get();
+    how.fit = estimator.fit.get();
+    how.values[0] = '\0'; // those of the estimator
     return how;
+}
+
+// For a folder whose frames another estimator measured: which frames must be ingested again.
+std::string other_estimator(const std::string &folder, Progress &progress) {
+    constexpr size_t kMostSessions = 3;
+    const std::vector<toliman_track_stream> streams = streams_of(open_tracker(state_to_read(folder), progress));
+    std::vector<std::string> sessions;
+    int64_t frames = 0;
+    for (const toliman_track_stream &stream : streams) {
+        frames += stream.frames;
+        if (sessions.size() < kMostSessions)
+            sessions.push_back("ids " + std::to_string(stream.first_id) + " to " + std::to_string(stream.last_id) +
+                               " of session " + stream.session);
+    }
+    std::string text = "its frames were measured with another scene, calibration or estimator: give the same one, or "
+                       "ingest all " +
+                       std::to_string(frames) + " frames again into a new folder";
+    if (!sessions.empty())
+        text += ": " + joined(sessions);
+    if (streams.size() > kMostSessions)
+        text += " and " + std::to_string(streams.size() - kMostSessions) + " further sessions";
+    return text;
 }
 
 // What to do if the folder was created with other settings, which the file `field` contains.
 std::string remedy_of(const FolderOptions &given, const toliman_track_options &how, const Made &made,
-                      const std::string &field) {
+                      const std::string &field, Progress &progress) {
     const std::string fixed = "these cannot be changed: leave out ";
     if (made && !uses_same_frames(*made, how))
         return fixed + "--shape, --crop, --bin, --bit-depth and --value-limit, or give a new folder";
@@ -108,15 +114,13 @@ std::string remedy_of(const FolderOptions &given, const toliman_track_options &h
         return fixed + "--stamp and --exposure, or give a new folder";
     if (field == given.folder + "/setup.tlms")
         return "`toliman rebuild " + given.folder + given.setup.text() + "`, or give a new folder";
-    return kOtherEstimator;
+    return other_estimator(given.folder, progress);
 }
 
 } // namespace
 
 void FolderOptions::check() const {
-    if (weights.empty() == scene.empty())
-        throw Failure(kExitUsage,
-                      std::string("give either --weights or --template") + (scene.empty() ? "" : ", not both"));
+    estimator_options.check();
 }
 
 toliman::tracker FolderOptions::open(const std::string &dtype, Estimator &estimator, Progress &progress) {
@@ -125,9 +129,9 @@ toliman::tracker FolderOptions::open(const std::string &dtype, Estimator &estima
         throw Failure(kExitUsage, folder + ": is new: give --grid F0:DF:NF or --mission-days N");
     if (made && made->nf == 0)
         setup.check_complete(folder);
-    estimator = make_estimator(*this, progress);
+    estimator = Estimator(estimator_options, progress);
     if (made && (made->image_rows != estimator.rows || made->image_cols != estimator.cols))
-        throw Failure(kExitUsage, folder + ": " + kOtherEstimator);
+        throw Failure(kExitUsage, folder + ": " + other_estimator(folder, progress));
     if (made)
         check_depth(*this, dtype, *made);
     const toliman_track_options how = track_options(*this, dtype, estimator, made, progress);
@@ -138,16 +142,13 @@ toliman::tracker FolderOptions::open(const std::string &dtype, Estimator &estima
     } catch (const toliman::error &error) {
         if (error.status() != TOLIMAN_E_MISMATCH && (!made || uses_same_frames(*made, how)))
             throw;
-        throw Failure(kExitUsage, std::string(error.what()) + ": " + remedy_of(*this, how, made, error.field()));
+        throw Failure(kExitUsage,
+                      std::string(error.what()) + ": " + remedy_of(*this, how, made, error.field(), progress));
     }
 }
 
 void FolderOptions::add_to(CLI::App &command) {
-    // Not a CLI11 option group of --weights and --template: it would report any mistyped word as a missing one of
-    // these.
-    add_option(&command, "--weights", weights, "FILE", "weights file of `toliman train`: encode frames by its network");
-    add_option(&command, "--template", scene, "SCENE",
-               "instead of --weights: scene file; encode frames by least squares on its derivative image");
+    estimator_options.add_to(command);
     add_option(&command, "--state", folder, "FOLDER",
                "state folder: ledger, settings and sums; created if it does not exist")
         ->required()

@@ -5,17 +5,9 @@
 
 #include "downlink/setup_options.hpp"
 #include "downlink/state_folder.hpp"
-#include "frames/network.hpp"
+#include "frames/estimator.hpp"
 
 namespace cli {
-
-// It must outlive the tracker.
-struct Estimator {
-    std::optional<Network> network;
-    toliman::linear_estimator linear;
-    int64_t rows = 0, cols = 0; // of its images
-    double exposure_s = 0;      // of its scene; 0: unknown
-};
 
 struct FolderOptions {
     void add_to(CLI::App &command);
@@ -24,7 +16,8 @@ struct FolderOptions {
     // a header.
     toliman::tracker open(const std::string &dtype, Estimator &estimator, Progress &progress);
 
-    std::string folder, weights, scene, sync = "group", crop, shape;
+    EstimatorOptions estimator_options;
+    std::string folder, sync = "group", crop, shape;
     SetupOptions setup;
     std::optional<double> value_limit;
     std::optional<uint32_t> bit_depth;
