@@ -4,7 +4,7 @@
 ! libtoliman. With gfortran use -std=gnu (the default) or -std=f2018; Fortran 2008 has no OPTIONAL arguments of BIND(C)
 ! procedures. The C headers are the reference for every function. There are two interfaces:
 !
-!   Objects    toliman_simulator, toliman_autoencoder, toliman_linear_estimator, toliman_component_set,
+!   Objects    toliman_simulator, toliman_autoencoder, toliman_linear_estimator, toliman_frame_fit, toliman_component_set,
 !              toliman_periodogram and toliman_tracker are derived types. Their type-bound procedures are the C
 !              functions without the prefix: call p%create(f0, df, nf). An object is destroyed when it goes out of
 !              scope, or by p%destroy(); variables of the main program never go out of scope. Objects cannot be
@@ -637,11 +637,11 @@ module toliman
         integer(c_int64_t) :: cols = 0
         integer(c_int32_t) :: taps = 0 ! samples per axis that interpolate a pixel of a model image
         integer(c_int32_t) :: images = 0 ! model images in memory
-        integer(c_int32_t) :: parameters = 0 ! toliman_fit_parameter_count()
+        integer(c_int32_t) :: parameters = 0 ! number of parameters
         integer(c_int32_t) :: reserved = 0
         ! predicted error of the interpolation, relative to the peak of the model image
         real(c_double) :: image_error = 0.0_c_double
-        real(c_double) :: capture_px = 0.0_c_double
+        real(c_double) :: capture_px = 0.0_c_double ! as in the options
         integer(c_int64_t) :: digest = 0 ! FNV-1a of everything that determines the results
     end type
 
@@ -3372,14 +3372,15 @@ contains
     end subroutine
 
     ! Creates a tracker, or resumes the one stored in the folder. These arguments replace the pointers in options:
-    ! folder; cae or linear, which must outlive the tracker (or set options%estimate); clock(2, points), pairs of camera
-    ! and TAI nanoseconds.
-    subroutine tracker_create(self, options, folder, cae, linear, clock, stat, errmsg)
+    ! folder; cae, linear or fit, which must outlive the tracker (or set options%estimate); clock(2, points), pairs of
+    ! camera and TAI nanoseconds.
+    subroutine tracker_create(self, options, folder, cae, linear, clock, fit, stat, errmsg)
         class(toliman_tracker), intent(inout) :: self
         type(toliman_track_options), intent(in) :: options
         character(len=*), intent(in), optional :: folder
         type(toliman_autoencoder), intent(in), optional :: cae
         type(toliman_linear_estimator), intent(in), optional :: linear
+        type(toliman_frame_fit), intent(in), optional :: fit
         integer(c_int64_t), intent(in), optional, contiguous, target :: clock(:, :)
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
@@ -3394,6 +3395,7 @@ contains
         end if
         if (present(cae)) all%cae = cae%handle
         if (present(linear)) all%linear = linear%handle
+        if (present(fit)) all%fit = fit%handle
         if (present(clock)) then
             if (.not. fits(size(clock, 1, c_size_t), 2_c_size_t, 'clock', 1, stat, errmsg)) return
             all%clock = c_loc(clock)

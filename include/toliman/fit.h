@@ -83,10 +83,10 @@ typedef struct toliman_fit_info {
     int64_t rows, cols;   /* shape of the frames */
     uint32_t taps;        /* samples per axis that interpolate a pixel of a model image */
     uint32_t images;      /* model images in memory */
-    uint32_t parameters;  /* toliman_fit_parameter_count() */
+    uint32_t parameters;  /* number of parameters */
     uint32_t reserved;
     double image_error;   /* predicted error of the interpolation, relative to the peak of the model image */
-    double capture_px;
+    double capture_px;    /* as in the options */
     uint64_t digest; /* FNV-1a of everything that determines the results */
 } toliman_fit_info;
 #define TOLIMAN_FIT_INFO_INIT TOLIMAN_INIT(toliman_fit_info)

@@ -832,8 +832,9 @@ class toliman_fit_info(Sized):
     cols: shape of the frames
     taps: samples per axis that interpolate a pixel of a model image
     images: model images in memory
-    parameters: toliman_fit_parameter_count()
+    parameters: number of parameters
     image_error: predicted error of the interpolation, relative to the peak of the model image
+    capture_px: as in the options
     digest: FNV-1a of everything that determines the results"""
 
     _fields_ = [

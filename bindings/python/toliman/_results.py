@@ -211,9 +211,9 @@ class FitInfo(Result):
     cols: int = member("shape of the frames")
     taps: int = member("samples per axis that interpolate a pixel of a model image")
     images: int = member("model images in memory")
-    parameters: int = member("toliman_fit_parameter_count()")
+    parameters: int = member("number of parameters")
     image_error: float = member("predicted error of the interpolation, relative to the peak of the model image")
-    capture_px: float
+    capture_px: float = member("as in the options")
     digest: int = member("FNV-1a of everything that determines the results")
 
 

@@ -1,0 +1,154 @@
+"""Maximum-likelihood fit of the forward model to each frame. Reference: include/toliman/fit.h."""
+from __future__ import annotations
+
+import ctypes
+import typing
+
+import numpy
+from numpy.typing import ArrayLike, NDArray
+
+from . import _raw
+from ._arguments import Doubles, array_of, has_shape, of_kind, options_of, plain, pointer, real, shaped, text, whole
+from ._handle import Handle
+from ._library import check, library
+from ._log import log
+from ._pixels import frames_of, image_of
+from ._progress import Progress, Watch
+from ._results import FitInfo, FitResult, Parameter
+from .sim import Simulator
+
+_FRAMES_PER_CALL = 64  # progress and Ctrl-C are checked after each call
+
+
+class Fit(Handle):
+    """Fits the forward model of a scene to frames; it follows the stars wherever orbit, pointing and roll move them.
+
+        fit = Fit(simulator, free=["scale"])
+        result, values, covariance = fit.frame(frame, time_days=12.5)
+        results = fit.frames(frames, times_days=times)             # structured array, results["displacement_px"]
+
+    simulator: Simulator of the scene, with two stars; not needed afterwards.
+    free: names of further free parameters, such as ["scale", "focus"]. Separation, position_angle, shift_x, shift_y,
+        flux_a, flux_b and background are always free.
+    capture_px: largest distance of the stars from their predicted places, along x and y; 0 means 15.
+    threads, progress: of the preparation of the model images.
+
+    A frame is predicted by its time: a moving binary is at its place on the scene's orbit. Further knowledge of a frame:
+    shift (x, y) of both stars in px, and the separation in px with its position angle in degrees, both 0 for those of
+    the scene.
+
+    Raises InputError for parameters that are unknown or always free, UnsupportedError for a single star; Cancelled.
+    """
+
+    _kind, _destroy = _raw.toliman_fit, "toliman_fit_destroy"
+
+    def __init__(self, simulator: Simulator, *, free: typing.Iterable[str] = (), capture_px: float = 0, threads: int = 0,
+                 progress: Progress | bool | None = None):
+        of_kind("simulator", simulator, Simulator)
+        names = [free] if isinstance(free, str) else list(free)
+        with Watch(progress) as watch:
+            options = options_of(_raw.toliman_fit_options, library.toliman_fit_options_init, log=log,
+                                 workers=whole("threads", threads, 2**32), free=text("free", " ".join(names)),
+                                 capture_px=real("capture_px", capture_px), progress=watch.callback)
+            super().__init__(self._create(library.toliman_fit_create, simulator._c, ctypes.byref(options),
+                                          check=watch.check))
+        self.shape = simulator.shape
+
+    @property
+    def info(self) -> FitInfo:
+        """Properties of the fit and of its model images."""
+        return self._read(library.toliman_fit_get_info, _raw.toliman_fit_info, FitInfo)
+
+    @property
+    def parameters(self) -> list[Parameter]:
+        """The parameters of a frame, in the order of values and covariances."""
+        found = []
+        for index in range(library.toliman_fit_parameter_count(self._c)):
+            parameter = _raw.toliman_sim_parameter()
+            check(library.toliman_fit_get_parameter(self._c, index, ctypes.byref(parameter)))
+            found.append(Parameter._of(parameter))
+        return found
+
+    def frame(self, frame: ArrayLike, *, time_days: float = 0, shift: tuple[float, float] = (0, 0),
+              separation: float = 0, position_angle: float = 0) -> tuple[FitResult, Doubles, Doubles]:
+        """Fits one frame [row][column]. Returns the result, the values of the parameters [n], and their covariance
+        [n][n]. The numbers of a frame that did not converge are NaN."""
+        counts = shaped("frame", frame, self.shape)
+        result, (values, covariance) = _raw.toliman_fit_result(), self._numbers()
+        prediction = _prediction(time_days, shift, separation, position_angle)
+        check(library.toliman_fit_frame(self._c, pointer(counts), self.shape[1], ctypes.byref(prediction),
+                                        ctypes.byref(result), pointer(values), pointer(covariance)))
+        return FitResult._of(result), values, covariance
+
+    def frames(self, frames: ArrayLike, *, times_days: ArrayLike = 0, shifts: ArrayLike = (0, 0),
+               separations: ArrayLike = 0, position_angles: ArrayLike = 0, threads: int = 0,
+               progress: Progress | bool | None = None) -> NDArray:
+        """Fits frames [frame][row][column] of any pixel type. The predictions are one number (shifts: one pair) for all
+        frames, or one per frame. Returns a structured array with a field for each member of toliman_fit_result; `flags`
+        are the bits TOLIMAN_FIT_..."""
+        images, threads = frames_of(frames, self.shape), whole("threads", threads, 2**32)
+        has_shape("frames", images, (-1, *self.shape))
+        count = len(images)
+        results = array_of(_raw.toliman_fit_result, count)
+        predictions = _predictions(count, times_days, shifts, separations, position_angles)
+        size, prediction_size = ctypes.sizeof(_raw.toliman_fit_result), ctypes.sizeof(_raw.toliman_fit_prediction)
+        with Watch(progress) as watch:
+            for first in range(0, count, _FRAMES_PER_CALL):
+                image, array = image_of(images[first:first + _FRAMES_PER_CALL])
+                results[first].struct_size, predictions[first].struct_size = size, prediction_size
+                watch.check(library.toliman_fit_frames(self._c, ctypes.byref(image), len(array),
+                                                       ctypes.byref(predictions[first]), threads,
+                                                       ctypes.byref(results[first])))
+                watch.step("fit", (first + len(array)) / count)
+        return _structured(results)[:count]
+
+    def predict(self, *, time_days: float = 0, shift: tuple[float, float] = (0, 0), separation: float = 0,
+                position_angle: float = 0) -> tuple[Doubles, Doubles, Doubles]:
+        """Returns the expected frame [row][column], the values of the parameters [n], and the covariance [n][n] of their
+        fit, the Cramer-Rao bound."""
+        image, (values, covariance) = numpy.empty(self.shape), self._numbers()
+        prediction = _prediction(time_days, shift, separation, position_angle)
+        check(library.toliman_fit_predict(self._c, ctypes.byref(prediction), pointer(image), self.shape[1],
+                                          pointer(values), pointer(covariance)))
+        return image, values, covariance
+
+    def _numbers(self) -> tuple[Doubles, Doubles]:
+        n = library.toliman_fit_parameter_count(self._c)
+        return numpy.empty(n), numpy.empty((n, n))
+
+    def _summary(self) -> str:
+        names = ", ".join(parameter.name for parameter in self.parameters[7:])
+        return f"Fit of {self.shape[0]}x{self.shape[1]} frames" + (f", free: {names}" if names else "")
+
+
+def _prediction(time_days: float, shift: tuple[float, float], separation: float, position_angle: float) -> typing.Any:
+    x, y = shaped("shift", shift, (2,))
+    return _raw.toliman_fit_prediction(time_days=real("time_days", time_days), x_px=x, y_px=y,
+                                       separation_px=real("separation", separation),
+                                       position_angle_deg=real("position_angle", position_angle))
+
+
+def _predictions(count: int, times_days: ArrayLike, shifts: ArrayLike, separations: ArrayLike,
+                 position_angles: ArrayLike) -> typing.Any:
+    """An array of structs from one number per frame, or one for all."""
+    made = array_of(_raw.toliman_fit_prediction, count)
+    rows = numpy.ctypeslib.as_array(made)[:count]
+    for member, name, values in (("time_days", "times_days", times_days), ("separation_px", "separations", separations),
+                                 ("position_angle_deg", "position_angles", position_angles)):
+        numbers = plain(name, values)
+        has_shape(name, numbers, (count,) if numbers.ndim else ())
+        rows[member] = numbers
+    pairs = plain("shifts", shifts)
+    has_shape("shifts", pairs, (count, 2) if pairs.ndim == 2 else (2,))
+    rows["x_px"], rows["y_px"] = pairs[..., 0], pairs[..., 1]
+    return made
+
+
+def _structured(structs: typing.Any) -> NDArray:
+    """The members of an array of structs, without struct_size."""
+    given = numpy.ctypeslib.as_array(structs)
+    names = [name for name in given.dtype.names or () if name != "struct_size"]
+    made = numpy.empty(len(given), [(name, given.dtype[name]) for name in names])
+    for name in names:
+        made[name] = given[name]
+    return made
