@@ -1276,13 +1276,13 @@ module toliman
         type(c_funptr) :: estimate = c_null_funptr
         type(c_ptr) :: estimate_data = c_null_ptr
         ! number that identifies `estimate`. If no estimator is given: the number of the estimator that wrote the
-        ! ledger. Ignored with cae, linear and fit, whose number the library computes
+        ! ledger. Ignored with cae, linear and fit, which have their own
         integer(c_int64_t) :: estimator_id = 0
         ! names of additional values of `estimate`, separated by commas ("dx,dy"): at most 7, of 1 to 24 characters
-        ! a-z 0-9 _; columns of a new ledger. "" with cae and linear; set by fit
+        ! a-z 0-9 _; columns of a new ledger. "" with cae, linear and fit
         character(kind=c_char) :: values(176) = c_null_char
-        ! standard deviation of a value; 0 = Cramer-Rao bound of cae or linear, half of that of fit; required without
-        ! them
+        ! standard deviation of a value; 0 = Cramer-Rao bound of cae or linear, half of that of fit; required with
+        ! `estimate` and without an estimator
         real(c_double) :: sigma = 0.0_c_double
         real(c_double) :: value_limit = 0.0_c_double ! a frame with |value| above it is an outlier; 0 = 10,000 sigma
         ! Geometry. Frames are rows x cols. From (crop_row, crop_col) on, blocks of bin x bin pixels are summed to the

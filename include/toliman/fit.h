@@ -78,16 +78,16 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_fit_get_parameter(const to
 
 /* Properties of a fit. */
 typedef struct toliman_fit_info {
-    uint32_t struct_size; /* in: sizeof(toliman_fit_info) */
+    uint32_t struct_size;  /* in: sizeof(toliman_fit_info) */
     uint32_t oversampling; /* samples of the model images per pixel and axis */
-    int64_t rows, cols;   /* shape of the frames */
-    uint32_t taps;        /* samples per axis that interpolate a pixel of a model image */
-    uint32_t images;      /* model images in memory */
-    uint32_t parameters;  /* number of parameters */
+    int64_t rows, cols;    /* shape of the frames */
+    uint32_t taps;         /* samples per axis that interpolate a pixel of a model image */
+    uint32_t images;       /* model images in memory */
+    uint32_t parameters;   /* number of parameters */
     uint32_t reserved;
-    double image_error;   /* predicted error of the interpolation, relative to the peak of the model image */
-    double capture_px;    /* as in the options */
-    uint64_t digest; /* FNV-1a of everything that determines the results */
+    double image_error; /* predicted error of the interpolation, relative to the peak of the model image */
+    double capture_px;  /* as in the options */
+    uint64_t digest;    /* FNV-1a of everything that determines the results */
 } toliman_fit_info;
 #define TOLIMAN_FIT_INFO_INIT TOLIMAN_INIT(toliman_fit_info)
 
@@ -108,28 +108,30 @@ typedef struct toliman_fit_prediction {
 #define TOLIMAN_FIT_PREDICTION_INIT TOLIMAN_INIT(toliman_fit_prediction)
 
 /* Flags of a result. Without NOT_CONVERGED the result is the maximum of the likelihood near the prediction. */
-#define TOLIMAN_FIT_NOT_CONVERGED 1u /* the places still moved by 1e-6 px after the last step; all numbers are NaN,
-                                        except iterations */
-#define TOLIMAN_FIT_OUTLIER 2u       /* chi_square is more than 6 standard deviations above 1: the frame is damaged, or
-                                        the model lacks something */
-#define TOLIMAN_FIT_SATURATED 4u     /* pixels at the full well or the largest count were excluded */
-#define TOLIMAN_FIT_EDGE 8u          /* a star is outside the frame, or as far from its predicted place as capture_px */
-#define TOLIMAN_FIT_SEARCHED 16u     /* the stars were not at their predicted places, and were searched for */
+#define TOLIMAN_FIT_NOT_CONVERGED                                                                                      \
+    1u /* the places still moved by 1e-6 px after the last step; all numbers are NaN,                                  \
+          except iterations */
+#define TOLIMAN_FIT_OUTLIER                                                                                            \
+    2u                           /* chi_square is more than 6 standard deviations above 1: the frame is damaged, or    \
+                                    the model lacks something */
+#define TOLIMAN_FIT_SATURATED 4u /* pixels at the full well or the largest count were excluded */
+#define TOLIMAN_FIT_EDGE 8u      /* a star is outside the frame, or as far from its predicted place as capture_px */
+#define TOLIMAN_FIT_SEARCHED 16u /* the stars were not at their predicted places, and were searched for */
 
 /* Result for one frame. */
 typedef struct toliman_fit_result {
-    uint32_t struct_size;        /* in: sizeof(toliman_fit_result) */
-    uint32_t flags;              /* TOLIMAN_FIT_... */
-    double displacement_px;      /* separation_px minus the predicted separation */
-    double separation_px;        /* distance from A to B */
-    double separation_sigma_px;  /* standard deviations: square roots of the diagonal of the inverse Fisher matrix */
+    uint32_t struct_size;       /* in: sizeof(toliman_fit_result) */
+    uint32_t flags;             /* TOLIMAN_FIT_... */
+    double displacement_px;     /* separation_px minus the predicted separation */
+    double separation_px;       /* distance from A to B */
+    double separation_sigma_px; /* standard deviations: square roots of the diagonal of the inverse Fisher matrix */
     double position_angle_deg, position_angle_sigma_deg;
     double x_px, y_px, x_sigma_px, y_sigma_px; /* place of the scene's centre, from the centre of the frame */
-    double flux_a, flux_b;       /* relative change of the photons of a star */
-    double background;           /* photons per pixel */
-    double chi_square;           /* sum of squared residuals over their variances, per degree of freedom */
-    int32_t iterations;          /* Gauss-Newton steps */
-    int32_t excluded;            /* saturated pixels */
+    double flux_a, flux_b;                     /* relative change of the photons of a star */
+    double background;                         /* photons per pixel */
+    double chi_square;  /* sum of squared residuals over their variances, per degree of freedom */
+    int32_t iterations; /* Gauss-Newton steps */
+    int32_t excluded;   /* saturated pixels */
 } toliman_fit_result;
 #define TOLIMAN_FIT_RESULT_INIT TOLIMAN_INIT(toliman_fit_result)
 
@@ -138,12 +140,11 @@ typedef struct toliman_fit_result {
  *   result      struct_size must be set
  *   values      [n], or NULL: all n = toliman_fit_parameter_count() parameters, as listed at the top
  *   covariance  [n][n], or NULL: their covariance, the inverse Fisher matrix
- * A frame that cannot be fitted is no error: see the flags. Results depend on the frame and its prediction only.
+ * A frame that cannot be fitted is not an error: see the flags. Results depend on the frame and its prediction only.
  * Errors: TOLIMAN_E_ARGUMENT for a non-finite count, naming its row and column, for a prediction that is not finite or
  * outside the range of the model images, and for a smaller stride. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_fit_frame(const toliman_fit *fit, const double *counts,
-                                                                size_t stride,
-                                                                const toliman_fit_prediction *prediction,
+                                                                size_t stride, const toliman_fit_prediction *prediction,
                                                                 toliman_fit_result *result, double *values,
                                                                 double *covariance) TOLIMAN_NOEXCEPT;
 

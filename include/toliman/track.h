@@ -111,23 +111,23 @@ typedef struct toliman_track_options {
     const char *folder; /* folder of ledger, setup and checkpoint, created if missing. NULL = in memory, which takes
                            64 bytes more per frame and 8 per column */
     int64_t capacity;   /* largest number of frames, at most 2^28; 0 = 2^20. Memory: 3.2 MB + 24 bytes per frame */
-    /* Estimator: one of cae, linear, fit and estimate, or none if no frame is pushed. It must outlive the tracker, and a
-     * network must not be trained meanwhile. */
+    /* Estimator: one of cae, linear, fit and estimate, or none if no frame is pushed. It must outlive the tracker, and
+     * a network must not be trained meanwhile. */
     const toliman_cae *cae;
     const toliman_linear *linear;
     toliman_estimate_fn estimate;
     void *estimate_data;
     uint64_t estimator_id; /* number that identifies `estimate`. If no estimator is given: the number of the estimator
-                              that wrote the ledger. Ignored with cae, linear and fit, whose number the library computes */
+                              that wrote the ledger. Ignored with cae, linear and fit, which have their own */
     char values[176];      /* names of additional values of `estimate`, separated by commas ("dx,dy"): at most 7, of
-                              1 to 24 characters a-z 0-9 _; columns of a new ledger. "" with cae and linear; set by fit */
+                              1 to 24 characters a-z 0-9 _; columns of a new ledger. "" with cae, linear and fit */
     double sigma;          /* standard deviation of a value; 0 = Cramer-Rao bound of cae or linear, half of that of fit;
-                              required without them */
+                              required with `estimate` and without an estimator */
     double value_limit;    /* a frame with |value| above it is an outlier; 0 = 10,000 sigma */
     /* Geometry. Frames are rows x cols. From (crop_row, crop_col) on, blocks of bin x bin pixels are summed to the
      * image_rows x image_cols image that the estimator takes. Defaults (0): bin = 1; image_rows and image_cols = the
-     * shape that cae, linear or fit takes, or, with `estimate`, as many blocks as fit into the frame; rows and cols = the
-     * smallest frame that holds the image. */
+     * shape that cae, linear or fit takes, or, with `estimate`, as many blocks as fit into the frame; rows and cols =
+     * the smallest frame that holds the image. */
     int64_t rows, cols, crop_row, crop_col, bin, image_rows, image_cols;
     uint32_t bit_depth;      /* at most 32; a pixel of 2^bit_depth or more rejects the frame; 0 = no limit */
     uint32_t zero_run_bytes; /* a run of consecutive zero pixels of this many bytes rejects the frame; 0 = 4096 */

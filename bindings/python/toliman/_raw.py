@@ -1715,43 +1715,43 @@ class toliman_track_options(Sized):
     folder: folder of ledger, setup and checkpoint, created if missing. NULL = in memory, which takes
         64 bytes more per frame and 8 per column
     capacity: largest number of frames, at most 2^28; 0 = 2^20. Memory: 3.2 MB + 24 bytes per frame
-    cae: Estimator: one of cae, linear, fit and estimate, or none if no frame is pushed. It must outlive the tracker, and a
-        network must not be trained meanwhile.
+    cae: Estimator: one of cae, linear, fit and estimate, or none if no frame is pushed. It must outlive the tracker, and
+        a network must not be trained meanwhile.
     estimator_id: number that identifies `estimate`. If no estimator is given: the number of the estimator
-        that wrote the ledger. Ignored with cae, linear and fit, whose number the library computes
+        that wrote the ledger. Ignored with cae, linear and fit, which have their own
     values: names of additional values of `estimate`, separated by commas ("dx,dy"): at most 7, of
-        1 to 24 characters a-z 0-9 _; columns of a new ledger. "" with cae and linear; set by fit
+        1 to 24 characters a-z 0-9 _; columns of a new ledger. "" with cae, linear and fit
     sigma: standard deviation of a value; 0 = Cramer-Rao bound of cae or linear, half of that of fit;
-        required without them
+        required with `estimate` and without an estimator
     value_limit: a frame with |value| above it is an outlier; 0 = 10,000 sigma
     rows: Geometry. Frames are rows x cols. From (crop_row, crop_col) on, blocks of bin x bin pixels are summed to the
         image_rows x image_cols image that the estimator takes. Defaults (0): bin = 1; image_rows and image_cols = the
-        shape that cae, linear or fit takes, or, with `estimate`, as many blocks as fit into the frame; rows and cols = the
-        smallest frame that holds the image.
+        shape that cae, linear or fit takes, or, with `estimate`, as many blocks as fit into the frame; rows and cols =
+        the smallest frame that holds the image.
     cols: Geometry. Frames are rows x cols. From (crop_row, crop_col) on, blocks of bin x bin pixels are summed to the
         image_rows x image_cols image that the estimator takes. Defaults (0): bin = 1; image_rows and image_cols = the
-        shape that cae, linear or fit takes, or, with `estimate`, as many blocks as fit into the frame; rows and cols = the
-        smallest frame that holds the image.
+        shape that cae, linear or fit takes, or, with `estimate`, as many blocks as fit into the frame; rows and cols =
+        the smallest frame that holds the image.
     crop_row: Geometry. Frames are rows x cols. From (crop_row, crop_col) on, blocks of bin x bin pixels are summed to the
         image_rows x image_cols image that the estimator takes. Defaults (0): bin = 1; image_rows and image_cols = the
-        shape that cae, linear or fit takes, or, with `estimate`, as many blocks as fit into the frame; rows and cols = the
-        smallest frame that holds the image.
+        shape that cae, linear or fit takes, or, with `estimate`, as many blocks as fit into the frame; rows and cols =
+        the smallest frame that holds the image.
     crop_col: Geometry. Frames are rows x cols. From (crop_row, crop_col) on, blocks of bin x bin pixels are summed to the
         image_rows x image_cols image that the estimator takes. Defaults (0): bin = 1; image_rows and image_cols = the
-        shape that cae, linear or fit takes, or, with `estimate`, as many blocks as fit into the frame; rows and cols = the
-        smallest frame that holds the image.
+        shape that cae, linear or fit takes, or, with `estimate`, as many blocks as fit into the frame; rows and cols =
+        the smallest frame that holds the image.
     bin: Geometry. Frames are rows x cols. From (crop_row, crop_col) on, blocks of bin x bin pixels are summed to the
         image_rows x image_cols image that the estimator takes. Defaults (0): bin = 1; image_rows and image_cols = the
-        shape that cae, linear or fit takes, or, with `estimate`, as many blocks as fit into the frame; rows and cols = the
-        smallest frame that holds the image.
+        shape that cae, linear or fit takes, or, with `estimate`, as many blocks as fit into the frame; rows and cols =
+        the smallest frame that holds the image.
     image_rows: Geometry. Frames are rows x cols. From (crop_row, crop_col) on, blocks of bin x bin pixels are summed to the
         image_rows x image_cols image that the estimator takes. Defaults (0): bin = 1; image_rows and image_cols = the
-        shape that cae, linear or fit takes, or, with `estimate`, as many blocks as fit into the frame; rows and cols = the
-        smallest frame that holds the image.
+        shape that cae, linear or fit takes, or, with `estimate`, as many blocks as fit into the frame; rows and cols =
+        the smallest frame that holds the image.
     image_cols: Geometry. Frames are rows x cols. From (crop_row, crop_col) on, blocks of bin x bin pixels are summed to the
         image_rows x image_cols image that the estimator takes. Defaults (0): bin = 1; image_rows and image_cols = the
-        shape that cae, linear or fit takes, or, with `estimate`, as many blocks as fit into the frame; rows and cols = the
-        smallest frame that holds the image.
+        shape that cae, linear or fit takes, or, with `estimate`, as many blocks as fit into the frame; rows and cols =
+        the smallest frame that holds the image.
     bit_depth: at most 32; a pixel of 2^bit_depth or more rejects the frame; 0 = no limit
     zero_run_bytes: a run of consecutive zero pixels of this many bytes rejects the frame; 0 = 4096
     f0: Periodogram: frequencies f0 + k df, k < nf, in cycles per unit_ns nanoseconds of TAI. nf = 0: the grid of the
@@ -2715,7 +2715,7 @@ TOLIMAN_E_RANGE for any other index.""",
   result      struct_size must be set
   values      [n], or NULL: all n = toliman_fit_parameter_count() parameters, as listed at the top
   covariance  [n][n], or NULL: their covariance, the inverse Fisher matrix
-A frame that cannot be fitted is no error: see the flags. Results depend on the frame and its prediction only.
+A frame that cannot be fitted is not an error: see the flags. Results depend on the frame and its prediction only.
 Errors: TOLIMAN_E_ARGUMENT for a non-finite count, naming its row and column, for a prediction that is not finite or
 outside the range of the model images, and for a smaller stride.""",
     ),
