@@ -223,13 +223,26 @@ static void *make_with_network(void) {
     assert_ok(create_with_network(&a));
     return a.made;
 }
-static void *make_with_fit(void) {
+static void *make_with_template(void) {
     static toliman_linear *linear;
     toliman_track *track = NULL;
     toliman_track_options options = options_in(NULL);
     if (linear == NULL)
         assert_ok(toliman_linear_create(small_sim(), NULL, &linear));
     options.linear = linear;
+    options.threads = 1;
+    options.estimate = NULL;
+    options.rows = options.cols = options.bit_depth = 0;
+    assert_ok(toliman_track_create(&options, &track));
+    return track;
+}
+static void *make_with_fit(void) {
+    static toliman_fit *fit;
+    toliman_track *track = NULL;
+    toliman_track_options options = options_in(NULL);
+    if (fit == NULL)
+        assert_ok(toliman_fit_create(small_sim(), NULL, &fit));
+    options.fit = fit;
     options.threads = 1;
     options.estimate = NULL;
     options.rows = options.cols = options.bit_depth = 0;
@@ -260,7 +273,7 @@ static toliman_status push_images(toliman_track *track, const double *images, in
 static toliman_status push_to_network(attempt *a) {
     return push_images(a->object, large_frames(), LARGE, a);
 }
-static toliman_status push_to_fit(attempt *a) {
+static toliman_status push_small_images(attempt *a) {
     return push_images(a->object, small_frames(), SMALL, a);
 }
 
@@ -386,8 +399,15 @@ static const scenario all[] = {
      .stage = put_frames,
      .check = check_none_accepted},
     {.function = "toliman_track_push",
+     "template",
+     push_small_images,
+     make_with_template,
+     &trackers,
+     .struct_size = OUTCOME,
+     .stage = put_frames},
+    {.function = "toliman_track_push",
      "fit",
-     push_to_fit,
+     push_small_images,
      make_with_fit,
      &trackers,
      .struct_size = OUTCOME,
