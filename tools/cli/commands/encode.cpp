@@ -45,10 +45,11 @@ class Batch {
   public:
     static constexpr size_t kMost = 64, kMostBytes = size_t{64} << 20;
 
-    Batch(FrameFile &frames, bool is_pipe) : frames_(frames), size_(frames.frame_size()) {
-        most_ = is_pipe ? 1 : std::min(kMost, std::max<size_t>(1, kMostBytes / size_));
+    Batch(FrameFile &frames, bool is_pipe)
+        : frames_(frames), pitch_((frames.frame_size() + sizeof(double) - 1) / sizeof(double)) {
+        most_ = is_pipe ? 1 : std::min(kMost, std::max<size_t>(1, kMostBytes / frames.frame_size()));
         most_ = std::min(most_, frames.count());
-        pixels_.resize((most_ * size_ + sizeof(double) - 1) / sizeof(double)); // aligned for every type
+        pixels_.resize(most_ * pitch_);
     }
 
     // Reads the next frames. An error waits until those before it are printed.
@@ -57,7 +58,7 @@ class Batch {
         count_ = 0;
         try {
             while (count_ < most_ && frames_.more()) {
-                frames_.read(pixels(count_));
+                frames_.read(&pixels_[count_ * pitch_]);
                 count_++;
             }
         } catch (...) {
@@ -71,21 +72,22 @@ class Batch {
             std::rethrow_exception(failure_);
     }
 
-    // Frames i ... i + count - 1 of those read.
-    toliman_image image(size_t i) {
+    // The frames that were read, from number i on.
+    toliman_image image(size_t i) const {
+        const size_t pixels = frames_.rows() * frames_.cols(), width = frames_.frame_size() / pixels;
         auto image = toliman::sized<toliman_image>();
         image.pixel = frames_.pixel();
-        image.pixels = pixels(i);
+        image.pixels = &pixels_[i * pitch_];
+        image.frame_stride = static_cast<int64_t>(pitch_ * sizeof(double) / width);
         return image;
     }
     size_t first() const noexcept { return first_; }
     size_t count() const noexcept { return count_; }
 
   private:
-    unsigned char *pixels(size_t i) { return reinterpret_cast<unsigned char *>(pixels_.data()) + i * size_; }
-
     FrameFile &frames_;
-    size_t size_, most_, first_ = 0, count_ = 0;
+    size_t pitch_; // from frame to frame, in doubles: each is aligned for every type
+    size_t most_, first_ = 0, count_ = 0;
     std::vector<double> pixels_;
     std::exception_ptr failure_;
 };

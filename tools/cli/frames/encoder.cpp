@@ -95,9 +95,12 @@ class FitEncoder final : public Encoder {
     void open(FrameFile &frames) override {
         path_ = frames.path();
         file_times_ = frames.days();
+        if (frames.counted())
+            check_times(frames.count());
     }
 
     toliman_status encode(const toliman_image &image, size_t first, size_t count) override {
+        check_times(first + count);
         for (size_t i = 0; i < count; i++)
             predictions_[i].time_days = days_of(first + i);
         return toliman_fit_frames(fit_, &image, count, predictions_.data(), 0, results_.data());
@@ -128,15 +131,17 @@ class FitEncoder final : public Encoder {
     }
 
   private:
+    const std::vector<double> &times() const { return file_times_.empty() ? scene_times_ : file_times_; }
+
+    void check_times(size_t frames) const {
+        if (!cadence_ && frames > times().size())
+            malformed(path_, "has " + std::to_string(frames) + " frames: the scene has times for " +
+                                 std::to_string(times().size()) + " only: give --cadence SECONDS");
+    }
+
     double days_of(size_t frame) const {
         constexpr double kDay = 86400;
-        if (cadence_)
-            return static_cast<double>(frame) * *cadence_ / kDay;
-        const std::vector<double> &times = file_times_.empty() ? scene_times_ : file_times_;
-        if (frame >= times.size())
-            malformed(path_, "frame " + std::to_string(frame) + ": the scene has times for " +
-                                 std::to_string(times.size()) + " frames only: give --cadence SECONDS");
-        return times[frame];
+        return cadence_ ? static_cast<double>(frame) * *cadence_ / kDay : times()[frame];
     }
 
     const toliman_fit *fit_;
