@@ -614,8 +614,8 @@ module toliman
 
     ! Options of a fit.
     type, bind(C), public :: toliman_fit_options
-        integer(c_int32_t) :: struct_size = 64
-        integer(c_int32_t) :: workers = 0 ! threads that prepare the model images, 0 = one per processor
+        integer(c_int32_t) :: struct_size = 48
+        integer(c_int32_t) :: reserved = 0 ! 0
         ! further free parameters, names of sim_derivative.h separated by spaces: "scale focus jitter_xx jitter_yy
         ! jitter_xy". NULL or "": none. Those that move the stars (roll, anisotropy, shear) and wavelength are not
         ! available
@@ -623,10 +623,9 @@ module toliman
         ! largest distance of the stars from their predicted places, along x and y; 0 = 15, at most 64
         real(c_double) :: capture_px = 0.0_c_double
         type(c_ptr) :: allocator = c_null_ptr ! for the large arrays of the object; NULL = malloc
-        type(c_funptr) :: progress = c_null_funptr ! called while the model images are prepared; may be NULL
+        ! called while the model images are prepared, on as many threads as the simulator has; may be NULL
+        type(c_funptr) :: progress = c_null_funptr
         type(c_ptr) :: progress_data = c_null_ptr
-        type(c_funptr) :: log = c_null_funptr ! receives warnings; may be NULL
-        type(c_ptr) :: log_data = c_null_ptr
     end type
 
     ! Properties of a fit.

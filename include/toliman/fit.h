@@ -38,17 +38,16 @@ typedef struct toliman_fit toliman_fit;
 /* Options of a fit. */
 typedef struct toliman_fit_options {
     uint32_t struct_size;
-    uint32_t workers;                   /* threads that prepare the model images, 0 = one per processor */
+    uint32_t reserved;                  /* 0 */
     const char *free;                   /* further free parameters, names of sim_derivative.h separated by spaces:
                                            "scale focus jitter_xx jitter_yy jitter_xy". NULL or "": none. Those that move
                                            the stars (roll, anisotropy, shear) and wavelength are not available */
     double capture_px;                  /* largest distance of the stars from their predicted places, along x and y;
                                            0 = 15, at most 64 */
     const toliman_allocator *allocator; /* for the large arrays of the object; NULL = malloc */
-    toliman_progress_fn progress;       /* called while the model images are prepared; may be NULL */
+    toliman_progress_fn
+        progress; /* called while the model images are prepared, on as many threads as the simulator has; may be NULL */
     void *progress_data;
-    toliman_log_fn log; /* receives warnings; may be NULL */
-    void *log_data;
 } toliman_fit_options;
 #define TOLIMAN_FIT_OPTIONS_INIT TOLIMAN_INIT(toliman_fit_options)
 

@@ -272,7 +272,7 @@ toliman_status toliman_cae_encode(const toliman_cae *cae, const double *counts, 
         const cae::Network &network = use->network;
         required(latent_px, "latent_px");
         const ImageView<const double> frame = frame_of(network, counts, stride);
-        cae::Workspaces::Lease work(use->workspaces);
+        WorkPool<cae::Workspace>::Lease work(use->works);
         *latent_px = network.encode(frame, *work);
     });
 }

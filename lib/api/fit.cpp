@@ -24,59 +24,34 @@ using namespace toliman::api;
 
 namespace {
 
-constexpr double kCapturePx = 15, kLargestCapturePx = 64;
+static_assert(fit::kMostParameters == TOLIMAN_FIT_MAX_PARAMETERS);
 
-// The parameters that are free in every fit, and those that no fit has.
-constexpr const char *kAlwaysFree[] = {"separation", "position_angle", "shift_x",   "shift_y",
-                                       "flux_a",     "flux_b",         "background"};
-constexpr const char *kNeverFree[] = {"roll", "anisotropy", "shear", "wavelength"};
-static_assert(std::size(kAlwaysFree) == fit::kFewestParameters && fit::kMostParameters == TOLIMAN_FIT_MAX_PARAMETERS);
+using Lease = WorkPool<fit::FitWork>::Lease;
 
-template <size_t N> bool contains(const char *const (&words)[N], const std::string &word) {
-    return std::find(std::begin(words), std::end(words), word) != std::end(words);
+Parameter free_parameter(const std::string &name) {
+    if (const std::optional<Parameter> parameter = parameter_named(name))
+        return *parameter;
+    fail(Status::argument, "{options->free}: \"%s\": must be the name of a parameter%s", name.substr(0, 40).c_str(),
+         suggestion_for(name).c_str());
 }
 
-// The parameter with this name, one of options->free; `before` are those named before it.
-Parameter free_parameter(const std::string &name, const std::vector<Parameter> &before) {
-    const std::string shown = name.substr(0, 40);
-    const std::optional<Parameter> parameter = parameter_named(name);
-    if (!parameter)
-        fail(Status::argument, "{options->free}: \"%s\": must be the name of a parameter%s", shown.c_str(),
-             suggestion_for(name).c_str());
-    if (contains(kAlwaysFree, name))
-        fail(Status::argument, "{options->free}: \"%s\": is always free", shown.c_str());
-    if (contains(kNeverFree, name))
-        fail(Status::argument, "{options->free}: \"%s\": is not available in a fit", shown.c_str());
-    if (std::find(before.begin(), before.end(), *parameter) != before.end())
-        fail(Status::argument, "{options->free}: \"%s\": is named twice", shown.c_str());
-    return *parameter;
-}
-
+// Names separated by spaces.
 std::vector<Parameter> free_parameters(const char *text) {
-    constexpr size_t kMost = fit::kMostParameters - fit::kFewestParameters;
     std::vector<Parameter> parameters;
     const std::string names = text != nullptr ? text : "";
     for (size_t at = names.find_first_not_of(' '); at != std::string::npos;) {
         const size_t end = std::min(names.find(' ', at), names.size());
-        parameters.push_back(free_parameter(names.substr(at, end - at), parameters));
+        parameters.push_back(free_parameter(names.substr(at, end - at)));
         at = names.find_first_not_of(' ', end);
     }
-    if (parameters.size() > kMost)
-        fail(Status::argument, "{options->free}: %zu names: must be at most %zu", parameters.size(), kMost);
     return parameters;
 }
 
-fit::Settings settings_of(const toliman_fit_options &options) {
-    if (!(options.capture_px >= 0 && options.capture_px <= kLargestCapturePx))
+double capture_of(const toliman_fit_options &options) {
+    if (!(options.capture_px >= 0 && options.capture_px <= fit::kMostCapturePx))
         fail(Status::argument, "{options->capture_px} = %g: must be in (0, %g] px, or 0 for %g", options.capture_px,
-             kLargestCapturePx, kCapturePx);
-    fit::Settings settings;
-    settings.workers = options.workers;
-    settings.free = free_parameters(options.free);
-    settings.capture_px = options.capture_px != 0 ? options.capture_px : kCapturePx;
-    settings.progress = {options.progress, options.progress_data};
-    settings.log = {options.log, options.log_data};
-    return settings;
+             fit::kMostCapturePx, fit::kCapturePx);
+    return options.capture_px != 0 ? options.capture_px : fit::kCapturePx;
 }
 
 // What the caller knows of a frame. `name` is that of the argument in messages, "prediction" or "predictions".
@@ -133,7 +108,7 @@ toliman_fit_result public_result(const fit::Result &result, size_t n) {
     out.background = values[6];
     out.chi_square = fitted ? result.chi_square : nan;
     out.iterations = result.iterations;
-    out.excluded = result.excluded;
+    out.excluded = static_cast<int32_t>(result.excluded);
     return out;
 }
 
@@ -147,11 +122,18 @@ toliman_status toliman_fit_create(const toliman_sim *sim, const toliman_fit_opti
                                   toliman_fit **out) noexcept {
     return guard([&] {
         const toliman_fit_options known = accept(options, toliman_fit_options{}, "options");
-        const fit::Settings settings = settings_of(known);
+        if (known.reserved != 0)
+            fail(Status::argument, "{options->reserved} = %u: must be 0", known.reserved);
+        const std::vector<Parameter> free = free_parameters(known.free);
+        const double capture_px = capture_of(known);
         const MemoryScope scope(memory_of(known.allocator));
         const Use use(sim, "sim");
         toliman_fit *&made = required(out, "out");
-        made = new toliman_fit{{}, fit::Fit(use->simulator, settings)};
+        const optics::Simulator &simulator = use->simulator;
+        if (simulator.plan().engine == optics::EngineKind::padded_fft)
+            fail(Status::unsupported, "{sim}: the engine PADDED_FFT samples no images for a fit");
+        made = new toliman_fit{
+            {}, fit::Fit(simulator, free, capture_px, {known.progress, known.progress_data}), simulator.plan().atlas};
     });
 }
 
@@ -183,14 +165,15 @@ toliman_status toliman_fit_get_info(const toliman_fit *handle, toliman_fit_info 
     return guard([&] {
         const Use use(handle, "fit");
         const fit::Fit &fit = use->fit;
+        const optics::Atlas &atlas = fit.model().atlas();
         toliman_fit_info info = {};
-        info.oversampling = static_cast<uint32_t>(fit.atlas().oversampling());
+        info.oversampling = static_cast<uint32_t>(use->atlas.oversampling);
         info.rows = static_cast<int64_t>(fit.rows());
         info.cols = static_cast<int64_t>(fit.cols());
-        info.taps = static_cast<uint32_t>(fit.atlas().taps());
-        info.images = static_cast<uint32_t>(fit.atlas().images());
+        info.taps = static_cast<uint32_t>(use->atlas.blur.window.taps);
+        info.images = static_cast<uint32_t>(atlas.planes(0) + atlas.planes(1));
         info.parameters = static_cast<uint32_t>(fit.parameters().size());
-        info.image_error = fit.atlas().error();
+        info.image_error = use->atlas.error;
         info.capture_px = fit.capture_px();
         info.digest = fit.digest();
         deliver(info, out, "out");
@@ -205,7 +188,7 @@ toliman_status toliman_fit_frame(const toliman_fit *handle, const double *counts
         const fit::Fit &fit = use->fit;
         required_image(counts, stride, fit.cols(), "counts");
         check_struct_size("result", required(result, "result"));
-        fit::Workspaces::Lease work(use->workspaces);
+        Lease work(use->works);
         fit::Result found;
         fit.frame({counts, fit.rows(), fit.cols(), stride}, prediction_of(prediction), *work, found);
         deliver(public_result(found, fit.parameters().size()), result, "result");
@@ -228,8 +211,8 @@ toliman_status toliman_fit_frames(const toliman_fit *handle, const toliman_image
             given.emplace(predictions, "predictions");
         Buffer<toliman_fit_result> found(count); // so that nothing is written if a frame fails
         for_groups(
-            frames, count, 1, threads, [&] { return fit::Workspaces::Lease(use->workspaces); },
-            [&](const ImageView<const double> *frame, size_t i, size_t, fit::Workspaces::Lease &work) {
+            frames, count, 1, threads, [&] { return Lease(use->works); },
+            [&](const ImageView<const double> *frame, size_t i, size_t, Lease &work) {
                 fit::Result result;
                 fit.frame(*frame, given ? prediction_of(given->get(i), "prediction") : fit::Prediction(), *work,
                           result);
@@ -247,9 +230,10 @@ toliman_status toliman_fit_predict(const toliman_fit *handle, const toliman_fit_
         const fit::Fit &fit = use->fit;
         if (image != nullptr)
             required_image(image, stride, fit.cols(), "image");
-        fit::Workspaces::Lease work(use->workspaces);
+        Lease work(use->works);
         fit::Result found;
-        fit.predict(prediction_of(prediction), {image, fit.rows(), fit.cols(), stride}, *work, found);
+        const ImageView<double> expected = {image, fit.rows(), fit.cols(), stride};
+        fit.predict(prediction_of(prediction), image != nullptr ? &expected : nullptr, *work, found);
         copy_parameters(found, fit.parameters().size(), values, covariance);
     });
 }

@@ -3,9 +3,10 @@
 #include <optional>
 
 #include "api/handle.hpp"
+#include "base/work_pool.hpp"
 #include "cae/network.hpp"
 #include "cae/training.hpp"
-#include "cae/workspaces.hpp"
+#include "cae/workspace.hpp"
 #include "fit/fit.hpp"
 #include "linear/template.hpp"
 #include "optics/simulator.hpp"
@@ -20,7 +21,11 @@ struct toliman_cae : toliman::api::Handle<toliman_cae> {
     static constexpr char kType[] = "toliman_cae";
     toliman::cae::Network network;
     std::optional<toliman::cae::Training> training; // state of the last training, to be resumed
-    mutable toliman::cae::Workspaces workspaces{network.layout(), network.preprocess()};
+    mutable toliman::WorkPool<toliman::cae::Workspace> works{[this] {
+        toliman::cae::Workspace work;
+        work.prepare(network.layout(), network.preprocess(), 1);
+        return work;
+    }};
 };
 
 struct toliman_linear : toliman::api::Handle<toliman_linear> {
@@ -31,7 +36,8 @@ struct toliman_linear : toliman::api::Handle<toliman_linear> {
 struct toliman_fit : toliman::api::Handle<toliman_fit> {
     static constexpr char kType[] = "toliman_fit";
     toliman::fit::Fit fit;
-    mutable toliman::fit::Workspaces workspaces{};
+    toliman::optics::AtlasPlan atlas; // of its model images
+    mutable toliman::WorkPool<toliman::fit::FitWork> works{[this] { return fit.work(); }};
 };
 
 struct toliman_period : toliman::api::Handle<toliman_period> {

@@ -98,7 +98,7 @@ track::Estimate fit_of(const toliman_fit &handle, int64_t time_offset_ns) {
     constexpr double kDayNs = 86400e9;
     return [=, &handle](double *image, const track::Frame &, int64_t tai_ns, unsigned, track::Estimated &estimated) {
         const fit::Fit &fit = handle.fit;
-        fit::Workspaces::Lease work(handle.workspaces);
+        WorkPool<fit::FitWork>::Lease work(handle.works);
         fit::Prediction prediction;
         prediction.days = static_cast<double>(static_cast<long double>(tai_ns) - time_offset_ns) / kDayNs;
         fit::Result result;

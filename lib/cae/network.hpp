@@ -7,7 +7,7 @@
 #include "base/view.hpp"
 #include "cae/forward.hpp"
 #include "cae/preprocess.hpp"
-#include "cae/workspaces.hpp"
+#include "cae/workspace.hpp"
 
 namespace toliman::cae {
 

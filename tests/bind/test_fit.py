@@ -54,7 +54,7 @@ class Fits(unittest.TestCase):
                 self.assertEqual(together[name][k], getattr(result, name))
             self.assertEqual(list(values[:4]), [result.separation_px, result.position_angle_deg, result.x_px, result.y_px])
             self.assertEqual(result.separation_sigma_px, covariance[0, 0] ** 0.5)
-            numpy.testing.assert_array_equal(covariance, covariance.T)
+            numpy.testing.assert_allclose(covariance, covariance.T, rtol=1e-9)
             self.assertFalse(result.not_converged or result.outlier)
             self.assertLess(abs(whole["separation_px"][k] - together["separation_px"][k]), 0.01)
 

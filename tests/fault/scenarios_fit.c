@@ -6,7 +6,7 @@
 static const toliman_fit_prediction shifted[FRAMES] = {{.struct_size = sizeof *shifted, .x_px = 0.25}};
 
 static toliman_status create_with(const char *names, void **out) {
-    const toliman_fit_options options = {.struct_size = sizeof options, .workers = 1, .free = names, .capture_px = 3};
+    const toliman_fit_options options = {.struct_size = sizeof options, .free = names, .capture_px = 3};
     return toliman_fit_create(small_sim(), &options, (toliman_fit **)out);
 }
 

@@ -89,7 +89,6 @@ static toliman_status linear_in(const toliman_allocator *allocator, void **out) 
 
 static toliman_status fit_in(const toliman_allocator *allocator, void **out) {
     toliman_fit_options options = TOLIMAN_FIT_OPTIONS_INIT;
-    options.workers = 1;
     options.allocator = allocator;
     return toliman_fit_create(scene, &options, (toliman_fit **)out);
 }

@@ -211,7 +211,7 @@ static void other_estimators_are_refused(void **state) {
     const toliman_fit_options wider = {.struct_size = sizeof wider, .free = "focus"};
     assert_ok(toliman_fit_create(sim, &wider, &other));
     options.fit = other;
-    assert_fails(toliman_track_create(&options, &track), TOLIMAN_E_MISMATCH, "estimator");
+    assert_fails(toliman_track_create(&options, &track), TOLIMAN_E_MISMATCH, "ledger.tlml: written with ");
     options = options_of(NULL, fit);
     strcpy(options.values, "dx");
     assert_fails(toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT,

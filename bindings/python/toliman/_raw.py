@@ -801,26 +801,23 @@ TOLIMAN_FIT_MAX_PARAMETERS = 32
 
 class toliman_fit_options(Sized):
     """Options of a fit.
-    workers: threads that prepare the model images, 0 = one per processor
+    reserved: 0
     free: further free parameters, names of sim_derivative.h separated by spaces:
         "scale focus jitter_xx jitter_yy jitter_xy". NULL or "": none. Those that move
         the stars (roll, anisotropy, shear) and wavelength are not available
     capture_px: largest distance of the stars from their predicted places, along x and y;
         0 = 15, at most 64
     allocator: for the large arrays of the object; NULL = malloc
-    progress: called while the model images are prepared; may be NULL
-    log: receives warnings; may be NULL"""
+    progress: called while the model images are prepared, on as many threads as the simulator has; may be NULL"""
 
     _fields_ = [
         ("struct_size", c_uint32),
-        ("workers", c_uint32),
+        ("reserved", c_uint32),
         ("free", c_char_p),
         ("capture_px", c_double),
         ("allocator", POINTER(toliman_allocator)),
         ("progress", toliman_progress_fn),
         ("progress_data", c_void_p),
-        ("log", toliman_log_fn),
-        ("log_data", c_void_p),
     ]
 
 

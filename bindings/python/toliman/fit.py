@@ -11,7 +11,6 @@ from . import _raw
 from ._arguments import Doubles, array_of, has_shape, of_kind, options_of, plain, pointer, real, shaped, text, whole
 from ._handle import Handle
 from ._library import check, library
-from ._log import log
 from ._pixels import frames_of, image_of
 from ._progress import Progress, Watch
 from ._results import FitInfo, FitResult, Parameter
@@ -31,7 +30,7 @@ class Fit(Handle):
     free: names of further free parameters, such as ["scale", "focus"]. Separation, position_angle, shift_x, shift_y,
         flux_a, flux_b and background are always free.
     capture_px: largest distance of the stars from their predicted places, along x and y; 0 means 15.
-    threads, progress: of the preparation of the model images.
+    progress: of the preparation of the model images, on as many threads as the simulator has.
 
     A frame is predicted by its time: a moving binary is at its place on the scene's orbit. Further knowledge of a frame:
     shift (x, y) of both stars in px, and the separation in px with its position angle in degrees, both 0 for those of
@@ -42,13 +41,12 @@ class Fit(Handle):
 
     _kind, _destroy = _raw.toliman_fit, "toliman_fit_destroy"
 
-    def __init__(self, simulator: Simulator, *, free: typing.Iterable[str] = (), capture_px: float = 0, threads: int = 0,
+    def __init__(self, simulator: Simulator, *, free: typing.Iterable[str] = (), capture_px: float = 0,
                  progress: Progress | bool | None = None):
         of_kind("simulator", simulator, Simulator)
         names = [free] if isinstance(free, str) else list(free)
         with Watch(progress) as watch:
-            options = options_of(_raw.toliman_fit_options, library.toliman_fit_options_init, log=log,
-                                 workers=whole("threads", threads, 2**32), free=text("free", " ".join(names)),
+            options = options_of(_raw.toliman_fit_options, library.toliman_fit_options_init, free=text("free", " ".join(names)),
                                  capture_px=real("capture_px", capture_px), progress=watch.callback)
             super().__init__(self._create(library.toliman_fit_create, simulator._c, ctypes.byref(options),
                                           check=watch.check))

@@ -22,7 +22,7 @@ Scene scene_to_fit(const std::string &file, Progress &progress) {
 }
 
 toliman::frame_fit make_fit(const Scene &scene, const std::string &free, Progress &progress) {
-    auto options = with_warnings<toliman_fit_options>(progress);
+    auto options = toliman::sized<toliman_fit_options>();
     options.free = free.c_str();
     options.progress = Progress::callback;
     options.progress_data = &progress;
