@@ -25,6 +25,8 @@ namespace toliman::optics {
 
 namespace {
 
+constexpr size_t kVector = 8; // numbers
+
 // The samples around a star from -reach to +reach beyond the frame, and those of the window; odd, so that the star is
 // on a sample.
 size_t samples_of(size_t pixels, double reach, size_t oversampling, size_t taps) {
@@ -52,7 +54,7 @@ Atlas::Star Atlas::sample(const Scene &scene, const Pupil &pupil, const Plan &pl
     Light centred = light;
     centred.offset_px = {};
     const Imager imager(scene, pupil, around, plan.workers);
-    const size_t rows = around.pixels.rows, cols = around.pixels.cols, part = cols / oversampling_ + 2;
+    const size_t rows = around.pixels.rows, cols = around.pixels.cols, part = cols / oversampling_ + 1 + kVector;
     const double area = static_cast<double>(oversampling_ * oversampling_);
     Star made = {{}, rows, cols, part};
     for (const Buffer<double> &image : draw(around, imager, centred, star)) {
@@ -96,9 +98,9 @@ Atlas::Place Atlas::place(size_t star, long double x, long double y, size_t orde
     return place;
 }
 
-// The samples of a row that contribute to the pixels: of each part as many, one part after the other.
+// The samples of a row that contribute to the pixels: of each part as many, one part after the other; whole vectors.
 size_t Atlas::used() const noexcept {
-    return cols_ + window_.taps / oversampling_ + 1;
+    return (cols_ + window_.taps / oversampling_ + kVector) / kVector * kVector;
 }
 
 void Atlas::sum_along_y(const Star &star, const Buffer<double> &plane, const Place &place, size_t r, size_t orders,
