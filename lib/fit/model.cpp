@@ -22,6 +22,7 @@ namespace {
 
 using Kind = Parameter::Kind;
 
+constexpr double kLeastChange = 1e-10;   // of the peak, per unit of a parameter
 constexpr double kVarianceFloor = 1e-12; // of the largest expected pixel, as in optics/images.cpp
 
 // Lines of the working memory: of each star the image and its five derivatives by the place, then further planes; then
@@ -105,6 +106,24 @@ Model::Model(const optics::Simulator &simulator, const std::vector<Parameter> &f
         [&](const optics::Plan &plan, const optics::Imager &imager, const optics::Light &light, size_t star) {
             return draw(plan, imager, light, star, progress);
         });
+    check_planes();
+}
+
+// The planes of a parameter are not rounding alone: Zernike polynomials of even order do not change, in first order,
+// the image of a pupil with b(-x) = 1 - b(x), that of a spiral mask with odd m and without struts.
+void Model::check_planes() const {
+    for (const Extra &extra : extras_) {
+        double change = 0, peak = 0;
+        for (size_t star = 0; star < 2; star++) {
+            for (const double value : atlas_->plane(star, 0))
+                peak = std::max(peak, value);
+            for (const double value : atlas_->plane(star, extra.plane[star]))
+                change = std::max(change, extra.plane[star] != 0 ? std::fabs(value) : 0);
+        }
+        if (extra.place == 0 && change < kLeastChange * peak)
+            fail(Status::scene, "%s: {options->free}: \"%s\": does not change a frame of this scene in first order",
+                 scene_.source.c_str(), name_of(extra.parameter).c_str());
+    }
 }
 
 // The image of a star and its derivatives; numbers them in extras_.

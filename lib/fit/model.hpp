@@ -33,7 +33,8 @@ struct Work {
 class Model {
   public:
     // Stars are up to `capture_px` from their places in the scene over its cadence. The simulator is not needed
-    // afterwards. Status::unsupported for parameters that the scene lacks.
+    // afterwards. Status::unsupported for parameters that the scene lacks, Status::scene for those that do not change a
+    // frame in first order.
     Model(const optics::Simulator &simulator, const std::vector<Parameter> &free, double capture_px,
           const Progress &progress);
 
@@ -69,6 +70,7 @@ class Model {
     size_t line_of(size_t star, size_t plane) const noexcept;
     size_t image(size_t star) const noexcept;
     size_t shared(size_t line) const noexcept;
+    void check_planes() const;
     void prepare(const double *values, Work &work) const noexcept;
     void compute_row(const double *values, size_t r, Work &work) const noexcept;
     void counts_of_row(size_t r, const Work &work, double *counts) const noexcept;

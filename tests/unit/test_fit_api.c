@@ -107,7 +107,7 @@ static void digests_distinguish_fits(void **state) {
     const toliman_fit_options options[] = {{.struct_size = sizeof *options},
                                            {.struct_size = sizeof *options, .capture_px = 10},
                                            {.struct_size = sizeof *options, .free = "scale"},
-                                           {.struct_size = sizeof *options, .free = "focus"}};
+                                           {.struct_size = sizeof *options, .free = "zernike_7"}};
     const toliman_fit_info plain = info_with(NULL);
     assert_int_equal(plain.rows, SIDE);
     assert_int_equal(plain.cols, SIDE);
