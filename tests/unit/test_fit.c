@@ -368,7 +368,7 @@ static void freed_parameters_are_found(void **state) {
                   N, 1, 1e-5},
                  {"\"pixel_scale_arcsec\": 0.2", "\"pixel_scale_arcsec\": 0.19999800002", N + 1, 1e-5, 0},
                  {"\"noise\"", "\"systematics\": {\"jitter_covariance_px2\": {\"xx\": 1e-3, \"yy\": 1e-3}}, \"noise\"",
-                  N + 2, 1e-3, 1e-5}};
+                  N + 2, 1e-3, 5e-8}};
     toliman_sim *const sim = scene_of(kPlaces, 0, "", "");
     toliman_fit *const fixed = fit_of(sim, NULL), *const fit = fit_of(sim, "focus scale jitter_xx jitter_yy jitter_xy");
     for (size_t c = 0; c < 3; c++) {
