@@ -5,6 +5,7 @@
 
 #include "common/failure.hpp"
 #include "common/fast_blas.hpp"
+#include "common/stop.hpp"
 #include "options/command.hpp"
 #include "options/suggest.hpp"
 

@@ -10,6 +10,7 @@
 #include "common/json.hpp"
 #include "common/library.hpp"
 #include "common/output.hpp"
+#include "common/stop.hpp"
 #include "common/text.hpp"
 #include "options/command.hpp"
 #include "scenes/scene.hpp"
@@ -53,6 +54,7 @@ std::vector<Item> items_of(Get get, const Scene &scene, const toliman_sim_budget
 }
 
 Budget budget_of(const Scene &scene, const toliman_sim_budget_options &options, const Advance &advance) {
+    const StopLimit limit;
     advance(0);
     Budget budget = {toliman::sized<toliman_sim_budget>(), {}, {}, {}};
     try {
@@ -80,6 +82,7 @@ Budget budget_of(const Scene &scene, const toliman_sim_budget_options &options, 
 
 // The scene with a clear pupil.
 Budget budget_without_mask(const Scene &scene, const toliman_sim_budget_options &options, const Advance &advance) {
+    const StopLimit limit;
     const JsonTree tree = read_scene_json(scene.path);
     merge(tree.get(), R"({"telescope": {"mask": null}})");
     return budget_of({scene.path, text_of(tree)}, options, advance);

@@ -1,6 +1,8 @@
 #include <map>
 #include <memory>
 
+#include <toliman/toliman.hpp>
+
 #include "common/output.hpp"
 #include "options/command.hpp"
 #include "options/help.hpp"

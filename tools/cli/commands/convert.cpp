@@ -2,6 +2,7 @@
 #include "common/content.hpp"
 #include "common/failure.hpp"
 #include "common/output.hpp"
+#include "common/stop.hpp"
 #include "common/text.hpp"
 #include "frames/frames_in.hpp"
 #include "frames/frames_out.hpp"

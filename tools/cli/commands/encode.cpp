@@ -8,6 +8,7 @@
 #include "common/failure.hpp"
 #include "common/library.hpp"
 #include "common/output.hpp"
+#include "common/stop.hpp"
 #include "common/text.hpp"
 #include "frames/encoder.hpp"
 #include "options/command.hpp"

@@ -4,6 +4,7 @@
 
 #include "common/failure.hpp"
 #include "common/output.hpp"
+#include "common/stop.hpp"
 #include "common/text.hpp"
 #include "experiment/experiment_report.hpp"
 #include "options/command.hpp"
@@ -54,13 +55,19 @@ void remove_slow(std::vector<std::string> &methods) {
     methods.erase(std::remove_if(methods.begin(), methods.end(), slow), methods.end());
 }
 
-void run_campaign(const Campaign &campaign, Journal &journal, Progress &progress) {
+ExperimentReport run_campaign(const std::shared_ptr<const Scene> &scene, const CampaignOptions &options,
+                              const std::string &journal_path, Progress &progress) {
+    constexpr char stopped[] = "stopped by a signal; the same command resumes the experiment";
     try {
+        const StopLimit limit(stopped);
+        const Campaign campaign(scene, options);
+        Journal journal(journal_path, campaign.arguments());
         campaign.run(journal, progress);
+        return report_of(campaign, journal);
     } catch (...) {
         if (stop_signal() != 0) {
             progress.clear();
-            throw Failure(stop_code(), "stopped by a signal; the same command resumes the experiment");
+            throw Failure(stop_code(), stopped);
         }
         throw;
     }
@@ -74,10 +81,7 @@ void experiment(const Options &options, Progress &progress) {
     OutputFolder folder(options.folder);
     for (const char *name : {"experiment.csv", "experiment.md", "experiment.json"})
         check_output(folder.file(name)); // before the computation: an unwritable file fails at once
-    const Campaign campaign(scene, options.campaign);
-    Journal journal(folder.file("journal.jsonl"), campaign.arguments());
-    run_campaign(campaign, journal, progress);
-    const ExperimentReport report = report_of(campaign, journal);
+    const ExperimentReport report = run_campaign(scene, options.campaign, folder.file("journal.jsonl"), progress);
     folder.open("experiment.csv").write(report.csv);
     folder.open("experiment.md").write(report.markdown);
     folder.open("experiment.json").write(report.json);

@@ -7,6 +7,7 @@
 #include "common/json.hpp"
 #include "common/library.hpp"
 #include "common/output.hpp"
+#include "common/stop.hpp"
 #include "options/command.hpp"
 #include "scenes/scene.hpp"
 #include "scenes/scene_json.hpp"

@@ -7,6 +7,7 @@
 #include "common/failure.hpp"
 #include "common/input.hpp"
 #include "common/output.hpp"
+#include "common/stop.hpp"
 #include "downlink/ledger_report.hpp"
 #include "options/command.hpp"
 
@@ -61,7 +62,7 @@ void report(const Options &options, Progress &progress) {
     words.emplace_back("--");
     for (const std::string &folder : options.folders)
         words.push_back(with_results(plain(folder), progress));
-    stop_if_asked();
+    block_signals();
     progress.clear();
     start_python(words);
 }

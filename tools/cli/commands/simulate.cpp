@@ -6,6 +6,7 @@
 #include "base/name.hpp"
 #include "common/failure.hpp"
 #include "common/output.hpp"
+#include "common/stop.hpp"
 #include "common/text.hpp"
 #include "frames/frame_loop.hpp"
 #include "frames/frames_out.hpp"
@@ -84,11 +85,14 @@ void simulate(const Options &options, Progress &progress) {
                               options.seed.value_or(scene.info.seed)};
     const size_t total = frames.count();
     const auto out = output_of(options, frames);
-    for_frames(scene, frames.seed, frames.range.first, total, nullptr,
-               [&](size_t at, size_t count, const double *images) {
-                   out->write(images, count);
-                   progress.show("simulate", static_cast<double>(at + count) / static_cast<double>(total));
-               });
+    const auto write = [&](size_t at, size_t count, const double *images) {
+        out->write(images, count);
+        progress.show("simulate", static_cast<double>(at + count) / static_cast<double>(total));
+    };
+    {
+        const StopLimit limit;
+        for_frames(scene, frames.seed, frames.range.first, total, nullptr, write);
+    }
     out->commit();
 }
 

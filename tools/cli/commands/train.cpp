@@ -5,6 +5,7 @@
 #include "common/failure.hpp"
 #include "common/library.hpp"
 #include "common/output.hpp"
+#include "common/stop.hpp"
 #include "frames/network.hpp"
 #include "options/command.hpp"
 #include "scenes/scene.hpp"
@@ -41,6 +42,7 @@ struct Training {
 };
 
 Training new_training(const Scene &scene, const Options &options, Progress &progress) {
+    const StopLimit limit;
     auto how = with_warnings<toliman_cae_options>(progress);
     how.layout = kLayouts.at(options.layout);
     how.input = kInputs.at(options.input);
@@ -90,7 +92,9 @@ void check_mode(const Options &options, bool tied) {
 struct Frames {
     const Scene &scene;
     uint64_t seed;
+    // Called for many frames only before the first epoch, when there is no training to save.
     static toliman_status give(size_t first, size_t count, double *counts, void *user_data) {
+        const StopLimit limit;
         const auto &frames = *static_cast<const Frames *>(user_data);
         return toliman_sim_frame_many(frames.scene.sim.get(), nullptr, frames.seed, static_cast<int64_t>(first), count,
                                       0, counts);

@@ -7,7 +7,7 @@
 
 #include "common/content.hpp"
 #include "common/failure.hpp"
-#include "common/terminal.hpp"
+#include "common/stop.hpp"
 
 namespace cli {
 

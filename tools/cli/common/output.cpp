@@ -17,7 +17,7 @@
 #include "common/content.hpp"
 #include "common/failure.hpp"
 #include "common/input.hpp"
-#include "common/terminal.hpp"
+#include "common/stop.hpp"
 #include "common/text.hpp"
 
 namespace cli {
@@ -92,9 +92,9 @@ int OutputFile::open_temporary(bool replaces, Replaces what) {
     int descriptor = -1;
     for (int i = 0; i < kMostTemporaries; i++) {
         temporary_ = target_ + "." + std::to_string(i) + ".tmp";
-        descriptor =
-            ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, replaces ? 0600 : 0666);
-        if (descriptor >= 0 || errno != EEXIST)
+        constexpr int flags = O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC;
+        const auto make = [&] { return (descriptor = ::open(temporary_.c_str(), flags, replaces ? 0600 : 0666)) >= 0; };
+        if (make_unfinished(temporary_, make) || errno != EEXIST)
             break;
     }
     struct stat created = {};
@@ -110,8 +110,10 @@ int OutputFile::open_temporary(bool replaces, Replaces what) {
 void OutputFile::abandon() noexcept {
     const int reason = errno;
     file_.reset();
-    if (!temporary_.empty())
+    if (!temporary_.empty()) {
         ::unlink(temporary_.c_str());
+        end_unfinished(temporary_);
+    }
     errno = reason;
 }
 
@@ -157,11 +159,13 @@ void OutputFile::commit() {
     if (!temporary_.empty() && (!set_mode(::fileno(file_.get()), mode_) || ::fsync(::fileno(file_.get())) != 0 ||
                                 ::rename(temporary_.c_str(), target_.c_str()) != 0))
         fail();
+    end_unfinished(temporary_);
     temporary_.clear();
     file_.reset();
 }
 
-OutputFolder::OutputFolder(const std::string &path) : path_(path), made_(::mkdir(path.c_str(), 0777) == 0) {
+OutputFolder::OutputFolder(const std::string &path)
+    : path_(path), made_(make_unfinished(path, [&] { return ::mkdir(path.c_str(), 0777) == 0; })) {
     if (!made_ && errno != EEXIST)
         throw Failure(kExitOutput, path + ": cannot be created: " + std::strerror(errno));
     if (exists(path) && !is_folder(path))
@@ -174,6 +178,12 @@ OutputFolder::~OutputFolder() {
     files_.clear();
     if (made_)
         ::rmdir(path_.c_str());
+    keep();
+}
+
+void OutputFolder::keep() noexcept {
+    made_ = false;
+    end_unfinished(path_);
 }
 
 OutputFile &OutputFolder::open(const std::string &name, Replaces what) {

@@ -57,7 +57,7 @@ class OutputFolder {
     OutputFile &open(const std::string &name, Replaces what = Replaces::results);
     // Commits all open files; the file `last`, if named, after all others, whose completeness it implies.
     void commit(const std::string &last = "");
-    void keep() noexcept { made_ = false; }
+    void keep() noexcept;
 
   private:
     std::string path_;

@@ -2,28 +2,19 @@
 
 #include <algorithm>
 #include <cmath>
-#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <sys/ioctl.h>
-#include <sys/time.h>
 #include <unistd.h>
 
+#include <toliman/toliman.hpp>
+
+#include "common/stop.hpp"
 #include "common/text.hpp"
 
 namespace cli {
 
 namespace {
-
-volatile std::sig_atomic_t stop_request = 0, alarm_flag = 0;
-
-void record_signal(int signal) {
-    stop_request = signal;
-}
-
-void record_alarm(int) {
-    alarm_flag = 1;
-}
 
 // Current width of the terminal on stderr; if unknown, COLUMNS of the environment, otherwise 80.
 size_t columns_now() {
@@ -50,47 +41,6 @@ std::string padded(const char *stage) {
 }
 
 } // namespace
-
-void watch_signals() {
-    struct sigaction action = {}, hangup = {};
-    action.sa_handler = record_signal;
-    ::sigaction(SIGHUP, nullptr, &hangup);
-    for (const int signal : {SIGINT, SIGTERM, SIGHUP})
-        if (signal != SIGHUP || hangup.sa_handler != SIG_IGN)
-            ::sigaction(signal, &action, nullptr);
-    // A closed pipe and a file beyond the size limit are then write errors with a message.
-    ::signal(SIGPIPE, SIG_IGN);
-    ::signal(SIGXFSZ, SIG_IGN);
-}
-
-int stop_signal() noexcept {
-    return stop_request;
-}
-
-ExitCode stop_code() noexcept {
-    return static_cast<ExitCode>(128 + stop_request); // the convention of shells
-}
-
-void stop_if_asked() {
-    if (stop_request != 0)
-        throw Failure(stop_code(), "stopped by a signal");
-}
-
-void set_alarm() {
-    struct sigaction action = {};
-    action.sa_handler = record_alarm;
-    action.sa_flags = SA_RESTART; // it interrupts no write
-    ::sigaction(SIGALRM, &action, nullptr);
-    itimerval minute = {};
-    minute.it_interval.tv_sec = minute.it_value.tv_sec = 60;
-    ::setitimer(ITIMER_REAL, &minute, nullptr);
-}
-
-bool alarm_expired() noexcept {
-    const bool result = alarm_flag != 0;
-    alarm_flag = 0;
-    return result;
-}
 
 Progress::Progress(Style style) : style_(style) {
     if (style_ == Style::automatic && ::isatty(STDERR_FILENO) == 0)
@@ -178,7 +128,7 @@ int32_t Progress::callback(const char *stage, double fraction, void *user_data) 
     // The library's stage may have a note after a colon.
     const std::string text = stage, name = text.substr(0, text.find(": "));
     static_cast<Progress *>(user_data)->show(name.c_str(), fraction, name == text ? "" : text.substr(name.size() + 2));
-    return stop_request != 0 ? 1 : 0;
+    return stop_signal() != 0 ? 1 : 0;
 }
 
 void Progress::log(int32_t level, const char *text, void *user_data) {

@@ -1,24 +1,10 @@
-// Progress on standard error, and a clean stop after a signal.
+// Progress on standard error.
 #pragma once
 #include <chrono>
 #include <cstdint>
 #include <string>
 
-#include "common/failure.hpp"
-
 namespace cli {
-
-// Installs handlers for SIGINT, SIGTERM and SIGHUP (unless it is ignored, as by nohup) that only record the signal.
-void watch_signals();
-// The signal that was received, 0 if none, and its exit code.
-int stop_signal() noexcept;
-ExitCode stop_code() noexcept;
-// Throws Failure with that exit code if a signal was received.
-void stop_if_asked();
-
-// Starts an alarm every minute; alarm_expired() is true if there was one, or a SIGALRM, since its last call.
-void set_alarm();
-bool alarm_expired() noexcept;
 
 // A line with a bar on a terminal, JSON lines with --progress=json, otherwise nothing. Drawn at most ten times per
 // second. The line is never wider than the terminal: first the bar is shortened, then the end is truncated.

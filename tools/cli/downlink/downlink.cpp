@@ -9,6 +9,7 @@
 #include "common/failure.hpp"
 #include "common/input.hpp"
 #include "common/lines.hpp"
+#include "common/stop.hpp"
 #include "common/text.hpp"
 
 namespace cli {

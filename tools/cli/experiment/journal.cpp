@@ -9,10 +9,13 @@
 #include <fcntl.h>
 #include <sstream>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
+#include <utility>
 
 #include "common/failure.hpp"
 #include "common/input.hpp"
+#include "common/stop.hpp"
 #include "scenes/scene_json.hpp"
 
 namespace cli {
@@ -62,13 +65,17 @@ Journal::Journal(const std::string &path)
 }
 
 Journal::Journal(const std::string &path, const Json &arguments) : Journal(path) {
-    if (::flock(file_, LOCK_EX | LOCK_NB) != 0)
+    struct stat status = {};
+    if (::flock(file_, LOCK_EX | LOCK_NB) != 0 || ::fstat(file_, &status) != 0 || status.st_nlink == 0)
         throw Failure(kExitOutput,
                       path_ + ": another process is writing to it: wait until it ends, or give another --out");
     read(arguments);
 }
 
 Journal::~Journal() {
+    if (is_new_)
+        ::unlink(path_.c_str());
+    end_unfinished(path_);
     ::close(file_);
 }
 
@@ -78,8 +85,10 @@ void Journal::read(const Json &arguments) {
     if (whole < text.size() && ::ftruncate(file_, static_cast<off_t>(whole)) != 0)
         unwritable(path_);
     text.resize(whole);
-    if (text.empty())
+    if (text.empty()) {
+        is_new_ = make_unfinished(path_, [] { return true; });
         return append(arguments.line());
+    }
     std::istringstream lines(text);
     std::string line;
     std::getline(lines, line);
@@ -117,6 +126,8 @@ Row Journal::parse(const std::string &line, size_t number) const {
 }
 
 void Journal::add(const Row &row) {
+    if (std::exchange(is_new_, false))
+        end_unfinished(path_);
     Json line;
     for_members(row, [&](const char *key, const auto &value) {
         if constexpr (std::is_same_v<decltype(value), const double &>)

@@ -29,7 +29,7 @@ class Journal {
     // damaged lines, or if another process writes to it. An incomplete last line, left by a process that died, is
     // removed.
     Journal(const std::string &path, const Json &arguments);
-    ~Journal();
+    ~Journal(); // removes a new journal without results
     Journal(const Journal &) = delete;
     Journal &operator=(const Journal &) = delete;
 
@@ -55,6 +55,7 @@ class Journal {
 
     std::string path_;
     int file_;
+    bool is_new_ = false; // without results
     std::chrono::steady_clock::time_point synced_;
     std::set<Row, Order> rows_;
 };

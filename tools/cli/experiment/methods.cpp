@@ -13,6 +13,7 @@
 
 #include "common/failure.hpp"
 #include "common/library.hpp"
+#include "common/stop.hpp"
 #include "common/text.hpp"
 #include "options/suggest.hpp"
 

@@ -13,6 +13,7 @@
 #include "common/failure.hpp"
 #include "common/library.hpp"
 #include "common/parallel.hpp"
+#include "common/stop.hpp"
 #include "experiment/methods.hpp"
 #include "frames/frame_loop.hpp"
 #include "series/fap.hpp"
@@ -158,6 +159,7 @@ void search(const Scene &scene, const Cadence &cadence, const std::vector<double
 
 Pipeline run_pipeline(const Scene &scene, const Cadence &cadence, const RunOptions &options, double setup_seconds,
                       const std::function<void()> &while_training, Progress &progress) {
+    const StopLimit limit;
     Pipeline result;
     result.timings.setup = result.timings.total = setup_seconds;
     const Stopwatch total(result.timings.total);

@@ -1,5 +1,6 @@
 #include "frames/estimator.hpp"
 
+#include "common/stop.hpp"
 #include "options/command.hpp"
 #include "scenes/scene.hpp"
 
@@ -64,6 +65,7 @@ Estimator::Estimator(const EstimatorOptions &given, Progress &progress) {
         cols = network->info.cols;
         return;
     }
+    const StopLimit limit;
     const Scene scene = given.fit.empty() ? Scene(given.scene, progress) : scene_to_fit(given.fit, progress);
     rows = scene.info.rows;
     cols = scene.info.cols;

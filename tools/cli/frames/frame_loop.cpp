@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "common/stop.hpp"
+
 namespace cli {
 
 void for_frames(const Scene &scene, uint64_t seed, int64_t first, size_t total, const double *displacements,

@@ -8,6 +8,7 @@
 #include "common/failure.hpp"
 #include "common/input.hpp"
 #include "common/library.hpp"
+#include "common/stop.hpp"
 #include "options/suggest.hpp"
 #include "scenes/scene_json.hpp"
 
@@ -20,6 +21,11 @@ toliman_sim_options options_with(Progress &progress) {
     options.progress = Progress::callback;
     options.progress_data = &progress;
     return options;
+}
+
+toliman::simulator simulator_of(const std::string &path, const toliman_sim_options &options) {
+    const StopLimit limit;
+    return toliman::make<toliman::simulator>(toliman_sim_create_file, path.c_str(), &options);
 }
 
 int64_t bound_of(const std::string &text, int64_t absent, const std::string &whole) {
@@ -63,8 +69,7 @@ std::string scene_path(const std::string &name, const toliman_sim_options &optio
 Scene::Scene(const std::string &file, Progress &progress) : Scene(file, options_with(progress)) {}
 
 Scene::Scene(const std::string &file, const toliman_sim_options &options)
-    : path(scene_path(file, options)),
-      sim(toliman::make<toliman::simulator>(toliman_sim_create_file, path.c_str(), &options)),
+    : path(scene_path(file, options)), sim(simulator_of(path, options)),
       info(info_from<toliman_sim_info>(toliman_sim_get_info, sim.get())) {}
 
 Scene::Scene(const std::string &file, const std::string &json)

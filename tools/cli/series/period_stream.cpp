@@ -9,6 +9,7 @@
 
 #include "common/failure.hpp"
 #include "common/output.hpp"
+#include "common/stop.hpp"
 #include "common/text.hpp"
 #include "series/periodogram.hpp"
 

@@ -11,6 +11,7 @@
 #include "common/failure.hpp"
 #include "common/library.hpp"
 #include "common/output.hpp"
+#include "common/stop.hpp"
 #include "common/text.hpp"
 
 namespace cli {

@@ -8,7 +8,7 @@
 #include "common/content.hpp"
 #include "common/input.hpp"
 #include "common/npy.hpp"
-#include "common/terminal.hpp"
+#include "common/stop.hpp"
 #include "common/text.hpp"
 
 namespace cli {

@@ -10,6 +10,7 @@ import signal
 import sys
 import warnings
 
+STOPS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 PACKAGES = {"numpy": "python3-numpy", "matplotlib": "python3-matplotlib", "jinja2": "python3-jinja2"}
 
 
@@ -55,9 +56,10 @@ def stop(number: int, _: object) -> None:
 
 def main(words: list[str] | None = None) -> int:
     """Runs the program; returns its exit code."""
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+    for number in STOPS:
         if signal.getsignal(number) != signal.SIG_IGN:
             signal.signal(number, stop)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, STOPS)  # blocked while `toliman report` starts Python
     options = parse(words)
     missing = missing_packages()
     if missing:

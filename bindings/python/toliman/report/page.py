@@ -2,10 +2,13 @@
 from __future__ import annotations
 
 import base64
+import contextlib
 import dataclasses
 import os
 import pathlib
 import re
+import signal
+import threading
 import typing
 
 import jinja2
@@ -88,14 +91,26 @@ class Page:
         for target in () if self.force else (path, *files):
             if target not in owned and not (target == path and _is_page(path)):
                 _check_free(target)
+        with _signals_deferred() as received:
+            if self._replace(path, inner, files, received):
+                for old in owned - set(files):
+                    old.unlink(missing_ok=True)
+        return path
+
+    def _replace(self, path: pathlib.Path, inner: pathlib.Path, files: dict[pathlib.Path, bytes],
+                 received: list[int]) -> bool:
+        """Writes all files, the page last, or none if a signal was received before the last is written; whether it did."""
         made = [folder for folder in (self.folder, inner) if _make(folder)]
         written: list[tuple[pathlib.Path, pathlib.Path]] = []
         try:
             for target, data in [*files.items(), (path, self.html().encode())]:
+                if received:
+                    return False
                 written.append((_temporary(target, data), target.resolve()))
             for temporary, target in written:
                 os.replace(temporary, target)
             made.clear()
+            return True
         except OSError as error:
             raise Failure(OUTPUT, f"{readable(target)}: cannot be written: {error.strerror}") from None
         finally:
@@ -103,9 +118,23 @@ class Page:
                 temporary.unlink(missing_ok=True)
             for folder in reversed(made):
                 folder.rmdir()
-        for old in owned - set(files):
-            old.unlink(missing_ok=True)
-        return path
+
+
+@contextlib.contextmanager
+def _signals_deferred() -> typing.Iterator[list[int]]:
+    """Signals that Python code handles are handled after the block, which gets the list of them: it completes its files or
+    removes them. Python allows this on the main thread, which alone handles signals."""
+    numbers = [number for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+               if callable(signal.getsignal(number)) and threading.current_thread() is threading.main_thread()]
+    received: list[int] = []
+    before = {number: signal.signal(number, lambda number, _: received.append(number)) for number in numbers}
+    try:
+        yield received
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+    if received:
+        signal.raise_signal(received[0])
 
 
 def add_provenance(page: Page, result: Result) -> None:
