@@ -171,5 +171,48 @@ class Progress(ProgramTest):
                          [("convert", 0.0833, None), ("convert", 1, 0)])
 
 
+class WithoutTerminal(unittest.TestCase):
+    """Standard error is a pipe, as in the log of a service."""
+
+    def shown(self, *calls, style=()):
+        """Standard error after calls of (seconds, stage, fraction or note)."""
+        given = "".join(" ".join(map(str, call)) + "\n" for call in calls)
+        done = subprocess.run([pathlib.Path(PROGRAM).parent / "progress_at", *style], input=given, capture_output=True, text=True,
+                              check=True)
+        self.assertEqual(done.stdout, "")
+        return done.stderr.splitlines()
+
+    def test_short_stages_show_nothing(self):
+        self.assertEqual(self.shown((0, "train", 0.01), (9.9, "train", 0.99), (9.9, "frames", 0.1), (19.8, "frames", 0.9),
+                                    (20, "frames", 1), (20, "controls", 0.1)), [])
+
+    def test_a_message_after_every_10_s(self):
+        lines = self.shown(*((k / 10, "controls", k / 3150) for k in range(3151)))
+        self.assertEqual(len(lines), 31)
+        self.assertEqual(lines[:5], ["toliman: controls 3 %, about 5 min left", "toliman: controls 6 %, about 5 min left",
+                                     "toliman: controls 10 %, about 5 min left", "toliman: controls 13 %, about 5 min left",
+                                     "toliman: controls 16 %, about 4 min left"])
+        self.assertEqual(lines[21:23], ["toliman: controls 70 %, about 2 min left", "toliman: controls 73 %, about 85 s left"])
+        self.assertEqual(lines[-1], "toliman: controls 98 %, about 5 s left")
+
+    def test_time_left(self):
+        self.assertEqual(self.shown((0, "train", 0), (10, "train", 0.0199), (20, "train", 0.02), (30, "train", 0.001),
+                                    (40, "train", 0.5)),
+                         ["toliman: train 2 %", "toliman: train 2 %, about 16 min left", "toliman: train 50 %, about 10 s left"])
+        self.assertEqual(self.shown((0, "train", 0), (3600, "train", 0.25)), ["toliman: train 25 %, about 3.0 h left"])
+
+    def test_work_of_unknown_length_shows_nothing(self):
+        self.assertEqual(self.shown(*((k, "track", "note") for k in range(100))), [])
+
+    def test_json(self):
+        lines = self.shown((0, "train", 0.0), (0.05, "train", 0.2), (0.4, "train", 0.25), (10, "train", 0.25), (20, "track", "note"),
+                           style=("json",))
+        self.assertEqual([json.loads(line) for line in lines], [
+            {"progress": "train", "fraction": 0, "seconds_left": None, "note": "note"},
+            {"progress": "train", "fraction": 0.25, "seconds_left": None, "note": "note"},
+            {"progress": "train", "fraction": 0.25, "seconds_left": 30, "note": "note"},
+            {"progress": "track", "note": "note"}])
+
+
 if __name__ == "__main__":
     unittest.main()

@@ -13,8 +13,10 @@ void add_commands(CLI::App &app, Context &context) {
     app.name("toliman");
     app.description(help_text("toliman"));
     app.set_version_flag("--version", std::string("toliman ") + toliman_version());
-    app.add_option("--progress", context.progress,
-                   "progress on standard error: a bar if it is a terminal (auto, default), JSON lines (json) or none")
+    app.add_option(
+           "--progress", context.progress,
+           "progress on standard error: auto (default), a bar on a terminal, otherwise a message after every 10 s of a "
+           "stage; json, JSON lines; or none")
         ->check(CLI::IsMember({"auto", "json", "none"}));
     app.require_subcommand(1);
     app.formatter(std::make_shared<HelpFormatter>());

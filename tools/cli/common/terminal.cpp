@@ -16,6 +16,9 @@ namespace cli {
 
 namespace {
 
+constexpr std::chrono::milliseconds kPause{100};  // between two bars or JSON lines
+constexpr std::chrono::seconds kMessagePause{10}; // between two messages, and before the first of a stage
+
 // Current width of the terminal on stderr; if unknown, COLUMNS of the environment, otherwise 80.
 size_t columns_now() {
     winsize size = {};
@@ -36,65 +39,83 @@ std::string bar(double fraction, size_t columns) {
     return "[" + std::string(full, '#') + std::string(width - full, '.') + "] ";
 }
 
+// "40 s", "3 min", "2.5 h".
+std::string rounded(double seconds) {
+    return seconds < 90     ? formatted("%.0f s", std::max(1.0, seconds))
+           : seconds < 5400 ? formatted("%.0f min", seconds / 60)
+                            : formatted("%.1f h", seconds / 3600);
+}
+
 std::string padded(const char *stage) {
     return formatted("%-10s ", stage);
 }
 
 } // namespace
 
-Progress::Progress(Style style) : style_(style) {
-    if (style_ == Style::automatic && ::isatty(STDERR_FILENO) == 0)
-        style_ = Style::none;
-}
+Progress::Progress(Style style, Clock::time_point (*now)())
+    : form_(style == Style::json           ? Form::json
+            : style == Style::none         ? Form::none
+            : ::isatty(STDERR_FILENO) != 0 ? Form::bar
+                                           : Form::messages),
+      now_(now) {}
 
 Progress::~Progress() {
     clear();
 }
 
 void Progress::show(const char *stage, double fraction, const std::string &note) {
-    if (style_ == Style::none)
+    if (form_ == Form::none)
         return;
-    const auto now = std::chrono::steady_clock::now();
-    if (stage_ != stage) {
-        stage_ = stage;
+    const Clock::time_point now = now_();
+    const bool begins = stage_ != stage;
+    if (begins || fraction < fraction_) // the latter begins the next file of the same stage
         stage_start_ = now;
-    } else if (fraction < 1 && now - last_ < std::chrono::milliseconds(100)) {
+    stage_ = stage;
+    fraction_ = fraction;
+    const std::chrono::duration<double> elapsed = now - stage_start_;
+    const bool due = form_ == Form::messages
+                         ? fraction < 1 && std::min(now - last_, now - stage_start_) >= kMessagePause
+                         : begins || fraction >= 1 || now - last_ >= kPause;
+    if (!due)
         return;
-    }
     last_ = now;
-    const double elapsed = std::chrono::duration<double>(now - stage_start_).count();
     // No estimate of the time left before 2 % and half a second.
-    const bool estimated = fraction >= 1 || (fraction >= 0.02 && elapsed >= 0.5);
-    const double left = estimated ? elapsed * (1 - fraction) / fraction : 0;
-    if (style_ == Style::json) {
+    const bool estimated = fraction >= 1 || (fraction >= 0.02 && elapsed.count() >= 0.5);
+    const double left = estimated ? elapsed.count() * (1 - fraction) / fraction : NAN;
+    if (form_ == Form::messages)
+        tell(formatted("%s %.0f %%", stage, 100 * fraction) + (estimated ? ", about " + rounded(left) + " left" : ""));
+    else if (form_ == Form::json)
         std::fprintf(stderr, "{\"progress\":\"%s\",\"fraction\":%.4f,\"seconds_left\":%s%s}\n", stage, fraction,
                      (estimated ? formatted("%.1f", left) : "null").c_str(),
                      note.empty() ? "" : (",\"note\":\"" + note + "\"").c_str());
-        return;
-    }
-    const std::string head = padded(stage), tail = formatted("%3.0f %%  ", 100 * fraction) +
-                                                   (estimated ? formatted("%.0f s left", left) : "estimating") +
-                                                   (note.empty() ? "" : "  " + note);
+    else
+        draw_bar(stage, fraction, left, note);
+}
+
+void Progress::draw_bar(const char *stage, double fraction, double seconds_left, const std::string &note) {
+    const std::string time = std::isnan(seconds_left) ? "estimating" : formatted("%.0f s left", seconds_left);
+    const std::string head = padded(stage),
+                      tail = formatted("%3.0f %%  ", 100 * fraction) + time + (note.empty() ? "" : "  " + note);
     const size_t columns = columns_now(), used = head.size() + tail.size() + 1;
     draw(head + bar(fraction, columns > used ? columns - used : 0) + tail, columns);
 }
 
 bool Progress::is_due() const {
-    return style_ != Style::none && std::chrono::steady_clock::now() - last_ >= std::chrono::milliseconds(100);
+    return (form_ == Form::bar || form_ == Form::json) && now_() - last_ >= kPause;
 }
 
 void Progress::note(const char *stage, const std::string &text) {
     if (!is_due())
         return;
-    last_ = std::chrono::steady_clock::now();
-    if (style_ == Style::json)
+    last_ = now_();
+    if (form_ == Form::json)
         std::fprintf(stderr, "{\"progress\":\"%s\",\"note\":\"%s\"}\n", stage, text.c_str());
     else
         draw(padded(stage) + text, columns_now());
 }
 
 void Progress::close(const char *stage, const std::string &text) {
-    if (style_ == Style::automatic)
+    if (form_ == Form::bar)
         std::fprintf(stderr, "\r\033[K%s%s\n", padded(stage).c_str(), text.c_str());
     drawn_ = false;
 }

@@ -6,16 +6,19 @@
 
 namespace cli {
 
-// A line with a bar on a terminal, JSON lines with --progress=json, otherwise nothing. Drawn at most ten times per
-// second. The line is never wider than the terminal: first the bar is shortened, then the end is truncated.
+// A line with a bar on a terminal, drawn at most ten times per second; otherwise, as in the log of a service, a message
+// after each 10 s of a stage; JSON lines with --progress=json. The line with a bar is never wider than the terminal:
+// first the bar is shortened, then the end is truncated.
 class Progress {
   public:
     enum class Style { automatic, json, none };
-    explicit Progress(Style style);
+    using Clock = std::chrono::steady_clock;
+    explicit Progress(Style style, Clock::time_point (*now)() = Clock::now);
     ~Progress();
-    // note: a few words after the bar, of printable characters without quotes.
+    // note: a few words after the bar, of printable characters without quotes; messages have none.
     void show(const char *stage, double fraction, const std::string &note = "");
-    // The same without a bar, for work of unknown length. Whether a note would be drawn now: is_due().
+    // The same without a bar and time left, for work of unknown length, on a terminal and in JSON. Whether a note would
+    // be drawn now: is_due().
     void note(const char *stage, const std::string &text);
     bool is_due() const;
     // Prints the final result on a terminal. It is not redrawn, so it is not truncated.
@@ -30,12 +33,16 @@ class Progress {
     static void log(int32_t level, const char *text, void *user_data);
 
   private:
+    enum class Form { bar, messages, json, none };
     void draw(std::string line, size_t columns);
+    void draw_bar(const char *stage, double fraction, double seconds_left, const std::string &note);
 
-    Style style_;
+    Form form_;
+    Clock::time_point (*now_)();
     bool drawn_ = false;
     std::string stage_;
-    std::chrono::steady_clock::time_point stage_start_, last_;
+    double fraction_ = 0;
+    Clock::time_point stage_start_, last_;
 };
 
 } // namespace cli
