@@ -211,11 +211,10 @@ toliman_status toliman_fit_frames(const toliman_fit *handle, const toliman_image
             given.emplace(predictions, "predictions");
         Buffer<toliman_fit_result> found(count); // so that nothing is written if a frame fails
         for_groups(
-            frames, count, 1, threads, [&] { return Lease(use->works); },
-            [&](const ImageView<const double> *frame, size_t i, size_t, Lease &work) {
+            frames, count, 1, threads, [&] { return fit.work(); },
+            [&](const ImageView<const double> *frame, size_t i, size_t, fit::FitWork &work) {
                 fit::Result result;
-                fit.frame(*frame, given ? prediction_of(given->get(i), "prediction") : fit::Prediction(), *work,
-                          result);
+                fit.frame(*frame, given ? prediction_of(given->get(i), "prediction") : fit::Prediction(), work, result);
                 found[i] = public_result(result, fit.parameters().size());
             });
         for (size_t i = 0; i < count; i++)

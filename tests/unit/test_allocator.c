@@ -184,13 +184,15 @@ enum { KINDS = sizeof kinds / sizeof *kinds };
 
 static int set_up(void **unused) {
     (void)unused;
-    void *made[4] = {NULL};
+    void *made[5] = {NULL};
     make_folder(folder, sizeof folder);
     assert_ok(sim_in(NULL, &made[0]));
     scene = made[0];
     assert_ok(cae_in(NULL, &made[1]));
     assert_ok(linear_in(NULL, &made[2]));
     assert_ok(period_in(NULL, &made[3]));
+    assert_ok(fit_in(NULL, &made[4])); /* FFTW keeps memory of its first plan */
+    toliman_fit_destroy(made[4]);
     estimator = made[2];
     assert_ok(toliman_cae_save(made[1], NULL, NULL, 0, &weights_size));
     assert_ok(toliman_period_save(made[3], NULL, 0, &state_size));
