@@ -63,9 +63,8 @@
  *   Time         The time of a frame is the middle of its exposure. Nothing is averaged over the exposure: stars and
  *                signal are at their positions of that instant. Light travel time to the barycentre is not modelled.
  *                binary.date is time 0. An orbit gives the positions of the stars at time 0, where they stay. Only
- *                with binary.moving do they follow the orbit; each frame is then a Taylor expansion about a point of
- *                the orbit (anchor). Everything that describes the scene as a whole (get_image, bounds, propagate,
- *                expect, and estimators created from the scene) refers to time 0.
+ *                with binary.moving do they follow the orbit. Everything that describes the scene as a whole
+ *                (get_image, bounds, propagate, expect, and estimators created from the scene) refers to time 0.
  *
  *   Planet       A planet displaces its star by alpha (r/a) sin(true anomaly + argument) along the axis of the
  *                binary, where alpha = a m/(M + m) is the semi-major axis of the star's orbit. Inclination and node
@@ -225,36 +224,34 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_bounds(const tolim
  * cost of each choice. Unless noted otherwise, errors are relative: the largest error of any pixel of the expected
  * image, divided by the peak of the image. */
 typedef struct toliman_sim_plan_info {
-    uint32_t struct_size;      /* in: sizeof(toliman_sim_plan_info) */
-    int32_t engine;            /* TOLIMAN_SIM_ENGINE_... */
-    int32_t scene_wavelengths; /* wavelengths of the spectrum of the scene */
-    int32_t wavelengths;       /* wavelengths propagated: all, or fewer Chebyshev nodes in 1/lambda */
-    int32_t order;             /* order of the Taylor expansion in the displacement */
-    int32_t exact_frames;      /* 1: the Taylor expansion is not worthwhile; every frame is re-propagated */
-    int32_t oversampling;      /* point samples per pixel and axis */
-    int32_t filter_taps;       /* taps of the filter that integrates over pixels; 0 = no filter */
-    int64_t pupil_samples;     /* N: the pupil has N x N samples */
-    int64_t stages;            /* bit set of the modelled stages; read it with toliman_sim_get_stage */
-    double accuracy;           /* accuracy that the scene requests */
-    double pupil_error;        /* error of N samples; not limited by the accuracy, as the scene sets N */
-    double spectrum_error;     /* error of the Chebyshev nodes; 0 if every wavelength is propagated */
-    double series_error;       /* error of the Taylor expansion, defined as toliman_sim_bounds.truncation */
-    double pixel_error;        /* error of the pixel integration */
-    double plate_scale_error;  /* largest relative plate-scale error of the padded FFT; 0 for the matrix DFT */
-    double rounding_error;     /* error of double precision */
-    double setup_flops;        /* floating-point operations of the setup (all images, once) */
-    double frame_flops;        /* floating-point operations of each expected frame, without noise */
-    double bytes;              /* memory for frames, with one in work per worker thread; bounds may take half as
-                                  much again */
-    double setup_s, frame_s;   /* expected seconds on one core of this machine, with noise; a rough guide */
-    int64_t place_order;       /* order of the expansion in the positions of both stars, for systematics and orbits;
-                                  0 = none */
-    double place_error;        /* error of that expansion for systematics of 4 sigma, divided by the largest change of
-                                  any pixel by the signal */
-    double scale_focus_error;  /* error of the expansions in scale (first order) and focus (second order), for
-                                  systematics of 4 sigma */
-    int64_t anchors;           /* expansion points (anchors) along the orbit; 0 = time 0 only */
-    double orbit_px;           /* upper limit of the motion of a star along its orbit from time 0 to any frame */
+    uint32_t struct_size;       /* in: sizeof(toliman_sim_plan_info) */
+    int32_t engine;             /* TOLIMAN_SIM_ENGINE_... */
+    int32_t scene_wavelengths;  /* wavelengths of the spectrum of the scene */
+    int32_t wavelengths;        /* wavelengths propagated: all, or fewer Chebyshev nodes in 1/lambda */
+    int32_t order;              /* order of the Taylor expansion in the displacement */
+    int32_t exact_frames;       /* 1: neither expansion nor interpolation serves; every frame is re-propagated */
+    int32_t oversampling;       /* point samples per pixel and axis */
+    int32_t filter_taps;        /* taps of the filter that integrates over pixels; 0 = no filter */
+    int64_t pupil_samples;      /* N: the pupil has N x N samples */
+    int64_t stages;             /* bit set of the modelled stages; read it with toliman_sim_get_stage */
+    double accuracy;            /* accuracy that the scene requests */
+    double pupil_error;         /* error of N samples; not limited by the accuracy, as the scene sets N */
+    double spectrum_error;      /* error of the Chebyshev nodes; 0 if every wavelength is propagated */
+    double series_error;        /* error of the Taylor expansion, defined as toliman_sim_bounds.truncation */
+    double pixel_error;         /* error of the pixel integration */
+    double plate_scale_error;   /* largest relative plate-scale error of the padded FFT; 0 for the matrix DFT */
+    double rounding_error;      /* error of double precision */
+    double setup_flops;         /* floating-point operations of the setup (all images, once) */
+    double frame_flops;         /* floating-point operations of each expected frame, without noise */
+    double bytes;               /* memory for frames, with one in work per worker thread; bounds may take half as
+                                   much again */
+    double setup_s, frame_s;    /* expected seconds on one core of this machine, with noise; a rough guide */
+    int64_t atlas_taps;         /* samples per axis that interpolate a pixel, in frames with moving stars; 0 = none */
+    double atlas_error;         /* error of this interpolation; of slopes, divided by the largest slope */
+    double scale_focus_error;   /* error of the expansions in scale (first order) and focus (second order), for
+                                   systematics of 4 sigma */
+    int64_t atlas_oversampling; /* samples per pixel and axis that are interpolated; 0 = none */
+    double orbit_px;            /* upper limit of the motion of a star along its orbit from time 0 to any frame */
 } toliman_sim_plan_info;
 #define TOLIMAN_SIM_PLAN_INFO_INIT TOLIMAN_INIT(toliman_sim_plan_info)
 
@@ -370,9 +367,9 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_expect(const toliman_s
  *
  * A frame depends only on (scene, displacement, seed, k), not on threads or order. Images agree to 1e-14 of their
  * peak between CPU types, so that a rare noisy count may differ between them. Threads run concurrently; if the plan
- * has anchors, all wait while one thread computes the next anchor.
- * Errors: TOLIMAN_E_RANGE if k < 0, if |displacement_px| > 0.1 (100 if the plan has exact_frames), or if a pixel
- * expects more than 1e12 electrons (photons, without qe). */
+ * has atlas_taps, the first frame computes the samples to be interpolated while the others wait.
+ * Errors: TOLIMAN_E_RANGE if k < 0, if |displacement_px| > 0.1 (100 if the plan has atlas_taps or exact_frames), or if
+ * a pixel expects more than 1e12 electrons (photons, without qe). */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_frame(const toliman_sim *sim, double displacement_px,
                                                                 uint64_t seed, int64_t k, double *image,
                                                                 size_t stride) TOLIMAN_NOEXCEPT;

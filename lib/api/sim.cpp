@@ -15,6 +15,7 @@
 #include "backend/json.hpp"
 #include "base/buffer.hpp"
 #include "base/workers.hpp"
+#include "optics/cost.hpp"
 #include "optics/stages.hpp"
 #include "optics/warnings.hpp"
 #include "scene/geometry.hpp"
@@ -161,7 +162,7 @@ toliman_sim_plan_info plan_of(const Scene &scene, const optics::Pupil &pupil, co
     info.scene_wavelengths = static_cast<int32_t>(plan.scene_wavelengths);
     info.wavelengths = static_cast<int32_t>(plan.wavelengths);
     info.order = static_cast<int32_t>(plan.order);
-    info.exact_frames = plan.exact_frames ? 1 : 0;
+    info.exact_frames = plan.frames == optics::Frames::propagation ? 1 : 0;
     info.oversampling = static_cast<int32_t>(plan.filter.oversampling);
     info.filter_taps = static_cast<int32_t>(plan.filter.empty() ? 0 : 2 * plan.filter.margin() + 1);
     info.pupil_samples = static_cast<int64_t>(pupil.samples);
@@ -176,9 +177,11 @@ toliman_sim_plan_info plan_of(const Scene &scene, const optics::Pupil &pupil, co
     for (const double error : plan.plate_scale_errors)
         info.plate_scale_error = std::max(info.plate_scale_error, std::fabs(error));
     info.rounding_error = optics::kRounding;
-    info.place_order = static_cast<int64_t>(plan.place_order);
-    info.place_error = plan.place_error;
-    info.anchors = static_cast<int64_t>(plan.anchors);
+    if (plan.frames == optics::Frames::atlas) {
+        info.atlas_taps = static_cast<int64_t>(plan.atlas.blur.window.taps);
+        info.atlas_error = plan.atlas.error;
+        info.atlas_oversampling = static_cast<int64_t>(plan.atlas.oversampling);
+    }
     info.orbit_px = plan.orbit_px;
     info.scale_focus_error = plan.scale_focus_error;
     const optics::Cost cost = optics::cost_of(scene, pupil, plan);

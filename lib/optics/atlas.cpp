@@ -27,13 +27,6 @@ namespace {
 
 constexpr size_t kVector = 8; // numbers
 
-// The samples around a star from -reach to +reach beyond the frame, and those of the window; odd, so that the star is
-// on a sample.
-size_t samples_of(size_t pixels, double reach, size_t oversampling, size_t taps) {
-    const double half = std::ceil((0.5 * static_cast<double>(pixels - 1) + reach) * static_cast<double>(oversampling));
-    return 2 * (static_cast<size_t>(half) + taps / 2 + 1) + 1;
-}
-
 } // namespace
 
 Atlas::Atlas(const Scene &scene, const Pupil &pupil, const Plan &plan, const Light &light, const Offsets &reach,
@@ -47,9 +40,7 @@ Atlas::Atlas(const Scene &scene, const Pupil &pupil, const Plan &plan, const Lig
 Atlas::Star Atlas::sample(const Scene &scene, const Pupil &pupil, const Plan &plan, const Light &light, size_t star,
                           const std::array<double, 2> &reach, const Draw &draw) const {
     Plan around = plan;
-    around.pixels.rows = samples_of(rows_, reach[1], oversampling_, window_.taps);
-    around.pixels.cols = samples_of(cols_, reach[0], oversampling_, window_.taps);
-    around.pixels.pitch_rad /= static_cast<long double>(oversampling_);
+    around.pixels = atlas_grid(plan, reach);
     around.filter = plan.atlas.filter;
     Light centred = light;
     centred.offset_px = {};

@@ -43,8 +43,8 @@ DetectorStages::DetectorStages(const Scene &scene)
         full_well_e_ = *scene.detector.full_well_e * static_cast<double>(scene.detector.coadds);
 }
 
-void DetectorStages::apply_response(Buffer<double> &image) const noexcept {
-    for (size_t i = 0; i < std::min(image.size(), response_.size()); i++)
+void DetectorStages::apply_response(double *image) const noexcept {
+    for (size_t i = 0; i < response_.size(); i++)
         image[i] *= response_[i];
 }
 

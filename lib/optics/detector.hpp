@@ -16,7 +16,11 @@ class DetectorStages {
     explicit DetectorStages(const Scene &scene);
 
     // Converts expected photons, or their derivatives, to electrons: multiplies by qe and flat, adds no dark current.
-    void apply_response(Buffer<double> &image) const noexcept;
+    void apply_response(double *image) const noexcept;          // [pixels]
+    void apply_response(Buffer<double> &image) const noexcept { // none of an absent star
+        if (!image.empty())
+            apply_response(image.data());
+    }
     double dark_e() const noexcept { return dark_e_; } // per pixel and frame
     // Variance that the detector adds to the Poisson variance: read noise and rounding to integers.
     double added_variance_e2() const noexcept;

@@ -60,7 +60,6 @@ void add_nuisances(const StarImages &star, const Light &light, size_t number, Di
     // The sky rolls: the stars move, but the orientation of their diffraction patterns is fixed by the telescope.
     add(offset[0] * y - offset[1] * x, along, offset[0] * x + offset[1] * y, across, images.roll);
     images.focus = sum(star.focus, images.focus);
-    images.focus_curve = sum(star.focus_curve, images.focus_curve);
     images.scale = sum(star.scale, images.scale);
 }
 
@@ -156,34 +155,23 @@ Buffer<double> Images::opd_gradient(Buffer<double> weights) const {
 
 void Images::propagate(bool motion, bool disturbed) const {
     const MemoryScope scope(memory_);
-    const size_t plane = plan_.anchors > 0 ? 1 : std::max<size_t>(1, plan_.place_order);
     Disturbed by_others;
     for (size_t s = 0; s < scene_.stars.size(); s++) {
         const bool moves = motion && s == scene_.signal.star;
         if (!moves && !disturbed)
             continue;
-        const ImageRequest request = {moves ? plan_.order + 1 : 1, disturbed ? plane : 0, disturbed,
-                                      disturbed && scene_.systematics.focus_nm.any()};
+        const ImageRequest request = {moves ? plan_.order + 1 : 1, disturbed ? size_t{1} : 0, disturbed, false};
         StarImages star = imager_.images(light_, s, 0, request);
-        if (disturbed) {
+        if (disturbed)
             add_nuisances(star, light_, s, by_others);
-            for (const Derivative &derivative : star.derivatives) {
-                const size_t order = derivative.along + derivative.across;
-                if (plan_.anchors == 0 && order > 0 && order <= plan_.place_order)
-                    by_others.position_derivatives[s].push_back(derivative);
-            }
-        }
         if (moves)
             set_motion(star);
     }
     if (!disturbed)
         return;
-    for (Buffer<double> *image : {&by_others.shift_x, &by_others.shift_y, &by_others.roll, &by_others.scale,
-                                  &by_others.focus, &by_others.focus_curve})
+    for (Buffer<double> *image :
+         {&by_others.shift_x, &by_others.shift_y, &by_others.roll, &by_others.scale, &by_others.focus})
         finish(*image);
-    for (std::vector<Derivative> &derivatives : by_others.position_derivatives)
-        for (Derivative &derivative : derivatives)
-            finish(derivative.image);
     by_others.background.assign(both_.size(), 1.0);
     detector_.apply_response(by_others.background);
     disturbed_ = std::move(by_others);

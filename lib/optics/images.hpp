@@ -1,7 +1,6 @@
 // The images of a scene: stars and reference frame at once, derivatives when first needed; in expected electrons per
 // frame (photons, where the detector has no qe).
 #pragma once
-#include <array>
 #include <map>
 #include <mutex>
 #include <optional>
@@ -23,13 +22,10 @@ using Motion = std::vector<Buffer<double>>;
 
 // Derivatives of the reference frame by everything else.
 struct Disturbed {
-    std::array<std::vector<Derivative>, 2>
-        position_derivatives;        // by each star's position, if systematics move the stars
     Buffer<double> shift_x, shift_y; // by a common shift of both stars, per px
     Buffer<double> roll;             // by a roll of the sky about the frame's centre, from x towards y, per rad
     Buffer<double> scale;            // by a relative scale of the whole image about the frame's centre
     Buffer<double> focus;            // by defocus, per nm rms
-    Buffer<double> focus_curve;      // second derivative by defocus, per nm^2; empty if no systematics change the focus
     Buffer<double> background;       // by uniform light, per photon in each pixel
 };
 

@@ -4,19 +4,20 @@
 //   expansion     an image has no spatial frequency above f_c = D p / lambda_min cycles per pixel, p the pixel scale.
 //                 By Bernstein's inequality max |I_(n+1)| <= (2 pi f_c)^n max |I_1|: the first omitted term of the
 //                 expansion of order n in a displacement d, relative to the signal d I_1, is at most
-//                 (2 pi f_c d)^n / (n + 1)!. Orders 2 to 8; beyond that every frame is propagated.
-//   orbit         anchors along it, as few as an expansion of order n allows; n minimises the propagated fields.
+//                 (2 pi f_c d)^n / (n + 1)!. Orders 2 to 8.
+//   places        systematics, an orbit, or a displacement beyond the expansion: the stars are interpolated from an
+//   atlas
+//                 (atlas.cpp). Frames are propagated where the accuracy is beyond it, it would not fit in memory, or
+//                 the padded FFT has another plate scale on its grid.
 //   pixel         the shortest filter (pixel.cpp).
 //   pupil         the scene's own sampling; its error is predicted but not held to the accuracy.
 // The predictions are bounds or estimates, tested against the true errors within a factor of 20 on twelve scenes.
-// Cost model: operation counts of the products, transforms and images, over rates measured on one core.
 #include "optics/plan.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 
-#include "backend/blas.hpp"
 #include "base/constants.hpp"
 #include "optics/nodes.hpp"
 #include "optics/padded_fft.hpp"
@@ -33,26 +34,17 @@ constexpr size_t kMinWavelengths = 8;   // nodes are not worthwhile for fewer
 constexpr double kGreyOffset = 0.2;     // cells, upper estimate of the offset of a grey cell's centroid
 constexpr double kWorstPixelSigmas = 4; // standard deviations of the worst pixel
 constexpr size_t kMinOrder = 2, kMaxOrder = 8;
-constexpr double kMinAnchorDays = 1e-3;
 constexpr size_t kFewestTaps = 4;
 constexpr double kMaxAtlasCutoff = 0.3; // cycles per sample; the filter that divides by the window is short up to here
 constexpr double kAliasMargin = 2;      // of slopes: measured 0.7 to 1 times the largest alias
+constexpr double kFilterShare = 0.25;   // of the accuracy, for the filter of an atlas
+constexpr double kAtlasMargin = 1;      // px beyond the reach of the stars
+constexpr size_t kMostAtlasSamples = size_t{1} << 26; // of a star
 
 // A pupil for estimates has at least kFewestRoughSamples samples and kRoughSampleMargin times those needed to avoid
 // aliases. Measured on 137 scenes: its peak is within 7 %, and the errors of nodes are 0.8 to 1.5 times those of the
 // whole pupil.
 constexpr double kFewestRoughSamples = 128, kRoughSampleMargin = 1.5;
-
-// Cost model: operations per pupil cell and per pixel in addition to the matrix products, and rates of one core of a
-// 2020s server. The estimate is a guide only.
-constexpr double kFieldFlops = 60, kImageFlops = 12; // per cell, per pixel
-constexpr double kElementRate = 4e10;                // flop/s of these
-constexpr double kPaddedRate = 3;                    // GFLOP/s of the padded FFT
-constexpr double kPositionTermSeconds = 0.9e-9;      // per pixel and image: together they exceed the cache
-constexpr double kTermSeconds = 0.3e-9, kPoissonSeconds = 7e-9, kReadSeconds = 7e-9; // per pixel
-constexpr double kStarFields = 4; // the image, its two slopes and focus
-constexpr double kFrameImages =
-    11; // in memory in addition to higher derivatives by displacement and to those by position
 
 // Largest angle, in units of the pitch, of a displacement by one pixel: the largest singular value of the grid's map.
 double longest_pixel(const Grid &grid) noexcept {
@@ -162,7 +154,7 @@ void choose_displacement_order(const Scene &scene, const Pupil &pupil, const Lig
         if (order >= kMinOrder && error <= scene.accuracy)
             return;
     }
-    plan.exact_frames = true;
+    plan.frames = Frames::propagation;
     plan.order = kMinOrder;
     plan.series_error = 0;
 }
@@ -182,66 +174,27 @@ ShapePhases shape_phases_of(const Scene &scene, const Light &light, double frequ
                 four_sigma_of(systematics.focus_nm, scene.cadence)};
 }
 
-// Expansion in the stars' positions. The signal's slope is expanded about the shifted position, so that the error
-// relative to the signal is (2 pi f_c shift)^n / n!. Omitted of scale and focus: the square of the scale, the cube of
-// the focus, and their products with each other and with all other disturbances.
-void choose_position_expansion(const Scene &scene, const Pupil &pupil, const Light &light, Plan &plan) {
-    const double frequency = 2 * kPi * cutoff_of(pupil, light, plan.pixels);
-    const double shift_px = systematic_shift_px(scene, light) + max_signal_px(scene.signal);
-    const auto [scale_phase, focus_phase] = shape_phases_of(scene, light, frequency, plan.pixels);
-    const double other_phases = frequency * shift_px + four_sigma_of(scene.systematics.flux, scene.cadence);
-    plan.scale_focus_error = scale_phase * scale_phase / 2 + focus_phase * focus_phase * focus_phase / 6 +
-                             scale_phase * focus_phase + (scale_phase + focus_phase) * other_phases;
-
-    double error = frequency * shift_px;
-    for (size_t order = kMinOrder; !plan.exact_frames && order <= kMaxOrder; order++) {
-        error *= frequency * shift_px / static_cast<double>(order);
-        plan.place_order = order;
-        plan.place_error = error;
-        if (error <= scene.accuracy)
-            return;
-    }
-    plan.exact_frames = true;
-    plan.place_order = 0;
-    plan.series_error = plan.place_error = 0;
+// Omitted of scale and focus: the square of the scale, the cube of the focus, and their product.
+double scale_focus_error(const Scene &scene, const Pupil &pupil, const Light &light, const Grid &pixels) noexcept {
+    const auto [scale, focus] = shape_phases_of(scene, light, 2 * kPi * cutoff_of(pupil, light, pixels), pixels);
+    return scale * scale / 2 + focus * focus * focus / 6 + scale * focus;
 }
 
-// Stars that follow an orbit: a higher order n is valid farther from its anchor,
-//     reach = (accuracy n!)^(1/n) / (2 pi f_c) - shift,
-// so that fewer anchors are needed, but each takes (n + 1)(n + 2)/2 fields per star. The order with the fewest fields
-// is chosen. If that is not fewer than the frames, every frame is propagated.
-void choose_anchors(const Scene &scene, const Pupil &pupil, const Light &light, Plan &plan) {
-    const double frequency = 2 * kPi * cutoff_of(pupil, light, plan.pixels);
-    const double speed = orbit_px_per_day(scene, light), span = span_days(scene.cadence);
-    const double shift_px = systematic_shift_px(scene, light) + max_signal_px(scene.signal);
-    auto least = static_cast<double>(scene.cadence.frames);
-    plan.orbit_px = speed * longest_days(scene.cadence);
-    plan.exact_frames = true;
-    plan.place_order = 0;
-    double factorial = 1;
-    for (size_t order = 1; order <= kMaxOrder; order++) {
-        factorial *= static_cast<double>(order);
-        const auto n = static_cast<double>(order);
-        const double reach = std::pow(scene.accuracy * factorial, 1 / n) / frequency - shift_px;
-        if (order < kMinOrder || reach <= 0)
-            continue;
-        const double anchors = std::max(1.0, std::ceil(span * speed / (2 * reach)));
-        const double fields = anchors * (n + 1) * (n + 2) / 2;
-        if (fields >= least)
-            continue;
-        least = fields;
-        plan.exact_frames = false;
-        plan.place_order = order;
-        plan.anchors = static_cast<size_t>(anchors);
-        plan.anchor_days = std::max(span / anchors, kMinAnchorDays);
-        plan.place_error = std::pow(frequency * (shift_px + speed * plan.anchor_days / 2), n) / factorial;
+// Frames of moving stars, and those whose displacement is beyond the expansion.
+void choose_frames(const Scene &scene, const Light &farthest, Plan &plan) {
+    if (plan.frames == Frames::series && !scene.systematics.any() && !scene.binary.moving)
+        return;
+    plan.frames = Frames::propagation;
+    if (plan.engine == EngineKind::padded_fft || plan.atlas.oversampling == 0)
+        return;
+    for (size_t star = 0; star < scene.stars.size(); star++) {
+        for (size_t axis = 0; axis < 2; axis++)
+            plan.atlas.reach[star][axis] = std::fabs(farthest.offset_px[star][axis]) + kAtlasMargin;
+        const Grid grid = atlas_grid(plan, plan.atlas.reach[star]);
+        if (grid.rows * grid.cols > kMostAtlasSamples)
+            return;
     }
-    if (!plan.exact_frames) { // the scale and focus images are those at the anchor
-        const auto [scale_phase, focus_phase] = shape_phases_of(scene, light, frequency, plan.pixels);
-        plan.scale_focus_error += (scale_phase + focus_phase) * frequency * speed * plan.anchor_days / 2;
-    }
-    plan.order = kMinOrder;
-    plan.series_error = plan.place_error;
+    plan.frames = Frames::atlas;
 }
 
 // Error of N x N pupil samples. Where the phase jumps between two cells, the true boundary may run anywhere between
@@ -279,46 +232,6 @@ double pupil_error(const Pupil &pupil, const Light &light, const Grid &pixels, d
     return peak > 0 ? 2 * kWorstPixelSigmas * std::sqrt(sum * photons / (peak * pupil.area)) * step : 1;
 }
 
-// Numbers of propagated fields.
-struct Fields {
-    double stars;
-    double orders;         // higher displacement derivatives of the moving star, in addition to of_star
-    double of_star;        // per star
-    double position_terms; // of the expansion in positions, both stars together
-};
-
-Fields fields_of(const Scene &scene, const Plan &plan) noexcept {
-    const auto stars = static_cast<double>(scene.stars.size());
-    const size_t terms = plan.place_order > 0 ? (plan.place_order + 1) * (plan.place_order + 2) / 2 : 0;
-    const double focus = scene.systematics.focus_nm.any() ? 1 : 0;
-    return {stars, static_cast<double>(plan.order), kStarFields + focus + static_cast<double>(terms),
-            stars * static_cast<double>(terms)};
-}
-
-// Memory for frames: what is kept, plus the larger of the work space for a star's images and that for frames on all
-// workers.
-double bytes_of(const Pupil &pupil, const Plan &plan, const Fields &fields) noexcept {
-    const Grid grid = sampling_grid(plan.pixels, plan.filter);
-    const auto pixels = static_cast<double>(plan.pixels.rows * plan.pixels.cols);
-    const auto samples = static_cast<double>(grid.rows * grid.cols), n = static_cast<double>(pupil.samples);
-    const auto cols = static_cast<double>(grid.cols), side = static_cast<double>(padded_side(grid));
-    const bool padded = plan.engine == EngineKind::padded_fft;
-    const auto chunks = static_cast<double>(std::min(plan.wavelengths, kWavelengthChunks));
-    const double workers = plan.workers, busy = std::min(workers, chunks);
-    const double field = 2 * n * n + 2 * samples + (padded ? 0 : 2 * n * cols) + (pupil.mixed.empty() ? 0 : 2 * n * n);
-    // Each chunk of wavelengths has its own images; each busy worker has its own pupil fields.
-    const auto work_space = [&](double images) {
-        return images * (chunks * samples + busy * field) + (padded ? 2 * busy * side * side : 0);
-    };
-    const double series =
-        plan.anchors > 0 ? static_cast<double>(kCachedAnchors) * fields.position_terms : fields.position_terms;
-    const double kept = 3 * n * n + pixels * (kFrameImages + fields.orders + series);
-    const double frames = workers * (pixels + (plan.exact_frames ? work_space(1) : 0));
-    // Without systematics and orbit: the image and its derivatives by displacement, the first omitted order included.
-    const double at_once = fields.orders + (fields.position_terms > 0 ? fields.of_star : 2);
-    return sizeof(double) * (kept + std::max(work_space(at_once), frames));
-}
-
 // The fewest samples per pixel that a window interpolates well, and the fewest taps with which its aliases are within
 // the accuracy, also relative to the slope of the image.
 AtlasPlan atlas_plan(double cutoff, const Blur &blur, double accuracy) {
@@ -332,10 +245,10 @@ AtlasPlan atlas_plan(double cutoff, const Blur &blur, double accuracy) {
     for (size_t taps = kFewestTaps; taps <= kernels::kMostTaps; taps += 2) {
         plan.blur.window = kernels::Window::make(taps, frequency);
         plan.error = kAliasMargin * plan.blur.window.error(frequency);
-        if (plan.error <= accuracy)
+        if (plan.error <= (1 - kFilterShare) * accuracy)
             break;
     }
-    plan.filter = make_filter(frequency, plan.blur, accuracy);
+    plan.filter = make_filter(frequency, plan.blur, kFilterShare * accuracy);
     plan.error += plan.filter.error;
     return plan;
 }
@@ -353,41 +266,17 @@ Grid grid_of(const Detector &detector) noexcept {
             v_y};
 }
 
-Cost cost_of(const Scene &scene, const Pupil &pupil, const Plan &plan) {
-    const Grid grid = sampling_grid(plan.pixels, plan.filter);
-    const auto pixels = static_cast<double>(plan.pixels.rows * plan.pixels.cols);
-    const auto samples = static_cast<double>(grid.rows * grid.cols);
-    const auto wavelengths = static_cast<double>(plan.wavelengths);
-    const bool padded = plan.engine == EngineKind::padded_fft;
-    const auto n = static_cast<double>(pupil.samples), rows = static_cast<double>(grid.rows);
-    const auto cols = static_cast<double>(grid.cols), side = static_cast<double>(padded_side(grid));
-    // Matrix DFT: 8 N cols (N + rows) flops, folded to a quarter; a fifth of the first product lies outside the round
-    // pupil and is skipped.
-    const double transform = padded ? 10 * side * side * std::log2(side) : n * cols * (1.6 * n + 2 * rows);
-    const double elements = kFieldFlops * n * n + kImageFlops * samples;
-    const double filter = plan.filter.empty() ? 0 : 3 * static_cast<double>(plan.filter.taps()) * samples;
-    const double one_image = wavelengths * (transform + elements) + filter;
-
-    const Fields in = fields_of(scene, plan);
-    const double fields = in.orders + in.stars * (1 + in.of_star); // the images first, then all derivatives
-    const double rate = 1e9 * (padded ? kPaddedRate : blas::measure_tile_gflops());
-    Cost cost;
-    cost.setup_flops = fields * (wavelengths * (transform + elements) + filter);
-    cost.setup_s = fields * ((wavelengths * transform + filter) / rate + wavelengths * elements / kElementRate);
-    cost.frame_flops = 2 * static_cast<double>(plan.order) * pixels;
-    cost.frame_s = pixels * (kTermSeconds * static_cast<double>(plan.order) +
-                             (scene.noise.photon ? kPoissonSeconds : 0) + (scene.noise.read_e > 0 ? kReadSeconds : 0));
-    if (plan.place_order > 0) {
-        cost.frame_flops += 2 * in.position_terms * pixels;
-        cost.frame_s += in.position_terms * pixels * kPositionTermSeconds;
-    }
-    if (plan.exact_frames) {
-        const double moving = scene.systematics.any() ? in.stars : 1;
-        cost.frame_flops += moving * one_image;
-        cost.frame_s += moving * (wavelengths * (transform / rate + elements / kElementRate) + filter / rate);
-    }
-    cost.bytes = bytes_of(pupil, plan, in);
-    return cost;
+Grid atlas_grid(const Plan &plan, const std::array<double, 2> &reach) noexcept {
+    const size_t finer = plan.atlas.oversampling;
+    const auto samples = [&](size_t pixels, double px) {
+        const double half = std::ceil((0.5 * static_cast<double>(pixels - 1) + px) * static_cast<double>(finer));
+        return 2 * (static_cast<size_t>(half) + plan.atlas.blur.window.taps / 2 + 1) + 1;
+    };
+    Grid grid = plan.pixels;
+    grid.rows = samples(plan.pixels.rows, reach[1]);
+    grid.cols = samples(plan.pixels.cols, reach[0]);
+    grid.pitch_rad /= static_cast<long double>(finer);
+    return grid;
 }
 
 Plan with_accurate_spectrum(Plan plan, const Scene &scene, const Pupil &pupil, const Light &light) {
@@ -411,16 +300,16 @@ Plan make_plan(const Scene &scene, const Pupil &pupil, const Light &light, Engin
     plan.atlas = atlas_plan(cutoff, blur, scene.accuracy);
     if (engine == EngineKind::padded_fft)
         check_padded_fft(scene, light, plan);
-    const Light on_orbit = farthest_on_orbit(scene, light), farthest = farthest_with_shifts(scene, on_orbit);
+    const Light farthest = farthest_with_shifts(scene, farthest_on_orbit(scene, light));
     const Pupil coarse = pupil_for_estimates(pupil, refuse_aliases(scene, pupil, farthest, plan));
     const double peak = rough_peak(coarse, light, plan.pixels, workers);
     choose_wavelengths(scene, coarse, farthest, peak, workers, plan);
     plan.pupil_error = pupil_error(pupil, light, plan.pixels, peak);
     choose_displacement_order(scene, pupil, light, plan);
+    plan.orbit_px = orbit_px_per_day(scene, light) * longest_days(scene.cadence);
     if (scene.systematics.any())
-        choose_position_expansion(scene, pupil, on_orbit, plan);
-    if (scene.binary.moving)
-        choose_anchors(scene, pupil, on_orbit, plan);
+        plan.scale_focus_error = scale_focus_error(scene, pupil, light, plan.pixels);
+    choose_frames(scene, farthest, plan);
     return plan;
 }
 

@@ -1,6 +1,6 @@
 // Method: the signal moves its star by at most a (1 + e), a systematic by 4 sigma plus its largest drift, and the
-// orbit by its largest offset in 256 steps over the cadence or over one orbital period. The plan predicts the errors
-// of the Taylor expansions at these values. 4 sigma are exceeded by 6e-5 of the normal variates.
+// orbit by its largest offset in 256 steps over the cadence or over one orbital period. The plan predicts errors at
+// these values. 4 sigma are exceeded by 6e-5 of the normal variates.
 #include "optics/reach.hpp"
 
 #include <algorithm>
@@ -40,13 +40,6 @@ double max_signal_px(const Signal &signal) noexcept {
 
 double four_sigma_of(const Disturbance &disturbance, const Cadence &cadence) noexcept {
     return kSigmas * disturbance.rms + std::fabs(disturbance.drift_per_day) * longest_days(cadence);
-}
-
-double span_days(const Cadence &cadence) noexcept {
-    if (cadence.times_days.empty())
-        return longest_days(cadence);
-    const auto [first, last] = std::minmax_element(cadence.times_days.begin(), cadence.times_days.end());
-    return *last - *first;
 }
 
 double orbit_px_per_day(const Scene &scene, const Light &light) {

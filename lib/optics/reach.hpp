@@ -7,7 +7,6 @@ namespace toliman::optics {
 double max_signal_px(const Signal &signal) noexcept; // in either direction
 // Largest value of a disturbance at 4 sigma, drift over the cadence included.
 double four_sigma_of(const Disturbance &disturbance, const Cadence &cadence) noexcept;
-double span_days(const Cadence &cadence) noexcept; // between the first and the last frame
 
 // Fastest motion of a star along its orbit, px per day; 0 if the stars do not follow the orbit.
 double orbit_px_per_day(const Scene &scene, const Light &light);

@@ -3,9 +3,9 @@
 // where I_1, I_2, ... are derivative images propagated once (propagate.cpp). A frame then costs one multiply-add per
 // pixel and order, plus its noise: 1095 frames in less than a second, against 15 minutes when each is propagated.
 // Measured truncation relative to the signal at d = 1e-6 px: 3.3e-7 for n = 1, 5e-9 (rounding) for n = 2; at 1e-2 px:
-// 7.9e-6 for n = 2, 1.4e-8 for n = 3. plan.cpp chooses n from the scene's accuracy. With systematics or an orbit the
-// expansion is in both coordinates of both stars. Motion too large for an expansion: every frame is propagated.
-// A frame depends on (scene, seed, k) alone, so frames may be made in any order and on any number of threads.
+// 7.9e-6 for n = 2, 1.4e-8 for n = 3. plan.cpp chooses n from the scene's accuracy. Systematics, an orbit, or a motion
+// too large for the expansion: moved.cpp. A frame depends on (scene, seed, k) alone, so frames may be made in any order
+// and on any number of threads.
 #include "optics/simulator.hpp"
 
 #include <algorithm>
@@ -64,16 +64,12 @@ Outline outline_of(const std::string &path, const Settings &settings) {
 Simulator::Simulator(Outline outline, const Settings &settings)
     : scene_(std::move(outline.scene)), pupil_(std::move(outline.pupil)), light_(std::move(outline.light)),
       plan_(std::move(outline.plan)), imager_(scene_, pupil_, plan_, worker_count(settings.workers)), detector_(scene_),
-      anchors_(scene_, imager_, plan_, detector_, light_),
-      images_(scene_, pupil_, imager_, plan_, detector_, light_, settings.progress) {
+      images_(scene_, pupil_, imager_, plan_, detector_, light_, settings.progress),
+      moved_(scene_, pupil_, plan_, imager_, detector_, light_) {
     const double peak = images_.peak_photons(); // a fainter scene has no finite whitened images
     if (!(peak >= kFewestPhotons))
         fail(Status::scene, "%s: {cadence}: the brightest pixel expects %g photons: must be at least %g",
              scene_.source.c_str(), peak, kFewestPhotons);
-    if (scene_.systematics.background_photons.any()) {
-        uniform_.assign(pixels(), 1.0);
-        detector_.apply_response(uniform_);
-    }
     min_displacement_ = max_displacement_ = displacement_px(0);
     for (int64_t k = 0; k < scene_.cadence.frames; k++) {
         const double displacement = displacement_px(k);
@@ -123,9 +119,9 @@ const Bounds &Simulator::bounds() const {
 }
 
 // Largest pixel of the first omitted term, d^(n+1)/(n+1)! I_(n+1), over that of the signal, d I_1, at the signal's
-// largest displacement d.
+// largest displacement d. 0 if no order of the expansion suffices: frames do not use it.
 double Simulator::truncation() const {
-    if (plan_.exact_frames)
+    if (!(plan_.series_error > 0))
         return 0;
     const double reach = std::max(max_displacement_, -min_displacement_);
     const auto largest = [](const Buffer<double> &image) {
@@ -186,69 +182,16 @@ void Simulator::expect(double displacement_px, double *image) const {
     }
 }
 
-// Expected electrons of a frame with systematics or orbital motion. Positions and fluxes: by the expansion in both
-// stars' positions, about time 0 or about the anchor of this time, or exactly. Scale: first order. Focus: second
-// order, because a mask may leave the image no first-order dependence on focus.
-void Simulator::expect_disturbed(double displacement_px, const Disturbances &disturbances, double days,
-                                 double *image) const {
-    const Offsets offsets = scene_.binary.moving ? offsets_at(scene_, light_, days) : light_.offset_px;
-    const auto axis = axis_of(scene_, offsets);
-    const std::shared_ptr<const Anchor> anchor = plan_.anchors > 0 ? anchors_.near(days) : nullptr;
-    const Offsets &from = anchor ? anchor->offset_px : light_.offset_px;
-    const Disturbed *const still = anchor || plan_.exact_frames ? nullptr : &images_.disturbed(); // about time 0
-    std::vector<Term> terms;
-    const auto add_scale_and_focus = [&](const Buffer<double> &scale, const Buffer<double> &focus,
-                                         const Buffer<double> &curve) {
-        if (disturbances.scale != 0)
-            terms.push_back({scale.data(), disturbances.scale});
-        if (disturbances.focus_nm == 0)
-            return;
-        terms.push_back({curve.data(), 0.5 * disturbances.focus_nm * disturbances.focus_nm});
-        terms.push_back({focus.data(), disturbances.focus_nm});
-    };
-    if (anchor)
-        add_scale_and_focus(anchor->scale, anchor->focus, anchor->focus_curve);
-    else if (still != nullptr)
-        add_scale_and_focus(still->scale, still->focus, still->focus_curve);
-    const bool scale_or_focus = disturbances.scale != 0 || disturbances.focus_nm != 0;
-    if (disturbances.background_photons != 0)
-        terms.push_back({uniform_.data(), disturbances.background_photons});
-    StarImages repropagated[2];
-    for (size_t star = 0; star < scene_.stars.size(); star++) {
-        const double wobble = star == scene_.signal.star ? displacement_px : 0;
-        const double flux = 1 + disturbances.flux[star];
-        auto shift = shift_of(disturbances, offsets[star], axis.data(), wobble);
-        for (size_t i = 0; i < 2; i++)
-            shift[i] += offsets[star][i] - from[star][i];
-        if (plan_.exact_frames) {
-            Light light = light_;
-            for (size_t i = 0; i < 2; i++)
-                light.offset_px[star][i] += shift[i];
-            repropagated[star] =
-                imager_.images(light, star, 0, scale_or_focus ? ImageRequest{0, 1, true, true} : ImageRequest());
-            for (Buffer<double> *part : {&repropagated[star].derivatives[0].image, &repropagated[star].scale,
-                                         &repropagated[star].focus, &repropagated[star].focus_curve})
-                detector_.apply_response(*part);
-            add_scale_and_focus(repropagated[star].scale, repropagated[star].focus, repropagated[star].focus_curve);
-            terms.push_back({repropagated[star].at(0, 0).data(), flux});
-        } else {
-            add_position_terms(anchor ? anchor->position_derivatives[star] : still->position_derivatives[star],
-                               light_.axis, shift, flux, terms);
-            terms.push_back({(anchor ? anchor->star[star] : images_.star(star)).data(), flux});
-        }
-    }
-    sum_terms(terms, detector_.dark_e(), pixels(), image);
-}
-
 void Simulator::frame(double displacement_px, uint64_t seed, int64_t k, double *scratch, double *image) const {
     const auto number = static_cast<uint64_t>(k);
     const double days = time_days(k % scene_.cadence.frames);
-    if (scene_.systematics.any() || scene_.binary.moving)
-        expect_disturbed(displacement_px, draw(scene_.systematics, seed, number, days), days, scratch);
-    else if (plan_.exact_frames)
+    const bool moves = scene_.systematics.any() || scene_.binary.moving;
+    if (plan_.frames == Frames::series)
+        expect(displacement_px, scratch);
+    else if (plan_.frames == Frames::propagation && !moves)
         propagate(displacement_px, scratch);
     else
-        expect(displacement_px, scratch);
+        moved_.expect(displacement_px, draw(scene_.systematics, seed, number, days), days, scratch);
     const double most = largest_of(scratch, pixels());
     if (!(most <= kMostPhotons))
         fail(Status::range, "frame %lld: a pixel expects %g electrons: must be at most %g", static_cast<long long>(k),

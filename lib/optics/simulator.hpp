@@ -8,13 +8,12 @@
 
 #include "base/frame_model.hpp"
 #include "base/progress.hpp"
-#include "optics/anchors.hpp"
 #include "optics/images.hpp"
 #include "optics/information.hpp"
 #include "optics/light.hpp"
+#include "optics/moved.hpp"
 #include "optics/plan.hpp"
 #include "optics/pupil.hpp"
-#include "optics/systematics.hpp"
 #include "scene/scene.hpp"
 
 namespace toliman::optics {
@@ -69,7 +68,7 @@ class Simulator {
 
     // Largest |displacement| that a frame may have.
     double largest_displacement_px() const noexcept {
-        return plan_.exact_frames ? kFarthestDisplacement : kLargestDisplacement;
+        return plan_.frames == Frames::series ? kLargestDisplacement : kFarthestDisplacement;
     }
     double min_displacement_px() const noexcept { return min_displacement_; }
     double max_displacement_px() const noexcept { return max_displacement_; }
@@ -89,7 +88,6 @@ class Simulator {
 
   private:
     Buffer<double> star_at(const Light &light, size_t star, double displacement_px) const;
-    void expect_disturbed(double displacement_px, const Disturbances &disturbances, double days, double *image) const;
 
     Scene scene_;
     Pupil pupil_;
@@ -97,9 +95,8 @@ class Simulator {
     Plan plan_;
     Imager imager_;
     DetectorStages detector_;
-    Anchors anchors_;
     Images images_;
-    Buffer<double> uniform_; // expected electrons of one photon in each pixel; empty if the background does not vary
+    MovedStars moved_;
     double min_displacement_ = 0, max_displacement_ = 0; // of the signal over the cadence
     const Memory memory_ = current_memory();
     mutable std::mutex mutex_;

@@ -49,6 +49,13 @@ void warn_outside_frame(const Scene &scene, const Light &light, const Log &log) 
     }
 }
 
+const char *why_propagated(const Plan &plan) noexcept {
+    if (plan.engine == EngineKind::padded_fft)
+        return "the padded FFT has another plate scale on the grid of an interpolation";
+    return plan.atlas.oversampling == 0 ? "interpolation would exceed the rounding of the images"
+                                        : "a star is too far from the frame for an interpolation";
+}
+
 } // namespace
 
 void warn_of_plan(const Scene &scene, const Light &light, const Plan &plan, const Log &log) {
@@ -61,13 +68,11 @@ void warn_of_plan(const Scene &scene, const Light &light, const Plan &plan, cons
         log.warn("%s: binary.moving: the stars move by up to %.2g px along their orbit: only the fit follows them, "
                  "other estimators are made for time 0",
                  source, plan.orbit_px);
-    if (plan.exact_frames && (scene.systematics.any() || scene.binary.moving))
-        log.warn("%s: the stars move too far for a Taylor expansion at accuracy = %g, or the frames are too few for "
-                 "one: every frame is re-propagated",
-                 source, scene.accuracy);
-    else if (plan.exact_frames)
-        log.warn("%s: signal: %g px is too large for a Taylor expansion at accuracy = %g: every frame is re-propagated",
-                 source, scene.signal.amplitude_px, scene.accuracy);
+    if (plan.frames == Frames::atlas && plan.atlas.error > scene.accuracy)
+        log.warn("%s: accuracy = %g: the expected error of the interpolated stars is %.2g", source, scene.accuracy,
+                 plan.atlas.error);
+    if (plan.frames == Frames::propagation)
+        log.warn("%s: accuracy = %g: every frame is re-propagated: %s", source, scene.accuracy, why_propagated(plan));
     if (plan.scale_focus_error > scene.accuracy)
         log.warn("%s: accuracy = %g: systematics: the error of scale to first order and focus to second order may "
                  "reach %.2g of the peak",

@@ -10,8 +10,8 @@ from program import PROGRAM, SCENES, ProgramTest
 
 
 class Plan(ProgramTest):
-    def scene(self, name, **changes):
-        scene = json.loads((SCENES / "chapter.json").read_text())
+    def scene(self, name, accuracy=1e-9, **changes):
+        scene = json.loads((SCENES / "chapter.json").read_text()) | {"accuracy": accuracy}
         small = {"telescope": {"pupil_samples": 64}, "detector": {"shape": [32, 32]}, "binary": {"separation_arcsec": 2}}
         for group, change in (*small.items(), *changes.items()):
             scene.setdefault(group, {}).update(change)
@@ -49,12 +49,14 @@ class Plan(ProgramTest):
         error = [float(re.search(r"\d\.\de[-+]\d+", row["pupil"]).group()) for row in (rows, finer)]
         self.assertLess(error[1], error[0] / 2)
         self.assertTrue(rows["scale, focus"].endswith("  > accuracy"))
-        self.assertTrue(rows["displacement"].endswith(" of the signal  > accuracy: rounding of double precision"))  # 1e-6 px: 1e-14 of the peak
-        self.assertNotIn(">", rows["wavelengths"] + rows["engine"] + rows["positions"])
+        self.assertTrue(finer["displacement"].endswith(" of the signal  > accuracy: rounding of double precision"))  # 1e-6 px: 1e-14 of the peak
+        self.assertNotIn(">", rows["wavelengths"] + rows["engine"] + rows["places"])
         taken = json.loads(self.succeed("plan", "b.json", "--json"))["bytes"]
         self.assertEqual(finer["memory"], f"{taken / 1e6:.1f} MB on all processors")
-        rows = self.rows(self.scene("b.json", signal={"amplitude_px": 3}))
-        self.assertIn("every frame propagated, no expansion", rows["displacement"])
+        self.scene("b.json", signal={"amplitude_px": 3})
+        self.assertRegex(self.rows("b.json")["places"], r"^window of \d+, \d sample\(s\) per pixel ")
+        self.scene("b.json", signal={"amplitude_px": 3}, accuracy=1e-15)
+        self.assertIn("every frame propagated", self.rows("b.json")["frames"])
 
     @unittest.skipIf(b"san_init" in pathlib.Path(PROGRAM).read_bytes(), "sanitizers take memory of their own")
     def test_memory(self):

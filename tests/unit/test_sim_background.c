@@ -7,9 +7,10 @@ static const double kDark = 40;
 static const char *const kPlace = "\"separation_arcsec\": 4, \"position_angle_deg\": 30";
 
 /* kBinaryScene without noise, 10 s, with qe, flat field and 40 dark electrons; the stars are placed by `binary`. */
-static toliman_sim *simulator(const char *binary, const char *systematics) {
-    char extra[200];
-    snprintf(extra, sizeof extra, "\"noise\": {\"seed\": 7}, \"systematics\": {%s}}", systematics);
+static toliman_sim *simulator(const char *binary, const char *systematics, const char *accuracy) {
+    char extra[250];
+    snprintf(extra, sizeof extra, "\"noise\": {\"seed\": 7}, \"systematics\": {%s}, \"accuracy\": %s}", systematics,
+             accuracy);
     char *text = replaced(kBinaryScene, "\"peak_photons\": 1e5", "\"exposure_s\": 10");
     text = replaced_again(text, "\"relative_flux\": 3", "\"photons_per_s\": 3e7");
     text = replaced_again(text, "5260}}}", "5260}, \"photons_per_s\": 1e7}}");
@@ -35,20 +36,21 @@ static double background_of(const toliman_sim *sim, const toliman_sim *other, in
     return photons;
 }
 
-/* The frame's series about time 0, about points of the orbit, and a frame that is re-propagated. The other systematics
+/* Interpolated frames of static stars and on an orbit, and a frame that is re-propagated. The other systematics
  * draw the same numbers with and without the background. */
 static void background_adds_uniform_light(void **state) {
     (void)state;
-    static const char *const cases[][2] = {
-        {"\"separation_arcsec\": 4, \"position_angle_deg\": 30", "\"flux_rms\": 1e-3"},
-        {"\"date\": 2027, \"orbit\": \"alpha-cen\", \"moving\": true", "\"flux_rms\": 1e-3"},
-        {"\"separation_arcsec\": 4, \"position_angle_deg\": 30", "\"pointing_rms_px\": 1, \"flux_rms\": 1e-3"},
+    static const char *const cases[][3] = {
+        {"\"separation_arcsec\": 4, \"position_angle_deg\": 30", "\"flux_rms\": 1e-3", "1e-9"},
+        {"\"date\": 2027, \"orbit\": \"alpha-cen\", \"moving\": true", "\"flux_rms\": 1e-3", "1e-9"},
+        {"\"separation_arcsec\": 4, \"position_angle_deg\": 30", "\"pointing_rms_px\": 1, \"flux_rms\": 1e-3", "1e-15"},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         char both[200];
         snprintf(both, sizeof both, "%s, \"background_rms_photons\": {\"rms\": 0, \"drift_per_day\": -0.5}",
                  cases[i][1]);
-        toliman_sim *const sim = simulator(cases[i][0], both), *const other = simulator(cases[i][0], cases[i][1]);
+        toliman_sim *const sim = simulator(cases[i][0], both, cases[i][2]);
+        toliman_sim *const other = simulator(cases[i][0], cases[i][1], cases[i][2]);
         assert_close(background_of(sim, other, 0), 0, 0, 0);
         assert_close(background_of(sim, other, 7), -0.5 * 14, 0, 1e-6); /* frames are 2 days apart */
         toliman_sim_destroy(sim);
@@ -58,7 +60,8 @@ static void background_adds_uniform_light(void **state) {
 
 static void rms_and_seed(void **state) {
     (void)state;
-    toliman_sim *const sim = simulator(kPlace, "\"background_rms_photons\": 6"), *const other = simulator(kPlace, "");
+    toliman_sim *const sim = simulator(kPlace, "\"background_rms_photons\": 6", "1e-12");
+    toliman_sim *const other = simulator(kPlace, "", "1e-12");
     double sum = 0, squares = 0;
     for (int64_t k = 0; k < FRAMES; k++) {
         const double photons = background_of(sim, other, k);
@@ -75,7 +78,8 @@ static void rms_and_seed(void **state) {
 /* Estimators are made for the scene without it. */
 static void the_reference_does_not_know_it(void **state) {
     (void)state;
-    toliman_sim *const sim = simulator(kPlace, "\"background_rms_photons\": 6"), *const other = simulator(kPlace, "");
+    toliman_sim *const sim = simulator(kPlace, "\"background_rms_photons\": 6", "1e-12");
+    toliman_sim *const other = simulator(kPlace, "", "1e-12");
     const int32_t kinds[] = {TOLIMAN_SIM_IMAGE_BOTH, TOLIMAN_SIM_IMAGE_VARIANCE, TOLIMAN_SIM_IMAGE_SEPARATION};
     for (size_t i = 0; i < 3; i++) {
         double *const with = image_of(sim, kinds[i]), *const without = image_of(other, kinds[i]);

@@ -337,27 +337,71 @@ static void wavelengths_suffice_for_far_signals(void **state) {
     toliman_sim_destroy(all);
 }
 
-/* A signal of a pixel or more: every frame is propagated. */
-static void far_signals_are_exact(void **state) {
+/* A signal of a pixel or more, beyond the expansion: interpolated, also outside the planned range, or propagated. */
+static void far_signals_are_interpolated(void **state) {
     (void)state;
     char *text = replaced(kBinaryScene, "\"amplitude_px\": 1e-3", "\"amplitude_px\": 1.5");
     text = replaced_again(text, "\"photon\": true, \"read_e\": 2.5, ", "");
-    toliman_sim *const sim = sim_of(text);
-    assert_int_equal(plan_of(sim).exact_frames, 1);
+    char *const finest = replaced(text, "\"cadence\"", "\"accuracy\": 1e-15, \"cadence\"");
+    toliman_sim *const sim = sim_of(text), *const propagated = sim_of(finest);
+    const toliman_sim_plan_info plan = plan_of(sim);
+    assert_true(plan.atlas_taps > 0 && plan.exact_frames == 0 && plan.series_error <= 0);
+    assert_int_equal(plan_of(propagated).exact_frames, 1);
+    toliman_sim_bounds bounds = {.struct_size = sizeof bounds};
+    assert_ok(toliman_sim_get_bounds(sim, &bounds));
+    assert_true(bounds.truncation <= 0);
     double *const frame = doubles(64 * 64), *const exact = doubles(64 * 64);
+    const double places[] = {-1.5, 0.7, 1.2345678, -30};
+    for (size_t i = 0; i < 4; i++) {
+        double error = 0;
+        assert_ok(toliman_sim_frame(sim, places[i], 1, 5, frame, 64));
+        assert_ok(toliman_sim_propagate(sim, places[i], exact, 64));
+        for (int k = 0; k < 64 * 64; k++)
+            error = fmax(error, fabs(frame[k] - exact[k]) / sim_info_of(sim).peak_photons);
+        print_message("displacement %g px: error/peak %.2g, planned %.2g\n", places[i], error, plan.atlas_error);
+        assert_at_most(error, plan.atlas_error);
+    }
     double at;
-    assert_ok(toliman_sim_get_series(sim, 5, 1, NULL, &at));
+    assert_ok(toliman_sim_get_series(propagated, 5, 1, NULL, &at));
     assert_true(fabs(at) > 1);
-    assert_ok(toliman_sim_frame_many(sim, NULL, 1, 5, 1, 1, frame));
-    assert_ok(toliman_sim_propagate(sim, at, exact, 64));
+    assert_ok(toliman_sim_frame_many(propagated, NULL, 1, 5, 1, 1, frame));
+    assert_ok(toliman_sim_propagate(propagated, at, exact, 64));
     assert_memory_equal(frame, exact, 64 * 64 * sizeof *frame);
     assert_fails(toliman_sim_expect(sim, at, frame, 64), TOLIMAN_E_RANGE, "0.1");
-    assert_ok(toliman_sim_frame(sim, -99, 1, 0, frame, 64));
     assert_fails(toliman_sim_frame(sim, -101, 1, 0, frame, 64), TOLIMAN_E_RANGE, "100");
     free(frame);
     free(exact);
     free(text);
+    free(finest);
     toliman_sim_destroy(sim);
+    toliman_sim_destroy(propagated);
+}
+
+/* The padded FFT has another plate scale on the grid of an interpolation. */
+static void padded_frames_are_propagated(void **state) {
+    (void)state;
+    char *text = replaced(kSingleScene, "\"cadence\"", "\"systematics\": {\"pointing_rms_px\": 0.1}, \"cadence\"");
+    toliman_sim *const exact = sim_of(text), *const fft = padded(text);
+    assert_true(plan_of(exact).exact_frames == 0 && plan_of(fft).exact_frames == 1 && plan_of(fft).atlas_taps == 0);
+    free(text);
+    toliman_sim_destroy(exact);
+    toliman_sim_destroy(fft);
+}
+
+/* A star so far from the frame that its samples would not fit in memory. */
+static void far_stars_are_propagated(void **state) {
+    (void)state;
+    char *text = replaced(kSingleScene, "\"cadence\"", "\"systematics\": {\"pointing_rms_px\": 0.1}, \"cadence\"");
+    text = replaced_again(text, "\"pupil_samples\": 64", "\"pupil_samples\": 2048");
+    toliman_sim_plan_info plan = {.struct_size = sizeof plan};
+    const char *const places[] = {"[3900, 0]", "[4400, 4400]"};
+    for (int i = 0; i < 2; i++) {
+        char *const far = replaced(text, "[0, 0]", places[i]);
+        assert_ok(toliman_sim_plan_json(far, strlen(far), NULL, NULL, &plan));
+        assert_int_equal(plan.exact_frames, i);
+        free(far);
+    }
+    free(text);
 }
 
 /* The text of a file is planned like the file. */
@@ -470,7 +514,9 @@ int main(void) {
         cmocka_unit_test(tiny_pixels_need_no_filter),
         cmocka_unit_test(engines_agree),
         cmocka_unit_test(padded_fft_errors_are_as_planned),
-        cmocka_unit_test(far_signals_are_exact),
+        cmocka_unit_test(far_signals_are_interpolated),
+        cmocka_unit_test(padded_frames_are_propagated),
+        cmocka_unit_test(far_stars_are_propagated),
         cmocka_unit_test(wavelengths_suffice_for_far_signals),
         cmocka_unit_test(plan_of_a_text),
         cmocka_unit_test(bad_plans_are_refused),

@@ -95,19 +95,22 @@ static toliman_sim_plan_info plan_of(const char *systematics) {
     return plan;
 }
 
-/* The expansion order follows from the range of the disturbed positions; without systematic effects there is none. */
-static void the_plan_reports_the_positions(void **state) {
+/* Systematics are interpolated; without them, or at an accuracy beyond an interpolation, there is none. */
+static void the_plan_reports_the_places(void **state) {
     (void)state;
     const toliman_sim_plan_info none = plan_of(""), little = plan_of("\"systematics\": {\"pointing_rms_px\": 1e-5}");
-    const toliman_sim_plan_info more = plan_of("\"systematics\": {\"pointing_rms_px\": 1e-2, \"focus_rms_nm\": 1}");
+    const toliman_sim_plan_info more = plan_of("\"systematics\": {\"pointing_rms_px\": 1e-5, \"focus_rms_nm\": 1}");
     const toliman_sim_plan_info far = plan_of("\"systematics\": {\"pointing_rms_px\": 1}");
-    assert_true(none.place_order == 0 && none.scale_focus_error <= 0 && little.scale_focus_error <= 0);
-    assert_true(little.place_order >= 2 && more.place_order > little.place_order && more.scale_focus_error > 0);
-    assert_true(more.place_error <= 1e-9 && more.exact_frames == 0);
-    assert_true(far.place_order == 0 && far.exact_frames == 1);
-    assert_true(none.setup_flops < little.setup_flops && little.setup_flops < more.setup_flops);
+    const toliman_sim_plan_info coarse = plan_of("\"systematics\": {\"pointing_rms_px\": 1}, \"accuracy\": 1e-3");
+    const toliman_sim_plan_info exact = plan_of("\"systematics\": {\"pointing_rms_px\": 1}, \"accuracy\": 1e-15");
+    assert_true(none.atlas_taps == 0 && none.atlas_oversampling == 0 && none.atlas_error <= 0);
+    assert_true(none.scale_focus_error <= 0 && little.scale_focus_error <= 0 && more.scale_focus_error > 0);
+    assert_true(exact.atlas_taps == 0 && exact.exact_frames == 1 && far.exact_frames == 0);
+    assert_true(little.atlas_taps == far.atlas_taps && coarse.atlas_taps < far.atlas_taps);
+    assert_true(far.atlas_error > 0 && far.atlas_error <= 1e-9);
+    assert_true(none.setup_flops < little.setup_flops && little.setup_flops < far.setup_flops);
     assert_true(none.frame_flops < little.frame_flops && little.frame_flops < more.frame_flops);
-    assert_true(none.bytes < little.bytes && little.bytes < more.bytes);
+    assert_true(little.bytes < far.bytes && little.bytes < more.bytes);
 }
 
 static void check_shift(double drift, int64_t k) {
@@ -153,9 +156,9 @@ static void pointing_moves_a_single_star(void **state) {
 
 static void pointing_moves_both_stars(void **state) {
     (void)state;
-    check_shift(1e-4, 99); /* by the Taylor expansion */
+    check_shift(1e-4, 99);
     check_shift(1e-4, 1);
-    check_shift(-0.02, 70); /* too far for the expansion: re-propagated */
+    check_shift(-0.02, 70);
 }
 
 static void check_roll(double drift_deg, int64_t k) {
@@ -196,7 +199,8 @@ static void aliases_are_refused(void **state) {
 /* Also the star of the signal, for frames outside the cadence. */
 static void fluxes_multiply(void **state) {
     (void)state;
-    toliman_sim *const sim = make(kStars, "\"systematics\": {\"flux_rms\": {\"rms\": 0, \"drift_per_day\": -1e-4}}");
+    toliman_sim *const sim =
+        make(kStars, "\"systematics\": {\"flux_rms\": {\"rms\": 0, \"drift_per_day\": -1e-4}}, \"accuracy\": 1e-12");
     double image[PIXELS], expected[PIXELS];
     frame_of(sim, 1e-3, 30, image);
     assert_ok(toliman_sim_propagate(sim, 1e-3, expected, SIDE));
@@ -486,7 +490,7 @@ static void impossible_systematics(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_plan_reports_the_positions),
+        cmocka_unit_test(the_plan_reports_the_places),
         cmocka_unit_test(pointing_moves_both_stars),
         cmocka_unit_test(pointing_moves_a_single_star),
         cmocka_unit_test(roll_rotates_the_stars_not_their_patterns),

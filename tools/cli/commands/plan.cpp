@@ -61,15 +61,15 @@ void print_summary(const toliman_sim_plan_info &plan) {
              : "all " + std::to_string(plan.wavelengths),
          plan.spectrum_error, "");
     if (plan.exact_frames != 0)
-        line("displacement", "every frame propagated, no expansion", plan.rounding_error, "", kRounding);
+        line("frames", "every frame propagated", plan.rounding_error, "", kRounding);
+    else if (plan.atlas_taps > 0)
+        line("places",
+             "window of " + std::to_string(plan.atlas_taps) + ", " + std::to_string(plan.atlas_oversampling) +
+                 " sample(s) per pixel",
+             plan.atlas_error, "");
     else // the order meets the accuracy: an error above it is the rounding of a very small signal
         line("displacement", "expansion of order " + std::to_string(plan.order), plan.series_error, " of the signal",
              kRounding);
-    if (plan.place_order > 0)
-        line("positions",
-             "expansion of order " + std::to_string(plan.place_order) +
-                 (plan.anchors > 0 ? ", " + std::to_string(plan.anchors) + " orbit points" : " for systematics"),
-             plan.place_error, " of the signal");
     if (plan.scale_focus_error > 0)
         line("scale, focus", "to first and second order", plan.scale_focus_error, "");
     if (plan.filter_taps > 0)
@@ -91,11 +91,12 @@ std::string as_json(const toliman_sim_plan_info &plan, const std::string &scene)
         stages_there.set(toliman_sim_stage_name(i), has_stage(plan, toliman_sim_stage_name(i)) ? 1.0 : 0.0);
     Json json("schema", "toliman-plan/1", "scene", scene, "engine", engine_name(plan), "accuracy", plan.accuracy);
     json.set("scene_wavelengths", plan.scene_wavelengths, "wavelengths", plan.wavelengths, "order", plan.order);
-    json.set("exact_frames", plan.exact_frames, "anchors", plan.anchors, "orbit_px", plan.orbit_px);
-    json.set("place_order", plan.place_order, "oversampling", plan.oversampling, "filter_taps", plan.filter_taps);
+    json.set("exact_frames", plan.exact_frames, "orbit_px", plan.orbit_px);
+    json.set("atlas_taps", plan.atlas_taps, "atlas_oversampling", plan.atlas_oversampling);
+    json.set("oversampling", plan.oversampling, "filter_taps", plan.filter_taps);
     json.set("pupil_samples", plan.pupil_samples, "stages", std::move(stages_there));
     json.set("errors", Json("rounding", plan.rounding_error, "pupil", plan.pupil_error, "spectrum", plan.spectrum_error,
-                            "series", plan.series_error, "pixel", plan.pixel_error, "places", plan.place_error,
+                            "series", plan.series_error, "pixel", plan.pixel_error, "atlas", plan.atlas_error,
                             "scale_focus", plan.scale_focus_error, "plate_scale", plan.plate_scale_error));
     json.set("setup_flops", plan.setup_flops, "frame_flops", plan.frame_flops, "bytes", plan.bytes);
     json.set("setup_s", plan.setup_s, "frame_s", plan.frame_s);

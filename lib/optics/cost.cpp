@@ -1,0 +1,137 @@
+// Method: operation counts of the products, transforms, images and interpolations, over rates measured on one core.
+// Interpolation of a row sums T rows of each plane at o samples per pixel, then T samples per pixel of their weighted
+// sum (atlas.cpp).
+#include "optics/cost.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "backend/blas.hpp"
+#include "optics/padded_fft.hpp"
+
+namespace toliman::optics {
+
+namespace {
+
+// Operations per pupil cell and per pixel in addition to the matrix products, and rates of one core of a 2020s server.
+// The estimate is a guide only.
+constexpr double kFieldFlops = 60, kImageFlops = 12;                                 // per cell, per pixel
+constexpr double kElementRate = 4e10;                                                // flop/s of these
+constexpr double kPaddedRate = 3;                                                    // GFLOP/s of the padded FFT
+constexpr double kInterpolationRate = 1e10;                                          // flop/s
+constexpr double kTermSeconds = 0.3e-9, kPoissonSeconds = 7e-9, kReadSeconds = 7e-9; // per pixel
+constexpr double kStarFields = 4;   // the image, its two slopes and focus
+constexpr double kFrameImages = 11; // in memory in addition to higher derivatives by displacement and to the atlas
+
+// Images of a grid: samples, matrix products or transforms, and filter of one of them.
+class ImageCost {
+  public:
+    ImageCost(const Pupil &pupil, const Plan &plan, const Grid &pixels, const PixelFilter &filter)
+        : plan_(plan), padded_(plan.engine == EngineKind::padded_fft), has_modes_(!pupil.mixed.empty()) {
+        const Grid grid = sampling_grid(pixels, filter);
+        n_ = static_cast<double>(pupil.samples);
+        samples_ = static_cast<double>(grid.rows * grid.cols);
+        cols_ = static_cast<double>(grid.cols);
+        side_ = static_cast<double>(padded_side(grid));
+        const auto rows = static_cast<double>(grid.rows);
+        // Matrix DFT: 8 N cols (N + rows) flops, folded to a quarter; a fifth of the first product lies outside the
+        // round pupil and is skipped.
+        const double transform = padded_ ? 10 * side_ * side_ * std::log2(side_) : n_ * cols_ * (1.6 * n_ + 2 * rows);
+        const auto wavelengths = static_cast<double>(plan.wavelengths);
+        products_ = wavelengths * transform + (filter.empty() ? 0 : 3 * static_cast<double>(filter.taps()) * samples_);
+        elements_ = wavelengths * (kFieldFlops * n_ * n_ + kImageFlops * samples_);
+    }
+
+    double flops() const noexcept { return products_ + elements_; }
+    double seconds(double rate) const noexcept { return products_ / rate + elements_ / kElementRate; }
+
+    // Numbers in memory while `images` images are propagated at once. Each chunk of wavelengths has its own images;
+    // each busy worker has its own pupil fields.
+    double work_space(double images) const noexcept {
+        const auto chunks = static_cast<double>(std::min(plan_.wavelengths, kWavelengthChunks));
+        const double busy = std::min(static_cast<double>(plan_.workers), chunks);
+        const double field =
+            2 * n_ * n_ + 2 * samples_ + (padded_ ? 0 : 2 * n_ * cols_) + (has_modes_ ? 2 * n_ * n_ : 0);
+        return images * (chunks * samples_ + busy * field) + (padded_ ? 2 * busy * side_ * side_ : 0);
+    }
+
+  private:
+    const Plan &plan_;
+    bool padded_, has_modes_;
+    double n_, samples_, cols_, side_, products_, elements_;
+};
+
+// The atlas of a scene; nothing if its frames do not use one.
+struct AtlasCost {
+    double planes = 0;             // per star
+    double fields = 0;             // propagated at once, per star
+    double flops = 0, seconds = 0; // of all stars
+    double numbers = 0, work_space = 0;
+};
+
+AtlasCost atlas_cost(const Scene &scene, const Pupil &pupil, const Plan &plan, double rate) {
+    AtlasCost cost;
+    const bool scale = scene.systematics.scale.any(), focus = scene.systematics.focus_nm.any();
+    cost.planes = 1 + (scale ? 1 : 0) + (focus ? 2 : 0);
+    cost.fields = (scale || focus ? kStarFields : 1) + (focus ? 1 : 0);
+    if (plan.frames != Frames::atlas)
+        return cost;
+    for (size_t star = 0; star < scene.stars.size(); star++) {
+        const Grid grid = atlas_grid(plan, plan.atlas.reach[star]);
+        const ImageCost image(pupil, plan, grid, plan.atlas.filter);
+        cost.flops += cost.fields * image.flops();
+        cost.seconds += cost.fields * image.seconds(rate);
+        cost.numbers += cost.planes * static_cast<double>(grid.rows * grid.cols);
+        cost.work_space = std::max(cost.work_space, image.work_space(cost.fields));
+    }
+    return cost;
+}
+
+// Flops per pixel of the expected image of a frame from the atlas.
+double interpolation_flops(const Plan &plan, double stars, double planes) noexcept {
+    const auto taps = static_cast<double>(plan.atlas.blur.window.taps);
+    const auto finer = static_cast<double>(plan.atlas.oversampling);
+    return stars * (planes * finer * (2 * taps + 2) + 2 * taps);
+}
+
+} // namespace
+
+Cost cost_of(const Scene &scene, const Pupil &pupil, const Plan &plan) {
+    const double rate = 1e9 * (plan.engine == EngineKind::padded_fft ? kPaddedRate : blas::measure_tile_gflops());
+    const ImageCost image(pupil, plan, plan.pixels, plan.filter);
+    const AtlasCost atlas = atlas_cost(scene, pupil, plan, rate);
+    const bool moves = scene.systematics.any() || scene.binary.moving;
+    const auto pixels = static_cast<double>(plan.pixels.rows * plan.pixels.cols);
+    const auto stars = static_cast<double>(scene.stars.size()), order = static_cast<double>(plan.order);
+    const double fields = order + stars * (1 + kStarFields); // the images first, then all derivatives
+
+    Cost cost;
+    cost.setup_flops = fields * image.flops() + atlas.flops;
+    cost.setup_s = fields * image.seconds(rate) + atlas.seconds;
+    double at_once = 1, frame = 0; // images propagated together, and numbers in memory
+    switch (plan.frames) {
+    case Frames::series:
+        at_once = order + 2; // with the first omitted order
+        cost.frame_flops = 2 * order * pixels;
+        cost.frame_s = kTermSeconds * order * pixels;
+        break;
+    case Frames::atlas:
+        cost.frame_flops = interpolation_flops(plan, stars, atlas.planes) * pixels;
+        cost.frame_s = cost.frame_flops / kInterpolationRate;
+        break;
+    case Frames::propagation:
+        const double moving = moves ? stars * atlas.fields : 1;
+        cost.frame_flops = moving * image.flops();
+        cost.frame_s = moving * image.seconds(rate);
+        frame = image.work_space(moves ? atlas.fields : 1);
+        break;
+    }
+    const double kept =
+        3 * static_cast<double>(pupil.amplitude.size()) + pixels * (kFrameImages + order) + atlas.numbers;
+    const double frames = static_cast<double>(plan.workers) * (pixels + frame);
+    cost.bytes = sizeof(double) * (kept + std::max({image.work_space(at_once), atlas.work_space, frames}));
+    cost.frame_s += pixels * ((scene.noise.photon ? kPoissonSeconds : 0) + (scene.noise.read_e > 0 ? kReadSeconds : 0));
+    return cost;
+}
+
+} // namespace toliman::optics
