@@ -33,7 +33,7 @@ struct Window {
     // Given     0 <= fraction < 1
     // Returned  weights [orders][kMostTaps] of the samples at -taps/2 + 1 ... taps/2 for the value at `fraction`, and
     //           its derivatives by the fraction
-    // Notes     relative error 1e-14; the same bits everywhere
+    // Notes     error 1e-14 of the weight or 1e-16 of the largest one; the same bits everywhere
     void weights(double fraction, size_t orders, double *weights) const noexcept;
 
     // The transform at a frequency in cycles per sample: sum over the taps of weight times cos(2 pi f distance), for an

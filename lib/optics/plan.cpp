@@ -36,7 +36,7 @@ constexpr double kWorstPixelSigmas = 4; // standard deviations of the worst pixe
 constexpr size_t kMinOrder = 2, kMaxOrder = 8;
 constexpr size_t kFewestTaps = 4;
 constexpr double kMaxAtlasCutoff = 0.3; // cycles per sample; the filter that divides by the window is short up to here
-constexpr double kAliasMargin = 2;      // of slopes: measured 0.7 to 1 times the largest alias
+constexpr double kAliasMargin = 40;     // of slopes: measured 22 to 31 times the largest alias
 constexpr double kFilterShare = 0.25;   // of the accuracy, for the filter of an atlas
 constexpr double kAtlasMargin = 1;      // px beyond the reach of the stars
 constexpr size_t kMostAtlasSamples = size_t{1} << 26; // of a star

@@ -179,14 +179,15 @@ static void interpolated_frames_equal_propagated_ones(void **state) {
     snprintf(fine, sizeof fine, effects, "1e-9");
     snprintf(exact, sizeof exact, effects, "1e-15");
     const char *const evenly = "\"frames\": 600, \"interval_days\": 1";
+    const char *const odd = "\"m\": 5", *const odd_and_even = "\"m\": 6"; /* so that defocus has a first order */
     char *text = scene_at(2027, ", \"moving\": true", cadence, fine);
-    toliman_sim *const sim = sim_of(text);
+    toliman_sim *const sim = sim_with(text, odd, odd_and_even);
     free(text);
     text = scene_at(2027, ", \"moving\": true", evenly, fine);
-    toliman_sim *const even = sim_of(text);
+    toliman_sim *const even = sim_with(text, odd, odd_and_even);
     free(text);
     text = scene_at(2027, ", \"moving\": true", evenly, exact);
-    toliman_sim *const propagated = sim_of(text);
+    toliman_sim *const propagated = sim_with(text, odd, odd_and_even);
     free(text);
     const toliman_sim_plan_info plan = plan_of(sim);
     assert_true(plan.atlas_taps > 0 && plan_of(propagated).exact_frames == 1);

@@ -1,0 +1,34 @@
+// C interface of the interpolation window and its sums.
+#include "kernels/shift.hpp"
+
+using namespace toliman::kernels;
+
+extern "C" double shim_shift_beta(size_t taps, double cutoff) {
+    return Window::make(taps, cutoff).beta;
+}
+
+extern "C" void shim_shift_weights(size_t taps, double beta, double fraction, double *weights) {
+    Window{taps, beta}.weights(fraction, kShiftOrders, weights);
+}
+
+extern "C" double shim_shift_transform(size_t taps, double beta, double frequency) {
+    return Window{taps, beta}.transform(frequency);
+}
+
+extern "C" double shim_shift_error(size_t taps, double beta, double cutoff) {
+    return Window{taps, beta}.error(cutoff);
+}
+
+extern "C" int shim_shift_isas(void) {
+    return static_cast<int>(host_isa()) + 1;
+}
+
+extern "C" void shim_shift_sum(int isa, const double *samples, const size_t *offset, const double *weights,
+                               size_t orders, size_t taps, size_t count, double *const *out) {
+#if defined(__x86_64__)
+    const ShiftKernels *tables[] = {&shift_baseline, &shift_avx2, &shift_avx512};
+#else
+    const ShiftKernels *tables[] = {&shift_baseline};
+#endif
+    tables[isa]->sum(samples, offset, weights, orders, taps, count, out);
+}
