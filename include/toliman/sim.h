@@ -77,9 +77,9 @@
  *   Accuracy     The accuracy of a scene is the largest allowed error of a pixel, relative to the peak of the image;
  *                for the Taylor expansion, relative to the largest change of a pixel by the signal. It sets the
  *                number of wavelengths that are propagated (Chebyshev nodes in 1/lambda, between which the image is
- *                interpolated), the order of the Taylor expansion in the displacement, and the pixel integration (see
- *                toliman_sim_plan_file). Below 1e-14, every wavelength is propagated. The pupil is sampled as the
- *                scene says.
+ *                interpolated), the order of the Taylor expansion in the displacement, the interpolation of moving
+ *                stars, and the pixel integration (see toliman_sim_plan_file). Below 1e-14, every wavelength is
+ *                propagated, in every frame of moving stars. The pupil is sampled as the scene says.
  *
  *   Stages       The detector stages act in this order, each only if the scene names it: expected photons x qe x
  *                pixel response + dark current -> Poisson noise -> full well -> + read noise -> / gain + bias ->
@@ -356,9 +356,9 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_offsets(const toli
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_propagate(const toliman_sim *sim, double displacement_px,
                                                                     double *image, size_t stride) TOLIMAN_NOEXCEPT;
 
-/* Computes the expected image for a displacement by the Taylor expansion, as frames without systematics do, to
- * image[rows][stride] in the unit of the frame. Negative light is set to 0. The order is that of the plan, chosen for
- * the signal of the scene, and at least 2. TOLIMAN_E_RANGE if |displacement_px| > 0.1. */
+/* Computes the expected image for a displacement by the Taylor expansion, as frames of a small signal without
+ * systematics and orbit do, to image[rows][stride] in the unit of the frame. Negative light is set to 0. The order is
+ * that of the plan, chosen for the signal of the scene, and at least 2. TOLIMAN_E_RANGE if |displacement_px| > 0.1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_expect(const toliman_sim *sim, double displacement_px,
                                                                  double *image, size_t stride) TOLIMAN_NOEXCEPT;
 

@@ -18,7 +18,7 @@ namespace {
 constexpr double kFieldFlops = 60, kImageFlops = 12;                                 // per cell, per pixel
 constexpr double kElementRate = 4e10;                                                // flop/s of these
 constexpr double kPaddedRate = 3;                                                    // GFLOP/s of the padded FFT
-constexpr double kInterpolationRate = 1e10;                                          // flop/s
+constexpr double kInterpolationRate = 1.6e10;                                        // flop/s
 constexpr double kTermSeconds = 0.3e-9, kPoissonSeconds = 7e-9, kReadSeconds = 7e-9; // per pixel
 constexpr double kStarFields = 4;   // the image, its two slopes and focus
 constexpr double kFrameImages = 11; // in memory in addition to higher derivatives by displacement and to the atlas

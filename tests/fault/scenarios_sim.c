@@ -29,7 +29,7 @@ static char *everything(void) {
                           " \"preprocess\": {\"project\": [\"flux_a\", \"shift_x\", \"roll\"]}, \"noise\"");
 }
 
-/* Stars that follow their orbit; frames request the expansion points (anchors). */
+/* Stars that follow their orbit; the first frame computes the atlas. */
 static char *on_orbit(void) {
     char *text = smaller(kBinaryScene);
     text = replaced_again(text, "{\"separation_arcsec\": 4, \"position_angle_deg\": 30}",
@@ -114,7 +114,7 @@ static void end(void *sim) {
     toliman_sim_destroy(sim);
 }
 
-/* With frames far apart, so that several anchors are computed. */
+/* With frames far apart along an orbit. */
 static uint64_t digest(const void *sim) {
     static double frame[PIXELS];
     const toliman_sim_info info = sim_info_of(sim);
