@@ -55,7 +55,7 @@ const Atlas &MovedStars::atlas() const {
     if (!atlas_) {
         const MemoryScope scope(memory_);
         atlas_ = std::make_unique<Atlas>(scene_, pupil_, plan_, light_, plan_.atlas.reach,
-                                         [this](const Imager &imager, const Light &light, size_t star) {
+                                         [this](const Plan &, const Imager &imager, const Light &light, size_t star) {
                                              return planes_of(scene_.systematics, imager, light, star);
                                          });
     }

@@ -20,7 +20,7 @@ struct Case {
     std::unique_ptr<Atlas> atlas;
 };
 
-Planes image_and_focus(const Imager &imager, const Light &light, size_t star) {
+Planes image_and_focus(const Plan &, const Imager &imager, const Light &light, size_t star) {
     ImageRequest request;
     request.plane = 1;
     request.focus = true;
