@@ -134,6 +134,7 @@ class Encode(Fit):
             (2, "--cadence 60: needs --fit", "--template", "s.json", "--cadence", "60", "f.npy"),
             (2, '--free: "scal": must be the name of a parameter; did you mean "scale"?', "--fit", "s.json", "--free", "scal", "f.npy"),
             (2, '--free: "roll": moves the stars, whose places are free', "--fit", "s.json", "--free", "roll", "f.npy"),
+            (2, 's.json: --free: "focus": does not change a frame', "--fit", "s.json", "--free", "focus", "f.npy"),
             (3, "small.npy: frames of 8x8: the scene is for 64x64", "--fit", "s.json", "small.npy"),
         ):
             with self.subTest(text):
@@ -154,7 +155,7 @@ class Track(Fit):
     def test_another_scene_is_refused(self):
         self.track("--fit", "s.json", "--state", "st", "f.npy")
         self.write("other.json", {**SCENE, "cadence": {**SCENE["cadence"], "peak_photons": 1.1e5}})
-        for estimator in (("--fit", "other.json"), ("--fit", "s.json", "--free", "focus")):
+        for estimator in (("--fit", "other.json"), ("--fit", "s.json", "--free", "scale")):
             with self.subTest(estimator):
                 self.refuse(2, "its frames were measured with another scene, calibration or estimator",
                             "or ingest all 6 frames again into a new folder: ids 0 to 5 of session f\n",

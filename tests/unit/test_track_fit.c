@@ -208,7 +208,7 @@ static void other_estimators_are_refused(void **state) {
     toliman_track_destroy(track);
     track = NULL;
     toliman_fit *other = NULL;
-    const toliman_fit_options wider = {.struct_size = sizeof wider, .free = "focus"};
+    const toliman_fit_options wider = {.struct_size = sizeof wider, .free = "scale"};
     assert_ok(toliman_fit_create(sim, &wider, &other));
     options.fit = other;
     assert_fails(toliman_track_create(&options, &track), TOLIMAN_E_MISMATCH, "ledger.tlml: written with ");

@@ -29,9 +29,11 @@ toliman::frame_fit make_fit(const Scene &scene, const std::string &free, Progres
     options.progress_data = &progress;
     toliman_fit *made = nullptr;
     const toliman_status status = toliman_fit_create(scene.sim.get(), &options, &made);
-    const std::string why = toliman_last_error(), field = "options->free";
-    if (status != TOLIMAN_OK && toliman_last_error_field() == field)
-        throw Failure(kExitUsage, "--free" + why.substr(field.size()));
+    const std::string field = "options->free";
+    if (status != TOLIMAN_OK && toliman_last_error_field() == field) {
+        std::string why = toliman_last_error();
+        throw Failure(kExitUsage, why.replace(why.find(field), field.size(), "--free"));
+    }
     toliman::check(status);
     return toliman::frame_fit(made);
 }
@@ -46,7 +48,7 @@ void EstimatorOptions::add_to(CLI::App &command) {
     add_option(&command, "--fit", fit, "SCENE",
                "instead of --weights: scene file; fit its forward model to each frame, which follows moving stars");
     add_option(&command, "--free", free, "NAMES",
-               "with --fit: further free parameters, in quotes and separated by spaces, e.g. \"scale focus\"");
+               "with --fit: further free parameters, in quotes and separated by spaces, e.g. \"scale jitter_xx\"");
 }
 
 void EstimatorOptions::check() const {
