@@ -16,6 +16,7 @@
 #include "api/parameters.hpp"
 #include "api/pixel_frames.hpp"
 #include "api/struct_array.hpp"
+#include "api/track_estimators.hpp"
 #include "base/estimates.hpp"
 #include "base/text.hpp"
 
@@ -132,8 +133,10 @@ toliman_status toliman_fit_create(const toliman_sim *sim, const toliman_fit_opti
         const optics::Simulator &simulator = use->simulator;
         if (simulator.plan().engine == optics::EngineKind::padded_fft)
             fail(Status::unsupported, "{sim}: the engine PADDED_FFT samples no images for a fit");
-        made = new toliman_fit{
-            {}, fit::Fit(simulator, free, capture_px, {known.progress, known.progress_data}), simulator.plan().atlas};
+        made = new toliman_fit{{},
+                               fit::Fit(simulator, free, capture_px, {known.progress, known.progress_data}),
+                               simulator.plan().atlas,
+                               fit_source};
     });
 }
 

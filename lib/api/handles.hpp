@@ -12,6 +12,10 @@
 #include "optics/simulator.hpp"
 #include "period/stream.hpp"
 
+namespace toliman::api {
+struct Source; // api/track_estimators.hpp
+}
+
 struct toliman_sim : toliman::api::Handle<toliman_sim> {
     static constexpr char kType[] = "toliman_sim";
     toliman::optics::Simulator simulator;
@@ -37,6 +41,8 @@ struct toliman_fit : toliman::api::Handle<toliman_fit> {
     static constexpr char kType[] = "toliman_fit";
     toliman::fit::Fit fit;
     toliman::optics::AtlasPlan atlas; // of its model images
+    // As the estimator of a tracker, fit_source(): a pointer, so that programs without fits are linked without them.
+    toliman::api::Source (*source)(const toliman_fit &fit, int64_t time_offset_ns);
     mutable toliman::WorkPool<toliman::fit::FitWork> works{[this] { return fit.work(); }};
 };
 

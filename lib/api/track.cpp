@@ -312,7 +312,7 @@ std::unique_ptr<toliman_track> make_track(const toliman_track_options &options) 
     if (options.estimate != nullptr)
         source.estimate = estimate_of(options, plan.terms, plan.columns);
     if (options.fit != nullptr)
-        source.estimate = fit_of(*options.fit, setup.grid.time_offset_ns);
+        source.estimate = options.fit->source(*options.fit, setup.grid.time_offset_ns).estimate;
     auto made = std::unique_ptr<toliman_track>(new toliman_track{
         {}, {{}, period::Stream(setup.grid)}, std::nullopt, options.flags, options.cae, options.linear, options.fit});
     made->tracker.emplace(std::move(plan), std::move(source.estimate), std::move(place), made->period.stream);

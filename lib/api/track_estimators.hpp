@@ -19,11 +19,11 @@ struct Source {
     track::Estimate estimate;
 };
 
-// Returns the estimator chosen in options. The member `estimate` stays empty for a fit until fit_of(), which needs the
-// time of the scene, and for a user-supplied function until estimate_of(), which needs the shape of the image.
+// Returns the estimator chosen in options. For a user-supplied function the member `estimate` stays empty until
+// estimate_of(), which needs the shape of the image; that of a fit is for time_offset_ns = 0.
 Source source_of(const toliman_track_options &options, unsigned workers);
-// Fits each frame at its time in the scene, whose time 0 is TAI time_offset_ns.
-track::Estimate fit_of(const toliman_fit &handle, int64_t time_offset_ns);
+// The fit of each frame at its time in the scene, whose time 0 is TAI time_offset_ns. Called by toliman_fit::source.
+Source fit_source(const toliman_fit &handle, int64_t time_offset_ns);
 // Wraps the user-supplied function for these terms and columns.
 track::Estimate estimate_of(const toliman_track_options &options, const track::Terms &terms,
                             const track::Columns &columns);
