@@ -34,9 +34,10 @@ def sky(detector=None, pointing=0.3, date=2026.5, days=365.25, **more):
     return scene
 
 
-def at_rest(places, detector=None, **more):
-    """The same with both stars at given places x, y of A and B (px)."""
+def at_rest(places, detector=None, accuracy=1e-13, **more):
+    """The same with both stars at given places x, y of A and B (px), all wavelengths propagated."""
     scene = sky(detector, 0, **more)
+    scene["accuracy"] = accuracy
     scene["binary"] = {"offsets_px": {"A": list(places[:2]), "B": list(places[2:])}}
     return scene
 
