@@ -230,7 +230,7 @@ module toliman
         integer(c_int32_t) :: scene_wavelengths = 0 ! wavelengths of the spectrum of the scene
         integer(c_int32_t) :: wavelengths = 0 ! wavelengths propagated: all, or fewer Chebyshev nodes in 1/lambda
         integer(c_int32_t) :: order = 0 ! order of the Taylor expansion in the displacement
-        ! 1: the Taylor expansion is not worthwhile; every frame is re-propagated
+        ! 1: neither expansion nor interpolation serves; every frame is re-propagated
         integer(c_int32_t) :: exact_frames = 0
         integer(c_int32_t) :: oversampling = 0 ! point samples per pixel and axis
         integer(c_int32_t) :: filter_taps = 0 ! taps of the filter that integrates over pixels; 0 = no filter
@@ -254,13 +254,13 @@ module toliman
         ! expected seconds on one core of this machine, with noise; a rough guide
         real(c_double) :: setup_s = 0.0_c_double
         real(c_double) :: frame_s = 0.0_c_double
-        ! order of the expansion in the positions of both stars, for systematics and orbits; 0 = none
-        integer(c_int64_t) :: place_order = 0
-        ! error of that expansion for systematics of 4 sigma, divided by the largest change of any pixel by the signal
-        real(c_double) :: place_error = 0.0_c_double
+        ! samples per axis that interpolate a pixel, in frames with moving stars; 0 = none
+        integer(c_int64_t) :: atlas_taps = 0
+        ! error of this interpolation; of slopes, divided by the largest slope
+        real(c_double) :: atlas_error = 0.0_c_double
         ! error of the expansions in scale (first order) and focus (second order), for systematics of 4 sigma
         real(c_double) :: scale_focus_error = 0.0_c_double
-        integer(c_int64_t) :: anchors = 0 ! expansion points (anchors) along the orbit; 0 = time 0 only
+        integer(c_int64_t) :: atlas_oversampling = 0 ! samples per pixel and axis that are interpolated; 0 = none
         ! upper limit of the motion of a star along its orbit from time 0 to any frame
         real(c_double) :: orbit_px = 0.0_c_double
     end type
@@ -1671,8 +1671,8 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Computes the expected image for a displacement by the Taylor expansion, as frames without systematics do, to
-        ! image[rows][stride] in the unit of the frame.
+        ! Computes the expected image for a displacement by the Taylor expansion, as frames of a small signal without
+        ! systematics and orbit do, to image[rows][stride] in the unit of the frame.
         function toliman_sim_expect(sim, displacement_px, image, stride) bind(C) result(answer)
             import
             type(c_ptr), value :: sim
@@ -3739,8 +3739,8 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Computes the expected image for a displacement by the Taylor expansion, as frames without systematics do, to
-    ! image[rows][stride] in the unit of the frame. image(stride, rows).
+    ! Computes the expected image for a displacement by the Taylor expansion, as frames of a small signal without
+    ! systematics and orbit do, to image[rows][stride] in the unit of the frame. image(stride, rows).
     subroutine simulator_expect(self, displacement_px, image, stat, errmsg)
         class(toliman_simulator), intent(in) :: self
         real(c_double), intent(in) :: displacement_px

@@ -254,7 +254,7 @@ class toliman_sim_plan_info(Sized):
     scene_wavelengths: wavelengths of the spectrum of the scene
     wavelengths: wavelengths propagated: all, or fewer Chebyshev nodes in 1/lambda
     order: order of the Taylor expansion in the displacement
-    exact_frames: 1: the Taylor expansion is not worthwhile; every frame is re-propagated
+    exact_frames: 1: neither expansion nor interpolation serves; every frame is re-propagated
     oversampling: point samples per pixel and axis
     filter_taps: taps of the filter that integrates over pixels; 0 = no filter
     pupil_samples: N: the pupil has N x N samples
@@ -272,13 +272,11 @@ class toliman_sim_plan_info(Sized):
         much again
     setup_s: expected seconds on one core of this machine, with noise; a rough guide
     frame_s: expected seconds on one core of this machine, with noise; a rough guide
-    place_order: order of the expansion in the positions of both stars, for systematics and orbits;
-        0 = none
-    place_error: error of that expansion for systematics of 4 sigma, divided by the largest change of
-        any pixel by the signal
+    atlas_taps: samples per axis that interpolate a pixel, in frames with moving stars; 0 = none
+    atlas_error: error of this interpolation; of slopes, divided by the largest slope
     scale_focus_error: error of the expansions in scale (first order) and focus (second order), for
         systematics of 4 sigma
-    anchors: expansion points (anchors) along the orbit; 0 = time 0 only
+    atlas_oversampling: samples per pixel and axis that are interpolated; 0 = none
     orbit_px: upper limit of the motion of a star along its orbit from time 0 to any frame"""
 
     _fields_ = [
@@ -304,10 +302,10 @@ class toliman_sim_plan_info(Sized):
         ("bytes", c_double),
         ("setup_s", c_double),
         ("frame_s", c_double),
-        ("place_order", c_int64),
-        ("place_error", c_double),
+        ("atlas_taps", c_int64),
+        ("atlas_error", c_double),
         ("scale_focus_error", c_double),
-        ("anchors", c_int64),
+        ("atlas_oversampling", c_int64),
         ("orbit_px", c_double),
     ]
 
@@ -2259,9 +2257,9 @@ and no other systematics. TOLIMAN_E_RANGE if |displacement_px| > 100.""",
             ("image", POINTER(c_double)),
             ("stride", c_size_t),
         ),
-        """Computes the expected image for a displacement by the Taylor expansion, as frames without systematics do, to
-image[rows][stride] in the unit of the frame. Negative light is set to 0. The order is that of the plan, chosen for
-the signal of the scene, and at least 2. TOLIMAN_E_RANGE if |displacement_px| > 0.1.""",
+        """Computes the expected image for a displacement by the Taylor expansion, as frames of a small signal without
+systematics and orbit do, to image[rows][stride] in the unit of the frame. Negative light is set to 0. The order is
+that of the plan, chosen for the signal of the scene, and at least 2. TOLIMAN_E_RANGE if |displacement_px| > 0.1.""",
     ),
     "toliman_sim_frame": (
         c_int32, (
@@ -2277,9 +2275,9 @@ detector stages with noise of (seed, k). Writes image[rows][stride].
 
 A frame depends only on (scene, displacement, seed, k), not on threads or order. Images agree to 1e-14 of their
 peak between CPU types, so that a rare noisy count may differ between them. Threads run concurrently; if the plan
-has anchors, all wait while one thread computes the next anchor.
-Errors: TOLIMAN_E_RANGE if k < 0, if |displacement_px| > 0.1 (100 if the plan has exact_frames), or if a pixel
-expects more than 1e12 electrons (photons, without qe).""",
+has atlas_taps, the first frame computes the samples to be interpolated while the others wait.
+Errors: TOLIMAN_E_RANGE if k < 0, if |displacement_px| > 0.1 (100 if the plan has atlas_taps or exact_frames), or if
+a pixel expects more than 1e12 electrons (photons, without qe).""",
     ),
     "toliman_sim_frame_many": (
         c_int32, (

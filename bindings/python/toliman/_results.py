@@ -71,7 +71,7 @@ class Plan(Result):
     scene_wavelengths: int = member("wavelengths of the spectrum of the scene")
     wavelengths: int = member("wavelengths propagated: all, or fewer Chebyshev nodes in 1/lambda")
     order: int = member("order of the Taylor expansion in the displacement")
-    exact_frames: bool = member("the Taylor expansion is not worthwhile; every frame is re-propagated")
+    exact_frames: bool = member("neither expansion nor interpolation serves; every frame is re-propagated")
     oversampling: int = member("point samples per pixel and axis")
     filter_taps: int = member("taps of the filter that integrates over pixels; 0 = no filter")
     pupil_samples: int = member("N: the pupil has N x N samples")
@@ -88,10 +88,10 @@ class Plan(Result):
     bytes: float = member("memory for frames, with one in work per worker thread; bounds may take half as much again")
     setup_s: float = member("expected seconds on one core of this machine, with noise; a rough guide")
     frame_s: float = member("expected seconds on one core of this machine, with noise; a rough guide")
-    place_order: int = member("order of the expansion in the positions of both stars, for systematics and orbits; 0 = none")
-    place_error: float = member("error of that expansion for systematics of 4 sigma, divided by the largest change of any pixel by the signal")
+    atlas_taps: int = member("samples per axis that interpolate a pixel, in frames with moving stars; 0 = none")
+    atlas_error: float = member("error of this interpolation; of slopes, divided by the largest slope")
     scale_focus_error: float = member("error of the expansions in scale (first order) and focus (second order), for systematics of 4 sigma")
-    anchors: int = member("expansion points (anchors) along the orbit; 0 = time 0 only")
+    atlas_oversampling: int = member("samples per pixel and axis that are interpolated; 0 = none")
     orbit_px: float = member("upper limit of the motion of a star along its orbit from time 0 to any frame")
 
 
