@@ -617,14 +617,12 @@ module toliman
         integer(c_int32_t) :: struct_size = 48
         integer(c_int32_t) :: reserved = 0 ! 0
         ! further free parameters, names of sim_derivative.h separated by spaces: "scale focus jitter_xx jitter_yy
-        ! jitter_xy". NULL or "": none. Those that move the stars (roll, anisotropy, shear) and wavelength are not
-        ! available
+        ! jitter_xy". NULL or "": none. Those that move the stars (roll, anisotropy, shear) are not available
         type(c_ptr) :: free = c_null_ptr
-        ! largest distance of the stars from their predicted places, along x and y; 0 = 15, at most 64
+        ! largest distance of the stars from their predicted places along x or y, px; 0 = 15, at most 64
         real(c_double) :: capture_px = 0.0_c_double
         type(c_ptr) :: allocator = c_null_ptr ! for the large arrays of the object; NULL = malloc
-        ! called while the model images are prepared, on as many threads as the simulator has; may be NULL
-        type(c_funptr) :: progress = c_null_funptr
+        type(c_funptr) :: progress = c_null_funptr ! called while the model images are prepared; may be NULL
         type(c_ptr) :: progress_data = c_null_ptr
     end type
 
@@ -680,7 +678,7 @@ module toliman
         real(c_double) :: separation_sigma_px = 0.0_c_double
         real(c_double) :: position_angle_deg = 0.0_c_double
         real(c_double) :: position_angle_sigma_deg = 0.0_c_double
-        real(c_double) :: x_px = 0.0_c_double ! place of the scene's centre, from the centre of the frame
+        real(c_double) :: x_px = 0.0_c_double ! shift of the scene's centre
         real(c_double) :: y_px = 0.0_c_double
         real(c_double) :: x_sigma_px = 0.0_c_double
         real(c_double) :: y_sigma_px = 0.0_c_double
@@ -2044,7 +2042,7 @@ module toliman
             type(toliman_fit_options), intent(inout) :: options
         end subroutine
 
-        ! Creates the fit of a scene.
+        ! Creates the fit of a scene, on as many threads as the simulator has.
         function toliman_fit_create(sim, options, out) bind(C) result(answer)
             import
             type(c_ptr), value :: sim
@@ -4194,7 +4192,7 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Creates the fit of a scene.
+    ! Creates the fit of a scene, on as many threads as the simulator has.
     subroutine frame_fit_create(self, sim, options, stat, errmsg)
         class(toliman_frame_fit), intent(inout) :: self
         type(toliman_simulator), intent(in) :: sim

@@ -14,9 +14,9 @@
  *
  *   separation      px       distance from A to B
  *   position_angle  deg      of B from A on the sky, north through east; the detector is assumed not to roll
- *   shift_x, _y     px       place of the scene's centre (binary.centre: barycentre of the light, A or B), from the
- *                            centre of the frame; x towards higher columns, y towards higher rows
- *   flux_a, flux_b           relative change of the photons of a star
+ *   shift_x, _y     px       shift of the scene's centre (binary.centre: barycentre of the light, A or B) from its
+ * place in the scene, which is the centre of the frame unless binary.offsets_px gives the places of the stars; x
+ * towards higher columns, y towards higher rows flux_a, flux_b           relative change of the photons of a star
  *   background      photons  equal light on every pixel
  *   ...                      toliman_fit_options.free, in the order given: changes against the scene
  */
@@ -41,12 +41,11 @@ typedef struct toliman_fit_options {
     uint32_t reserved;                  /* 0 */
     const char *free;                   /* further free parameters, names of sim_derivative.h separated by spaces:
                                            "scale focus jitter_xx jitter_yy jitter_xy". NULL or "": none. Those that move
-                                           the stars (roll, anisotropy, shear) and wavelength are not available */
-    double capture_px;                  /* largest distance of the stars from their predicted places, along x and y;
+                                           the stars (roll, anisotropy, shear) are not available */
+    double capture_px;                  /* largest distance of the stars from their predicted places along x or y, px;
                                            0 = 15, at most 64 */
     const toliman_allocator *allocator; /* for the large arrays of the object; NULL = malloc */
-    toliman_progress_fn
-        progress; /* called while the model images are prepared, on as many threads as the simulator has; may be NULL */
+    toliman_progress_fn progress;       /* called while the model images are prepared; may be NULL */
     void *progress_data;
 } toliman_fit_options;
 #define TOLIMAN_FIT_OPTIONS_INIT TOLIMAN_INIT(toliman_fit_options)
@@ -54,11 +53,14 @@ typedef struct toliman_fit_options {
 /* Sets *options, a struct of `size` bytes, to the defaults. */
 TOLIMAN_API void toliman_fit_options_init(toliman_fit_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
-/* Creates the fit of a scene. The simulator is not needed afterwards. options may be NULL. The caller destroys *out.
+/* Creates the fit of a scene, on as many threads as the simulator has. The simulator is not needed afterwards. options
+ * may be NULL. The caller destroys *out. The model images cover the scene's orbit over its cadence, plus capture_px.
  * Errors:
  *   - TOLIMAN_E_ARGUMENT for an unknown parameter, or one that is named twice or always free;
- *   - TOLIMAN_E_SCENE if the parameters cannot be told apart in a frame of the scene;
- *   - TOLIMAN_E_UNSUPPORTED for a single star, with PADDED_FFT, or if the scene has no derivative by a parameter;
+ *   - TOLIMAN_E_SCENE if the parameters cannot be told apart in a frame of the scene, or one does not change it in
+ *     first order (focus behind a spiral mask without struts);
+ *   - TOLIMAN_E_UNSUPPORTED for a single star, with PADDED_FFT, for an accuracy below 1e-14, or if the scene has no
+ *     derivative by a parameter;
  *   - TOLIMAN_E_CANCELLED if progress returned a nonzero value. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_fit_create(const toliman_sim *sim,
                                                                  const toliman_fit_options *options,
@@ -125,7 +127,7 @@ typedef struct toliman_fit_result {
     double separation_px;       /* distance from A to B */
     double separation_sigma_px; /* standard deviations: square roots of the diagonal of the inverse Fisher matrix */
     double position_angle_deg, position_angle_sigma_deg;
-    double x_px, y_px, x_sigma_px, y_sigma_px; /* place of the scene's centre, from the centre of the frame */
+    double x_px, y_px, x_sigma_px, y_sigma_px; /* shift of the scene's centre */
     double flux_a, flux_b;                     /* relative change of the photons of a star */
     double background;                         /* photons per pixel */
     double chi_square;  /* sum of squared residuals over their variances, per degree of freedom */

@@ -2,13 +2,13 @@
 // (model.cpp), the step is F^-1 g, and the variances are those of the model: at rest this solves the likelihood
 // equations of Poisson counts (of Gaussian ones where read noise dominates), so that the covariance is F^-1, the
 // Cramer-Rao bound. In the first step variances are the mean of expected and counted ones, because a model that is
-// darker than the frame in some pixels would give these all the weight. Steps go on until no place moves by 1e-6 px; a
-// fixed number of three leaves 3 % of frames with 0.3 px of pointing wrong by more than 5 sigma. From 0.3 px this takes
-// 4 to 5 steps, from 0.03 px 3, each of which squares the distance, about.
-// Stars farther than kFarStep from their predicted places are searched for (search.cpp), and so they are if the fit is
-// poor: fringes repeat, and the nearest maximum of the likelihood may be a false one.
-// Separation, position angle and shift are those of the two places; their covariance follows from its derivatives.
-// Reference: Kay 1993, Fundamentals of Statistical Signal Processing: Estimation Theory, chapter 7.
+// darker than the frame in some pixels would give these all the weight. The steps continue until no place moves by 1e-6
+// px; a fixed number of three leaves 3 % of frames with 0.3 px of pointing wrong by more than 5 sigma. From 0.3 px this
+// takes 4 to 5 steps, from 0.03 px 3, each of which squares the distance, about. Stars farther than kFarStep from their
+// predicted places are searched for (search.cpp), and so they are if the fit is poor: fringes repeat, and the nearest
+// maximum of the likelihood may be a false one. Separation, position angle and shift are those of the two places; their
+// covariance follows from its derivatives. Reference: Kay 1993, Fundamentals of Statistical Signal Processing:
+// Estimation Theory, chapter 7.
 #include "fit/fit.hpp"
 
 #include <algorithm>
@@ -28,7 +28,7 @@ constexpr int kMostSteps = 20;
 constexpr double kStill = 1e-6;      // px
 constexpr double kNear = 1e-3;       // px; where each step is far smaller than the last one
 constexpr double kFarStep = 0.6;     // px; beyond it steps may lead away
-constexpr double kLeastFlux = -0.9;  // relative change: less is no star
+constexpr double kLeastFlux = -0.9;  // relative change; below it the star is lost
 constexpr double kOutlierSigmas = 6; // of the chi-square
 constexpr double kDegree = kPi / 180;
 constexpr Kind kAlways[always] = {Kind::separation, Kind::position_angle, Kind::shift_x,   Kind::shift_y,
@@ -87,7 +87,7 @@ FitWork Fit::work() const {
 }
 
 uint64_t Fit::digest() const noexcept {
-    return fnv1a(static_cast<uint64_t>(capture_px_), model_.digest());
+    return fnv1a(std::array<double, 1>{capture_px_}, model_.digest());
 }
 
 Fit::Start Fit::start_of(const Prediction &prediction) const {

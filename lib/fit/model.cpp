@@ -83,6 +83,9 @@ Model::Model(const optics::Simulator &simulator, const std::vector<Parameter> &f
              const Progress &progress)
     : rows_(simulator.scene().detector.rows), cols_(simulator.scene().detector.cols), pitch_((cols_ + 7) / 8 * 8),
       scene_(simulator.scene()), pupil_(simulator.pupil()), response_(rows_ * cols_, 1.0) {
+    if (simulator.plan().atlas.oversampling == 0)
+        fail(Status::unsupported, "%s: {accuracy} = %g: must be at least %g for a fit", scene_.source.c_str(),
+             scene_.accuracy, optics::kRounding);
     const optics::DetectorStages &detector = simulator.detector();
     const Buffer<double> &both = simulator.images().both();
     detector.apply_response(response_);

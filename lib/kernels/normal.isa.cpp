@@ -28,8 +28,9 @@ bool weigh(const double *counts, const double *light, const double *response, co
         const double expected = factor * light[i] + how.dark, mean = expected + blend * (electrons - expected);
         double variance = (mean > 0 ? mean : 0) + how.added_variance;
         variance = variance > how.floor ? variance : how.floor;
-        const double room = how.limit - expected, reach = kSaturationSigmas * kSaturationSigmas * variance;
-        const bool below = (electrons < how.limit) & (room > 0) & (room * room > reach), use = below & (factor > 0);
+        const double margin = how.limit - expected, reach = kSaturationSigmas * kSaturationSigmas * variance;
+        const bool below = (electrons < how.limit) & (margin > 0) & (margin * margin > reach),
+                   use = below & (factor > 0);
         weight[i] = use ? factor * factor / variance : 0;
         residual[i] = use ? (electrons - expected) / factor : 0;
         in += use ? 1 : 0;

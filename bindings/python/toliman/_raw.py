@@ -802,11 +802,11 @@ class toliman_fit_options(Sized):
     reserved: 0
     free: further free parameters, names of sim_derivative.h separated by spaces:
         "scale focus jitter_xx jitter_yy jitter_xy". NULL or "": none. Those that move
-        the stars (roll, anisotropy, shear) and wavelength are not available
-    capture_px: largest distance of the stars from their predicted places, along x and y;
+        the stars (roll, anisotropy, shear) are not available
+    capture_px: largest distance of the stars from their predicted places along x or y, px;
         0 = 15, at most 64
     allocator: for the large arrays of the object; NULL = malloc
-    progress: called while the model images are prepared, on as many threads as the simulator has; may be NULL"""
+    progress: called while the model images are prepared; may be NULL"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -887,10 +887,10 @@ class toliman_fit_result(Sized):
     displacement_px: separation_px minus the predicted separation
     separation_px: distance from A to B
     separation_sigma_px: standard deviations: square roots of the diagonal of the inverse Fisher matrix
-    x_px: place of the scene's centre, from the centre of the frame
-    y_px: place of the scene's centre, from the centre of the frame
-    x_sigma_px: place of the scene's centre, from the centre of the frame
-    y_sigma_px: place of the scene's centre, from the centre of the frame
+    x_px: shift of the scene's centre
+    y_px: shift of the scene's centre
+    x_sigma_px: shift of the scene's centre
+    y_sigma_px: shift of the scene's centre
     flux_a: relative change of the photons of a star
     flux_b: relative change of the photons of a star
     background: photons per pixel
@@ -2671,11 +2671,14 @@ PADDED_FFT. Since 0.2.""",
             ("options", POINTER(toliman_fit_options)),
             ("out", POINTER(POINTER(toliman_fit))),
         ),
-        """Creates the fit of a scene. The simulator is not needed afterwards. options may be NULL. The caller destroys *out.
+        """Creates the fit of a scene, on as many threads as the simulator has. The simulator is not needed afterwards. options
+may be NULL. The caller destroys *out. The model images cover the scene's orbit over its cadence, plus capture_px.
 Errors:
   - TOLIMAN_E_ARGUMENT for an unknown parameter, or one that is named twice or always free;
-  - TOLIMAN_E_SCENE if the parameters cannot be told apart in a frame of the scene;
-  - TOLIMAN_E_UNSUPPORTED for a single star, with PADDED_FFT, or if the scene has no derivative by a parameter;
+  - TOLIMAN_E_SCENE if the parameters cannot be told apart in a frame of the scene, or one does not change it in
+    first order (focus behind a spiral mask without struts);
+  - TOLIMAN_E_UNSUPPORTED for a single star, with PADDED_FFT, for an accuracy below 1e-14, or if the scene has no
+    derivative by a parameter;
   - TOLIMAN_E_CANCELLED if progress returned a nonzero value.""",
     ),
     "toliman_fit_destroy": (

@@ -226,10 +226,10 @@ class FitResult(Result):
     separation_sigma_px: float = member("standard deviations: square roots of the diagonal of the inverse Fisher matrix")
     position_angle_deg: float
     position_angle_sigma_deg: float
-    x_px: float = member("place of the scene's centre, from the centre of the frame")
-    y_px: float = member("place of the scene's centre, from the centre of the frame")
-    x_sigma_px: float = member("place of the scene's centre, from the centre of the frame")
-    y_sigma_px: float = member("place of the scene's centre, from the centre of the frame")
+    x_px: float = member("shift of the scene's centre")
+    y_px: float = member("shift of the scene's centre")
+    x_sigma_px: float = member("shift of the scene's centre")
+    y_sigma_px: float = member("shift of the scene's centre")
     flux_a: float = member("relative change of the photons of a star")
     flux_b: float = member("relative change of the photons of a star")
     background: float = member("photons per pixel")
