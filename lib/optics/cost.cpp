@@ -27,7 +27,7 @@ constexpr double kFrameImages = 11; // in memory in addition to higher derivativ
 class ImageCost {
   public:
     ImageCost(const Pupil &pupil, const Plan &plan, const Grid &pixels, const PixelFilter &filter)
-        : plan_(plan), padded_(plan.engine == EngineKind::padded_fft), has_modes_(!pupil.mixed.empty()) {
+        : plan_(plan), padded_(plan.engine == EngineKind::padded_fft), mixed_(!pupil.mixed.empty()) {
         const Grid grid = sampling_grid(pixels, filter);
         n_ = static_cast<double>(pupil.samples);
         samples_ = static_cast<double>(grid.rows * grid.cols);
@@ -50,14 +50,13 @@ class ImageCost {
     double work_space(double images) const noexcept {
         const auto chunks = static_cast<double>(std::min(plan_.wavelengths, kWavelengthChunks));
         const double busy = std::min(static_cast<double>(plan_.workers), chunks);
-        const double field =
-            2 * n_ * n_ + 2 * samples_ + (padded_ ? 0 : 2 * n_ * cols_) + (has_modes_ ? 2 * n_ * n_ : 0);
+        const double field = 2 * n_ * n_ + 2 * samples_ + (padded_ ? 0 : 2 * n_ * cols_) + (mixed_ ? 2 * n_ * n_ : 0);
         return images * (chunks * samples_ + busy * field) + (padded_ ? 2 * busy * side_ * side_ : 0);
     }
 
   private:
     const Plan &plan_;
-    bool padded_, has_modes_;
+    bool padded_, mixed_;
     double n_, samples_, cols_, side_, products_, elements_;
 };
 
