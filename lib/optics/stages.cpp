@@ -29,6 +29,10 @@ const Stage kAllStages[kStages] = {
     {"bit depth", [](const Scene &scene) { return scene.detector.bit_depth != 0; }},
     {"jitter", [](const Scene &scene) { return scene.systematics.jitter.any(); }},
     {"systematics", [](const Scene &scene) { return scene.systematics.any(); }},
+    {"moving stars",
+     [](const Scene &scene) {
+         return scene.binary.moving || scene.systematics.pointing_px.any() || scene.systematics.roll_rad.any();
+     }},
 };
 
 } // namespace

@@ -26,55 +26,106 @@ struct Options {
 };
 
 void print_warnings(const Pipeline &pipeline, const std::string &folder, Progress &progress) {
-    if ((pipeline.latent.peak.flags & TOLIMAN_PERIOD_AT_EDGE) != 0)
+    if ((pipeline.result().peak.flags & TOLIMAN_PERIOD_AT_EDGE) != 0)
         progress.warn("the peak is at the edge of the frequency grid; the period may lie beyond");
     if (!pipeline.photon_noise)
         progress.warn("efficiency is not defined: the Cramer-Rao bound assumes photon noise, which these frames lack");
+    if (pipeline.fit && pipeline.fit->lost != 0)
+        progress.warn(formatted("the fit did not converge for %zu of %zu frames: its series lacks them",
+                                pipeline.fit->lost, pipeline.fit->signal.values.size()));
     if (exists(folder + "/report/report.html"))
         progress.warn(folder + "/report shows the previous run; update it with: toliman report " + folder);
 }
 
+std::string efficiency_text(double efficiency) {
+    return std::isnan(efficiency) ? "not defined" : formatted("%.3f", efficiency);
+}
+
+// "sigma 1.2e-06 px" and a separator; "" without controls.
+std::string sigma_text(const Outcome &outcome, const char *separator) {
+    return std::isnan(outcome.sigma_px) ? "" : formatted("sigma %.3g px%s", outcome.sigma_px, separator);
+}
+
+void print_period(const Outcome &outcome) {
+    const toliman_period_peak &peak = outcome.peak;
+    const bool found = peak.log10_fap <= kSignificant;
+    std::printf("%s  %s days, log10 FAP %.1f%s\n", found ? "period found" : "highest peak",
+                text_with_error(peak.period, peak.period_error).c_str(), peak.log10_fap,
+                found ? "" : ": no significant period");
+}
+
+// A row of an estimator with which the network is compared.
+void print_reference(const char *name, const Outcome &outcome, const std::string &more) {
+    std::printf("%-14s%speriod %.*f days, log10 FAP %.1f%s\n", name, sigma_text(outcome, ", ").c_str(),
+                decimals_of(outcome.peak.period_error), outcome.peak.period, outcome.peak.log10_fap, more.c_str());
+}
+
+void print_network(const NetworkOutcome &network, const std::optional<FitOutcome> &fit, const Scene &scene) {
+    std::printf("one frame     %sCramer-Rao bound %.3g px; efficiency %s\n", sigma_text(network.latent, "; ").c_str(),
+                scene.bounds().crb_projected_px, efficiency_text(network.efficiency).c_str());
+    print_reference("template", network.template_fit, "");
+    if (fit)
+        print_reference("fit", fit->signal,
+                        formatted("; bound %.3g px, efficiency ", fit->bound_px) + efficiency_text(fit->efficiency));
+}
+
+void print_fit(const FitOutcome &fit) {
+    std::printf("one frame     %sCramer-Rao bound %.3g px; efficiency %s\n", sigma_text(fit.signal, "; ").c_str(),
+                fit.bound_px, efficiency_text(fit.efficiency).c_str());
+    std::printf("fit           chi-square %.4f, %.1f steps per frame, %zu frames lost\n", fit.chi_square,
+                fit.iterations, fit.lost);
+}
+
+void print_controls(const Pipeline &pipeline) {
+    if (pipeline.controls == Controls::none) {
+        std::printf("controls      none: no frames without signal%s\n",
+                    pipeline.network ? ", no untrained network" : "");
+        return;
+    }
+    std::printf("controls      log10 FAP ");
+    if (pipeline.network)
+        std::printf("%.1f untrained, ", pipeline.network->untrained.peak.log10_fap);
+    std::printf("%.1f without signal%s\n", pipeline.no_signal().peak.log10_fap,
+                pipeline.controls == Controls::quick ? "; 200 frames without signal" : "");
+}
+
+void print_decoder(const Reconstructions &reconstructions) {
+    std::printf("decoder       mean squared error %.4g (noise alone %.4g), 1 - structural similarity %.2g\n",
+                reconstructions.mmse, reconstructions.photon_floor, 1 - reconstructions.mssim);
+}
+
+void print_seconds(const Pipeline &pipeline) {
+    const Timings &spent = pipeline.timings;
+    std::printf("seconds       %.1f: set-up %.1f, ", spent.total, spent.setup);
+    if (pipeline.network)
+        std::printf("train %.1f, simulate %.1f, encode %.1f, ", spent.train, spent.simulate, spent.encode);
+    else
+        std::printf("simulate %.1f, ", spent.simulate);
+    std::printf("fit %.1f, period %.1f, controls %.1f\n", spent.fit, spent.period, spent.controls);
+}
+
 void print_summary(const Scene &scene, const Pipeline &pipeline, const std::string &folder) {
     const toliman_sim_info &info = scene.info;
-    const toliman_period_peak &peak = pipeline.latent.peak;
-    const bool found = peak.log10_fap <= kSignificant;
     std::printf("scene         %s: %lld frames of %lldx%lld, seed %llu\n", toliman_sim_get_name(scene.sim.get()),
                 static_cast<long long>(info.frames), static_cast<long long>(info.rows),
                 static_cast<long long>(info.cols), static_cast<unsigned long long>(pipeline.seed));
     if (info.amplitude_px != 0)
         std::printf("signal        %.3g px with a period of %g days\n", info.amplitude_px, info.period_days);
-    std::printf("%s  %s days, log10 FAP %.1f%s\n", found ? "period found" : "highest peak",
-                text_with_error(peak.period, peak.period_error).c_str(), peak.log10_fap,
-                found ? "" : ": no significant period");
-    const bool controls = pipeline.controls != Controls::none;
-    std::printf("one frame     ");
-    if (controls)
-        std::printf("sigma %.3g px; ", pipeline.latent.sigma_px);
-    std::printf("Cramer-Rao bound %.3g px; efficiency ", scene.bounds().crb_projected_px);
-    std::printf(std::isnan(pipeline.efficiency) ? "not defined\n" : "%.3f\n", pipeline.efficiency);
-    std::printf("template      ");
-    if (controls)
-        std::printf("sigma %.3g px, ", pipeline.estimate.sigma_px);
-    std::printf("period %.*f days, log10 FAP %.1f\n", decimals_of(pipeline.estimate.peak.period_error),
-                pipeline.estimate.peak.period, pipeline.estimate.peak.log10_fap);
-    if (controls)
-        std::printf("controls      log10 FAP %.1f untrained, %.1f without signal%s\n",
-                    pipeline.untrained.peak.log10_fap, pipeline.no_signal.peak.log10_fap,
-                    pipeline.controls == Controls::quick ? "; 200 frames without signal" : "");
+    print_period(pipeline.result());
+    if (pipeline.network)
+        print_network(*pipeline.network, pipeline.fit, scene);
     else
-        std::printf("controls      none: no frames without signal, no untrained network\n");
-    std::printf("decoder       mean squared error %.4g (noise alone %.4g), 1 - structural similarity %.2g\n",
-                pipeline.reconstructions.mmse, pipeline.reconstructions.photon_floor,
-                1 - pipeline.reconstructions.mssim);
-    const Timings &spent = pipeline.timings;
-    std::printf("seconds       %.1f: set-up %.1f, train %.1f, simulate %.1f, encode %.1f, period %.1f, controls %.1f\n",
-                spent.total, spent.setup, spent.train, spent.simulate, spent.encode, spent.period, spent.controls);
+        print_fit(*pipeline.fit);
+    print_controls(pipeline);
+    if (pipeline.network)
+        print_decoder(pipeline.network->reconstructions);
+    print_seconds(pipeline);
     std::printf("results       %s/result.json, series.csv, periodogram.csv, ...; figures: toliman report %s\n",
                 folder.c_str(), folder.c_str());
     print_stdout("");
 }
 
-// The images of a run and the errors of displaced ones; all but the reconstructions need no network.
+// The images of a run and the errors of displaced ones; all but the reconstructions need no estimator.
 struct Pictures {
     std::vector<RunImage> images;
     std::vector<DisplacementErrors> displacements;
@@ -103,10 +154,11 @@ void run(const Options &options, Progress &progress) {
     const RunOptions chosen = {options.seed_given ? options.seed : scene.info.seed, options.controls};
     const double setup = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     Pictures pictures;
-    const auto while_training = [&] { draw(scene, item_of(tree.get(), "telescope"), chosen.seed, pictures); };
-    Pipeline pipeline = run_pipeline(scene, cadence, chosen, setup, while_training, progress);
+    const auto draw_pictures = [&] { draw(scene, item_of(tree.get(), "telescope"), chosen.seed, pictures); };
+    Pipeline pipeline = run_pipeline(scene, cadence, chosen, setup, draw_pictures, progress);
     pipeline.timings.images = pictures.seconds;
-    add_reconstructions(scene, pipeline.reconstructions, pictures.images);
+    if (pipeline.network)
+        add_reconstructions(scene, pipeline.network->reconstructions, pictures.images);
     const double degrees = rotation != nullptr ? rotation->valuedouble : 0;
     const std::string json =
         folder.write({scene, text, degrees, cadence, pipeline, pictures.images, pictures.displacements});

@@ -190,6 +190,12 @@ OutputFile &OutputFolder::open(const std::string &name, Replaces what) {
     return files_.try_emplace(name, file(name), what).first->second;
 }
 
+void OutputFolder::remove(const std::string &name) {
+    files_.erase(name);
+    std::error_code error;
+    std::filesystem::remove(file(name), error);
+}
+
 void OutputFolder::commit(const std::string &last) {
     for (auto &[name, file] : files_)
         if (name != last)

@@ -55,6 +55,8 @@ class OutputFolder {
     std::string file(const std::string &name) const { return path_ + "/" + name; }
     // A new file of this name, or the same as before.
     OutputFile &open(const std::string &name, Replaces what = Replaces::results);
+    // Removes the file of this name, which was opened and is not committed then.
+    void remove(const std::string &name);
     // Commits all open files; the file `last`, if named, after all others, whose completeness it implies.
     void commit(const std::string &last = "");
     void keep() noexcept;

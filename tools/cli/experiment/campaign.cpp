@@ -56,6 +56,21 @@ std::vector<double> block_means(const std::vector<double> &values, size_t block)
     return means;
 }
 
+// The samples of a series whose frames gave a value.
+struct Samples {
+    Samples(const std::vector<double> &all_times, const std::vector<double> &all_truth,
+            const std::vector<double> &all_values) {
+        for (size_t i = 0; i < all_values.size(); i++) {
+            if (std::isnan(all_values[i]))
+                continue;
+            times.push_back(all_times[i]);
+            truth.push_back(all_truth[i]);
+            values.push_back(all_values[i]);
+        }
+    }
+    std::vector<double> times, truth, values;
+};
+
 void add_reference(const Table &table, double *images, size_t count) {
     const size_t pixels = table.reference.size();
     for (size_t k = 0; k < count; k++)
@@ -71,7 +86,8 @@ double slope_of(const Table &table, Method &method) {
     toliman::check(toliman_sim_expect(scene.sim.get(), -kStep, images.data(), cols));
     toliman::check(toliman_sim_expect(scene.sim.get(), kStep, images.data() + scene.pixels(), cols));
     add_reference(table, images.data(), 2);
-    method.push(images.data(), 2);
+    const double times_days[2] = {}; // expected images are those of time 0
+    method.push(images.data(), times_days, 2);
     const std::vector<double> values = method.series();
     return (values[1] - values[0]) / (2 * kStep);
 }
@@ -97,7 +113,7 @@ Campaign::Campaign(std::shared_ptr<const Scene> scene, const CampaignOptions &op
     : scene_(std::move(scene)), options_(options), cadence_(*scene_),
       grid_(default_grid({scene_->path, cadence_.times, {}, {}})), shape_(shape_of(*scene_, cadence_)),
       theory_(cadence_.times, shape_, grid_), amplitudes_(options.amplitudes) {
-    if (noise_share(*scene_, 1) < kLeastShare)
+    if (!scene_->has("photon noise"))
         throw Failure(kExitUsage,
                       scene_->path + ": noise.photon = false: must be true: the Cramer-Rao bound assumes photon noise");
     if (std::count(amplitudes_.begin(), amplitudes_.end(), scene_->info.amplitude_px) == 0)
@@ -113,6 +129,9 @@ void Campaign::make_tables() {
         add_table("real", "the scene as it is", scene_, scene_);
     if (!asked("equal") && !asked("robust"))
         return;
+    if (asked("robust") && scene_->moves())
+        throw Failure(kExitUsage, scene_->path + ": the stars move: the table robust needs stars at rest, for its " +
+                                      "methods are made for time 0; give --tables real,equal");
     const SceneVariants variants(*scene_);
     const auto scene_of = [this](const std::string &json) { return std::make_shared<const Scene>(scene_->path, json); };
     if (asked("equal")) {
@@ -243,7 +262,7 @@ void Campaign::run_series(Work &work, const Methods &methods, const std::functio
         value *= work.amplitude_px;
     for_frames(*work.table->frames, work.noise_seed, 0, count, truth.data(), [&](size_t at, size_t n, double *images) {
         add_reference(*work.table, images, n);
-        run_parallel(work.rows.size(), [&](size_t i) { method_of(i).push(images, n); });
+        run_parallel(work.rows.size(), [&](size_t i) { method_of(i).push(images, &cadence_.times[at], n); });
         show(static_cast<double>(at + n) / static_cast<double>(count));
     });
     run_parallel(work.rows.size(), [&](size_t i) { evaluate(work, truth, method_of(i), work.rows[i]); });
@@ -252,9 +271,10 @@ void Campaign::run_series(Work &work, const Methods &methods, const std::functio
 // The row of a method that has the frames of a series.
 void Campaign::evaluate(const Work &work, const std::vector<double> &truth, Method &method, Row &row) const {
     Progress quiet(Progress::Style::none);
-    const std::vector<double> values = method.series();
     const size_t block = method.block();
-    const Series series = {scene_->path, block_means(cadence_.times, block), values, {}};
+    const Samples samples(block_means(cadence_.times, block), block_means(truth, block), method.series());
+    const std::vector<double> &values = samples.values;
+    const Series series = {scene_->path, samples.times, values, {}};
     const toliman_period_peak peak = find_period(series, block > 1 ? default_grid(series) : grid_, {}, quiet).peak;
     row.period_days = peak.period;
     row.log10_fap = peak.log10_fap;
@@ -262,7 +282,7 @@ void Campaign::evaluate(const Work &work, const std::vector<double> &truth, Meth
     if (work.amplitude_px == 0)
         row.sigma = deviation(values);
     else
-        regress(block_means(truth, block), values, row);
+        regress(samples.truth, values, row);
     row.sigma *= std::sqrt(static_cast<double>(block)); // of one frame
 }
 

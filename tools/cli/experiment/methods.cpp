@@ -1,9 +1,10 @@
-// Method: all methods have one interface: push frames, then get the series of values. Networks and the template encode
-// each frame on arrival. Components are fitted to the whole series after its last frame (principal components, sparse
-// dictionary); a value is the frame's coefficient, with arbitrary sign and unit. For B block means of N frames the
-// noise of a sample is sigma sqrt(B/N), so that by the threshold in theory.hpp the smallest signal that is the first
-// component is proportional to B^(1/4): B is as small as a few periods of the signal allow. The unsupervised network
-// keeps the frames as float32, the precision of its input. A method is one class and one row of method_kinds().
+// Method: all methods have one interface: push frames, then get the series of values. Networks, the template and the
+// fit encode each frame on arrival. Components are fitted to the whole series after its last frame (principal
+// components, sparse dictionary); a value is the frame's coefficient, with arbitrary sign and unit. For B block means
+// of N frames the noise of a sample is sigma sqrt(B/N), so that by the threshold in theory.hpp the smallest signal that
+// is the first component is proportional to B^(1/4): B is as small as a few periods of the signal allow. The
+// unsupervised network keeps the frames as float32, the precision of its input. A method is one class and one row of
+// method_kinds().
 #include "experiment/methods.hpp"
 
 #include <algorithm>
@@ -15,6 +16,7 @@
 #include "common/library.hpp"
 #include "common/stop.hpp"
 #include "common/text.hpp"
+#include "experiment/fit_method.hpp"
 #include "options/suggest.hpp"
 
 namespace cli {
@@ -34,7 +36,7 @@ class FrameByFrame : public Method {
     using Encode = std::function<toliman_status(const toliman_image *image, size_t count, double *values)>;
     explicit FrameByFrame(Encode encode) : encode_(std::move(encode)) {}
 
-    void push(const double *images, size_t count) override {
+    void push(const double *images, const double *, size_t count) override {
         const toliman_image image = plain_image(images);
         values_.resize(values_.size() + count);
         check(encode_(&image, count, &values_[values_.size() - count]));
@@ -147,7 +149,7 @@ class ComponentMethod : public Method {
 
     size_t block() const noexcept override { return frames_->block(); }
 
-    void push(const double *images, size_t count) override {
+    void push(const double *images, const double *, size_t count) override {
         frames_->push(pushed_, images, count);
         pushed_ += count;
     }
@@ -178,7 +180,7 @@ class UnsupervisedMethod : public Method {
         frames_.reserve(static_cast<size_t>(scene.info.frames) * scene.pixels());
     }
 
-    void push(const double *images, size_t count) override {
+    void push(const double *images, const double *, size_t count) override {
         frames_.insert(frames_.end(), images, images + count * scene_.pixels());
     }
 
@@ -234,6 +236,11 @@ const std::vector<MethodKind> &method_kinds() {
          [](const Scene &scene, uint64_t seed, SharedFrames &) { return make_network(scene, seed, nullptr, true); }},
         {"template", "least squares on the scene's derivative image: the reference method", true, false, false,
          make_template},
+        {"fit", "the forward model fitted to each frame: places, fluxes and background; follows moving stars", true,
+         false, false,
+         [](const Scene &scene, uint64_t, SharedFrames &) -> std::unique_ptr<Method> {
+             return std::make_unique<FitMethod>(scene);
+         }},
         {"untrained", "the autoencoder with random weights: shows what is found without training", true, false, false,
          [](const Scene &scene, uint64_t seed, SharedFrames &) { return make_network(scene, seed, nullptr, false); }},
         {"pca", "first principal component of the series' own frames, in counts", false, true, false,

@@ -11,10 +11,10 @@ namespace cli {
 class Method {
   public:
     virtual ~Method() = default;
-    // Adds the next frames of a series, in order.
-    virtual void push(const double *images, size_t count) = 0;
+    // Adds the next frames of a series, in order, with their times in the scene.
+    virtual void push(const double *images, const double *times_days, size_t count) = 0;
     // Returns one value for every block() frames since the last call and forgets these frames; those of an incomplete
-    // last block are left out.
+    // last block are left out. NaN: the frame gave no value.
     virtual std::vector<double> series() = 0;
     virtual size_t block() const noexcept { return 1; }
 };

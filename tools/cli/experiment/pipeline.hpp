@@ -1,28 +1,16 @@
-// The computation of `run`: scene -> frames -> latents -> period, with all controls.
+// The computation of `run`: scene -> frames -> values -> period, with all controls.
 #pragma once
-#include <cmath>
 #include <functional>
-#include <string>
-#include <vector>
+#include <optional>
 
-#include "common/terminal.hpp"
 #include "experiment/controls.hpp"
-#include "experiment/reconstructions.hpp"
-#include "scenes/scene.hpp"
-#include "series/periodogram.hpp"
+#include "experiment/fit_run.hpp"
+#include "experiment/network_run.hpp"
 
 namespace cli {
 
-// The scatter of one estimator and the periodogram of its values.
-struct Outcome {
-    double sigma_px = NAN; // over frames without signal; NaN without controls
-    toliman_period_peak peak = {};
-    std::vector<double> power;
-    double power_at_fap_1e_3 = 0;
-};
-
 struct Timings {
-    double setup = 0, train = 0, simulate = 0, encode = 0, period = 0, controls = 0, images = 0, total = 0;
+    double setup = 0, train = 0, simulate = 0, encode = 0, fit = 0, period = 0, controls = 0, images = 0, total = 0;
 };
 
 struct RunOptions {
@@ -35,22 +23,21 @@ struct Pipeline {
     Controls controls = Controls::full;
     bool photon_noise = false; // the frames have the photon noise that the Cramer-Rao bound assumes
     FrequencyGrid grid = {};
-    toliman_cae_training training = {};
-    double decoder_cosine = 0, decoder_gain = 0; // of (decode(z) - decode(0))/z against the whitened derivative
-    Reconstructions reconstructions;
     size_t control_frames = 0;
-    double efficiency = NAN;                        // of the latent; NaN without photon noise and without controls
-    Outcome latent, estimate, untrained, no_signal; // `estimate` is the template's; the last two are of the controls
-    Outcome truth;                          // of the true displacements; peak of period and power 0 without signal
-    std::vector<double> latents, estimates; // of the frames with signal
-    std::vector<double> losses;             // of training, after each step
-    std::vector<unsigned char> weights;     // of the trained network, a TLMW
+    std::optional<NetworkOutcome> network; // if the stars are at rest
+    std::optional<FitOutcome> fit;         // if the scene has one; always if the stars move
+    Outcome truth;                         // of the true displacements; peak of period and power 0 without signal
     Timings timings;
+
+    // The result of the run: that of the network, or of the fit if the stars move.
+    const Outcome &result() const noexcept { return network ? network->latent : fit->signal; }
+    const Outcome &no_signal() const noexcept { return network ? network->no_signal : fit->no_signal; }
+    double efficiency() const noexcept { return network ? network->efficiency : fit->efficiency; }
 };
 
-// Training uses no frames, and the control frames have numbers beyond the cadence: no noise is used twice. Training
-// runs on one thread, and while_training() on another at the same time.
+// Training uses no frames, and the control frames have noise of their own: no noise is used twice. draw() needs no
+// estimator and runs while they are made.
 Pipeline run_pipeline(const Scene &scene, const Cadence &cadence, const RunOptions &options, double setup_seconds,
-                      const std::function<void()> &while_training, Progress &progress);
+                      const std::function<void()> &draw, Progress &progress);
 
 } // namespace cli

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 #include <functional>
+#include <iterator>
 
 #include "base/constants.hpp"
 #include "common/content.hpp"
@@ -17,6 +18,10 @@ namespace cli {
 namespace {
 
 using toliman::check;
+
+double efficiency_error(const Pipeline &pipeline, double efficiency) {
+    return efficiency / std::sqrt(2 * static_cast<double>(pipeline.control_frames));
+}
 
 void set_scene(const Scene &scene, uint64_t seed, Json &json) {
     const toliman_sim_info &info = scene.info;
@@ -48,45 +53,73 @@ Json geometry(const Scene &scene, double rotation_deg) {
                 sine, "north_y", cosine, "east_x", -cosine, "east_y", sine);
 }
 
-void set_latent(const Pipeline &pipeline, double first_time, Json &json) {
-    const toliman_period_peak &peak = pipeline.latent.peak;
-    json.set("latent_sigma_px", pipeline.latent.sigma_px, "efficiency", pipeline.efficiency);
-    json.set("efficiency_error", pipeline.efficiency / std::sqrt(2 * static_cast<double>(pipeline.control_frames)));
-    json.set("cosine", pipeline.training.cosine, "period_days", peak.period);
+// The result of the run, by the network or by the fit.
+void set_result(const Pipeline &pipeline, double first_time, Json &json) {
+    const toliman_period_peak &peak = pipeline.result().peak;
+    const std::optional<NetworkOutcome> &network = pipeline.network;
+    json.set("estimator", network ? "network" : "fit");
+    json.set("latent_sigma_px", network ? network->latent.sigma_px : NAN, "efficiency", pipeline.efficiency());
+    json.set("efficiency_error", efficiency_error(pipeline, pipeline.efficiency()));
+    json.set("cosine", network ? network->training.cosine : NAN, "period_days", peak.period);
     json.set("half_width_period_days", peak.half_width_period, "fwhm_period_days", peak.fwhm_period);
     json.set("period_error_days", peak.period_error, "at_edge", (peak.flags & TOLIMAN_PERIOD_AT_EDGE) != 0);
     json.set("fitted_amplitude_px", peak.amplitude, "fitted_amplitude_error_px", peak.amplitude_error);
     json.set("fitted_phase_rad", peak.phase, "fitted_offset_px", peak.offset, "fitted_time_offset_days", first_time);
-    json.set("log10_fap", peak.log10_fap, "power_at_fap_1e-3", pipeline.latent.power_at_fap_1e_3);
+    json.set("log10_fap", peak.log10_fap, "power_at_fap_1e-3", pipeline.result().power_at_fap_1e_3);
 }
 
-void set_reconstructions(const Pipeline &pipeline, Json &json) {
-    const Reconstructions &from = pipeline.reconstructions;
+void set_reconstructions(const NetworkOutcome &network, Json &json) {
+    const Reconstructions &from = network.reconstructions;
     json.set("mmse", from.mmse, "photon_floor", from.photon_floor, "mssim", from.mssim, "decoder",
-             Json("cosine", pipeline.decoder_cosine, "gain", pipeline.decoder_gain));
+             Json("cosine", network.decoder_cosine, "gain", network.decoder_gain));
     json.set("residuals",
              Json("frames", from.validation_frames, "mean", from.residual_mean, "rms", std::sqrt(from.residual_square),
                   "correlation", from.residual_product / from.residual_square));
     json.set("samples", from.samples);
 }
 
+Json template_json(const Outcome &outcome) {
+    const toliman_period_peak &peak = outcome.peak;
+    return Json("sigma_px", outcome.sigma_px, "period_days", peak.period, "period_error_days", peak.period_error,
+                "log10_fap", peak.log10_fap, "fwhm_period_days", peak.fwhm_period);
+}
+
+Json fit_json(const Pipeline &pipeline, const FitOutcome &fit) {
+    const bool controls = pipeline.controls != Controls::none;
+    Json json = template_json(fit.signal);
+    json.set("bound_px", fit.bound_px, "efficiency", fit.efficiency, "efficiency_error",
+             efficiency_error(pipeline, fit.efficiency), "no_signal_log10_fap",
+             if_known(controls, fit.no_signal.peak.log10_fap));
+    json.set("chi_square", fit.chi_square, "iterations", fit.iterations, "lost", fit.lost);
+    return json;
+}
+
+// What the network alone has; null if the stars move.
+void set_network(const std::optional<NetworkOutcome> &network, Json &json) {
+    if (network) {
+        set_reconstructions(*network, json);
+        json.set("template", template_json(network->template_fit));
+        return;
+    }
+    for (const char *key : {"mmse", "photon_floor", "mssim", "decoder", "residuals", "samples", "template"})
+        json.set(key, JsonTree());
+}
+
 void set_references(const Pipeline &pipeline, Json &json) {
-    const toliman_period_peak &estimate = pipeline.estimate.peak, &truth = pipeline.truth.peak;
-    json.set("template",
-             Json("sigma_px", pipeline.estimate.sigma_px, "period_days", estimate.period, "period_error_days",
-                  estimate.period_error, "log10_fap", estimate.log10_fap, "fwhm_period_days", estimate.fwhm_period));
-    std::optional<Json> true_series;
+    json.set("fit", pipeline.fit ? std::optional(fit_json(pipeline, *pipeline.fit)) : std::nullopt);
+    const toliman_period_peak &truth = pipeline.truth.peak;
+    std::optional<Json> true_series, no_signal, untrained;
     if (truth.period > 0)
         true_series.emplace("period_days", truth.period, "half_width_period_days", truth.half_width_period,
                             "fwhm_period_days", truth.fwhm_period, "log10_fap", truth.log10_fap);
-    json.set("true_series", std::move(true_series), "controls", name_of(pipeline.controls));
-    if (pipeline.controls == Controls::none) {
-        json.set("no_signal", JsonTree(), "untrained", JsonTree());
-        return;
+    if (pipeline.controls != Controls::none) {
+        no_signal.emplace("log10_fap", pipeline.no_signal().peak.log10_fap, "frames", pipeline.control_frames);
+        if (pipeline.network)
+            untrained.emplace("log10_fap", pipeline.network->untrained.peak.log10_fap, "sigma_px",
+                              pipeline.network->untrained.sigma_px);
     }
-    json.set("no_signal", Json("log10_fap", pipeline.no_signal.peak.log10_fap, "frames", pipeline.control_frames));
-    json.set("untrained",
-             Json("log10_fap", pipeline.untrained.peak.log10_fap, "sigma_px", pipeline.untrained.sigma_px));
+    json.set("true_series", true_series, "controls", name_of(pipeline.controls), "no_signal", no_signal, "untrained",
+             untrained);
 }
 
 Json images_json(const std::vector<RunImage> &images) {
@@ -104,8 +137,8 @@ Json images_json(const std::vector<RunImage> &images) {
 
 Json timings_json(const Timings &spent) {
     return Json("setup_s", spent.setup, "simulate_s", spent.simulate, "train_s", spent.train, "encode_s", spent.encode,
-                "period_s", spent.period, "controls_s", spent.controls, "images_s", spent.images, "total_s",
-                spent.total);
+                "fit_s", spent.fit, "period_s", spent.period, "controls_s", spent.controls, "images_s", spent.images,
+                "total_s", spent.total);
 }
 
 std::string run_result(const RunFiles &files) {
@@ -115,13 +148,56 @@ std::string run_result(const RunFiles &files) {
     set_scene(scene, pipeline.seed, json);
     set_brightest(scene, files.images[kExpectedImage], json);
     json.set("geometry", geometry(scene, files.rotation_deg));
-    set_latent(pipeline, files.cadence.times[0], json);
-    set_reconstructions(pipeline, json);
+    set_result(pipeline, files.cadence.times[0], json);
+    set_network(pipeline.network, json);
     set_references(pipeline, json);
     json.set("images", images_json(files.images), "grid",
              Json("f0", pipeline.grid.f0, "df", pipeline.grid.df, "nf", pipeline.grid.nf), "timings",
              timings_json(pipeline.timings));
     return json.text();
+}
+
+struct Column {
+    const char *name;
+    const std::vector<double> *values;
+};
+
+// Values of the frames, as far as the run has them.
+std::vector<Column> value_columns(const RunFiles &files) {
+    const Pipeline &pipeline = files.pipeline;
+    std::vector<Column> columns = {{"true", &files.cadence.displacements}};
+    if (pipeline.network) {
+        columns.push_back({"latent", &pipeline.network->latent.values});
+        columns.push_back({"template", &pipeline.network->template_fit.values});
+    }
+    if (pipeline.fit)
+        columns.push_back({"fit", &pipeline.fit->signal.values});
+    return columns;
+}
+
+// Powers; that of the latents has the name power.
+std::vector<Column> power_columns(const Pipeline &pipeline) {
+    std::vector<Column> columns;
+    if (pipeline.network)
+        columns = {{"power", &pipeline.network->latent.power}, {"template", &pipeline.network->template_fit.power}};
+    columns.push_back({"true", &pipeline.truth.power});
+    if (pipeline.fit)
+        columns.push_back({"fit", &pipeline.fit->signal.power});
+    return columns;
+}
+
+std::string names_of(const std::vector<Column> &columns) {
+    std::string names;
+    for (const Column &column : columns)
+        names += std::string(",") + column.name;
+    return names;
+}
+
+std::string cells_of(const std::vector<Column> &columns, size_t row) {
+    std::string cells;
+    for (const Column &column : columns)
+        cells += formatted(",%.17g", (*column.values)[row]);
+    return cells;
 }
 
 } // namespace
@@ -137,40 +213,52 @@ RunFolder::RunFolder(const std::string &path) : folder_(path), images_(folder_.f
 
 std::string RunFolder::write(const RunFiles &files) {
     const Pipeline &pipeline = files.pipeline;
-    const Cadence &cadence = files.cadence;
-    const auto csv = [&](const char *name, const char *mark, const char *header, size_t rows,
-                         const std::function<std::string(size_t)> &row) {
-        OutputFile &out = folder_.open(name);
-        out.write(std::string(mark) + header);
-        for (size_t k = 0; k < rows; k++)
-            out.write(row(k));
-    };
-    csv("series.csv", kSeriesMark, "frame,t,true,latent,template\n", cadence.times.size(), [&](size_t k) {
-        return formatted("%zu,%.17g,%.17g,%.17g,%.17g\n", k, cadence.times[k], cadence.displacements[k],
-                         pipeline.latents[k], pipeline.estimates[k]);
-    });
-    csv("periodogram.csv", kPeriodogramMark, "frequency,power,template,true\n", pipeline.latent.power.size(),
-        [&](size_t k) {
-            return formatted("%.17g,%.17g,%.17g,%.17g\n", pipeline.grid.f0 + pipeline.grid.df * static_cast<double>(k),
-                             pipeline.latent.power[k], pipeline.estimate.power[k], pipeline.truth.power[k]);
-        });
-    csv("training.csv", kTrainingMark, "step,loss\n", pipeline.losses.size(),
-        [&](size_t k) { return formatted("%zu,%.17g\n", k + 1, pipeline.losses[k]); });
-    csv("displacement.csv", kDisplacementMark, "displacement_px,linear,cubic,linear_change,cubic_change,taylor\n",
-        files.displacements.size(), [&](size_t k) {
-            const DisplacementErrors &one = files.displacements[k];
-            return formatted("%.17g,%.17g,%.17g,%.17g,%.17g,%.17g\n", one.displacement_px, one.linear, one.cubic,
-                             one.linear_change, one.cubic_change, one.taylor);
-        });
+    write_tables(files);
     folder_.open("scene.json").write(files.scene_text);
-    folder_.open("weights.tlmw").write(pipeline.weights);
+    if (pipeline.network)
+        folder_.open("weights.tlmw").write(pipeline.network->weights);
     std::string result = run_result(files);
     folder_.open("result.json").write(result);
     for (size_t i = 0; i < files.images.size(); i++)
         write_npy(images_.open(kRunImages[i]), files.images[i].values, files.images[i].shape);
+    if (!pipeline.network) { // of a previous run
+        folder_.remove("training.csv");
+        folder_.remove("weights.tlmw");
+        for (size_t i = files.images.size(); i < std::size(kRunImages); i++)
+            images_.remove(kRunImages[i]);
+    }
     images_.commit();
     folder_.commit("result.json");
     return result;
+}
+
+void RunFolder::write_tables(const RunFiles &files) {
+    const Pipeline &pipeline = files.pipeline;
+    const Cadence &cadence = files.cadence;
+    const auto csv = [&](const char *name, const char *mark, const std::string &header, size_t rows,
+                         const std::function<std::string(size_t)> &row) {
+        OutputFile &out = folder_.open(name);
+        out.write(mark + header + "\n");
+        for (size_t k = 0; k < rows; k++)
+            out.write(row(k) + "\n");
+    };
+    const std::vector<Column> values = value_columns(files), powers = power_columns(pipeline);
+    csv("series.csv", kSeriesMark, "frame,t" + names_of(values), cadence.times.size(),
+        [&](size_t k) { return formatted("%zu,%.17g", k, cadence.times[k]) + cells_of(values, k); });
+    csv("periodogram.csv", kPeriodogramMark, "frequency" + names_of(powers), pipeline.truth.power.size(),
+        [&](size_t k) {
+            return formatted("%.17g", pipeline.grid.f0 + pipeline.grid.df * static_cast<double>(k)) +
+                   cells_of(powers, k);
+        });
+    csv("displacement.csv", kDisplacementMark, "displacement_px,linear,cubic,linear_change,cubic_change,taylor",
+        files.displacements.size(), [&](size_t k) {
+            const DisplacementErrors &one = files.displacements[k];
+            return formatted("%.17g,%.17g,%.17g,%.17g,%.17g,%.17g", one.displacement_px, one.linear, one.cubic,
+                             one.linear_change, one.cubic_change, one.taylor);
+        });
+    if (pipeline.network)
+        csv("training.csv", kTrainingMark, "step,loss", pipeline.network->losses.size(),
+            [&](size_t k) { return formatted("%zu,%.17g", k + 1, pipeline.network->losses[k]); });
 }
 
 } // namespace cli

@@ -29,6 +29,7 @@ class RunFolder {
     std::string write(const RunFiles &files);
 
   private:
+    void write_tables(const RunFiles &files);
     OutputFolder folder_, images_;
 };
 

@@ -27,24 +27,6 @@ void for_frames(const Scene &scene, uint64_t seed, int64_t first, size_t total, 
     }
 }
 
-double noise_share(const Scene &scene, uint64_t seed) {
-    constexpr size_t frames = 16, pairs = frames / 2;
-    const size_t pixels = scene.pixels();
-    const std::vector<double> still(frames, 0.0);
-    std::vector<double> images(frames * pixels);
-    toliman::check(toliman_sim_frame_many(scene.sim.get(), still.data(), seed, 0, frames, 0, images.data()));
-    const std::vector<double> variance = scene.image(TOLIMAN_SIM_IMAGE_VARIANCE);
-    double found = 0, counted = 0;
-    for (size_t i = 0; i < pixels; i++) {
-        counted += variance[i] * pairs;
-        for (size_t k = 0; k < pairs; k++) {
-            const double gap = images[2 * k * pixels + i] - images[(2 * k + 1) * pixels + i];
-            found += gap * gap / 2;
-        }
-    }
-    return found / counted;
-}
-
 double mean(const std::vector<double> &values) {
     return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }

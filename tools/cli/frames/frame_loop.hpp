@@ -28,11 +28,6 @@ using FrameWork = std::function<void(size_t at, size_t count, double *images)>;
 void for_frames(const Scene &scene, uint64_t seed, int64_t first, size_t total, const double *displacements,
                 const FrameWork &work, double *seconds = nullptr);
 
-// Variance of the frames divided by the variance that the Cramer-Rao bound assumes, summed over pixels; 0 without
-// noise, below 1 for a scene without photon noise.
-double noise_share(const Scene &scene, uint64_t seed);
-constexpr double kLeastShare = 0.9; // smallest noise share for which an efficiency is defined
-
 double mean(const std::vector<double> &values);
 double squares(const std::vector<double> &values); // sum of the squared distances from the mean
 double deviation(const std::vector<double> &values);

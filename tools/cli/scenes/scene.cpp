@@ -66,6 +66,12 @@ std::string scene_path(const std::string &name, const toliman_sim_options &optio
     return shipped;
 }
 
+bool has_stage(const toliman_sim_plan_info &plan, const char *name) {
+    int32_t modelled = 0;
+    toliman::check(toliman_sim_get_stage(&plan, name, &modelled));
+    return modelled != 0;
+}
+
 Scene::Scene(const std::string &file, Progress &progress) : Scene(file, options_with(progress)) {}
 
 Scene::Scene(const std::string &file, const toliman_sim_options &options)
@@ -91,6 +97,10 @@ std::vector<double> Scene::wavelengths() const {
     std::vector<double> waves(static_cast<size_t>(info.wavelengths));
     toliman::check(toliman_sim_get_spectrum(sim.get(), waves.size(), waves.data(), nullptr, nullptr));
     return waves;
+}
+
+bool Scene::has(const char *stage) const {
+    return has_stage(info_from<toliman_sim_plan_info>(toliman_sim_get_plan, sim.get()), stage);
 }
 
 Cadence::Cadence(const Scene &scene) : times(static_cast<size_t>(scene.info.frames)), displacements(times.size()) {

@@ -22,11 +22,7 @@ template <class Options> Options with_warnings(Progress &progress) {
 std::string scene_path(const std::string &name, const toliman_sim_options &options);
 
 // Whether a plan models the stage of that name.
-inline bool has_stage(const toliman_sim_plan_info &plan, const char *name) {
-    int32_t modelled = 0;
-    toliman::check(toliman_sim_get_stage(&plan, name, &modelled));
-    return modelled != 0;
-}
+bool has_stage(const toliman_sim_plan_info &plan, const char *name);
 
 struct Scene {
     Scene(const std::string &file, Progress &progress);
@@ -43,6 +39,9 @@ struct Scene {
     toliman_sim_bounds bounds() const; // computes the derivatives
     std::vector<double> image(int32_t kind) const;
     std::vector<double> wavelengths() const; // m
+    bool has(const char *stage) const;       // whether the scene models the stage of that name
+    // Whether orbit, pointing or roll move the stars, so that only the fit follows them.
+    bool moves() const { return has("moving stars"); }
 };
 
 // Times (days) and true displacements (px) of all frames.

@@ -1,0 +1,110 @@
+// Method: train a network on the scene (no frames) and encode each frame by the trained network, the untrained network
+// and the template estimator. Frames without signal give the scatter of each estimator; efficiency is the Cramer-Rao
+// bound over that of the latent. The decoder is checked against the whitened derivative image, because a decoder that
+// ignores the latent also reaches the photon floor of the reconstruction error.
+#include "experiment/network_run.hpp"
+
+#include <algorithm>
+
+#include "common/library.hpp"
+#include "frames/frame_loop.hpp"
+
+namespace cli {
+
+namespace {
+
+constexpr uint32_t kSteps = 300; // the library's default
+
+using toliman::check;
+
+toliman::autoencoder network_of(const Scene &scene, uint64_t seed, Progress &progress) {
+    const auto options = with_warnings<toliman_cae_options>(progress);
+    return toliman::make<toliman::autoencoder>(toliman_cae_create, scene.sim.get(), seed, &options);
+}
+
+} // namespace
+
+NetworkRun::NetworkRun(const Scene &scene, uint64_t seed, size_t frames, Controls controls, Progress &progress)
+    : scene_(scene), frames_(frames), progress_(progress), cae_(network_of(scene, seed, progress)),
+      template_(method_kind("template").make(scene, seed, shared_)), reconstructor_(scene, cae_, seed, frames) {
+    if (controls != Controls::none)
+        untrained_ = method_kind("untrained").make(scene, seed, shared_);
+}
+
+void NetworkRun::train() {
+    auto options = toliman::sized<toliman_cae_train_options>();
+    options.progress = Progress::callback;
+    options.progress_data = &progress_;
+    outcome.losses.resize(kSteps);
+    options.steps = kSteps;
+    options.losses = outcome.losses.data();
+    options.loss_count = kSteps;
+    outcome.training.struct_size = sizeof outcome.training;
+    check(toliman_cae_train(cae_.get(), &options, &outcome.training));
+    outcome.weights = bytes_of([this](unsigned char *data, size_t capacity, size_t *size) {
+        return toliman_cae_save(cae_.get(), nullptr, data, capacity, size);
+    });
+    inspect_decoder();
+}
+
+// Compares (decode(z) - decode(0))/z with the whitened derivative image, which it should be.
+void NetworkRun::inspect_decoder() {
+    const double z = scene_.bounds().crb_px;
+    std::vector<double> target(kNetworkSide * kNetworkSide), at_z(target.size()), at_0(target.size());
+    check(toliman_cae_get_target(cae_.get(), target.data(), kNetworkSide));
+    check(toliman_cae_decode(cae_.get(), z, at_z.data(), kNetworkSide));
+    check(toliman_cae_decode(cae_.get(), 0, at_0.data(), kNetworkSide));
+    double product = 0, target_square = 0, output_square = 0;
+    for (size_t i = 0; i < target.size(); i++) {
+        const double output = (at_z[i] - at_0[i]) / z;
+        product += output * target[i];
+        target_square += target[i] * target[i];
+        output_square += output * output;
+    }
+    outcome.decoder_cosine = product / std::sqrt(target_square * output_square);
+    outcome.decoder_gain = product / target_square;
+}
+
+void NetworkRun::encode(const double *images, size_t count, std::vector<double> &latents) const {
+    const toliman_image image = plain_image(images);
+    latents.resize(latents.size() + count);
+    check(toliman_cae_encode_many(cae_.get(), &image, count, 0, &latents[latents.size() - count], nullptr));
+}
+
+void NetworkRun::push(size_t at, const double *images, size_t count) {
+    {
+        const Stopwatch watch(outcome.encode_seconds);
+        encode(images, count, outcome.latent.values);
+    }
+    const Stopwatch watch(outcome.reference_seconds);
+    if (untrained_)
+        untrained_->push(images, nullptr, count);
+    template_->push(images, nullptr, count);
+    reconstructor_.take(at, images, count);
+}
+
+void NetworkRun::end_frames() {
+    outcome.reconstructions = reconstructor_.result();
+    outcome.template_fit.values = template_->series();
+    if (untrained_)
+        outcome.untrained.values = untrained_->series();
+}
+
+void NetworkRun::push_control(size_t at, const double *images, size_t count) {
+    encode(images, count, outcome.no_signal.values);
+    template_->push(images, nullptr, count);
+    if (at < frames_)
+        untrained_->push(images, nullptr, std::min(count, frames_ - at));
+}
+
+void NetworkRun::end_controls(bool photon_noise) {
+    std::vector<double> &latents = outcome.no_signal.values;
+    outcome.latent.sigma_px = outcome.no_signal.sigma_px = deviation(latents);
+    outcome.template_fit.sigma_px = deviation(template_->series());
+    outcome.untrained.sigma_px = deviation(untrained_->series());
+    if (photon_noise)
+        outcome.efficiency = scene_.bounds().crb_projected_px / outcome.latent.sigma_px;
+    latents.resize(std::min(frames_, latents.size()));
+}
+
+} // namespace cli
