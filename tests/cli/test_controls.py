@@ -27,7 +27,7 @@ class Controls(ProgramTest):
 
     def check_same_result(self, result, *others):
         """All keys but those that the controls, time and place of the run change."""
-        free = {"controls", "provenance", "scene_folder", "template", "timings", *others}
+        free = {"controls", "provenance", "scene_folder", "template", "fit", "timings", *others}
         for key in self.full_result.keys() - free:
             self.assertEqual(result[key], self.full_result[key], key)
 
@@ -40,6 +40,8 @@ class Controls(ProgramTest):
         self.assertEqual((result["controls"], self.full_result["controls"]), ("none", "full"))
         self.assertEqual([result[key] for key in UNKNOWN], [None] * len(UNKNOWN))
         self.assertEqual(result["template"], {**self.full_result["template"], "sigma_px": None})
+        unknown = ("sigma_px", "efficiency", "efficiency_error", "no_signal_log10_fap")
+        self.assertEqual(result["fit"], {**self.full_result["fit"], **dict.fromkeys(unknown)})
         self.check_same_result(result, *UNKNOWN)
         self.check_same_files(self.folder / "x")
 

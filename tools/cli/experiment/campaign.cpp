@@ -22,6 +22,7 @@ namespace {
 constexpr uint64_t kControlFrames = 2000; // per seed of table robust: efficiency to 1/sqrt(2 * 2000) = 1.6 %
 constexpr uint64_t kFewSeeds = 10;        // of tables with a single amplitude
 constexpr double kStep = 1e-5;            // px, for the slope of a method on expected images
+constexpr size_t kFewestValues = 5;       // of a series that is evaluated
 
 std::vector<double> shape_of(const Scene &scene, const Cadence &cadence) {
     const double amplitude = scene.info.amplitude_px;
@@ -78,7 +79,8 @@ void add_reference(const Table &table, double *images, size_t count) {
             images[k * pixels + i] += table.reference[i];
 }
 
-// Slope of a method that does not learn from the series: its values per px on expected images, without noise.
+// Slope of a method that does not learn from the series: its values per px on expected images, without noise; 0 if
+// these give no value.
 double slope_of(const Table &table, Method &method) {
     const Scene &scene = *table.frames;
     std::vector<double> images(2 * scene.pixels());
@@ -89,7 +91,8 @@ double slope_of(const Table &table, Method &method) {
     const double times_days[2] = {}; // expected images are those of time 0
     method.push(images.data(), times_days, 2);
     const std::vector<double> values = method.series();
-    return (values[1] - values[0]) / (2 * kStep);
+    const double slope = (values[1] - values[0]) / (2 * kStep);
+    return std::isnan(slope) ? 0 : slope;
 }
 
 bool takes_part(const MethodKind &method, const Table &table, const Row &row) {
@@ -274,6 +277,8 @@ void Campaign::evaluate(const Work &work, const std::vector<double> &truth, Meth
     const size_t block = method.block();
     const Samples samples(block_means(cadence_.times, block), block_means(truth, block), method.series());
     const std::vector<double> &values = samples.values;
+    if (values.size() < kFewestValues)
+        return; // finds nothing: log10 FAP and all other numbers remain 0
     const Series series = {scene_->path, samples.times, values, {}};
     const toliman_period_peak peak = find_period(series, block > 1 ? default_grid(series) : grid_, {}, quiet).peak;
     row.period_days = peak.period;

@@ -54,9 +54,9 @@ bool found(const Campaign &campaign, const Row &row) {
     return row.log10_fap < kFound && period_error(campaign, row) < kClose;
 }
 
-// Cramer-Rao bound over the scatter, both in px.
+// Cramer-Rao bound over the scatter, both in px; 0 of a series without values.
 double efficiency(const Table &table, const Row &row) {
-    return table.frames->bounds().crb_projected_px * std::fabs(row.slope) / row.sigma;
+    return row.sigma > 0 ? table.frames->bounds().crb_projected_px * std::fabs(row.slope) / row.sigma : 0;
 }
 
 template <class Value> std::vector<double> values_of(const std::vector<Row> &rows, Value value) {
@@ -84,7 +84,7 @@ LadderRow ladder_row_of(const Campaign &campaign, const Table &table, const std:
 std::vector<double> pooled_sigmas(const std::vector<Row> &rows) {
     std::map<uint64_t, std::vector<double>> squares;
     for (const Row &row : rows)
-        squares[row.seed].push_back(row.sigma * row.sigma / (row.slope * row.slope));
+        squares[row.seed].push_back(row.sigma > 0 ? row.sigma * row.sigma / (row.slope * row.slope) : INFINITY);
     std::vector<double> sigmas;
     sigmas.reserve(squares.size());
     for (const auto &[seed, of_seed] : squares)

@@ -19,9 +19,12 @@ _WORDS = {
     "network": "the autoencoder, trained on the scene and on no frame; its latent, one number per frame, is the "
                "separation in px",
     "template": "least-squares fit of the derivative image to a frame: the reference method, which reaches the bound",
+    "fit": "maximum-likelihood fit of the forward model to a frame: places and fluxes of both stars and the background; it "
+           "follows stars that move",
     "untrained network": "the network with random weights, on the frames with signal: a period that it finds needs no "
                          "training",
     "network, no signal": "the trained network on frames without a planet: its highest peak is noise",
+    "fit, no signal": "the fit on frames without a planet: its highest peak is noise",
     "signal": "the true displacements: without noise, hence a FAP of almost 0",
     "the chapter": "the book chapter whose experiment the scene chapter repeats with a better mask: " + CHAPTER,
     "nuisances": "other parameters that change a frame: fluxes of both stars, shift in x and y, roll, scale, focus, "
@@ -34,7 +37,10 @@ _WORDS = {
     "1 − MSSIM": "structural dissimilarity of frame and reconstruction (MSSIM: mean structural similarity); 0 if equal",
     **glossary.FAP, **glossary.FWHM, **glossary.PEAKS,
 }
-_CONTROL_WORDS = ("untrained network", "network, no signal")
+_CONTROL_WORDS = ("untrained network", "network, no signal", "fit, no signal")
+_NETWORK_WORDS = ("network", "template", "signal", "untrained network", "network, no signal", "decoder: cosine, gain",
+                  "mean squared error", "1 − MSSIM")
+_FIT_WORDS = ("fit", "fit, no signal")
 
 
 class _Run:
@@ -49,11 +55,25 @@ class _Run:
         self.log10_fap = result.number("log10_fap")
         self.has_signal = self.amplitude != 0
         self.found = significant(self.log10_fap)
+        self.has_network = result.find("estimator", "network") == "network"
+        self.has_fit = result.has("fit")
+        self.headline = "Network: fit" if self.has_network else "Fit of each frame: period"
 
     @property
     def has_controls(self) -> bool:
         """Whether there are frames without signal and an untrained network."""
         return bool(self.result.find("controls", "full") != "none")
+
+    @property
+    def series_names(self) -> dict[str, str]:
+        """Columns of series.csv with the values of the estimators, by title."""
+        names = {"network (latents)": "latent", "template": "template"} if self.has_network else {}
+        return {**names, "fit": "fit"} if self.has_fit else names
+
+    def explains(self, word: str) -> bool:
+        """Whether the page uses this word."""
+        return (self.has_controls or word not in _CONTROL_WORDS) and (self.has_network or word not in _NETWORK_WORDS) \
+            and (self.has_fit or word not in _FIT_WORDS)
 
     @property
     def is_right(self) -> bool:
@@ -70,17 +90,18 @@ def add(folder: pathlib.Path, page: Page) -> None:
     page.add("title", "toliman run: " + run.result.text("scene"))
     _add_summary(run, page)
     _add_estimators(run, page)
-    _add_chapter_table(run, page)
+    if run.has_network:
+        _add_chapter_table(run, page)
     page.add("heading", "The signal")
     _add_series(run, page)
     _add_periodograms(run, page)
     page.add("heading", "Images")
     run_images.add(folder, run.result, page)
     run_chapter.add(folder, run.result, page)
-    if (folder / "training.csv").exists():
+    if run.has_network and (folder / "training.csv").exists():
         page.add("heading", "Training")
         _add_training(run, page)
-    page.explain({word: text for word, text in _WORDS.items() if run.has_controls or word not in _CONTROL_WORDS})
+    page.explain({word: text for word, text in _WORDS.items() if run.explains(word)})
 
 
 def _distance(value: float, error: float, truth: float) -> str:
@@ -120,7 +141,7 @@ def _scatter_words(run: _Run) -> str:
     result = run.result
     if not run.has_controls:
         return ("Controls were left out (--controls none): without frames without signal, sigma and efficiency are "
-                "unknown, and there is no untrained network.")
+                "unknown" + (", and there is no untrained network." if run.has_network else "."))
     text = (f"sigma: its standard deviation over {result.whole('no_signal.frames')} frames without signal. "
             "efficiency: the bound divided by sigma")
     if math.isfinite(result.number("efficiency")):
@@ -128,39 +149,83 @@ def _scatter_words(run: _Run) -> str:
     return text + "; not given, because the bound assumes photon noise, which these frames do not have."
 
 
-def _add_estimators(run: _Run, page: Page) -> None:
+def _row(run: _Run, name: str, sigma: float, efficiency: str, prefix: str) -> list[str]:
+    """A row of the estimators, with the period and FAP of keys that begin with `prefix`."""
+    period, error = (run.result.number(f"{prefix}{key}_days") for key in ("period", "period_error"))
+    return [name, exponential(sigma), efficiency, run.period_text(period, error),
+            fixed(run.result.number(prefix + "log10_fap"), 1)]
+
+
+def _network_rows(run: _Run) -> list[list[str]]:
     result = run.result
-    defined = math.isfinite(result.number("efficiency"))
-    network = result.number("latent_sigma_px")
     template = result.number("template.sigma_px")
-    template_period = run.period_text(*(result.number(f"template.{key}_days") for key in ("period", "period_error")))
-    rows = [["Cramér-Rao bound", exponential(result.number("crb_projected_px")), "1", "", ""],
-            ["network", exponential(network), fixed(result.number("efficiency"), 3),
-             run.period_text(run.period, run.error), fixed(run.log10_fap, 1)],
-            ["template", exponential(template), _efficiency(run, template), template_period,
-             fixed(result.number("template.log10_fap"), 1)]]
-    if run.has_controls:
+    return [["Cramér-Rao bound", exponential(result.number("crb_projected_px")), "1", "", ""],
+            _row(run, "network", result.number("latent_sigma_px"), fixed(result.number("efficiency"), 3), ""),
+            _row(run, "template", template, _efficiency(run, template), "template.")]
+
+
+def _fit_rows(run: _Run) -> list[list[str]]:
+    result = run.result
+    return [["bound of the fit", exponential(result.number("fit.bound_px")), "1", "", ""],
+            _row(run, "fit", result.number("fit.sigma_px"), fixed(result.number("fit.efficiency"), 3), "fit.")]
+
+
+def _control_rows(run: _Run) -> list[list[str]]:
+    result, rows = run.result, []
+    if run.has_network:
         untrained = result.number("untrained.sigma_px")
         rows += [["untrained network", exponential(untrained), _efficiency(run, untrained), "",
                   fixed(result.number("untrained.log10_fap"), 1)],
-                 ["network, no signal", exponential(network), "", "", fixed(result.number("no_signal.log10_fap"), 1)]]
-    page.add_table("Estimators: one number per frame (see Words). " + _scatter_words(run),
+                 ["network, no signal", exponential(result.number("latent_sigma_px")), "", "",
+                  fixed(result.number("no_signal.log10_fap"), 1)]]
+    if run.has_fit:
+        rows.append(["fit, no signal", exponential(result.number("fit.sigma_px")), "", "",
+                     fixed(result.number("fit.no_signal_log10_fap"), 1)])
+    return rows
+
+
+def _add_estimators(run: _Run, page: Page) -> None:
+    result = run.result
+    rows = (_network_rows(run) if run.has_network else []) + (_fit_rows(run) if run.has_fit else [])
+    if run.has_controls:
+        rows += _control_rows(run)
+    page.add_table("Estimators: one number per frame (see Words). " + _scatter_words(run)
+                   + (" The fit has a bound of its own: places, fluxes and background are free." if run.has_fit else ""),
                    ["", "sigma, px", "efficiency", "period, days", LOG_FAP], rows)
+    rows = [["bound, all other parameters known, px", scientific(result.number("crb_px"))],
+            ["bound, fluxes and common shift free, px", scientific(result.number("crb_flux_shift_px"))],
+            ["bound, all eight nuisances free, px", scientific(result.number("crb_marginal_px"))]]
+    rows += _network_properties(run) if run.has_network else []
+    rows += _fit_properties(run) if run.has_fit else []
+    page.add_table(f"The bound of one frame{'' if run.has_network else ' at time 0'}, and the estimators.", ["", ""], rows)
+    _add_seconds(run, page)
+
+
+def _network_properties(run: _Run) -> list[list[str]]:
+    result = run.result
+    defined = math.isfinite(result.number("efficiency"))
     squared = scientific(result.number("mmse"), 4)
-    page.add_table(
-        "The bound of one frame, and the network.", ["", ""],
-        [["bound, all other parameters known, px", scientific(result.number("crb_px"))],
-         ["bound, fluxes and common shift free, px", scientific(result.number("crb_flux_shift_px"))],
-         ["bound, all eight nuisances free, px", scientific(result.number("crb_marginal_px"))],
-         ["cosine of encoder and ideal: the expected efficiency, no unit", fixed(result.number("cosine"), 4)],
-         ["decoder: cosine, gain, no unit",
-          f"{fixed(result.number('decoder.cosine'), 4)}, {fixed(result.number('decoder.gain'), 4)}"],
-         ["mean squared error; noise alone, no unit" if defined else "mean squared error, no unit",
-          squared + (f"; {scientific(result.number('photon_floor'), 4)}" if defined else "")],
-         ["1 − MSSIM, no unit", scientific(1 - result.number("mssim"), 2)]])
+    return [["cosine of encoder and ideal: the expected efficiency, no unit", fixed(result.number("cosine"), 4)],
+            ["decoder: cosine, gain, no unit",
+             f"{fixed(result.number('decoder.cosine'), 4)}, {fixed(result.number('decoder.gain'), 4)}"],
+            ["mean squared error; noise alone, no unit" if defined else "mean squared error, no unit",
+             squared + (f"; {scientific(result.number('photon_floor'), 4)}" if defined else "")],
+            ["1 − MSSIM, no unit", scientific(1 - result.number("mssim"), 2)]]
+
+
+def _fit_properties(run: _Run) -> list[list[str]]:
+    result = run.result
+    return [["fit: chi-square per degree of freedom, mean, no unit", fixed(result.number("fit.chi_square"), 4)],
+            ["fit: Gauss-Newton steps per frame; frames lost, no unit",
+             f"{fixed(result.number('fit.iterations'), 1)}; {result.whole('fit.lost')}"]]
+
+
+def _add_seconds(run: _Run, page: Page) -> None:
+    result = run.result
     spent = [(name, result.number(f"timings.{key}_s")) for name, key in
              (("set-up", "setup"), ("training", "train"), ("frames", "simulate"), ("encoding", "encode"),
-              ("period", "period"), ("controls", "controls"), ("images", "images")) if result.has(f"timings.{key}_s")]
+              ("fit", "fit"), ("period", "period"), ("controls", "controls"), ("images", "images"))
+             if result.has(f"timings.{key}_s") and (run.has_network or key not in ("train", "encode"))]
     page.add("text", f"Time: {fixed(result.number('timings.total_s'), 1)} s in total; "
              + ", ".join(f"{name} {fixed(seconds, 1)}" for name, seconds in spent) + ".")
 
@@ -191,14 +256,16 @@ def _add_chapter_table(run: _Run, page: Page) -> None:
 
 def _add_series(run: _Run, page: Page) -> None:
     result, table = run.result, Table(run.folder / "series.csv")
-    t, truth = table.numbers("t"), table.numbers("true")
-    panels = {"network (latents)": table.numbers("latent"), "template": table.numbers("template")}
+    kept = numpy.isfinite(table.numbers("fit", finite=False)) if run.has_fit else slice(None)
+    t, truth = table.numbers("t")[kept], table.numbers("true")[kept]
+    panels = {title: table.numbers(name, finite=name != "fit")[kept] for title, name in run.series_names.items()}
     uas = result.number("amplitude_uas") / run.amplitude if run.has_signal else 0.0
     period = run.period if run.is_right else run.true_period
     cycles = numpy.ptp(t) / period if period > 0 else 0
     step = figures.thinned(len(t))
     thinned = f" One of {step} frames is drawn." if step > 1 else ""
-    caption = "Values of each frame less their mean, for the network and the template"
+    caption = "Values of each frame less their mean, for the " + ", the ".join(
+        title.partition(" (")[0] for title in panels)
     truth_words = f" The truth, in the same unit, is the displacement without noise{_noise(run)}." \
         if run.has_signal else ""
     if cycles <= figures.MOST_CYCLES:
@@ -207,7 +274,7 @@ def _add_series(run: _Run, page: Page) -> None:
     if period > 0:
         which = "found" if run.is_right else "true"
         true_wave = _true_wave(run, t, truth) if run.has_signal else None
-        fits = {"network (latents)": _fit(run)} if run.is_right else {}
+        fits = {next(iter(panels)): _fit(run)} if run.is_right else {}
         figure = figures.folded(t, panels, period, true_wave, uas, fits)
         shown = run.period_text(period, math.nan) if run.is_right else f"{period:g}"
         page.add_figure("folded", figure, f"The same folded: all {cycles:.1f} cycles over one period, the {which} one, "
@@ -217,8 +284,9 @@ def _add_series(run: _Run, page: Page) -> None:
 def _noise(run: _Run) -> str:
     if not run.has_controls:
         return ""
-    part = scientific(run.amplitude / run.result.number("latent_sigma_px"))
-    return f": its amplitude is {part} of the scatter of one latent without signal"
+    sigma = run.result.number("latent_sigma_px" if run.has_network else "fit.sigma_px")
+    value = "latent" if run.has_network else "value"
+    return f": its amplitude is {scientific(run.amplitude / sigma)} of the scatter of one {value} without signal"
 
 
 def _true_wave(run: _Run, t: Array, truth: Array) -> Sinusoid:
@@ -246,15 +314,19 @@ def _power(name: str, frequency: Array, values: Array, result: Result, prefix: s
 def _add_periodograms(run: _Run, page: Page) -> None:
     result, table = run.result, Table(run.folder / "periodogram.csv")
     frequency, level = table.numbers("frequency"), result.number("power_at_fap_1e-3")
-    curves = [_power("network's latents", frequency, table.numbers("power"), result, "", level),
-              _power("template's values", frequency, table.numbers("template"), result, "template.", level)]
+    curves = []
+    if run.has_network:
+        curves += [_power("network's latents", frequency, table.numbers("power"), result, "", level),
+                   _power("template's values", frequency, table.numbers("template"), result, "template.", level)]
+    if run.has_fit:
+        curves.append(_power("values of the fit", frequency, table.numbers("fit"), result, "fit.", level))
     if result.has("true_series"):
         curves.insert(0, _power("true displacements", frequency, table.numbers("true"), result, "true_series."))
     figure = figures.periodogram(curves)
     if figure is None:
         page.add("text", "No figure of the periodogram: its grid does not have two frequencies above 0.")
         return
-    page.add_figure("periodogram", figure, "Lomb-Scargle periodograms. Network: fit "
+    page.add_figure("periodogram", figure, f"Lomb-Scargle periodograms. {run.headline} "
                                            f"{with_error(run.period, run.error)} "
                     f"days, FWHM {_two_digits(result.number('fwhm_period_days'))} days, {LOG_FAP} "
                     f"{fixed(run.log10_fap, 1)}. Noise alone exceeds the dashed line once in a thousand series.")

@@ -22,8 +22,16 @@ def add(folder: pathlib.Path, result: Result, page: Page) -> None:
         return
     page.add("heading", "Figures of the chapter")
     _add_signal(folder, result, page)
-    _add_images(folder, result, page)
+    files = Images(folder, result)
+    _add_bandwidths(files, page)
+    if result.has("samples"):
+        _add_reconstructions(files, page)
     _add_displacement(folder, page)
+    if result.has("samples"):
+        _add_network(page)
+
+
+def _add_network(page: Page) -> None:
     page.add_figure("architecture", chapter.architecture(),
                     "The network, as the chapter draws its own. Boxes are images, rows × columns × channels; "
                     "a dense layer "
@@ -42,7 +50,7 @@ def add(folder: pathlib.Path, result: Result, page: Page) -> None:
 
 
 def _add_signal(folder: pathlib.Path, result: Result, page: Page) -> None:
-    if not result.has("true_series"):
+    if not result.has("true_series") or not result.has("samples"):
         return
     series, table = Table(folder / "series.csv"), Table(folder / "periodogram.csv")
     frequency = table.numbers("frequency")
@@ -61,8 +69,7 @@ def _add_signal(folder: pathlib.Path, result: Result, page: Page) -> None:
                     "frequency.")
 
 
-def _add_images(folder: pathlib.Path, result: Result, page: Page) -> None:
-    files = Images(folder, result)
+def _add_bandwidths(files: Images, page: Page) -> None:
     shown = [name for name in BANDS if not files.reason(name)]
     if shown:
         panels = [files.panel(name, band(name), unit="fraction of the light per pixel") for name in shown]
@@ -72,6 +79,10 @@ def _add_images(folder: pathlib.Path, result: Result, page: Page) -> None:
                         "overlap and wash out; those near it stay. The step of the mask is half a wave at one "
                         "wavelength only; the "
                         "others also leave light in the core.")
+
+
+def _add_reconstructions(files: Images, page: Page) -> None:
+    folder, result = files.folder, files.result
     names = ("frames", "reconstructions", "residuals")
     frames, again, residuals = (files.values(name, 3) for name in names)
     for name, values in zip(names, (frames, again, residuals)):

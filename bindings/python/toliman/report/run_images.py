@@ -109,6 +109,8 @@ def _add_frame(files: Images, page: Page) -> None:
 
 
 def _add_residuals(files: Images, page: Page) -> None:
+    if not files.result.has("residuals"):
+        return
     residuals = files.values("residuals", 3)
     if not numpy.isfinite(residuals).any():
         return

@@ -1,0 +1,168 @@
+"""toliman run and experiment on stars that move along their orbit and by their pointing: the fit alone, against encode --fit."""
+import json
+import shutil
+import unittest
+
+import numpy
+from pages import Reader, Recorder, ReportTest
+from shared_run import rows_of, shared_run
+from test_fit import SCENE
+
+FRAMES, PERIOD, AMPLITUDE = 60, 40, 5e-3
+NETWORK_KEYS = ("latent_sigma_px", "cosine", "mmse", "photon_floor", "mssim", "decoder", "residuals", "samples", "template",
+                "untrained")
+FILES = ["displacement.csv", "images", "periodogram.csv", "result.json", "scene.json", "series.csv"]
+FIGURES = ["series", "folded", "periodogram", "pupil", "frame", "displacement"]
+
+
+def moving_scene(**groups):
+    """Alpha Centauri on 64x64 px, which moves by 0.3 px along its orbit and as much by the pointing of each frame."""
+    return {**SCENE, "name": "moving", "cadence": {**SCENE["cadence"], "frames": FRAMES},
+            "signal": {**SCENE["signal"], "amplitude_px": AMPLITUDE, "period_days": PERIOD},
+            "systematics": {"pointing_rms_px": 0.3, "roll_rms_deg": 0.01}, **groups}
+
+
+class Moving(ReportTest):
+    def write(self, name="moving.json", **groups):
+        (self.folder / name).write_text(json.dumps(moving_scene(**groups)))
+
+    def setUp(self):
+        super().setUp()
+        self.write()
+
+    def run_scene(self, *options, out="r"):
+        done = self.run_program("run", "moving.json", "--out", out, *options)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return done
+
+    def result(self, folder="r"):
+        return json.loads((self.folder / folder / "result.json").read_text())
+
+    def encoded(self, scene, seed, frames, column):
+        """A column of encode --fit on simulated frames."""
+        for command in (("simulate", scene, "--seed", seed, "--frames", f"0:{frames}", "--out", "f.npy"),
+                        ("encode", "--fit", "moving.json", "f.npy")):
+            done = self.run_program(*command)
+            self.assertEqual(done.returncode, 0, done.stderr)
+        head, *lines = done.stdout.splitlines()
+        return numpy.array([float(line.split(",")[head.split(",").index(column)]) for line in lines])
+
+
+class Run(Moving):
+    def test_the_fit_finds_the_period(self):
+        text = self.run_scene("--controls", "quick").stdout
+        result, series, power = self.result(), rows_of(self.folder / "r/series.csv"), rows_of(self.folder / "r/periodogram.csv")
+        fit = result["fit"]
+        self.assertEqual(result["estimator"], "fit")
+        self.assertLess(abs(result["period_days"] - PERIOD), 3 * result["period_error_days"])
+        self.assertLess(result["log10_fap"], -30)
+        self.assertGreater(result["no_signal"]["log10_fap"], -3)
+        self.assertEqual([fit[key] for key in ("period_days", "log10_fap", "no_signal_log10_fap", "efficiency")],
+                         [result["period_days"], result["log10_fap"], result["no_signal"]["log10_fap"], result["efficiency"]])
+        self.assertAlmostEqual(fit["efficiency"], 1, delta=0.15)  # of 200 frames: 5 %
+        self.assertAlmostEqual(fit["efficiency_error"] / fit["efficiency"], 1 / 20, delta=1e-12)
+        self.assertAlmostEqual(fit["chi_square"], 1, delta=4 * numpy.sqrt(2 / (FRAMES * 64**2)))
+        self.assertEqual(fit["lost"], 0)
+        self.assertEqual([result[key] for key in NETWORK_KEYS], [None] * len(NETWORK_KEYS))
+        self.assertEqual(sorted(path.name for path in (self.folder / "r").iterdir()), FILES)
+        self.assertEqual(list(series), ["frame", "t", "true", "fit"])
+        self.assertEqual(list(power), ["frequency", "true", "fit"])
+        self.assertAlmostEqual(power["frequency"][power["fit"].argmax()], 1 / PERIOD, delta=result["grid"]["df"])
+        self.assertIn("period found  40", text)
+        self.assertNotIn("template", text)
+        slope = numpy.polyfit(series["true"], series["fit"], 1)[0]
+        self.assertAlmostEqual(slope, 1, delta=0.1)
+        numpy.testing.assert_array_equal(self.encoded("moving.json", 7, FRAMES, "displacement_px"), series["fit"])
+        sigma = self.encoded("moving.json", 7, FRAMES, "separation_sigma_px")
+        self.assertAlmostEqual(numpy.sqrt((sigma**2).mean()) / fit["bound_px"], 1, delta=0.01)
+
+    def test_controls_move_as_the_scene_does(self):
+        """Frames 0 ... 59 without signal again and again, each time with another seed."""
+        self.run_scene("--controls", "quick")
+        self.write("still.json", signal={"kind": "none"})
+        values = numpy.concatenate([self.encoded("still.json", 7 + (k << 32), min(FRAMES, 200 - 60 * (k - 1)), "displacement_px")
+                                    for k in (1, 2, 3, 4)])
+        self.assertEqual(len(values), 200)
+        self.assertAlmostEqual(self.result()["fit"]["sigma_px"] / values.std(ddof=1), 1, delta=1e-9)
+
+    def test_without_controls_over_the_results_of_a_network(self):
+        """The network's files do not remain next to results of the fit."""
+        shutil.copytree(shared_run(), self.folder / "r")
+        text = self.run_scene("--controls", "none").stdout
+        self.assertIn("controls      none: no frames without signal\n", text)
+        self.assertIn("efficiency not defined", text)
+        result = self.result()
+        self.assertEqual([result["fit"][key] for key in ("sigma_px", "efficiency", "no_signal_log10_fap")], [None] * 3)
+        self.assertEqual(sorted(path.name for path in (self.folder / "r").iterdir()), FILES)
+        self.assertEqual(sorted(f"images/{path.name}" for path in (self.folder / "r/images").iterdir()),
+                         sorted(image["file"] for image in result["images"].values()))
+
+    def test_lost_frames(self):
+        """Stars that the pointing throws out of the frame."""
+        self.write(systematics={"pointing_rms_px": 8})
+        done = self.run_scene("--controls", "quick")
+        lost = int(numpy.isnan(rows_of(self.folder / "r/series.csv")["fit"]).sum())
+        self.assertGreater(lost, 0)
+        self.assertEqual(self.result()["fit"]["lost"], lost)
+        self.assertIn(f"the fit did not converge for {lost} of 60 frames: its series lacks them\n", done.stderr)
+        self.assertIn("period found  ", done.stdout)
+        time = Recorder(self.folder / "r").figures["series"].axes[0].get_lines()[0].get_xdata()
+        self.assertEqual(len(time), FRAMES - lost)
+
+    def test_what_moves(self):
+        """The orbit alone, the roll alone; a scene that only jitters needs the network's frames."""
+        at_rest = {"separation_arcsec": 7, "position_angle_deg": 30}
+        for groups in ({"systematics": {}}, {"binary": at_rest, "systematics": {"roll_rms_deg": 0.01}}):
+            self.write(**groups)
+            self.run_scene("--controls", "none")
+            self.assertEqual(self.result()["estimator"], "fit")
+        self.write(binary=at_rest, systematics={"jitter_sigma_px": 0.1})
+        self.refuse(2, "must be at least [256, 256] px for the network", arguments=("run", "moving.json", "--out", "x"))
+
+    def test_one_star(self):
+        scene = moving_scene(systematics={"pointing_rms_px": 0.3}, signal={**SCENE["signal"], "star": "A"})
+        del scene["binary"], scene["stars"]
+        scene["stars"] = {"A": SCENE["stars"]["A"]}
+        (self.folder / "moving.json").write_text(json.dumps(scene))
+        done = self.run_program("run", "moving.json", "--out", "x")
+        self.assertEqual((done.returncode, done.stdout), (2, ""))
+        self.assertIn("moving.json: stars: a fit needs two stars\n", done.stderr)
+
+    def test_report(self):
+        self.run_scene("--controls", "quick")
+        result, page = self.result(), Recorder(self.folder / "r")
+        self.assertEqual(list(page.figures), FIGURES)
+        read = Reader(page.html())
+        self.assertIn("Period found: 40", read.text)
+        self.assertEqual(read.row("fit")[1], f"{result['fit']['efficiency']:.3f}")
+        self.assertEqual(read.row("fit, no signal")[3].replace("−", "-"), f"{result['no_signal']['log10_fap']:.1f}")
+        for words in ("template", "network", "decoder", "nan"):
+            self.assertNotIn(words, read.text)
+        self.assertIn("Fit of each frame: period 40", page.captions["periodogram"])
+
+
+class Experiment(Moving):
+    ARGUMENTS = ("experiment", "moving.json", "--out", "x", "--seeds", 1, "--amplitudes", AMPLITUDE, "--blind", 3, "--json")
+
+    def test_only_the_fit_follows(self):
+        done = self.run_program(*self.ARGUMENTS, "--methods", "fit,template", "--tables", "real")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        (table,) = json.loads(done.stdout)["tables"]
+        fit, template = table["ladder"]
+        self.assertEqual((fit["found"], template["found"]), (1, 0))
+        self.assertAlmostEqual(fit["slope"], 1, delta=0.1)
+        control = {row["method"]: row for row in table["controls"]}
+        self.assertEqual(control["fit"]["alarms"], 0)
+        self.assertAlmostEqual(control["fit"]["slope"], 1, delta=1e-3)
+        self.assertGreater(control["fit"]["efficiency"], 0.7)
+        self.assertLess(control["template"]["efficiency"], 0.1)
+
+    def test_robust_needs_stars_at_rest(self):
+        done = self.run_program(*self.ARGUMENTS, "--methods", "fit")
+        self.assertEqual((done.returncode, done.stdout), (2, ""))
+        self.assertIn("moving.json: the stars move: the table robust needs stars at rest", done.stderr)
+        self.assertIn("give --tables real,equal\n", done.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
