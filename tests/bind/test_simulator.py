@@ -170,7 +170,7 @@ class Frames(unittest.TestCase):
 
 class Scenes(unittest.TestCase):
     def test_found_by_name(self):
-        self.assertEqual([path.name for path in toliman.shipped_scenes()], ["chapter.json", "mission.json"])
+        self.assertEqual([path.name for path in toliman.shipped_scenes()], ["chapter.json", "mission.json", "sky.json"])
         self.assertEqual(toliman.plan("chapter.json").bytes, toliman.plan(str(SCENES / "chapter.json")).bytes)
         for missing in ("here/chapter.json", "no_chapter.json"):
             with self.assertRaisesRegex(toliman.NotFoundError, f"{missing}: No such file") as raised:
