@@ -8,6 +8,20 @@
 
 namespace cli {
 
+namespace {
+
+bool is_series(const std::vector<double> &values) {
+    constexpr int fewest = 5;
+    return std::count_if(values.begin(), values.end(), [](double value) { return !std::isnan(value); }) >= fewest;
+}
+
+} // namespace
+
+bool FitRun::has_series() const {
+    return is_series(outcome.signal.values) &&
+           (outcome.no_signal.values.empty() || is_series(outcome.no_signal.values));
+}
+
 void FitRun::end_frames(const std::vector<double> &times_days) {
     const std::vector<toliman_fit_result> results = method_.results();
     std::vector<double> chi_squares, iterations;

@@ -28,6 +28,8 @@ class FitRun {
     void end_frames(const std::vector<double> &times_days);
     // After the frames without signal, of which frame k has time k modulo the length of the cadence.
     void end_controls(bool photon_noise);
+    // Whether there are values enough to search them for a period.
+    bool has_series() const;
     FitOutcome outcome;
 
   private:

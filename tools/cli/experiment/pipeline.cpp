@@ -11,6 +11,7 @@
 #include "common/failure.hpp"
 #include "common/parallel.hpp"
 #include "common/stop.hpp"
+#include "common/text.hpp"
 #include "frames/frame_loop.hpp"
 #include "series/fap.hpp"
 
@@ -92,8 +93,13 @@ class Estimators {
             result.timings.encode = result.network->encode_seconds;
             result.timings.controls += result.network->reference_seconds;
         }
-        if (fit_)
+        if (fit_ && fit_->has_series())
             result.fit = std::move(fit_->outcome);
+        else if (!network_)
+            throw Failure(kExitUsage,
+                          formatted("%s: the fit did not converge for %zu of %zu frames: their noise must be smaller, "
+                                    "and the stars must be in the frame",
+                                    scene_.path.c_str(), fit_->outcome.lost, cadence_.times.size()));
     }
 
   private:
