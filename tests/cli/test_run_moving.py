@@ -109,6 +109,14 @@ class Run(Moving):
         time = Recorder(self.folder / "r").figures["series"].axes[0].get_lines()[0].get_xdata()
         self.assertEqual(len(time), FRAMES - lost)
 
+    def test_no_frame_is_fitted(self):
+        """Stars that are too faint."""
+        self.write(cadence={**SCENE["cadence"], "frames": FRAMES, "peak_photons": 1e-2})
+        done = self.run_program("run", "moving.json", "--out", "x")
+        self.assertEqual((done.returncode, done.stdout), (2, ""))
+        self.assertIn("moving.json: the fit did not converge for 60 of 60 frames", done.stderr)
+        self.assertFalse((self.folder / "x").exists())
+
     def test_what_moves(self):
         """The orbit alone, the roll alone; a scene that only jitters needs the network's frames."""
         at_rest = {"separation_arcsec": 7, "position_angle_deg": 30}

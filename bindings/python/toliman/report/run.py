@@ -256,7 +256,7 @@ def _add_chapter_table(run: _Run, page: Page) -> None:
 
 def _add_series(run: _Run, page: Page) -> None:
     result, table = run.result, Table(run.folder / "series.csv")
-    kept = numpy.isfinite(table.numbers("fit", finite=False)) if run.has_fit else slice(None)
+    kept: Array = numpy.isfinite(table.numbers("fit" if run.has_fit else "t", finite=False))
     t, truth = table.numbers("t")[kept], table.numbers("true")[kept]
     panels = {title: table.numbers(name, finite=name != "fit")[kept] for title, name in run.series_names.items()}
     uas = result.number("amplitude_uas") / run.amplitude if run.has_signal else 0.0
