@@ -87,7 +87,20 @@ FitWork Fit::work() const {
 }
 
 uint64_t Fit::digest() const noexcept {
-    return fnv1a(std::array<double, 1>{capture_px_}, model_.digest());
+    const Detector &detector = scene_.detector;
+    const auto &offset = light_.offset_px;
+    uint64_t hash = fnv1a(std::array<double, 11>{capture_px_, share_a_, centre_[0], centre_[1], offset[0][0],
+                                                 offset[0][1], offset[1][0], offset[1][1], detector.rotation_deg,
+                                                 detector.scale_anisotropy, detector.shear},
+                          model_.digest());
+    if (scene_.binary.moving) {
+        const Orbit &orbit = *scene_.binary.orbit;
+        hash = fnv1a(std::array<double, 8>{scene_.binary.date, orbit.period_years, orbit.semi_major_arcsec,
+                                           orbit.eccentricity, orbit.inclination_deg, orbit.node_deg,
+                                           orbit.periastron_deg, orbit.epoch},
+                     hash);
+    }
+    return hash;
 }
 
 Fit::Start Fit::start_of(const Prediction &prediction) const {
@@ -172,12 +185,13 @@ void Fit::frame(ImageView<const double> counts, const Prediction &prediction, Fi
     if (still)
         report(values, work.model, result);
     if (!still || (result.flags & outlier) != 0) {
-        bool elsewhere = search(counts, start, found, work);
-        for (size_t i = x_a; still && i <= y_b; i++)
-            elsewhere &= std::fabs(found[i] - values[i]) > kFarStep;
+        bool elsewhere = !still;
+        const bool known = search(counts, start, found, work);
+        for (size_t i = x_a; i <= y_b; i++)
+            elsewhere |= std::fabs(found[i] - values[i]) > kFarStep;
         Result second;
         second.iterations = result.iterations;
-        if (elsewhere && converge(counts, found, work, second)) {
+        if (known && elsewhere && converge(counts, found, work, second)) {
             report(found, work.model, second);
             second.flags |= searched;
             if (!still || second.chi_square < result.chi_square) {
@@ -205,6 +219,9 @@ void Fit::predict(const Prediction &prediction, const ImageView<double> *counts,
     if (counts != nullptr)
         model_.expect(start.values, *counts, work.model);
     model_.linearise(nullptr, start.values, 0, work.model);
+    if (work.model.used <= n)
+        fail(Status::scene, "%s: {detector}: %zu pixels of a frame do not saturate: a fit of %zu parameters needs more",
+             scene_.source.c_str(), work.model.used, n);
     if (!invert(work.model.matrix.data(), n))
         fail(Status::scene, "%s: {options->free}: a parameter is a combination of the others in a frame",
              scene_.source.c_str());

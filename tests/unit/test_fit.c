@@ -270,6 +270,31 @@ static void stars_are_searched_for(void **state) {
     toliman_sim_destroy(sim);
 }
 
+/* Where fringes are narrow, steps from 1.9 px away, almost along y, end at a false maximum: the search corrects them.
+ */
+static void false_maxima_are_left(void **state) {
+    (void)state;
+    char *const text =
+        replaced_again(scene_text(kPlaces, 0, "", ""), "\"pixel_scale_arcsec\": 0.2", "\"pixel_scale_arcsec\": 1");
+    toliman_sim *const sim = sim_of(text);
+    toliman_fit *const fit = fit_of(sim, NULL);
+    double *const counts = malloc(PIXELS * sizeof *counts);
+    assert_non_null(counts);
+    assert_ok(toliman_sim_frame(sim, 0, 11, 3, counts, SIDE));
+    static const double shifts[][2] = {{0.025, 1.918}, {-0.076, 2.083}};
+    for (int i = 0; i < 2; i++) {
+        const toliman_fit_prediction far = {.struct_size = sizeof far, .x_px = shifts[i][0], .y_px = shifts[i][1]};
+        const toliman_fit_result result = fitted(fit, counts, &far, NULL);
+        assert_int_equal(result.flags, TOLIMAN_FIT_SEARCHED);
+        assert_close(result.x_px, 0, 0, 5 * result.x_sigma_px);
+        assert_close(result.y_px, 0, 0, 5 * result.y_sigma_px);
+    }
+    free(counts);
+    free(text);
+    toliman_fit_destroy(fit);
+    toliman_sim_destroy(sim);
+}
+
 /* Scatter of noisy frames with pointing in units of their own standard deviations; the same with saturated pixels and
  * with few photons. */
 static void errors_are_as_predicted(void **state) {
@@ -402,15 +427,36 @@ static void parameters_without_effect_are_refused(void **state) {
     toliman_sim_destroy(sim);
 }
 
+static void frames_with_too_few_pixels_are_refused(void **state) {
+    (void)state;
+    static const struct {
+        const char *from, *to, *message;
+    } cases[] = {
+        {"[64, 64]", "[2, 2]", "detector: 4 pixels of a frame do not saturate: a fit of 7 parameters needs more"},
+        {"\"bit_depth\": 16", "\"bit_depth\": 1", "detector: 0 pixels of a frame do not saturate"}};
+    for (size_t c = 0; c < 2; c++) {
+        char *const text =
+            replaced_again(scene_text(kPlaces, 0, ", \"bit_depth\": 16", ""), cases[c].from, cases[c].to);
+        toliman_sim *const sim = sim_of(text);
+        toliman_fit *fit = NULL;
+        assert_fails(toliman_fit_create(sim, NULL, &fit), TOLIMAN_E_SCENE, cases[c].message);
+        assert_null(fit);
+        toliman_sim_destroy(sim);
+        free(text);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {cmocka_unit_test(places_of_propagated_images_are_found),
                                        cmocka_unit_test(position_angles_are_on_the_sky),
                                        cmocka_unit_test(covariances_are_the_cramer_rao_bound),
                                        cmocka_unit_test(the_template_is_one_step),
                                        cmocka_unit_test(stars_are_searched_for),
+                                       cmocka_unit_test(false_maxima_are_left),
                                        cmocka_unit_test(errors_are_as_predicted),
                                        cmocka_unit_test(damage_is_flagged),
                                        cmocka_unit_test(freed_parameters_are_found),
-                                       cmocka_unit_test(parameters_without_effect_are_refused)};
+                                       cmocka_unit_test(parameters_without_effect_are_refused),
+                                       cmocka_unit_test(frames_with_too_few_pixels_are_refused)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

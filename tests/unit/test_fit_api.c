@@ -125,6 +125,35 @@ static void digests_distinguish_fits(void **state) {
     assert_fails(toliman_fit_get_info(NULL, &info), TOLIMAN_E_ARGUMENT, "fit is NULL");
 }
 
+static uint64_t digest_of_scene(const char *binary, const char *detector) {
+    char *const text = replaced_again(
+        replaced(kBinaryScene, "\"separation_arcsec\": 4, \"position_angle_deg\": 30", binary), "0.2}", detector);
+    toliman_sim *const other = sim_of(text);
+    toliman_fit *made = NULL;
+    toliman_fit_info info = {.struct_size = sizeof info};
+    assert_ok(toliman_fit_create(other, NULL, &made));
+    assert_ok(toliman_fit_get_info(made, &info));
+    toliman_fit_destroy(made);
+    toliman_sim_destroy(other);
+    free(text);
+    return info.digest;
+}
+
+/* Scenes with the same images whose stars are, or move, elsewhere on the sky. */
+static void digests_distinguish_scenes(void **state) {
+    (void)state;
+    static const char at_rest[] = "\"offsets_px\": {\"A\": [-8, 1], \"B\": [9, 2]}";
+    static const char orbit[] = "\"date\": 2027, \"moving\": true, \"orbit\": {\"period_years\": 10, "
+                                "\"semi_major_arcsec\": 4, \"eccentricity\": 0, \"inclination_deg\": %s, "
+                                "\"node_deg\": 0, \"periastron_deg\": 0, \"epoch\": 2027}";
+    char direct[300], retrograde[300];
+    snprintf(direct, sizeof direct, orbit, "0");
+    snprintf(retrograde, sizeof retrograde, orbit, "180");
+    assert_true(digest_of_scene(at_rest, "0.2}") == digest_of_scene(at_rest, "0.2}"));
+    assert_true(digest_of_scene(at_rest, "0.2}") != digest_of_scene(at_rest, "0.2, \"rotation_deg\": 10}"));
+    assert_true(digest_of_scene(direct, "0.2}") != digest_of_scene(retrograde, "0.2}"));
+}
+
 static void single_stars_and_padded_transforms_are_unsupported(void **state) {
     (void)state;
     toliman_fit *made = NULL;
@@ -292,6 +321,7 @@ int main(void) {
         cmocka_unit_test(bad_options_are_refused),
         cmocka_unit_test(parameters_are_listed),
         cmocka_unit_test(digests_distinguish_fits),
+        cmocka_unit_test(digests_distinguish_scenes),
         cmocka_unit_test(single_stars_and_padded_transforms_are_unsupported),
         cmocka_unit_test(bad_frames_and_predictions_are_refused),
         cmocka_unit_test(bad_arrays_of_frames_are_refused),
