@@ -16,7 +16,7 @@ check: everything ## build and run every test
 bench: everything ## measure speed and error, with reference programs, into build/bench and a report (8 minutes)
 	@/usr/bin/python3 tests/bench/bench.py $(BUILD)/bin $(BUILD)/bench
 	@$(BUILD)/bin/toliman report $(BUILD)/bench
-bench-%: everything ## run one benchmark, with details: sim, cae, period, weights, commands or size
+bench-%: everything ## run one benchmark, with details: sim, cae, period, weights, fit, commands or size
 	@/usr/bin/python3 tests/bench/bench.py $(BUILD)/bin $(BUILD)/bench $*
 record: bench ## run make bench and write its results to tests/bench/recorded.json and the tables of the documents
 	@/usr/bin/python3 tests/bench/record.py $(BUILD)/bench

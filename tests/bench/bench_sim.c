@@ -7,23 +7,13 @@
 
 #include "long_double_sim.h"
 #include "peak.h"
+#include "shipped_scene.h"
 #include "timing.h"
 
 enum { POINTS = 14, REPEATS = 5, BATCH = 32 };
 
-static char *file_text(const char *path) {
-    char text[8192];
-    FILE *const file = fopen(path, "r");
-    assert_non_null(file);
-    text[fread(text, 1, sizeof text - 1, file)] = '\0';
-    assert_int_equal(fclose(file), 0);
-    char *const copy = malloc(strlen(text) + 1);
-    assert_non_null(copy);
-    return strcpy(copy, text);
-}
-
 static char *chapter(void) {
-    return file_text("examples/scenes/chapter.json");
+    return shipped_scene("chapter");
 }
 
 /* The text with "key": old replaced by "key": value. */
@@ -32,17 +22,6 @@ static char *with_number(char *text, const char *key, const char *old, double va
     snprintf(from, sizeof from, "\"%s\": %s", key, old);
     snprintf(to, sizeof to, "\"%s\": %.17g", key, value);
     return replaced_again(text, from, to);
-}
-
-static toliman_sim *one_core(char *text, int32_t engine) {
-    toliman_sim_options options;
-    toliman_sim_options_init(&options, sizeof options);
-    options.threads = 1;
-    options.engine = engine;
-    toliman_sim *sim = NULL;
-    assert_ok(toliman_sim_create_json(text, strlen(text), "examples/scenes", &options, &sim));
-    free(text);
-    return sim;
 }
 
 static toliman_sim_plan_info plan_of(const toliman_sim *sim) {

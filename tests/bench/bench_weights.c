@@ -2,7 +2,7 @@
  * of a network loaded from each. weights.py runs this program and prints the table. */
 #include "cae_scene.h"
 #include "images.h"
-#include "scene_text.h"
+#include "shipped_scene.h"
 #include "timing.h"
 
 enum { FRAMES = 2000, BATCH = 40, COMBINATIONS = 9, REPEATS = 9 };
@@ -11,14 +11,9 @@ static const char *const names[] = {"float32", "bf16", "fp16"};
 
 /* The chapter's scene with four nuisances projected out. */
 static toliman_sim *scene(void) {
-    char text[8192];
-    FILE *const file = fopen("examples/scenes/chapter.json", "r");
-    assert_non_null(file);
-    text[fread(text, 1, sizeof text - 1, file)] = '\0';
-    assert_int_equal(fclose(file), 0);
-    char *const json =
-        replaced(text, "\"accuracy\"",
-                 "\"preprocess\": {\"project\": [\"flux_a\", \"flux_b\", \"shift_x\", \"shift_y\"]}, \"accuracy\"");
+    char *const json = replaced_again(
+        shipped_scene("chapter"), "\"accuracy\"",
+        "\"preprocess\": {\"project\": [\"flux_a\", \"flux_b\", \"shift_x\", \"shift_y\"]}, \"accuracy\"");
     toliman_sim *const sim = sim_of(json);
     free(json);
     return sim;

@@ -1,13 +1,15 @@
 """The commands as users run them, start-up included unless stated otherwise: processor time of all threads, wall time,
 memory. `toliman track` is compared with the library and with the disk."""
+import functools
 import json
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
 import time
 
-from measuring import HERE, SHORT, lines, median_spread, name_and_seconds, peer, row, warn
+from measuring import HERE, SHORT, lines, median_spread, name_and_seconds, peer, row, stay_on_cores, warn
 
 SEEDS, REPEATS, MASKS = ((1,), 1, 20) if SHORT else ((1, 2, 3, 4, 5), 3, 200)
 FRAMES, PIXELS = 1095, 65536  # of the chapter's scene
@@ -15,14 +17,18 @@ STARS = 2 * 51 / 101  # its images of one star in one wavelength, by those that 
 GROUP = 64  # records between two fsyncs; also the frames of a run whose time is that of the start
 FREQUENCIES = 5475  # of a mission of 1095 days
 RECORD_BYTES = 80
-CASES = {"template 64x64": (1024 if SHORT else 8192), "network 256x256": (128 if SHORT else 1024)}
+CASES = {"template 64x64": (1024 if SHORT else 8192), "network 256x256": (128 if SHORT else 1024),
+         "fit 64x64": (128 if SHORT else 1095), "fit 256x256": (96 if SHORT else 192)}
+FITS = [case for case in CASES if case.startswith("fit")]
 
 
-def timed(command, cwd):
-    """Runs a command in the user's own environment. Returns its times, peak memory and output."""
+def timed(command, cwd, cores=None):
+    """Runs a command in the user's own environment, on all cores unless given. Returns its times, peak memory and
+    output."""
     words, start = [str(word) for word in command], time.perf_counter()
     with tempfile.TemporaryFile() as messages:
-        with subprocess.Popen(words, cwd=cwd, stdout=subprocess.PIPE, stderr=messages) as run:
+        with subprocess.Popen(words, cwd=cwd, stdout=subprocess.PIPE, stderr=messages,
+                              preexec_fn=cores and functools.partial(stay_on_cores, cores)) as run:
             out = run.stdout.read()
             _, status, used = os.wait4(run.pid, 0)
             run.returncode, wall = os.waitstatus_to_exitcode(status), time.perf_counter() - start
@@ -43,35 +49,69 @@ def repeated(part, count, command, **facts):
     return {"part": part, "processor_s": processor[0], "spread_s": processor[1], "wall_s": wall[0], **facts}
 
 
+def shipped_scene(name):
+    with open(os.path.join(HERE, "..", "..", "examples", "scenes", name + ".json")) as file:
+        return json.load(file)
+
+
+def scene_of(case):
+    """The scene of a case of `toliman track`: chapter.json, or sky.json for the fit."""
+    estimator, shape = case.split()
+    scene = shipped_scene("sky" if estimator == "fit" else "chapter")
+    scene["cadence"]["frames"] = CASES[case]
+    if shape == "64x64":
+        scene["detector"]["shape"] = [64, 64]
+    if estimator == "template":
+        scene["binary"]["separation_arcsec"] = 4
+    return scene
+
+
+def folder_of(case):
+    return case.replace(" ", "-")
+
+
 def write_inputs(program, folder):
     """Scenes and pairs of files for each case of `toliman track`, and the weights of the network."""
-    with open(os.path.join(HERE, "..", "..", "examples", "scenes", "chapter.json")) as file:
-        scene = json.load(file)
-    for case, frames in CASES.items():
-        name = case.split()[0]
-        scene["cadence"]["frames"] = frames
-        small = {**scene, "detector": {**scene["detector"], "shape": [64, 64]},
-                 "binary": {**scene["binary"], "separation_arcsec": 4}}
+    for star in scene_of(FITS[0])["stars"].values():
+        shutil.copy(os.path.join(HERE, "..", "..", "examples", "scenes", star["spectrum"]["file"]), folder)
+    for case in CASES:
+        name = folder_of(case)
         with open(os.path.join(folder, name + ".json"), "w") as file:
-            json.dump(small if name == "template" else scene, file)
+            json.dump(scene_of(case), file)
         timed([program, "simulate", name + ".json", "--out", name, "--session", "s", "--dtype", "u32le"], folder)
-    timed([program, "train", "network.json", "--out", "w.tlmw"], folder)
+    timed([program, "train", folder_of("network 256x256") + ".json", "--out", "w.tlmw"], folder)
+
+
+def frame_s(frames, wall_s):
+    """Wall seconds per frame without the start: the shortest time of all frames minus that of the first group."""
+    least = [min(wall_s(end) for _ in range(REPEATS)) for end in (GROUP, frames)]
+    return (least[1] - least[0]) / (frames - GROUP)
 
 
 def track_s(program, folder, case, every, jobs, sync):
-    """Wall seconds per frame without the start: the shortest time of all frames minus that of the first group."""
-    name, frames = case.split()[0], CASES[case]
-    estimator = ["--template", "template.json"] if name == "template" else ["--weights", "w.tlmw"]
-    least = []
-    for end in (GROUP, frames):
-        wall = []
-        for _ in range(REPEATS):
-            with tempfile.TemporaryDirectory(dir=folder) as parent:
-                wall.append(timed([program, "track", *estimator, "--state", os.path.join(parent, "state"), "--mission-days",
-                                   1095, "--dtype", "u32le", "--every", every, "--jobs", jobs, "--sync", sync, "--frames",
-                                   f"0:{end}", name], folder)["wall_s"])
-        least.append(min(wall))
-    return (least[1] - least[0]) / (frames - GROUP)
+    scene = folder_of(case) + ".json"
+    estimator = {"template": ["--template", scene], "network": ["--weights", "w.tlmw"], "fit": ["--fit", scene]}
+
+    def wall_s(end):
+        with tempfile.TemporaryDirectory(dir=folder) as parent:
+            return timed([program, "track", *estimator[case.split()[0]], "--state", os.path.join(parent, "state"),
+                          "--mission-days", 1095, "--dtype", "u32le", "--every", every, "--jobs", jobs, "--sync", sync,
+                          "--frames", f"0:{end}", folder_of(case)], folder)["wall_s"]
+    return frame_s(CASES[case], wall_s)
+
+
+def encode_s(program, folder, case, cores):
+    shape, name = case.split()[1], folder_of(case)
+
+    def wall_s(end):
+        frames = f"{name}-{end}.bin"
+        path, size = os.path.join(folder, frames), end * 4 * int(shape.split("x")[0])**2
+        if not os.path.exists(path):
+            with open(os.path.join(folder, name, "s_frames.bin"), "rb") as file, open(path, "wb") as out:
+                out.write(file.read(size))
+        return timed([program, "encode", "--fit", name + ".json", "--dtype", "u32le", "--shape", shape, frames],
+                     folder, cores)["wall_s"]
+    return frame_s(CASES[case], wall_s)
 
 
 def fdatasync_s(folder):
@@ -93,13 +133,15 @@ def measure_track(binaries, folder):
     found = [{"part": "library", **one} for one in lines([os.path.join(binaries, "bench_track"), *counts, FREQUENCIES],
                                                          one_core=False)]
     for case in CASES:
-        for every in (1, 1000):
+        for every in (1000,) if case in FITS else (1, 1000):
             for jobs in (1, 2):
                 found.append({"part": "track", "case": case, "every": every, "jobs": jobs, "sync": "none",
                               "seconds": track_s(program, folder, case, every, jobs, "none")})
     case = next(iter(CASES))
     found.append({"part": "track", "case": case, "every": 1000, "jobs": 1, "sync": "group",
                   "seconds": track_s(program, folder, case, 1000, 1, "group")})
+    found += [{"part": "encode", "case": case, "cores": cores, "seconds": encode_s(program, folder, case, cores)}
+              for case in FITS for cores in (1, 2)]
     return found + [{"part": "fdatasync", "seconds": fdatasync_s(folder)}]
 
 
@@ -115,7 +157,8 @@ def measure(binaries):
     found += [repeated("psf", 5, [program, "psf", "chapter.json", "--out", "psf.npy"]),
               repeated("pupil", 1, [program, "pupil", "chapter.json", "--count", MASKS], masks=MASKS),
               repeated("period", 11, [program, "period", series]),
-              repeated("simulate", REPEATS, [program, "simulate", "chapter.json", "--out", "frames.bin"])]
+              repeated("simulate", REPEATS, [program, "simulate", "chapter.json", "--out", "frames.bin"]),
+              repeated("simulate sky", REPEATS, [program, "simulate", "sky.json", "--out", "frames.bin"])]
     return found + [{"part": "numpy", "image": peer("numpy", "numpy_mft.py", 0.2, 550),
                      "poisson": peer("numpy", "numpy_poisson.py", 5)}]
 
@@ -137,12 +180,18 @@ def rows_of_track(measured):
     free = {(one["case"], one["every"], one["jobs"]): one["seconds"] for one in measured if one["part"] == "track"
             and one["sync"] == "none"}
     for one in measured:
-        if one["part"] != "track":
+        if one["part"] not in ("track", "encode"):
             continue
-        case, jobs = one["case"], one["jobs"]
+        case = one["case"]
         if one["seconds"] <= 0:
-            warn(f"toliman track, {case}: a few frames took longer than all: the machine is too busy")
+            warn(f"toliman {one['part']}, {case}: a few frames took longer than all: the machine is too busy")
             continue
+        if one["part"] == "encode":
+            cores = f"{one['cores']} core" + "s" * (one["cores"] > 1)
+            yield row("encode", f"{case}, {cores}", f"toliman encode, {case}, {cores}: per frame, wall time", one["seconds"],
+                      headline=True)
+            continue
+        jobs = one["jobs"]
         reference = "the library", library.get((case, jobs), library.get((case, 0)))
         if one["sync"] == "group":
             reference = f"--sync none, and fdatasync every {GROUP} frames", free[case, one["every"], jobs] + disk / GROUP
@@ -161,6 +210,7 @@ def rows(measured):
             ("psf", "toliman psf chapter.json", 1, name_and_seconds(image, STARS)),
             ("simulate", f"toliman simulate chapter.json: {FRAMES} frames into a file", 1,
              (counts and counts + ", Poisson counts only", counts_s)),
+            ("simulate sky", f"toliman simulate sky.json: {FRAMES} frames into a file", 1, (None, None)),
             ("pupil", "toliman pupil chapter.json, per mask", parts["pupil"]["masks"], (None, None)),
             ("period", "toliman period nu_oph_rv.csv", 1, (None, None))):
         one = parts[part]

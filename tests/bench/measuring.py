@@ -19,9 +19,14 @@ def environment():
     return {"OPENBLAS_CORETYPE": core, **os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
 
 
+def stay_on_cores(count):
+    """Of this process and its children."""
+    os.sched_setaffinity(0, set(sorted(os.sched_getaffinity(0))[-count:]))
+
+
 def stay_on_one_core():
     """Of this process and its children: the bounds are then of the core that does the work."""
-    os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
+    stay_on_cores(1)
 
 
 def lines(command, one_core=True):

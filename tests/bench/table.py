@@ -32,11 +32,13 @@ def time(row):
 
 
 def error(row):
-    """For example "1e-9 of peak at 196 pixels"."""
+    """For example "1e-9 of peak at 196 pixels", or "1.02 of sigma, rms, largest 2.9, at 100 frames"."""
     if "error" not in row:
         return ""
+    value = format(row["error"], ".0e" if row["error"] < 0.1 else ".3g")
+    largest = f", largest {row['error_largest']:.2g}," if "error_largest" in row else ""
     at = "at " + row["error_at"] if "error_at" in row else ""
-    return " ".join(word for word in (f"{row['error']:.0e}", row.get("error_of"), at) if word)
+    return " ".join(word for word in (value, row.get("error_of", "") + largest, at) if word)
 
 
 def processor(machine):

@@ -92,8 +92,12 @@ def _spread(part: float) -> str:
 
 def _error(row: Result) -> str:
     error = row.number("error", math.nan)
+    largest = row.number("error_largest", math.nan)
     of, at = row.text("error_of", ""), row.text("error_at", "")
-    return scientific(error, 1) + (f" {of}" if of else "") + (f" at {at}" if at else "") if math.isfinite(error) else ""
+    if not math.isfinite(error):
+        return ""
+    return (scientific(error, 1) + (f" {of}" if of else "") + (f", largest {largest:.2g}," if math.isfinite(largest) else "")
+            + (f" at {at}" if at else ""))
 
 
 def _cells(row: Result) -> list[str]:
