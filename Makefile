@@ -13,7 +13,7 @@ demo: all ## build everything, find a planet in 1095 simulated frames, and draw 
 	$(BUILD)/bin/toliman report chapter.run
 check: everything ## build and run every test
 	ctest --test-dir $(BUILD) --output-on-failure --parallel $$(($(JOBS) + 1)) # some tests wait for disks and clocks
-bench: everything ## measure speed and error, with reference programs, into build/bench and a report (8 minutes)
+bench: everything ## measure speed and error, with reference programs, into build/bench and a report (9 minutes)
 	@/usr/bin/python3 tests/bench/bench.py $(BUILD)/bin $(BUILD)/bench
 	@$(BUILD)/bin/toliman report $(BUILD)/bench
 bench-%: everything ## run one benchmark, with details: sim, cae, period, weights, fit, commands or size

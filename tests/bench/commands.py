@@ -11,6 +11,7 @@ import time
 
 from measuring import HERE, SHORT, lines, median_spread, name_and_seconds, peer, row, stay_on_cores, warn
 
+SCENES = os.path.join(HERE, "..", "..", "examples", "scenes")
 SEEDS, REPEATS, MASKS = ((1,), 1, 20) if SHORT else ((1, 2, 3, 4, 5), 3, 200)
 FRAMES, PIXELS = 1095, 65536  # of the chapter's scene
 STARS = 2 * 51 / 101  # its images of one star in one wavelength, by those that numpy_mft.py computes
@@ -19,6 +20,7 @@ FREQUENCIES = 5475  # of a mission of 1095 days
 RECORD_BYTES = 80
 CASES = {"template 64x64": (1024 if SHORT else 8192), "network 256x256": (128 if SHORT else 1024),
          "fit 64x64": (128 if SHORT else 1095), "fit 256x256": (96 if SHORT else 192)}
+FIT_REPEATS = 1 if SHORT else 2
 FITS = [case for case in CASES if case.startswith("fit")]
 
 
@@ -50,7 +52,7 @@ def repeated(part, count, command, **facts):
 
 
 def shipped_scene(name):
-    with open(os.path.join(HERE, "..", "..", "examples", "scenes", name + ".json")) as file:
+    with open(os.path.join(SCENES, name + ".json")) as file:
         return json.load(file)
 
 
@@ -73,7 +75,7 @@ def folder_of(case):
 def write_inputs(program, folder):
     """Scenes and pairs of files for each case of `toliman track`, and the weights of the network."""
     for star in scene_of(FITS[0])["stars"].values():
-        shutil.copy(os.path.join(HERE, "..", "..", "examples", "scenes", star["spectrum"]["file"]), folder)
+        shutil.copy(os.path.join(SCENES, star["spectrum"]["file"]), folder)
     for case in CASES:
         name = folder_of(case)
         with open(os.path.join(folder, name + ".json"), "w") as file:
@@ -82,10 +84,11 @@ def write_inputs(program, folder):
     timed([program, "train", folder_of("network 256x256") + ".json", "--out", "w.tlmw"], folder)
 
 
-def frame_s(frames, wall_s):
+def frame_s(case, wall_s):
     """Wall seconds per frame without the start: the shortest time of all frames minus that of the first group."""
-    least = [min(wall_s(end) for _ in range(REPEATS)) for end in (GROUP, frames)]
-    return (least[1] - least[0]) / (frames - GROUP)
+    repeats = FIT_REPEATS if case in FITS else REPEATS
+    least = [min(wall_s(end) for _ in range(repeats)) for end in (GROUP, CASES[case])]
+    return (least[1] - least[0]) / (CASES[case] - GROUP)
 
 
 def track_s(program, folder, case, every, jobs, sync):
@@ -97,7 +100,7 @@ def track_s(program, folder, case, every, jobs, sync):
             return timed([program, "track", *estimator[case.split()[0]], "--state", os.path.join(parent, "state"),
                           "--mission-days", 1095, "--dtype", "u32le", "--every", every, "--jobs", jobs, "--sync", sync,
                           "--frames", f"0:{end}", folder_of(case)], folder)["wall_s"]
-    return frame_s(CASES[case], wall_s)
+    return frame_s(case, wall_s)
 
 
 def encode_s(program, folder, case, cores):
@@ -111,7 +114,7 @@ def encode_s(program, folder, case, cores):
                 out.write(file.read(size))
         return timed([program, "encode", "--fit", name + ".json", "--dtype", "u32le", "--shape", shape, frames],
                      folder, cores)["wall_s"]
-    return frame_s(CASES[case], wall_s)
+    return frame_s(case, wall_s)
 
 
 def fdatasync_s(folder):
@@ -126,7 +129,7 @@ def fdatasync_s(folder):
     return median_spread(times)[0]
 
 
-def measure_track(binaries, folder):
+def measure_per_frame(binaries, folder):
     program = os.path.join(binaries, "toliman")
     write_inputs(program, folder)
     counts = (1000, 200) if SHORT else (20000, 1000)
@@ -153,7 +156,7 @@ def measure(binaries):
                  for seed in SEEDS]
         for one in found:
             one.update(json.loads(one.pop("out")))
-        found += measure_track(os.path.abspath(binaries), folder)
+        found += measure_per_frame(os.path.abspath(binaries), folder)
     found += [repeated("psf", 5, [program, "psf", "chapter.json", "--out", "psf.npy"]),
               repeated("pupil", 1, [program, "pupil", "chapter.json", "--count", MASKS], masks=MASKS),
               repeated("period", 11, [program, "period", series]),
@@ -173,25 +176,30 @@ def rows_of_runs(runs, image):
               wall_seconds=wall[0], memory_bytes=memory[0])
 
 
+def positive(measured, part):
+    """The times per frame of a command, without those that a busy machine made negative."""
+    for one in measured:
+        if one["part"] == part and one["seconds"] > 0:
+            yield one
+        elif one["part"] == part:
+            warn(f"toliman {part}, {one['case']}: a few frames took longer than all: the machine is too busy")
+
+
+def rows_of_encode(measured):
+    for one in positive(measured, "encode"):
+        cores = "1 core" if one["cores"] == 1 else f"{one['cores']} cores"
+        yield row("encode", f"{one['case']}, {cores}", f"toliman encode, {one['case']}, {cores}: per frame, wall time",
+                  one["seconds"], headline=True)
+
+
 def rows_of_track(measured):
     library = {(one["case"], one["threads"]): 1 / one["frames_per_wall_s"] for one in measured
                if one["part"] == "library" and "frames" in one}
     disk, = [one["seconds"] for one in measured if one["part"] == "fdatasync"]
     free = {(one["case"], one["every"], one["jobs"]): one["seconds"] for one in measured if one["part"] == "track"
             and one["sync"] == "none"}
-    for one in measured:
-        if one["part"] not in ("track", "encode"):
-            continue
-        case = one["case"]
-        if one["seconds"] <= 0:
-            warn(f"toliman {one['part']}, {case}: a few frames took longer than all: the machine is too busy")
-            continue
-        if one["part"] == "encode":
-            cores = f"{one['cores']} core" + "s" * (one["cores"] > 1)
-            yield row("encode", f"{case}, {cores}", f"toliman encode, {case}, {cores}: per frame, wall time", one["seconds"],
-                      headline=True)
-            continue
-        jobs = one["jobs"]
+    for one in positive(measured, "track"):
+        case, jobs = one["case"], one["jobs"]
         reference = "the library", library.get((case, jobs), library.get((case, 0)))
         if one["sync"] == "group":
             reference = f"--sync none, and fdatasync every {GROUP} frames", free[case, one["every"], jobs] + disk / GROUP
@@ -217,6 +225,7 @@ def rows(measured):
         yield row("commands", part, what, one["processor_s"] / share, one["spread_s"] / share, None, None,
                   *reference, headline=True, wall_seconds=one["wall_s"] / share)
     yield from rows_of_track(measured)
+    yield from rows_of_encode(measured)
 
 
 def show(measured):

@@ -34,7 +34,7 @@ def rows(measured):
             yield row("fit", one["what"], WHAT[one["what"]], one["seconds"], one["spread"], reference=reference[0],
                       reference_seconds=reference[1], roofline=one["roofline"], headline=True, steps=one["steps"], **errors(one))
     if numpy:
-        yield row("fit", "numpy", f"the same by numpy, Fourier shifts: {WHAT['0.3']}", numpy["seconds"],
+        yield row("fit", "numpy", f"numpy, Fourier shifts: {WHAT['0.3']}", numpy["seconds"],
                   headline=True, steps=numpy["steps"], **errors(numpy))
     yield row("fit", "model image", "model image of sky.json, 256 x 256 px", image["seconds"], image["spread"], image["error"],
               "of peak", roofline=image["roofline"], headline=True, at=f"{image['compared']} propagated frames")

@@ -18,6 +18,7 @@ sys.path.append(str(BENCH))
 import bench
 import cae
 import commands
+import fit
 import measuring
 import period
 import record
@@ -78,6 +79,12 @@ class Bench(ProgramTest):
         self.assertEqual(found[4:], ["| z | 1e-09 |  | 5 us, wall 250 ms, 112 MB |  |  | 7 us, wall 250 ms, 112 MB |  |  |",
                                      "| new |  |  |  |  |  | 3 s |  |  |"])
 
+    def test_table_of_rms_errors(self):
+        row = {"what": "x", "seconds": 2e-3, "error": 1.0234, "error_of": "of sigma, rms", "error_at": "100 frames",
+               "error_largest": 2.871, "headline": True}
+        found = table.markdown([{"machine": {"cpu": "A"}, "rows": [row]}]).splitlines()
+        self.assertEqual(found[2], "| x | 1.02 of sigma, rms, largest 2.9, at 100 frames |  | 2 ms |  |  |")
+
     def test_documents_are_those_of_the_record(self):
         recorded = json.loads((BENCH / "recorded.json").read_text())
         for one in recorded:
@@ -121,12 +128,15 @@ class Bench(ProgramTest):
         script = "import json, os; print(json.dumps(len(os.sched_getaffinity(0))))"
         self.assertEqual(measuring.lines(["/usr/bin/python3", "-c", script]), [1])
         self.assertEqual(measuring.lines(["/usr/bin/python3", "-c", script], one_core=False), [len(os.sched_getaffinity(0))])
+        for cores, allowed in ((None, os.sched_getaffinity(0)), (1, {max(os.sched_getaffinity(0))})):
+            done = commands.timed(["/usr/bin/python3", "-c", "import os; print(os.sched_getaffinity(0))"], self.folder, cores)
+            self.assertEqual(done["out"], f"{allowed}\n")
 
     def test_unknown_name(self):
         done = subprocess.run(["/usr/bin/python3", BENCH / "bench.py", "bin", "out", "size", "foo"], cwd=self.folder,
                               capture_output=True, text=True)
         self.assertEqual((done.returncode, done.stdout, done.stderr),
-                         (2, "", "bench: unknown benchmark foo: must be one of sim, cae, period, weights, commands, size\n"))
+                         (2, "", "bench: unknown benchmark foo: must be one of sim, cae, period, weights, fit, commands, size\n"))
 
     def check_rows(self, module, measured):
         """Rows by their `what`, after a check against the schema."""
@@ -222,15 +232,22 @@ class Bench(ProgramTest):
             return {"part": "run", "processor_s": processor_s, "wall_s": processor_s / 2, "memory_bytes": 1000000,
                     "period_days": period_days, "true_period_days": 400, "efficiency": efficiency, "frames": 100}
         runs = [of_seed(9, 400, 0.9), of_seed(12, 401, 0.7), of_seed(10, 390, 0.8), of_seed(8, 402, 0.6), of_seed(60, 400, 1)]
-        simple = [{"part": part, "processor_s": 0.5, "spread_s": 0.25, "wall_s": 0.75} for part in ("psf", "period", "simulate")]
+        simple = [{"part": part, "processor_s": 0.5, "spread_s": 0.25, "wall_s": 0.75} for part in ("psf", "period", "simulate", "simulate sky")]
         simple.append({"part": "pupil", "processor_s": 10.0, "spread_s": 0.0, "wall_s": 20.0, "masks": 100})
         library = {"part": "library", "case": "template 64x64", "frames": 1000, "threads": 0, "frames_per_wall_s": 40000}
         track = {"part": "track", "case": "template 64x64", "every": 1, "jobs": 1, "sync": "none", "seconds": 5e-5}
-        rest = [library, {"part": "library", "case": "encode alone", "frames_per_cpu_s": 1}, track,
-                {**track, "sync": "group", "seconds": 1e-4}, {"part": "fdatasync", "seconds": 64e-4}]
+        encode = {"part": "encode", "case": "fit 64x64", "cores": 2, "seconds": 25e-5}
+        rest = [encode, {**encode, "cores": 1, "seconds": 4e-4}, library, {"part": "library", "case": "encode alone", "frames_per_cpu_s": 1}, track,
+                {**track, "sync": "group", "seconds": 1e-4}, {**track, "case": "fit 64x64", "every": 1000, "seconds": 3e-4},
+                {"part": "fdatasync", "seconds": 64e-4}]
         numpy = {"part": "numpy", "image": {"name": "numpy 1", "seconds": 0.5}, "poisson": {"name": "numpy 1", "seconds": 1e-8}}
         rows = self.check_rows(commands, runs + simple + rest + [numpy])
-        self.assertEqual(len(rows), 8)
+        self.assertEqual(len(rows), 12)
+        self.expect(rows["toliman simulate sky.json: 1095 frames into a file"], seconds=0.5, wall_seconds=0.75, peer=None)
+        self.expect(rows["toliman encode, fit 64x64, 1 core: per frame, wall time"], seconds=4e-4, peer=None, headline=True)
+        self.expect(rows["toliman encode, fit 64x64, 2 cores: per frame, wall time"], seconds=25e-5)
+        self.expect(rows["toliman track, fit 64x64, --every 1000, --jobs 1, --sync none: per frame, wall time"], seconds=3e-4,
+                    peer=None)  # the library's tracker is measured with other estimators
         # numpy: 0.5 s for 101 wavelengths of a star, hence 51 of two stars, 100 frames
         self.expect(rows["toliman run chapter.json"], seconds=10, spread=1.5, wall_seconds=5.0, memory_bytes=1000000,
                     error=1 - 390 / 400, error_at="5 seeds", efficiency=0.8, ratio_peer=0.5 * 102 / 101 * 100 / 10, headline=True)
@@ -244,9 +261,42 @@ class Bench(ProgramTest):
         self.assertNotIn("peer", alone["toliman psf chapter.json"])
         warning = io.StringIO()
         with contextlib.redirect_stderr(warning):
-            rows = self.check_rows(commands, runs + simple + rest + [numpy, {**track, "case": "busy", "seconds": -1e-6}])
-        self.assertEqual(len(rows), 8)
-        self.assertIn("busy: a few frames took longer than all: the machine is too busy", warning.getvalue())
+            rows = self.check_rows(commands, runs + simple + rest + [numpy, {**track, "case": "busy", "seconds": -1e-6},
+                                               {**encode, "case": "busy too", "seconds": 0}])
+        self.assertEqual(len(rows), 12)
+        self.assertIn("toliman encode, busy too: a few frames took longer than all", warning.getvalue())
+        self.assertIn("toliman track, busy: a few frames took longer than all: the machine is too busy", warning.getvalue())
+
+    def test_rows_of_fit(self):
+        one = {"part": "fit", "what": "0.3", "parameters": 7, "frames": 100, "seconds": 6e-3, "spread": 1e-4, "steps": 4,
+               "searched": 0, "rms_pull": 1.1, "largest_pull": 2.5, "roofline": 1e-3}
+        image = {"part": "image", "seconds": 1e-3, "spread": 1e-5, "error": 1e-10, "compared": 5, "predicted_error": 7e-10,
+                 "taps": 12, "oversampling": 2, "roofline": 2e-4}
+        own = [one, {**one, "what": "0.03", "seconds": 4e-3}, {**one, "what": "exact"}, {**one, "what": "free"}, image,
+               {"part": "create", "seconds": 0.5}]
+        numpy = {"name": "numpy 1, Fourier shifts", "seconds": 30e-3, "steps": 4, "frames": 100, "rms_pull": 1.2,
+                 "largest_pull": 3}
+        measured = own + [{"part": "numpy", "result": numpy}]
+        rows = self.check_rows(fit, measured)
+        self.assertEqual(len(rows), 7)
+        scene = "fit a frame of sky.json, 256 x 256 px"
+        self.expect(rows[scene + ", prediction off by 0.3 px rms"], seconds=6e-3, error=1.1, error_of="of sigma, rms",
+                    error_at="100 frames", error_largest=2.5, steps=4, peer="numpy 1, Fourier shifts", ratio_peer=5.0,
+                    ratio_roofline=6.0, headline=True)
+        self.expect(rows[scene + ", prediction off by 0.03 px rms"], peer="the model image", ratio_peer=0.25)
+        self.expect(rows["numpy, Fourier shifts: " + scene + ", prediction off by 0.3 px rms"], seconds=30e-3, error=1.2,
+                    error_largest=3, peer=None)
+        self.expect(rows["model image of sky.json, 256 x 256 px"], error=1e-10, error_of="of peak",
+                    error_at="5 propagated frames", ratio_roofline=5.0)
+        self.assertEqual([row["what"] for row in rows.values() if row["what"].startswith(record.MAIN)],
+                         [scene + ", prediction off by 0.3 px rms"])
+        shown = io.StringIO()
+        with contextlib.redirect_stdout(shown):
+            fit.show(measured)
+        self.assertIn("0.3                          7      4      6.000           6.0      1.100                  2.50", shown.getvalue())
+        alone = self.check_rows(fit, own + [{"part": "numpy", "result": None}])  # without numpy
+        self.assertEqual(len(alone), 6)
+        self.assertNotIn("peer", alone[scene + ", prediction off by 0.3 px rms"])
 
     def test_rows_of_weights_and_size(self):
         one = {"weights": "bf16", "planes": "bf16", "bytes": 1000000, "load_s": 0.01, "load_spread": 0.001, "change": 1e-3,

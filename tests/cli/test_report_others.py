@@ -201,6 +201,8 @@ class Bench(ReportTest):
         rows = [row, {**row, "what": "48 nodes", "seconds": 0.069, "error": 5e-13, "headline": True, "spread": 0.0003,
                        "error_of": "of peak", "error_at": "14 <nodes>"},
                 *({**row, "series": "every wavelength", "error": error} for error in errors),
+                {"bench": "fit", "what": "a fit", "seconds": 1, "error": 1.0234, "error_of": "of sigma, rms", "error_largest": 2.871,
+                 "error_at": "100 frames"},
                 {"bench": "commands", "what": "chapter", "seconds": 4.6, "wall_seconds": 2.3, "memory_bytes": 111661056},
                 *({"bench": "a-b", "what": "x", "series": "bf16", "seconds": 1, "bytes": 1e6 + i, "efficiency": 1.01}
                   for i in range(7))]
@@ -217,6 +219,7 @@ class Bench(ReportTest):
         self.assertLess(page.text.index("far"), page.text.index("Machine: Other"))
         self.assertEqual(page.row("33 nodes", 8), ["48.1 ms", "2 %", "", "", "3 × 10⁻¹⁰", "numpy", "19.4", "1.30"])
         self.assertEqual(page.row("48 nodes")[1:5], ["< 1 %", "", "", "5 × 10⁻¹³ of peak at 14 <nodes>"])
+        self.assertEqual(page.row("a fit")[4], "1.02 of sigma, rms, largest 2.9, at 100 frames")
         self.assertEqual(page.row("chapter")[:4], ["4.6 s", "", "2.3 s", "112 MB"])
         self.assertLess(page.text.index("48 nodes"), page.text.index("33 nodes"))  # the headlines come first
         figures = Recorder(self.folder / "bench").figures

@@ -96,7 +96,7 @@ def _error(row: Result) -> str:
     of, at = row.text("error_of", ""), row.text("error_at", "")
     if not math.isfinite(error):
         return ""
-    return (scientific(error, 1) + (f" {of}" if of else "") + (f", largest {largest:.2g}," if math.isfinite(largest) else "")
+    return (scientific(error, 1 if error < 0.1 else 3) + (f" {of}" if of else "") + (f", largest {largest:.2g}," if math.isfinite(largest) else "")
             + (f" at {at}" if at else ""))
 
 
