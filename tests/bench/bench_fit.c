@@ -9,15 +9,7 @@
 #include "timing.h"
 #include "uniform.h"
 
-enum {
-    SIDE = 256,
-    PIXELS = SIDE * SIDE,
-    MARGIN = 32,
-    WIDE = SIDE + 2 * MARGIN,
-    MOST = 1095,
-    PEER = 16,
-    PROPAGATED = 5
-};
+enum { SIDE = 256, PIXELS = SIDE * SIDE, MARGIN = 32, WIDE = SIDE + 2 * MARGIN, MOST = 1095, PROPAGATED = 5 };
 
 static const char *const kFree = "focus scale jitter_xx jitter_yy jitter_xy";
 
@@ -143,6 +135,9 @@ static timing image_time(const toliman_sim *sim, const toliman_fit *fit, double 
 static void measure_image(const toliman_sim *sim, const toliman_fit *fit, int count) {
     char *const text = replaced_again(sky(), "\"photon\": true, \"read_e\": 1.3", "\"photon\": false, \"read_e\": 0");
     toliman_sim *const exact = one_core(replaced_again(text, "\"accuracy\": 1e-9", "\"accuracy\": 1e-15"), 0);
+    toliman_sim_plan_info plan = {.struct_size = sizeof plan};
+    assert_ok(toliman_sim_get_plan(exact, &plan));
+    assert_true(plan.exact_frames != 0);
     const toliman_fit_info info = info_of(fit);
     double *const image = new_images(PIXELS), *const truth = new_images(PIXELS), worst = 0, peak = 0;
     for (int i = 0; i < PROPAGATED; i++) {

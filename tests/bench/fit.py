@@ -5,7 +5,7 @@ import tempfile
 
 from measuring import SHORT, lines, peer, row
 
-FRAMES = 10 if SHORT else 100
+FRAMES = 10 if SHORT else 80
 SCENE = "fit a frame of sky.json, 256 x 256 px"
 WHAT = {"0.3": f"{SCENE}, prediction off by 0.3 px rms", "0.03": f"{SCENE}, prediction off by 0.03 px rms",
         "exact": f"{SCENE}, exact prediction",
