@@ -2,6 +2,7 @@
 #pragma once
 #include <optional>
 #include <string>
+#include <utility>
 
 #include <toliman/track.h>
 
@@ -31,16 +32,15 @@ track::Estimate estimate_of(const toliman_track_options &options, const track::T
 // Holds a shared use of the estimator, so that it cannot be trained or destroyed while frames are estimated.
 class EstimatorUse {
   public:
-    EstimatorUse(const toliman_cae *cae, const toliman_linear *linear, const toliman_fit *fit) {
-        if (cae != nullptr)
-            cae_.emplace(cae, "options->cae");
-        if (linear != nullptr)
-            linear_.emplace(linear, "options->linear");
-        if (fit != nullptr)
-            fit_.emplace(fit, "options->fit");
-    }
+    EstimatorUse(const toliman_cae *cae, const toliman_linear *linear, const toliman_fit *fit)
+        : cae_(use_of(cae, "options->cae")), linear_(use_of(linear, "options->linear")),
+          fit_(use_of(fit, "options->fit")) {}
 
   private:
+    template <class T> static std::optional<Use<const T>> use_of(const T *handle, const char *name) {
+        return handle != nullptr ? std::optional<Use<const T>>(std::in_place, handle, name) : std::nullopt;
+    }
+
     std::optional<Use<const toliman_cae>> cae_;
     std::optional<Use<const toliman_linear>> linear_;
     std::optional<Use<const toliman_fit>> fit_;
