@@ -59,11 +59,12 @@ Atlas::Star Atlas::sample(const Scene &scene, const Pupil &pupil, const Plan &pl
 }
 
 bool Atlas::covers(size_t star, long double x, long double y) const noexcept {
-    const auto within = [this](size_t samples, size_t pixels, long double place) {
+    const size_t half = window_.taps / 2;
+    const auto within = [this, half](size_t samples, size_t pixels, long double place) {
         const auto step = static_cast<long double>(oversampling_);
         const long double first = 0.5L * static_cast<long double>(samples - 1) -
                                   step * (0.5L * static_cast<long double>(pixels - 1) + std::fabs(place));
-        return first >= static_cast<long double>(window_.taps / 2);
+        return first >= static_cast<long double>(half);
     };
     return within(stars_[star].cols, cols_, x) && within(stars_[star].rows, rows_, y);
 }
