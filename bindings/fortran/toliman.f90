@@ -619,7 +619,8 @@ module toliman
         ! further free parameters, names of sim_derivative.h separated by spaces: "scale focus jitter_xx jitter_yy
         ! jitter_xy". NULL or "": none. Those that move the stars (roll, anisotropy, shear) are not available
         type(c_ptr) :: free = c_null_ptr
-        ! largest distance of the stars from their predicted places along x or y, px; 0 = 15, at most 64
+        ! largest shift of both stars from their predicted places along x or y, px; 0 = 15, at most 64. Stars that
+        ! moved relative to each other are found up to about 0.5 px from the predicted separation and position angle
         real(c_double) :: capture_px = 0.0_c_double
         type(c_ptr) :: allocator = c_null_ptr ! for the large arrays of the object; NULL = malloc
         type(c_funptr) :: progress = c_null_funptr ! called while the model images are prepared; may be NULL
@@ -639,11 +640,12 @@ module toliman
         ! predicted error of the interpolation, relative to the peak of the model image
         real(c_double) :: image_error = 0.0_c_double
         real(c_double) :: capture_px = 0.0_c_double ! as in the options
-        integer(c_int64_t) :: digest = 0 ! FNV-1a of everything that determines the results
+        ! FNV-1a of all that determines results: model images, detector, orbit, parameters, capture
+        integer(c_int64_t) :: digest = 0
     end type
 
-    ! What is known of a frame before the fit. The fit starts there; its result hardly depends on it, except for
-    ! displacement_px, which is measured from the predicted separation.
+    ! What is known of a frame before the fit. The fit starts at the predicted places. From any start that converges to the
+    ! same maximum, places agree to about 1e-7 px. displacement_px is measured from the predicted separation.
     type, bind(C), public :: toliman_fit_prediction
         integer(c_int32_t) :: struct_size = 48
         integer(c_int32_t) :: flags = 0 ! 0
@@ -656,16 +658,20 @@ module toliman
         real(c_double) :: position_angle_deg = 0.0_c_double ! with separation_px; ignored if that is 0
     end type
 
-    ! Flags of a result. Without NOT_CONVERGED the result is the maximum of the likelihood near the prediction.
-    ! the places still moved by 1e-6 px after the last step; all numbers are NaN, except iterations
+    ! Flag of a result without a maximum: the last step moved a place by 1e-6 px or more, a star lost 90 % of its flux, or
+    ! the stars left the range of the model images. Every number is NaN, except iterations; excluded is 0. Frequent if
+    ! photons and read noise together are below about 1 electron^2 in many pixels. Without this flag, the result is the
+    ! maximum of the likelihood near the prediction, or near the places found by the search.
     integer(c_int32_t), parameter, public :: TOLIMAN_FIT_NOT_CONVERGED = 1
-    ! chi_square is more than 6 standard deviations above 1: the frame is damaged, or the model lacks something
+
+    ! Flag: chi_square is more than 6 standard deviations above 1. The frame is damaged, or the scene lacks an effect that
+    ! the frame has.
     integer(c_int32_t), parameter, public :: TOLIMAN_FIT_OUTLIER = 2
     ! pixels at the full well or the largest count were excluded
     integer(c_int32_t), parameter, public :: TOLIMAN_FIT_SATURATED = 4
-    ! a star is outside the frame, or as far from its predicted place as capture_px
+    ! a star is outside the frame, or over capture_px from its predicted x or y
     integer(c_int32_t), parameter, public :: TOLIMAN_FIT_EDGE = 8
-    ! the stars were not at their predicted places, and were searched for
+    ! the stars were not at their predicted places; a search found them
     integer(c_int32_t), parameter, public :: TOLIMAN_FIT_SEARCHED = 16
 
     ! Result for one frame.
@@ -688,7 +694,8 @@ module toliman
         ! sum of squared residuals over their variances, per degree of freedom
         real(c_double) :: chi_square = 0.0_c_double
         integer(c_int32_t) :: iterations = 0 ! Gauss-Newton steps
-        integer(c_int32_t) :: excluded = 0 ! saturated pixels
+        ! saturated pixels, those expected within 5 standard deviations of saturation included
+        integer(c_int32_t) :: excluded = 0
     end type
 
     ! Point of the exposure to which the time stamps of a file refer. Since 0.2.
@@ -3087,7 +3094,7 @@ module toliman
         final :: component_set_final
     end type
 
-    ! Fit of a scene's forward model. It may be used from several threads at once.
+    ! Fit of a scene's forward model. Several threads may use it at the same time.
     type, public :: toliman_frame_fit
         type(c_ptr) :: handle = c_null_ptr
         integer(c_size_t), private :: rows = -1, cols = -1 ! of a frame

@@ -8,17 +8,20 @@
  *   time of the frame, pointing ^   parameter_count, get_parameter, get_info
  *  (toliman_fit_prediction)  destroy
  *
- * The parameters of a frame are the places of both stars, their fluxes and the background, and those of
- * toliman_fit_options.free. Reported are, in this order (names and units as in sim_derivative.h, except that
- * position_angle is in degrees):
+ * The parameters of a frame are, in this order (names and units as in sim_derivative.h, except that position_angle is
+ * in degrees):
  *
- *   separation      px       distance from A to B
- *   position_angle  deg      of B from A on the sky, north through east; the detector is assumed not to roll
- *   shift_x, _y     px       shift of the scene's centre (binary.centre: barycentre of the light, A or B) from its
- * place in the scene, which is the centre of the frame unless binary.offsets_px gives the places of the stars; x
- * towards higher columns, y towards higher rows flux_a, flux_b           relative change of the photons of a star
- *   background      photons  equal light on every pixel
- *   ...                      toliman_fit_options.free, in the order given: changes against the scene
+ *   separation         px       distance from A to B
+ *   position_angle     deg      of B from A on the sky, north through east, in (-180, 180] + detector.rotation_deg;
+ *                               the detector is assumed not to roll
+ *   shift_x, shift_y   px       shift of the scene's centre from its place in the scene; x towards higher columns, y
+ *                               towards higher rows
+ *   flux_a, flux_b              relative change of the photons of a star
+ *   background         photons  equal light on every pixel
+ *   ...                         those of toliman_fit_options.free, in the order given: changes against the scene
+ *
+ * The scene's centre is the barycentre of the light, A or B (binary.centre). It is at the centre of the frame, unless
+ * binary.offsets_px gives the places of the stars.
  */
 #ifndef TOLIMAN_FIT_H
 #define TOLIMAN_FIT_H
@@ -29,7 +32,7 @@
 
 TOLIMAN_BEGIN_DECLS
 
-/* Fit of a scene's forward model. It may be used from several threads at once. */
+/* Fit of a scene's forward model. Several threads may use it at the same time. */
 typedef struct toliman_fit toliman_fit;
 
 /* Largest number of parameters of a frame. */
@@ -42,8 +45,9 @@ typedef struct toliman_fit_options {
     const char *free;                   /* further free parameters, names of sim_derivative.h separated by spaces:
                                            "scale focus jitter_xx jitter_yy jitter_xy". NULL or "": none. Those that move
                                            the stars (roll, anisotropy, shear) are not available */
-    double capture_px;                  /* largest distance of the stars from their predicted places along x or y, px;
-                                           0 = 15, at most 64 */
+    double capture_px;                  /* largest shift of both stars from their predicted places along x or y, px;
+                                           0 = 15, at most 64. Stars that moved relative to each other are found up to
+                                           about 0.5 px from the predicted separation and position angle */
     const toliman_allocator *allocator; /* for the large arrays of the object; NULL = malloc */
     toliman_progress_fn progress;       /* called while the model images are prepared; may be NULL */
     void *progress_data;
@@ -57,8 +61,8 @@ TOLIMAN_API void toliman_fit_options_init(toliman_fit_options *options, size_t s
  * may be NULL. The caller destroys *out. The model images cover the scene's orbit over its cadence, plus capture_px.
  * Errors:
  *   - TOLIMAN_E_ARGUMENT for an unknown parameter, or one that is named twice or always free;
- *   - TOLIMAN_E_SCENE if the parameters cannot be told apart in a frame of the scene, or one does not change it in
- *     first order (focus behind a spiral mask without struts);
+ *   - TOLIMAN_E_SCENE if the scene's frame does not determine the parameters: it has too few pixels, a parameter is a
+ *     combination of the others, or one has no first-order effect (focus behind a spiral mask without struts);
  *   - TOLIMAN_E_UNSUPPORTED for a single star, with PADDED_FFT, for an accuracy below 1e-14, or if the scene has no
  *     derivative by a parameter;
  *   - TOLIMAN_E_CANCELLED if progress returned a nonzero value. */
@@ -88,7 +92,7 @@ typedef struct toliman_fit_info {
     uint32_t reserved;
     double image_error; /* predicted error of the interpolation, relative to the peak of the model image */
     double capture_px;  /* as in the options */
-    uint64_t digest;    /* FNV-1a of everything that determines the results */
+    uint64_t digest;    /* FNV-1a of all that determines results: model images, detector, orbit, parameters, capture */
 } toliman_fit_info;
 #define TOLIMAN_FIT_INFO_INIT TOLIMAN_INIT(toliman_fit_info)
 
@@ -96,8 +100,8 @@ typedef struct toliman_fit_info {
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_fit_get_info(const toliman_fit *fit,
                                                                    toliman_fit_info *out) TOLIMAN_NOEXCEPT;
 
-/* What is known of a frame before the fit. The fit starts there; its result hardly depends on it, except for
- * displacement_px, which is measured from the predicted separation. */
+/* What is known of a frame before the fit. The fit starts at the predicted places. From any start that converges to the
+ * same maximum, places agree to about 1e-7 px. displacement_px is measured from the predicted separation. */
 typedef struct toliman_fit_prediction {
     uint32_t struct_size;
     uint32_t flags;            /* 0 */
@@ -108,16 +112,19 @@ typedef struct toliman_fit_prediction {
 } toliman_fit_prediction;
 #define TOLIMAN_FIT_PREDICTION_INIT TOLIMAN_INIT(toliman_fit_prediction)
 
-/* Flags of a result. Without NOT_CONVERGED the result is the maximum of the likelihood near the prediction. */
-#define TOLIMAN_FIT_NOT_CONVERGED                                                                                      \
-    1u /* the places still moved by 1e-6 px after the last step; all numbers are NaN,                                  \
-          except iterations */
-#define TOLIMAN_FIT_OUTLIER                                                                                            \
-    2u                           /* chi_square is more than 6 standard deviations above 1: the frame is damaged, or    \
-                                    the model lacks something */
+/* Flag of a result without a maximum: the last step moved a place by 1e-6 px or more, a star lost 90 % of its flux, or
+ * the stars left the range of the model images. Every number is NaN, except iterations; excluded is 0. Frequent if
+ * photons and read noise together are below about 1 electron^2 in many pixels. Without this flag, the result is the
+ * maximum of the likelihood near the prediction, or near the places found by the search. */
+#define TOLIMAN_FIT_NOT_CONVERGED 1u
+
+/* Flag: chi_square is more than 6 standard deviations above 1. The frame is damaged, or the scene lacks an effect that
+ * the frame has. */
+#define TOLIMAN_FIT_OUTLIER 2u
+
 #define TOLIMAN_FIT_SATURATED 4u /* pixels at the full well or the largest count were excluded */
-#define TOLIMAN_FIT_EDGE 8u      /* a star is outside the frame, or as far from its predicted place as capture_px */
-#define TOLIMAN_FIT_SEARCHED 16u /* the stars were not at their predicted places, and were searched for */
+#define TOLIMAN_FIT_EDGE 8u      /* a star is outside the frame, or over capture_px from its predicted x or y */
+#define TOLIMAN_FIT_SEARCHED 16u /* the stars were not at their predicted places; a search found them */
 
 /* Result for one frame. */
 typedef struct toliman_fit_result {
@@ -132,16 +139,17 @@ typedef struct toliman_fit_result {
     double background;                         /* photons per pixel */
     double chi_square;  /* sum of squared residuals over their variances, per degree of freedom */
     int32_t iterations; /* Gauss-Newton steps */
-    int32_t excluded;   /* saturated pixels */
+    int32_t excluded;   /* saturated pixels, those expected within 5 standard deviations of saturation included */
 } toliman_fit_result;
 #define TOLIMAN_FIT_RESULT_INIT TOLIMAN_INIT(toliman_fit_result)
 
-/* Fits one frame counts[rows][stride]. Allocates nothing, unless more calls run at once than ever before.
+/* Fits one frame counts[rows][stride]. Allocates memory only if more calls run at the same time than before.
  *   prediction  NULL: time 0, no shift
  *   result      struct_size must be set
  *   values      [n], or NULL: all n = toliman_fit_parameter_count() parameters, as listed at the top
  *   covariance  [n][n], or NULL: their covariance, the inverse Fisher matrix
- * A frame that cannot be fitted is not an error: see the flags. Results depend on the frame and its prediction only.
+ * A frame that cannot be fitted is not an error: see the flags. The result of a fit depends on the frame and its
+ * prediction only, not on threads or on other frames.
  * Errors: TOLIMAN_E_ARGUMENT for a non-finite count, naming its row and column, for a prediction that is not finite or
  * outside the range of the model images, and for a smaller stride. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_fit_frame(const toliman_fit *fit, const double *counts,

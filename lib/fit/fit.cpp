@@ -1,14 +1,14 @@
 // Method: Fisher scoring. With the Fisher matrix F and the gradient g of the log likelihood at the current values
-// (model.cpp), the step is F^-1 g, and the variances are those of the model: at rest this solves the likelihood
-// equations of Poisson counts (of Gaussian ones where read noise dominates), so that the covariance is F^-1, the
-// Cramer-Rao bound. In the first step variances are the mean of expected and counted ones, because a model that is
-// darker than the frame in some pixels would give these all the weight. The steps continue until no place moves by 1e-6
-// px; a fixed number of three leaves 3 % of frames with 0.3 px of pointing wrong by more than 5 sigma. From 0.3 px this
-// takes 4 to 5 steps, from 0.03 px 3, each of which squares the distance, about. Stars farther than kFarStep from their
-// predicted places are searched for (search.cpp), and so they are if the fit is poor: fringes repeat, and the nearest
-// maximum of the likelihood may be a false one. Separation, position angle and shift are those of the two places; their
-// covariance follows from its derivatives. Reference: Kay 1993, Fundamentals of Statistical Signal Processing:
-// Estimation Theory, chapter 7.
+// (model.cpp), the step is F^-1 g, with the variances of the model. Where the steps end, the likelihood equations of
+// Poisson counts (of Gaussian ones where read noise dominates) hold, so that the covariance is F^-1, the Cramer-Rao
+// bound. In the first step variances are the mean of expected and counted ones: with the model's alone, pixels in which
+// the model is far darker than the frame would have all the weight. The steps end when no place moves by 1e-6 px. From
+// 0.3 px this takes 4 to 5 steps, from 0.03 px 3. A fixed number of three leaves 3 % of frames with 0.3 px of pointing
+// wrong by more than 5 sigma.
+// If the steps diverge, or a step is longer than kFarStep, the stars are searched for (search.cpp). The same is done if
+// the fit is poor: fringes repeat, and the nearest maximum of the likelihood may be a false one.
+// Separation, position angle and shift are those of the two places; their covariance follows from the derivatives.
+// Reference: Kay 1993, Fundamentals of Statistical Signal Processing: Estimation Theory, chapter 7.
 #include "fit/fit.hpp"
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 // Method: correlation of the square roots of counts and expected counts, whose noise is the same in all pixels, with
 // their means subtracted, by Fourier transforms of both at once (as real and imaginary part). The maximum over whole
-// pixels is refined along each axis by a parabola through its neighbours, which leaves about 0.1 px.
+// pixels is refined along each axis by a parabola through its neighbours, to about 0.1 px.
 #include "fit/search.hpp"
 
 #include <algorithm>

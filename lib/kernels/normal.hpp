@@ -16,9 +16,8 @@ struct CountModel {
 };
 
 struct NormalKernels {
-    // Given     counts [n]; light [n], expected photons; response [n], electrons per photon; blend: the variance is
-    // that
-    //           of (1 - blend) expected + blend counted electrons
+    // Given     counts [n]; light [n], expected photons; response [n], electrons per photon; blend: variances are
+    //           those of (1 - blend) expected + blend counted electrons
     // Returned  weight [n] = response^2/variance and residual [n] = (electrons - expected)/response; pixels at the
     //           limit, or expected within 5 standard deviations of it, have weight 0, and their number is added to
     //           *saturated. Pixels without response have weight 0, too. *used: plus the others. False if a count is not

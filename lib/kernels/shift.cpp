@@ -1,7 +1,7 @@
 // Method: an image S without frequencies above f_c is interpolated as
 //     S(u) = sum over samples j of a_j g(u - j),   A(f) = S(f)/G(f),
-// where g is a window of a few samples, G its transform and A the spectrum of the coefficients a_j. The only error are
-// the aliases: frequency f also appears at f + m with the factor G(f + m)/G(f), m = +-1, +-2, ... The Kaiser-Bessel
+// where g is a window of a few samples, G its transform and A the spectrum of the coefficients a_j. The only errors
+// are aliases: frequency f also appears at f + m with the factor G(f + m)/G(f), m = +-1, +-2, ... The Kaiser-Bessel
 // window
 //     g(x) = I_0(beta sqrt(1 - (2 x/T)^2)),   G(f) = T sinh(z)/z,   z = sqrt(beta^2 - (pi T f)^2)
 // is within a small factor of the window with the smallest aliases: with T taps they fall as exp(-pi T sqrt(1 - 2

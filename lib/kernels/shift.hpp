@@ -11,9 +11,8 @@ constexpr size_t kMostTaps = 32;
 constexpr size_t kShiftOrders = 3; // the value and two derivatives
 
 struct ShiftKernels {
-    // Given     samples; tap t of a sum is at samples[offset[t]]; weights [orders][kMostTaps]; taps <= kMostTaps; 1 to
-    // 3
-    //           orders
+    // Given     samples; tap t of a sum is at samples[offset[t]]; weights [orders][kMostTaps]; taps <= kMostTaps;
+    //           orders 1 to 3
     // Returned  out[o][i], i < count: sum over t of weights[o][t] samples[offset[t] + i]
     // Notes     the same bits on every instruction set
     void (*sum)(const double *samples, const size_t *offset, const double *weights, size_t orders, size_t taps,

@@ -790,7 +790,7 @@ class toliman_sim_parameter(Sized):
 
 
 class toliman_fit(Structure):
-    """Fit of a scene's forward model. It may be used from several threads at once."""
+    """Fit of a scene's forward model. Several threads may use it at the same time."""
 
 
 # Largest number of parameters of a frame.
@@ -803,8 +803,9 @@ class toliman_fit_options(Sized):
     free: further free parameters, names of sim_derivative.h separated by spaces:
         "scale focus jitter_xx jitter_yy jitter_xy". NULL or "": none. Those that move
         the stars (roll, anisotropy, shear) are not available
-    capture_px: largest distance of the stars from their predicted places along x or y, px;
-        0 = 15, at most 64
+    capture_px: largest shift of both stars from their predicted places along x or y, px;
+        0 = 15, at most 64. Stars that moved relative to each other are found up to
+        about 0.5 px from the predicted separation and position angle
     allocator: for the large arrays of the object; NULL = malloc
     progress: called while the model images are prepared; may be NULL"""
 
@@ -830,7 +831,7 @@ class toliman_fit_info(Sized):
     parameters: number of parameters
     image_error: predicted error of the interpolation, relative to the peak of the model image
     capture_px: as in the options
-    digest: FNV-1a of everything that determines the results"""
+    digest: FNV-1a of all that determines results: model images, detector, orbit, parameters, capture"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -848,8 +849,8 @@ class toliman_fit_info(Sized):
 
 
 class toliman_fit_prediction(Sized):
-    """What is known of a frame before the fit. The fit starts there; its result hardly depends on it, except for
-    displacement_px, which is measured from the predicted separation.
+    """What is known of a frame before the fit. The fit starts at the predicted places. From any start that converges to the
+    same maximum, places agree to about 1e-7 px. displacement_px is measured from the predicted separation.
     flags: 0
     time_days: time of the frame: a moving binary is at its place on the scene's orbit
     x_px: expected shift of both stars from their places in the scene, as shift_x and shift_y
@@ -868,16 +869,18 @@ class toliman_fit_prediction(Sized):
     ]
 
 
-# Flags of a result. Without NOT_CONVERGED the result is the maximum of the likelihood near the prediction.
-# the places still moved by 1e-6 px after the last step; all numbers are NaN,
-# except iterations
+# Flag of a result without a maximum: the last step moved a place by 1e-6 px or more, a star lost 90 % of its flux, or
+# the stars left the range of the model images. Every number is NaN, except iterations; excluded is 0. Frequent if
+# photons and read noise together are below about 1 electron^2 in many pixels. Without this flag, the result is the
+# maximum of the likelihood near the prediction, or near the places found by the search.
 TOLIMAN_FIT_NOT_CONVERGED = 1
-# chi_square is more than 6 standard deviations above 1: the frame is damaged, or
-# the model lacks something
+
+# Flag: chi_square is more than 6 standard deviations above 1. The frame is damaged, or the scene lacks an effect that
+# the frame has.
 TOLIMAN_FIT_OUTLIER = 2
 TOLIMAN_FIT_SATURATED = 4  # pixels at the full well or the largest count were excluded
-TOLIMAN_FIT_EDGE = 8  # a star is outside the frame, or as far from its predicted place as capture_px
-TOLIMAN_FIT_SEARCHED = 16  # the stars were not at their predicted places, and were searched for
+TOLIMAN_FIT_EDGE = 8  # a star is outside the frame, or over capture_px from its predicted x or y
+TOLIMAN_FIT_SEARCHED = 16  # the stars were not at their predicted places; a search found them
 
 
 class toliman_fit_result(Sized):
@@ -896,7 +899,7 @@ class toliman_fit_result(Sized):
     background: photons per pixel
     chi_square: sum of squared residuals over their variances, per degree of freedom
     iterations: Gauss-Newton steps
-    excluded: saturated pixels"""
+    excluded: saturated pixels, those expected within 5 standard deviations of saturation included"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -2675,8 +2678,8 @@ PADDED_FFT. Since 0.2.""",
 may be NULL. The caller destroys *out. The model images cover the scene's orbit over its cadence, plus capture_px.
 Errors:
   - TOLIMAN_E_ARGUMENT for an unknown parameter, or one that is named twice or always free;
-  - TOLIMAN_E_SCENE if the parameters cannot be told apart in a frame of the scene, or one does not change it in
-    first order (focus behind a spiral mask without struts);
+  - TOLIMAN_E_SCENE if the scene's frame does not determine the parameters: it has too few pixels, a parameter is a
+    combination of the others, or one has no first-order effect (focus behind a spiral mask without struts);
   - TOLIMAN_E_UNSUPPORTED for a single star, with PADDED_FFT, for an accuracy below 1e-14, or if the scene has no
     derivative by a parameter;
   - TOLIMAN_E_CANCELLED if progress returned a nonzero value.""",
@@ -2708,12 +2711,13 @@ TOLIMAN_E_RANGE for any other index.""",
             ("values", POINTER(c_double)),
             ("covariance", POINTER(c_double)),
         ),
-        """Fits one frame counts[rows][stride]. Allocates nothing, unless more calls run at once than ever before.
+        """Fits one frame counts[rows][stride]. Allocates memory only if more calls run at the same time than before.
   prediction  NULL: time 0, no shift
   result      struct_size must be set
   values      [n], or NULL: all n = toliman_fit_parameter_count() parameters, as listed at the top
   covariance  [n][n], or NULL: their covariance, the inverse Fisher matrix
-A frame that cannot be fitted is not an error: see the flags. Results depend on the frame and its prediction only.
+A frame that cannot be fitted is not an error: see the flags. The result of a fit depends on the frame and its
+prediction only, not on threads or on other frames.
 Errors: TOLIMAN_E_ARGUMENT for a non-finite count, naming its row and column, for a prediction that is not finite or
 outside the range of the model images, and for a smaller stride.""",
     ),

@@ -214,7 +214,7 @@ class FitInfo(Result):
     parameters: int = member("number of parameters")
     image_error: float = member("predicted error of the interpolation, relative to the peak of the model image")
     capture_px: float = member("as in the options")
-    digest: int = member("FNV-1a of everything that determines the results")
+    digest: int = member("FNV-1a of all that determines results: model images, detector, orbit, parameters, capture")
 
 
 @result
@@ -235,12 +235,12 @@ class FitResult(Result):
     background: float = member("photons per pixel")
     chi_square: float = member("sum of squared residuals over their variances, per degree of freedom")
     iterations: int = member("Gauss-Newton steps")
-    excluded: int = member("saturated pixels")
-    not_converged: bool = member("the places still moved by 1e-6 px after the last step; all numbers are NaN, except iterations", flag=1)
-    outlier: bool = member("chi_square is more than 6 standard deviations above 1: the frame is damaged, or the model lacks something", flag=2)
+    excluded: int = member("saturated pixels, those expected within 5 standard deviations of saturation included")
+    not_converged: bool = member("a result without a maximum: the last step moved a place by 1e-6 px or more, a star lost 90 % of its flux, or the stars left the range of the model images. Every number is NaN, except iterations; excluded is 0. Frequent if photons and read noise together are below about 1 electron^2 in many pixels. Without this flag, the result is the maximum of the likelihood near the prediction, or near the places found by the search.", flag=1)
+    outlier: bool = member("Flag: chi_square is more than 6 standard deviations above 1. The frame is damaged, or the scene lacks an effect that the frame has.", flag=2)
     saturated: bool = member("pixels at the full well or the largest count were excluded", flag=4)
-    edge: bool = member("a star is outside the frame, or as far from its predicted place as capture_px", flag=8)
-    searched: bool = member("the stars were not at their predicted places, and were searched for", flag=16)
+    edge: bool = member("a star is outside the frame, or over capture_px from its predicted x or y", flag=8)
+    searched: bool = member("the stars were not at their predicted places; a search found them", flag=16)
 
 
 @result

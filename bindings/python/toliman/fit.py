@@ -29,7 +29,7 @@ class Fit(Handle):
     simulator: Simulator of the scene, with two stars; not needed afterwards.
     free: names of further free parameters, such as ["scale", "focus"]. Separation, position_angle, shift_x, shift_y,
         flux_a, flux_b and background are always free.
-    capture_px: largest distance of the stars from their predicted places, along x and y; 0 means 15.
+    capture_px: largest shift of both stars from their predicted places, along x and y; 0 means 15.
     progress: of the preparation of the model images, on as many threads as the simulator has.
 
     A frame is predicted by its time: a moving binary is at its place on the scene's orbit. Further knowledge of a frame:

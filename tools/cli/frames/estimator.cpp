@@ -8,7 +8,7 @@ namespace cli {
 
 namespace {
 
-// Of the warnings about a scene, none concerns its fit: they are about simulated frames, and stars that move.
+// Omits warnings: those about a scene concern simulated frames and estimators for stars at rest, not a fit.
 void log_news(int32_t level, const char *text, void *progress) {
     if (level != TOLIMAN_LOG_WARNING)
         Progress::log(level, text, progress);
