@@ -33,8 +33,8 @@ class Scenes(ProgramTest):
         shutil.copytree(shared_run(), folder)
         (folder / "report").mkdir()
         (folder / "report" / "report.html").write_text("")
-        with subprocess.Popen([PROGRAM, "run", "s.json", "--out", "r"], cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                              text=True) as process:
+        with subprocess.Popen([PROGRAM, "run", "s.json", "--controls", "quick", "--out", "r"], cwd=self.folder,
+                              stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
             while not (folder / "images" / "residuals.npy.0.tmp").exists() and process.poll() is None:
                 time.sleep(0.001)
             scene.unlink()
