@@ -12,8 +12,8 @@
  * in degrees):
  *
  *   separation         px       distance from A to B
- *   position_angle     deg      of B from A on the sky, north through east, in (-180, 180] + detector.rotation_deg;
- *                               the detector is assumed not to roll
+ *   position_angle     deg      of B from A on the sky, north through east, from -180 to 180; the detector is assumed
+ *                               not to roll
  *   shift_x, shift_y   px       shift of the scene's centre from its place in the scene; x towards higher columns, y
  *                               towards higher rows
  *   flux_a, flux_b              relative change of the photons of a star

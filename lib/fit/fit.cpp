@@ -262,7 +262,7 @@ void Fit::report(const double *values, const Work &work, Result &result) const {
         }
     std::copy_n(values, n, result.values);
     result.values[0] = separation;
-    result.values[1] = std::atan2(-on_sky[0], on_sky[1]) / kDegree + scene_.detector.rotation_deg;
+    result.values[1] = std::remainder(std::atan2(-on_sky[0], on_sky[1]) / kDegree + scene_.detector.rotation_deg, 360);
     for (size_t axis = 0; axis < 2; axis++)
         result.values[2 + axis] = (1 - share_a_) * values[x_a + axis] + share_a_ * values[x_b + axis] - centre_[axis];
     result.chi_square = work.chi_square / static_cast<double>(work.used - n);
