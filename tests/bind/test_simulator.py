@@ -164,8 +164,8 @@ class Frames(unittest.TestCase):
         self.assertIn("photon noise", self.simulator.stages)
         self.assertNotIn("read noise", self.simulator.stages)
         self.assertEqual(self.simulator.stages, list(beforehand.stages))
-        for scene, move in (("mission.json", False), ("sky.json", True)):
-            self.assertEqual("moving stars" in toliman.plan(SCENES / scene).stages, move)
+        for name, move in (("mission.json", False), ("sky.json", True)):
+            self.assertEqual("moving stars" in toliman.plan(SCENES / name).stages, move)
         self.assertEqual(toliman.plan(SCENES / "mission.json").scene_wavelengths,
                          toliman.plan(json.loads((SCENES / "mission.json").read_text()), folder=SCENES).scene_wavelengths)
 
