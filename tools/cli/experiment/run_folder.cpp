@@ -78,7 +78,7 @@ void set_reconstructions(const NetworkOutcome &network, Json &json) {
     json.set("samples", from.samples);
 }
 
-Json template_json(const Outcome &outcome) {
+Json estimate_json(const Outcome &outcome) {
     const toliman_period_peak &peak = outcome.peak;
     return Json("sigma_px", outcome.sigma_px, "period_days", peak.period, "period_error_days", peak.period_error,
                 "log10_fap", peak.log10_fap, "fwhm_period_days", peak.fwhm_period);
@@ -86,7 +86,7 @@ Json template_json(const Outcome &outcome) {
 
 Json fit_json(const Pipeline &pipeline, const FitOutcome &fit) {
     const bool controls = pipeline.controls != Controls::none;
-    Json json = template_json(fit.signal);
+    Json json = estimate_json(fit.signal);
     json.set("bound_px", fit.bound_px, "efficiency", fit.efficiency, "efficiency_error",
              efficiency_error(pipeline, fit.efficiency), "no_signal_log10_fap",
              if_known(controls, fit.no_signal.peak.log10_fap));
@@ -98,7 +98,7 @@ Json fit_json(const Pipeline &pipeline, const FitOutcome &fit) {
 void set_network(const std::optional<NetworkOutcome> &network, Json &json) {
     if (network) {
         set_reconstructions(*network, json);
-        json.set("template", template_json(network->template_fit));
+        json.set("template", estimate_json(network->template_fit));
         return;
     }
     for (const char *key : {"mmse", "photon_floor", "mssim", "decoder", "residuals", "samples", "template"})

@@ -264,8 +264,9 @@ def _add_series(run: _Run, page: Page) -> None:
     cycles = numpy.ptp(t) / period if period > 0 else 0
     step = figures.thinned(len(t))
     thinned = f" One of {step} frames is drawn." if step > 1 else ""
-    caption = "Values of each frame less their mean, for the " + ", the ".join(
-        title.partition(" (")[0] for title in panels)
+    *others, last = (title.partition(" (")[0] for title in panels)
+    listed = f"the {', the '.join(others)} and the {last}" if others else f"the {last}"
+    caption = "Values of each frame less their mean, for " + listed
     truth_words = f" The truth, in the same unit, is the displacement without noise{_noise(run)}." \
         if run.has_signal else ""
     if cycles <= figures.MOST_CYCLES:
