@@ -60,8 +60,8 @@ class Run(ReportTest):
 
     def write_series(self, count, period):
         """A day apart, without noise; the template's values have the other sign."""
-        rows = "".join(f"{k},{k},{2 * y!r},{y!r},{1 - y!r},{y!r}\n" for k in range(count) for y in [math.sin(2 * math.pi * k / period + 1)])
-        (self.folder / "copy" / "series.csv").write_text("frame,t,true,latent,template,fit\n" + rows)
+        rows = "".join(f"{k},{k},{2 * y!r},{y!r},{1 - y!r}\n" for k in range(count) for y in [math.sin(2 * math.pi * k / period + 1)])
+        (self.folder / "copy" / "series.csv").write_text("frame,t,true,latent,template\n" + rows)
 
     def test_page(self):
         page = self.check_page(self.top / "page", FIGURES)
@@ -86,10 +86,6 @@ class Run(ReportTest):
         self.assertIn(f"{abs(distance):.1f} sigma {'above' if distance > 0 else 'below'} the true value, 1.00 × 10⁻⁴ px", page.text)
         self.assertEqual(page.row("network")[1:4], [f"{result['efficiency']:.3f}", period, f"{result['log10_fap']:.1f}".replace("-", "−")])
         self.assertEqual(page.row("template")[2], rounded(result["template"]["period_days"], result["template"]["period_error_days"]))
-        fit = result["fit"]
-        self.assertEqual(page.row("fit")[1:4], [f"{fit['efficiency']:.3f}", rounded(fit["period_days"], fit["period_error_days"]),
-                                                f"{fit['log10_fap']:.1f}".replace("-", "−")])
-        self.assertEqual(page.row("fit, no signal")[3].replace("−", "-"), f"{fit['no_signal_log10_fap']:.1f}")
         self.assertEqual(page.row("untrained network")[3].replace("−", "-"), f"{result['untrained']['log10_fap']:.1f}")
         self.assertEqual(page.row("network, no signal")[3].replace("−", "-"), f"{result['no_signal']['log10_fap']:.1f}")
         mantissa, exponent = f"{result['latent_sigma_px']:.2e}".split("e")
@@ -112,7 +108,7 @@ class Run(ReportTest):
     def test_figures_show_the_files(self):
         series, periodogram, training = (rows_of(self.run_folder / f"{name}.csv") for name in ("series", "periodogram", "training"))
         t, truth = series["t"], series["true"]
-        for axes, name in zip(self.page.figures["series"].axes, ("latent", "template", "fit"), strict=True):
+        for axes, name in zip(self.page.figures["series"].axes, ("latent", "template")):
             found = lines(axes)
             for shown, expected in (("each frame", series[name]), ("truth", truth)):
                 numpy.testing.assert_allclose(found[shown], [t, 1e6 * (expected - expected.mean())], rtol=1e-9, atol=1e-6)
@@ -128,9 +124,8 @@ class Run(ReportTest):
         near = numpy.interp((t / self.result["period_days"]) % 1, phase, wave)
         self.assertGreater(numpy.corrcoef(near, series["latent"])[0, 1], 0.9)
         frequency = periodogram["frequency"]
-        keys = ((self.result["true_series"], "true"), (self.result, "power"), (self.result["template"], "template"),
-                (self.result["fit"], "fit"))
-        for axes, (own, name) in zip(self.page.figures["periodogram"].axes, keys, strict=True):
+        keys = ((self.result["true_series"], "true"), (self.result, "power"), (self.result["template"], "template"))
+        for axes, (own, name) in zip(self.page.figures["periodogram"].axes, keys):
             power, found = periodogram[name], lines(axes)
             numpy.testing.assert_array_equal(found[next(iter(found))], [frequency, power])
             self.assertEqual([v[0] for v in found["grid peak"]], [frequency[power.argmax()], power.max()])
@@ -195,7 +190,7 @@ class Run(ReportTest):
             self.assertNotIn(words, text)
         for axes in page.figures["series"].axes:
             self.assertNotIn("truth", lines(axes))
-        self.assertEqual(len(page.figures["periodogram"].axes), 3)
+        self.assertEqual(len(page.figures["periodogram"].axes), 2)
         self.assertEqual(len([axes for axes in page.figures["frame"].axes if axes.images]), 1)
 
     def test_without_controls(self):
@@ -216,7 +211,7 @@ class Run(ReportTest):
         """Nulls, a point spread function that the pupil cannot have, a grid of one frequency, a peak at the edge."""
         images = {**self.result["images"], "psf_500-700nm": {**self.result["images"]["psf_500-700nm"], "reason": "a <reason>"}}
         self.copy(period_error_days=None, fitted_amplitude_error_px=None, at_edge=True, images=images)
-        (self.folder / "copy" / "periodogram.csv").write_text("frequency,power,template,true,fit\n0.5,0.9,0.8,0.7,0.6\n")
+        (self.folder / "copy" / "periodogram.csv").write_text("frequency,power,template,true\n0.5,0.9,0.8,0.7\n")
         page = Recorder(self.folder / "copy")
         text = Reader(page.html()).text
         for words in ("± – days", "No point spread function of 500–700 nm: a <reason>", "The peak is at the edge",
@@ -270,9 +265,9 @@ class Run(ReportTest):
             ("result.json", lambda text: "[]", "copy/result.json: is not a JSON object"),
             ("result.json", lambda text: "[" * 100000, "copy/result.json: is damaged: "),
             ("series.csv", lambda text: text.replace("template", "other"), "copy/series.csv:2: has no column template"),
-            ("series.csv", lambda text: text + "1,2\n", "copy/series.csv:23: has 2 columns, the header 6"),
-            ("series.csv", lambda text: text + "1,2,3,nan,5,6\n", "copy/series.csv:23: latent = nan: must be a finite number"),
-            ("series.csv", lambda text: text + "1,2,3,x,5,6\n", "copy/series.csv:23: latent = x: must be a finite number"),
+            ("series.csv", lambda text: text + "1,2\n", "copy/series.csv:23: has 2 columns, the header 5"),
+            ("series.csv", lambda text: text + "1,2,3,nan,5\n", "copy/series.csv:23: latent = nan: must be a finite number"),
+            ("series.csv", lambda text: text + "1,2,3,x,5\n", "copy/series.csv:23: latent = x: must be a finite number"),
             ("periodogram.csv", lambda text: "# nothing\n", "copy/periodogram.csv: is empty"),
             ("training.csv", lambda text: "step,loss\n", "copy/training.csv: has no rows"),
         ):

@@ -54,19 +54,12 @@ void print_period(const Outcome &outcome) {
                 found ? "" : ": no significant period");
 }
 
-// A row of an estimator with which the network is compared.
-void print_reference(const char *name, const Outcome &outcome, const std::string &more) {
-    std::printf("%-14s%speriod %.*f days, log10 FAP %.1f%s\n", name, sigma_text(outcome, ", ").c_str(),
-                decimals_of(outcome.peak.period_error), outcome.peak.period, outcome.peak.log10_fap, more.c_str());
-}
-
-void print_network(const NetworkOutcome &network, const std::optional<FitOutcome> &fit, const Scene &scene) {
+void print_network(const NetworkOutcome &network, const Scene &scene) {
+    const Outcome &reference = network.template_fit;
     std::printf("one frame     %sCramer-Rao bound %.3g px; efficiency %s\n", sigma_text(network.latent, "; ").c_str(),
                 scene.bounds().crb_projected_px, efficiency_text(network.efficiency).c_str());
-    print_reference("template", network.template_fit, "");
-    if (fit)
-        print_reference("fit", fit->signal,
-                        formatted("; bound %.3g px, efficiency ", fit->bound_px) + efficiency_text(fit->efficiency));
+    std::printf("template      %speriod %.*f days, log10 FAP %.1f\n", sigma_text(reference, ", ").c_str(),
+                decimals_of(reference.peak.period_error), reference.peak.period, reference.peak.log10_fap);
 }
 
 void print_fit(const FitOutcome &fit) {
@@ -100,8 +93,8 @@ void print_seconds(const Pipeline &pipeline) {
     if (pipeline.network)
         std::printf("train %.1f, simulate %.1f, encode %.1f, ", spent.train, spent.simulate, spent.encode);
     else
-        std::printf("simulate %.1f, ", spent.simulate);
-    std::printf("fit %.1f, period %.1f, controls %.1f\n", spent.fit, spent.period, spent.controls);
+        std::printf("simulate %.1f, fit %.1f, ", spent.simulate, spent.fit);
+    std::printf("period %.1f, controls %.1f\n", spent.period, spent.controls);
 }
 
 void print_summary(const Scene &scene, const Pipeline &pipeline, const std::string &folder) {
@@ -113,7 +106,7 @@ void print_summary(const Scene &scene, const Pipeline &pipeline, const std::stri
         std::printf("signal        %.3g px with a period of %g days\n", info.amplitude_px, info.period_days);
     print_period(pipeline.result());
     if (pipeline.network)
-        print_network(*pipeline.network, pipeline.fit, scene);
+        print_network(*pipeline.network, scene);
     else
         print_fit(*pipeline.fit);
     print_controls(pipeline);

@@ -59,14 +59,4 @@ void FitRun::end_controls(bool photon_noise) {
     control.values.resize(std::min(control.values.size(), bounds_px_.size()));
 }
 
-std::unique_ptr<FitRun> fit_run_of(const Scene &scene, bool needed) {
-    try {
-        return std::make_unique<FitRun>(scene);
-    } catch (const toliman::error &error) {
-        if (needed || (error.status() != TOLIMAN_E_UNSUPPORTED && error.status() != TOLIMAN_E_SCENE))
-            throw;
-        return nullptr;
-    }
-}
-
 } // namespace cli

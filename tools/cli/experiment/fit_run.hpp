@@ -1,6 +1,5 @@
 // The fit of the forward model on the frames of a run.
 #pragma once
-#include <memory>
 
 #include "experiment/fit_method.hpp"
 #include "experiment/outcome.hpp"
@@ -36,8 +35,5 @@ class FitRun {
     FitMethod method_;
     std::vector<double> bounds_px_; // of the frames of the cadence
 };
-
-// Null if the scene has no fit, as that of a single star has none. `needed`: throw instead.
-std::unique_ptr<FitRun> fit_run_of(const Scene &scene, bool needed);
 
 } // namespace cli

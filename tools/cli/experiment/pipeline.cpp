@@ -1,9 +1,9 @@
-// Method: stars at rest are measured by the network, the template and the fit; stars that move by the fit alone,
-// because the others are made for the places at time 0. The frames of the cadence are estimated once, and each series
-// is searched on the default grid. Frames without signal, at least 2000 (200 for quick controls), give the scatter and
-// the efficiency of each estimator, the latter to 1/sqrt(2 * 2000) = 1.6 % (5 %). At rest their numbers follow those of
-// the cadence. Moving stars are at their places in the frames of the cadence, whose numbers are therefore repeated with
-// other seeds of noise and pointing.
+// Method: stars at rest are measured by the network and the template, at microseconds a frame; stars that move by the
+// fit, at milliseconds, because the others are made for the places at time 0. The frames of the cadence are estimated
+// once, and each series is searched on the default grid. Frames without signal, at least 2000 (200 for quick controls),
+// give the scatter and the efficiency of each estimator, the latter to 1/sqrt(2 * 2000) = 1.6 % (5 %). At rest their
+// numbers follow those of the cadence. Moving stars are at their places in the frames of the cadence, whose numbers are
+// therefore repeated with other seeds of noise and pointing.
 #include "experiment/pipeline.hpp"
 
 #include <algorithm>
@@ -32,19 +32,16 @@ class Estimators {
                 std::make_unique<NetworkRun>(scene, options.seed, cadence.times.size(), options.controls, progress);
     }
 
-    // Trains the network on one thread, while another one draws and creates the fit.
+    // Trains the network on one thread, or creates the fit, while another one draws.
     void create(const std::function<void()> &draw, Timings &timings) {
-        const auto train = [&] {
-            const Stopwatch watch(timings.train);
+        const auto create_estimator = [&] {
+            const Stopwatch watch(network_ ? timings.train : timings.fit);
             if (network_)
                 network_->train();
+            else
+                fit_ = std::make_unique<FitRun>(scene_);
         };
-        const auto create_fit = [&] {
-            draw();
-            const Stopwatch watch(timings.fit);
-            fit_ = fit_run_of(scene_, network_ == nullptr);
-        };
-        run_parallel(2, [&](size_t job) { job == 0 ? train() : create_fit(); });
+        run_parallel(2, [&](size_t job) { job == 0 ? create_estimator() : draw(); });
     }
 
     void frames(Timings &timings) {
@@ -93,13 +90,14 @@ class Estimators {
             result.timings.encode = result.network->encode_seconds;
             result.timings.controls += result.network->reference_seconds;
         }
-        if (fit_ && fit_->has_series())
-            result.fit = std::move(fit_->outcome);
-        else if (!network_)
+        if (!fit_)
+            return;
+        if (!fit_->has_series())
             throw Failure(kExitUsage,
                           formatted("%s: the fit did not converge for %zu of %zu frames: their noise must be smaller, "
                                     "and the stars must be in the frame",
                                     scene_.path.c_str(), fit_->outcome.lost, cadence_.times.size()));
+        result.fit = std::move(fit_->outcome);
     }
 
   private:
@@ -122,7 +120,7 @@ class Estimators {
     const RunOptions &options_;
     Progress &progress_;
     std::unique_ptr<NetworkRun> network_; // null if the stars move
-    std::unique_ptr<FitRun> fit_;         // null if the scene has no fit
+    std::unique_ptr<FitRun> fit_;         // null if they are at rest
 };
 
 // Searches the values, which belong to the first times of the cadence, for their period.

@@ -25,7 +25,7 @@ struct Pipeline {
     FrequencyGrid grid = {};
     size_t control_frames = 0;
     std::optional<NetworkOutcome> network; // if the stars are at rest
-    std::optional<FitOutcome> fit;         // if the scene has one; always if the stars move
+    std::optional<FitOutcome> fit;         // if the stars move
     Outcome truth;                         // of the true displacements; peak of period and power 0 without signal
     Timings timings;
 
