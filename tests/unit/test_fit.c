@@ -334,6 +334,32 @@ static void errors_are_as_predicted(void **state) {
     }
 }
 
+/* With few photons and an exact prediction, steps are not much shorter from one to the next. */
+static void faint_frames_converge(void **state) {
+    (void)state;
+    char *text = scene_text(kPlaces, 0, "", "");
+    text = replaced_again(text, "\"exposure_s\": 100", "\"exposure_s\": 0.01");
+    text = replaced_again(text, "\"read_e\": 2.5", "\"read_e\": 1.3");
+    toliman_sim *const sim = sim_of(text);
+    toliman_fit *const fit = fit_of(sim, NULL);
+    double *const counts = malloc(PIXELS * sizeof *counts);
+    assert_non_null(counts);
+    int lost = 0;
+    for (int k = 0; k < 200; k++) {
+        assert_ok(toliman_sim_frame(sim, 0, 11, k, counts, SIDE));
+        const toliman_fit_result result = fitted(fit, counts, NULL, NULL);
+        if ((result.flags & TOLIMAN_FIT_NOT_CONVERGED) != 0)
+            lost++;
+        else
+            assert_close(result.displacement_px, 0, 0, 5 * result.separation_sigma_px);
+    }
+    assert_at_most(lost, 1);
+    free(counts);
+    free(text);
+    toliman_fit_destroy(fit);
+    toliman_sim_destroy(sim);
+}
+
 /* A damaged frame has a flag; whatever the frame, numbers are finite unless it did not converge. */
 static void damage_is_flagged(void **state) {
     (void)state;
@@ -454,6 +480,7 @@ int main(void) {
                                        cmocka_unit_test(stars_are_searched_for),
                                        cmocka_unit_test(false_maxima_are_left),
                                        cmocka_unit_test(errors_are_as_predicted),
+                                       cmocka_unit_test(faint_frames_converge),
                                        cmocka_unit_test(damage_is_flagged),
                                        cmocka_unit_test(freed_parameters_are_found),
                                        cmocka_unit_test(parameters_without_effect_are_refused),
