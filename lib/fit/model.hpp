@@ -25,7 +25,7 @@ struct Work {
     std::vector<const double *> columns;                   // lines of the derivatives, then the residual
     Buffer<double> sums, matrix;                           // Fisher matrix [n][n]
     double gradient[kMostParameters] = {}, chi_square = 0; // of the sum of squares over variances
-    double inverse_counts = 0;      // sum of 1/electrons: with 2 per pixel, the variance of chi_square
+    double inverse_counts = 0;      // sum of response^2/variance: with 2 per pixel, about the variance of chi_square
     size_t used = 0, saturated = 0; // pixels
 };
 

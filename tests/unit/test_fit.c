@@ -441,6 +441,34 @@ static void freed_parameters_are_found(void **state) {
     toliman_sim_destroy(sim);
 }
 
+/* Parameters whose derivative is an image of its own, of one star or of both. */
+static void spectra_and_aberrations_are_found(void **state) {
+    (void)state;
+    static const struct {
+        const char *name, *from, *to;
+        double value, error_px;
+    } cases[] = {{"temperature_b", "\"temperature_k\": 5260", "\"temperature_k\": 5259", -1, 1e-9},
+                 {"zernike_7", "\"pupil_samples\": 96",
+                  "\"pupil_samples\": 96, \"aberrations\": {\"zernike_rms_nm\": {\"7\": 0.1}}", 0.1, 2e-6}};
+    toliman_sim *const sim = scene_of(kPlaces, 0, ", \"pixel\": \"integrated\"", "");
+    for (size_t c = 0; c < 2; c++) {
+        toliman_fit *const fit = fit_of(sim, cases[c].name);
+        char *const text =
+            replaced_again(scene_text(kPlaces, 0, ", \"pixel\": \"integrated\"", ""), cases[c].from, cases[c].to);
+        toliman_sim *const truth = sim_of(text);
+        double *const image = image_of(truth, TOLIMAN_SIM_IMAGE_BOTH), values[N + 1];
+        const toliman_fit_result result = fitted(fit, image, NULL, values);
+        assert_int_equal(result.flags, 0);
+        assert_close(values[N], cases[c].value, 1e-3, 0);
+        assert_close(result.displacement_px, 0, 0, cases[c].error_px);
+        free(image);
+        free(text);
+        toliman_sim_destroy(truth);
+        toliman_fit_destroy(fit);
+    }
+    toliman_sim_destroy(sim);
+}
+
 /* Without struts, defocus has no first-order effect behind this mask: its sign cannot be known. */
 static void parameters_without_effect_are_refused(void **state) {
     (void)state;
@@ -483,6 +511,7 @@ int main(void) {
                                        cmocka_unit_test(faint_frames_converge),
                                        cmocka_unit_test(damage_is_flagged),
                                        cmocka_unit_test(freed_parameters_are_found),
+                                       cmocka_unit_test(spectra_and_aberrations_are_found),
                                        cmocka_unit_test(parameters_without_effect_are_refused),
                                        cmocka_unit_test(frames_with_too_few_pixels_are_refused)};
     return cmocka_run_group_tests(tests, NULL, NULL);
