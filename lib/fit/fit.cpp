@@ -27,7 +27,7 @@ using Kind = Parameter::Kind;
 
 constexpr int kMostSteps = 20;
 constexpr double kStill = 1e-6;      // px
-constexpr double kNear = 1e-3;       // px; shorter steps may grow once, as the variances still change
+constexpr double kNear = 1e-3;       // px; shorter steps may grow while the variances change
 constexpr double kFarStep = 0.6;     // px; beyond it steps may lead away
 constexpr double kLeastFlux = -0.9;  // relative change; below it the star is lost
 constexpr double kOutlierSigmas = 6; // of the chi-square

@@ -40,7 +40,7 @@ struct FitWork {
 class Fit {
   public:
     // The simulator is not needed afterwards; reports the progress of the model images. Status::argument for parameters
-    // that are always free or given twice, Status::scene if they cannot be told apart.
+    // that are always free or given twice, Status::scene if the scene's frame does not determine all.
     Fit(const optics::Simulator &simulator, const std::vector<Parameter> &free, double capture_px,
         const Progress &progress);
 
