@@ -21,7 +21,7 @@ namespace toliman::kernels {
 namespace {
 
 constexpr double kShape = 0.97;
-constexpr int kAliases = 64, kFrequencies = 256;
+constexpr int kAliases = 64, kFrequencies = 32;
 
 // I_0(2 sqrt(z)) = sum over k of z^k/(k!)^2, and its first two derivatives by z; z <= 2600.
 void bessel(double z, double *value) noexcept {
@@ -45,12 +45,17 @@ double sinhc(double square) noexcept { // of the square root of its argument
 } // namespace
 
 Window Window::make(size_t taps, double cutoff) noexcept {
-    return {taps, kShape * kPi * static_cast<double>(taps) * (1 - cutoff)};
+    return of(taps, kShape * kPi * static_cast<double>(taps) * (1 - cutoff));
+}
+
+Window Window::of(size_t taps, double beta) noexcept {
+    double value[kShiftOrders];
+    bessel(beta * beta / 4, value);
+    return {taps, beta, value[0]};
 }
 
 void Window::weights(double fraction, size_t orders, double *weights) const noexcept {
-    double peak[kShiftOrders], at[kShiftOrders];
-    bessel(beta * beta / 4, peak);
+    double at[kShiftOrders];
     const double half = 0.5 * static_cast<double>(taps), scale = beta / (2 * half);
     for (size_t t = 0; t < taps; t++) {
         const double distance = fraction + half - 1 - static_cast<double>(t);
@@ -58,19 +63,17 @@ void Window::weights(double fraction, size_t orders, double *weights) const noex
         const double z = scale * scale * (half - distance) * (half + distance), slope = -2 * scale * scale * distance,
                      curve = -2 * scale * scale;
         bessel(z, at);
-        weights[t] = at[0] / peak[0];
+        weights[t] = at[0] / peak;
         if (orders > 1)
-            weights[kMostTaps + t] = at[1] * slope / peak[0];
+            weights[kMostTaps + t] = at[1] * slope / peak;
         if (orders > 2)
-            weights[2 * kMostTaps + t] = (at[2] * slope * slope + at[1] * curve) / peak[0];
+            weights[2 * kMostTaps + t] = (at[2] * slope * slope + at[1] * curve) / peak;
     }
 }
 
 double Window::transform(double frequency) const noexcept {
-    double peak[kShiftOrders];
-    bessel(beta * beta / 4, peak);
     const double phase = kPi * static_cast<double>(taps) * frequency;
-    return static_cast<double>(taps) * sinhc((beta - phase) * (beta + phase)) / peak[0];
+    return static_cast<double>(taps) * sinhc((beta - phase) * (beta + phase)) / peak;
 }
 
 double Window::error(double cutoff) const noexcept {

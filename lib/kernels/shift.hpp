@@ -23,11 +23,13 @@ TOLIMAN_ISA_DECLARE(ShiftKernels, shift)
 // The Kaiser-Bessel window of `taps` samples, I_0(beta sqrt(1 - x^2)) for |x| = |distance|/(taps/2) <= 1, and its
 // transform.
 struct Window {
-    size_t taps;
-    double beta;
+    size_t taps = 0;
+    double beta = 0, peak = 1; // peak: I_0(beta)
 
     // The window of this many taps for images without frequencies above `cutoff` cycles per sample.
     static Window make(size_t taps, double cutoff) noexcept;
+    // With this beta.
+    static Window of(size_t taps, double beta) noexcept;
 
     // Given     0 <= fraction < 1
     // Returned  weights [orders][kMostTaps] of the samples at -taps/2 + 1 ... taps/2 for the value at `fraction`, and

@@ -29,10 +29,10 @@ struct PixelFilter {
 
 // What the filter does to point samples.
 struct Blur {
-    bool integrated = false;         // over the area of a square pixel
-    Jitter jitter;                   // px^2
-    double pixel = 1;                // side of a pixel, in units of the distance of the filtered samples
-    kernels::Window window = {0, 0}; // divides by its transform, for samples that are interpolated; no taps: none
+    bool integrated = false; // over the area of a square pixel
+    Jitter jitter;           // px^2
+    double pixel = 1;        // side of a pixel, in units of the distance of the filtered samples
+    kernels::Window window;  // divides by its transform, for samples that are interpolated; no taps: none
 
     bool any() const noexcept { return integrated || jitter.any() || window.taps > 0; }
 };

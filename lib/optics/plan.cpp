@@ -295,7 +295,7 @@ Plan make_plan(const Scene &scene, const Pupil &pupil, const Light &light, Engin
     const Detector &detector = scene.detector;
     plan.pixels = grid_of(detector);
     const double cutoff = cutoff_of(pupil, light, plan.pixels);
-    const Blur blur = {detector.integrated, scene.systematics.jitter};
+    const Blur blur = {detector.integrated, scene.systematics.jitter, 1, {}};
     plan.filter = make_filter(cutoff, blur, scene.accuracy);
     plan.atlas = atlas_plan(cutoff, blur, scene.accuracy);
     if (engine == EngineKind::padded_fft)

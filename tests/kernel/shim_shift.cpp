@@ -8,15 +8,15 @@ extern "C" double shim_shift_beta(size_t taps, double cutoff) {
 }
 
 extern "C" void shim_shift_weights(size_t taps, double beta, double fraction, double *weights) {
-    Window{taps, beta}.weights(fraction, kShiftOrders, weights);
+    Window::of(taps, beta).weights(fraction, kShiftOrders, weights);
 }
 
 extern "C" double shim_shift_transform(size_t taps, double beta, double frequency) {
-    return Window{taps, beta}.transform(frequency);
+    return Window::of(taps, beta).transform(frequency);
 }
 
 extern "C" double shim_shift_error(size_t taps, double beta, double cutoff) {
-    return Window{taps, beta}.error(cutoff);
+    return Window::of(taps, beta).error(cutoff);
 }
 
 extern "C" int shim_shift_isas(void) {
