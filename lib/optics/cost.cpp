@@ -22,6 +22,8 @@ constexpr double kInterpolationRate = 1.6e10;                                   
 constexpr double kTermSeconds = 0.3e-9, kPoissonSeconds = 7e-9, kReadSeconds = 7e-9; // per pixel
 constexpr double kStarFields = 4;   // the image, its two slopes and focus
 constexpr double kFrameImages = 11; // in memory in addition to higher derivatives by displacement and to the atlas
+constexpr double kAtlasFrameImages =
+    5; // the same where frames need no derivatives: both stars, their sum, its variance, a frame
 
 // Images of a grid: samples, matrix products or transforms, and filter of one of them.
 class ImageCost {
@@ -125,8 +127,8 @@ Cost cost_of(const Scene &scene, const Pupil &pupil, const Plan &plan) {
         frame = image.work_space(moves ? atlas.fields : 1);
         break;
     }
-    const double kept =
-        3 * static_cast<double>(pupil.amplitude.size()) + pixels * (kFrameImages + order) + atlas.numbers;
+    const double images = plan.frames == Frames::atlas ? kAtlasFrameImages : kFrameImages + order;
+    const double kept = 3 * static_cast<double>(pupil.amplitude.size()) + pixels * images + atlas.numbers;
     const double frames = static_cast<double>(plan.workers) * (pixels + frame);
     cost.bytes = sizeof(double) * (kept + std::max({image.work_space(at_once), atlas.work_space, frames}));
     cost.frame_s += pixels * ((scene.noise.photon ? kPoissonSeconds : 0) + (scene.noise.read_e > 0 ? kReadSeconds : 0));
