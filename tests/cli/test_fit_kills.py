@@ -9,25 +9,13 @@ import time
 import unittest
 
 from program import PROGRAM, ProgramTest
+from test_fit import SCENE as SMALL
 
 FRAMES = int(os.environ.get("TOLIMAN_FRAMES", 240))
 FILES = 20 if FRAMES > 1000 else 6
 KILLS = FRAMES // 400 if FRAMES > 1000 else 4
-SCENE = {
-    "schema": "toliman-scene/1",
-    "telescope": {"aperture_m": 0.125, "secondary_m": 0.01875, "pupil_samples": 96,
-                  "mask": {"kind": "spiral", "opd_nm": 297.5, "terms": [{"a": 0.819, "f": 2.918, "m": -7, "p": 4.874},
-                                                                     {"a": 0.93, "f": 1.829, "m": 5}]}},
-    "band": {"min_nm": 550, "max_nm": 600, "step_nm": 12.5},
-    "stars": {"A": {"spectrum": {"kind": "blackbody", "temperature_k": 5790}, "relative_flux": 3},
-              "B": {"spectrum": {"kind": "blackbody", "temperature_k": 5260}}},
-    "binary": {"date": 2027, "orbit": "alpha-cen", "moving": True},
-    "signal": {"kind": "sinusoid", "star": "B", "amplitude_px": 1e-3, "period_days": 40},
-    "systematics": {"pointing_rms_px": 0.5},
-    "cadence": {"frames": FRAMES, "interval_days": 730 / FRAMES, "peak_photons": 1e5},
-    "detector": {"shape": [64, 64], "pixel_scale_arcsec": 0.4},
-    "noise": {"photon": True, "read_e": 2.5, "seed": 7},
-}
+SCENE = {**SMALL, "systematics": {"pointing_rms_px": 0.5},
+         "cadence": {"frames": FRAMES, "interval_days": 730 / FRAMES, "peak_photons": 1e5}}
 
 
 class Kills(ProgramTest):
