@@ -28,6 +28,7 @@ using Kind = Parameter::Kind;
 constexpr int kMostSteps = 20;
 constexpr double kStill = 1e-6;      // px
 constexpr double kNear = 1e-3;       // px; shorter steps may grow while the variances change
+constexpr double kLargeStep = 0.1;   // px; larger ones shrink at once where they approach the stars
 constexpr double kFarStep = 0.6;     // px; beyond it steps may lead away
 constexpr double kLeastFlux = -0.9;  // relative change; below it the star is lost
 constexpr double kOutlierSigmas = 6; // of the chi-square
@@ -160,7 +161,8 @@ bool Fit::converge(ImageView<const double> counts, double *values, FitWork &work
             return false;
         if (i > 0 && moved < kStill)
             return true;
-        if (i > 1 && moved > std::fmax(last, kNear)) // diverges
+        const double most = moved > kLargeStep ? 0.5 * last : std::fmax(last, kNear);
+        if (i > 1 && moved > most) // diverges, or wanders far from any maximum
             return false;
     }
     return false;
