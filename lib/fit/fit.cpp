@@ -3,13 +3,14 @@
 // Poisson counts (of Gaussian ones where read noise dominates) hold, so that the covariance is F^-1, the Cramer-Rao
 // bound. In the first step variances are the mean of expected and counted ones: with the model's alone, pixels in which
 // the model is far darker than the frame would have all the weight. The steps end when no place moves by 1e-6 px. From
-// 0.3 px this takes 4 to 5 steps, from 0.03 px 3, in faint frames up to 20, each a little shorter than the last: to
-// require half of its length loses 4 % of frames of 10 electrons per pixel, those with exact predictions. A fixed
-// number of three leaves 3 % of frames with 0.3 px of pointing wrong by more than 5 sigma. If the steps diverge, or a
-// step is longer than kFarStep, the stars are searched for (search.cpp). The same is done if the fit is poor: fringes
-// repeat, and the nearest maximum of the likelihood may be a false one. Separation, position angle and shift are those
-// of the two places; their covariance follows from the derivatives. Reference: Kay 1993, Fundamentals of Statistical
-// Signal Processing: Estimation Theory, chapter 7.
+// 0.3 px this takes 4 to 5 steps, from 0.03 px 3. In faint frames it takes up to 20, each a little shorter than the
+// last: if half of its length were required of all, 4 % of the frames of 10 electrons per pixel would be lost. A fixed
+// number of three leaves 3 % of frames with 0.3 px of pointing wrong by more than 5 sigma.
+// The stars are searched for (search.cpp) if a step is longer than kFarStep, if one of more than kLargeStep is not half
+// as long as the last, if the steps diverge, or if the fit is poor: fringes repeat, and the nearest maximum of the
+// likelihood may be a false one. Separation, position angle and shift are those of the two places; their covariance
+// follows from the derivatives.
+// Reference: Kay 1993, Fundamentals of Statistical Signal Processing: Estimation Theory, chapter 7.
 #include "fit/fit.hpp"
 
 #include <algorithm>
