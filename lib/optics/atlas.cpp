@@ -147,12 +147,4 @@ void Atlas::row(size_t star, const std::vector<double> &weights, const Place &pl
     sum_along_x(sum, place, 1, &out);
 }
 
-size_t Atlas::bytes() const noexcept {
-    size_t count = 0;
-    for (const Star &star : stars_)
-        for (const Buffer<double> &plane : star.planes)
-            count += plane.size();
-    return sizeof(double) * count;
-}
-
 } // namespace toliman::optics

@@ -47,7 +47,6 @@ class Atlas {
     size_t scratch_size() const noexcept { return kernels::kShiftOrders * oversampling_ * used(); }
     size_t planes(size_t star) const noexcept { return stars_[star].planes.size(); }
     const Buffer<double> &plane(size_t star, size_t number) const noexcept { return stars_[star].planes[number]; }
-    size_t bytes() const noexcept;
 
   private:
     struct Star {
