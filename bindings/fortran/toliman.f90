@@ -149,6 +149,34 @@ module toliman
         type(c_ptr) :: fftw = c_null_ptr ! FFTW version
     end type
 
+    ! Pixel types: unsigned (U) and signed (I) integers and floating-point numbers (F) of 8 to 64 bits. Types without
+    ! suffix have the byte order of the machine, which is little-endian. BE is big-endian, the byte order of telemetry.
+    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_U8 = 31
+    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_U16 = 32
+    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_U32 = 33
+    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_I16 = 34
+    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_I32 = 35
+    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_F32 = 36
+    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_F64 = 37
+    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_U16BE = 38
+    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_U32BE = 39
+    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_I16BE = 40
+    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_F32BE = 41
+
+    ! View of one or more frames in memory, which the library only reads. Pixel (row, column) of frame k is pixels[k *
+    ! frame_stride + row * stride + column]. Since 0.2.
+    type, bind(C), public :: toliman_image
+        integer(c_int32_t) :: struct_size = 48 ! sizeof(toliman_image)
+        integer(c_int32_t) :: pixel = 0 ! TOLIMAN_PIXEL_..., 0 = F64
+        type(c_ptr) :: pixels = c_null_ptr ! aligned to the size of a pixel
+        ! shape of a frame, which must be the shape that the object expects; 0 = that shape
+        integer(c_int64_t) :: rows = 0
+        integer(c_int64_t) :: cols = 0
+        integer(c_int64_t) :: stride = 0 ! pixels from row to row, at least cols; 0 = cols
+        ! pixels from frame to frame, at least 1 (frames may overlap); 0 = rows * stride
+        integer(c_int64_t) :: frame_stride = 0
+    end type
+
     ! Engines: how light is propagated from the pupil to the detector. See Engines above.
     integer(c_int32_t), parameter, public :: TOLIMAN_SIM_ENGINE_MATRIX_DFT = 331 ! exact pixel positions; the default
     ! baseline of the chapter; no mask, amplitude or OPD files
@@ -302,96 +330,6 @@ module toliman
         real(c_double) :: b_y_px = 0.0_c_double
     end type
 
-    ! Options of a budget. Since 0.2.
-    type, bind(C), public :: toliman_sim_budget_options
-        integer(c_int32_t) :: struct_size = 32
-        integer(c_int32_t) :: reserved = 0
-        ! names of the free parameters, separated by spaces or commas; "" = none; NULL = those of preprocess.project
-        type(c_ptr) :: free_names = c_null_ptr
-        integer(c_int64_t) :: frames = 0 ! frames that share the parameters of the instrument, 0 = 1
-        real(c_double) :: earth_px = 0.0_c_double ! displacement due to an Earth, px; 0 = that of the scene
-    end type
-
-    ! Summary of a budget. Since 0.2.
-    type, bind(C), public :: toliman_sim_budget
-        integer(c_int32_t) :: struct_size = 72 ! in: sizeof(toliman_sim_budget)
-        integer(c_int32_t) :: reserved = 0 ! 0
-        ! standard deviation of the separation in one frame, px, all free parameters fitted to this frame alone;
-        ! infinite if they leave nothing of the signal
-        real(c_double) :: crb_px = 0.0_c_double
-        ! the same for each of `frames` identical frames that share the parameters of the instrument, while those of a
-        ! frame are free in each
-        real(c_double) :: crb_shared_px = 0.0_c_double
-        real(c_double) :: uas_per_px = 0.0_c_double ! angle of a displacement of 1 px, microarcsec
-        real(c_double) :: earth_px = 0.0_c_double ! displacement due to an Earth, px; NaN if not known
-        ! where it comes from: "the options", "the planet of the scene", "an Earth at 1.23 au of star A" (0.71 au of
-        ! B; from the star's mass_sun and the distance_pc), "the amplitude of the signal" or "not known". Static text
-        type(c_ptr) :: earth_from = c_null_ptr
-        integer(c_size_t) :: free_count = 0 ! free parameters
-        integer(c_size_t) :: steps = 0 ! steps of toliman_sim_get_budget_steps; later versions may append some
-        integer(c_size_t) :: rows = 0 ! rows of toliman_sim_get_budget_rows
-    end type
-
-    ! Bounds with one set of free parameters. Since 0.2.
-    type, bind(C), public :: toliman_sim_budget_step
-        integer(c_int32_t) :: struct_size = 32 ! in, in the first element: sizeof(toliman_sim_budget_step)
-        integer(c_int32_t) :: reserved = 0 ! 0
-        ! "alone", "fluxes, shift", "eight" (with roll, scale, focus and background), "eight + jitter", "eight + Noll
-        ! 5-10", "eight + temperatures", "all of these", "all + wavelength". Static text
-        type(c_ptr) :: name = c_null_ptr
-        real(c_double) :: crb_px = 0.0_c_double ! as in toliman_sim_budget, with this set free
-        real(c_double) :: crb_shared_px = 0.0_c_double
-    end type
-
-    ! One parameter of a budget. Amounts are absolute values; NaN where they are not known and infinite where the parameter
-    ! has no effect. Since 0.2.
-    type, bind(C), public :: toliman_sim_budget_row
-        integer(c_int32_t) :: struct_size = 72 ! in, in the first element: sizeof(toliman_sim_budget_row)
-        integer(c_int32_t) :: is_free = 0 ! 1 if the parameter is free, else 0
-        type(c_ptr) :: name = c_null_ptr ! unit: "px", "nm", "K", ..., "" for a ratio. Static text
-        type(c_ptr) :: unit = c_null_ptr
-        ! not free: error of the separation per unit of the parameter; NaN if free
-        real(c_double) :: bias_px = 0.0_c_double
-        ! free: error of the separation per unit squared that the fit leaves; 0 if frames depend linearly on the
-        ! parameter, NaN if it is not known: jitter, motions of the mask, the engine PADDED_FFT, and parameters that
-        ! are not free
-        real(c_double) :: curvature_px = 0.0_c_double
-        real(c_double) :: earth_amount = 0.0_c_double ! amount of the parameter that has the effect of an Earth
-        real(c_double) :: tenth_crb_amount = 0.0_c_double ! amount that has the effect of a tenth of crb_px
-        ! free: standard deviation of the parameter in the fit; NaN if it depends on others
-        real(c_double) :: deviation = 0.0_c_double
-        ! free: correlation with the separation, -1 to 1; NaN if it depends on others
-        real(c_double) :: correlation = 0.0_c_double
-    end type
-
-    ! Pixel types: unsigned (U) and signed (I) integers and floating-point numbers (F) of 8 to 64 bits. Types without
-    ! suffix have the byte order of the machine, which is little-endian. BE is big-endian, the byte order of telemetry.
-    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_U8 = 31
-    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_U16 = 32
-    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_U32 = 33
-    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_I16 = 34
-    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_I32 = 35
-    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_F32 = 36
-    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_F64 = 37
-    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_U16BE = 38
-    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_U32BE = 39
-    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_I16BE = 40
-    integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_F32BE = 41
-
-    ! View of one or more frames in memory, which the library only reads. Pixel (row, column) of frame k is pixels[k *
-    ! frame_stride + row * stride + column]. Since 0.2.
-    type, bind(C), public :: toliman_image
-        integer(c_int32_t) :: struct_size = 48 ! sizeof(toliman_image)
-        integer(c_int32_t) :: pixel = 0 ! TOLIMAN_PIXEL_..., 0 = F64
-        type(c_ptr) :: pixels = c_null_ptr ! aligned to the size of a pixel
-        ! shape of a frame, which must be the shape that the object expects; 0 = that shape
-        integer(c_int64_t) :: rows = 0
-        integer(c_int64_t) :: cols = 0
-        integer(c_int64_t) :: stride = 0 ! pixels from row to row, at least cols; 0 = cols
-        ! pixels from frame to frame, at least 1 (frames may overlap); 0 = rows * stride
-        integer(c_int64_t) :: frame_stride = 0
-    end type
-
     ! Layouts. The library contains these two; toliman_cae_options.layout selects one. Both have an encoder of four
     ! stages of 3x3 convolutions with 8, 16, 32 and 64 channels and a dense layer to the latent, and a decoder in reverse
     ! order. They differ in pooling and in the position of ELU, the exponential linear unit.
@@ -531,72 +469,6 @@ module toliman
         integer(c_int32_t) :: training = 0
     end type
 
-    ! Options of a collection.
-    type, bind(C), public :: toliman_components_options
-        integer(c_int32_t) :: struct_size = 40
-        ! 0: residuals (counts - reference)/sigma, with preprocess.project projected out; 1: counts
-        integer(c_int32_t) :: raw = 0
-        ! sums blocks of bin x bin pixels before whitening; must be a divisor of rows and of columns; 0 = 1
-        integer(c_int32_t) :: bin = 0
-        ! largest number of frames, 2 ... 16384; 0 = number of frames of the scene's cadence
-        integer(c_int32_t) :: capacity = 0
-        type(c_ptr) :: allocator = c_null_ptr ! for the large arrays of the object; NULL = malloc
-        type(c_funptr) :: log = c_null_funptr ! receives warnings about preprocess.project; may be NULL. Since 0.2
-        type(c_ptr) :: log_data = c_null_ptr
-    end type
-
-    ! Methods of toliman_components_train.
-    integer(c_int32_t), parameter, public :: TOLIMAN_COMPONENTS_PCA = 401 ! principal component analysis
-    integer(c_int32_t), parameter, public :: TOLIMAN_COMPONENTS_DICTIONARY = 402 ! sparse dictionary learning
-
-    ! Training options.
-    type, bind(C), public :: toliman_components_train_options
-        integer(c_int32_t) :: struct_size = 56
-        integer(c_int32_t) :: method = 0 ! TOLIMAN_COMPONENTS_..., 0 = PCA
-        integer(c_int32_t) :: components = 0 ! number of components: 1 ... 64, fewer than frames; 0 = 1
-        integer(c_int32_t) :: threads = 0 ! worker threads, 0 = one per processor; results do not depend on the number
-        integer(c_int32_t) :: iterations = 0 ! dictionary: largest number of iterations; 0 = 200
-        integer(c_int32_t) :: reserved = 0 ! 0
-        real(c_double) :: lambda = 0.0_c_double ! dictionary: lambda of toliman_components_train; in [0, 1e6], 0 = 1
-        integer(c_int64_t) :: seed = 0 ! dictionary: seed of the random initial atoms
-        type(c_funptr) :: progress = c_null_funptr ! may be NULL
-        type(c_ptr) :: progress_data = c_null_ptr
-    end type
-
-    ! Training result.
-    type, bind(C), public :: toliman_components_training
-        integer(c_int32_t) :: struct_size = 24 ! in: sizeof(toliman_components_training)
-        integer(c_int32_t) :: iterations = 0 ! dictionary: number of iterations; 0 for PCA
-        ! 1: the last iteration improved the objective by less than 1e-5 of the total improvement; 0: stopped by the
-        ! limit on iterations
-        integer(c_int32_t) :: converged = 0
-        integer(c_int32_t) :: reserved = 0
-        ! dictionary: objective / objective without atoms, 0 ... 1; 0 for PCA and for identical frames
-        real(c_double) :: objective = 0.0_c_double
-    end type
-
-    ! Properties of a collection.
-    type, bind(C), public :: toliman_components_info
-        integer(c_int32_t) :: struct_size = 64 ! in: sizeof(toliman_components_info)
-        integer(c_int32_t) :: raw = 0 ! as in the options
-        integer(c_int32_t) :: bin = 0
-        integer(c_int32_t) :: projected = 0 ! number of nuisance images projected out; 0 if raw
-        integer(c_int64_t) :: capacity = 0 ! largest number of frames
-        integer(c_int64_t) :: frames = 0 ! number of frames pushed
-        integer(c_int64_t) :: pixels = 0 ! pixels of a frame after binning
-        integer(c_int64_t) :: components = 0 ! number of trained components; 0 before training
-        ! Cramer-Rao bound of a binned frame with the projected nuisances unknown; NaN if raw
-        real(c_double) :: crb_px = 0.0_c_double
-        ! Detection threshold of PCA, in the limit of many frames and pixels: smallest amplitude (px) of a sinusoidal
-        ! separation that the leading principal component responds to. For N frames of p independent pixels with unit
-        ! noise, where p = pixels - projected, the eigenvalue of the signal is l = A^2/(2 crb^2). It must exceed
-        ! sqrt(p/N); hence A = crb sqrt(2 sqrt(p/N)) (Baik, Ben Arous, Peche 2005). Above the threshold, the squared
-        ! cosine between principal image and signal is (1 - p/N/l^2)/(1 + p/N/l) (Paul 2007), and the squared
-        ! correlation between series and signal is (1 - p/N/l^2)/(1 + 1/l) (Benaych-Georges and Nadakuditi 2012).
-        ! +infinity without frames, NaN if raw.
-        real(c_double) :: threshold_px = 0.0_c_double
-    end type
-
     ! Scopes of parameters: where a parameter has one value.
     integer(c_int32_t), parameter, public :: TOLIMAN_SIM_SCOPE_FRAME = 341 ! in a frame; it varies from frame to frame
     integer(c_int32_t), parameter, public :: TOLIMAN_SIM_SCOPE_INSTRUMENT = 342 ! in all frames
@@ -696,6 +568,225 @@ module toliman
         integer(c_int32_t) :: iterations = 0 ! Gauss-Newton steps
         ! saturated pixels, those expected within 5 standard deviations of saturation included
         integer(c_int32_t) :: excluded = 0
+    end type
+
+    ! Options of a bank.
+    type, bind(C), public :: toliman_bank_options
+        integer(c_int32_t) :: struct_size = 56
+        integer(c_int32_t) :: layout = 0 ! TOLIMAN_CAE_LAYOUT_..., 0 = FLIGHT
+        ! dates of the frames, days of scene time (toliman_fit_prediction.time_days); both 0: those of the scene's
+        ! frames
+        real(c_double) :: first_days = 0.0_c_double
+        real(c_double) :: last_days = 0.0_c_double
+        ! largest change of the difference of the stars' places from one date to the next, px, in [0.05, 4]; 0 = 0.5
+        real(c_double) :: spacing_px = 0.0_c_double
+        integer(c_int32_t) :: places = 0 ! sub-pixel places along x and along y, at most 8; 0 = 3
+        integer(c_int32_t) :: steps = 0 ! of the training of each network; 0 = 600
+        integer(c_int64_t) :: seed = 0 ! of the initial weights; 0 = 1
+        type(c_ptr) :: allocator = c_null_ptr ! for the large arrays of the object; NULL = malloc
+    end type
+
+    ! Size and cost of a bank, before it is made.
+    type, bind(C), public :: toliman_bank_plan_info
+        integer(c_int32_t) :: struct_size = 56 ! in: sizeof(toliman_bank_plan_info)
+        integer(c_int32_t) :: dates = 0 ! dates along the orbit, 1 for a scene whose stars do not move
+        integer(c_int32_t) :: places = 0 ! sub-pixel places at each date, of both axes: the square of the option
+        integer(c_int32_t) :: networks = 0 ! dates times places
+        real(c_double) :: first_days = 0.0_c_double ! dates covered, days of scene time
+        real(c_double) :: last_days = 0.0_c_double
+        integer(c_int64_t) :: bytes_float32 = 0 ! size when saved, uncompressed
+        integer(c_int64_t) :: bytes_half = 0 ! the same as bf16 or fp16
+        real(c_double) :: train_s = 0.0_c_double ! training on one processor, s, estimated
+    end type
+
+    ! Options of a training.
+    type, bind(C), public :: toliman_bank_train_options
+        integer(c_int32_t) :: struct_size = 24
+        integer(c_int32_t) :: threads = 0 ! worker threads, 0 = one per processor
+        type(c_funptr) :: progress = c_null_funptr ! may be NULL
+        type(c_ptr) :: progress_data = c_null_ptr
+    end type
+
+    ! Properties of a bank.
+    type, bind(C), public :: toliman_bank_info
+        integer(c_int32_t) :: struct_size = 96 ! in: sizeof(toliman_bank_info)
+        integer(c_int32_t) :: networks = 0 ! dates times places
+        integer(c_int32_t) :: trained_networks = 0 ! number of them that are trained
+        integer(c_int32_t) :: dates = 0 ! as in toliman_bank_plan_info
+        integer(c_int32_t) :: places = 0
+        integer(c_int32_t) :: steps = 0 ! of the training of each network
+        real(c_double) :: first_days = 0.0_c_double ! dates covered, days of scene time
+        real(c_double) :: last_days = 0.0_c_double
+        real(c_double) :: spacing_px = 0.0_c_double ! as in the options, default resolved
+        integer(c_int64_t) :: rows = 0 ! shape of the frames
+        integer(c_int64_t) :: cols = 0
+        type(c_ptr) :: layout = c_null_ptr ! "flight" or "paper"; static text
+        integer(c_int64_t) :: seed = 0 ! of the initial weights
+        integer(c_int64_t) :: fit_digest = 0 ! toliman_fit_info.digest of the fit for which the bank was made
+        integer(c_int64_t) :: digest = 0 ! FNV-1a of all that determines results: fit_digest, places and weights
+    end type
+
+    ! One network of a bank.
+    type, bind(C), public :: toliman_bank_network
+        integer(c_int32_t) :: struct_size = 56 ! in: sizeof(toliman_bank_network)
+        integer(c_int32_t) :: trained = 0 ! 1: trained; 0: initial weights
+        real(c_double) :: days = 0.0_c_double ! date for which it was made, days of scene time
+        real(c_double) :: first_days = 0.0_c_double ! dates for which it is the nearest
+        real(c_double) :: last_days = 0.0_c_double
+        real(c_double) :: x_px = 0.0_c_double ! place of the scene's centre, px from that of the scene, in [-0.5, 0.5)
+        real(c_double) :: y_px = 0.0_c_double
+        ! of its gradient and the ideal one: efficiency at its place; 0: untrained
+        real(c_double) :: cosine = 0.0_c_double
+    end type
+
+    ! Flags of a result.
+    ! the fit did not converge: all numbers of the result are NaN
+    integer(c_int32_t), parameter, public :: TOLIMAN_BANK_NOT_FITTED = 1
+    ! the frame's time is outside the dates of the bank
+    integer(c_int32_t), parameter, public :: TOLIMAN_BANK_OUTSIDE = 2
+    integer(c_int32_t), parameter, public :: TOLIMAN_BANK_LOW_EFFICIENCY = 4 ! efficiency below 0.95
+
+    ! Estimate for one frame.
+    type, bind(C), public :: toliman_bank_result
+        integer(c_int32_t) :: struct_size = 56 ! in: sizeof(toliman_bank_result)
+        integer(c_int32_t) :: flags = 0 ! TOLIMAN_BANK_...
+        ! separation_px minus the predicted separation: the latent, px
+        real(c_double) :: displacement_px = 0.0_c_double
+        real(c_double) :: separation_px = 0.0_c_double ! distance from A to B
+        real(c_double) :: sigma_px = 0.0_c_double ! standard deviation of separation_px: Cramer-Rao bound / efficiency
+        ! Cramer-Rao bound, with all parameters of the fit free, over sigma_px
+        real(c_double) :: efficiency = 0.0_c_double
+        real(c_double) :: distance_px = 0.0_c_double ! from the frame's places of the stars to those of the network
+        integer(c_int32_t) :: network = 0 ! index of the network, -1 if not fitted
+        integer(c_int32_t) :: reserved = 0
+    end type
+
+    ! Options of a budget. Since 0.2.
+    type, bind(C), public :: toliman_sim_budget_options
+        integer(c_int32_t) :: struct_size = 32
+        integer(c_int32_t) :: reserved = 0
+        ! names of the free parameters, separated by spaces or commas; "" = none; NULL = those of preprocess.project
+        type(c_ptr) :: free_names = c_null_ptr
+        integer(c_int64_t) :: frames = 0 ! frames that share the parameters of the instrument, 0 = 1
+        real(c_double) :: earth_px = 0.0_c_double ! displacement due to an Earth, px; 0 = that of the scene
+    end type
+
+    ! Summary of a budget. Since 0.2.
+    type, bind(C), public :: toliman_sim_budget
+        integer(c_int32_t) :: struct_size = 72 ! in: sizeof(toliman_sim_budget)
+        integer(c_int32_t) :: reserved = 0 ! 0
+        ! standard deviation of the separation in one frame, px, all free parameters fitted to this frame alone;
+        ! infinite if they leave nothing of the signal
+        real(c_double) :: crb_px = 0.0_c_double
+        ! the same for each of `frames` identical frames that share the parameters of the instrument, while those of a
+        ! frame are free in each
+        real(c_double) :: crb_shared_px = 0.0_c_double
+        real(c_double) :: uas_per_px = 0.0_c_double ! angle of a displacement of 1 px, microarcsec
+        real(c_double) :: earth_px = 0.0_c_double ! displacement due to an Earth, px; NaN if not known
+        ! where it comes from: "the options", "the planet of the scene", "an Earth at 1.23 au of star A" (0.71 au of
+        ! B; from the star's mass_sun and the distance_pc), "the amplitude of the signal" or "not known". Static text
+        type(c_ptr) :: earth_from = c_null_ptr
+        integer(c_size_t) :: free_count = 0 ! free parameters
+        integer(c_size_t) :: steps = 0 ! steps of toliman_sim_get_budget_steps; later versions may append some
+        integer(c_size_t) :: rows = 0 ! rows of toliman_sim_get_budget_rows
+    end type
+
+    ! Bounds with one set of free parameters. Since 0.2.
+    type, bind(C), public :: toliman_sim_budget_step
+        integer(c_int32_t) :: struct_size = 32 ! in, in the first element: sizeof(toliman_sim_budget_step)
+        integer(c_int32_t) :: reserved = 0 ! 0
+        ! "alone", "fluxes, shift", "eight" (with roll, scale, focus and background), "eight + jitter", "eight + Noll
+        ! 5-10", "eight + temperatures", "all of these", "all + wavelength". Static text
+        type(c_ptr) :: name = c_null_ptr
+        real(c_double) :: crb_px = 0.0_c_double ! as in toliman_sim_budget, with this set free
+        real(c_double) :: crb_shared_px = 0.0_c_double
+    end type
+
+    ! One parameter of a budget. Amounts are absolute values; NaN where they are not known and infinite where the parameter
+    ! has no effect. Since 0.2.
+    type, bind(C), public :: toliman_sim_budget_row
+        integer(c_int32_t) :: struct_size = 72 ! in, in the first element: sizeof(toliman_sim_budget_row)
+        integer(c_int32_t) :: is_free = 0 ! 1 if the parameter is free, else 0
+        type(c_ptr) :: name = c_null_ptr ! unit: "px", "nm", "K", ..., "" for a ratio. Static text
+        type(c_ptr) :: unit = c_null_ptr
+        ! not free: error of the separation per unit of the parameter; NaN if free
+        real(c_double) :: bias_px = 0.0_c_double
+        ! free: error of the separation per unit squared that the fit leaves; 0 if frames depend linearly on the
+        ! parameter, NaN if it is not known: jitter, motions of the mask, the engine PADDED_FFT, and parameters that
+        ! are not free
+        real(c_double) :: curvature_px = 0.0_c_double
+        real(c_double) :: earth_amount = 0.0_c_double ! amount of the parameter that has the effect of an Earth
+        real(c_double) :: tenth_crb_amount = 0.0_c_double ! amount that has the effect of a tenth of crb_px
+        ! free: standard deviation of the parameter in the fit; NaN if it depends on others
+        real(c_double) :: deviation = 0.0_c_double
+        ! free: correlation with the separation, -1 to 1; NaN if it depends on others
+        real(c_double) :: correlation = 0.0_c_double
+    end type
+
+    ! Options of a collection.
+    type, bind(C), public :: toliman_components_options
+        integer(c_int32_t) :: struct_size = 40
+        ! 0: residuals (counts - reference)/sigma, with preprocess.project projected out; 1: counts
+        integer(c_int32_t) :: raw = 0
+        ! sums blocks of bin x bin pixels before whitening; must be a divisor of rows and of columns; 0 = 1
+        integer(c_int32_t) :: bin = 0
+        ! largest number of frames, 2 ... 16384; 0 = number of frames of the scene's cadence
+        integer(c_int32_t) :: capacity = 0
+        type(c_ptr) :: allocator = c_null_ptr ! for the large arrays of the object; NULL = malloc
+        type(c_funptr) :: log = c_null_funptr ! receives warnings about preprocess.project; may be NULL. Since 0.2
+        type(c_ptr) :: log_data = c_null_ptr
+    end type
+
+    ! Methods of toliman_components_train.
+    integer(c_int32_t), parameter, public :: TOLIMAN_COMPONENTS_PCA = 401 ! principal component analysis
+    integer(c_int32_t), parameter, public :: TOLIMAN_COMPONENTS_DICTIONARY = 402 ! sparse dictionary learning
+
+    ! Training options.
+    type, bind(C), public :: toliman_components_train_options
+        integer(c_int32_t) :: struct_size = 56
+        integer(c_int32_t) :: method = 0 ! TOLIMAN_COMPONENTS_..., 0 = PCA
+        integer(c_int32_t) :: components = 0 ! number of components: 1 ... 64, fewer than frames; 0 = 1
+        integer(c_int32_t) :: threads = 0 ! worker threads, 0 = one per processor; results do not depend on the number
+        integer(c_int32_t) :: iterations = 0 ! dictionary: largest number of iterations; 0 = 200
+        integer(c_int32_t) :: reserved = 0 ! 0
+        real(c_double) :: lambda = 0.0_c_double ! dictionary: lambda of toliman_components_train; in [0, 1e6], 0 = 1
+        integer(c_int64_t) :: seed = 0 ! dictionary: seed of the random initial atoms
+        type(c_funptr) :: progress = c_null_funptr ! may be NULL
+        type(c_ptr) :: progress_data = c_null_ptr
+    end type
+
+    ! Training result.
+    type, bind(C), public :: toliman_components_training
+        integer(c_int32_t) :: struct_size = 24 ! in: sizeof(toliman_components_training)
+        integer(c_int32_t) :: iterations = 0 ! dictionary: number of iterations; 0 for PCA
+        ! 1: the last iteration improved the objective by less than 1e-5 of the total improvement; 0: stopped by the
+        ! limit on iterations
+        integer(c_int32_t) :: converged = 0
+        integer(c_int32_t) :: reserved = 0
+        ! dictionary: objective / objective without atoms, 0 ... 1; 0 for PCA and for identical frames
+        real(c_double) :: objective = 0.0_c_double
+    end type
+
+    ! Properties of a collection.
+    type, bind(C), public :: toliman_components_info
+        integer(c_int32_t) :: struct_size = 64 ! in: sizeof(toliman_components_info)
+        integer(c_int32_t) :: raw = 0 ! as in the options
+        integer(c_int32_t) :: bin = 0
+        integer(c_int32_t) :: projected = 0 ! number of nuisance images projected out; 0 if raw
+        integer(c_int64_t) :: capacity = 0 ! largest number of frames
+        integer(c_int64_t) :: frames = 0 ! number of frames pushed
+        integer(c_int64_t) :: pixels = 0 ! pixels of a frame after binning
+        integer(c_int64_t) :: components = 0 ! number of trained components; 0 before training
+        ! Cramer-Rao bound of a binned frame with the projected nuisances unknown; NaN if raw
+        real(c_double) :: crb_px = 0.0_c_double
+        ! Detection threshold of PCA, in the limit of many frames and pixels: smallest amplitude (px) of a sinusoidal
+        ! separation that the leading principal component responds to. For N frames of p independent pixels with unit
+        ! noise, where p = pixels - projected, the eigenvalue of the signal is l = A^2/(2 crb^2). It must exceed
+        ! sqrt(p/N); hence A = crb sqrt(2 sqrt(p/N)) (Baik, Ben Arous, Peche 2005). Above the threshold, the squared
+        ! cosine between principal image and signal is (1 - p/N/l^2)/(1 + p/N/l) (Paul 2007), and the squared
+        ! correlation between series and signal is (1 - p/N/l^2)/(1 + 1/l) (Benaych-Georges and Nadakuditi 2012).
+        ! +infinity without frames, NaN if raw.
+        real(c_double) :: threshold_px = 0.0_c_double
     end type
 
     ! Point of the exposure to which the time stamps of a file refer. Since 0.2.
@@ -1715,56 +1806,6 @@ module toliman
         end function
 
         ! Sets *options, a struct of `size` bytes, to the defaults.
-        subroutine toliman_sim_budget_options_init(options, size) bind(C)
-            import
-            integer(c_size_t), value :: size
-            type(toliman_sim_budget_options), intent(inout) :: options
-        end subroutine
-
-        ! Writes the summary of a budget to *out, whose struct_size must be set. options may be NULL.
-        function toliman_sim_get_budget(sim, options, out) bind(C) result(answer)
-            import
-            type(c_ptr), value :: sim
-            type(toliman_sim_budget_options), intent(in), optional :: options
-            type(toliman_sim_budget), intent(inout) :: out
-            integer(c_int32_t) :: answer
-        end function
-
-        ! Writes the first `capacity` steps to steps[capacity] and their number to *count.
-        function toliman_sim_get_budget_steps(sim, options, capacity, steps, count) bind(C) result(answer)
-            import
-            type(c_ptr), value :: sim
-            integer(c_size_t), value :: capacity
-            type(toliman_sim_budget_options), intent(in), optional :: options
-            type(toliman_sim_budget_step), intent(inout) :: steps(*)
-            integer(c_size_t), intent(out) :: count
-            integer(c_int32_t) :: answer
-        end function
-
-        ! Writes the first `capacity` rows to rows[capacity] and their number to *count: the free parameters in the
-        ! order of their names, then every other parameter of which the scene has a derivative.
-        function toliman_sim_get_budget_rows(sim, options, capacity, rows, count) bind(C) result(answer)
-            import
-            type(c_ptr), value :: sim
-            integer(c_size_t), value :: capacity
-            type(toliman_sim_budget_options), intent(in), optional :: options
-            type(toliman_sim_budget_row), intent(inout) :: rows(*)
-            integer(c_size_t), intent(out) :: count
-            integer(c_int32_t) :: answer
-        end function
-
-        ! Writes the correlations of the estimates to correlations[count][count]: the separation, then the free
-        ! parameters in the order of their names.
-        function toliman_sim_get_budget_correlations(sim, options, count, correlations) bind(C) result(answer)
-            import
-            type(c_ptr), value :: sim
-            integer(c_size_t), value :: count
-            type(toliman_sim_budget_options), intent(in), optional :: options
-            real(c_double), intent(out) :: correlations(*)
-            integer(c_int32_t) :: answer
-        end function
-
-        ! Sets *options, a struct of `size` bytes, to the defaults.
         subroutine toliman_cae_options_init(options, size) bind(C)
             import
             integer(c_size_t), value :: size
@@ -1922,88 +1963,6 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Sets *options, a struct of `size` bytes, to the defaults.
-        subroutine toliman_components_options_init(options, size) bind(C)
-            import
-            integer(c_size_t), value :: size
-            type(toliman_components_options), intent(inout) :: options
-        end subroutine
-
-        ! Creates an empty collection for frames of a scene and allocates the memory of all its frames: 4 bytes per
-        ! binned pixel, as residuals are stored in float32 with a relative error of at most 6e-8. options may be NULL.
-        function toliman_components_create(sim, options, out) bind(C) result(answer)
-            import
-            type(c_ptr), value :: sim
-            type(toliman_components_options), intent(in), optional :: options
-            type(c_ptr), intent(out) :: out
-            integer(c_int32_t) :: answer
-        end function
-
-        ! Destroys a collection.
-        subroutine toliman_components_destroy(components) bind(C)
-            import
-            type(c_ptr), value :: components
-        end subroutine
-
-        ! Adds one frame of counts[rows][stride], in the shape of the scene.
-        function toliman_components_push(components, counts, stride) bind(C) result(answer)
-            import
-            type(c_ptr), value :: components
-            integer(c_size_t), value :: stride
-            real(c_double), intent(in) :: counts(*)
-            integer(c_int32_t) :: answer
-        end function
-
-        ! Adds `count` frames of image in order, or none if one is refused.
-        function toliman_components_push_many(components, image, count) bind(C) result(answer)
-            import
-            type(c_ptr), value :: components
-            integer(c_size_t), value :: count
-            type(toliman_image), intent(in) :: image
-            integer(c_int32_t) :: answer
-        end function
-
-        ! Removes every frame.
-        function toliman_components_reset(components) bind(C) result(answer)
-            import
-            type(c_ptr), value :: components
-            integer(c_int32_t) :: answer
-        end function
-
-        ! Sets *options, a struct of `size` bytes, to the defaults.
-        subroutine toliman_components_train_options_init(options, size) bind(C)
-            import
-            integer(c_size_t), value :: size
-            type(toliman_components_train_options), intent(inout) :: options
-        end subroutine
-
-        ! Finds components of the pushed frames, after subtracting their mean.
-        function toliman_components_train(components, options, report) bind(C) result(answer)
-            import
-            type(c_ptr), value :: components
-            type(toliman_components_train_options), intent(in), optional :: options
-            type(toliman_components_training), intent(inout), optional :: report
-            integer(c_int32_t) :: answer
-        end function
-
-        ! Writes the series of a component, counted from 0. values [frames], in units of the (binned) residuals; for
-        ! PCA the mean square is the eigenvalue of the covariance matrix sum x x^T/frames.
-        function toliman_components_get_series(components, component, values, share) bind(C) result(answer)
-            import
-            type(c_ptr), value :: components
-            integer(c_int32_t), value :: component
-            real(c_double), intent(out), optional :: values(*), share
-            integer(c_int32_t) :: answer
-        end function
-
-        ! Writes the properties of a collection to *out, whose struct_size must be set.
-        function toliman_components_get_info(components, out) bind(C) result(answer)
-            import
-            type(c_ptr), value :: components
-            type(toliman_components_info), intent(inout) :: out
-            integer(c_int32_t) :: answer
-        end function
-
         ! Returns the number of parameters.
         function toliman_sim_parameter_count() bind(C) result(answer)
             import
@@ -2123,6 +2082,288 @@ module toliman
             integer(c_size_t), value :: stride
             type(toliman_fit_prediction), intent(in), optional :: prediction
             real(c_double), intent(out), optional :: image(*), values(*), covariance(*)
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Sets *options, a struct of `size` bytes, to the defaults.
+        subroutine toliman_bank_options_init(options, size) bind(C)
+            import
+            integer(c_size_t), value :: size
+            type(toliman_bank_options), intent(inout) :: options
+        end subroutine
+
+        ! Writes size and cost of the bank with these options (NULL: defaults) to *out, whose struct_size must be set.
+        function toliman_bank_plan(sim, options, out) bind(C) result(answer)
+            import
+            type(c_ptr), value :: sim
+            type(toliman_bank_options), intent(in), optional :: options
+            type(toliman_bank_plan_info), intent(inout) :: out
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Creates a bank of untrained networks for the scene and the free parameters of a fit. options may be NULL.
+        function toliman_bank_create(fit, options, out) bind(C) result(answer)
+            import
+            type(c_ptr), value :: fit
+            type(toliman_bank_options), intent(in), optional :: options
+            type(c_ptr), intent(out) :: out
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Destroys a bank.
+        subroutine toliman_bank_destroy(bank) bind(C)
+            import
+            type(c_ptr), value :: bank
+        end subroutine
+
+        ! Sets *options, a struct of `size` bytes, to the defaults.
+        subroutine toliman_bank_train_options_init(options, size) bind(C)
+            import
+            integer(c_size_t), value :: size
+            type(toliman_bank_train_options), intent(inout) :: options
+        end subroutine
+
+        ! Trains the networks of a bank that are not trained yet, as TOLIMAN_CAE_MODE_TIED does.
+        function toliman_bank_train(bank, fit, options) bind(C) result(answer)
+            import
+            type(c_ptr), value :: bank, fit
+            type(toliman_bank_train_options), intent(in), optional :: options
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Writes the properties of a bank to *out, whose struct_size must be set.
+        function toliman_bank_get_info(bank, out) bind(C) result(answer)
+            import
+            type(c_ptr), value :: bank
+            type(toliman_bank_info), intent(inout) :: out
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Writes network number `index`, 0 <= index < toliman_bank_info.networks, to *out, whose struct_size must be
+        ! set.
+        function toliman_bank_get_network(bank, index, out) bind(C) result(answer)
+            import
+            type(c_ptr), value :: bank
+            integer(c_int64_t), value :: index
+            type(toliman_bank_network), intent(inout) :: out
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Encodes one frame counts[rows][stride].
+        function toliman_bank_encode(bank, fit, counts, stride, prediction, result, fitted) bind(C) result(answer)
+            import
+            type(c_ptr), value :: bank, fit
+            integer(c_size_t), value :: stride
+            real(c_double), intent(in) :: counts(*)
+            type(toliman_fit_prediction), intent(in), optional :: prediction
+            type(toliman_bank_result), intent(inout) :: result
+            type(toliman_fit_result), intent(inout), optional :: fitted
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Encodes `count` frames of image.
+        function toliman_bank_encode_many(bank, fit, image, count, predictions, threads, results, &
+            fitted) bind(C) result(answer)
+            import
+            type(c_ptr), value :: bank, fit
+            integer(c_size_t), value :: count
+            integer(c_int32_t), value :: threads
+            type(toliman_image), intent(in) :: image
+            type(toliman_fit_prediction), intent(in), optional :: predictions(*)
+            type(toliman_bank_result), intent(inout) :: results(*)
+            type(toliman_fit_result), intent(inout), optional :: fitted(*)
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Writes what an undisturbed frame with this prediction (NULL: time 0, no shift) would give to *out, whose
+        ! struct_size must be set: network, efficiency and sigma_px, with a displacement_px of 0.
+        function toliman_bank_predict(bank, fit, prediction, out) bind(C) result(answer)
+            import
+            type(c_ptr), value :: bank, fit
+            type(toliman_fit_prediction), intent(in), optional :: prediction
+            type(toliman_bank_result), intent(inout) :: out
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Writes to *days until when a bank can be used: the first time after its last date, in whole days of scene
+        ! time from it, at which the efficiency of an undisturbed frame is below least_efficiency, in (0, 1), or at
+        ! which the model images of the fit end.
+        function toliman_bank_get_renewal(bank, fit, least_efficiency, days) bind(C) result(answer)
+            import
+            type(c_ptr), value :: bank, fit
+            real(c_double), value :: least_efficiency
+            real(c_double), intent(out) :: days
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Saves a bank. encoding of the weights: TOLIMAN_CAE_ENCODING_..., 0 = FLOAT32.
+        function toliman_bank_save(bank, encoding, bytes, capacity, needed) bind(C) result(answer)
+            import
+            type(c_ptr), value :: bank
+            integer(c_int32_t), value :: encoding
+            integer(c_size_t), value :: capacity
+            integer(c_int8_t), intent(out), optional :: bytes(*)
+            integer(c_size_t), intent(out) :: needed
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Loads a bank from exactly `size` bytes. options may be NULL.
+        function toliman_bank_load(bytes, size, options, out) bind(C) result(answer)
+            import
+            integer(c_size_t), value :: size
+            integer(c_int8_t), intent(in) :: bytes(*)
+            type(toliman_load_options), intent(in), optional :: options
+            type(c_ptr), intent(out) :: out
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Saves a bank to a file.
+        function toliman_bank_save_file(bank, encoding, path) bind(C) result(answer)
+            import
+            type(c_ptr), value :: bank
+            integer(c_int32_t), value :: encoding
+            character(kind=c_char), intent(in) :: path(*)
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Loads a bank from a file.
+        function toliman_bank_load_file(path, options, out) bind(C) result(answer)
+            import
+            character(kind=c_char), intent(in) :: path(*)
+            type(toliman_load_options), intent(in), optional :: options
+            type(c_ptr), intent(out) :: out
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Sets *options, a struct of `size` bytes, to the defaults.
+        subroutine toliman_sim_budget_options_init(options, size) bind(C)
+            import
+            integer(c_size_t), value :: size
+            type(toliman_sim_budget_options), intent(inout) :: options
+        end subroutine
+
+        ! Writes the summary of a budget to *out, whose struct_size must be set. options may be NULL.
+        function toliman_sim_get_budget(sim, options, out) bind(C) result(answer)
+            import
+            type(c_ptr), value :: sim
+            type(toliman_sim_budget_options), intent(in), optional :: options
+            type(toliman_sim_budget), intent(inout) :: out
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Writes the first `capacity` steps to steps[capacity] and their number to *count.
+        function toliman_sim_get_budget_steps(sim, options, capacity, steps, count) bind(C) result(answer)
+            import
+            type(c_ptr), value :: sim
+            integer(c_size_t), value :: capacity
+            type(toliman_sim_budget_options), intent(in), optional :: options
+            type(toliman_sim_budget_step), intent(inout) :: steps(*)
+            integer(c_size_t), intent(out) :: count
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Writes the first `capacity` rows to rows[capacity] and their number to *count: the free parameters in the
+        ! order of their names, then every other parameter of which the scene has a derivative.
+        function toliman_sim_get_budget_rows(sim, options, capacity, rows, count) bind(C) result(answer)
+            import
+            type(c_ptr), value :: sim
+            integer(c_size_t), value :: capacity
+            type(toliman_sim_budget_options), intent(in), optional :: options
+            type(toliman_sim_budget_row), intent(inout) :: rows(*)
+            integer(c_size_t), intent(out) :: count
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Writes the correlations of the estimates to correlations[count][count]: the separation, then the free
+        ! parameters in the order of their names.
+        function toliman_sim_get_budget_correlations(sim, options, count, correlations) bind(C) result(answer)
+            import
+            type(c_ptr), value :: sim
+            integer(c_size_t), value :: count
+            type(toliman_sim_budget_options), intent(in), optional :: options
+            real(c_double), intent(out) :: correlations(*)
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Sets *options, a struct of `size` bytes, to the defaults.
+        subroutine toliman_components_options_init(options, size) bind(C)
+            import
+            integer(c_size_t), value :: size
+            type(toliman_components_options), intent(inout) :: options
+        end subroutine
+
+        ! Creates an empty collection for frames of a scene and allocates the memory of all its frames: 4 bytes per
+        ! binned pixel, as residuals are stored in float32 with a relative error of at most 6e-8. options may be NULL.
+        function toliman_components_create(sim, options, out) bind(C) result(answer)
+            import
+            type(c_ptr), value :: sim
+            type(toliman_components_options), intent(in), optional :: options
+            type(c_ptr), intent(out) :: out
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Destroys a collection.
+        subroutine toliman_components_destroy(components) bind(C)
+            import
+            type(c_ptr), value :: components
+        end subroutine
+
+        ! Adds one frame of counts[rows][stride], in the shape of the scene.
+        function toliman_components_push(components, counts, stride) bind(C) result(answer)
+            import
+            type(c_ptr), value :: components
+            integer(c_size_t), value :: stride
+            real(c_double), intent(in) :: counts(*)
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Adds `count` frames of image in order, or none if one is refused.
+        function toliman_components_push_many(components, image, count) bind(C) result(answer)
+            import
+            type(c_ptr), value :: components
+            integer(c_size_t), value :: count
+            type(toliman_image), intent(in) :: image
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Removes every frame.
+        function toliman_components_reset(components) bind(C) result(answer)
+            import
+            type(c_ptr), value :: components
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Sets *options, a struct of `size` bytes, to the defaults.
+        subroutine toliman_components_train_options_init(options, size) bind(C)
+            import
+            integer(c_size_t), value :: size
+            type(toliman_components_train_options), intent(inout) :: options
+        end subroutine
+
+        ! Finds components of the pushed frames, after subtracting their mean.
+        function toliman_components_train(components, options, report) bind(C) result(answer)
+            import
+            type(c_ptr), value :: components
+            type(toliman_components_train_options), intent(in), optional :: options
+            type(toliman_components_training), intent(inout), optional :: report
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Writes the series of a component, counted from 0. values [frames], in units of the (binned) residuals; for
+        ! PCA the mean square is the eigenvalue of the covariance matrix sum x x^T/frames.
+        function toliman_components_get_series(components, component, values, share) bind(C) result(answer)
+            import
+            type(c_ptr), value :: components
+            integer(c_int32_t), value :: component
+            real(c_double), intent(out), optional :: values(*), share
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Writes the properties of a collection to *out, whose struct_size must be set.
+        function toliman_components_get_info(components, out) bind(C) result(answer)
+            import
+            type(c_ptr), value :: components
+            type(toliman_components_info), intent(inout) :: out
             integer(c_int32_t) :: answer
         end function
 
@@ -2882,11 +3123,6 @@ module toliman
     public :: toliman_sim_expect
     public :: toliman_sim_frame
     public :: toliman_sim_frame_many
-    public :: toliman_sim_budget_options_init
-    public :: toliman_sim_get_budget
-    public :: toliman_sim_get_budget_steps
-    public :: toliman_sim_get_budget_rows
-    public :: toliman_sim_get_budget_correlations
     public :: toliman_cae_options_init
     public :: toliman_cae_create
     public :: toliman_cae_destroy
@@ -2904,16 +3140,6 @@ module toliman
     public :: toliman_cae_load
     public :: toliman_cae_save_file
     public :: toliman_cae_load_file
-    public :: toliman_components_options_init
-    public :: toliman_components_create
-    public :: toliman_components_destroy
-    public :: toliman_components_push
-    public :: toliman_components_push_many
-    public :: toliman_components_reset
-    public :: toliman_components_train_options_init
-    public :: toliman_components_train
-    public :: toliman_components_get_series
-    public :: toliman_components_get_info
     public :: toliman_sim_parameter_count
     public :: toliman_sim_get_parameter
     public :: toliman_sim_get_derivative
@@ -2927,6 +3153,37 @@ module toliman
     public :: toliman_fit_frame
     public :: toliman_fit_frames
     public :: toliman_fit_predict
+    public :: toliman_bank_options_init
+    public :: toliman_bank_plan
+    public :: toliman_bank_create
+    public :: toliman_bank_destroy
+    public :: toliman_bank_train_options_init
+    public :: toliman_bank_train
+    public :: toliman_bank_get_info
+    public :: toliman_bank_get_network
+    public :: toliman_bank_encode
+    public :: toliman_bank_encode_many
+    public :: toliman_bank_predict
+    public :: toliman_bank_get_renewal
+    public :: toliman_bank_save
+    public :: toliman_bank_load
+    public :: toliman_bank_save_file
+    public :: toliman_bank_load_file
+    public :: toliman_sim_budget_options_init
+    public :: toliman_sim_get_budget
+    public :: toliman_sim_get_budget_steps
+    public :: toliman_sim_get_budget_rows
+    public :: toliman_sim_get_budget_correlations
+    public :: toliman_components_options_init
+    public :: toliman_components_create
+    public :: toliman_components_destroy
+    public :: toliman_components_push
+    public :: toliman_components_push_many
+    public :: toliman_components_reset
+    public :: toliman_components_train_options_init
+    public :: toliman_components_train
+    public :: toliman_components_get_series
+    public :: toliman_components_get_info
     public :: toliman_ingest_options_init
     public :: toliman_ingest_create
     public :: toliman_ingest_destroy
@@ -3036,14 +3293,15 @@ module toliman
         procedure :: expect => simulator_expect
         procedure :: frame => simulator_frame
         procedure :: frame_many => simulator_frame_many
-        procedure :: get_budget => simulator_get_budget
-        procedure :: get_budget_steps => simulator_get_budget_steps
-        procedure :: get_budget_rows => simulator_get_budget_rows
-        procedure :: get_budget_correlations => simulator_get_budget_correlations
         procedure, nopass :: parameter_count => simulator_parameter_count
         procedure, nopass :: get_parameter => simulator_get_parameter
         procedure :: get_derivative => simulator_get_derivative
         procedure :: get_opd_gradient => simulator_get_opd_gradient
+        procedure :: plan => simulator_plan
+        procedure :: get_budget => simulator_get_budget
+        procedure :: get_budget_steps => simulator_get_budget_steps
+        procedure :: get_budget_rows => simulator_get_budget_rows
+        procedure :: get_budget_correlations => simulator_get_budget_correlations
         procedure :: destroy => simulator_destroy
         procedure, private :: simulator_assign
         generic :: assignment(=) => simulator_assign
@@ -3074,6 +3332,48 @@ module toliman
         final :: autoencoder_final
     end type
 
+    ! Fit of a scene's forward model. Several threads may use it at the same time.
+    type, public :: toliman_frame_fit
+        type(c_ptr) :: handle = c_null_ptr
+        integer(c_size_t), private :: rows = -1, cols = -1 ! of a frame
+    contains
+        procedure :: create => frame_fit_create
+        procedure :: parameter_count => frame_fit_parameter_count
+        procedure :: get_parameter => frame_fit_get_parameter
+        procedure :: get_info => frame_fit_get_info
+        procedure :: frame => frame_fit_frame
+        procedure :: frames => frame_fit_frames
+        procedure :: predict => frame_fit_predict
+        procedure :: destroy => frame_fit_destroy
+        procedure, private :: frame_fit_assign
+        generic :: assignment(=) => frame_fit_assign
+        final :: frame_fit_final
+    end type
+
+    ! Bank of networks. Functions that take a const bank may run on one bank from several threads; all others need
+    ! exclusive use.
+    type, public :: toliman_network_bank
+        type(c_ptr) :: handle = c_null_ptr
+        integer(c_size_t), private :: rows = -1, cols = -1 ! of a frame
+    contains
+        procedure :: create => network_bank_create
+        procedure :: train => network_bank_train
+        procedure :: get_info => network_bank_get_info
+        procedure :: get_network => network_bank_get_network
+        procedure :: encode => network_bank_encode
+        procedure :: encode_many => network_bank_encode_many
+        procedure :: predict => network_bank_predict
+        procedure :: get_renewal => network_bank_get_renewal
+        procedure :: save => network_bank_save
+        procedure :: load => network_bank_load
+        procedure :: save_file => network_bank_save_file
+        procedure :: load_file => network_bank_load_file
+        procedure :: destroy => network_bank_destroy
+        procedure, private :: network_bank_assign
+        generic :: assignment(=) => network_bank_assign
+        final :: network_bank_final
+    end type
+
     ! Collection of frames of a scene and their components. Each component gives one value per frame, in the order in
     ! which the frames were pushed. Functions that take a const collection may run on one collection from several
     ! threads.
@@ -3092,24 +3392,6 @@ module toliman
         procedure, private :: component_set_assign
         generic :: assignment(=) => component_set_assign
         final :: component_set_final
-    end type
-
-    ! Fit of a scene's forward model. Several threads may use it at the same time.
-    type, public :: toliman_frame_fit
-        type(c_ptr) :: handle = c_null_ptr
-        integer(c_size_t), private :: rows = -1, cols = -1 ! of a frame
-    contains
-        procedure :: create => frame_fit_create
-        procedure :: parameter_count => frame_fit_parameter_count
-        procedure :: get_parameter => frame_fit_get_parameter
-        procedure :: get_info => frame_fit_get_info
-        procedure :: frame => frame_fit_frame
-        procedure :: frames => frame_fit_frames
-        procedure :: predict => frame_fit_predict
-        procedure :: destroy => frame_fit_destroy
-        procedure, private :: frame_fit_assign
-        generic :: assignment(=) => frame_fit_assign
-        final :: frame_fit_final
     end type
 
     ! Reader of one pair of files. No file is open after NOTHING, so that one process can follow thousands of pairs.
@@ -3801,62 +4083,6 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Writes the summary of a budget to *out, whose struct_size must be set. options may be NULL.
-    subroutine simulator_get_budget(self, out, options, stat, errmsg)
-        class(toliman_simulator), intent(in) :: self
-        type(toliman_sim_budget_options), intent(in), optional :: options
-        type(toliman_sim_budget), intent(inout) :: out
-        integer, intent(out), optional :: stat
-        character(len=*), intent(inout), optional :: errmsg
-        call conclude(toliman_sim_get_budget(self%handle, options, out), stat, errmsg)
-    end subroutine
-
-    ! Writes the first `capacity` steps to steps[capacity] and their number to *count. steps(capacity).
-    subroutine simulator_get_budget_steps(self, steps, count, options, stat, errmsg)
-        class(toliman_simulator), intent(in) :: self
-        type(toliman_sim_budget_options), intent(in), optional :: options
-        type(toliman_sim_budget_step), intent(inout), contiguous :: steps(:)
-        integer(c_size_t), intent(out) :: count
-        integer, intent(out), optional :: stat
-        character(len=*), intent(inout), optional :: errmsg
-        integer(c_size_t) :: of_capacity
-        integer(c_int32_t) :: status
-        of_capacity = size(steps, 1, c_size_t)
-        status = toliman_sim_get_budget_steps(self%handle, options, of_capacity, steps, count)
-        call conclude(status, stat, errmsg)
-    end subroutine
-
-    ! Writes the first `capacity` rows to rows[capacity] and their number to *count: the free parameters in the order
-    ! of their names, then every other parameter of which the scene has a derivative. rows(capacity).
-    subroutine simulator_get_budget_rows(self, rows, count, options, stat, errmsg)
-        class(toliman_simulator), intent(in) :: self
-        type(toliman_sim_budget_options), intent(in), optional :: options
-        type(toliman_sim_budget_row), intent(inout), contiguous :: rows(:)
-        integer(c_size_t), intent(out) :: count
-        integer, intent(out), optional :: stat
-        character(len=*), intent(inout), optional :: errmsg
-        integer(c_size_t) :: of_capacity
-        integer(c_int32_t) :: status
-        of_capacity = size(rows, 1, c_size_t)
-        status = toliman_sim_get_budget_rows(self%handle, options, of_capacity, rows, count)
-        call conclude(status, stat, errmsg)
-    end subroutine
-
-    ! Writes the correlations of the estimates to correlations[count][count]: the separation, then the free parameters
-    ! in the order of their names. correlations(count, count).
-    subroutine simulator_get_budget_correlations(self, correlations, options, stat, errmsg)
-        class(toliman_simulator), intent(in) :: self
-        type(toliman_sim_budget_options), intent(in), optional :: options
-        real(c_double), intent(out), contiguous :: correlations(:, :)
-        integer, intent(out), optional :: stat
-        character(len=*), intent(inout), optional :: errmsg
-        integer(c_size_t) :: of_count
-        integer(c_int32_t) :: status
-        of_count = size(correlations, 2, c_size_t)
-        status = toliman_sim_get_budget_correlations(self%handle, options, of_count, correlations)
-        call conclude(status, stat, errmsg)
-    end subroutine
-
     ! Creates a network with the preprocessing of a scene, and with random weights drawn from seed.
     subroutine autoencoder_create(self, sim, seed, options, stat, errmsg)
         class(toliman_autoencoder), intent(inout) :: self
@@ -4043,100 +4269,6 @@ contains
             self%cols = int(info%cols, c_size_t)
         end if
         call conclude(status, stat, errmsg)
-    end subroutine
-
-    ! Creates an empty collection for frames of a scene and allocates the memory of all its frames: 4 bytes per binned
-    ! pixel, as residuals are stored in float32 with a relative error of at most 6e-8. options may be NULL.
-    subroutine component_set_create(self, sim, options, stat, errmsg)
-        class(toliman_component_set), intent(inout) :: self
-        type(toliman_simulator), intent(in) :: sim
-        type(toliman_components_options), intent(in), optional :: options
-        integer, intent(out), optional :: stat
-        character(len=*), intent(inout), optional :: errmsg
-        type(c_ptr) :: made
-        integer(c_int32_t) :: status
-        status = toliman_components_create(sim%handle, options, made)
-        if (status == TOLIMAN_OK) then
-            call self%destroy()
-            self%handle = made
-            self%rows = sim%rows
-            self%cols = sim%cols
-        end if
-        call conclude(status, stat, errmsg)
-    end subroutine
-
-    ! Adds one frame of counts[rows][stride], in the shape of the scene. counts(stride, rows).
-    subroutine component_set_push(self, counts, stat, errmsg)
-        class(toliman_component_set), intent(inout) :: self
-        real(c_double), intent(in), contiguous :: counts(:, :)
-        integer, intent(out), optional :: stat
-        character(len=*), intent(inout), optional :: errmsg
-        integer(c_size_t) :: of_stride
-        integer(c_int32_t) :: status
-        of_stride = size(counts, 1, c_size_t)
-        if (.not. fits(size(counts, 2, c_size_t), self%rows, 'counts', 2, stat, errmsg)) return
-        status = toliman_components_push(self%handle, counts, of_stride)
-        call conclude(status, stat, errmsg)
-    end subroutine
-
-    ! Adds `count` frames of image in order, or none if one is refused.
-    subroutine component_set_push_many(self, image, count, stat, errmsg)
-        class(toliman_component_set), intent(inout) :: self
-        type(toliman_image), intent(in) :: image
-        integer(c_size_t), intent(in) :: count
-        integer, intent(out), optional :: stat
-        character(len=*), intent(inout), optional :: errmsg
-        call conclude(toliman_components_push_many(self%handle, image, count), stat, errmsg)
-    end subroutine
-
-    ! Removes every frame.
-    subroutine component_set_reset(self, stat, errmsg)
-        class(toliman_component_set), intent(inout) :: self
-        integer, intent(out), optional :: stat
-        character(len=*), intent(inout), optional :: errmsg
-        call conclude(toliman_components_reset(self%handle), stat, errmsg)
-    end subroutine
-
-    ! Finds components of the pushed frames, after subtracting their mean.
-    subroutine component_set_train(self, options, report, stat, errmsg)
-        class(toliman_component_set), intent(inout) :: self
-        type(toliman_components_train_options), intent(in), optional :: options
-        type(toliman_components_training), intent(inout), optional :: report
-        integer, intent(out), optional :: stat
-        character(len=*), intent(inout), optional :: errmsg
-        call conclude(toliman_components_train(self%handle, options, report), stat, errmsg)
-    end subroutine
-
-    ! Writes the series of a component, counted from 0. values [frames], in units of the (binned) residuals; for PCA
-    ! the mean square is the eigenvalue of the covariance matrix sum x x^T/frames. values(frames).
-    subroutine component_set_get_series(self, component, values, share, stat, errmsg)
-        class(toliman_component_set), intent(in) :: self
-        integer(c_int32_t), intent(in) :: component
-        real(c_double), intent(out), optional, contiguous :: values(:)
-        real(c_double), intent(out), optional :: share
-        integer, intent(out), optional :: stat
-        character(len=*), intent(inout), optional :: errmsg
-        type(toliman_components_info) :: info
-        integer(c_int32_t) :: status
-        status = toliman_components_get_info(self%handle, info)
-        if (status /= TOLIMAN_OK) then
-            call conclude(status, stat, errmsg)
-            return
-        end if
-        if (present(values)) then
-            if (.not. fits(size(values, 1, c_size_t), int(info%frames, c_size_t), 'values', 1, stat, errmsg)) return
-        end if
-        status = toliman_components_get_series(self%handle, component, values, share)
-        call conclude(status, stat, errmsg)
-    end subroutine
-
-    ! Writes the properties of a collection to *out, whose struct_size must be set.
-    subroutine component_set_get_info(self, out, stat, errmsg)
-        class(toliman_component_set), intent(in) :: self
-        type(toliman_components_info), intent(inout) :: out
-        integer, intent(out), optional :: stat
-        character(len=*), intent(inout), optional :: errmsg
-        call conclude(toliman_components_get_info(self%handle, out), stat, errmsg)
     end subroutine
 
     ! Returns the number of parameters.
@@ -4333,6 +4465,354 @@ contains
         end if
         status = toliman_fit_predict(self%handle, prediction, image, of_stride, values, covariance)
         call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Writes size and cost of the bank with these options (NULL: defaults) to *out, whose struct_size must be set.
+    subroutine simulator_plan(self, out, options, stat, errmsg)
+        class(toliman_simulator), intent(in) :: self
+        type(toliman_bank_options), intent(in), optional :: options
+        type(toliman_bank_plan_info), intent(inout) :: out
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        call conclude(toliman_bank_plan(self%handle, options, out), stat, errmsg)
+    end subroutine
+
+    ! Creates a bank of untrained networks for the scene and the free parameters of a fit. options may be NULL.
+    subroutine network_bank_create(self, fit, options, stat, errmsg)
+        class(toliman_network_bank), intent(inout) :: self
+        type(toliman_frame_fit), intent(in) :: fit
+        type(toliman_bank_options), intent(in), optional :: options
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        type(c_ptr) :: made
+        type(toliman_bank_info) :: info
+        integer(c_int32_t) :: status
+        status = toliman_bank_create(fit%handle, options, made)
+        if (status == TOLIMAN_OK) then
+            call self%destroy()
+            self%handle = made
+            status = toliman_bank_get_info(made, info)
+            self%rows = int(info%rows, c_size_t)
+            self%cols = int(info%cols, c_size_t)
+        end if
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Trains the networks of a bank that are not trained yet, as TOLIMAN_CAE_MODE_TIED does.
+    subroutine network_bank_train(self, fit, options, stat, errmsg)
+        class(toliman_network_bank), intent(inout) :: self
+        type(toliman_frame_fit), intent(in) :: fit
+        type(toliman_bank_train_options), intent(in), optional :: options
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        call conclude(toliman_bank_train(self%handle, fit%handle, options), stat, errmsg)
+    end subroutine
+
+    ! Writes the properties of a bank to *out, whose struct_size must be set.
+    subroutine network_bank_get_info(self, out, stat, errmsg)
+        class(toliman_network_bank), intent(in) :: self
+        type(toliman_bank_info), intent(inout) :: out
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        call conclude(toliman_bank_get_info(self%handle, out), stat, errmsg)
+    end subroutine
+
+    ! Writes network number `index`, 0 <= index < toliman_bank_info.networks, to *out, whose struct_size must be set.
+    subroutine network_bank_get_network(self, index, out, stat, errmsg)
+        class(toliman_network_bank), intent(in) :: self
+        integer(c_int64_t), intent(in) :: index
+        type(toliman_bank_network), intent(inout) :: out
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        call conclude(toliman_bank_get_network(self%handle, index, out), stat, errmsg)
+    end subroutine
+
+    ! Encodes one frame counts[rows][stride]. counts(stride, rows).
+    subroutine network_bank_encode(self, fit, counts, result, prediction, fitted, stat, errmsg)
+        class(toliman_network_bank), intent(in) :: self
+        type(toliman_frame_fit), intent(in) :: fit
+        real(c_double), intent(in), contiguous :: counts(:, :)
+        type(toliman_fit_prediction), intent(in), optional :: prediction
+        type(toliman_bank_result), intent(inout) :: result
+        type(toliman_fit_result), intent(inout), optional :: fitted
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_stride
+        integer(c_int32_t) :: status
+        of_stride = size(counts, 1, c_size_t)
+        if (.not. fits(size(counts, 2, c_size_t), self%rows, 'counts', 2, stat, errmsg)) return
+        status = toliman_bank_encode(self%handle, fit%handle, counts, of_stride, prediction, result, fitted)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Encodes `count` frames of image. predictions(count), results(count), fitted(count).
+    subroutine network_bank_encode_many(self, fit, image, threads, results, predictions, fitted, stat, errmsg)
+        class(toliman_network_bank), intent(in) :: self
+        type(toliman_frame_fit), intent(in) :: fit
+        type(toliman_image), intent(in) :: image
+        type(toliman_fit_prediction), intent(in), optional, contiguous :: predictions(:)
+        integer(c_int32_t), intent(in) :: threads
+        type(toliman_bank_result), intent(inout), contiguous :: results(:)
+        type(toliman_fit_result), intent(inout), optional, contiguous :: fitted(:)
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_count
+        integer(c_int32_t) :: status
+        of_count = size(results, 1, c_size_t)
+        if (present(predictions)) then
+            if (.not. fits(size(predictions, 1, c_size_t), of_count, 'predictions', 1, stat, errmsg)) return
+        end if
+        if (present(fitted)) then
+            if (.not. fits(size(fitted, 1, c_size_t), of_count, 'fitted', 1, stat, errmsg)) return
+        end if
+        status = toliman_bank_encode_many(self%handle, fit%handle, image, of_count, predictions, threads, &
+            results, fitted)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Writes what an undisturbed frame with this prediction (NULL: time 0, no shift) would give to *out, whose
+    ! struct_size must be set: network, efficiency and sigma_px, with a displacement_px of 0.
+    subroutine network_bank_predict(self, fit, out, prediction, stat, errmsg)
+        class(toliman_network_bank), intent(in) :: self
+        type(toliman_frame_fit), intent(in) :: fit
+        type(toliman_fit_prediction), intent(in), optional :: prediction
+        type(toliman_bank_result), intent(inout) :: out
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        call conclude(toliman_bank_predict(self%handle, fit%handle, prediction, out), stat, errmsg)
+    end subroutine
+
+    ! Writes to *days until when a bank can be used: the first time after its last date, in whole days of scene time
+    ! from it, at which the efficiency of an undisturbed frame is below least_efficiency, in (0, 1), or at which the
+    ! model images of the fit end.
+    subroutine network_bank_get_renewal(self, fit, least_efficiency, days, stat, errmsg)
+        class(toliman_network_bank), intent(in) :: self
+        type(toliman_frame_fit), intent(in) :: fit
+        real(c_double), intent(in) :: least_efficiency
+        real(c_double), intent(out) :: days
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        call conclude(toliman_bank_get_renewal(self%handle, fit%handle, least_efficiency, days), stat, errmsg)
+    end subroutine
+
+    ! Saves a bank. encoding of the weights: TOLIMAN_CAE_ENCODING_..., 0 = FLOAT32. bytes(capacity).
+    subroutine network_bank_save(self, encoding, needed, bytes, stat, errmsg)
+        class(toliman_network_bank), intent(in) :: self
+        integer(c_int32_t), intent(in) :: encoding
+        integer(c_int8_t), intent(out), optional, contiguous :: bytes(:)
+        integer(c_size_t), intent(out) :: needed
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_capacity
+        integer(c_int32_t) :: status
+        of_capacity = 0
+        if (present(bytes)) of_capacity = size(bytes, 1, c_size_t)
+        status = toliman_bank_save(self%handle, encoding, bytes, of_capacity, needed)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Loads a bank from exactly `size` bytes. options may be NULL. bytes(size).
+    subroutine network_bank_load(self, bytes, options, stat, errmsg)
+        class(toliman_network_bank), intent(inout) :: self
+        integer(c_int8_t), intent(in), contiguous :: bytes(:)
+        type(toliman_load_options), intent(in), optional :: options
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_size
+        type(c_ptr) :: made
+        type(toliman_bank_info) :: info
+        integer(c_int32_t) :: status
+        of_size = size(bytes, 1, c_size_t)
+        status = toliman_bank_load(bytes, of_size, options, made)
+        if (status == TOLIMAN_OK) then
+            call self%destroy()
+            self%handle = made
+            status = toliman_bank_get_info(made, info)
+            self%rows = int(info%rows, c_size_t)
+            self%cols = int(info%cols, c_size_t)
+        end if
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Saves a bank to a file.
+    subroutine network_bank_save_file(self, encoding, path, stat, errmsg)
+        class(toliman_network_bank), intent(in) :: self
+        integer(c_int32_t), intent(in) :: encoding
+        character(len=*), intent(in) :: path
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        call conclude(toliman_bank_save_file(self%handle, encoding, c_string(path)), stat, errmsg)
+    end subroutine
+
+    ! Loads a bank from a file.
+    subroutine network_bank_load_file(self, path, options, stat, errmsg)
+        class(toliman_network_bank), intent(inout) :: self
+        character(len=*), intent(in) :: path
+        type(toliman_load_options), intent(in), optional :: options
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        type(c_ptr) :: made
+        type(toliman_bank_info) :: info
+        integer(c_int32_t) :: status
+        status = toliman_bank_load_file(c_string(path), options, made)
+        if (status == TOLIMAN_OK) then
+            call self%destroy()
+            self%handle = made
+            status = toliman_bank_get_info(made, info)
+            self%rows = int(info%rows, c_size_t)
+            self%cols = int(info%cols, c_size_t)
+        end if
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Writes the summary of a budget to *out, whose struct_size must be set. options may be NULL.
+    subroutine simulator_get_budget(self, out, options, stat, errmsg)
+        class(toliman_simulator), intent(in) :: self
+        type(toliman_sim_budget_options), intent(in), optional :: options
+        type(toliman_sim_budget), intent(inout) :: out
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        call conclude(toliman_sim_get_budget(self%handle, options, out), stat, errmsg)
+    end subroutine
+
+    ! Writes the first `capacity` steps to steps[capacity] and their number to *count. steps(capacity).
+    subroutine simulator_get_budget_steps(self, steps, count, options, stat, errmsg)
+        class(toliman_simulator), intent(in) :: self
+        type(toliman_sim_budget_options), intent(in), optional :: options
+        type(toliman_sim_budget_step), intent(inout), contiguous :: steps(:)
+        integer(c_size_t), intent(out) :: count
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_capacity
+        integer(c_int32_t) :: status
+        of_capacity = size(steps, 1, c_size_t)
+        status = toliman_sim_get_budget_steps(self%handle, options, of_capacity, steps, count)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Writes the first `capacity` rows to rows[capacity] and their number to *count: the free parameters in the order
+    ! of their names, then every other parameter of which the scene has a derivative. rows(capacity).
+    subroutine simulator_get_budget_rows(self, rows, count, options, stat, errmsg)
+        class(toliman_simulator), intent(in) :: self
+        type(toliman_sim_budget_options), intent(in), optional :: options
+        type(toliman_sim_budget_row), intent(inout), contiguous :: rows(:)
+        integer(c_size_t), intent(out) :: count
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_capacity
+        integer(c_int32_t) :: status
+        of_capacity = size(rows, 1, c_size_t)
+        status = toliman_sim_get_budget_rows(self%handle, options, of_capacity, rows, count)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Writes the correlations of the estimates to correlations[count][count]: the separation, then the free parameters
+    ! in the order of their names. correlations(count, count).
+    subroutine simulator_get_budget_correlations(self, correlations, options, stat, errmsg)
+        class(toliman_simulator), intent(in) :: self
+        type(toliman_sim_budget_options), intent(in), optional :: options
+        real(c_double), intent(out), contiguous :: correlations(:, :)
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_count
+        integer(c_int32_t) :: status
+        of_count = size(correlations, 2, c_size_t)
+        status = toliman_sim_get_budget_correlations(self%handle, options, of_count, correlations)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Creates an empty collection for frames of a scene and allocates the memory of all its frames: 4 bytes per binned
+    ! pixel, as residuals are stored in float32 with a relative error of at most 6e-8. options may be NULL.
+    subroutine component_set_create(self, sim, options, stat, errmsg)
+        class(toliman_component_set), intent(inout) :: self
+        type(toliman_simulator), intent(in) :: sim
+        type(toliman_components_options), intent(in), optional :: options
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        type(c_ptr) :: made
+        integer(c_int32_t) :: status
+        status = toliman_components_create(sim%handle, options, made)
+        if (status == TOLIMAN_OK) then
+            call self%destroy()
+            self%handle = made
+            self%rows = sim%rows
+            self%cols = sim%cols
+        end if
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Adds one frame of counts[rows][stride], in the shape of the scene. counts(stride, rows).
+    subroutine component_set_push(self, counts, stat, errmsg)
+        class(toliman_component_set), intent(inout) :: self
+        real(c_double), intent(in), contiguous :: counts(:, :)
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_stride
+        integer(c_int32_t) :: status
+        of_stride = size(counts, 1, c_size_t)
+        if (.not. fits(size(counts, 2, c_size_t), self%rows, 'counts', 2, stat, errmsg)) return
+        status = toliman_components_push(self%handle, counts, of_stride)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Adds `count` frames of image in order, or none if one is refused.
+    subroutine component_set_push_many(self, image, count, stat, errmsg)
+        class(toliman_component_set), intent(inout) :: self
+        type(toliman_image), intent(in) :: image
+        integer(c_size_t), intent(in) :: count
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        call conclude(toliman_components_push_many(self%handle, image, count), stat, errmsg)
+    end subroutine
+
+    ! Removes every frame.
+    subroutine component_set_reset(self, stat, errmsg)
+        class(toliman_component_set), intent(inout) :: self
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        call conclude(toliman_components_reset(self%handle), stat, errmsg)
+    end subroutine
+
+    ! Finds components of the pushed frames, after subtracting their mean.
+    subroutine component_set_train(self, options, report, stat, errmsg)
+        class(toliman_component_set), intent(inout) :: self
+        type(toliman_components_train_options), intent(in), optional :: options
+        type(toliman_components_training), intent(inout), optional :: report
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        call conclude(toliman_components_train(self%handle, options, report), stat, errmsg)
+    end subroutine
+
+    ! Writes the series of a component, counted from 0. values [frames], in units of the (binned) residuals; for PCA
+    ! the mean square is the eigenvalue of the covariance matrix sum x x^T/frames. values(frames).
+    subroutine component_set_get_series(self, component, values, share, stat, errmsg)
+        class(toliman_component_set), intent(in) :: self
+        integer(c_int32_t), intent(in) :: component
+        real(c_double), intent(out), optional, contiguous :: values(:)
+        real(c_double), intent(out), optional :: share
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        type(toliman_components_info) :: info
+        integer(c_int32_t) :: status
+        status = toliman_components_get_info(self%handle, info)
+        if (status /= TOLIMAN_OK) then
+            call conclude(status, stat, errmsg)
+            return
+        end if
+        if (present(values)) then
+            if (.not. fits(size(values, 1, c_size_t), int(info%frames, c_size_t), 'values', 1, stat, errmsg)) return
+        end if
+        status = toliman_components_get_series(self%handle, component, values, share)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Writes the properties of a collection to *out, whose struct_size must be set.
+    subroutine component_set_get_info(self, out, stat, errmsg)
+        class(toliman_component_set), intent(in) :: self
+        type(toliman_components_info), intent(inout) :: out
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        call conclude(toliman_components_get_info(self%handle, out), stat, errmsg)
     end subroutine
 
     ! Creates a reader of a pair.
@@ -5222,27 +5702,6 @@ contains
     end subroutine
 
     ! Destroys the object; create may be called again.
-    impure elemental subroutine component_set_destroy(self)
-        class(toliman_component_set), intent(inout) :: self
-        call toliman_components_destroy(self%handle)
-        self%handle = c_null_ptr
-        self%rows = -1
-        self%cols = -1
-    end subroutine
-
-    impure elemental subroutine component_set_final(self)
-        type(toliman_component_set), intent(inout) :: self
-        call self%destroy()
-    end subroutine
-
-    subroutine component_set_assign(self, other)
-        class(toliman_component_set), intent(inout) :: self
-        class(toliman_component_set), intent(in) :: other
-        if (c_associated(self%handle) .or. c_associated(other%handle)) &
-            error stop 'libtoliman: a toliman_component_set cannot be assigned'
-    end subroutine
-
-    ! Destroys the object; create may be called again.
     impure elemental subroutine frame_fit_destroy(self)
         class(toliman_frame_fit), intent(inout) :: self
         call toliman_fit_destroy(self%handle)
@@ -5261,6 +5720,48 @@ contains
         class(toliman_frame_fit), intent(in) :: other
         if (c_associated(self%handle) .or. c_associated(other%handle)) &
             error stop 'libtoliman: a toliman_frame_fit cannot be assigned'
+    end subroutine
+
+    ! Destroys the object; create may be called again.
+    impure elemental subroutine network_bank_destroy(self)
+        class(toliman_network_bank), intent(inout) :: self
+        call toliman_bank_destroy(self%handle)
+        self%handle = c_null_ptr
+        self%rows = -1
+        self%cols = -1
+    end subroutine
+
+    impure elemental subroutine network_bank_final(self)
+        type(toliman_network_bank), intent(inout) :: self
+        call self%destroy()
+    end subroutine
+
+    subroutine network_bank_assign(self, other)
+        class(toliman_network_bank), intent(inout) :: self
+        class(toliman_network_bank), intent(in) :: other
+        if (c_associated(self%handle) .or. c_associated(other%handle)) &
+            error stop 'libtoliman: a toliman_network_bank cannot be assigned'
+    end subroutine
+
+    ! Destroys the object; create may be called again.
+    impure elemental subroutine component_set_destroy(self)
+        class(toliman_component_set), intent(inout) :: self
+        call toliman_components_destroy(self%handle)
+        self%handle = c_null_ptr
+        self%rows = -1
+        self%cols = -1
+    end subroutine
+
+    impure elemental subroutine component_set_final(self)
+        type(toliman_component_set), intent(inout) :: self
+        call self%destroy()
+    end subroutine
+
+    subroutine component_set_assign(self, other)
+        class(toliman_component_set), intent(inout) :: self
+        class(toliman_component_set), intent(in) :: other
+        if (c_associated(self%handle) .or. c_associated(other%handle)) &
+            error stop 'libtoliman: a toliman_component_set cannot be assigned'
     end subroutine
 
     ! Destroys the object; create may be called again.

@@ -2,6 +2,7 @@
 #ifndef TOLIMAN_TOLIMAN_H
 #define TOLIMAN_TOLIMAN_H
 
+#include <toliman/bank.h>
 #include <toliman/base.h>
 #include <toliman/budget.h>
 #include <toliman/cae.h>

@@ -64,6 +64,9 @@ inline void destroy_cae(toliman_cae *cae) {
 inline void destroy_linear(toliman_linear *linear) {
     toliman_linear_destroy(linear);
 }
+inline void destroy_bank(toliman_bank *bank) {
+    toliman_bank_destroy(bank);
+}
 inline void destroy_fit(toliman_fit *fit) {
     toliman_fit_destroy(fit);
 }
@@ -89,6 +92,7 @@ inline void destroy_track(toliman_track *track) {
 using simulator = handle<toliman_sim, destroy_sim>;
 using autoencoder = handle<toliman_cae, destroy_cae>;
 using linear_estimator = handle<toliman_linear, destroy_linear>;
+using network_bank = handle<toliman_bank, destroy_bank>;
 using frame_fit = handle<toliman_fit, destroy_fit>;
 using component_set = handle<toliman_components, destroy_components>;
 using phase_mask = handle<toliman_mask, destroy_mask>;

@@ -9,7 +9,7 @@
 #include <toliman/cae.h>
 
 #include "api/bytes_out.hpp"
-#include "api/choice.hpp"
+#include "api/cae_choices.hpp"
 #include "api/guard.hpp"
 #include "api/handles.hpp"
 #include "api/memory.hpp"
@@ -29,18 +29,8 @@ template <class T> T or_default(T value, T otherwise) noexcept {
     return value != 0 ? value : otherwise;
 }
 
-enum class LayoutName { flight, paper };
-
-constexpr Choice<LayoutName> kLayouts = {TOLIMAN_CAE_LAYOUT_FLIGHT, TOLIMAN_CAE_LAYOUT_PAPER, "TOLIMAN_CAE_LAYOUT_..."};
 constexpr Choice<cae::Input> kInputs = {TOLIMAN_CAE_INPUT_WHITENED, TOLIMAN_CAE_INPUT_RAW, "TOLIMAN_CAE_INPUT_..."};
 constexpr Choice<cae::Mode> kModes = {TOLIMAN_CAE_MODE_TIED, TOLIMAN_CAE_MODE_UNSUPERVISED, "TOLIMAN_CAE_MODE_..."};
-constexpr Choice<cae::Encoding> kEncodings = {TOLIMAN_CAE_ENCODING_FLOAT32, TOLIMAN_CAE_ENCODING_FP16,
-                                              "TOLIMAN_CAE_ENCODING_..."};
-
-const cae::Layout &layout_of(int32_t layout) {
-    const LayoutName name = kLayouts.to_enum_or(layout, LayoutName::flight, "options->layout");
-    return name == LayoutName::flight ? cae::kFlight : cae::kPaper;
-}
 
 toliman_cae_train_options known_train_options(const toliman_cae_train_options *given) {
     toliman_cae_train_options options = accept(given, toliman_cae_train_options{}, "options");

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "api/fit_values.hpp"
 #include "api/guard.hpp"
 #include "api/handles.hpp"
 #include "api/memory.hpp"
@@ -55,7 +56,20 @@ double capture_of(const toliman_fit_options &options) {
     return options.capture_px != 0 ? options.capture_px : fit::kCapturePx;
 }
 
-// What the caller knows of a frame. `name` is that of the argument in messages, "prediction" or "predictions".
+// The numbers of a frame that was not fitted are NaN.
+void copy_parameters(const fit::Result &result, size_t n, double *values, double *covariance) {
+    constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+    const bool fitted = (result.flags & fit::not_converged) == 0;
+    for (size_t i = 0; values != nullptr && i < n; i++)
+        values[i] = fitted ? result.values[i] : nan;
+    for (size_t i = 0; covariance != nullptr && i < n * n; i++)
+        covariance[i] = fitted ? result.covariance[i] : nan;
+}
+
+} // namespace
+
+namespace toliman::api {
+
 fit::Prediction prediction_of(const toliman_fit_prediction &given, const char *name) {
     if (given.flags != 0)
         fail(Status::argument, "{%s->flags} = %u: must be 0", name, given.flags);
@@ -75,16 +89,6 @@ fit::Prediction prediction_of(const toliman_fit_prediction &given, const char *n
 
 fit::Prediction prediction_of(const toliman_fit_prediction *given) {
     return given == nullptr ? fit::Prediction() : prediction_of(accept(given, {}, "prediction"), "prediction");
-}
-
-// The numbers of a frame that was not fitted are NaN.
-void copy_parameters(const fit::Result &result, size_t n, double *values, double *covariance) {
-    constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-    const bool fitted = (result.flags & fit::not_converged) == 0;
-    for (size_t i = 0; values != nullptr && i < n; i++)
-        values[i] = fitted ? result.values[i] : nan;
-    for (size_t i = 0; covariance != nullptr && i < n * n; i++)
-        covariance[i] = fitted ? result.covariance[i] : nan;
 }
 
 toliman_fit_result public_result(const fit::Result &result, size_t n) {
@@ -113,7 +117,7 @@ toliman_fit_result public_result(const fit::Result &result, size_t n) {
     return out;
 }
 
-} // namespace
+} // namespace toliman::api
 
 void toliman_fit_options_init(toliman_fit_options *options, size_t size) noexcept {
     deliver_defaults(toliman_fit_options{}, options, size);

@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "api/handle.hpp"
+#include "bank/bank.hpp"
 #include "base/work_pool.hpp"
 #include "cae/network.hpp"
 #include "cae/training.hpp"
@@ -44,6 +45,12 @@ struct toliman_fit : toliman::api::Handle<toliman_fit> {
     // As the estimator of a tracker, fit_source(): a pointer, so that programs without fits are linked without them.
     toliman::api::Source (*source)(const toliman_fit &fit, int64_t time_offset_ns);
     mutable toliman::WorkPool<toliman::fit::FitWork> works{[this] { return fit.work(); }};
+};
+
+struct toliman_bank : toliman::api::Handle<toliman_bank> {
+    static constexpr char kType[] = "toliman_bank";
+    toliman::bank::Bank bank;
+    mutable toliman::WorkPool<toliman::bank::BankWork> works{[this] { return bank.work(); }};
 };
 
 struct toliman_period : toliman::api::Handle<toliman_period> {

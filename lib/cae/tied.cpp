@@ -278,6 +278,26 @@ Network untrained_network(const Layout &layout, Preprocess preprocess, uint64_t 
     return Network(layout, std::move(preprocess), std::move(parameters), seed, false, 0);
 }
 
+Parameters random_encoder(uint64_t seed) {
+    return random_parameters(seed);
+}
+
+double train_encoder(const Buffer<double> &target, const TiedOptions &options, Parameters &weights) {
+    Training state;
+    state.weights = weights;
+    fit(target, options, state);
+    weights = state.weights;
+    return std::sqrt(std::max(0.0, 1 - state.loss));
+}
+
+Buffer<double> gradient_of(const Parameters &weights) {
+    Images images;
+    decode_linear(weights, images);
+    Buffer<double> image;
+    get_decoded(images, image);
+    return image;
+}
+
 Network train_tied(const Network &network, const TiedOptions &options, Training &state) {
     const Layout &layout = network.layout();
     const Input input = network.preprocess().input;

@@ -27,4 +27,12 @@ Network untrained_network(const Layout &layout, Preprocess preprocess, uint64_t 
 // target. Status::unsupported unless can_be_tied().
 Network train_tied(const Network &network, const TiedOptions &options, Training &state);
 
+// Encoders without preprocessing, for images that are whitened already; the tensors of the decoder are 0.
+Parameters random_encoder(uint64_t seed);
+// Trains the encoder for a target [kPixels] of any norm above 0, from given weights on. Returns the cosine of gradient
+// and target.
+double train_encoder(const Buffer<double> &target, const TiedOptions &options, Parameters &weights);
+// d latent/d image at 0 of an encoder of layout `flight` without biases: [kPixels].
+Buffer<double> gradient_of(const Parameters &weights);
+
 } // namespace toliman::cae

@@ -83,13 +83,14 @@ Fit::Fit(const optics::Simulator &simulator, const std::vector<Parameter> &free,
     Result result;
     predict({}, nullptr, first, result);
     sigma_px_ = std::sqrt(result.covariance[0]);
+    digest_ = digest_of_all();
 }
 
 FitWork Fit::work() const {
     return {model_.work(), Search(rows(), cols(), capture_px_), Buffer<double>(rows() * cols())};
 }
 
-uint64_t Fit::digest() const noexcept {
+uint64_t Fit::digest_of_all() const noexcept {
     const Detector &detector = scene_.detector;
     const auto &offset = light_.offset_px;
     uint64_t hash = fnv1a(std::array<double, 11>{capture_px_, share_a_, centre_[0], centre_[1], offset[0][0],
@@ -106,10 +107,13 @@ uint64_t Fit::digest() const noexcept {
     return hash;
 }
 
-Fit::Start Fit::start_of(const Prediction &prediction) const {
-    const optics::Offsets offset =
-        scene_.binary.moving ? optics::offsets_at(scene_, light_, prediction.days) : light_.offset_px;
-    double apart[2] = {offset[1][0] - offset[0][0], offset[1][1] - offset[0][1]};
+std::array<double, 2> Fit::difference(double days) const {
+    const optics::Offsets offset = scene_.binary.moving ? optics::offsets_at(scene_, light_, days) : light_.offset_px;
+    return {offset[1][0] - offset[0][0], offset[1][1] - offset[0][1]};
+}
+
+Fit::Start Fit::places_of(const Prediction &prediction) const {
+    std::array<double, 2> apart = difference(prediction.days);
     if (prediction.separation_px != 0) {
         const double angle = (prediction.position_angle_deg - scene_.detector.rotation_deg) * kDegree;
         const auto pixels = geometry_of(scene_.detector).to_pixels(-std::sin(angle), std::cos(angle));
@@ -124,6 +128,11 @@ Fit::Start Fit::start_of(const Prediction &prediction) const {
         start.values[x_a + axis] = centre - share_a_ * apart[axis];
         start.values[x_b + axis] = centre + (1 - share_a_) * apart[axis];
     }
+    return start;
+}
+
+Fit::Start Fit::start_of(const Prediction &prediction) const {
+    const Start start = places_of(prediction);
     if (!model_.covers(start.values))
         fail(Status::argument,
              "{prediction}: stars at (%g, %g) and (%g, %g) px from the centre of the frame: outside the range of the "
@@ -264,6 +273,8 @@ void Fit::report(const double *values, const Work &work, Result &result) const {
                     sum += derivative(i, k) * work.matrix[k * n + l] * derivative(j, l);
             result.covariance[i * n + j] = sum;
         }
+    std::copy_n(values, n, result.state.values);
+    std::copy_n(work.matrix.data(), n * n, result.state.covariance);
     std::copy_n(values, n, result.values);
     result.values[0] = separation;
     result.values[1] = std::remainder(std::atan2(-on_sky[0], on_sky[1]) / kDegree + scene_.detector.rotation_deg, 360);

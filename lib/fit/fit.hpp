@@ -1,5 +1,6 @@
 // Maximum-likelihood fit of the forward model to one frame: it follows the stars wherever orbit and pointing move them.
 #pragma once
+#include <array>
 #include <cmath>
 #include <memory>
 #include <vector>
@@ -20,6 +21,11 @@ struct Prediction {
 
 enum Flag : uint32_t { not_converged = 1, outlier = 2, saturated = 4, edge = 8, searched = 16 };
 
+// Parameters as the model takes them (fit/model.hpp), and their covariance, the inverse Fisher matrix.
+struct State {
+    double values[kMostParameters] = {}, covariance[kMostParameters * kMostParameters] = {}; // [n], [n][n]
+};
+
 // toliman_fit_result; values and covariance in the order of Fit::parameters().
 struct Result {
     uint32_t flags = 0;
@@ -27,6 +33,7 @@ struct Result {
     int iterations = 0;
     size_t excluded = 0;
     double values[kMostParameters] = {}, covariance[kMostParameters * kMostParameters] = {}; // [n], [n][n]
+    State state;
 };
 
 // Working memory of one thread: Fit::work().
@@ -47,6 +54,8 @@ class Fit {
     FitWork work() const;
     // Fits counts of rows() x cols(). The result depends on the arguments only.
     void frame(ImageView<const double> counts, const Prediction &prediction, FitWork &work, Result &result) const;
+    // Whether the model images cover the predicted places.
+    bool covers(const Prediction &prediction) const { return model_.covers(places_of(prediction).values); }
     // The expected counts, unless NULL, and the result of their fit: values and covariance.
     void predict(const Prediction &prediction, const ImageView<double> *counts, FitWork &work, Result &result) const;
 
@@ -55,19 +64,24 @@ class Fit {
     size_t cols() const noexcept { return scene_.detector.cols; }
     double capture_px() const noexcept { return capture_px_; }
     const Model &model() const noexcept { return model_; }
+    double last_days() const noexcept { return longest_days(scene_.cadence); } // of the scene's frames
+    // Predicted place of B minus that of A, px, without a separation given.
+    std::array<double, 2> difference(double days) const;
     double sigma_px() const noexcept { return sigma_px_; } // of the separation in the scene at time 0
-    uint64_t digest() const noexcept;
+    uint64_t digest() const noexcept { return digest_; }
 
   private:
     struct Start {
         double values[kMostParameters] = {};
         double separation_px = 0;
     };
+    Start places_of(const Prediction &prediction) const;
     Start start_of(const Prediction &prediction) const;
     bool step(ImageView<const double> counts, double blend, double *values, FitWork &work, double &moved) const;
     bool converge(ImageView<const double> counts, double *values, FitWork &work, Result &result) const;
     bool search(ImageView<const double> counts, const Start &start, double *values, FitWork &work) const;
     void report(const double *values, const Work &work, Result &result) const;
+    uint64_t digest_of_all() const noexcept;
 
     Scene scene_;
     optics::Light light_;
@@ -76,6 +90,7 @@ class Fit {
     double capture_px_, share_a_; // share_a: of the separation, from the scene's centre to A
     double centre_[2];            // of the scene, px from the centre of the frame
     double sigma_px_ = 0;
+    uint64_t digest_ = 0;
 };
 
 } // namespace toliman::fit

@@ -28,7 +28,7 @@ constexpr double kVarianceFloor = 1e-12; // of the largest expected pixel, as in
 // Lines of the working memory: of each star the image and its five derivatives by the place, then further planes; then
 // those of both stars.
 constexpr size_t kPlaceLines = 6;
-enum Shared : size_t { image_a, image_b, ones, light, weight, residual, products, first_extra };
+enum Shared : size_t { image_a, image_b, ones, light, weight, residual, products, predicted_light, first_extra };
 
 // A sum of lines.
 class Mix {
@@ -50,6 +50,15 @@ class Mix {
     size_t line_[kernels::kMostTaps] = {}, count_ = 0;
     double factor_[kernels::kMostTaps] = {};
 };
+
+// Places move a star with its flux: the factor of the derivative by parameter i.
+double scale_of(size_t i, const double *values) noexcept {
+    return i < flux_a ? 1 + values[flux_a + i / 2] : 1;
+}
+
+double sum_of(const double *lane) noexcept {
+    return ((lane[0] + lane[1]) + (lane[2] + lane[3])) + ((lane[4] + lane[5]) + (lane[6] + lane[7]));
+}
 
 // The light of one star alone.
 optics::Light only(optics::Light light, size_t star) {
@@ -197,23 +206,24 @@ size_t Model::image(size_t star) const noexcept {
     return extras_.empty() ? line_of(star, 0) : shared(star == 0 ? image_a : image_b);
 }
 
-void Model::prepare(const double *values, Work &work) const noexcept {
+void Model::prepare(const double *values, size_t orders, Places &places) const noexcept {
     for (size_t star = 0; star < 2; star++)
-        work.place[star] = atlas_->place(star, values[2 * star], values[2 * star + 1], orders_);
+        places[star] = atlas_->place(star, values[2 * star], values[2 * star + 1], orders);
 }
 
-// Lines of both stars, of the light, and of the further parameters.
-void Model::compute_row(const double *values, size_t r, Work &work) const noexcept {
+// Lines of both stars and of the light; with all orders of the places, those of the further parameters, too.
+void Model::compute_row(const double *values, const Places &places, size_t orders, size_t r,
+                        Work &work) const noexcept {
     double *const lines = work.lines.data();
     const auto line = [&](size_t number) { return lines + number * pitch_; };
     for (size_t star = 0; star < 2; star++) {
         double *out[kPlaceLines];
         for (size_t i = 0; i < kPlaceLines; i++)
             out[i] = line(line_of(star, 0) + i);
-        atlas_->row(star, 0, work.place[star], r, orders_, out, work.scratch.data());
+        atlas_->row(star, 0, places[star], r, orders, out, work.scratch.data());
         for (size_t plane = 1; plane < atlas_->planes(star); plane++) {
             out[0] = line(line_of(star, plane));
-            atlas_->row(star, plane, work.place[star], r, 1, out, work.scratch.data());
+            atlas_->row(star, plane, places[star], r, 1, out, work.scratch.data());
         }
         if (extras_.empty())
             continue;
@@ -236,6 +246,8 @@ void Model::compute_row(const double *values, size_t r, Work &work) const noexce
     mix.add(image(1), 1 + values[flux_b]);
     mix.add(shared(ones), values[background]);
     mix.sum(lines, pitch_, cols_, line(shared(light)));
+    if (orders < orders_)
+        return;
     for (size_t k = 0; k < extras_.size(); k++) {
         const Extra &extra = extras_[k];
         Mix derivative;
@@ -259,35 +271,35 @@ void Model::counts_of_row(size_t r, const Work &work, double *counts) const noex
         counts[i] = (std::max(0.0, photons[i] * response[i]) + how_.dark) / how_.e_per_count + how_.bias;
 }
 
+// Weights and residuals of the counts of a row, or of those expected, whose light is known.
+void Model::weigh_row(const ImageView<const double> *counts, size_t r, double blend, Work &work) const {
+    double *const lines = work.lines.data(), *const expected = lines + shared(products) * pitch_;
+    if (counts == nullptr)
+        counts_of_row(r, work, expected);
+    const double *const given = counts != nullptr ? counts->row(r) : expected;
+    if (!kernels::normal_kernels().weigh(given, lines + shared(light) * pitch_, &response_[r * cols_], how_, blend,
+                                         cols_, lines + shared(weight) * pitch_, lines + shared(residual) * pitch_,
+                                         &work.used, &work.saturated))
+        refuse(given, r);
+}
+
 void Model::linearise(const ImageView<const double> *counts, const double *values, double blend, Work &work) const {
     const size_t n = parameters();
     double *const lines = work.lines.data();
-    prepare(values, work);
+    prepare(values, orders_, work.places);
     std::fill(work.sums.begin(), work.sums.end(), 0.0);
     work.used = work.saturated = 0;
     for (size_t r = 0; r < rows_; r++) {
-        compute_row(values, r, work);
-        double *const expected = lines + shared(products) * pitch_;
-        if (counts == nullptr)
-            counts_of_row(r, work, expected);
-        const double *const given = counts != nullptr ? counts->row(r) : expected;
-        if (!kernels::normal_kernels().weigh(given, lines + shared(light) * pitch_, &response_[r * cols_], how_, blend,
-                                             cols_, lines + shared(weight) * pitch_, lines + shared(residual) * pitch_,
-                                             &work.used, &work.saturated))
-            refuse(given, r);
+        compute_row(values, work.places, orders_, r, work);
+        weigh_row(counts, r, blend, work);
         kernels::normal_kernels().add(work.columns.data(), n + 1, lines + shared(weight) * pitch_, cols_,
                                       lines + shared(products) * pitch_, work.sums.data());
     }
-    // Places move a star with its flux.
-    const auto scale = [values](size_t i) { return i < flux_a ? 1 + values[flux_a + i / 2] : 1; };
-    const auto sum = [&](size_t i, size_t j) {
-        const double *const lane = &work.sums[(i * (n + 1) + j) * kernels::kNormalLanes];
-        return ((lane[0] + lane[1]) + (lane[2] + lane[3])) + ((lane[4] + lane[5]) + (lane[6] + lane[7]));
-    };
+    const auto sum = [&](size_t i, size_t j) { return sum_of(&work.sums[(i * (n + 1) + j) * kernels::kNormalLanes]); };
     for (size_t i = 0; i < n; i++) {
         for (size_t j = i; j < n; j++)
-            work.matrix[i * n + j] = scale(i) * scale(j) * sum(i, j);
-        work.gradient[i] = scale(i) * sum(i, n);
+            work.matrix[i * n + j] = scale_of(i, values) * scale_of(j, values) * sum(i, j);
+        work.gradient[i] = scale_of(i, values) * sum(i, n);
     }
     work.chi_square = sum(n, n);
     work.inverse_counts = work.matrix[background * n + background];
@@ -301,11 +313,55 @@ void Model::refuse(const double *counts, size_t r) const {
 }
 
 void Model::expect(const double *values, ImageView<double> counts, Work &work) const {
-    prepare(values, work);
+    prepare(values, orders_, work.places);
     for (size_t r = 0; r < rows_; r++) {
-        compute_row(values, r, work);
+        compute_row(values, work.places, orders_, r, work);
         counts_of_row(r, work, counts.row(r));
     }
+}
+
+void Model::whiten_derivative(const double *values, const double *coefficients, double *image, Work &work) const {
+    const double *const lines = work.lines.data();
+    prepare(values, orders_, work.places);
+    for (size_t r = 0; r < rows_; r++) {
+        compute_row(values, work.places, orders_, r, work);
+        weigh_row(nullptr, r, 0, work);
+        double *const out = image + r * cols_;
+        const double *const weights = lines + shared(weight) * pitch_;
+        for (size_t c = 0; c < cols_; c++) {
+            double sum = 0;
+            for (size_t i = 0; i < parameters(); i++)
+                sum += coefficients[i] * scale_of(i, values) * work.columns[i][c];
+            out[c] = std::sqrt(weights[c]) * sum;
+        }
+    }
+}
+
+void Model::whiten_residual(const ImageView<const double> *counts, const double *predicted, const double *values,
+                            const double *filter, double *image, double *filtered, Work &work) const {
+    const size_t n = parameters(), value_orders = orders_ > 2 ? orders_ : 1; // jitter is a second derivative
+    const kernels::NormalKernels &kernel = kernels::normal_kernels();
+    double *const lines = work.lines.data();
+    const auto line = [&](size_t number) { return lines + shared(number) * pitch_; };
+    const bool elsewhere = predicted != values;
+    if (elsewhere)
+        prepare(predicted, value_orders, work.predicted);
+    prepare(values, orders_, work.places);
+    std::fill(work.sums.begin(), work.sums.end(), 0.0);
+    for (size_t r = 0; r < rows_; r++) {
+        if (elsewhere) {
+            compute_row(predicted, work.predicted, value_orders, r, work);
+            std::copy_n(line(light), cols_, line(predicted_light));
+        }
+        compute_row(values, work.places, orders_, r, work);
+        weigh_row(counts, r, 0, work);
+        kernel.whiten(line(weight), line(residual), line(light), line(elsewhere ? predicted_light : light), cols_,
+                      image + r * cols_);
+        kernel.correlate(work.columns.data(), n, line(weight), filter + r * cols_, cols_, line(products),
+                         work.sums.data());
+    }
+    for (size_t i = 0; i <= n; i++)
+        filtered[i] = (i < n ? scale_of(i, values) : 1) * sum_of(&work.sums[i * kernels::kNormalLanes]);
 }
 
 uint64_t Model::digest() const noexcept {

@@ -20,7 +20,7 @@ enum Index : size_t { x_a, y_a, x_b, y_b, flux_a, flux_b, background, always };
 
 // Working memory of one thread.
 struct Work {
-    optics::Atlas::Place place[2] = {};
+    optics::Atlas::Place places[2] = {}, predicted[2] = {};
     Buffer<double> lines, scratch;                         // rows of images; of the atlas
     std::vector<const double *> columns;                   // lines of the derivatives, then the residual
     Buffer<double> sums, matrix;                           // Fisher matrix [n][n]
@@ -53,6 +53,16 @@ class Model {
     // Expected counts [rows][cols].
     void expect(const double *values, ImageView<double> counts, Work &work) const;
 
+    // Whitened images [rows][cols]: over the standard deviations of the expected counts at `values`, 0 where a pixel
+    // saturates. The derivatives J_i of the counts are taken at `values`, too.
+    // The sum over i of coefficients[i] J_i.
+    void whiten_derivative(const double *values, const double *coefficients, double *image, Work &work) const;
+    // Counts (NULL: those expected at `values`) minus those expected at `predicted`, which may be `values`; and
+    // filtered [parameters() + 1], the inner products of whitened J_i and filter [rows][cols], the last one of filter
+    // and filter.
+    void whiten_residual(const ImageView<const double> *counts, const double *predicted, const double *values,
+                         const double *filter, double *image, double *filtered, Work &work) const;
+
     double bias() const noexcept { return how_.bias; }
     uint64_t digest() const noexcept;
 
@@ -71,8 +81,10 @@ class Model {
     size_t image(size_t star) const noexcept;
     size_t shared(size_t line) const noexcept;
     void check_planes() const;
-    void prepare(const double *values, Work &work) const noexcept;
-    void compute_row(const double *values, size_t r, Work &work) const noexcept;
+    using Places = optics::Atlas::Place[2];
+    void prepare(const double *values, size_t orders, Places &places) const noexcept;
+    void compute_row(const double *values, const Places &places, size_t orders, size_t r, Work &work) const noexcept;
+    void weigh_row(const ImageView<const double> *counts, size_t r, double blend, Work &work) const;
     void counts_of_row(size_t r, const Work &work, double *counts) const noexcept;
     [[noreturn]] void refuse(const double *counts, size_t r) const;
 

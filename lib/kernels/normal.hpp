@@ -30,6 +30,18 @@ struct NormalKernels {
     //           distributed over the lanes
     void (*add)(const double *const *lines, size_t count, const double *weight, size_t n, double *scratch,
                 double *sums) noexcept;
+
+    // Given     weight, residual, light [n] as of weigh; predicted [n], photons of another model
+    // Returned  weight: its square root; image [n] = sqrt(weight) (residual + light - predicted): the residual of that
+    //           model over its sigma
+    void (*whiten)(double *weight, const double *residual, const double *light, const double *predicted, size_t n,
+                   double *image) noexcept;
+
+    // Given     lines[count], root (of the weight), filter, scratch: of n elements each
+    // Returned  sums[count + 1][kNormalLanes]: plus sum over pixels of root filter line_i; the last one plus filter^2
+    //           over pixels of nonzero weight
+    void (*correlate)(const double *const *lines, size_t count, const double *root, const double *filter, size_t n,
+                      double *scratch, double *sums) noexcept;
 };
 TOLIMAN_ISA_DECLARE(NormalKernels, normal)
 

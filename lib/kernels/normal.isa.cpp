@@ -3,6 +3,8 @@
 // which is 1e-8 of the noise of a gradient.
 #include "kernels/normal.hpp"
 
+#include <cmath>
+
 namespace toliman::kernels {
 namespace TOLIMAN_ISA {
 namespace {
@@ -77,10 +79,39 @@ void add(const double *const *lines, size_t count, const double *weight, size_t 
         }
     }
 }
+void whiten(double *weight, const double *residual, const double *light, const double *predicted, size_t n,
+            double *image) noexcept {
+    for (size_t i = 0; i < n; i++) {
+        weight[i] = std::sqrt(weight[i]);
+        image[i] = weight[i] * (residual[i] + (light[i] - predicted[i]));
+    }
+}
+
+void correlate(const double *const *lines, size_t count, const double *root, const double *filter, size_t n,
+               double *scratch, double *sums) noexcept {
+    for (size_t i = 0; i < n; i++)
+        scratch[i] = root[i] > 0 ? filter[i] : 0;
+    double *into[kColumns] = {sums + count * kNormalLanes};
+    const double *const self[] = {scratch};
+    products<1>(scratch, self, n, into);
+    for (size_t i = 0; i < n; i++)
+        scratch[i] *= root[i];
+    size_t j = 0;
+    for (; j + kColumns <= count; j += kColumns) {
+        for (size_t c = 0; c < kColumns; c++)
+            into[c] = sums + (j + c) * kNormalLanes;
+        products<kColumns>(scratch, lines + j, n, into);
+    }
+    for (; j < count; j++) {
+        into[0] = sums + j * kNormalLanes;
+        products<1>(scratch, lines + j, n, into);
+    }
+}
 
 } // namespace
 } // namespace TOLIMAN_ISA
 
-const NormalKernels TOLIMAN_ISA_TABLE(normal) = {TOLIMAN_ISA::weigh, TOLIMAN_ISA::add};
+const NormalKernels TOLIMAN_ISA_TABLE(normal) = {TOLIMAN_ISA::weigh, TOLIMAN_ISA::add, TOLIMAN_ISA::whiten,
+                                                 TOLIMAN_ISA::correlate};
 
 } // namespace toliman::kernels

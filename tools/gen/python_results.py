@@ -27,6 +27,10 @@ RESULTS = {
     "toliman_cae_info": "NetworkInfo",
     "toliman_components_training": "ComponentsTraining",
     "toliman_components_info": "ComponentsInfo",
+    "toliman_bank_info": "BankInfo",
+    "toliman_bank_network": "BankNetwork",
+    "toliman_bank_plan_info": "BankPlan",
+    "toliman_bank_result": "BankResult",
     "toliman_fit_info": "FitInfo",
     "toliman_fit_result": "FitResult",
     "toliman_mask_info": "MaskInfo",
@@ -76,6 +80,7 @@ FLAGS = {
                                 "TOLIMAN_PERIOD_INACCURATE"),
     "toliman_period_info": ("TOLIMAN_PERIOD_FIXED_MEAN", "TOLIMAN_PERIOD_DOUBLE_LIMB"),
     "toliman_ingest_header_time": ("TOLIMAN_INGEST_ASSUMED", "TOLIMAN_INGEST_EXPIRED"),
+    "toliman_bank_result": ("TOLIMAN_BANK_NOT_FITTED", "TOLIMAN_BANK_OUTSIDE", "TOLIMAN_BANK_LOW_EFFICIENCY"),
     "toliman_fit_result": ("TOLIMAN_FIT_NOT_CONVERGED", "TOLIMAN_FIT_OUTLIER", "TOLIMAN_FIT_SATURATED", "TOLIMAN_FIT_EDGE",
                            "TOLIMAN_FIT_SEARCHED"),
 }

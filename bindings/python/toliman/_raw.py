@@ -125,6 +125,43 @@ class toliman_machine(Sized):
     ]
 
 
+# Pixel types: unsigned (U) and signed (I) integers and floating-point numbers (F) of 8 to 64 bits. Types without
+# suffix have the byte order of the machine, which is little-endian. BE is big-endian, the byte order of telemetry.
+TOLIMAN_PIXEL_U8 = 31
+TOLIMAN_PIXEL_U16 = 32
+TOLIMAN_PIXEL_U32 = 33
+TOLIMAN_PIXEL_I16 = 34
+TOLIMAN_PIXEL_I32 = 35
+TOLIMAN_PIXEL_F32 = 36
+TOLIMAN_PIXEL_F64 = 37
+TOLIMAN_PIXEL_U16BE = 38
+TOLIMAN_PIXEL_U32BE = 39
+TOLIMAN_PIXEL_I16BE = 40
+TOLIMAN_PIXEL_F32BE = 41
+
+
+class toliman_image(Sized):
+    """View of one or more frames in memory, which the library only reads. Pixel (row, column) of frame k is pixels[k *
+    frame_stride + row * stride + column]. Since 0.2.
+    struct_size: sizeof(toliman_image)
+    pixel: TOLIMAN_PIXEL_..., 0 = F64
+    pixels: aligned to the size of a pixel
+    rows: shape of a frame, which must be the shape that the object expects; 0 = that shape
+    cols: shape of a frame, which must be the shape that the object expects; 0 = that shape
+    stride: pixels from row to row, at least cols; 0 = cols
+    frame_stride: pixels from frame to frame, at least 1 (frames may overlap); 0 = rows * stride"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("pixel", c_int32),
+        ("pixels", c_void_p),
+        ("rows", c_int64),
+        ("cols", c_int64),
+        ("stride", c_int64),
+        ("frame_stride", c_int64),
+    ]
+
+
 class toliman_sim(Structure):
     """Simulator: a prepared scene. Each image is computed once, and only if it is needed: the images of the stars when the
     simulator is created, derivatives and Cramer-Rao bounds by the first call that uses them; TOLIMAN_E_SCENE from such
@@ -346,138 +383,6 @@ class toliman_sim_offsets(Sized):
     ]
 
 
-class toliman_sim_budget_options(Sized):
-    """Options of a budget. Since 0.2.
-    free_names: names of the free parameters, separated by spaces or commas; "" = none; NULL = those of
-        preprocess.project
-    frames: frames that share the parameters of the instrument, 0 = 1
-    earth_px: displacement due to an Earth, px; 0 = that of the scene"""
-
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("reserved", c_uint32),
-        ("free_names", c_char_p),
-        ("frames", c_int64),
-        ("earth_px", c_double),
-    ]
-
-
-class toliman_sim_budget(Sized):
-    """Summary of a budget. Since 0.2.
-    struct_size: in: sizeof(toliman_sim_budget)
-    reserved: 0
-    crb_px: standard deviation of the separation in one frame, px, all free parameters fitted to this
-        frame alone; infinite if they leave nothing of the signal
-    crb_shared_px: the same for each of `frames` identical frames that share the parameters of the
-        instrument, while those of a frame are free in each
-    uas_per_px: angle of a displacement of 1 px, microarcsec
-    earth_px: displacement due to an Earth, px; NaN if not known
-    earth_from: where it comes from: "the options", "the planet of the scene", "an Earth at 1.23 au of
-        star A" (0.71 au of B; from the star's mass_sun and the distance_pc), "the amplitude of
-        the signal" or "not known". Static text
-    free_count: free parameters
-    steps: steps of toliman_sim_get_budget_steps; later versions may append some
-    rows: rows of toliman_sim_get_budget_rows"""
-
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("reserved", c_uint32),
-        ("crb_px", c_double),
-        ("crb_shared_px", c_double),
-        ("uas_per_px", c_double),
-        ("earth_px", c_double),
-        ("earth_from", c_char_p),
-        ("free_count", c_size_t),
-        ("steps", c_size_t),
-        ("rows", c_size_t),
-    ]
-
-
-class toliman_sim_budget_step(Sized):
-    """Bounds with one set of free parameters. Since 0.2.
-    struct_size: in, in the first element: sizeof(toliman_sim_budget_step)
-    reserved: 0
-    name: "alone", "fluxes, shift", "eight" (with roll, scale, focus and background), "eight +
-        jitter", "eight + Noll 5-10", "eight + temperatures", "all of these", "all + wavelength".
-        Static text
-    crb_px: as in toliman_sim_budget, with this set free"""
-
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("reserved", c_uint32),
-        ("name", c_char_p),
-        ("crb_px", c_double),
-        ("crb_shared_px", c_double),
-    ]
-
-
-class toliman_sim_budget_row(Sized):
-    """One parameter of a budget. Amounts are absolute values; NaN where they are not known and infinite where the parameter
-    has no effect. Since 0.2.
-    struct_size: in, in the first element: sizeof(toliman_sim_budget_row)
-    is_free: 1 if the parameter is free, else 0
-    name: unit: "px", "nm", "K", ..., "" for a ratio. Static text
-    unit: unit: "px", "nm", "K", ..., "" for a ratio. Static text
-    bias_px: not free: error of the separation per unit of the parameter; NaN if free
-    curvature_px: free: error of the separation per unit squared that the fit leaves; 0 if frames depend
-        linearly on the parameter, NaN if it is not known: jitter, motions of the mask, the
-        engine PADDED_FFT, and parameters that are not free
-    earth_amount: amount of the parameter that has the effect of an Earth
-    tenth_crb_amount: amount that has the effect of a tenth of crb_px
-    deviation: free: standard deviation of the parameter in the fit; NaN if it depends on others
-    correlation: free: correlation with the separation, -1 to 1; NaN if it depends on others"""
-
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("is_free", c_int32),
-        ("name", c_char_p),
-        ("unit", c_char_p),
-        ("bias_px", c_double),
-        ("curvature_px", c_double),
-        ("earth_amount", c_double),
-        ("tenth_crb_amount", c_double),
-        ("deviation", c_double),
-        ("correlation", c_double),
-    ]
-
-
-# Pixel types: unsigned (U) and signed (I) integers and floating-point numbers (F) of 8 to 64 bits. Types without
-# suffix have the byte order of the machine, which is little-endian. BE is big-endian, the byte order of telemetry.
-TOLIMAN_PIXEL_U8 = 31
-TOLIMAN_PIXEL_U16 = 32
-TOLIMAN_PIXEL_U32 = 33
-TOLIMAN_PIXEL_I16 = 34
-TOLIMAN_PIXEL_I32 = 35
-TOLIMAN_PIXEL_F32 = 36
-TOLIMAN_PIXEL_F64 = 37
-TOLIMAN_PIXEL_U16BE = 38
-TOLIMAN_PIXEL_U32BE = 39
-TOLIMAN_PIXEL_I16BE = 40
-TOLIMAN_PIXEL_F32BE = 41
-
-
-class toliman_image(Sized):
-    """View of one or more frames in memory, which the library only reads. Pixel (row, column) of frame k is pixels[k *
-    frame_stride + row * stride + column]. Since 0.2.
-    struct_size: sizeof(toliman_image)
-    pixel: TOLIMAN_PIXEL_..., 0 = F64
-    pixels: aligned to the size of a pixel
-    rows: shape of a frame, which must be the shape that the object expects; 0 = that shape
-    cols: shape of a frame, which must be the shape that the object expects; 0 = that shape
-    stride: pixels from row to row, at least cols; 0 = cols
-    frame_stride: pixels from frame to frame, at least 1 (frames may overlap); 0 = rows * stride"""
-
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("pixel", c_int32),
-        ("pixels", c_void_p),
-        ("rows", c_int64),
-        ("cols", c_int64),
-        ("stride", c_int64),
-        ("frame_stride", c_int64),
-    ]
-
-
 class toliman_cae(Structure):
     """Network. Functions that take a const network may run on one network from several threads."""
 
@@ -662,113 +567,6 @@ class toliman_cae_save_options(Sized):
     ]
 
 
-class toliman_components(Structure):
-    """Collection of frames of a scene and their components. Each component gives one value per frame, in the order in
-    which the frames were pushed. Functions that take a const collection may run on one collection from several
-    threads."""
-
-
-class toliman_components_options(Sized):
-    """Options of a collection.
-    raw: 0: residuals (counts - reference)/sigma, with preprocess.project projected out;
-        1: counts
-    bin: sums blocks of bin x bin pixels before whitening; must be a divisor of rows and of columns; 0
-        = 1
-    capacity: largest number of frames, 2 ... 16384; 0 = number of frames of the scene's cadence
-    allocator: for the large arrays of the object; NULL = malloc
-    log: receives warnings about preprocess.project; may be NULL. Since 0.2"""
-
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("raw", c_uint32),
-        ("bin", c_uint32),
-        ("capacity", c_uint32),
-        ("allocator", POINTER(toliman_allocator)),
-        ("log", toliman_log_fn),
-        ("log_data", c_void_p),
-    ]
-
-
-# Methods of toliman_components_train.
-TOLIMAN_COMPONENTS_PCA = 401  # principal component analysis
-TOLIMAN_COMPONENTS_DICTIONARY = 402  # sparse dictionary learning
-
-
-class toliman_components_train_options(Sized):
-    """Training options.
-    method: TOLIMAN_COMPONENTS_..., 0 = PCA
-    components: number of components: 1 ... 64, fewer than frames; 0 = 1
-    threads: worker threads, 0 = one per processor; results do not depend on the number
-    iterations: dictionary: largest number of iterations; 0 = 200
-    reserved: 0
-    lambda: dictionary: lambda of toliman_components_train; in [0, 1e6], 0 = 1
-    seed: dictionary: seed of the random initial atoms
-    progress: may be NULL"""
-
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("method", c_int32),
-        ("components", c_uint32),
-        ("threads", c_uint32),
-        ("iterations", c_uint32),
-        ("reserved", c_uint32),
-        ("lambda", c_double),
-        ("seed", c_uint64),
-        ("progress", toliman_progress_fn),
-        ("progress_data", c_void_p),
-    ]
-
-
-class toliman_components_training(Sized):
-    """Training result.
-    struct_size: in: sizeof(toliman_components_training)
-    iterations: dictionary: number of iterations; 0 for PCA
-    converged: 1: the last iteration improved the objective by less than 1e-5 of the total improvement;
-        0: stopped by the limit on iterations
-    objective: dictionary: objective / objective without atoms, 0 ... 1; 0 for PCA and for identical frames"""
-
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("iterations", c_uint32),
-        ("converged", c_uint32),
-        ("reserved", c_uint32),
-        ("objective", c_double),
-    ]
-
-
-class toliman_components_info(Sized):
-    """Properties of a collection.
-    struct_size: in: sizeof(toliman_components_info)
-    raw: as in the options
-    bin: as in the options
-    projected: number of nuisance images projected out; 0 if raw
-    capacity: largest number of frames
-    frames: number of frames pushed
-    pixels: pixels of a frame after binning
-    components: number of trained components; 0 before training
-    crb_px: Cramer-Rao bound of a binned frame with the projected nuisances unknown; NaN if raw
-    threshold_px: Detection threshold of PCA, in the limit of many frames and pixels: smallest amplitude (px) of a sinusoidal
-        separation that the leading principal component responds to. For N frames of p independent pixels with unit
-        noise, where p = pixels - projected, the eigenvalue of the signal is l = A^2/(2 crb^2). It must exceed
-        sqrt(p/N); hence A = crb sqrt(2 sqrt(p/N)) (Baik, Ben Arous, Peche 2005). Above the threshold, the squared
-        cosine between principal image and signal is (1 - p/N/l^2)/(1 + p/N/l) (Paul 2007), and the squared correlation
-        between series and signal is (1 - p/N/l^2)/(1 + 1/l) (Benaych-Georges and Nadakuditi 2012). +infinity without
-        frames, NaN if raw."""
-
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("raw", c_uint32),
-        ("bin", c_uint32),
-        ("projected", c_uint32),
-        ("capacity", c_int64),
-        ("frames", c_int64),
-        ("pixels", c_int64),
-        ("components", c_int64),
-        ("crb_px", c_double),
-        ("threshold_px", c_double),
-    ]
-
-
 # Scopes of parameters: where a parameter has one value.
 TOLIMAN_SIM_SCOPE_FRAME = 341  # in a frame; it varies from frame to frame
 TOLIMAN_SIM_SCOPE_INSTRUMENT = 342  # in all frames
@@ -919,6 +717,368 @@ class toliman_fit_result(Sized):
         ("chi_square", c_double),
         ("iterations", c_int32),
         ("excluded", c_int32),
+    ]
+
+
+class toliman_bank(Structure):
+    """Bank of networks. Functions that take a const bank may run on one bank from several threads; all others need
+    exclusive use."""
+
+
+class toliman_bank_options(Sized):
+    """Options of a bank.
+    layout: TOLIMAN_CAE_LAYOUT_..., 0 = FLIGHT
+    first_days: dates of the frames, days of scene time (toliman_fit_prediction.time_days);
+        both 0: those of the scene's frames
+    last_days: dates of the frames, days of scene time (toliman_fit_prediction.time_days);
+        both 0: those of the scene's frames
+    spacing_px: largest change of the difference of the stars' places from one date to the
+        next, px, in [0.05, 4]; 0 = 0.5
+    places: sub-pixel places along x and along y, at most 8; 0 = 3
+    steps: of the training of each network; 0 = 600
+    seed: of the initial weights; 0 = 1
+    allocator: for the large arrays of the object; NULL = malloc"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("layout", c_int32),
+        ("first_days", c_double),
+        ("last_days", c_double),
+        ("spacing_px", c_double),
+        ("places", c_uint32),
+        ("steps", c_uint32),
+        ("seed", c_uint64),
+        ("allocator", POINTER(toliman_allocator)),
+    ]
+
+
+class toliman_bank_plan_info(Sized):
+    """Size and cost of a bank, before it is made.
+    struct_size: in: sizeof(toliman_bank_plan_info)
+    dates: dates along the orbit, 1 for a scene whose stars do not move
+    places: sub-pixel places at each date, of both axes: the square of the option
+    networks: dates times places
+    first_days: dates covered, days of scene time
+    last_days: dates covered, days of scene time
+    bytes_float32: size when saved, uncompressed
+    bytes_half: the same as bf16 or fp16
+    train_s: training on one processor, s, estimated"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("dates", c_uint32),
+        ("places", c_uint32),
+        ("networks", c_uint32),
+        ("first_days", c_double),
+        ("last_days", c_double),
+        ("bytes_float32", c_uint64),
+        ("bytes_half", c_uint64),
+        ("train_s", c_double),
+    ]
+
+
+class toliman_bank_train_options(Sized):
+    """Options of a training.
+    threads: worker threads, 0 = one per processor
+    progress: may be NULL"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("threads", c_uint32),
+        ("progress", toliman_progress_fn),
+        ("progress_data", c_void_p),
+    ]
+
+
+class toliman_bank_info(Sized):
+    """Properties of a bank.
+    struct_size: in: sizeof(toliman_bank_info)
+    networks: dates times places
+    trained_networks: number of them that are trained
+    dates: as in toliman_bank_plan_info
+    places: as in toliman_bank_plan_info
+    steps: of the training of each network
+    first_days: dates covered, days of scene time
+    last_days: dates covered, days of scene time
+    spacing_px: as in the options, default resolved
+    rows: shape of the frames
+    cols: shape of the frames
+    layout: "flight" or "paper"; static text
+    seed: of the initial weights
+    fit_digest: toliman_fit_info.digest of the fit for which the bank was made
+    digest: FNV-1a of all that determines results: fit_digest, places and weights"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("networks", c_uint32),
+        ("trained_networks", c_uint32),
+        ("dates", c_uint32),
+        ("places", c_uint32),
+        ("steps", c_uint32),
+        ("first_days", c_double),
+        ("last_days", c_double),
+        ("spacing_px", c_double),
+        ("rows", c_int64),
+        ("cols", c_int64),
+        ("layout", c_char_p),
+        ("seed", c_uint64),
+        ("fit_digest", c_uint64),
+        ("digest", c_uint64),
+    ]
+
+
+class toliman_bank_network(Sized):
+    """One network of a bank.
+    struct_size: in: sizeof(toliman_bank_network)
+    trained: 1: trained; 0: initial weights
+    days: date for which it was made, days of scene time
+    first_days: dates for which it is the nearest
+    last_days: dates for which it is the nearest
+    x_px: place of the scene's centre, px from that of the scene, in [-0.5, 0.5)
+    y_px: place of the scene's centre, px from that of the scene, in [-0.5, 0.5)
+    cosine: of its gradient and the ideal one: efficiency at its place; 0: untrained"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("trained", c_uint32),
+        ("days", c_double),
+        ("first_days", c_double),
+        ("last_days", c_double),
+        ("x_px", c_double),
+        ("y_px", c_double),
+        ("cosine", c_double),
+    ]
+
+
+# Flags of a result.
+TOLIMAN_BANK_NOT_FITTED = 1  # the fit did not converge: all numbers of the result are NaN
+TOLIMAN_BANK_OUTSIDE = 2  # the frame's time is outside the dates of the bank
+TOLIMAN_BANK_LOW_EFFICIENCY = 4  # efficiency below 0.95
+
+
+class toliman_bank_result(Sized):
+    """Estimate for one frame.
+    struct_size: in: sizeof(toliman_bank_result)
+    flags: TOLIMAN_BANK_...
+    displacement_px: separation_px minus the predicted separation: the latent, px
+    separation_px: distance from A to B
+    sigma_px: standard deviation of separation_px: Cramer-Rao bound / efficiency
+    efficiency: Cramer-Rao bound, with all parameters of the fit free, over sigma_px
+    distance_px: from the frame's places of the stars to those of the network
+    network: index of the network, -1 if not fitted"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("flags", c_uint32),
+        ("displacement_px", c_double),
+        ("separation_px", c_double),
+        ("sigma_px", c_double),
+        ("efficiency", c_double),
+        ("distance_px", c_double),
+        ("network", c_int32),
+        ("reserved", c_int32),
+    ]
+
+
+class toliman_sim_budget_options(Sized):
+    """Options of a budget. Since 0.2.
+    free_names: names of the free parameters, separated by spaces or commas; "" = none; NULL = those of
+        preprocess.project
+    frames: frames that share the parameters of the instrument, 0 = 1
+    earth_px: displacement due to an Earth, px; 0 = that of the scene"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("free_names", c_char_p),
+        ("frames", c_int64),
+        ("earth_px", c_double),
+    ]
+
+
+class toliman_sim_budget(Sized):
+    """Summary of a budget. Since 0.2.
+    struct_size: in: sizeof(toliman_sim_budget)
+    reserved: 0
+    crb_px: standard deviation of the separation in one frame, px, all free parameters fitted to this
+        frame alone; infinite if they leave nothing of the signal
+    crb_shared_px: the same for each of `frames` identical frames that share the parameters of the
+        instrument, while those of a frame are free in each
+    uas_per_px: angle of a displacement of 1 px, microarcsec
+    earth_px: displacement due to an Earth, px; NaN if not known
+    earth_from: where it comes from: "the options", "the planet of the scene", "an Earth at 1.23 au of
+        star A" (0.71 au of B; from the star's mass_sun and the distance_pc), "the amplitude of
+        the signal" or "not known". Static text
+    free_count: free parameters
+    steps: steps of toliman_sim_get_budget_steps; later versions may append some
+    rows: rows of toliman_sim_get_budget_rows"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("crb_px", c_double),
+        ("crb_shared_px", c_double),
+        ("uas_per_px", c_double),
+        ("earth_px", c_double),
+        ("earth_from", c_char_p),
+        ("free_count", c_size_t),
+        ("steps", c_size_t),
+        ("rows", c_size_t),
+    ]
+
+
+class toliman_sim_budget_step(Sized):
+    """Bounds with one set of free parameters. Since 0.2.
+    struct_size: in, in the first element: sizeof(toliman_sim_budget_step)
+    reserved: 0
+    name: "alone", "fluxes, shift", "eight" (with roll, scale, focus and background), "eight +
+        jitter", "eight + Noll 5-10", "eight + temperatures", "all of these", "all + wavelength".
+        Static text
+    crb_px: as in toliman_sim_budget, with this set free"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("name", c_char_p),
+        ("crb_px", c_double),
+        ("crb_shared_px", c_double),
+    ]
+
+
+class toliman_sim_budget_row(Sized):
+    """One parameter of a budget. Amounts are absolute values; NaN where they are not known and infinite where the parameter
+    has no effect. Since 0.2.
+    struct_size: in, in the first element: sizeof(toliman_sim_budget_row)
+    is_free: 1 if the parameter is free, else 0
+    name: unit: "px", "nm", "K", ..., "" for a ratio. Static text
+    unit: unit: "px", "nm", "K", ..., "" for a ratio. Static text
+    bias_px: not free: error of the separation per unit of the parameter; NaN if free
+    curvature_px: free: error of the separation per unit squared that the fit leaves; 0 if frames depend
+        linearly on the parameter, NaN if it is not known: jitter, motions of the mask, the
+        engine PADDED_FFT, and parameters that are not free
+    earth_amount: amount of the parameter that has the effect of an Earth
+    tenth_crb_amount: amount that has the effect of a tenth of crb_px
+    deviation: free: standard deviation of the parameter in the fit; NaN if it depends on others
+    correlation: free: correlation with the separation, -1 to 1; NaN if it depends on others"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("is_free", c_int32),
+        ("name", c_char_p),
+        ("unit", c_char_p),
+        ("bias_px", c_double),
+        ("curvature_px", c_double),
+        ("earth_amount", c_double),
+        ("tenth_crb_amount", c_double),
+        ("deviation", c_double),
+        ("correlation", c_double),
+    ]
+
+
+class toliman_components(Structure):
+    """Collection of frames of a scene and their components. Each component gives one value per frame, in the order in
+    which the frames were pushed. Functions that take a const collection may run on one collection from several
+    threads."""
+
+
+class toliman_components_options(Sized):
+    """Options of a collection.
+    raw: 0: residuals (counts - reference)/sigma, with preprocess.project projected out;
+        1: counts
+    bin: sums blocks of bin x bin pixels before whitening; must be a divisor of rows and of columns; 0
+        = 1
+    capacity: largest number of frames, 2 ... 16384; 0 = number of frames of the scene's cadence
+    allocator: for the large arrays of the object; NULL = malloc
+    log: receives warnings about preprocess.project; may be NULL. Since 0.2"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("raw", c_uint32),
+        ("bin", c_uint32),
+        ("capacity", c_uint32),
+        ("allocator", POINTER(toliman_allocator)),
+        ("log", toliman_log_fn),
+        ("log_data", c_void_p),
+    ]
+
+
+# Methods of toliman_components_train.
+TOLIMAN_COMPONENTS_PCA = 401  # principal component analysis
+TOLIMAN_COMPONENTS_DICTIONARY = 402  # sparse dictionary learning
+
+
+class toliman_components_train_options(Sized):
+    """Training options.
+    method: TOLIMAN_COMPONENTS_..., 0 = PCA
+    components: number of components: 1 ... 64, fewer than frames; 0 = 1
+    threads: worker threads, 0 = one per processor; results do not depend on the number
+    iterations: dictionary: largest number of iterations; 0 = 200
+    reserved: 0
+    lambda: dictionary: lambda of toliman_components_train; in [0, 1e6], 0 = 1
+    seed: dictionary: seed of the random initial atoms
+    progress: may be NULL"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("method", c_int32),
+        ("components", c_uint32),
+        ("threads", c_uint32),
+        ("iterations", c_uint32),
+        ("reserved", c_uint32),
+        ("lambda", c_double),
+        ("seed", c_uint64),
+        ("progress", toliman_progress_fn),
+        ("progress_data", c_void_p),
+    ]
+
+
+class toliman_components_training(Sized):
+    """Training result.
+    struct_size: in: sizeof(toliman_components_training)
+    iterations: dictionary: number of iterations; 0 for PCA
+    converged: 1: the last iteration improved the objective by less than 1e-5 of the total improvement;
+        0: stopped by the limit on iterations
+    objective: dictionary: objective / objective without atoms, 0 ... 1; 0 for PCA and for identical frames"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("iterations", c_uint32),
+        ("converged", c_uint32),
+        ("reserved", c_uint32),
+        ("objective", c_double),
+    ]
+
+
+class toliman_components_info(Sized):
+    """Properties of a collection.
+    struct_size: in: sizeof(toliman_components_info)
+    raw: as in the options
+    bin: as in the options
+    projected: number of nuisance images projected out; 0 if raw
+    capacity: largest number of frames
+    frames: number of frames pushed
+    pixels: pixels of a frame after binning
+    components: number of trained components; 0 before training
+    crb_px: Cramer-Rao bound of a binned frame with the projected nuisances unknown; NaN if raw
+    threshold_px: Detection threshold of PCA, in the limit of many frames and pixels: smallest amplitude (px) of a sinusoidal
+        separation that the leading principal component responds to. For N frames of p independent pixels with unit
+        noise, where p = pixels - projected, the eigenvalue of the signal is l = A^2/(2 crb^2). It must exceed
+        sqrt(p/N); hence A = crb sqrt(2 sqrt(p/N)) (Baik, Ben Arous, Peche 2005). Above the threshold, the squared
+        cosine between principal image and signal is (1 - p/N/l^2)/(1 + p/N/l) (Paul 2007), and the squared correlation
+        between series and signal is (1 - p/N/l^2)/(1 + 1/l) (Benaych-Georges and Nadakuditi 2012). +infinity without
+        frames, NaN if raw."""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("raw", c_uint32),
+        ("bin", c_uint32),
+        ("projected", c_uint32),
+        ("capacity", c_int64),
+        ("frames", c_int64),
+        ("pixels", c_int64),
+        ("components", c_int64),
+        ("crb_px", c_double),
+        ("threshold_px", c_double),
     ]
 
 
@@ -1955,10 +2115,6 @@ OF_OBJECTS = {
     "toliman_sim_expect": False,
     "toliman_sim_frame": False,
     "toliman_sim_frame_many": False,
-    "toliman_sim_get_budget": False,
-    "toliman_sim_get_budget_steps": False,
-    "toliman_sim_get_budget_rows": False,
-    "toliman_sim_get_budget_correlations": False,
     "toliman_cae_create": False,
     "toliman_cae_destroy": True,
     "toliman_cae_train": True,
@@ -1971,14 +2127,6 @@ OF_OBJECTS = {
     "toliman_cae_reconstruct": False,
     "toliman_cae_save": False,
     "toliman_cae_save_file": False,
-    "toliman_components_create": False,
-    "toliman_components_destroy": True,
-    "toliman_components_push": True,
-    "toliman_components_push_many": True,
-    "toliman_components_reset": True,
-    "toliman_components_train": True,
-    "toliman_components_get_series": False,
-    "toliman_components_get_info": False,
     "toliman_sim_get_derivative": False,
     "toliman_sim_get_opd_gradient": False,
     "toliman_fit_create": False,
@@ -1989,6 +2137,30 @@ OF_OBJECTS = {
     "toliman_fit_frame": False,
     "toliman_fit_frames": False,
     "toliman_fit_predict": False,
+    "toliman_bank_plan": False,
+    "toliman_bank_create": False,
+    "toliman_bank_destroy": True,
+    "toliman_bank_train": True,
+    "toliman_bank_get_info": False,
+    "toliman_bank_get_network": False,
+    "toliman_bank_encode": False,
+    "toliman_bank_encode_many": False,
+    "toliman_bank_predict": False,
+    "toliman_bank_get_renewal": False,
+    "toliman_bank_save": False,
+    "toliman_bank_save_file": False,
+    "toliman_sim_get_budget": False,
+    "toliman_sim_get_budget_steps": False,
+    "toliman_sim_get_budget_rows": False,
+    "toliman_sim_get_budget_correlations": False,
+    "toliman_components_create": False,
+    "toliman_components_destroy": True,
+    "toliman_components_push": True,
+    "toliman_components_push_many": True,
+    "toliman_components_reset": True,
+    "toliman_components_train": True,
+    "toliman_components_get_series": False,
+    "toliman_components_get_info": False,
     "toliman_ingest_destroy": True,
     "toliman_ingest_next": True,
     "toliman_ingest_finish": True,
@@ -2298,57 +2470,6 @@ a pixel expects more than 1e12 electrons (photons, without qe).""",
   threads           worker threads, 0 = one per processor
 Errors as toliman_sim_frame. After an error, images may hold some of the frames.""",
     ),
-    "toliman_sim_budget_options_init": (
-        None, (("options", POINTER(toliman_sim_budget_options)), ("size", c_size_t)),
-        """Sets *options, a struct of `size` bytes, to the defaults. Since 0.2.""",
-    ),
-    "toliman_sim_get_budget": (
-        c_int32, (
-            ("sim", POINTER(toliman_sim)),
-            ("options", POINTER(toliman_sim_budget_options)),
-            ("out", POINTER(toliman_sim_budget)),
-        ),
-        """Writes the summary of a budget to *out, whose struct_size must be set. options may be NULL. The first call for a
-parameter computes its derivative. Errors: TOLIMAN_E_ARGUMENT for an unknown name or one that is given twice,
-TOLIMAN_E_UNSUPPORTED if the scene has no derivative by a parameter (a single star, a spectrum of lines, the engine
-PADDED_FFT), TOLIMAN_E_SCENE if the scene's signal changes no pixel. Since 0.2.""",
-    ),
-    "toliman_sim_get_budget_steps": (
-        c_int32, (
-            ("sim", POINTER(toliman_sim)),
-            ("options", POINTER(toliman_sim_budget_options)),
-            ("capacity", c_size_t),
-            ("steps", POINTER(toliman_sim_budget_step)),
-            ("count", POINTER(c_size_t)),
-        ),
-        """Writes the first `capacity` steps to steps[capacity] and their number to *count. Only the member `frames` of options,
-which may be NULL, is used. A step omits parameters of which the scene has no derivative. TOLIMAN_E_ARGUMENT if
-capacity is 0. Since 0.2.""",
-    ),
-    "toliman_sim_get_budget_rows": (
-        c_int32, (
-            ("sim", POINTER(toliman_sim)),
-            ("options", POINTER(toliman_sim_budget_options)),
-            ("capacity", c_size_t),
-            ("rows", POINTER(toliman_sim_budget_row)),
-            ("count", POINTER(c_size_t)),
-        ),
-        """Writes the first `capacity` rows to rows[capacity] and their number to *count: the free parameters in the order of
-their names, then every other parameter of which the scene has a derivative. Arguments and errors as
-toliman_sim_get_budget; TOLIMAN_E_ARGUMENT if capacity is 0. Propagates the frame twice for each free parameter that
-is not linear. Since 0.2.""",
-    ),
-    "toliman_sim_get_budget_correlations": (
-        c_int32, (
-            ("sim", POINTER(toliman_sim)),
-            ("options", POINTER(toliman_sim_budget_options)),
-            ("count", c_size_t),
-            ("correlations", POINTER(c_double)),
-        ),
-        """Writes the correlations of the estimates to correlations[count][count]: the separation, then the free parameters in
-the order of their names. NaN for a parameter that depends on those before it, and for all if they leave nothing of
-the signal. TOLIMAN_E_ARGUMENT unless count is toliman_sim_budget.free_count + 1. Since 0.2.""",
-    ),
     "toliman_cae_options_init": (
         None, (("options", POINTER(toliman_cae_options)), ("size", c_size_t)),
         """Sets *options, a struct of `size` bytes, to the defaults.""",
@@ -2539,91 +2660,6 @@ checksum, and for numbers that are subnormal, above 2^100, infinite or NaN.""",
         ),
         """Loads a network from a file. Otherwise as toliman_cae_load.""",
     ),
-    "toliman_components_options_init": (
-        None, (("options", POINTER(toliman_components_options)), ("size", c_size_t)),
-        """Sets *options, a struct of `size` bytes, to the defaults.""",
-    ),
-    "toliman_components_create": (
-        c_int32, (
-            ("sim", POINTER(toliman_sim)),
-            ("options", POINTER(toliman_components_options)),
-            ("out", POINTER(POINTER(toliman_components))),
-        ),
-        """Creates an empty collection for frames of a scene and allocates the memory of all its frames: 4 bytes per binned
-pixel, as residuals are stored in float32 with a relative error of at most 6e-8. options may be NULL. The simulator
-is not needed afterwards. The caller destroys *out.""",
-    ),
-    "toliman_components_destroy": (
-        None, (("components", POINTER(toliman_components)),),
-        """Destroys a collection. NULL is allowed.""",
-    ),
-    "toliman_components_push": (
-        c_int32, (
-            ("components", POINTER(toliman_components)),
-            ("counts", POINTER(c_double)),
-            ("stride", c_size_t),
-        ),
-        """Adds one frame of counts[rows][stride], in the shape of the scene. Discards the trained components.
-Errors: TOLIMAN_E_ARGUMENT for a non-finite count, naming its row and column; TOLIMAN_E_RANGE for a count beyond
-the range of float32; TOLIMAN_E_CAPACITY if the collection is full.""",
-    ),
-    "toliman_components_push_many": (
-        c_int32, (
-            ("components", POINTER(toliman_components)),
-            ("image", POINTER(toliman_image)),
-            ("count", c_size_t),
-        ),
-        """Adds `count` frames of image in order, or none if one is refused. Otherwise as toliman_components_push.
-Errors: as toliman_components_push, naming the frame; TOLIMAN_E_ARGUMENT for another shape; TOLIMAN_E_RANGE for an
-image larger than the address space. Since 0.2.""",
-    ),
-    "toliman_components_reset": (
-        c_int32, (("components", POINTER(toliman_components)),),
-        """Removes every frame. Options and memory remain.""",
-    ),
-    "toliman_components_train_options_init": (
-        None, (("options", POINTER(toliman_components_train_options)), ("size", c_size_t)),
-        """Sets *options, a struct of `size` bytes, to the defaults.""",
-    ),
-    "toliman_components_train": (
-        c_int32, (
-            ("components", POINTER(toliman_components)),
-            ("options", POINTER(toliman_components_train_options)),
-            ("report", POINTER(toliman_components_training)),
-        ),
-        """Finds components of the pushed frames, after subtracting their mean. Writes the result to *report. options and
-report may be NULL.
-  PCA         leading eigenvectors. Value k of series j is the projection of frame k on principal image j.
-  DICTIONARY  codes a and atoms D with |D_j| <= 1 that minimise the sum of |x - D a|^2/2 + lambda s |a|_1, where s
-              is the rms of all pixels of the frames. Starts from random atoms in the span of the frames. Finds a
-              local minimum. Sorted by energy.
-The largest element of a series, in magnitude, is positive. Identical frames give series of zeros. Equal
-eigenvalues give an arbitrary basis of their space. The same frames, options and seed give the same bits if
-OpenBLAS uses the same number of threads (the last bits of PCA depend on it).
-
-The inner products of all pairs of frames, which dominate the run time, are kept for the next training, 8 bytes
-each, until the next push.
-Errors: TOLIMAN_E_STATE for fewer than components + 1 frames; TOLIMAN_E_CANCELLED. Earlier components then remain.
-Source: Jolliffe (2002); Mairal, Bach, Ponce, Sapiro (2009), with all frames in one batch.""",
-    ),
-    "toliman_components_get_series": (
-        c_int32, (
-            ("components", POINTER(toliman_components)),
-            ("component", c_uint32),
-            ("values", POINTER(c_double)),
-            ("share", POINTER(c_double)),
-        ),
-        """Writes the series of a component, counted from 0.
-  values  [frames], in units of the (binned) residuals; for PCA the mean square is the eigenvalue of the covariance
-          matrix sum x x^T/frames. May be NULL
-  share   share of the component in the sum of squares of the frames about their mean. Shares of a dictionary need
-          not add up to 1, because atoms are not orthogonal. May be NULL
-Errors: TOLIMAN_E_STATE before training; TOLIMAN_E_RANGE for a component that was not trained.""",
-    ),
-    "toliman_components_get_info": (
-        c_int32, (("components", POINTER(toliman_components)), ("out", POINTER(toliman_components_info))),
-        """Writes the properties of a collection to *out, whose struct_size must be set.""",
-    ),
     "toliman_sim_parameter_count": (
         c_int32, (),
         """Returns the number of parameters. Later versions may append parameters. Since 0.2.""",
@@ -2748,6 +2784,291 @@ Errors: as toliman_fit_frame, naming the frame; TOLIMAN_E_ARGUMENT for another s
         """Writes what a fit of an undisturbed frame with this prediction would return: the expected frame to
 image[rows][stride] (NULL: not computed), the parameters to values[n] and their covariance, the Cramer-Rao bound, to
 covariance[n][n] (either may be NULL). Errors: as toliman_fit_frame.""",
+    ),
+    "toliman_bank_options_init": (
+        None, (("options", POINTER(toliman_bank_options)), ("size", c_size_t)),
+        """Sets *options, a struct of `size` bytes, to the defaults.""",
+    ),
+    "toliman_bank_plan": (
+        c_int32, (
+            ("sim", POINTER(toliman_sim)),
+            ("options", POINTER(toliman_bank_options)),
+            ("out", POINTER(toliman_bank_plan_info)),
+        ),
+        """Writes size and cost of the bank with these options (NULL: defaults) to *out, whose struct_size must be set.
+Errors: as toliman_bank_create.""",
+    ),
+    "toliman_bank_create": (
+        c_int32, (
+            ("fit", POINTER(toliman_fit)),
+            ("options", POINTER(toliman_bank_options)),
+            ("out", POINTER(POINTER(toliman_bank))),
+        ),
+        """Creates a bank of untrained networks for the scene and the free parameters of a fit. options may be NULL. The caller
+destroys *out. An untrained network measures the separation, too, with an efficiency of about 0.01: a control.
+Errors: TOLIMAN_E_ARGUMENT for options out of range, for a last date before the first one, for dates outside the
+model images of the fit, and for more than 1024 networks; TOLIMAN_E_UNSUPPORTED for frames smaller than 256x256 px.""",
+    ),
+    "toliman_bank_destroy": (
+        None, (("bank", POINTER(toliman_bank)),),
+        """Destroys a bank. NULL is allowed.""",
+    ),
+    "toliman_bank_train_options_init": (
+        None, (("options", POINTER(toliman_bank_train_options)), ("size", c_size_t)),
+        """Sets *options, a struct of `size` bytes, to the defaults.""",
+    ),
+    "toliman_bank_train": (
+        c_int32, (
+            ("bank", POINTER(toliman_bank)),
+            ("fit", POINTER(toliman_fit)),
+            ("options", POINTER(toliman_bank_train_options)),
+        ),
+        """Trains the networks of a bank that are not trained yet, as TOLIMAN_CAE_MODE_TIED does. Networks that were trained
+before the call was cancelled remain trained: save the bank, and continue later. The weights do not depend on threads
+or interruptions. fit: as for toliman_bank_encode. options may be NULL.
+Errors: TOLIMAN_E_CANCELLED; TOLIMAN_E_MISMATCH as toliman_bank_encode.""",
+    ),
+    "toliman_bank_get_info": (
+        c_int32, (("bank", POINTER(toliman_bank)), ("out", POINTER(toliman_bank_info))),
+        """Writes the properties of a bank to *out, whose struct_size must be set.""",
+    ),
+    "toliman_bank_get_network": (
+        c_int32, (
+            ("bank", POINTER(toliman_bank)),
+            ("index", c_int64),
+            ("out", POINTER(toliman_bank_network)),
+        ),
+        """Writes network number `index`, 0 <= index < toliman_bank_info.networks, to *out, whose struct_size must be set.
+TOLIMAN_E_RANGE for any other index.""",
+    ),
+    "toliman_bank_encode": (
+        c_int32, (
+            ("bank", POINTER(toliman_bank)),
+            ("fit", POINTER(toliman_fit)),
+            ("counts", POINTER(c_double)),
+            ("stride", c_size_t),
+            ("prediction", POINTER(toliman_fit_prediction)),
+            ("result", POINTER(toliman_bank_result)),
+            ("fitted", POINTER(toliman_fit_result)),
+        ),
+        """Encodes one frame counts[rows][stride]. Allocates memory only if more calls run at the same time than before.
+  fit         fit of the scene and the free parameters for which the bank was made; other capture_px are allowed
+  prediction  NULL: time 0, no shift
+  result      struct_size must be set
+  fitted      result of the fit, struct_size must be set; or NULL
+A frame that cannot be fitted is not an error: see the flags. The result depends on the frame and its prediction
+only, not on threads or on other frames. Errors: TOLIMAN_E_MISMATCH for the fit of another scene or with other free
+parameters; others as toliman_fit_frame.""",
+    ),
+    "toliman_bank_encode_many": (
+        c_int32, (
+            ("bank", POINTER(toliman_bank)),
+            ("fit", POINTER(toliman_fit)),
+            ("image", POINTER(toliman_image)),
+            ("count", c_size_t),
+            ("predictions", POINTER(toliman_fit_prediction)),
+            ("threads", c_uint32),
+            ("results", POINTER(toliman_bank_result)),
+            ("fitted", POINTER(toliman_fit_result)),
+        ),
+        """Encodes `count` frames of image. Each result is bit-identical to that of toliman_bank_encode.
+  predictions  [count]; NULL: time 0, no shift
+  threads      worker threads, 0 = one per processor
+  results      [count]; struct_size of the first must be set
+  fitted       [count], results of the fits; struct_size of the first must be set; or NULL
+Errors: as toliman_bank_encode, naming the frame; TOLIMAN_E_ARGUMENT for another shape.""",
+    ),
+    "toliman_bank_predict": (
+        c_int32, (
+            ("bank", POINTER(toliman_bank)),
+            ("fit", POINTER(toliman_fit)),
+            ("prediction", POINTER(toliman_fit_prediction)),
+            ("out", POINTER(toliman_bank_result)),
+        ),
+        """Writes what an undisturbed frame with this prediction (NULL: time 0, no shift) would give to *out, whose struct_size
+must be set: network, efficiency and sigma_px, with a displacement_px of 0. Errors: as toliman_bank_encode.""",
+    ),
+    "toliman_bank_get_renewal": (
+        c_int32, (
+            ("bank", POINTER(toliman_bank)),
+            ("fit", POINTER(toliman_fit)),
+            ("least_efficiency", c_double),
+            ("days", POINTER(c_double)),
+        ),
+        """Writes to *days until when a bank can be used: the first time after its last date, in whole days of scene time from
+it, at which the efficiency of an undisturbed frame is below least_efficiency, in (0, 1), or at which the model
+images of the fit end. Errors: as toliman_bank_predict.""",
+    ),
+    "toliman_bank_save": (
+        c_int32, (
+            ("bank", POINTER(toliman_bank)),
+            ("encoding", c_int32),
+            ("bytes", c_void_p),
+            ("capacity", c_size_t),
+            ("needed", POINTER(c_size_t)),
+        ),
+        """Saves a bank. encoding of the weights: TOLIMAN_CAE_ENCODING_..., 0 = FLOAT32. If bytes is NULL, only *needed is set,
+to the size; otherwise capacity must be at least that size (TOLIMAN_E_CAPACITY). The same bank always gives the same
+bytes, also after loading them. Networks that are not trained are saved as such.""",
+    ),
+    "toliman_bank_load": (
+        c_int32, (
+            ("bytes", c_void_p),
+            ("size", c_size_t),
+            ("options", POINTER(toliman_load_options)),
+            ("out", POINTER(POINTER(toliman_bank))),
+        ),
+        """Loads a bank from exactly `size` bytes. options may be NULL. The caller destroys *out. Never allocates more than 4096
+networks need. TOLIMAN_E_FORMAT for a wrong magic number, version, layout, size or checksum, and for numbers that are
+subnormal, above 2^100, infinite or NaN.""",
+    ),
+    "toliman_bank_save_file": (
+        c_int32, (("bank", POINTER(toliman_bank)), ("encoding", c_int32), ("path", c_char_p)),
+        """Saves a bank to a file. Replaces the file atomically; on failure (TOLIMAN_E_WRITE) the old file remains.""",
+    ),
+    "toliman_bank_load_file": (
+        c_int32, (
+            ("path", c_char_p),
+            ("options", POINTER(toliman_load_options)),
+            ("out", POINTER(POINTER(toliman_bank))),
+        ),
+        """Loads a bank from a file. Otherwise as toliman_bank_load.""",
+    ),
+    "toliman_sim_budget_options_init": (
+        None, (("options", POINTER(toliman_sim_budget_options)), ("size", c_size_t)),
+        """Sets *options, a struct of `size` bytes, to the defaults. Since 0.2.""",
+    ),
+    "toliman_sim_get_budget": (
+        c_int32, (
+            ("sim", POINTER(toliman_sim)),
+            ("options", POINTER(toliman_sim_budget_options)),
+            ("out", POINTER(toliman_sim_budget)),
+        ),
+        """Writes the summary of a budget to *out, whose struct_size must be set. options may be NULL. The first call for a
+parameter computes its derivative. Errors: TOLIMAN_E_ARGUMENT for an unknown name or one that is given twice,
+TOLIMAN_E_UNSUPPORTED if the scene has no derivative by a parameter (a single star, a spectrum of lines, the engine
+PADDED_FFT), TOLIMAN_E_SCENE if the scene's signal changes no pixel. Since 0.2.""",
+    ),
+    "toliman_sim_get_budget_steps": (
+        c_int32, (
+            ("sim", POINTER(toliman_sim)),
+            ("options", POINTER(toliman_sim_budget_options)),
+            ("capacity", c_size_t),
+            ("steps", POINTER(toliman_sim_budget_step)),
+            ("count", POINTER(c_size_t)),
+        ),
+        """Writes the first `capacity` steps to steps[capacity] and their number to *count. Only the member `frames` of options,
+which may be NULL, is used. A step omits parameters of which the scene has no derivative. TOLIMAN_E_ARGUMENT if
+capacity is 0. Since 0.2.""",
+    ),
+    "toliman_sim_get_budget_rows": (
+        c_int32, (
+            ("sim", POINTER(toliman_sim)),
+            ("options", POINTER(toliman_sim_budget_options)),
+            ("capacity", c_size_t),
+            ("rows", POINTER(toliman_sim_budget_row)),
+            ("count", POINTER(c_size_t)),
+        ),
+        """Writes the first `capacity` rows to rows[capacity] and their number to *count: the free parameters in the order of
+their names, then every other parameter of which the scene has a derivative. Arguments and errors as
+toliman_sim_get_budget; TOLIMAN_E_ARGUMENT if capacity is 0. Propagates the frame twice for each free parameter that
+is not linear. Since 0.2.""",
+    ),
+    "toliman_sim_get_budget_correlations": (
+        c_int32, (
+            ("sim", POINTER(toliman_sim)),
+            ("options", POINTER(toliman_sim_budget_options)),
+            ("count", c_size_t),
+            ("correlations", POINTER(c_double)),
+        ),
+        """Writes the correlations of the estimates to correlations[count][count]: the separation, then the free parameters in
+the order of their names. NaN for a parameter that depends on those before it, and for all if they leave nothing of
+the signal. TOLIMAN_E_ARGUMENT unless count is toliman_sim_budget.free_count + 1. Since 0.2.""",
+    ),
+    "toliman_components_options_init": (
+        None, (("options", POINTER(toliman_components_options)), ("size", c_size_t)),
+        """Sets *options, a struct of `size` bytes, to the defaults.""",
+    ),
+    "toliman_components_create": (
+        c_int32, (
+            ("sim", POINTER(toliman_sim)),
+            ("options", POINTER(toliman_components_options)),
+            ("out", POINTER(POINTER(toliman_components))),
+        ),
+        """Creates an empty collection for frames of a scene and allocates the memory of all its frames: 4 bytes per binned
+pixel, as residuals are stored in float32 with a relative error of at most 6e-8. options may be NULL. The simulator
+is not needed afterwards. The caller destroys *out.""",
+    ),
+    "toliman_components_destroy": (
+        None, (("components", POINTER(toliman_components)),),
+        """Destroys a collection. NULL is allowed.""",
+    ),
+    "toliman_components_push": (
+        c_int32, (
+            ("components", POINTER(toliman_components)),
+            ("counts", POINTER(c_double)),
+            ("stride", c_size_t),
+        ),
+        """Adds one frame of counts[rows][stride], in the shape of the scene. Discards the trained components.
+Errors: TOLIMAN_E_ARGUMENT for a non-finite count, naming its row and column; TOLIMAN_E_RANGE for a count beyond
+the range of float32; TOLIMAN_E_CAPACITY if the collection is full.""",
+    ),
+    "toliman_components_push_many": (
+        c_int32, (
+            ("components", POINTER(toliman_components)),
+            ("image", POINTER(toliman_image)),
+            ("count", c_size_t),
+        ),
+        """Adds `count` frames of image in order, or none if one is refused. Otherwise as toliman_components_push.
+Errors: as toliman_components_push, naming the frame; TOLIMAN_E_ARGUMENT for another shape; TOLIMAN_E_RANGE for an
+image larger than the address space. Since 0.2.""",
+    ),
+    "toliman_components_reset": (
+        c_int32, (("components", POINTER(toliman_components)),),
+        """Removes every frame. Options and memory remain.""",
+    ),
+    "toliman_components_train_options_init": (
+        None, (("options", POINTER(toliman_components_train_options)), ("size", c_size_t)),
+        """Sets *options, a struct of `size` bytes, to the defaults.""",
+    ),
+    "toliman_components_train": (
+        c_int32, (
+            ("components", POINTER(toliman_components)),
+            ("options", POINTER(toliman_components_train_options)),
+            ("report", POINTER(toliman_components_training)),
+        ),
+        """Finds components of the pushed frames, after subtracting their mean. Writes the result to *report. options and
+report may be NULL.
+  PCA         leading eigenvectors. Value k of series j is the projection of frame k on principal image j.
+  DICTIONARY  codes a and atoms D with |D_j| <= 1 that minimise the sum of |x - D a|^2/2 + lambda s |a|_1, where s
+              is the rms of all pixels of the frames. Starts from random atoms in the span of the frames. Finds a
+              local minimum. Sorted by energy.
+The largest element of a series, in magnitude, is positive. Identical frames give series of zeros. Equal
+eigenvalues give an arbitrary basis of their space. The same frames, options and seed give the same bits if
+OpenBLAS uses the same number of threads (the last bits of PCA depend on it).
+
+The inner products of all pairs of frames, which dominate the run time, are kept for the next training, 8 bytes
+each, until the next push.
+Errors: TOLIMAN_E_STATE for fewer than components + 1 frames; TOLIMAN_E_CANCELLED. Earlier components then remain.
+Source: Jolliffe (2002); Mairal, Bach, Ponce, Sapiro (2009), with all frames in one batch.""",
+    ),
+    "toliman_components_get_series": (
+        c_int32, (
+            ("components", POINTER(toliman_components)),
+            ("component", c_uint32),
+            ("values", POINTER(c_double)),
+            ("share", POINTER(c_double)),
+        ),
+        """Writes the series of a component, counted from 0.
+  values  [frames], in units of the (binned) residuals; for PCA the mean square is the eigenvalue of the covariance
+          matrix sum x x^T/frames. May be NULL
+  share   share of the component in the sum of squares of the frames about their mean. Shares of a dictionary need
+          not add up to 1, because atoms are not orthogonal. May be NULL
+Errors: TOLIMAN_E_STATE before training; TOLIMAN_E_RANGE for a component that was not trained.""",
+    ),
+    "toliman_components_get_info": (
+        c_int32, (("components", POINTER(toliman_components)), ("out", POINTER(toliman_components_info))),
+        """Writes the properties of a collection to *out, whose struct_size must be set.""",
     ),
     "toliman_ingest_options_init": (
         None, (("options", POINTER(toliman_ingest_options)), ("size", c_size_t)),

@@ -96,45 +96,6 @@ class Plan(Result):
 
 
 @result
-class BudgetSummary(Result):
-    """Summary of a budget."""
-
-    crb_px: float = member("standard deviation of the separation in one frame, px, all free parameters fitted to this frame alone; infinite if they leave nothing of the signal")
-    crb_shared_px: float = member("the same for each of `frames` identical frames that share the parameters of the instrument, while those of a frame are free in each")
-    uas_per_px: float = member("angle of a displacement of 1 px, microarcsec")
-    earth_px: float = member("displacement due to an Earth, px; NaN if not known")
-    earth_from: str = member("where it comes from: \"the options\", \"the planet of the scene\", \"an Earth at 1.23 au of star A\" (0.71 au of B; from the star's mass_sun and the distance_pc), \"the amplitude of the signal\" or \"not known\". Static text")
-    free_count: int = member("free parameters")
-    steps: int = member("steps of toliman_sim_get_budget_steps; later versions may append some")
-    rows: int = member("rows of toliman_sim_get_budget_rows")
-
-
-@result
-class BudgetStep(Result):
-    """Bounds with one set of free parameters."""
-
-    name: str = member("\"alone\", \"fluxes, shift\", \"eight\" (with roll, scale, focus and background), \"eight + jitter\", \"eight + Noll 5-10\", \"eight + temperatures\", \"all of these\", \"all + wavelength\". Static text")
-    crb_px: float = member("as in toliman_sim_budget, with this set free")
-    crb_shared_px: float
-
-
-@result
-class BudgetRow(Result):
-    """One parameter of a budget. Amounts are absolute values; NaN where they are not known and infinite where the parameter
-    has no effect."""
-
-    is_free: bool = member("1 if the parameter is free, else 0")
-    name: str = member("unit: \"px\", \"nm\", \"K\", ..., \"\" for a ratio. Static text")
-    unit: str = member("unit: \"px\", \"nm\", \"K\", ..., \"\" for a ratio. Static text")
-    bias_px: float = member("not free: error of the separation per unit of the parameter; NaN if free")
-    curvature_px: float = member("free: error of the separation per unit squared that the fit leaves; 0 if frames depend linearly on the parameter, NaN if it is not known: jitter, motions of the mask, the engine PADDED_FFT, and parameters that are not free")
-    earth_amount: float = member("amount of the parameter that has the effect of an Earth")
-    tenth_crb_amount: float = member("amount that has the effect of a tenth of crb_px")
-    deviation: float = member("free: standard deviation of the parameter in the fit; NaN if it depends on others")
-    correlation: float = member("free: correlation with the separation, -1 to 1; NaN if it depends on others")
-
-
-@result
 class Training(Result):
     """Training result. Members that do not apply to the mode are 0."""
 
@@ -167,30 +128,6 @@ class NetworkInfo(Result):
     cosine: float = member("toliman_cae_training.cosine; 0 before training")
     input_scale: float = member("factor between the input and the first convolution: 1e-3 for TIED, else 1")
     seed: int = member("seed of the random weights")
-
-
-@result
-class ComponentsTraining(Result):
-    """Training result."""
-
-    iterations: int = member("dictionary: number of iterations; 0 for PCA")
-    converged: bool = member("the last iteration improved the objective by less than 1e-5 of the total improvement; 0: stopped by the limit on iterations")
-    objective: float = member("dictionary: objective / objective without atoms, 0 ... 1; 0 for PCA and for identical frames")
-
-
-@result
-class ComponentsInfo(Result):
-    """Properties of a collection."""
-
-    raw: bool = member("as in the options")
-    bin: int = member("as in the options")
-    projected: int = member("number of nuisance images projected out; 0 if raw")
-    capacity: int = member("largest number of frames")
-    frames: int = member("number of frames pushed")
-    pixels: int = member("pixels of a frame after binning")
-    components: int = member("number of trained components; 0 before training")
-    crb_px: float = member("Cramer-Rao bound of a binned frame with the projected nuisances unknown; NaN if raw")
-    threshold_px: float = member("Detection threshold of PCA, in the limit of many frames and pixels: smallest amplitude (px) of a sinusoidal separation that the leading principal component responds to. For N frames of p independent pixels with unit noise, where p = pixels - projected, the eigenvalue of the signal is l = A^2/(2 crb^2). It must exceed sqrt(p/N); hence A = crb sqrt(2 sqrt(p/N)) (Baik, Ben Arous, Peche 2005). Above the threshold, the squared cosine between principal image and signal is (1 - p/N/l^2)/(1 + p/N/l) (Paul 2007), and the squared correlation between series and signal is (1 - p/N/l^2)/(1 + 1/l) (Benaych-Georges and Nadakuditi 2012). +infinity without frames, NaN if raw.")
 
 
 @result
@@ -241,6 +178,131 @@ class FitResult(Result):
     saturated: bool = member("pixels at the full well or the largest count were excluded", flag=4)
     edge: bool = member("a star is outside the frame, or over capture_px from its predicted x or y", flag=8)
     searched: bool = member("the stars were not at their predicted places; a search found them", flag=16)
+
+
+@result
+class BankPlan(Result):
+    """Size and cost of a bank, before it is made."""
+
+    dates: int = member("dates along the orbit, 1 for a scene whose stars do not move")
+    places: int = member("sub-pixel places at each date, of both axes: the square of the option")
+    networks: int = member("dates times places")
+    first_days: float = member("dates covered, days of scene time")
+    last_days: float = member("dates covered, days of scene time")
+    bytes_float32: int = member("size when saved, uncompressed")
+    bytes_half: int = member("the same as bf16 or fp16")
+    train_s: float = member("training on one processor, s, estimated")
+
+
+@result
+class BankInfo(Result):
+    """Properties of a bank."""
+
+    networks: int = member("dates times places")
+    trained_networks: int = member("number of them that are trained")
+    dates: int = member("as in toliman_bank_plan_info")
+    places: int = member("as in toliman_bank_plan_info")
+    steps: int = member("of the training of each network")
+    first_days: float = member("dates covered, days of scene time")
+    last_days: float = member("dates covered, days of scene time")
+    spacing_px: float = member("as in the options, default resolved")
+    rows: int = member("shape of the frames")
+    cols: int = member("shape of the frames")
+    layout: str = member("\"flight\" or \"paper\"; static text")
+    seed: int = member("of the initial weights")
+    fit_digest: int = member("toliman_fit_info.digest of the fit for which the bank was made")
+    digest: int = member("FNV-1a of all that determines results: fit_digest, places and weights")
+
+
+@result
+class BankNetwork(Result):
+    """One network of a bank."""
+
+    trained: bool = member("trained; 0: initial weights")
+    days: float = member("date for which it was made, days of scene time")
+    first_days: float = member("dates for which it is the nearest")
+    last_days: float = member("dates for which it is the nearest")
+    x_px: float = member("place of the scene's centre, px from that of the scene, in [-0.5, 0.5)")
+    y_px: float = member("place of the scene's centre, px from that of the scene, in [-0.5, 0.5)")
+    cosine: float = member("of its gradient and the ideal one: efficiency at its place; 0: untrained")
+
+
+@result
+class BankResult(Result):
+    """Estimate for one frame."""
+
+    displacement_px: float = member("separation_px minus the predicted separation: the latent, px")
+    separation_px: float = member("distance from A to B")
+    sigma_px: float = member("standard deviation of separation_px: Cramer-Rao bound / efficiency")
+    efficiency: float = member("Cramer-Rao bound, with all parameters of the fit free, over sigma_px")
+    distance_px: float = member("from the frame's places of the stars to those of the network")
+    network: int = member("index of the network, -1 if not fitted")
+    not_fitted: bool = member("the fit did not converge: all numbers of the result are NaN", flag=1)
+    outside: bool = member("the frame's time is outside the dates of the bank", flag=2)
+    low_efficiency: bool = member("efficiency below 0.95", flag=4)
+
+
+@result
+class BudgetSummary(Result):
+    """Summary of a budget."""
+
+    crb_px: float = member("standard deviation of the separation in one frame, px, all free parameters fitted to this frame alone; infinite if they leave nothing of the signal")
+    crb_shared_px: float = member("the same for each of `frames` identical frames that share the parameters of the instrument, while those of a frame are free in each")
+    uas_per_px: float = member("angle of a displacement of 1 px, microarcsec")
+    earth_px: float = member("displacement due to an Earth, px; NaN if not known")
+    earth_from: str = member("where it comes from: \"the options\", \"the planet of the scene\", \"an Earth at 1.23 au of star A\" (0.71 au of B; from the star's mass_sun and the distance_pc), \"the amplitude of the signal\" or \"not known\". Static text")
+    free_count: int = member("free parameters")
+    steps: int = member("steps of toliman_sim_get_budget_steps; later versions may append some")
+    rows: int = member("rows of toliman_sim_get_budget_rows")
+
+
+@result
+class BudgetStep(Result):
+    """Bounds with one set of free parameters."""
+
+    name: str = member("\"alone\", \"fluxes, shift\", \"eight\" (with roll, scale, focus and background), \"eight + jitter\", \"eight + Noll 5-10\", \"eight + temperatures\", \"all of these\", \"all + wavelength\". Static text")
+    crb_px: float = member("as in toliman_sim_budget, with this set free")
+    crb_shared_px: float
+
+
+@result
+class BudgetRow(Result):
+    """One parameter of a budget. Amounts are absolute values; NaN where they are not known and infinite where the parameter
+    has no effect."""
+
+    is_free: bool = member("1 if the parameter is free, else 0")
+    name: str = member("unit: \"px\", \"nm\", \"K\", ..., \"\" for a ratio. Static text")
+    unit: str = member("unit: \"px\", \"nm\", \"K\", ..., \"\" for a ratio. Static text")
+    bias_px: float = member("not free: error of the separation per unit of the parameter; NaN if free")
+    curvature_px: float = member("free: error of the separation per unit squared that the fit leaves; 0 if frames depend linearly on the parameter, NaN if it is not known: jitter, motions of the mask, the engine PADDED_FFT, and parameters that are not free")
+    earth_amount: float = member("amount of the parameter that has the effect of an Earth")
+    tenth_crb_amount: float = member("amount that has the effect of a tenth of crb_px")
+    deviation: float = member("free: standard deviation of the parameter in the fit; NaN if it depends on others")
+    correlation: float = member("free: correlation with the separation, -1 to 1; NaN if it depends on others")
+
+
+@result
+class ComponentsTraining(Result):
+    """Training result."""
+
+    iterations: int = member("dictionary: number of iterations; 0 for PCA")
+    converged: bool = member("the last iteration improved the objective by less than 1e-5 of the total improvement; 0: stopped by the limit on iterations")
+    objective: float = member("dictionary: objective / objective without atoms, 0 ... 1; 0 for PCA and for identical frames")
+
+
+@result
+class ComponentsInfo(Result):
+    """Properties of a collection."""
+
+    raw: bool = member("as in the options")
+    bin: int = member("as in the options")
+    projected: int = member("number of nuisance images projected out; 0 if raw")
+    capacity: int = member("largest number of frames")
+    frames: int = member("number of frames pushed")
+    pixels: int = member("pixels of a frame after binning")
+    components: int = member("number of trained components; 0 before training")
+    crb_px: float = member("Cramer-Rao bound of a binned frame with the projected nuisances unknown; NaN if raw")
+    threshold_px: float = member("Detection threshold of PCA, in the limit of many frames and pixels: smallest amplitude (px) of a sinusoidal separation that the leading principal component responds to. For N frames of p independent pixels with unit noise, where p = pixels - projected, the eigenvalue of the signal is l = A^2/(2 crb^2). It must exceed sqrt(p/N); hence A = crb sqrt(2 sqrt(p/N)) (Baik, Ben Arous, Peche 2005). Above the threshold, the squared cosine between principal image and signal is (1 - p/N/l^2)/(1 + p/N/l) (Paul 2007), and the squared correlation between series and signal is (1 - p/N/l^2)/(1 + 1/l) (Benaych-Georges and Nadakuditi 2012). +infinity without frames, NaN if raw.")
 
 
 @result

@@ -1,0 +1,228 @@
+/* libtoliman, bank: networks (cae.h) that follow moving stars. A network is accurate only at the places of the stars
+ * for which it was trained. A bank contains networks for several dates of an orbit and, at each date, for several
+ * sub-pixel places of the scene's centre. Each frame is fitted (fit.h) and encoded by the network of the nearest place.
+ *
+ * Data flow (functions toliman_bank_...)
+ *
+ *   toliman_sim -> plan -> number of networks, bytes, seconds     (options_init)
+ *   toliman_fit -> create       bytes, file -> load, load_file
+ *  (options_init)    +---------------+------------+
+ *                              toliman_bank <-> train         (train_options_init)
+ *   toliman_fit, frame, time ->    +-> encode, encode_many   separation, px -> period.h
+ *   toliman_fit, time        ->    +-> predict, get_renewal  efficiency to expect, until when to use
+ *                                  +-> get_info, get_network properties
+ *                                  +-> save, save_file       bytes (formats.md, "TLMB")
+ *                               destroy
+ *
+ * Estimate for a frame with counts n:
+ *
+ *   p0     parameters of the fit, with the separation at its predicted value and all others at the values that fit the
+ *          frame best for this separation
+ *   r      (n - m(p0))/sigma per pixel, m: expected counts; moved by the displacement from the frame to the network
+ *   latent network(r)/slope: the separation minus its prediction, px
+ *   separation_px = predicted separation + latent
+ *
+ * r contains, in first order, no change of any free parameter of the fit except the separation. The slope and the
+ * efficiency follow from the model images of the fit at the frame's parameters and the network's gradient, moved to the
+ * frame's place. Reference: ../docs/background.md, "Networks that follow".
+ */
+#ifndef TOLIMAN_BANK_H
+#define TOLIMAN_BANK_H
+
+#include <toliman/cae.h>
+#include <toliman/fit.h>
+
+TOLIMAN_BEGIN_DECLS
+
+/* Bank of networks. Functions that take a const bank may run on one bank from several threads; all others need
+ * exclusive use. */
+typedef struct toliman_bank toliman_bank;
+
+/* Options of a bank. */
+typedef struct toliman_bank_options {
+    uint32_t struct_size;
+    int32_t layout;                     /* TOLIMAN_CAE_LAYOUT_..., 0 = FLIGHT */
+    double first_days, last_days;       /* dates of the frames, days of scene time (toliman_fit_prediction.time_days);
+                                           both 0: those of the scene's frames */
+    double spacing_px;                  /* largest change of the difference of the stars' places from one date to the
+                                           next, px, in [0.05, 4]; 0 = 0.5 */
+    uint32_t places;                    /* sub-pixel places along x and along y, at most 8; 0 = 3 */
+    uint32_t steps;                     /* of the training of each network; 0 = 600 */
+    uint64_t seed;                      /* of the initial weights; 0 = 1 */
+    const toliman_allocator *allocator; /* for the large arrays of the object; NULL = malloc */
+} toliman_bank_options;
+#define TOLIMAN_BANK_OPTIONS_INIT TOLIMAN_INIT(toliman_bank_options)
+
+/* Sets *options, a struct of `size` bytes, to the defaults. */
+TOLIMAN_API void toliman_bank_options_init(toliman_bank_options *options, size_t size) TOLIMAN_NOEXCEPT;
+
+/* Size and cost of a bank, before it is made. */
+typedef struct toliman_bank_plan_info {
+    uint32_t struct_size;         /* in: sizeof(toliman_bank_plan_info) */
+    uint32_t dates;               /* dates along the orbit, 1 for a scene whose stars do not move */
+    uint32_t places;              /* sub-pixel places at each date, of both axes: the square of the option */
+    uint32_t networks;            /* dates times places */
+    double first_days, last_days; /* dates covered, days of scene time */
+    uint64_t bytes_float32;       /* size when saved, uncompressed */
+    uint64_t bytes_half;          /* the same as bf16 or fp16 */
+    double train_s;               /* training on one processor, s, estimated */
+} toliman_bank_plan_info;
+#define TOLIMAN_BANK_PLAN_INFO_INIT TOLIMAN_INIT(toliman_bank_plan_info)
+
+/* Writes size and cost of the bank with these options (NULL: defaults) to *out, whose struct_size must be set.
+ * Errors: as toliman_bank_create. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_plan(const toliman_sim *sim,
+                                                                const toliman_bank_options *options,
+                                                                toliman_bank_plan_info *out) TOLIMAN_NOEXCEPT;
+
+/* Creates a bank of untrained networks for the scene and the free parameters of a fit. options may be NULL. The caller
+ * destroys *out. An untrained network measures the separation, too, with an efficiency of about 0.01: a control.
+ * Errors: TOLIMAN_E_ARGUMENT for options out of range, for a last date before the first one, for dates outside the
+ * model images of the fit, and for more than 1024 networks; TOLIMAN_E_UNSUPPORTED for frames smaller than 256x256 px.
+ */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_create(const toliman_fit *fit,
+                                                                  const toliman_bank_options *options,
+                                                                  toliman_bank **out) TOLIMAN_NOEXCEPT;
+
+/* Destroys a bank. NULL is allowed. */
+TOLIMAN_API void toliman_bank_destroy(toliman_bank *bank) TOLIMAN_NOEXCEPT;
+
+/* Options of a training. */
+typedef struct toliman_bank_train_options {
+    uint32_t struct_size;
+    uint32_t threads;             /* worker threads, 0 = one per processor */
+    toliman_progress_fn progress; /* may be NULL */
+    void *progress_data;
+} toliman_bank_train_options;
+#define TOLIMAN_BANK_TRAIN_OPTIONS_INIT TOLIMAN_INIT(toliman_bank_train_options)
+
+/* Sets *options, a struct of `size` bytes, to the defaults. */
+TOLIMAN_API void toliman_bank_train_options_init(toliman_bank_train_options *options, size_t size) TOLIMAN_NOEXCEPT;
+
+/* Trains the networks of a bank that are not trained yet, as TOLIMAN_CAE_MODE_TIED does. Networks that were trained
+ * before the call was cancelled remain trained: save the bank, and continue later. The weights do not depend on threads
+ * or interruptions. fit: as for toliman_bank_encode. options may be NULL.
+ * Errors: TOLIMAN_E_CANCELLED; TOLIMAN_E_MISMATCH as toliman_bank_encode. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_train(
+    toliman_bank *bank, const toliman_fit *fit, const toliman_bank_train_options *options) TOLIMAN_NOEXCEPT;
+
+/* Properties of a bank. */
+typedef struct toliman_bank_info {
+    uint32_t struct_size;         /* in: sizeof(toliman_bank_info) */
+    uint32_t networks;            /* dates times places */
+    uint32_t trained_networks;    /* number of them that are trained */
+    uint32_t dates, places;       /* as in toliman_bank_plan_info */
+    uint32_t steps;               /* of the training of each network */
+    double first_days, last_days; /* dates covered, days of scene time */
+    double spacing_px;            /* as in the options, default resolved */
+    int64_t rows, cols;           /* shape of the frames */
+    const char *layout;           /* "flight" or "paper"; static text */
+    uint64_t seed;                /* of the initial weights */
+    uint64_t fit_digest;          /* toliman_fit_info.digest of the fit for which the bank was made */
+    uint64_t digest;              /* FNV-1a of all that determines results: fit_digest, places and weights */
+} toliman_bank_info;
+#define TOLIMAN_BANK_INFO_INIT TOLIMAN_INIT(toliman_bank_info)
+
+/* Writes the properties of a bank to *out, whose struct_size must be set. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_get_info(const toliman_bank *bank,
+                                                                    toliman_bank_info *out) TOLIMAN_NOEXCEPT;
+
+/* One network of a bank. */
+typedef struct toliman_bank_network {
+    uint32_t struct_size;         /* in: sizeof(toliman_bank_network) */
+    uint32_t trained;             /* 1: trained; 0: initial weights */
+    double days;                  /* date for which it was made, days of scene time */
+    double first_days, last_days; /* dates for which it is the nearest */
+    double x_px, y_px;            /* place of the scene's centre, px from that of the scene, in [-0.5, 0.5) */
+    double cosine;                /* of its gradient and the ideal one: efficiency at its place; 0: untrained */
+} toliman_bank_network;
+#define TOLIMAN_BANK_NETWORK_INIT TOLIMAN_INIT(toliman_bank_network)
+
+/* Writes network number `index`, 0 <= index < toliman_bank_info.networks, to *out, whose struct_size must be set.
+ * TOLIMAN_E_RANGE for any other index. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_get_network(const toliman_bank *bank, int64_t index,
+                                                                       toliman_bank_network *out) TOLIMAN_NOEXCEPT;
+
+/* Flags of a result. */
+#define TOLIMAN_BANK_NOT_FITTED 1u     /* the fit did not converge: all numbers of the result are NaN */
+#define TOLIMAN_BANK_OUTSIDE 2u        /* the frame's time is outside the dates of the bank */
+#define TOLIMAN_BANK_LOW_EFFICIENCY 4u /* efficiency below 0.95 */
+
+/* Estimate for one frame. */
+typedef struct toliman_bank_result {
+    uint32_t struct_size;   /* in: sizeof(toliman_bank_result) */
+    uint32_t flags;         /* TOLIMAN_BANK_... */
+    double displacement_px; /* separation_px minus the predicted separation: the latent, px */
+    double separation_px;   /* distance from A to B */
+    double sigma_px;        /* standard deviation of separation_px: Cramer-Rao bound / efficiency */
+    double efficiency;      /* Cramer-Rao bound, with all parameters of the fit free, over sigma_px */
+    double distance_px;     /* from the frame's places of the stars to those of the network */
+    int32_t network;        /* index of the network, -1 if not fitted */
+    int32_t reserved;
+} toliman_bank_result;
+#define TOLIMAN_BANK_RESULT_INIT TOLIMAN_INIT(toliman_bank_result)
+
+/* Encodes one frame counts[rows][stride]. Allocates memory only if more calls run at the same time than before.
+ *   fit         fit of the scene and the free parameters for which the bank was made; other capture_px are allowed
+ *   prediction  NULL: time 0, no shift
+ *   result      struct_size must be set
+ *   fitted      result of the fit, struct_size must be set; or NULL
+ * A frame that cannot be fitted is not an error: see the flags. The result depends on the frame and its prediction
+ * only, not on threads or on other frames. Errors: TOLIMAN_E_MISMATCH for the fit of another scene or with other free
+ * parameters; others as toliman_fit_frame. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_encode(const toliman_bank *bank, const toliman_fit *fit,
+                                                                  const double *counts, size_t stride,
+                                                                  const toliman_fit_prediction *prediction,
+                                                                  toliman_bank_result *result,
+                                                                  toliman_fit_result *fitted) TOLIMAN_NOEXCEPT;
+
+/* Encodes `count` frames of image. Each result is bit-identical to that of toliman_bank_encode.
+ *   predictions  [count]; NULL: time 0, no shift
+ *   threads      worker threads, 0 = one per processor
+ *   results      [count]; struct_size of the first must be set
+ *   fitted       [count], results of the fits; struct_size of the first must be set; or NULL
+ * Errors: as toliman_bank_encode, naming the frame; TOLIMAN_E_ARGUMENT for another shape. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_encode_many(const toliman_bank *bank, const toliman_fit *fit,
+                                                                       const toliman_image *image, size_t count,
+                                                                       const toliman_fit_prediction *predictions,
+                                                                       uint32_t threads, toliman_bank_result *results,
+                                                                       toliman_fit_result *fitted) TOLIMAN_NOEXCEPT;
+
+/* Writes what an undisturbed frame with this prediction (NULL: time 0, no shift) would give to *out, whose struct_size
+ * must be set: network, efficiency and sigma_px, with a displacement_px of 0. Errors: as toliman_bank_encode. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_predict(const toliman_bank *bank, const toliman_fit *fit,
+                                                                   const toliman_fit_prediction *prediction,
+                                                                   toliman_bank_result *out) TOLIMAN_NOEXCEPT;
+
+/* Writes to *days until when a bank can be used: the first time after its last date, in whole days of scene time from
+ * it, at which the efficiency of an undisturbed frame is below least_efficiency, in (0, 1), or at which the model
+ * images of the fit end. Errors: as toliman_bank_predict. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_get_renewal(const toliman_bank *bank, const toliman_fit *fit,
+                                                                       double least_efficiency,
+                                                                       double *days) TOLIMAN_NOEXCEPT;
+
+/* Saves a bank. encoding of the weights: TOLIMAN_CAE_ENCODING_..., 0 = FLOAT32. If bytes is NULL, only *needed is set,
+ * to the size; otherwise capacity must be at least that size (TOLIMAN_E_CAPACITY). The same bank always gives the same
+ * bytes, also after loading them. Networks that are not trained are saved as such. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_save(const toliman_bank *bank, int32_t encoding, void *bytes,
+                                                                size_t capacity, size_t *needed) TOLIMAN_NOEXCEPT;
+
+/* Loads a bank from exactly `size` bytes. options may be NULL. The caller destroys *out. Never allocates more than 4096
+ * networks need. TOLIMAN_E_FORMAT for a wrong magic number, version, layout, size or checksum, and for numbers that are
+ * subnormal, above 2^100, infinite or NaN. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_load(const void *bytes, size_t size,
+                                                                const toliman_load_options *options,
+                                                                toliman_bank **out) TOLIMAN_NOEXCEPT;
+
+/* Saves a bank to a file. Replaces the file atomically; on failure (TOLIMAN_E_WRITE) the old file remains. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_save_file(const toliman_bank *bank, int32_t encoding,
+                                                                     const char *path) TOLIMAN_NOEXCEPT;
+
+/* Loads a bank from a file. Otherwise as toliman_bank_load. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_load_file(const char *path,
+                                                                     const toliman_load_options *options,
+                                                                     toliman_bank **out) TOLIMAN_NOEXCEPT;
+
+TOLIMAN_END_DECLS
+
+#endif

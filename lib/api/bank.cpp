@@ -1,0 +1,314 @@
+// include/toliman/bank.h
+#include <toliman/bank.h>
+
+#include <cmath>
+#include <optional>
+#include <vector>
+
+#include "api/bytes_out.hpp"
+#include "api/cae_choices.hpp"
+#include "api/fit_values.hpp"
+#include "api/guard.hpp"
+#include "api/handles.hpp"
+#include "api/memory.hpp"
+#include "api/pixel_frames.hpp"
+#include "api/struct_array.hpp"
+#include "backend/file.hpp"
+#include "bank/weights.hpp"
+#include "base/estimates.hpp"
+#include "optics/light.hpp"
+
+using namespace toliman;
+using namespace toliman::api;
+
+namespace {
+
+constexpr double kStepSeconds = 1.25e-3; // of the training of a network, on one core of a 2020s server
+
+template <class T> T in_range(const char *name, T value, T least, T most, T preset) {
+    if (value == 0)
+        return preset;
+    if (!(value >= least && value <= most))
+        fail(Status::argument, "{options->%s} = %g: must be in [%g, %g], or 0 for %g", name, static_cast<double>(value),
+             static_cast<double>(least), static_cast<double>(most), static_cast<double>(preset));
+    return value;
+}
+
+// last_days: of the scene's frames.
+bank::Options options_of(const toliman_bank_options &given, double last_days) {
+    bank::Options options;
+    options.layout = &layout_of(given.layout);
+    for (const auto &[name, days] : {std::pair<const char *, double>{"first_days", given.first_days},
+                                     std::pair<const char *, double>{"last_days", given.last_days}})
+        if (!std::isfinite(days))
+            fail(Status::argument, "{options->%s} = %g: must be finite", name, days);
+    if (given.last_days < given.first_days)
+        fail(Status::argument, "{options->last_days} = %g: must be at least first_days = %g", given.last_days,
+             given.first_days);
+    const bool preset = given.first_days == 0 && given.last_days == 0;
+    options.first_days = given.first_days;
+    options.last_days = preset ? last_days : given.last_days;
+    options.spacing_px =
+        in_range("spacing_px", given.spacing_px, bank::kLeastSpacingPx, bank::kMostSpacingPx, bank::kSpacingPx);
+    options.places = in_range("places", given.places, 1u, bank::kMostPlaces, bank::kPlaces);
+    options.steps = in_range("steps", given.steps, 1u, 1000000u, bank::kSteps);
+    options.seed = given.seed != 0 ? given.seed : 1;
+    return options;
+}
+
+void check_fit(const toliman_bank &bank, const toliman_fit &fit) {
+    if (bank.bank.fit_digest() != fit.fit.digest())
+        fail(Status::mismatch,
+             "{bank} was made for another fit: scene, free parameters and capture_px must be those of the fit with "
+             "which it was made");
+}
+
+toliman_bank_result public_result(const bank::Estimate &estimate) {
+    toliman_bank_result out = {};
+    out.flags = estimate.flags;
+    out.displacement_px = estimate.displacement_px;
+    out.separation_px = estimate.separation_px;
+    out.sigma_px = estimate.sigma_px;
+    out.efficiency = estimate.efficiency;
+    out.distance_px = estimate.distance_px;
+    out.network = estimate.network;
+    return out;
+}
+
+std::vector<uint8_t> bytes_of(const toliman_bank *handle, int32_t encoding) {
+    const Use use(handle, "bank");
+    return bank::to_bytes(use->bank, kEncodings.to_enum_or(encoding, cae::Encoding::float32, "encoding"));
+}
+
+} // namespace
+
+void toliman_bank_options_init(toliman_bank_options *options, size_t size) noexcept {
+    deliver_defaults(toliman_bank_options{}, options, size);
+}
+
+toliman_status toliman_bank_plan(const toliman_sim *sim, const toliman_bank_options *given,
+                                 toliman_bank_plan_info *out) noexcept {
+    return guard([&] {
+        const Use use(sim, "sim");
+        const Scene &scene = use->simulator.scene();
+        const optics::Light &light = use->simulator.light();
+        if (scene.stars.size() < 2)
+            fail(Status::unsupported, "%s: {stars}: a bank needs two stars", scene.source.c_str());
+        const bank::Options options =
+            options_of(accept(given, toliman_bank_options{}, "options"), longest_days(scene.cadence));
+        const auto dates = bank::dates_of(options.first_days, options.last_days, options.spacing_px, [&](double days) {
+            const optics::Offsets place =
+                scene.binary.moving ? optics::offsets_at(scene, light, days) : light.offset_px;
+            return std::array<double, 2>{place[1][0] - place[0][0], place[1][1] - place[0][1]};
+        });
+        toliman_bank_plan_info info = {};
+        info.dates = static_cast<uint32_t>(dates.size());
+        info.places = options.places * options.places;
+        info.networks = info.dates * info.places;
+        info.first_days = options.first_days;
+        info.last_days = options.last_days;
+        info.bytes_float32 = info.networks * bank::weight_bytes(cae::Encoding::float32);
+        info.bytes_half = info.networks * bank::weight_bytes(cae::Encoding::fp16);
+        info.train_s = kStepSeconds * options.steps * info.networks;
+        deliver(info, out, "out");
+    });
+}
+
+toliman_status toliman_bank_create(const toliman_fit *fit, const toliman_bank_options *options,
+                                   toliman_bank **out) noexcept {
+    return guard([&] {
+        const toliman_bank_options known = accept(options, toliman_bank_options{}, "options");
+        const MemoryScope scope(memory_of(known.allocator));
+        const Use use(fit, "fit");
+        toliman_bank *&made = required(out, "out");
+        made = new toliman_bank{{}, bank::Bank(use->fit, options_of(known, use->fit.last_days()))};
+    });
+}
+
+void toliman_bank_destroy(toliman_bank *bank) noexcept {
+    destroy(bank);
+}
+
+void toliman_bank_train_options_init(toliman_bank_train_options *options, size_t size) noexcept {
+    deliver_defaults(toliman_bank_train_options{}, options, size);
+}
+
+toliman_status toliman_bank_train(toliman_bank *handle, const toliman_fit *fit,
+                                  const toliman_bank_train_options *options) noexcept {
+    return guard([&] {
+        const Use use(handle, "bank");
+        const Use model(fit, "fit");
+        check_fit(*handle, *fit);
+        const toliman_bank_train_options known = accept(options, toliman_bank_train_options{}, "options");
+        use->bank.train(model->fit, known.threads, {known.progress, known.progress_data});
+    });
+}
+
+toliman_status toliman_bank_get_info(const toliman_bank *handle, toliman_bank_info *out) noexcept {
+    return guard([&] {
+        const Use use(handle, "bank");
+        const bank::Bank &bank = use->bank;
+        const bank::Options &options = bank.options();
+        toliman_bank_info info = {};
+        info.networks = static_cast<uint32_t>(bank.networks().size());
+        info.trained_networks = static_cast<uint32_t>(bank.trained());
+        info.dates = static_cast<uint32_t>(bank.dates().size());
+        info.places = options.places * options.places;
+        info.steps = options.steps;
+        info.first_days = options.first_days;
+        info.last_days = options.last_days;
+        info.spacing_px = options.spacing_px;
+        info.rows = static_cast<int64_t>(bank.rows());
+        info.cols = static_cast<int64_t>(bank.cols());
+        info.layout = options.layout->name;
+        info.seed = options.seed;
+        info.fit_digest = bank.fit_digest();
+        info.digest = bank.digest();
+        deliver(info, out, "out");
+    });
+}
+
+toliman_status toliman_bank_get_network(const toliman_bank *handle, int64_t index, toliman_bank_network *out) noexcept {
+    return guard([&] {
+        const Use use(handle, "bank");
+        const auto &networks = use->bank.networks();
+        const auto count = static_cast<int64_t>(networks.size());
+        if (index < 0 || index >= count)
+            fail(Status::range, "{index} = %lld: must be in [0, %lld]", static_cast<long long>(index),
+                 static_cast<long long>(count - 1));
+        const bank::Network &network = networks[static_cast<size_t>(index)];
+        const bank::Date &date = use->bank.dates()[network.date];
+        toliman_bank_network found = {};
+        found.trained = network.trained() ? 1 : 0;
+        found.days = date.days;
+        found.first_days = date.first;
+        found.last_days = date.last;
+        found.x_px = network.shift_px[0];
+        found.y_px = network.shift_px[1];
+        found.cosine = network.cosine;
+        deliver(found, out, "out");
+    });
+}
+
+toliman_status toliman_bank_encode(const toliman_bank *handle, const toliman_fit *fit, const double *counts,
+                                   size_t stride, const toliman_fit_prediction *prediction, toliman_bank_result *result,
+                                   toliman_fit_result *fitted) noexcept {
+    return guard([&] {
+        const Use use(handle, "bank");
+        const Use model(fit, "fit");
+        check_fit(*handle, *fit);
+        required_image(counts, stride, use->bank.cols(), "counts");
+        check_struct_size("result", required(result, "result"));
+        if (fitted != nullptr)
+            check_struct_size("fitted", *fitted);
+        WorkPool<fit::FitWork>::Lease fit_work(model->works);
+        WorkPool<bank::BankWork>::Lease work(use->works);
+        const bank::Estimate estimate =
+            use->bank.estimate(model->fit, {counts, use->bank.rows(), use->bank.cols(), stride},
+                               prediction_of(prediction), *fit_work, *work);
+        deliver(public_result(estimate), result, "result");
+        if (fitted != nullptr)
+            deliver(public_result((*work).fitted, model->fit.parameters().size()), fitted, "fitted");
+    });
+}
+
+toliman_status toliman_bank_encode_many(const toliman_bank *handle, const toliman_fit *fit, const toliman_image *image,
+                                        size_t count, const toliman_fit_prediction *predictions, uint32_t threads,
+                                        toliman_bank_result *results, toliman_fit_result *fitted) noexcept {
+    return guard([&] {
+        const Use use(handle, "bank");
+        const Use model(fit, "fit");
+        check_fit(*handle, *fit);
+        if (count == 0)
+            return;
+        const bank::Bank &bank = use->bank;
+        const PixelFrames frames = frames_of(image, count, bank.rows(), bank.cols());
+        const StructArray<toliman_bank_result> out(results, "results");
+        std::optional<StructArray<const toliman_fit_prediction>> given;
+        if (predictions != nullptr)
+            given.emplace(predictions, "predictions");
+        std::optional<StructArray<toliman_fit_result>> fits;
+        if (fitted != nullptr)
+            fits.emplace(fitted, "fitted");
+        Buffer<toliman_bank_result> found(count); // so that nothing is written if a frame fails
+        Buffer<toliman_fit_result> found_fits(fits ? count : 0);
+        struct Work {
+            explicit Work(const toliman_fit &fit, const toliman_bank &bank) : of_fit(fit.works), of_bank(bank.works) {}
+            WorkPool<fit::FitWork>::Lease of_fit;
+            WorkPool<bank::BankWork>::Lease of_bank;
+        };
+        for_groups(
+            frames, count, 1, threads, [&] { return Work(*fit, *handle); },
+            [&](const ImageView<const double> *frame, size_t i, size_t, Work &work) {
+                found[i] = public_result(bank.estimate(
+                    model->fit, *frame, given ? prediction_of(given->get(i), "prediction") : fit::Prediction(),
+                    *work.of_fit, *work.of_bank));
+                if (fits)
+                    found_fits[i] = public_result((*work.of_bank).fitted, model->fit.parameters().size());
+            });
+        for (size_t i = 0; i < count; i++) {
+            out.put(i, found[i]);
+            if (fits)
+                fits->put(i, found_fits[i]);
+        }
+    });
+}
+
+toliman_status toliman_bank_predict(const toliman_bank *handle, const toliman_fit *fit,
+                                    const toliman_fit_prediction *prediction, toliman_bank_result *out) noexcept {
+    return guard([&] {
+        const Use use(handle, "bank");
+        const Use model(fit, "fit");
+        check_fit(*handle, *fit);
+        WorkPool<fit::FitWork>::Lease fit_work(model->works);
+        WorkPool<bank::BankWork>::Lease work(use->works);
+        deliver(public_result(use->bank.predict(model->fit, prediction_of(prediction), *fit_work, *work)), out, "out");
+    });
+}
+
+toliman_status toliman_bank_get_renewal(const toliman_bank *handle, const toliman_fit *fit, double least_efficiency,
+                                        double *days) noexcept {
+    return guard([&] {
+        const Use use(handle, "bank");
+        const Use model(fit, "fit");
+        check_fit(*handle, *fit);
+        if (!(least_efficiency > 0 && least_efficiency < 1))
+            fail(Status::argument, "{least_efficiency} = %g: must be in (0, 1)", least_efficiency);
+        required(days, "days");
+        WorkPool<fit::FitWork>::Lease fit_work(model->works);
+        WorkPool<bank::BankWork>::Lease work(use->works);
+        *days = use->bank.renewal(model->fit, least_efficiency, *fit_work, *work);
+    });
+}
+
+toliman_status toliman_bank_save(const toliman_bank *bank, int32_t encoding, void *bytes, size_t capacity,
+                                 size_t *needed) noexcept {
+    return guard([&] { deliver_bytes(bytes_of(bank, encoding), bytes, capacity, needed); });
+}
+
+toliman_status toliman_bank_load(const void *bytes, size_t size, const toliman_load_options *options,
+                                 toliman_bank **out) noexcept {
+    return guard([&] {
+        const MemoryScope scope(memory_of(options));
+        required(bytes, "bytes");
+        required(out, "out") = new toliman_bank{{}, bank::from_bytes(bytes, size)};
+    });
+}
+
+toliman_status toliman_bank_save_file(const toliman_bank *bank, int32_t encoding, const char *path) noexcept {
+    return guard([&] {
+        const std::vector<uint8_t> bytes = bytes_of(bank, encoding);
+        file::replace(&required(path, "path"), bytes.data(), bytes.size());
+    });
+}
+
+toliman_status toliman_bank_load_file(const char *path, const toliman_load_options *options,
+                                      toliman_bank **out) noexcept {
+    return guard([&] {
+        const MemoryScope scope(memory_of(options));
+        required(path, "path");
+        toliman_bank *&made = required(out, "out");
+        const std::vector<uint8_t> bytes = file::read(path, bank::most_bytes());
+        in_file(path, [&] { made = new toliman_bank{{}, bank::from_bytes(bytes.data(), bytes.size())}; });
+    });
+}

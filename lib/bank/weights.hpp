@@ -1,0 +1,23 @@
+// The bank "TLMB" (tools/docs/formats.md) as bytes.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "bank/bank.hpp"
+#include "cae/payload.hpp"
+
+namespace toliman::bank {
+
+// Bytes of the weights of one network, uncompressed.
+size_t weight_bytes(cae::Encoding encoding) noexcept;
+// Above the largest file.
+size_t most_bytes() noexcept;
+
+// Deterministic, and idempotent after a load with the same encoding. Status::range for weights out of range.
+std::vector<uint8_t> to_bytes(const Bank &bank, cae::Encoding encoding);
+
+// Status::format unless the bytes are complete, undamaged, of a known version, and all numbers in range.
+Bank from_bytes(const void *bytes, size_t size);
+
+} // namespace toliman::bank
