@@ -62,11 +62,19 @@ void print_network(const NetworkOutcome &network, const Scene &scene) {
                 decimals_of(reference.peak.period_error), reference.peak.period, reference.peak.log10_fap);
 }
 
-void print_fit(const FitOutcome &fit) {
-    std::printf("one frame     %sCramer-Rao bound %.3g px; efficiency %s\n", sigma_text(fit.signal, "; ").c_str(),
-                fit.bound_px, efficiency_text(fit.efficiency).c_str());
-    std::printf("fit           chi-square %.4f, %.1f steps per frame, %zu frames lost\n", fit.chi_square,
-                fit.iterations, fit.lost);
+void print_following(const Pipeline &pipeline) {
+    const FitOutcome &fit = *pipeline.fit;
+    std::printf("one frame     %sCramer-Rao bound %.3g px; efficiency %s\n",
+                sigma_text(pipeline.result(), "; ").c_str(), fit.bound_px,
+                efficiency_text(pipeline.efficiency()).c_str());
+    if (pipeline.bank) {
+        std::printf("bank          %u networks for %u dates; efficiency at least %.3f\n", pipeline.bank->info.networks,
+                    pipeline.bank->info.dates, pipeline.bank->least_efficiency);
+        std::printf("fit           %sefficiency %s, log10 FAP %.1f\n", sigma_text(fit.signal, "; ").c_str(),
+                    efficiency_text(fit.efficiency).c_str(), fit.signal.peak.log10_fap);
+    }
+    std::printf("%s  chi-square %.4f, %.1f steps per frame, %zu frames lost\n",
+                pipeline.bank ? "            " : "fit         ", fit.chi_square, fit.iterations, fit.lost);
 }
 
 void print_controls(const Pipeline &pipeline) {
@@ -92,6 +100,8 @@ void print_seconds(const Pipeline &pipeline) {
     std::printf("seconds       %.1f: set-up %.1f, ", spent.total, spent.setup);
     if (pipeline.network)
         std::printf("train %.1f, simulate %.1f, encode %.1f, ", spent.train, spent.simulate, spent.encode);
+    else if (pipeline.bank)
+        std::printf("train %.1f, simulate %.1f, fit and encode %.1f, ", spent.train, spent.simulate, spent.fit);
     else
         std::printf("simulate %.1f, fit %.1f, ", spent.simulate, spent.fit);
     std::printf("period %.1f, controls %.1f\n", spent.period, spent.controls);
@@ -108,7 +118,7 @@ void print_summary(const Scene &scene, const Pipeline &pipeline, const std::stri
     if (pipeline.network)
         print_network(*pipeline.network, scene);
     else
-        print_fit(*pipeline.fit);
+        print_following(pipeline);
     print_controls(pipeline);
     if (pipeline.network)
         print_decoder(pipeline.network->reconstructions);

@@ -1,6 +1,8 @@
 #include "experiment/fit_method.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 #include "common/library.hpp"
@@ -16,6 +18,24 @@ toliman_fit_prediction prediction_at(double time_days) {
     return prediction;
 }
 
+std::vector<toliman_fit_prediction> predictions_at(const double *times_days, size_t count) {
+    std::vector<toliman_fit_prediction> predictions;
+    std::transform(times_days, times_days + count, std::back_inserter(predictions), prediction_at);
+    return predictions;
+}
+
+// Appends `count` structs with their size set; returns the first.
+template <class T> T *append(std::vector<T> &structs, size_t count) {
+    structs.resize(structs.size() + count, toliman::sized<T>());
+    return &structs[structs.size() - count];
+}
+
+toliman::network_bank bank_of(const toliman_fit *fit, uint64_t seed) {
+    auto options = toliman::sized<toliman_bank_options>();
+    options.seed = seed;
+    return toliman::make<toliman::network_bank>(toliman_bank_create, fit, &options);
+}
+
 } // namespace
 
 FitMethod::FitMethod(const Scene &scene)
@@ -23,19 +43,12 @@ FitMethod::FitMethod(const Scene &scene)
 
 void FitMethod::push(const double *images, const double *times_days, size_t count) {
     const toliman_image image = plain_image(images);
-    std::vector<toliman_fit_prediction> predictions;
-    for (size_t i = 0; i < count; i++)
-        predictions.push_back(prediction_at(times_days[i]));
-    results_.resize(results_.size() + count, toliman::sized<toliman_fit_result>());
-    toliman::check(
-        toliman_fit_frames(fit_.get(), &image, count, predictions.data(), 0, &results_[results_.size() - count]));
+    toliman::check(toliman_fit_frames(fit_.get(), &image, count, predictions_at(times_days, count).data(), 0,
+                                      append(results_, count)));
 }
 
 std::vector<double> FitMethod::series() {
-    std::vector<double> values;
-    for (const toliman_fit_result &result : results())
-        values.push_back(result.displacement_px);
-    return values;
+    return displacements(results());
 }
 
 std::vector<toliman_fit_result> FitMethod::results() {
@@ -52,6 +65,32 @@ std::vector<double> FitMethod::bounds_px(const std::vector<double> &times_days) 
         bounds[i] = std::sqrt(covariance[0]); // of the separation, the first parameter
     });
     return bounds;
+}
+
+BankMethod::BankMethod(const Scene &scene, uint64_t seed) : FitMethod(scene), bank_(bank_of(fit_.get(), seed)) {}
+
+void BankMethod::train(toliman_progress_fn progress, void *progress_data) {
+    auto options = toliman::sized<toliman_bank_train_options>();
+    options.progress = progress;
+    options.progress_data = progress_data;
+    toliman::check(toliman_bank_train(bank_.get(), fit_.get(), &options));
+}
+
+void BankMethod::push(const double *images, const double *times_days, size_t count) {
+    const toliman_image image = plain_image(images);
+    toliman_fit_result *const fitted = append(results_, count);
+    toliman::check(toliman_bank_encode_many(bank_.get(), fit_.get(), &image, count,
+                                            predictions_at(times_days, count).data(), 0, append(estimates_, count),
+                                            fitted));
+}
+
+std::vector<double> BankMethod::series() {
+    results_.clear();
+    return displacements(estimates());
+}
+
+std::vector<toliman_bank_result> BankMethod::estimates() {
+    return std::exchange(estimates_, {});
 }
 
 } // namespace cli

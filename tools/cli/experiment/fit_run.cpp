@@ -3,7 +3,9 @@
 #include "experiment/fit_run.hpp"
 
 #include <algorithm>
+#include <utility>
 
+#include "experiment/reconstructions.hpp"
 #include "frames/frame_loop.hpp"
 
 namespace cli {
@@ -15,7 +17,40 @@ bool is_series(const std::vector<double> &values) {
     return std::count_if(values.begin(), values.end(), [](double value) { return !std::isnan(value); }) >= fewest;
 }
 
+// A network needs as many pixels, and two stars.
+bool can_have_bank(const Scene &scene) {
+    return scene.info.rows >= static_cast<int64_t>(kNetworkSide) &&
+           scene.info.cols >= static_cast<int64_t>(kNetworkSide);
+}
+
 } // namespace
+
+FitRun::FitRun(const Scene &scene, uint64_t seed) {
+    if (can_have_bank(scene)) {
+        auto bank = std::make_unique<BankMethod>(scene, seed);
+        bank_ = bank.get();
+        method_ = std::move(bank);
+    } else {
+        method_ = std::make_unique<FitMethod>(scene);
+    }
+}
+
+void FitRun::train(Progress &progress) {
+    if (bank_ == nullptr)
+        return;
+    bank_->train(Progress::callback, &progress);
+    const toliman_bank *const bank = bank_->bank();
+    bank_outcome.info = info_from<toliman_bank_info>(toliman_bank_get_info, bank);
+    bank_outcome.least_cosine = 1;
+    for (int64_t i = 0; i < bank_outcome.info.networks; i++) {
+        auto network = toliman::sized<toliman_bank_network>();
+        toliman::check(toliman_bank_get_network(bank, i, &network));
+        bank_outcome.least_cosine = std::min(bank_outcome.least_cosine, network.cosine);
+    }
+    bank_outcome.weights = bytes_of([bank](unsigned char *data, size_t capacity, size_t *size) {
+        return toliman_bank_save(bank, TOLIMAN_CAE_ENCODING_FP16, data, capacity, size);
+    });
+}
 
 bool FitRun::has_series() const {
     return is_series(outcome.signal.values) &&
@@ -23,7 +58,7 @@ bool FitRun::has_series() const {
 }
 
 void FitRun::end_frames(const std::vector<double> &times_days) {
-    const std::vector<toliman_fit_result> results = method_.results();
+    const std::vector<toliman_fit_result> results = method_->results();
     std::vector<double> chi_squares, iterations;
     for (const toliman_fit_result &result : results) {
         outcome.signal.values.push_back(result.displacement_px);
@@ -35,16 +70,38 @@ void FitRun::end_frames(const std::vector<double> &times_days) {
     outcome.lost = results.size() - chi_squares.size();
     outcome.chi_square = mean(chi_squares);
     outcome.iterations = mean(iterations);
-    bounds_px_ = method_.bounds_px(times_days);
+    if (bank_ != nullptr)
+        end_frames(bank_->estimates());
+    bounds_px_ = method_->bounds_px(times_days);
     std::vector<double> variances;
     for (const double bound : bounds_px_)
         variances.push_back(bound * bound);
     outcome.bound_px = std::sqrt(mean(variances));
 }
 
+void FitRun::end_frames(const std::vector<toliman_bank_result> &estimates) {
+    bank_outcome.signal.values = displacements(estimates);
+    std::vector<double> known;
+    for (const toliman_bank_result &estimate : estimates) {
+        bank_outcome.efficiencies.push_back(estimate.efficiency);
+        if (!std::isnan(estimate.efficiency))
+            known.push_back(estimate.efficiency);
+    }
+    if (known.empty())
+        return;
+    bank_outcome.least_efficiency = *std::min_element(known.begin(), known.end());
+    bank_outcome.mean_efficiency = mean(known);
+}
+
 void FitRun::end_controls(bool photon_noise) {
-    Outcome &control = outcome.no_signal;
-    control.values = method_.series();
+    if (bank_ != nullptr)
+        end_controls(displacements(bank_->estimates()), photon_noise, bank_outcome);
+    end_controls(displacements(method_->results()), photon_noise, outcome);
+}
+
+void FitRun::end_controls(std::vector<double> values, bool photon_noise, FollowOutcome &of) const {
+    Outcome &control = of.no_signal;
+    control.values = std::move(values);
     std::vector<double> known, squared_ratios;
     for (size_t k = 0; k < control.values.size(); k++) {
         if (std::isnan(control.values[k]))
@@ -53,9 +110,9 @@ void FitRun::end_controls(bool photon_noise) {
         const double ratio = control.values[k] / bounds_px_[k % bounds_px_.size()];
         squared_ratios.push_back(ratio * ratio);
     }
-    control.sigma_px = outcome.signal.sigma_px = deviation(known);
+    control.sigma_px = of.signal.sigma_px = deviation(known);
     if (photon_noise)
-        outcome.efficiency = 1 / std::sqrt(mean(squared_ratios));
+        of.efficiency = 1 / std::sqrt(mean(squared_ratios));
     control.values.resize(std::min(control.values.size(), bounds_px_.size()));
 }
 

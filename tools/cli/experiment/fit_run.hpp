@@ -1,28 +1,46 @@
-// The fit of the forward model on the frames of a run.
+// The estimators that follow moving stars, on the frames of a run: the fit of the forward model and, in frames that are
+// large enough, a bank of networks.
 #pragma once
+#include <memory>
 
 #include "experiment/fit_method.hpp"
 #include "experiment/outcome.hpp"
 
 namespace cli {
 
-// Lost frames did not converge; means are over the others.
-struct FitOutcome {
+// An estimator of moving stars. Lost frames did not converge.
+struct FollowOutcome {
     Outcome signal, no_signal;
-    double bound_px = NAN; // Cramer-Rao bound with the same parameters free, root mean square over the frames
     // 1 over the root mean square of value over bound in frames without signal; NaN without controls and photon noise.
     double efficiency = NAN;
-    double chi_square = NAN, iterations = NAN; // means
+};
+
+struct FitOutcome : FollowOutcome {
+    double bound_px = NAN; // Cramer-Rao bound with the same parameters free, root mean square over the frames
+    double chi_square = NAN, iterations = NAN; // means over the frames that converged
     size_t lost = 0;
+};
+
+struct BankOutcome : FollowOutcome {
+    toliman_bank_info info = {};
+    std::vector<double> efficiencies;                     // of the frames, as computed from their states; NaN: lost
+    double least_efficiency = NAN, mean_efficiency = NAN; // of these
+    double least_cosine = NAN;                            // of the networks' gradients and the ideal ones
+    std::vector<unsigned char> weights;                   // file of the bank
 };
 
 class FitRun {
   public:
-    // Throws toliman::error if the scene has no fit.
-    explicit FitRun(const Scene &scene) : method_(scene) {}
+    // Throws toliman::error if the scene has no fit. The bank is made with initial weights of this seed.
+    FitRun(const Scene &scene, uint64_t seed);
 
+    bool has_bank() const noexcept { return bank_ != nullptr; }
+    // Trains the bank; does nothing without one.
+    void train(Progress &progress);
     // Adds the next frames.
-    void push(const double *images, const double *times_days, size_t count) { method_.push(images, times_days, count); }
+    void push(const double *images, const double *times_days, size_t count) {
+        method_->push(images, times_days, count);
+    }
     // After the frames of the cadence, which have these times.
     void end_frames(const std::vector<double> &times_days);
     // After the frames without signal, of which frame k has time k modulo the length of the cadence.
@@ -30,9 +48,14 @@ class FitRun {
     // Whether there are values enough to search them for a period.
     bool has_series() const;
     FitOutcome outcome;
+    BankOutcome bank_outcome;
 
   private:
-    FitMethod method_;
+    void end_frames(const std::vector<toliman_bank_result> &estimates);
+    void end_controls(std::vector<double> values, bool photon_noise, FollowOutcome &of) const;
+
+    std::unique_ptr<FitMethod> method_;
+    BankMethod *bank_ = nullptr;    // method_, if it has one
     std::vector<double> bounds_px_; // of the frames of the cadence
 };
 

@@ -1,9 +1,9 @@
 // Method: stars at rest are measured by the network and the template, at microseconds a frame; stars that move by the
-// fit, at milliseconds, because the others are made for the places at time 0. The frames of the cadence are estimated
-// once, and each series is searched on the default grid. Frames without signal, at least 2000 (200 for quick controls),
-// give the scatter and the efficiency of each estimator, the latter to 1/sqrt(2 * 2000) = 1.6 % (5 %). At rest their
-// numbers follow those of the cadence. Moving stars are at their places in the frames of the cadence, whose numbers are
-// therefore repeated with other seeds of noise and pointing.
+// fit and the networks of a bank, at milliseconds, because the others are made for the places at time 0. The frames of
+// the cadence are estimated once, and each series is searched on the default grid. Frames without signal, at least 2000
+// (200 for quick controls), give the scatter and the efficiency of each estimator, the latter to 1/sqrt(2 * 2000) = 1.6
+// % (5 %). At rest their numbers follow those of the cadence. Moving stars are at their places in the frames of the
+// cadence, whose numbers are therefore repeated with other seeds of noise and pointing.
 #include "experiment/pipeline.hpp"
 
 #include <algorithm>
@@ -35,11 +35,15 @@ class Estimators {
     // Trains the network on one thread, or creates the fit, while another one draws.
     void create(const std::function<void()> &draw, Timings &timings) {
         const auto create_estimator = [&] {
-            const Stopwatch watch(network_ ? timings.train : timings.fit);
+            if (!network_) {
+                const Stopwatch watch(timings.fit);
+                fit_ = std::make_unique<FitRun>(scene_, options_.seed);
+            }
+            const Stopwatch watch(timings.train);
             if (network_)
                 network_->train();
             else
-                fit_ = std::make_unique<FitRun>(scene_);
+                fit_->train(progress_);
         };
         run_parallel(2, [&](size_t job) { job == 0 ? create_estimator() : draw(); });
     }
@@ -98,6 +102,8 @@ class Estimators {
                                     "and the stars must be in the frame",
                                     scene_.path.c_str(), fit_->outcome.lost, cadence_.times.size()));
         result.fit = std::move(fit_->outcome);
+        if (fit_->has_bank())
+            result.bank = std::move(fit_->bank_outcome);
     }
 
   private:
@@ -148,6 +154,8 @@ void search_all(const Scene &scene, const Cadence &cadence, Pipeline &result) {
             outcomes.push_back(&((*result.network).*part));
     if (result.fit)
         outcomes.insert(outcomes.end(), {&result.fit->signal, &result.fit->no_signal});
+    if (result.bank)
+        outcomes.insert(outcomes.end(), {&result.bank->signal, &result.bank->no_signal});
     outcomes.erase(
         std::remove_if(outcomes.begin(), outcomes.end(), [](const Outcome *one) { return one->values.empty(); }),
         outcomes.end());

@@ -18,7 +18,8 @@ struct RunOptions {
     Controls controls;
 };
 
-struct Pipeline {
+class Pipeline {
+  public:
     uint64_t seed = 0;
     Controls controls = Controls::full;
     bool photon_noise = false; // the frames have the photon noise that the Cramer-Rao bound assumes
@@ -26,13 +27,17 @@ struct Pipeline {
     size_t control_frames = 0;
     std::optional<NetworkOutcome> network; // if the stars are at rest
     std::optional<FitOutcome> fit;         // if the stars move
+    std::optional<BankOutcome> bank;       // the same, in frames of at least 256x256 px
     Outcome truth;                         // of the true displacements; peak of period and power 0 without signal
     Timings timings;
 
-    // The result of the run: that of the network, or of the fit if the stars move.
-    const Outcome &result() const noexcept { return network ? network->latent : fit->signal; }
-    const Outcome &no_signal() const noexcept { return network ? network->no_signal : fit->no_signal; }
-    double efficiency() const noexcept { return network ? network->efficiency : fit->efficiency; }
+    // The result of the run: that of the network; if the stars move, of the bank or else the fit.
+    const Outcome &result() const noexcept { return network ? network->latent : following().signal; }
+    const Outcome &no_signal() const noexcept { return network ? network->no_signal : following().no_signal; }
+    double efficiency() const noexcept { return network ? network->efficiency : following().efficiency; }
+
+  private:
+    const FollowOutcome &following() const noexcept { return bank ? static_cast<const FollowOutcome &>(*bank) : *fit; }
 };
 
 // Training uses no frames, and the control frames have noise of their own: no noise is used twice. draw() needs no

@@ -57,8 +57,9 @@ Json geometry(const Scene &scene, double rotation_deg) {
 void set_result(const Pipeline &pipeline, double first_time, Json &json) {
     const toliman_period_peak &peak = pipeline.result().peak;
     const std::optional<NetworkOutcome> &network = pipeline.network;
-    json.set("estimator", network ? "network" : "fit");
-    json.set("latent_sigma_px", network ? network->latent.sigma_px : NAN, "efficiency", pipeline.efficiency());
+    json.set("estimator", network ? "network" : pipeline.bank ? "bank" : "fit");
+    json.set("latent_sigma_px", pipeline.fit && !pipeline.bank ? NAN : pipeline.result().sigma_px, "efficiency",
+             pipeline.efficiency());
     json.set("efficiency_error", efficiency_error(pipeline, pipeline.efficiency()));
     json.set("cosine", network ? network->training.cosine : NAN, "period_days", peak.period);
     json.set("half_width_period_days", peak.half_width_period, "fwhm_period_days", peak.fwhm_period);
@@ -84,13 +85,25 @@ Json estimate_json(const Outcome &outcome) {
                 "log10_fap", peak.log10_fap, "fwhm_period_days", peak.fwhm_period);
 }
 
-Json fit_json(const Pipeline &pipeline, const FitOutcome &fit) {
+Json following_json(const Pipeline &pipeline, const FollowOutcome &of) {
     const bool controls = pipeline.controls != Controls::none;
-    Json json = estimate_json(fit.signal);
-    json.set("bound_px", fit.bound_px, "efficiency", fit.efficiency, "efficiency_error",
-             efficiency_error(pipeline, fit.efficiency), "no_signal_log10_fap",
-             if_known(controls, fit.no_signal.peak.log10_fap));
-    json.set("chi_square", fit.chi_square, "iterations", fit.iterations, "lost", fit.lost);
+    Json json = estimate_json(of.signal);
+    json.set("efficiency", of.efficiency, "efficiency_error", efficiency_error(pipeline, of.efficiency),
+             "no_signal_log10_fap", if_known(controls, of.no_signal.peak.log10_fap));
+    return json;
+}
+
+Json fit_json(const Pipeline &pipeline, const FitOutcome &fit) {
+    Json json = following_json(pipeline, fit);
+    json.set("bound_px", fit.bound_px, "chi_square", fit.chi_square, "iterations", fit.iterations, "lost", fit.lost);
+    return json;
+}
+
+Json bank_json(const Pipeline &pipeline, const BankOutcome &bank) {
+    Json json = following_json(pipeline, bank);
+    json.set("networks", bank.info.networks, "dates", bank.info.dates, "places", bank.info.places, "least_cosine",
+             bank.least_cosine);
+    json.set("least_efficiency", bank.least_efficiency, "mean_efficiency", bank.mean_efficiency);
     return json;
 }
 
@@ -106,7 +119,8 @@ void set_network(const std::optional<NetworkOutcome> &network, Json &json) {
 }
 
 void set_references(const Pipeline &pipeline, Json &json) {
-    json.set("fit", pipeline.fit ? std::optional(fit_json(pipeline, *pipeline.fit)) : std::nullopt);
+    json.set("fit", pipeline.fit ? std::optional(fit_json(pipeline, *pipeline.fit)) : std::nullopt, "bank",
+             pipeline.bank ? std::optional(bank_json(pipeline, *pipeline.bank)) : std::nullopt);
     const toliman_period_peak &truth = pipeline.truth.peak;
     std::optional<Json> true_series, no_signal, untrained;
     if (truth.period > 0)
@@ -170,6 +184,10 @@ std::vector<Column> value_columns(const RunFiles &files) {
         columns.push_back({"latent", &pipeline.network->latent.values});
         columns.push_back({"template", &pipeline.network->template_fit.values});
     }
+    if (pipeline.bank) {
+        columns.push_back({"latent", &pipeline.bank->signal.values});
+        columns.push_back({"efficiency", &pipeline.bank->efficiencies});
+    }
     if (pipeline.fit)
         columns.push_back({"fit", &pipeline.fit->signal.values});
     return columns;
@@ -180,6 +198,8 @@ std::vector<Column> power_columns(const Pipeline &pipeline) {
     std::vector<Column> columns;
     if (pipeline.network)
         columns = {{"power", &pipeline.network->latent.power}, {"template", &pipeline.network->template_fit.power}};
+    if (pipeline.bank)
+        columns = {{"power", &pipeline.bank->signal.power}};
     columns.push_back({"true", &pipeline.truth.power});
     if (pipeline.fit)
         columns.push_back({"fit", &pipeline.fit->signal.power});
@@ -206,7 +226,8 @@ RunFolder::RunFolder(const std::string &path) : folder_(path), images_(folder_.f
     for (const char *name : {"result.json", "series.csv", "periodogram.csv", "training.csv", "displacement.csv"})
         folder_.open(name);
     folder_.open("scene.json", Replaces::scenes);
-    folder_.open("weights.tlmw");
+    for (const char *name : {"weights.tlmw", "weights.tlmb"})
+        folder_.open(name);
     for (const char *name : kRunImages)
         images_.open(name);
 }
@@ -217,6 +238,8 @@ std::string RunFolder::write(const RunFiles &files) {
     folder_.open("scene.json").write(files.scene_text);
     if (pipeline.network)
         folder_.open("weights.tlmw").write(pipeline.network->weights);
+    if (pipeline.bank)
+        folder_.open("weights.tlmb").write(pipeline.bank->weights);
     std::string result = run_result(files);
     folder_.open("result.json").write(result);
     for (size_t i = 0; i < files.images.size(); i++)
@@ -227,6 +250,8 @@ std::string RunFolder::write(const RunFiles &files) {
         for (size_t i = files.images.size(); i < std::size(kRunImages); i++)
             images_.remove(kRunImages[i]);
     }
+    if (!pipeline.bank)
+        folder_.remove("weights.tlmb");
     images_.commit();
     folder_.commit("result.json");
     return result;

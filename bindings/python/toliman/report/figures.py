@@ -267,6 +267,26 @@ def bounds(steps: typing.Sequence[str], series: dict[str, list[float]], earth_px
 
 
 @styled
+def bank(t: Array, latent: Array, fit: Array, efficiency: Array) -> Figure:
+    """Latents of a bank of networks against the fit (px), and their efficiency along time (days), of each frame."""
+    figure, (left, right) = new_figure(3.6, 1, 2)
+    step = thinned(len(t))
+    factor, unit = short_unit([float(numpy.abs(fit).max(initial=0))], "px")
+    ends = numpy.array([min(latent.min(), fit.min()), max(latent.max(), fit.max())]) * factor
+    left.plot(ends, ends, color=ORANGE, label="equal")
+    left.plot(factor * fit[::step], factor * latent[::step], ".", color=BLUE, markersize=3, label="each frame")
+    left.set_xlabel(f"fit, {unit}")
+    left.set_ylabel(f"latent, {unit}")
+    left.legend(loc="upper left")
+    right.plot(t[::step], efficiency[::step], ".", color=BLUE, markersize=3)
+    right.axhline(0.95, color=ORANGE, linestyle="--")
+    right.set_ylim(min(0.94, float(efficiency.min())), 1)
+    right.set_xlabel("time, days")
+    right.set_ylabel("efficiency (no unit)")
+    return figure
+
+
+@styled
 def training(step: Array, loss: Array) -> Figure:
     """Loss after each training step."""
     figure, (axis,) = new_figure(3.2)

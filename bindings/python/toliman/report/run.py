@@ -25,6 +25,9 @@ _WORDS = {
                          "training",
     "network, no signal": "the trained network on frames without a planet: its highest peak is noise",
     "fit, no signal": "the fit on frames without a planet: its highest peak is noise",
+    "bank": "networks trained for the dates and sub-pixel places of the stars; that of the nearest place takes the residual "
+            "of the fit with the separation at its prediction, and its latent is the separation minus the prediction, px",
+    "bank, no signal": "the bank on frames without a planet: its highest peak is noise",
     "signal": "the true displacements: without noise, hence a FAP of almost 0",
     "the chapter": "the book chapter whose experiment the scene chapter repeats with a better mask: " + CHAPTER,
     "nuisances": "other parameters that change a frame: fluxes of both stars, shift in x and y, roll, scale, focus, "
@@ -37,10 +40,11 @@ _WORDS = {
     "1 − MSSIM": "structural dissimilarity of frame and reconstruction (MSSIM: mean structural similarity); 0 if equal",
     **glossary.FAP, **glossary.FWHM, **glossary.PEAKS,
 }
-_CONTROL_WORDS = ("untrained network", "network, no signal", "fit, no signal")
+_CONTROL_WORDS = ("untrained network", "network, no signal", "fit, no signal", "bank, no signal")
 _NETWORK_WORDS = ("network", "template", "signal", "untrained network", "network, no signal", "decoder: cosine, gain",
                   "mean squared error", "1 − MSSIM")
 _FIT_WORDS = ("fit", "fit, no signal")
+_BANK_WORDS = ("bank", "bank, no signal")
 
 
 class _Run:
@@ -57,7 +61,9 @@ class _Run:
         self.found = significant(self.log10_fap)
         self.has_network = result.find("estimator", "network") == "network"
         self.has_fit = result.has("fit")
-        self.headline = "Network: fit" if self.has_network else "Fit of each frame: period"
+        self.has_bank = result.has("bank")
+        self.headline = "Network: fit" if self.has_network else \
+            "Bank of networks: period" if self.has_bank else "Fit of each frame: period"
 
     @property
     def has_controls(self) -> bool:
@@ -65,15 +71,21 @@ class _Run:
         return bool(self.result.find("controls", "full") != "none")
 
     @property
+    def following(self) -> list[str]:
+        """Estimators that follow moving stars."""
+        return [name for name, there in (("bank", self.has_bank), ("fit", self.has_fit)) if there]
+
+    @property
     def series_names(self) -> dict[str, str]:
         """Columns of series.csv with the values of the estimators, by title."""
-        names = {"network (latents)": "latent", "template": "template"} if self.has_network else {}
+        names = {"network (latents)": "latent", "template": "template"} if self.has_network else \
+            {"bank (latents)": "latent"} if self.has_bank else {}
         return {**names, "fit": "fit"} if self.has_fit else names
 
     def explains(self, word: str) -> bool:
         """Whether the page uses this word."""
         return (self.has_controls or word not in _CONTROL_WORDS) and (self.has_network or word not in _NETWORK_WORDS) \
-            and (self.has_fit or word not in _FIT_WORDS)
+            and (self.has_fit or word not in _FIT_WORDS) and (self.has_bank or word not in _BANK_WORDS)
 
     @property
     def is_right(self) -> bool:
@@ -95,6 +107,9 @@ def add(folder: pathlib.Path, page: Page) -> None:
     page.add("heading", "The signal")
     _add_series(run, page)
     _add_periodograms(run, page)
+    if run.has_bank:
+        page.add("heading", "The bank of networks")
+        _add_bank(run, page)
     page.add("heading", "Images")
     run_images.add(folder, run.result, page)
     run_chapter.add(folder, run.result, page)
@@ -166,8 +181,23 @@ def _network_rows(run: _Run) -> list[list[str]]:
 
 def _fit_rows(run: _Run) -> list[list[str]]:
     result = run.result
-    return [["bound of the fit", exponential(result.number("fit.bound_px")), "1", "", ""],
-            _row(run, "fit", result.number("fit.sigma_px"), fixed(result.number("fit.efficiency"), 3), "fit.")]
+    return [["bound of the fit", exponential(result.number("fit.bound_px")), "1", "", ""]] \
+        + [_row(run, name, result.number(f"{name}.sigma_px"), fixed(result.number(f"{name}.efficiency"), 3), f"{name}.")
+           for name in run.following]
+
+
+def _add_bank(run: _Run, page: Page) -> None:
+    """Latents against the fit, and efficiency, frame by frame."""
+    result, table = run.result, Table(run.folder / "series.csv")
+    t, latent, fit, efficiency = (table.numbers(name, finite=name == "t") for name in ("t", "latent", "fit", "efficiency"))
+    kept: Array = numpy.isfinite(latent)
+    figure = figures.bank(t[kept], latent[kept], fit[kept], efficiency[kept])
+    page.add_figure("bank", figure, "Left: the latent of each frame against its fit; both measure the separation less its "
+                    "prediction, and have most of their noise in common. Right: efficiency of the network for the state of "
+                    "each frame: the bound over the standard deviation of the latent, from the model images. It is highest "
+                    f"near the {result.whole('bank.dates')} dates, and the {result.whole('bank.places')} sub-pixel places, "
+                    f"of the networks; at least {fixed(result.number('bank.least_efficiency'), 3)}, on average "
+                    f"{fixed(result.number('bank.mean_efficiency'), 3)}. The dashed line, 0.95, is where a bank is renewed.")
 
 
 def _control_rows(run: _Run) -> list[list[str]]:
@@ -178,9 +208,9 @@ def _control_rows(run: _Run) -> list[list[str]]:
                   fixed(result.number("untrained.log10_fap"), 1)],
                  ["network, no signal", exponential(result.number("latent_sigma_px")), "", "",
                   fixed(result.number("no_signal.log10_fap"), 1)]]
-    if run.has_fit:
-        rows.append(["fit, no signal", exponential(result.number("fit.sigma_px")), "", "",
-                     fixed(result.number("fit.no_signal_log10_fap"), 1)])
+    for name in run.following:
+        rows.append([f"{name}, no signal", exponential(result.number(f"{name}.sigma_px")), "", "",
+                     fixed(result.number(f"{name}.no_signal_log10_fap"), 1)])
     return rows
 
 
@@ -215,7 +245,9 @@ def _network_properties(run: _Run) -> list[list[str]]:
 
 def _fit_properties(run: _Run) -> list[list[str]]:
     result = run.result
-    return [["fit: chi-square per degree of freedom, mean, no unit", fixed(result.number("fit.chi_square"), 4)],
+    bank = [["bank: networks; smallest cosine of a gradient and the ideal one, no unit",
+             f"{result.whole('bank.networks')}; {fixed(result.number('bank.least_cosine'), 4)}"]] if run.has_bank else []
+    return bank + [["fit: chi-square per degree of freedom, mean, no unit", fixed(result.number("fit.chi_square"), 4)],
             ["fit: Gauss-Newton steps per frame; frames lost, no unit",
              f"{fixed(result.number('fit.iterations'), 1)}; {result.whole('fit.lost')}"]]
 
@@ -225,7 +257,8 @@ def _add_seconds(run: _Run, page: Page) -> None:
     spent = [(name, result.number(f"timings.{key}_s")) for name, key in
              (("set-up", "setup"), ("training", "train"), ("frames", "simulate"), ("encoding", "encode"),
               ("fit", "fit"), ("period", "period"), ("controls", "controls"), ("images", "images"))
-             if result.has(f"timings.{key}_s") and (run.has_network or key not in ("train", "encode"))]
+             if result.has(f"timings.{key}_s") and (run.has_network or key not in ("train", "encode"))
+             or run.has_bank and key == "train"]
     page.add("text", f"Time: {fixed(result.number('timings.total_s'), 1)} s in total; "
              + ", ".join(f"{name} {fixed(seconds, 1)}" for name, seconds in spent) + ".")
 
@@ -258,7 +291,7 @@ def _add_series(run: _Run, page: Page) -> None:
     result, table = run.result, Table(run.folder / "series.csv")
     kept: Array = numpy.isfinite(table.numbers("fit" if run.has_fit else "t", finite=False))
     t, truth = table.numbers("t")[kept], table.numbers("true")[kept]
-    panels = {title: table.numbers(name, finite=name != "fit")[kept] for title, name in run.series_names.items()}
+    panels = {title: table.numbers(name, finite=not run.has_fit)[kept] for title, name in run.series_names.items()}
     uas = result.number("amplitude_uas") / run.amplitude if run.has_signal else 0.0
     period = run.period if run.is_right else run.true_period
     cycles = numpy.ptp(t) / period if period > 0 else 0
@@ -285,8 +318,9 @@ def _add_series(run: _Run, page: Page) -> None:
 def _noise(run: _Run) -> str:
     if not run.has_controls:
         return ""
-    sigma = run.result.number("latent_sigma_px" if run.has_network else "fit.sigma_px")
-    value = "latent" if run.has_network else "value"
+    has_latents = run.has_network or run.has_bank
+    sigma = run.result.number("latent_sigma_px" if has_latents else "fit.sigma_px")
+    value = "latent" if has_latents else "value"
     return f": its amplitude is {scientific(run.amplitude / sigma)} of the scatter of one {value} without signal"
 
 
@@ -319,6 +353,8 @@ def _add_periodograms(run: _Run, page: Page) -> None:
     if run.has_network:
         curves += [_power("network's latents", frequency, table.numbers("power"), result, "", level),
                    _power("template's values", frequency, table.numbers("template"), result, "template.", level)]
+    if run.has_bank:
+        curves.append(_power("latents of the bank", frequency, table.numbers("power"), result, "bank.", level))
     if run.has_fit:
         curves.append(_power("values of the fit", frequency, table.numbers("fit"), result, "fit.", level))
     if result.has("true_series"):
