@@ -65,8 +65,8 @@ void warn_of_plan(const Scene &scene, const Light &light, const Plan &plan, cons
                  plan.filter.error);
     warn_outside_frame(scene, light, log);
     if (plan.orbit_px > 0)
-        log.warn("%s: binary.moving: the stars move by up to %.2g px along their orbit: only the fit follows them, "
-                 "other estimators are made for time 0",
+        log.warn("%s: binary.moving: the stars move by up to %.2g px along their orbit: only the fit and a bank of "
+                 "networks follow them, other estimators are made for time 0",
                  source, plan.orbit_px);
     if (plan.frames == Frames::atlas && plan.atlas.error > scene.accuracy)
         log.warn("%s: accuracy = %g: the expected error of the interpolated stars is %.2g", source, scene.accuracy,

@@ -40,7 +40,7 @@ struct Scene {
     std::vector<double> image(int32_t kind) const;
     std::vector<double> wavelengths() const; // m
     bool has(const char *stage) const;       // whether the scene models the stage of that name
-    // Whether orbit, pointing or roll move the stars, so that only the fit follows them.
+    // Whether orbit, pointing or roll move the stars, so that only the fit and a bank follow them.
     bool moves() const { return has("moving stars"); }
 };
 
