@@ -6,7 +6,7 @@
 //     efficiency = k sqrt(a C a)/|q|,   q = R^T g minus its components along all derivatives J/sigma except the
 //                                       separation's,
 // where J, at p^ - d e/2, halfway, makes k exact to third order in d: a prediction off by 5e-3 px, 2000 sigma, changes
-// the value by 0.001 sigma; with J at p0 it would be 0.2 sigma.
+// the value by 0.006 sigma; with J at p0 it would be 1.2 sigma.
 // The residual is moved after whitening, because its noise stays white then; counts over variances lose four times as
 // much. The displacement follows mostly the fainter star B (SeparationAxis::share_b): 90 days after its date, a network
 // has an efficiency of 0.97, and of 0.90 if it follows A.
@@ -46,8 +46,8 @@ fit::Prediction prediction_of(const Date &date, const Network &network) {
     return prediction;
 }
 
-// Closer predictions need no second model image halfway: the error of the slope is 3e-10 px.
-constexpr double kNearPx = 1e-4;
+// Closer predictions need no second model image halfway: the error of the slope changes the value by 0.005 sigma.
+constexpr double kNearPx = 3e-4;
 
 constexpr double kMostServedDays = 4096;
 

@@ -2,7 +2,7 @@
  * this program and prints the table. Times are medians of processor time over frames that are spread over the orbit,
  * each with noise of its own; errors are against the true separation, in units of the fit's standard deviation.
  * Usage: bench_fit FRAMES FOLDER; the folder receives the inputs of numpy_fit.py. */
-#include <toliman/fit.h>
+#include <toliman/bank.h>
 
 #include "peak.h"
 #include "shipped_scene.h"
@@ -114,6 +114,39 @@ static void measure_fits(const toliman_sim *sim, const toliman_fit *fit, const t
     }
     fflush(stdout);
     free(counts);
+}
+
+/* The time that a network takes beyond the fit, which does not depend on its training, with the predicted separation
+ * off by `off` px: from 3e-4 px on it needs a second model image. */
+static void measure_bank(const toliman_sim *sim, const toliman_fit *fit, const char *what, double off, int count) {
+    const toliman_bank_options options = {
+        .struct_size = sizeof options, .last_days = MOST, .spacing_px = 4, .places = 1, .steps = 1};
+    toliman_bank *bank = NULL;
+    assert_ok(toliman_bank_create(fit, &options, &bank));
+    double *const counts = new_images(PIXELS), times[MOST];
+    for (int i = 0; i < count; i++) {
+        const int64_t k = number_of(i, count);
+        assert_ok(toliman_sim_frame(sim, 0, 1, k, counts, SIDE));
+        toliman_fit_prediction prediction = prediction_of(sim, k, 0.3);
+        double values[7];
+        assert_ok(toliman_fit_predict(fit, &prediction, NULL, SIDE, values, NULL));
+        prediction.separation_px = values[0] + off;
+        prediction.position_angle_deg = values[1];
+        toliman_fit_result fitted = {.struct_size = sizeof fitted};
+        toliman_bank_result result = {.struct_size = sizeof result};
+        const double start = processor_s();
+        assert_ok(toliman_fit_frame(fit, counts, SIDE, &prediction, &fitted, NULL, NULL));
+        const double between = processor_s();
+        assert_ok(toliman_bank_encode(bank, fit, counts, SIDE, &prediction, &result, &fitted));
+        times[i] = (processor_s() - between) - (between - start);
+        assert_int_equal(result.flags & TOLIMAN_BANK_NOT_FITTED, 0);
+    }
+    const timing spent = timing_of(times, (size_t)count);
+    printf("{\"part\": \"bank\", \"what\": \"%s\", \"seconds\": %.5g, \"spread\": %.2g}\n", what, spent.median,
+           spent.spread);
+    fflush(stdout);
+    free(counts);
+    toliman_bank_destroy(bank);
 }
 
 /* The expected frame alone: the time that a prediction takes longer with it than without. */
@@ -231,6 +264,8 @@ int main(int count, char **arguments) {
     write_peer_inputs(sim, fit, frames, arguments[2]);
     measure_fits(sim, fit, more, frames);
     measure_image(sim, fit, frames);
+    measure_bank(sim, fit, "near", 0, frames);
+    measure_bank(sim, fit, "far", 5e-3, frames);
     toliman_fit_destroy(more);
     toliman_fit_destroy(fit);
     toliman_sim_destroy(sim);
