@@ -1,4 +1,4 @@
-// Method: header of 104 bytes, dates, networks, weights of all networks (cae/payload.hpp) and CRC32; little-endian. Of
+// Method: header of 96 bytes, dates, networks, weights of all networks (cae/payload.hpp) and CRC32; little-endian. Of
 // each network the encoder is stored: no preprocessing, because the model of the fit has all images, and no decoder.
 //
 // The file is untrusted input. The reader checks size and CRC32 first, then every number against its range, and only
@@ -24,7 +24,7 @@ using cae::Encoding;
 constexpr char kMagic[] = "TLMB";
 constexpr const char *kKind = "bank";
 constexpr uint32_t kVersion = 1;
-constexpr size_t kHeaderSize = 104, kDateSize = 24, kNetworkSize = 72, kChecksumSize = 4;
+constexpr size_t kHeaderSize = 96, kDateSize = 24, kNetworkSize = 72, kChecksumSize = 4;
 constexpr size_t kStored = cae::kLatentBias + 1, kWeights = cae::tensor_offset(kStored); // tensors of the encoder
 constexpr uint32_t kLargestFrame = 4096;
 constexpr double kMostDays = 1e6, kMostPx = kLargestFrame;
