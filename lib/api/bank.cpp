@@ -38,20 +38,21 @@ template <class T> T in_range(const char *name, T value, T least, T most, T pres
 bank::Options options_of(const toliman_bank_options &given, double last_days) {
     bank::Options options;
     options.layout = &layout_of(given.layout);
-    for (const auto &[name, days] : {std::pair<const char *, double>{"first_days", given.first_days},
-                                     std::pair<const char *, double>{"last_days", given.last_days}})
-        if (!std::isfinite(days))
-            fail(Status::argument, "{options->%s} = %g: must be finite", name, days);
-    if (given.last_days < given.first_days)
-        fail(Status::argument, "{options->last_days} = %g: must be at least first_days = %g", given.last_days,
-             given.first_days);
     const bool preset = given.first_days == 0 && given.last_days == 0;
     options.first_days = given.first_days;
     options.last_days = preset ? last_days : given.last_days;
+    for (const auto &[name, days] : {std::pair<const char *, double>{"first_days", options.first_days},
+                                     std::pair<const char *, double>{"last_days", options.last_days}})
+        if (!(std::fabs(days) <= bank::kMostDays))
+            fail(Status::argument, "{options->%s} = %g: must be in [%g, %g] days", name, days, -bank::kMostDays,
+                 bank::kMostDays);
+    if (options.last_days < options.first_days)
+        fail(Status::argument, "{options->last_days} = %g: must be at least first_days = %g", options.last_days,
+             options.first_days);
     options.spacing_px =
         in_range("spacing_px", given.spacing_px, bank::kLeastSpacingPx, bank::kMostSpacingPx, bank::kSpacingPx);
     options.places = in_range("places", given.places, 1u, bank::kMostPlaces, bank::kPlaces);
-    options.steps = in_range("steps", given.steps, 1u, 1000000u, bank::kSteps);
+    options.steps = in_range("steps", given.steps, 1u, bank::kMostSteps, bank::kSteps);
     options.seed = given.seed != 0 ? given.seed : 1;
     return options;
 }
@@ -101,6 +102,7 @@ toliman_status toliman_bank_plan(const toliman_sim *sim, const toliman_bank_opti
                 scene.binary.moving ? optics::offsets_at(scene, light, days) : light.offset_px;
             return std::array<double, 2>{place[1][0] - place[0][0], place[1][1] - place[0][1]};
         });
+        bank::check_size(scene.detector.rows, scene.detector.cols, dates.size(), options);
         toliman_bank_plan_info info = {};
         info.dates = static_cast<uint32_t>(dates.size());
         info.places = options.places * options.places;

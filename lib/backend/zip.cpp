@@ -19,21 +19,24 @@ std::vector<uint8_t> deflate(const void *data, size_t size) {
     return packed;
 }
 
-void inflate(const void *packed, size_t packed_size, void *out, size_t size, const char *kind) {
+std::vector<uint8_t> inflate(const void *packed, size_t packed_size, size_t size, const char *kind) {
+    constexpr size_t kMostRatio = 1032; // 258 bytes from 2 bits
+    if (packed_size > UINT32_MAX || size > UINT32_MAX)
+        fail(Status::format, "%s: the payload exceeds 4 GiB", kind);
+    std::vector<uint8_t> out(size <= kMostRatio * packed_size ? size : 0);
     z_stream stream = {};
     stream.next_in = static_cast<z_const Bytef *>(const_cast<void *>(packed));
     stream.avail_in = static_cast<uInt>(packed_size);
-    stream.next_out = static_cast<Bytef *>(out);
-    stream.avail_out = static_cast<uInt>(size);
-    if (packed_size > UINT32_MAX || size > UINT32_MAX)
-        fail(Status::format, "%s: the payload exceeds 4 GiB", kind);
+    stream.next_out = out.data();
+    stream.avail_out = static_cast<uInt>(out.size());
     if (::inflateInit(&stream) != Z_OK)
         fail(Status::memory, "inflate: out of memory");
-    const int result = ::inflate(&stream, Z_FINISH);
+    const int result = out.empty() ? Z_DATA_ERROR : ::inflate(&stream, Z_FINISH);
     const bool exact = result == Z_STREAM_END && stream.avail_in == 0 && stream.avail_out == 0;
     ::inflateEnd(&stream);
     if (!exact)
         fail(Status::format, "%s: the compressed payload is damaged or has another size than stated", kind);
+    return out;
 }
 
 } // namespace toliman::zip

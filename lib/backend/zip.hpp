@@ -11,7 +11,8 @@ uint32_t crc32(const void *data, size_t size, uint32_t before = 0) noexcept;
 
 std::vector<uint8_t> deflate(const void *data, size_t size);
 
-// Inflates into out[size]. Status::format unless the stream ends after exactly `size` bytes and all input is consumed.
-void inflate(const void *packed, size_t packed_size, void *out, size_t size, const char *kind);
+// Inflates to `size` bytes. Status::format unless the stream ends after exactly these and all input is consumed; memory
+// is only allocated for a size that the input can have.
+std::vector<uint8_t> inflate(const void *packed, size_t packed_size, size_t size, const char *kind);
 
 } // namespace toliman::zip

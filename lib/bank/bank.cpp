@@ -57,6 +57,16 @@ double square(double x) noexcept {
 
 } // namespace
 
+void check_size(size_t rows, size_t cols, size_t dates, const Options &options) {
+    if (std::min(rows, cols) < kSide || std::max(rows, cols) > kLargestFrame)
+        fail(Status::unsupported, "bank: {detector.shape} = [%zu, %zu]: must be in [%zu, %zu] px", rows, cols, kSide,
+             kLargestFrame);
+    const size_t places = options.places;
+    if (dates * places * places > kMostNetworks)
+        fail(Status::argument, "{options}: %zu dates with %zu places each: must be at most %zu networks", dates,
+             places * places, kMostNetworks);
+}
+
 Network new_network(size_t i, const Options &options, cae::Encoder encoder) {
     const size_t places = options.places;
     return {i / (places * places),
@@ -68,13 +78,8 @@ Bank::Bank(const fit::Fit &fit, const Options &options)
     : options_(options), rows_(fit.rows()), cols_(fit.cols()), fit_digest_(fit.digest()),
       dates_(dates_of(options.first_days, options.last_days, options.spacing_px,
                       [&fit](double days) { return fit.difference(days); })) {
-    if (rows_ < kSide || cols_ < kSide)
-        fail(Status::unsupported, "{fit}: frames of %zu x %zu px: must be at least %zu x %zu for networks", rows_,
-             cols_, kSide, kSide);
+    check_size(rows_, cols_, dates_.size(), options);
     const size_t places = options.places;
-    if (dates_.size() * places * places > kMostNetworks)
-        fail(Status::argument, "{options}: %zu dates with %zu places: at most %zu networks", dates_.size(),
-             places * places, kMostNetworks);
     fit::FitWork work = fit.work();
     const cae::Encoder untrained(*options.layout, cae::random_encoder(options.seed));
     const cae::Response response = untrained.response();
@@ -237,7 +242,7 @@ void Bank::measure(const fit::Fit &fit, const ImageView<const double> *counts, c
     estimate.efficiency =
         std::fmin(1, std::fabs(slope) * std::sqrt(axis.variance_px2 / noise2)) * network.response.share;
     estimate.sigma_px = std::sqrt(axis.variance_px2) / estimate.efficiency;
-    if (estimate.efficiency < kLeastEfficiency)
+    if (!(estimate.efficiency >= kLeastEfficiency))
         estimate.flags |= low_efficiency;
 
     if (counts != nullptr) {
@@ -282,7 +287,7 @@ double Bank::renewal(const fit::Fit &fit, double efficiency, fit::FitWork &fit_w
         step *= 2;
     }
     for (; step >= 1; step /= 2) // the first failure is within the last step
-        if (serves(options_.last_days + served + step))
+        if (served + step < kMostServedDays && serves(options_.last_days + served + step))
             served += step;
     return options_.last_days + served + 1;
 }

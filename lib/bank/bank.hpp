@@ -12,8 +12,10 @@
 namespace toliman::bank {
 
 constexpr double kSpacingPx = 0.5, kLeastSpacingPx = 0.05, kMostSpacingPx = 4;
-constexpr uint32_t kPlaces = 3, kMostPlaces = 8, kSteps = 600;
+constexpr uint32_t kPlaces = 3, kMostPlaces = 8, kSteps = 600, kMostSteps = 1000000;
+constexpr double kMostDays = 1e6;
 constexpr size_t kMostNetworks = 1024; // 0.8 MB of memory each
+constexpr size_t kLargestFrame = 4096; // rows and columns
 
 // toliman_bank_options, defaults resolved.
 struct Options {
@@ -37,6 +39,9 @@ struct Network {
 // Network number i of a bank, [dates][places along y][places along x], without places of the stars.
 Network new_network(size_t i, const Options &options, cae::Encoder encoder);
 
+// Status::unsupported for frames of another size, Status::argument for more than kMostNetworks.
+void check_size(size_t rows, size_t cols, size_t dates, const Options &options);
+
 enum Flag : uint32_t { not_fitted = 1, outside = 2, low_efficiency = 4 };
 constexpr double kLeastEfficiency = 0.95;
 
@@ -59,7 +64,7 @@ struct BankWork {
 // the constructor, or have the same digest.
 class Bank {
   public:
-    // Untrained networks. Status::argument for more than kMostNetworks.
+    // Untrained networks. Errors of check_size.
     Bank(const fit::Fit &fit, const Options &options);
     // A bank that was saved.
     Bank(const Options &options, size_t rows, size_t cols, uint64_t fit_digest, std::vector<Date> dates,
@@ -77,7 +82,7 @@ class Bank {
                      BankWork &work) const;
 
     // The first time after the last date, in whole days, at which the efficiency of an undisturbed frame is below
-    // `efficiency`, or the end of the model images.
+    // `efficiency`, or the end of the model images; at most 4096.
     double renewal(const fit::Fit &fit, double efficiency, fit::FitWork &fit_work, BankWork &work) const;
 
     const Options &options() const noexcept { return options_; }

@@ -26,8 +26,7 @@ constexpr const char *kKind = "bank";
 constexpr uint32_t kVersion = 1;
 constexpr size_t kHeaderSize = 96, kDateSize = 24, kNetworkSize = 72, kChecksumSize = 4;
 constexpr size_t kStored = cae::kLatentBias + 1, kWeights = cae::tensor_offset(kStored); // tensors of the encoder
-constexpr uint32_t kLargestFrame = 4096;
-constexpr double kMostDays = 1e6, kMostPx = kLargestFrame;
+constexpr double kMostPx = kLargestFrame;
 
 std::vector<Block> blocks_of(size_t networks, Encoding encoding) {
     std::vector<Block> blocks;
@@ -91,7 +90,7 @@ Header read_header(ByteReader &reader, size_t size) {
     options.last_days = in_range("last_days", reader.f64(), options.first_days, kMostDays);
     options.spacing_px = in_range("spacing_px", reader.f64(), kLeastSpacingPx, kMostSpacingPx);
     options.places = in_range("places", reader.u32(), 1, kMostPlaces);
-    options.steps = in_range("steps", reader.u32(), 1, UINT32_MAX);
+    options.steps = in_range("steps", reader.u32(), 1, kMostSteps);
     header.rows = in_range("rows", reader.u32(), cae::kSide, kLargestFrame);
     header.cols = in_range("cols", reader.u32(), cae::kSide, kLargestFrame);
     header.dates = in_range("dates", reader.u32(), 1, kMostNetworks / (options.places * options.places));

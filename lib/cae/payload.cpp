@@ -140,8 +140,7 @@ std::vector<uint8_t> pack(const Buffer<float> &values, const std::vector<Block> 
 }
 
 Buffer<float> unpack(const uint8_t *packed, size_t packed_size, const std::vector<Block> &blocks, const char *what) {
-    std::vector<uint8_t> raw(raw_size(blocks));
-    zip::inflate(packed, packed_size, raw.data(), raw.size(), kKind);
+    const std::vector<uint8_t> raw = zip::inflate(packed, packed_size, raw_size(blocks), kKind);
     Buffer<float> values(count_of(blocks));
     const uint8_t *next = raw.data();
     float *to = values.data();
