@@ -34,4 +34,14 @@ void shim_normal_add(size_t isa, const double *const *lines, size_t count, const
                      double *scratch, double *sums) {
     table(isa).add(lines, count, weight, n, scratch, sums);
 }
+
+void shim_whiten(size_t isa, double *weight, const double *residual, const double *light, const double *predicted,
+                 size_t n, double *image) {
+    table(isa).whiten(weight, residual, light, predicted, n, image);
+}
+
+void shim_correlate(size_t isa, const double *const *lines, size_t count, const double *root, const double *filter,
+                    size_t n, double *scratch, double *sums) {
+    table(isa).correlate(lines, count, root, filter, n, scratch, sums);
+}
 }

@@ -1,5 +1,5 @@
-/* Tests weights, residuals and sums of normal equations against plain loops in long double, on every instruction set.
- */
+/* Tests weights, residuals, sums of normal equations and correlations with a filter against plain loops in long double,
+ * on every instruction set. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -11,6 +11,10 @@ int shim_weigh(size_t isa, const double *counts, const double *light, const doub
                double blend, size_t n, double *weight, double *residual, size_t *used, size_t *saturated);
 void shim_normal_add(size_t isa, const double *const *lines, size_t count, const double *weight, size_t n,
                      double *scratch, double *sums);
+void shim_whiten(size_t isa, double *weight, const double *residual, const double *light, const double *predicted,
+                 size_t n, double *image);
+void shim_correlate(size_t isa, const double *const *lines, size_t count, const double *root, const double *filter,
+                    size_t n, double *scratch, double *sums);
 
 enum { N = 203, LINES = 11, LANES = 8 };
 
@@ -72,11 +76,13 @@ static void counts_that_are_not_finite_are_reported(void **state) {
             }
 }
 
-static void sums_are_inner_products(void **state) {
-    (void)state;
-    static double values[LINES][N], scratch[N], sums[3][LINES * LINES * LANES];
-    const double *lines[LINES];
-    uint64_t seed = 8;
+static const size_t sizes[] = {1, 7, 8, 9, 64, N};
+enum { SIZES = sizeof sizes / sizeof *sizes };
+
+static double values[LINES][N], scratch[N];
+static const double *lines[LINES];
+
+static void make_lines(uint64_t seed) {
     for (size_t k = 0; k < LINES; k++) {
         lines[k] = values[k];
         for (size_t i = 0; i < N; i++)
@@ -84,8 +90,13 @@ static void sums_are_inner_products(void **state) {
     }
     for (size_t i = 0; i < N; i++)
         weight[i] = fabs(uniform_signed(&seed));
-    static const size_t sizes[] = {1, 7, 8, 9, 64, N};
-    for (size_t s = 0; s < sizeof sizes / sizeof *sizes; s++)
+}
+
+static void sums_are_inner_products(void **state) {
+    (void)state;
+    static double sums[3][LINES * LINES * LANES];
+    make_lines(8);
+    for (size_t s = 0; s < SIZES; s++)
         for (size_t count = 1; count <= LINES; count += 5) {
             memset(sums, 0, sizeof sums);
             for (size_t isa = 0; isa < shim_isas(); isa++) {
@@ -107,9 +118,68 @@ static void sums_are_inner_products(void **state) {
         }
 }
 
+/* Against the definition with the counts: (electrons - response predicted - dark)/sigma. */
+static void whitened_residuals_are_in_standard_deviations(void **state) {
+    (void)state;
+    static double predicted[N], image[N], root[N];
+    for (size_t isa = 0; isa < shim_isas(); isa++) {
+        make_row(5);
+        counts[5] = 5000; /* at the limit of electrons */
+        for (size_t i = 0; i < N; i++)
+            predicted[i] = light[i] * (1 + 0.01 * (double)(i % 5));
+        size_t used = 0, saturated = 0;
+        assert_int_equal(shim_weigh(isa, counts, light, response, kHow, 0, N, weight, residual, &used, &saturated), 1);
+        assert_int_equal(saturated, 1);
+        memcpy(root, weight, sizeof root);
+        shim_whiten(isa, root, residual, light, predicted, N, image);
+        for (size_t i = 0; i < N; i++) {
+            const long double electrons = ((long double)counts[i] - kHow[1]) * kHow[0],
+                              sigma = sqrtl((long double)light[i] * response[i] + kHow[2] + kHow[3]),
+                              difference = electrons - (long double)predicted[i] * response[i] - kHow[2];
+            const int use = i != 5 && response[i] > 0;
+            assert_close(root[i], (double)sqrtl(weight[i]), 1e-15, 0);
+            assert_close(image[i], use ? (double)(difference / sigma) : 0, 1e-12, 1e-11);
+        }
+    }
+}
+
+/* Of a filter with all lines and with itself, without the pixels of weight 0. */
+static void correlations_are_inner_products(void **state) {
+    (void)state;
+    static double filter[N], sums[3][(LINES + 1) * LANES];
+    make_lines(9);
+    uint64_t seed = 10;
+    for (size_t i = 0; i < N; i++)
+        filter[i] = uniform_signed(&seed);
+    weight[0] = weight[6] = weight[77] = 0;
+    for (size_t s = 0; s < SIZES; s++)
+        for (size_t count = 1; count <= LINES; count += 5) {
+            const size_t n = sizes[s];
+            memset(sums, 0, sizeof sums);
+            for (size_t isa = 0; isa < shim_isas(); isa++) {
+                shim_correlate(isa, lines, count, weight, filter, n, scratch, sums[isa]);
+                shim_correlate(isa, lines, count, weight, filter, n, scratch, sums[isa]); /* adds to what is there */
+                assert_memory_equal(sums[isa], sums[0], sizeof *sums);
+            }
+            for (size_t i = 0; i <= count; i++) {
+                long double exact = 0, size = 0, sum = 0;
+                for (size_t p = 0; p < n; p++) {
+                    const long double own = weight[p] > 0 ? filter[p] : 0,
+                                      term = 2 * own * (i < count ? (long double)weight[p] * values[i][p] : own);
+                    exact += term;
+                    size += fabsl(term);
+                }
+                for (size_t lane = 0; lane < LANES; lane++)
+                    sum += sums[0][i * LANES + lane];
+                assert_close((double)sum, (double)exact, 0, 1e-14 * (double)size);
+            }
+        }
+}
+
 int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(weights_are_inverse_variances),
-                                       cmocka_unit_test(counts_that_are_not_finite_are_reported),
-                                       cmocka_unit_test(sums_are_inner_products)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(weights_are_inverse_variances), cmocka_unit_test(counts_that_are_not_finite_are_reported),
+        cmocka_unit_test(sums_are_inner_products), cmocka_unit_test(whitened_residuals_are_in_standard_deviations),
+        cmocka_unit_test(correlations_are_inner_products)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,0 +1,385 @@
+/* Tests banks of networks: dates and places, training with interruptions, estimates against the truth of propagated
+ * images and against the scatter of noisy ones, predictions of their accuracy, and flags. */
+#include "bank_scene.h"
+#include "images.h"
+
+enum { SIDE = 256, PIXELS = SIDE * SIDE, FRAMES = 51, STEPS = 60 };
+
+static toliman_sim *sim;
+static toliman_fit *fit;
+static toliman_bank *bank;            /* 2 dates, 1 place */
+static double frames[FRAMES][PIXELS]; /* of the cadence, one per day, without a signal */
+
+static int set_up(void **unused) {
+    (void)unused;
+    sim = bank_sim(SIDE, SIDE, BANK_ORBIT);
+    fit = bank_fit(sim, 3);
+    bank = bank_of(fit, 1, 2.5, STEPS);
+    train_bank(bank, fit, 0);
+    static const double no_signal[FRAMES];
+    assert_ok(toliman_sim_frame_many(sim, no_signal, 7, 0, FRAMES, 0, frames[0]));
+    return 0;
+}
+
+static int tear_down(void **unused) {
+    (void)unused;
+    toliman_bank_destroy(bank);
+    toliman_fit_destroy(fit);
+    toliman_sim_destroy(sim);
+    return 0;
+}
+
+static toliman_fit_prediction at(double days) {
+    return (toliman_fit_prediction){.struct_size = sizeof(toliman_fit_prediction), .time_days = days};
+}
+
+static toliman_bank_result encoded(const double *frame, toliman_fit_prediction prediction) {
+    toliman_bank_result result = {.struct_size = sizeof result};
+    assert_ok(toliman_bank_encode(bank, fit, frame, SIDE, &prediction, &result, NULL));
+    return result;
+}
+
+static toliman_bank_result predicted(const toliman_bank *of, const toliman_fit *with,
+                                     toliman_fit_prediction prediction) {
+    toliman_bank_result result = {.struct_size = sizeof result};
+    assert_ok(toliman_bank_predict(of, with, &prediction, &result));
+    return result;
+}
+
+static void plans_match_banks(void **state) {
+    (void)state;
+    static const struct {
+        toliman_bank_options options;
+        uint32_t dates, places;
+        double first, last;
+    } cases[] = {{{.spacing_px = 2.5, .places = 1}, 2, 1, 0, 50},
+                 {{.spacing_px = 0.5, .places = 2, .steps = 30}, 9, 4, 0, 50},
+                 {{.places = 1, .first_days = -40, .last_days = -20}, 4, 1, -40, -20},
+                 {{.spacing_px = 4}, 2, 9, 0, 50}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        toliman_bank_options options = cases[i].options;
+        options.struct_size = sizeof options;
+        toliman_bank_plan_info plan = {.struct_size = sizeof plan};
+        assert_ok(toliman_bank_plan(sim, &options, &plan));
+        assert_int_equal(plan.dates, cases[i].dates);
+        assert_int_equal(plan.places, cases[i].places);
+        assert_int_equal(plan.networks, plan.dates * plan.places);
+        assert_close(plan.first_days, cases[i].first, 0, 0);
+        assert_close(plan.last_days, cases[i].last, 0, 0);
+        assert_true(plan.train_s > 0 && plan.bytes_half > 0);
+        assert_int_equal(plan.bytes_float32, 2 * plan.bytes_half);
+
+        toliman_bank *made = NULL;
+        size_t size = 0;
+        assert_ok(toliman_bank_create(fit, &options, &made));
+        const toliman_bank_info info = bank_info_of(made);
+        assert_int_equal(info.networks, plan.networks);
+        assert_int_equal(info.dates, plan.dates);
+        assert_int_equal(info.places, plan.places);
+        assert_int_equal(info.trained_networks, 0);
+        assert_int_equal(info.steps, options.steps != 0 ? options.steps : 600);
+        assert_close(info.spacing_px, options.spacing_px > 0 ? options.spacing_px : 0.5, 0, 0);
+        assert_close(info.last_days, plan.last_days, 0, 0);
+        if (plan.networks < 10) {
+            free(bank_bytes(made, TOLIMAN_CAE_ENCODING_FLOAT32, &size));
+            assert_in_range(size, plan.bytes_float32 / 2, plan.bytes_float32 + 1000);
+        }
+        toliman_bank_destroy(made);
+    }
+}
+
+/* Order: dates, then places along y, then along x. */
+static void networks_are_listed(void **state) {
+    (void)state;
+    toliman_bank *const many = bank_of(fit, 3, 1, 1);
+    const toliman_bank_info info = bank_info_of(many);
+    assert_int_equal(info.networks, 9 * info.dates);
+    assert_true(info.dates == 5 && info.rows == SIDE && info.cols == SIDE && info.seed == 1);
+    assert_string_equal(info.layout, "flight");
+    double last = info.first_days;
+    for (uint32_t i = 0; i < info.networks; i++) {
+        const toliman_bank_network network = bank_network_of(many, i);
+        assert_true(network.trained == 0);
+        assert_close(network.cosine, 0, 0, 0);
+        assert_close(network.x_px, (double)(i % 3) / 3 - 1.0 / 3, 0, 1e-15);
+        assert_close(network.y_px, (double)(i / 3 % 3) / 3 - 1.0 / 3, 0, 1e-15);
+        assert_true(network.first_days < network.days && network.days < network.last_days);
+        assert_close(network.first_days, last, 0, 0);
+        last = i % 9 == 8 ? network.last_days : last;
+    }
+    assert_close(last, info.last_days, 0, 0);
+    toliman_bank_network network = {.struct_size = sizeof network};
+    assert_fails(toliman_bank_get_network(many, -1, &network), TOLIMAN_E_RANGE, "index = -1: must be in [0, 44]");
+    assert_fails(toliman_bank_get_network(many, 45, &network), TOLIMAN_E_RANGE, "index = 45: must be in [0, 44]");
+    toliman_bank_destroy(many);
+    assert_int_equal(bank_info_of(bank).trained_networks, 2);
+    assert_true(bank_network_of(bank, 0).cosine > 0.9 && bank_network_of(bank, 1).trained == 1);
+}
+
+static int32_t stop_after_the_first(const char *stage, double fraction, void *calls) {
+    assert_true(strncmp(stage, "train: ", 7) == 0 && fraction >= 0 && fraction <= 1);
+    ++*(int *)calls;
+    return fraction > 0;
+}
+
+/* By one or three threads, cancelled between networks and within one, and continued after saving. */
+static void interrupted_trainings_give_the_same_bits(void **state) {
+    (void)state;
+    enum { FEW = 10 };
+    size_t size, again_size;
+    toliman_bank *whole = bank_of(fit, 1, 1.5, FEW);
+    train_bank(whole, fit, 1);
+    uint8_t *const bytes = bank_bytes(whole, 0, &size);
+    assert_int_equal(bank_info_of(whole).networks, 3);
+    for (uint32_t threads = 1; threads <= 3; threads += 2) {
+        toliman_bank *part = bank_of(fit, 1, 1.5, FEW);
+        int calls = 0;
+        const toliman_bank_train_options options = {.struct_size = sizeof options,
+                                                    .threads = threads,
+                                                    .progress = stop_after_the_first,
+                                                    .progress_data = &calls};
+        toliman_bank_train_options first = options;
+        first.threads = 1;
+        assert_fails(toliman_bank_train(part, fit, &first), TOLIMAN_E_CANCELLED, "");
+        assert_int_equal(calls, FEW + 1);
+        assert_int_equal(bank_info_of(part).trained_networks, 1);
+        assert_fails(toliman_bank_train(part, fit, &options), TOLIMAN_E_CANCELLED, "");
+        assert_true(calls > FEW + 1);
+        uint8_t *const saved = bank_bytes(part, 0, &again_size);
+        toliman_bank_destroy(part);
+        part = bank_from(saved, again_size);
+        assert_true(bank_info_of(part).trained_networks < 3);
+        train_bank(part, fit, threads);
+        free(saved);
+        uint8_t *const again = bank_bytes(part, 0, &again_size);
+        assert_int_equal(size, again_size);
+        assert_memory_equal(bytes, again, size);
+        assert_true(bank_info_of(part).digest == bank_info_of(whole).digest);
+        free(again);
+        toliman_bank_destroy(part);
+    }
+    train_bank(whole, fit, 1); /* there is nothing left to do */
+    free(bank_bytes(whole, 0, &again_size));
+    assert_int_equal(size, again_size);
+    free(bytes);
+    toliman_bank_destroy(whole);
+}
+
+/* Frames in one call, on any number of threads and in any order, give the bits of single calls. */
+static void all_calls_give_the_same_bits(void **state) {
+    (void)state;
+    enum { MANY = 5 };
+    static double backwards[MANY][PIXELS];
+    toliman_fit_prediction predictions[MANY], reversed[MANY];
+    toliman_bank_result alone[MANY], together[MANY];
+    toliman_fit_result fits_alone[MANY], fits[MANY];
+    for (int i = 0; i < MANY; i++) {
+        predictions[i] = reversed[MANY - 1 - i] = at(10 * i);
+        memcpy(backwards[MANY - 1 - i], frames[10 * i], sizeof *backwards);
+        alone[i] = (toliman_bank_result){.struct_size = sizeof *alone};
+        fits_alone[i] = (toliman_fit_result){.struct_size = sizeof *fits_alone};
+        assert_ok(toliman_bank_encode(bank, fit, frames[10 * i], SIDE, &predictions[i], &alone[i], &fits_alone[i]));
+        toliman_fit_result plain = {.struct_size = sizeof plain};
+        assert_ok(toliman_fit_frame(fit, frames[10 * i], SIDE, &predictions[i], &plain, NULL, NULL));
+        assert_memory_equal(&plain, &fits_alone[i], sizeof plain);
+        assert_int_equal(alone[i].flags & TOLIMAN_BANK_NOT_FITTED, 0);
+        assert_int_equal(alone[i].network, i > 2);
+    }
+    for (uint32_t threads = 1; threads <= 3; threads += 2) {
+        memset(together, 0x5a, sizeof together);
+        together[0].struct_size = sizeof *together;
+        fits[0].struct_size = sizeof *fits;
+        assert_ok(toliman_bank_encode_many(bank, fit, PLAIN_IMAGE(backwards), MANY, reversed, threads, together, fits));
+        for (int i = 0; i < MANY; i++) {
+            assert_memory_equal(&together[MANY - 1 - i], &alone[i], sizeof *alone);
+            assert_memory_equal(&fits[MANY - 1 - i], &fits_alone[i], sizeof *fits);
+        }
+    }
+    together[0].struct_size = sizeof *together;
+    assert_ok(toliman_bank_encode_many(bank, fit, PLAIN_IMAGE(frames), 1, NULL, 0, together, NULL));
+    assert_memory_equal(together, alone, sizeof *alone);
+}
+
+/* Propagated images of a displaced star, without noise. */
+static void displacements_are_measured(void **state) {
+    (void)state;
+    static const double truths[] = {0, 1e-5, -3e-3, 0.01, 0.05};
+    static double image[PIXELS];
+    const toliman_bank_result expected = predicted(bank, fit, at(0));
+    assert_close(expected.displacement_px, 0, 0, 0);
+    for (size_t i = 0; i < sizeof truths / sizeof *truths; i++) {
+        assert_ok(toliman_sim_propagate(sim, truths[i], image, SIDE));
+        const toliman_bank_result result = encoded(image, at(0));
+        assert_close(result.displacement_px, truths[i], 1e-4, 1e-8);
+        assert_close(result.separation_px, 13.5 + truths[i], 0, 1e-8 + 1e-4 * fabs(truths[i]));
+        assert_int_equal(result.network, expected.network);
+        assert_close(result.efficiency, expected.efficiency, 0.01, 0);
+        assert_close(result.sigma_px, expected.sigma_px, 0.01, 0);
+    }
+}
+
+/* The efficiency relates sigma_px to the Cramer-Rao bound of the fit. */
+static void sigma_is_the_bound_over_the_efficiency(void **state) {
+    (void)state;
+    for (int i = 0; i < FRAMES; i += 5) {
+        double covariance[7 * 7];
+        const toliman_fit_prediction prediction = at(i);
+        assert_ok(toliman_fit_predict(fit, &prediction, NULL, 0, NULL, covariance));
+        const toliman_bank_result expected = predicted(bank, fit, prediction);
+        assert_true(expected.efficiency > 0.3 && expected.efficiency <= 1);
+        assert_close(expected.sigma_px, sqrt(covariance[0]) / expected.efficiency, 1e-9, 0);
+    }
+    const toliman_bank_network network = bank_network_of(bank, 0);
+    const toliman_bank_result there = predicted(bank, fit, at(network.days));
+    assert_close(there.distance_px, 0, 0, 1e-9);
+    assert_close(there.efficiency, network.cosine, 5e-3, 0);
+}
+
+/* A prediction that is 5e-3 px off changes the value of a noisy frame by little of its sigma. */
+static void values_do_not_depend_on_the_prediction(void **state) {
+    (void)state;
+    double shown = 0;
+    for (int i = 0; i < FRAMES; i += 10) {
+        double values[7];
+        toliman_fit_prediction prediction = at(i);
+        const toliman_bank_result plain = encoded(frames[i], prediction);
+        assert_ok(toliman_fit_predict(fit, &prediction, NULL, 0, values, NULL));
+        prediction.position_angle_deg = values[1];
+        for (int side = -1; side <= 1; side += 2) {
+            prediction.separation_px = values[0] + 5e-3 * side;
+            const toliman_bank_result other = encoded(frames[i], prediction);
+            assert_close(other.displacement_px, plain.displacement_px - 5e-3 * side, 0, 0.05 * plain.sigma_px);
+            assert_close(other.separation_px, plain.separation_px, 0, 0.05 * plain.sigma_px);
+            shown = fmax(shown, fabs(other.separation_px - plain.separation_px) / plain.sigma_px);
+        }
+    }
+    print_message("a prediction 5e-3 px off changes the value by %.3f sigma\n", shown);
+}
+
+/* Errors of noisy frames at all dates: mean and mean square against the stated sigma. */
+static void errors_have_the_stated_size(void **state) {
+    (void)state;
+    double squares = 0, sum = 0;
+    toliman_bank_result results[FRAMES] = {{.struct_size = sizeof *results}};
+    toliman_fit_prediction predictions[FRAMES];
+    for (int k = 0; k < FRAMES; k++)
+        predictions[k] = at(k);
+    assert_ok(toliman_bank_encode_many(bank, fit, PLAIN_IMAGE(frames), FRAMES, predictions, 0, results, NULL));
+    for (int k = 0; k < FRAMES; k++) {
+        const double error = results[k].displacement_px / results[k].sigma_px;
+        squares += error * error;
+        sum += error;
+    }
+    print_message("mean %.2f, mean square %.2f of errors in sigma\n", sum / FRAMES, squares / FRAMES);
+    assert_close(squares / FRAMES, 1, 0, 4 * sqrt(2.0 / FRAMES));
+    assert_close(sum / FRAMES, 0, 0, 4 / sqrt(FRAMES));
+}
+
+static void flags_are_set(void **state) {
+    (void)state;
+    static double empty[PIXELS];
+    toliman_fit_result fitted = {.struct_size = sizeof fitted};
+    toliman_bank_result result = {.struct_size = sizeof result};
+    assert_ok(toliman_bank_encode(bank, fit, empty, SIDE, NULL, &result, &fitted));
+    assert_int_equal(result.flags, TOLIMAN_BANK_NOT_FITTED);
+    assert_int_equal(fitted.flags, TOLIMAN_FIT_NOT_CONVERGED);
+    assert_int_equal(result.network, -1);
+    for (const double *number = &result.displacement_px; number <= &result.distance_px; number++)
+        assert_true(isnan(*number));
+    assert_int_equal(predicted(bank, fit, at(50.5)).flags & TOLIMAN_BANK_OUTSIDE, TOLIMAN_BANK_OUTSIDE);
+    assert_int_equal(predicted(bank, fit, at(-0.5)).flags & TOLIMAN_BANK_OUTSIDE, TOLIMAN_BANK_OUTSIDE);
+    int low = 0;
+    for (int i = 0; i < FRAMES; i++) {
+        const toliman_bank_result expected = predicted(bank, fit, at(i));
+        assert_int_equal(expected.flags, expected.efficiency < 0.95 ? TOLIMAN_BANK_LOW_EFFICIENCY : 0);
+        low += expected.flags != 0;
+    }
+    assert_in_range(low, 1, FRAMES);
+}
+
+/* The more is asked of a bank, the sooner it must be renewed; the day before, it still has the efficiency. */
+static void renewals_precede_lower_efficiencies(void **state) {
+    (void)state;
+    double last = INFINITY;
+    for (double least = 0.1; least < 1; least += 0.2) {
+        double days = 0;
+        assert_ok(toliman_bank_get_renewal(bank, fit, least, &days));
+        assert_true(days > 50 && days <= last);
+        assert_close(days, nearbyint(days), 0, 0);
+        if (days > 51)
+            assert_true(predicted(bank, fit, at(days - 1)).efficiency >= least);
+        last = days;
+    }
+    assert_close(last, 51, 0, 0);
+}
+
+/* Maximum pooling loses information, but not the scale. */
+static void layout_paper_has_a_low_efficiency(void **state) {
+    (void)state;
+    const toliman_bank_options options = {.struct_size = sizeof options,
+                                          .layout = TOLIMAN_CAE_LAYOUT_PAPER,
+                                          .places = 1,
+                                          .spacing_px = 4,
+                                          .steps = 20,
+                                          .first_days = 0,
+                                          .last_days = 1};
+    static double image[PIXELS];
+    toliman_bank *paper = NULL;
+    assert_ok(toliman_bank_create(fit, &options, &paper));
+    train_bank(paper, fit, 1);
+    const toliman_bank_info info = bank_info_of(paper);
+    assert_string_equal(info.layout, "paper");
+    assert_int_equal(info.networks, 1);
+    const toliman_bank_result expected = predicted(paper, fit, at(0));
+    assert_true(expected.efficiency > 1e-3 && expected.efficiency < 0.5);
+    assert_true((expected.flags & TOLIMAN_BANK_LOW_EFFICIENCY) != 0);
+    assert_ok(toliman_sim_propagate(sim, 0, image, SIDE));
+    toliman_bank_result result = {.struct_size = sizeof result};
+    assert_ok(toliman_bank_encode(paper, fit, image, SIDE, NULL, &result, NULL));
+    assert_close(result.sigma_px, expected.sigma_px, 1e-3, 0);
+    assert_ok(toliman_bank_encode(paper, fit, frames[0], SIDE, NULL, &result, NULL));
+    assert_at_most(fabs(result.displacement_px), 6 * result.sigma_px);
+    toliman_bank_destroy(paper);
+}
+
+/* Frames larger than a network: it reads a crop around the stars. */
+static void larger_frames_are_cropped(void **state) {
+    (void)state;
+    enum { ROWS = 300, COLS = 280, STRIDE = COLS + 3 };
+    static double image[ROWS * STRIDE];
+    toliman_sim *const large = bank_sim(ROWS, COLS, "\"offsets_px\": {\"A\": [9.75, 63], \"B\": [21, 55.5]}");
+    toliman_fit *const with = bank_fit(large, 3);
+    toliman_bank *const cropped = bank_of(with, 1, 0, 40);
+    train_bank(cropped, with, 1);
+    const toliman_bank_info info = bank_info_of(cropped);
+    assert_true(info.dates == 1 && info.networks == 1 && info.rows == ROWS && info.cols == COLS);
+    assert_ok(toliman_sim_propagate(large, 2e-3, image, STRIDE));
+    toliman_bank_result result = {.struct_size = sizeof result};
+    assert_ok(toliman_bank_encode(cropped, with, image, STRIDE, NULL, &result, NULL));
+    assert_close(result.displacement_px, 2e-3, 0, 1e-6);
+    assert_true(result.efficiency > 0.7);
+    double days = 0;
+    assert_ok(toliman_bank_get_renewal(cropped, with, 0.1, &days)); /* stars at rest */
+    assert_close(days, 50 + 4096, 0, 0);
+    toliman_bank_destroy(cropped);
+    toliman_fit_destroy(with);
+    toliman_sim_destroy(large);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(plans_match_banks),
+        cmocka_unit_test(networks_are_listed),
+        cmocka_unit_test(interrupted_trainings_give_the_same_bits),
+        cmocka_unit_test(all_calls_give_the_same_bits),
+        cmocka_unit_test(displacements_are_measured),
+        cmocka_unit_test(sigma_is_the_bound_over_the_efficiency),
+        cmocka_unit_test(values_do_not_depend_on_the_prediction),
+        cmocka_unit_test(errors_have_the_stated_size),
+        cmocka_unit_test(flags_are_set),
+        cmocka_unit_test(renewals_precede_lower_efficiencies),
+        cmocka_unit_test(layout_paper_has_a_low_efficiency),
+        cmocka_unit_test(larger_frames_are_cropped),
+    };
+    return cmocka_run_group_tests(tests, set_up, tear_down);
+}
