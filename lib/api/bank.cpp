@@ -29,8 +29,9 @@ template <class T> T in_range(const char *name, T value, T least, T most, T pres
     if (value == 0)
         return preset;
     if (!(value >= least && value <= most))
-        fail(Status::argument, "{options->%s} = %g: must be in [%g, %g], or 0 for %g", name, static_cast<double>(value),
-             static_cast<double>(least), static_cast<double>(most), static_cast<double>(preset));
+        fail(Status::argument, "{options->%s} = %.7g: must be in [%.7g, %.7g], or 0 for %.7g", name,
+             static_cast<double>(value), static_cast<double>(least), static_cast<double>(most),
+             static_cast<double>(preset));
     return value;
 }
 
@@ -293,7 +294,8 @@ toliman_status toliman_bank_load(const void *bytes, size_t size, const toliman_l
     return guard([&] {
         const MemoryScope scope(memory_of(options));
         required(bytes, "bytes");
-        required(out, "out") = new toliman_bank{{}, bank::from_bytes(bytes, size)};
+        toliman_bank *&made = required(out, "out");
+        made = new toliman_bank{{}, bank::from_bytes(bytes, size)};
     });
 }
 
