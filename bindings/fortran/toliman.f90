@@ -574,27 +574,27 @@ module toliman
     type, bind(C), public :: toliman_bank_options
         integer(c_int32_t) :: struct_size = 56
         integer(c_int32_t) :: layout = 0 ! TOLIMAN_CAE_LAYOUT_..., 0 = FLIGHT
-        ! dates of the frames, days of scene time (toliman_fit_prediction.time_days); both 0: those of the scene's
-        ! frames
+        ! range of the frames' times (toliman_fit_prediction.time_days), days, in [-1e6, 1e6]; both 0: 0 to the last
+        ! frame of the scene
         real(c_double) :: first_days = 0.0_c_double
         real(c_double) :: last_days = 0.0_c_double
-        ! largest change of the difference of the stars' places from one date to the next, px, in [0.05, 4]; 0 = 0.5
+        ! largest change of the place of B relative to A from one date to the next, px, in [0.05, 4]; 0 = 0.5
         real(c_double) :: spacing_px = 0.0_c_double
-        integer(c_int32_t) :: places = 0 ! sub-pixel places along x and along y, at most 8; 0 = 3
-        integer(c_int32_t) :: steps = 0 ! of the training of each network; 0 = 600
+        integer(c_int32_t) :: places = 0 ! sub-pixel places per axis, at most 8; 0 = 3
+        integer(c_int32_t) :: steps = 0 ! of the training of each network, at most 1e6; 0 = 600
         integer(c_int64_t) :: seed = 0 ! of the initial weights; 0 = 1
         type(c_ptr) :: allocator = c_null_ptr ! for the large arrays of the object; NULL = malloc
     end type
 
-    ! Size and cost of a bank, before it is made.
+    ! Predicted size and cost of a bank.
     type, bind(C), public :: toliman_bank_plan_info
         integer(c_int32_t) :: struct_size = 56 ! in: sizeof(toliman_bank_plan_info)
         integer(c_int32_t) :: dates = 0 ! dates along the orbit, 1 for a scene whose stars do not move
-        integer(c_int32_t) :: places = 0 ! sub-pixel places at each date, of both axes: the square of the option
+        integer(c_int32_t) :: places = 0 ! sub-pixel places at each date: the square of the option
         integer(c_int32_t) :: networks = 0 ! dates times places
         real(c_double) :: first_days = 0.0_c_double ! dates covered, days of scene time
         real(c_double) :: last_days = 0.0_c_double
-        integer(c_int64_t) :: bytes_float32 = 0 ! size when saved, uncompressed
+        integer(c_int64_t) :: bytes_float32 = 0 ! size of the weights when saved, before compression
         integer(c_int64_t) :: bytes_half = 0 ! the same as bf16 or fp16
         real(c_double) :: train_s = 0.0_c_double ! training on one processor, s, estimated
     end type
@@ -620,10 +620,11 @@ module toliman
         real(c_double) :: spacing_px = 0.0_c_double ! as in the options, default resolved
         integer(c_int64_t) :: rows = 0 ! shape of the frames
         integer(c_int64_t) :: cols = 0
-        type(c_ptr) :: layout = c_null_ptr ! "flight" or "paper"; static text
+        type(c_ptr) :: layout = c_null_ptr ! "flight" or "paper". Static text
         integer(c_int64_t) :: seed = 0 ! of the initial weights
         integer(c_int64_t) :: fit_digest = 0 ! toliman_fit_info.digest of the fit for which the bank was made
-        integer(c_int64_t) :: digest = 0 ! FNV-1a of all that determines results: fit_digest, places and weights
+        ! FNV-1a of all that determines results: fit_digest, the stars' places of the networks, and weights
+        integer(c_int64_t) :: digest = 0
     end type
 
     ! One network of a bank.
@@ -631,16 +632,18 @@ module toliman
         integer(c_int32_t) :: struct_size = 56 ! in: sizeof(toliman_bank_network)
         integer(c_int32_t) :: trained = 0 ! 1: trained; 0: initial weights
         real(c_double) :: days = 0.0_c_double ! date for which it was made, days of scene time
-        real(c_double) :: first_days = 0.0_c_double ! dates for which it is the nearest
+        real(c_double) :: first_days = 0.0_c_double ! range of times that are nearest to this date
         real(c_double) :: last_days = 0.0_c_double
-        real(c_double) :: x_px = 0.0_c_double ! place of the scene's centre, px from that of the scene, in [-0.5, 0.5)
+        ! shift of the scene's centre from its place in the scene, in [-0.5, 0.5)
+        real(c_double) :: x_px = 0.0_c_double
         real(c_double) :: y_px = 0.0_c_double
-        ! of its gradient and the ideal one: efficiency at its place; 0: untrained
+        ! of the angle between its gradient and the ideal one: the efficiency at its own places of the stars, without
+        ! maximum pooling; 0 if untrained
         real(c_double) :: cosine = 0.0_c_double
     end type
 
     ! Flags of a result.
-    ! the fit did not converge: all numbers of the result are NaN
+    ! the fit did not converge: all numbers of the result are NaN, network is -1
     integer(c_int32_t), parameter, public :: TOLIMAN_BANK_NOT_FITTED = 1
     ! the frame's time is outside the dates of the bank
     integer(c_int32_t), parameter, public :: TOLIMAN_BANK_OUTSIDE = 2
@@ -653,10 +656,12 @@ module toliman
         ! separation_px minus the predicted separation: the latent, px
         real(c_double) :: displacement_px = 0.0_c_double
         real(c_double) :: separation_px = 0.0_c_double ! distance from A to B
-        real(c_double) :: sigma_px = 0.0_c_double ! standard deviation of separation_px: Cramer-Rao bound / efficiency
-        ! Cramer-Rao bound, with all parameters of the fit free, over sigma_px
+        ! standard deviation of separation_px: Cramer-Rao bound divided by efficiency
+        real(c_double) :: sigma_px = 0.0_c_double
+        ! Cramer-Rao bound, with all parameters of the fit free, divided by sigma_px
         real(c_double) :: efficiency = 0.0_c_double
-        real(c_double) :: distance_px = 0.0_c_double ! from the frame's places of the stars to those of the network
+        ! between the stars' places in the frame and those of the network, without whole pixels that both stars moved
+        real(c_double) :: distance_px = 0.0_c_double
         integer(c_int32_t) :: network = 0 ! index of the network, -1 if not fitted
         integer(c_int32_t) :: reserved = 0
     end type
@@ -2123,7 +2128,7 @@ module toliman
             type(toliman_bank_train_options), intent(inout) :: options
         end subroutine
 
-        ! Trains the networks of a bank that are not trained yet, as TOLIMAN_CAE_MODE_TIED does.
+        ! Trains the networks of a bank that are not trained yet, in the mode TOLIMAN_CAE_MODE_TIED.
         function toliman_bank_train(bank, fit, options) bind(C) result(answer)
             import
             type(c_ptr), value :: bank, fit
@@ -2175,8 +2180,8 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Writes what an undisturbed frame with this prediction (NULL: time 0, no shift) would give to *out, whose
-        ! struct_size must be set: network, efficiency and sigma_px, with a displacement_px of 0.
+        ! Writes the result of a frame without noise, with the stars at the places of the prediction (NULL: time 0, no
+        ! shift), to *out, whose struct_size must be set: network, efficiency and sigma_px; displacement_px is 0.
         function toliman_bank_predict(bank, fit, prediction, out) bind(C) result(answer)
             import
             type(c_ptr), value :: bank, fit
@@ -2185,9 +2190,9 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Writes to *days until when a bank can be used: the first time after its last date, in whole days of scene
-        ! time from it, at which the efficiency of an undisturbed frame is below least_efficiency, in (0, 1), or at
-        ! which the model images of the fit end.
+        ! Writes the time at which a bank should be renewed to *days, in days of scene time: the first whole day after
+        ! its last date on which the efficiency (toliman_bank_predict, no shift) is below least_efficiency, in (0, 1),
+        ! or on which the model images of the fit end; at most 4096 days after the last date.
         function toliman_bank_get_renewal(bank, fit, least_efficiency, days) bind(C) result(answer)
             import
             type(c_ptr), value :: bank, fit
@@ -4498,7 +4503,7 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Trains the networks of a bank that are not trained yet, as TOLIMAN_CAE_MODE_TIED does.
+    ! Trains the networks of a bank that are not trained yet, in the mode TOLIMAN_CAE_MODE_TIED.
     subroutine network_bank_train(self, fit, options, stat, errmsg)
         class(toliman_network_bank), intent(inout) :: self
         type(toliman_frame_fit), intent(in) :: fit
@@ -4570,8 +4575,8 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Writes what an undisturbed frame with this prediction (NULL: time 0, no shift) would give to *out, whose
-    ! struct_size must be set: network, efficiency and sigma_px, with a displacement_px of 0.
+    ! Writes the result of a frame without noise, with the stars at the places of the prediction (NULL: time 0, no
+    ! shift), to *out, whose struct_size must be set: network, efficiency and sigma_px; displacement_px is 0.
     subroutine network_bank_predict(self, fit, out, prediction, stat, errmsg)
         class(toliman_network_bank), intent(in) :: self
         type(toliman_frame_fit), intent(in) :: fit
@@ -4582,9 +4587,9 @@ contains
         call conclude(toliman_bank_predict(self%handle, fit%handle, prediction, out), stat, errmsg)
     end subroutine
 
-    ! Writes to *days until when a bank can be used: the first time after its last date, in whole days of scene time
-    ! from it, at which the efficiency of an undisturbed frame is below least_efficiency, in (0, 1), or at which the
-    ! model images of the fit end.
+    ! Writes the time at which a bank should be renewed to *days, in days of scene time: the first whole day after its
+    ! last date on which the efficiency (toliman_bank_predict, no shift) is below least_efficiency, in (0, 1), or on
+    ! which the model images of the fit end; at most 4096 days after the last date.
     subroutine network_bank_get_renewal(self, fit, least_efficiency, days, stat, errmsg)
         class(toliman_network_bank), intent(in) :: self
         type(toliman_frame_fit), intent(in) :: fit

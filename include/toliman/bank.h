@@ -18,13 +18,14 @@
  *
  *   p0     parameters of the fit, with the separation at its predicted value and all others at the values that fit the
  *          frame best for this separation
- *   r      (n - m(p0))/sigma per pixel, m: expected counts; moved by the displacement from the frame to the network
+ *   r      (n - m(p0))/sigma per pixel, with the expected counts m and their standard deviations sigma; moved by the
+ *          displacement from the stars' places in the frame to those of the network
  *   latent network(r)/slope: the separation minus its prediction, px
  *   separation_px = predicted separation + latent
  *
- * r contains, in first order, no change of any free parameter of the fit except the separation. The slope and the
- * efficiency follow from the model images of the fit at the frame's parameters and the network's gradient, moved to the
- * frame's place. Reference: ../docs/background.md, "Networks that follow".
+ * In first order, r does not depend on any free parameter of the fit except the separation. Slope and efficiency are
+ * computed for each frame, from the model images of the fit at its parameters and the gradient of the network, moved to
+ * the stars' places in the frame. Reference: ../docs/background.md, "Networks that follow".
  */
 #ifndef TOLIMAN_BANK_H
 #define TOLIMAN_BANK_H
@@ -42,12 +43,12 @@ typedef struct toliman_bank toliman_bank;
 typedef struct toliman_bank_options {
     uint32_t struct_size;
     int32_t layout;                     /* TOLIMAN_CAE_LAYOUT_..., 0 = FLIGHT */
-    double first_days, last_days;       /* dates of the frames, days of scene time (toliman_fit_prediction.time_days);
-                                           both 0: those of the scene's frames */
-    double spacing_px;                  /* largest change of the difference of the stars' places from one date to the
-                                           next, px, in [0.05, 4]; 0 = 0.5 */
-    uint32_t places;                    /* sub-pixel places along x and along y, at most 8; 0 = 3 */
-    uint32_t steps;                     /* of the training of each network; 0 = 600 */
+    double first_days, last_days;       /* range of the frames' times (toliman_fit_prediction.time_days), days, in
+                                           [-1e6, 1e6]; both 0: 0 to the last frame of the scene */
+    double spacing_px;                  /* largest change of the place of B relative to A from one date to the next,
+                                           px, in [0.05, 4]; 0 = 0.5 */
+    uint32_t places;                    /* sub-pixel places per axis, at most 8; 0 = 3 */
+    uint32_t steps;                     /* of the training of each network, at most 1e6; 0 = 600 */
     uint64_t seed;                      /* of the initial weights; 0 = 1 */
     const toliman_allocator *allocator; /* for the large arrays of the object; NULL = malloc */
 } toliman_bank_options;
@@ -56,30 +57,32 @@ typedef struct toliman_bank_options {
 /* Sets *options, a struct of `size` bytes, to the defaults. */
 TOLIMAN_API void toliman_bank_options_init(toliman_bank_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
-/* Size and cost of a bank, before it is made. */
+/* Predicted size and cost of a bank. */
 typedef struct toliman_bank_plan_info {
     uint32_t struct_size;         /* in: sizeof(toliman_bank_plan_info) */
     uint32_t dates;               /* dates along the orbit, 1 for a scene whose stars do not move */
-    uint32_t places;              /* sub-pixel places at each date, of both axes: the square of the option */
+    uint32_t places;              /* sub-pixel places at each date: the square of the option */
     uint32_t networks;            /* dates times places */
     double first_days, last_days; /* dates covered, days of scene time */
-    uint64_t bytes_float32;       /* size when saved, uncompressed */
+    uint64_t bytes_float32;       /* size of the weights when saved, before compression */
     uint64_t bytes_half;          /* the same as bf16 or fp16 */
     double train_s;               /* training on one processor, s, estimated */
 } toliman_bank_plan_info;
 #define TOLIMAN_BANK_PLAN_INFO_INIT TOLIMAN_INIT(toliman_bank_plan_info)
 
 /* Writes size and cost of the bank with these options (NULL: defaults) to *out, whose struct_size must be set.
- * Errors: as toliman_bank_create. */
+ * Errors: as toliman_bank_create, except that dates outside the model images are not detected; TOLIMAN_E_UNSUPPORTED
+ * for a single star. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_plan(const toliman_sim *sim,
                                                                 const toliman_bank_options *options,
                                                                 toliman_bank_plan_info *out) TOLIMAN_NOEXCEPT;
 
 /* Creates a bank of untrained networks for the scene and the free parameters of a fit. options may be NULL. The caller
- * destroys *out. An untrained network measures the separation, too, with an efficiency of about 0.01: a control.
+ * destroys *out. An untrained network also measures the separation, with an efficiency of about 0.01, and serves as a
+ * control.
  * Errors: TOLIMAN_E_ARGUMENT for options out of range, for a last date before the first one, for dates outside the
- * model images of the fit, and for more than 1024 networks; TOLIMAN_E_UNSUPPORTED for frames smaller than 256x256 px.
- */
+ * model images of the fit, and for more than 1024 networks; TOLIMAN_E_UNSUPPORTED for frames smaller than 256 x 256 or
+ * larger than 4096 x 4096 px. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_create(const toliman_fit *fit,
                                                                   const toliman_bank_options *options,
                                                                   toliman_bank **out) TOLIMAN_NOEXCEPT;
@@ -99,9 +102,9 @@ typedef struct toliman_bank_train_options {
 /* Sets *options, a struct of `size` bytes, to the defaults. */
 TOLIMAN_API void toliman_bank_train_options_init(toliman_bank_train_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
-/* Trains the networks of a bank that are not trained yet, as TOLIMAN_CAE_MODE_TIED does. Networks that were trained
- * before the call was cancelled remain trained: save the bank, and continue later. The weights do not depend on threads
- * or interruptions. fit: as for toliman_bank_encode. options may be NULL.
+/* Trains the networks of a bank that are not trained yet, in the mode TOLIMAN_CAE_MODE_TIED. If the call is cancelled,
+ * the networks that were complete remain trained, and a later call, also of a saved and loaded bank, trains the others.
+ * The weights do not depend on threads or interruptions. fit: as for toliman_bank_encode. options may be NULL.
  * Errors: TOLIMAN_E_CANCELLED; TOLIMAN_E_MISMATCH as toliman_bank_encode. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_train(
     toliman_bank *bank, const toliman_fit *fit, const toliman_bank_train_options *options) TOLIMAN_NOEXCEPT;
@@ -116,10 +119,11 @@ typedef struct toliman_bank_info {
     double first_days, last_days; /* dates covered, days of scene time */
     double spacing_px;            /* as in the options, default resolved */
     int64_t rows, cols;           /* shape of the frames */
-    const char *layout;           /* "flight" or "paper"; static text */
+    const char *layout;           /* "flight" or "paper". Static text */
     uint64_t seed;                /* of the initial weights */
     uint64_t fit_digest;          /* toliman_fit_info.digest of the fit for which the bank was made */
-    uint64_t digest;              /* FNV-1a of all that determines results: fit_digest, places and weights */
+    uint64_t digest;              /* FNV-1a of all that determines results: fit_digest, the stars' places of the
+                                     networks, and weights */
 } toliman_bank_info;
 #define TOLIMAN_BANK_INFO_INIT TOLIMAN_INIT(toliman_bank_info)
 
@@ -132,9 +136,10 @@ typedef struct toliman_bank_network {
     uint32_t struct_size;         /* in: sizeof(toliman_bank_network) */
     uint32_t trained;             /* 1: trained; 0: initial weights */
     double days;                  /* date for which it was made, days of scene time */
-    double first_days, last_days; /* dates for which it is the nearest */
-    double x_px, y_px;            /* place of the scene's centre, px from that of the scene, in [-0.5, 0.5) */
-    double cosine;                /* of its gradient and the ideal one: efficiency at its place; 0: untrained */
+    double first_days, last_days; /* range of times that are nearest to this date */
+    double x_px, y_px;            /* shift of the scene's centre from its place in the scene, in [-0.5, 0.5) */
+    double cosine;                /* of the angle between its gradient and the ideal one: the efficiency at its own
+                                     places of the stars, without maximum pooling; 0 if untrained */
 } toliman_bank_network;
 #define TOLIMAN_BANK_NETWORK_INIT TOLIMAN_INIT(toliman_bank_network)
 
@@ -144,7 +149,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_get_network(const tol
                                                                        toliman_bank_network *out) TOLIMAN_NOEXCEPT;
 
 /* Flags of a result. */
-#define TOLIMAN_BANK_NOT_FITTED 1u     /* the fit did not converge: all numbers of the result are NaN */
+#define TOLIMAN_BANK_NOT_FITTED 1u     /* the fit did not converge: all numbers of the result are NaN, network is -1 */
 #define TOLIMAN_BANK_OUTSIDE 2u        /* the frame's time is outside the dates of the bank */
 #define TOLIMAN_BANK_LOW_EFFICIENCY 4u /* efficiency below 0.95 */
 
@@ -154,22 +159,23 @@ typedef struct toliman_bank_result {
     uint32_t flags;         /* TOLIMAN_BANK_... */
     double displacement_px; /* separation_px minus the predicted separation: the latent, px */
     double separation_px;   /* distance from A to B */
-    double sigma_px;        /* standard deviation of separation_px: Cramer-Rao bound / efficiency */
-    double efficiency;      /* Cramer-Rao bound, with all parameters of the fit free, over sigma_px */
-    double distance_px;     /* from the frame's places of the stars to those of the network */
+    double sigma_px;        /* standard deviation of separation_px: Cramer-Rao bound divided by efficiency */
+    double efficiency;      /* Cramer-Rao bound, with all parameters of the fit free, divided by sigma_px */
+    double distance_px;     /* between the stars' places in the frame and those of the network, without whole pixels
+                               that both stars moved */
     int32_t network;        /* index of the network, -1 if not fitted */
     int32_t reserved;
 } toliman_bank_result;
 #define TOLIMAN_BANK_RESULT_INIT TOLIMAN_INIT(toliman_bank_result)
 
 /* Encodes one frame counts[rows][stride]. Allocates memory only if more calls run at the same time than before.
- *   fit         fit of the scene and the free parameters for which the bank was made; other capture_px are allowed
+ *   fit         fit of the scene, with the free parameters and capture_px, for which the bank was made
  *   prediction  NULL: time 0, no shift
  *   result      struct_size must be set
  *   fitted      result of the fit, struct_size must be set; or NULL
  * A frame that cannot be fitted is not an error: see the flags. The result depends on the frame and its prediction
- * only, not on threads or on other frames. Errors: TOLIMAN_E_MISMATCH for the fit of another scene or with other free
- * parameters; others as toliman_fit_frame. */
+ * only, not on threads or on other frames. Errors: TOLIMAN_E_MISMATCH for any other fit (toliman_fit_info.digest);
+ * others as toliman_fit_frame. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_encode(const toliman_bank *bank, const toliman_fit *fit,
                                                                   const double *counts, size_t stride,
                                                                   const toliman_fit_prediction *prediction,
@@ -188,15 +194,16 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_encode_many(const tol
                                                                        uint32_t threads, toliman_bank_result *results,
                                                                        toliman_fit_result *fitted) TOLIMAN_NOEXCEPT;
 
-/* Writes what an undisturbed frame with this prediction (NULL: time 0, no shift) would give to *out, whose struct_size
- * must be set: network, efficiency and sigma_px, with a displacement_px of 0. Errors: as toliman_bank_encode. */
+/* Writes the result of a frame without noise, with the stars at the places of the prediction (NULL: time 0, no shift),
+ * to *out, whose struct_size must be set: network, efficiency and sigma_px; displacement_px is 0. Errors: as
+ * toliman_bank_encode. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_predict(const toliman_bank *bank, const toliman_fit *fit,
                                                                    const toliman_fit_prediction *prediction,
                                                                    toliman_bank_result *out) TOLIMAN_NOEXCEPT;
 
-/* Writes to *days until when a bank can be used: the first time after its last date, in whole days of scene time from
- * it, at which the efficiency of an undisturbed frame is below least_efficiency, in (0, 1), or at which the model
- * images of the fit end. Errors: as toliman_bank_predict. */
+/* Writes the time at which a bank should be renewed to *days, in days of scene time: the first whole day after its last
+ * date on which the efficiency (toliman_bank_predict, no shift) is below least_efficiency, in (0, 1), or on which the
+ * model images of the fit end; at most 4096 days after the last date. Errors: as toliman_bank_predict. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_get_renewal(const toliman_bank *bank, const toliman_fit *fit,
                                                                        double least_efficiency,
                                                                        double *days) TOLIMAN_NOEXCEPT;
@@ -207,9 +214,9 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_get_renewal(const tol
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_save(const toliman_bank *bank, int32_t encoding, void *bytes,
                                                                 size_t capacity, size_t *needed) TOLIMAN_NOEXCEPT;
 
-/* Loads a bank from exactly `size` bytes. options may be NULL. The caller destroys *out. Never allocates more than 4096
- * networks need. TOLIMAN_E_FORMAT for a wrong magic number, version, layout, size or checksum, and for numbers that are
- * subnormal, above 2^100, infinite or NaN. */
+/* Loads a bank from exactly `size` bytes. options may be NULL. The caller destroys *out. A bank has at most 1024
+ * networks, of 0.8 MB in memory each. TOLIMAN_E_FORMAT for a wrong magic number, version, layout, size or checksum, for
+ * numbers out of range, and for weights that are subnormal, above 2^100, infinite or NaN. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_load(const void *bytes, size_t size,
                                                                 const toliman_load_options *options,
                                                                 toliman_bank **out) TOLIMAN_NOEXCEPT;

@@ -38,6 +38,7 @@ int make_one_of_each() {
     const auto cae = make<autoencoder>(toliman_cae_create, sim.get(), 1u, nullptr);
     const auto linear = make<linear_estimator>(toliman_linear_create, sim.get(), nullptr);
     const auto fit = make<frame_fit>(toliman_fit_create, sim.get(), nullptr);
+    const auto bank = make<network_bank>(toliman_bank_create, fit.get(), nullptr);
     const auto components = make<component_set>(toliman_components_create, sim.get(), nullptr);
     auto one = sized<toliman_mask_options>();
     one.count = 1;
@@ -55,7 +56,8 @@ int make_one_of_each() {
     const auto track = make<tracker>(toliman_track_create, &options);
     const toliman_period *sums = nullptr;
     check(toliman_track_get_period(track.get(), &sums));
-    return cae && linear && fit && components && mask && period && pair && toliman_period_count(sums) == 0 ? 0 : 1;
+    return cae && linear && fit && bank && components && mask && period && pair && toliman_period_count(sums) == 0 ? 0
+                                                                                                                   : 1;
 }
 
 int a_failure_is_an_exception() {

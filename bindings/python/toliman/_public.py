@@ -1,9 +1,10 @@
 """The public names of the package; importing this module loads libtoliman."""
 from ._library import (Cancelled, CapacityError, Error, InputError, LostError, NoMemoryError, NotFoundError, StateError,
                        UnsupportedError, WriteError, abi_version, library_path, version)
-from ._results import (Bounds, BudgetRow, BudgetStep, BudgetSummary, ComponentsInfo, ComponentsTraining, FitInfo, FitResult, HeaderTime,
-                       Machine, MaskInfo, Model, NetworkInfo, Outcome, PairInfo, Parameter, PeriodogramInfo, Plan, Sampling, SceneInfo,
+from ._results import (BankInfo, BankNetwork, BankPlan, BankResult, Bounds, BudgetRow, BudgetStep, BudgetSummary,
+                       ComponentsInfo, ComponentsTraining, FitInfo, FitResult, HeaderTime, Machine, MaskInfo, Model, NetworkInfo, Outcome, PairInfo, Parameter, PeriodogramInfo, Plan, Sampling, SceneInfo,
                        Stream, TrackInfo, Training)
+from .bank import Bank
 from .budget import Budget
 from .cae import CAE, Reconstruction
 from .fit import Fit
@@ -19,7 +20,8 @@ from .track import REASONS, VERDICTS, Estimate, Frame, Tracker
 
 __version__ = version()
 __all__ = [
-    "AccuracyWarning", "Bounds", "Budget", "BudgetRow", "BudgetStep", "BudgetSummary", "CAE", "Cancelled", "CapacityError",
+    "AccuracyWarning", "Bank", "BankInfo", "BankNetwork", "BankPlan", "BankResult", "Bounds", "Budget", "BudgetRow",
+    "BudgetStep", "BudgetSummary", "CAE", "Cancelled", "CapacityError",
     "Components", "ComponentsInfo", "ComponentsTraining", "Error", "Estimate", "Fit", "FitInfo", "FitResult", "FoundMask", "Frame", "Grid", "HeaderTime",
     "InputError", "LostError", "Machine", "MaskInfo", "Model", "NetworkInfo", "NoMemoryError", "NotFoundError", "Outcome",
     "Pair", "PairEvent", "PairInfo", "Parameter", "Peak", "Periodogram", "PeriodogramInfo", "Plan", "REASONS", "Reconstruction",

@@ -728,14 +728,14 @@ class toliman_bank(Structure):
 class toliman_bank_options(Sized):
     """Options of a bank.
     layout: TOLIMAN_CAE_LAYOUT_..., 0 = FLIGHT
-    first_days: dates of the frames, days of scene time (toliman_fit_prediction.time_days);
-        both 0: those of the scene's frames
-    last_days: dates of the frames, days of scene time (toliman_fit_prediction.time_days);
-        both 0: those of the scene's frames
-    spacing_px: largest change of the difference of the stars' places from one date to the
-        next, px, in [0.05, 4]; 0 = 0.5
-    places: sub-pixel places along x and along y, at most 8; 0 = 3
-    steps: of the training of each network; 0 = 600
+    first_days: range of the frames' times (toliman_fit_prediction.time_days), days, in
+        [-1e6, 1e6]; both 0: 0 to the last frame of the scene
+    last_days: range of the frames' times (toliman_fit_prediction.time_days), days, in
+        [-1e6, 1e6]; both 0: 0 to the last frame of the scene
+    spacing_px: largest change of the place of B relative to A from one date to the next,
+        px, in [0.05, 4]; 0 = 0.5
+    places: sub-pixel places per axis, at most 8; 0 = 3
+    steps: of the training of each network, at most 1e6; 0 = 600
     seed: of the initial weights; 0 = 1
     allocator: for the large arrays of the object; NULL = malloc"""
 
@@ -753,14 +753,14 @@ class toliman_bank_options(Sized):
 
 
 class toliman_bank_plan_info(Sized):
-    """Size and cost of a bank, before it is made.
+    """Predicted size and cost of a bank.
     struct_size: in: sizeof(toliman_bank_plan_info)
     dates: dates along the orbit, 1 for a scene whose stars do not move
-    places: sub-pixel places at each date, of both axes: the square of the option
+    places: sub-pixel places at each date: the square of the option
     networks: dates times places
     first_days: dates covered, days of scene time
     last_days: dates covered, days of scene time
-    bytes_float32: size when saved, uncompressed
+    bytes_float32: size of the weights when saved, before compression
     bytes_half: the same as bf16 or fp16
     train_s: training on one processor, s, estimated"""
 
@@ -803,10 +803,11 @@ class toliman_bank_info(Sized):
     spacing_px: as in the options, default resolved
     rows: shape of the frames
     cols: shape of the frames
-    layout: "flight" or "paper"; static text
+    layout: "flight" or "paper". Static text
     seed: of the initial weights
     fit_digest: toliman_fit_info.digest of the fit for which the bank was made
-    digest: FNV-1a of all that determines results: fit_digest, places and weights"""
+    digest: FNV-1a of all that determines results: fit_digest, the stars' places of the
+        networks, and weights"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -832,11 +833,12 @@ class toliman_bank_network(Sized):
     struct_size: in: sizeof(toliman_bank_network)
     trained: 1: trained; 0: initial weights
     days: date for which it was made, days of scene time
-    first_days: dates for which it is the nearest
-    last_days: dates for which it is the nearest
-    x_px: place of the scene's centre, px from that of the scene, in [-0.5, 0.5)
-    y_px: place of the scene's centre, px from that of the scene, in [-0.5, 0.5)
-    cosine: of its gradient and the ideal one: efficiency at its place; 0: untrained"""
+    first_days: range of times that are nearest to this date
+    last_days: range of times that are nearest to this date
+    x_px: shift of the scene's centre from its place in the scene, in [-0.5, 0.5)
+    y_px: shift of the scene's centre from its place in the scene, in [-0.5, 0.5)
+    cosine: of the angle between its gradient and the ideal one: the efficiency at its own
+        places of the stars, without maximum pooling; 0 if untrained"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -851,7 +853,7 @@ class toliman_bank_network(Sized):
 
 
 # Flags of a result.
-TOLIMAN_BANK_NOT_FITTED = 1  # the fit did not converge: all numbers of the result are NaN
+TOLIMAN_BANK_NOT_FITTED = 1  # the fit did not converge: all numbers of the result are NaN, network is -1
 TOLIMAN_BANK_OUTSIDE = 2  # the frame's time is outside the dates of the bank
 TOLIMAN_BANK_LOW_EFFICIENCY = 4  # efficiency below 0.95
 
@@ -862,9 +864,10 @@ class toliman_bank_result(Sized):
     flags: TOLIMAN_BANK_...
     displacement_px: separation_px minus the predicted separation: the latent, px
     separation_px: distance from A to B
-    sigma_px: standard deviation of separation_px: Cramer-Rao bound / efficiency
-    efficiency: Cramer-Rao bound, with all parameters of the fit free, over sigma_px
-    distance_px: from the frame's places of the stars to those of the network
+    sigma_px: standard deviation of separation_px: Cramer-Rao bound divided by efficiency
+    efficiency: Cramer-Rao bound, with all parameters of the fit free, divided by sigma_px
+    distance_px: between the stars' places in the frame and those of the network, without whole pixels
+        that both stars moved
     network: index of the network, -1 if not fitted"""
 
     _fields_ = [
@@ -2796,7 +2799,8 @@ covariance[n][n] (either may be NULL). Errors: as toliman_fit_frame.""",
             ("out", POINTER(toliman_bank_plan_info)),
         ),
         """Writes size and cost of the bank with these options (NULL: defaults) to *out, whose struct_size must be set.
-Errors: as toliman_bank_create.""",
+Errors: as toliman_bank_create, except that dates outside the model images are not detected; TOLIMAN_E_UNSUPPORTED
+for a single star.""",
     ),
     "toliman_bank_create": (
         c_int32, (
@@ -2805,9 +2809,11 @@ Errors: as toliman_bank_create.""",
             ("out", POINTER(POINTER(toliman_bank))),
         ),
         """Creates a bank of untrained networks for the scene and the free parameters of a fit. options may be NULL. The caller
-destroys *out. An untrained network measures the separation, too, with an efficiency of about 0.01: a control.
+destroys *out. An untrained network also measures the separation, with an efficiency of about 0.01, and serves as a
+control.
 Errors: TOLIMAN_E_ARGUMENT for options out of range, for a last date before the first one, for dates outside the
-model images of the fit, and for more than 1024 networks; TOLIMAN_E_UNSUPPORTED for frames smaller than 256x256 px.""",
+model images of the fit, and for more than 1024 networks; TOLIMAN_E_UNSUPPORTED for frames smaller than 256 x 256 or
+larger than 4096 x 4096 px.""",
     ),
     "toliman_bank_destroy": (
         None, (("bank", POINTER(toliman_bank)),),
@@ -2823,9 +2829,9 @@ model images of the fit, and for more than 1024 networks; TOLIMAN_E_UNSUPPORTED 
             ("fit", POINTER(toliman_fit)),
             ("options", POINTER(toliman_bank_train_options)),
         ),
-        """Trains the networks of a bank that are not trained yet, as TOLIMAN_CAE_MODE_TIED does. Networks that were trained
-before the call was cancelled remain trained: save the bank, and continue later. The weights do not depend on threads
-or interruptions. fit: as for toliman_bank_encode. options may be NULL.
+        """Trains the networks of a bank that are not trained yet, in the mode TOLIMAN_CAE_MODE_TIED. If the call is cancelled,
+the networks that were complete remain trained, and a later call, also of a saved and loaded bank, trains the others.
+The weights do not depend on threads or interruptions. fit: as for toliman_bank_encode. options may be NULL.
 Errors: TOLIMAN_E_CANCELLED; TOLIMAN_E_MISMATCH as toliman_bank_encode.""",
     ),
     "toliman_bank_get_info": (
@@ -2852,13 +2858,13 @@ TOLIMAN_E_RANGE for any other index.""",
             ("fitted", POINTER(toliman_fit_result)),
         ),
         """Encodes one frame counts[rows][stride]. Allocates memory only if more calls run at the same time than before.
-  fit         fit of the scene and the free parameters for which the bank was made; other capture_px are allowed
+  fit         fit of the scene, with the free parameters and capture_px, for which the bank was made
   prediction  NULL: time 0, no shift
   result      struct_size must be set
   fitted      result of the fit, struct_size must be set; or NULL
 A frame that cannot be fitted is not an error: see the flags. The result depends on the frame and its prediction
-only, not on threads or on other frames. Errors: TOLIMAN_E_MISMATCH for the fit of another scene or with other free
-parameters; others as toliman_fit_frame.""",
+only, not on threads or on other frames. Errors: TOLIMAN_E_MISMATCH for any other fit (toliman_fit_info.digest);
+others as toliman_fit_frame.""",
     ),
     "toliman_bank_encode_many": (
         c_int32, (
@@ -2885,8 +2891,9 @@ Errors: as toliman_bank_encode, naming the frame; TOLIMAN_E_ARGUMENT for another
             ("prediction", POINTER(toliman_fit_prediction)),
             ("out", POINTER(toliman_bank_result)),
         ),
-        """Writes what an undisturbed frame with this prediction (NULL: time 0, no shift) would give to *out, whose struct_size
-must be set: network, efficiency and sigma_px, with a displacement_px of 0. Errors: as toliman_bank_encode.""",
+        """Writes the result of a frame without noise, with the stars at the places of the prediction (NULL: time 0, no shift),
+to *out, whose struct_size must be set: network, efficiency and sigma_px; displacement_px is 0. Errors: as
+toliman_bank_encode.""",
     ),
     "toliman_bank_get_renewal": (
         c_int32, (
@@ -2895,9 +2902,9 @@ must be set: network, efficiency and sigma_px, with a displacement_px of 0. Erro
             ("least_efficiency", c_double),
             ("days", POINTER(c_double)),
         ),
-        """Writes to *days until when a bank can be used: the first time after its last date, in whole days of scene time from
-it, at which the efficiency of an undisturbed frame is below least_efficiency, in (0, 1), or at which the model
-images of the fit end. Errors: as toliman_bank_predict.""",
+        """Writes the time at which a bank should be renewed to *days, in days of scene time: the first whole day after its last
+date on which the efficiency (toliman_bank_predict, no shift) is below least_efficiency, in (0, 1), or on which the
+model images of the fit end; at most 4096 days after the last date. Errors: as toliman_bank_predict.""",
     ),
     "toliman_bank_save": (
         c_int32, (
@@ -2918,9 +2925,9 @@ bytes, also after loading them. Networks that are not trained are saved as such.
             ("options", POINTER(toliman_load_options)),
             ("out", POINTER(POINTER(toliman_bank))),
         ),
-        """Loads a bank from exactly `size` bytes. options may be NULL. The caller destroys *out. Never allocates more than 4096
-networks need. TOLIMAN_E_FORMAT for a wrong magic number, version, layout, size or checksum, and for numbers that are
-subnormal, above 2^100, infinite or NaN.""",
+        """Loads a bank from exactly `size` bytes. options may be NULL. The caller destroys *out. A bank has at most 1024
+networks, of 0.8 MB in memory each. TOLIMAN_E_FORMAT for a wrong magic number, version, layout, size or checksum, for
+numbers out of range, and for weights that are subnormal, above 2^100, infinite or NaN.""",
     ),
     "toliman_bank_save_file": (
         c_int32, (("bank", POINTER(toliman_bank)), ("encoding", c_int32), ("path", c_char_p)),

@@ -182,14 +182,14 @@ class FitResult(Result):
 
 @result
 class BankPlan(Result):
-    """Size and cost of a bank, before it is made."""
+    """Predicted size and cost of a bank."""
 
     dates: int = member("dates along the orbit, 1 for a scene whose stars do not move")
-    places: int = member("sub-pixel places at each date, of both axes: the square of the option")
+    places: int = member("sub-pixel places at each date: the square of the option")
     networks: int = member("dates times places")
     first_days: float = member("dates covered, days of scene time")
     last_days: float = member("dates covered, days of scene time")
-    bytes_float32: int = member("size when saved, uncompressed")
+    bytes_float32: int = member("size of the weights when saved, before compression")
     bytes_half: int = member("the same as bf16 or fp16")
     train_s: float = member("training on one processor, s, estimated")
 
@@ -208,10 +208,10 @@ class BankInfo(Result):
     spacing_px: float = member("as in the options, default resolved")
     rows: int = member("shape of the frames")
     cols: int = member("shape of the frames")
-    layout: str = member("\"flight\" or \"paper\"; static text")
+    layout: str = member("\"flight\" or \"paper\". Static text")
     seed: int = member("of the initial weights")
     fit_digest: int = member("toliman_fit_info.digest of the fit for which the bank was made")
-    digest: int = member("FNV-1a of all that determines results: fit_digest, places and weights")
+    digest: int = member("FNV-1a of all that determines results: fit_digest, the stars' places of the networks, and weights")
 
 
 @result
@@ -220,11 +220,11 @@ class BankNetwork(Result):
 
     trained: bool = member("trained; 0: initial weights")
     days: float = member("date for which it was made, days of scene time")
-    first_days: float = member("dates for which it is the nearest")
-    last_days: float = member("dates for which it is the nearest")
-    x_px: float = member("place of the scene's centre, px from that of the scene, in [-0.5, 0.5)")
-    y_px: float = member("place of the scene's centre, px from that of the scene, in [-0.5, 0.5)")
-    cosine: float = member("of its gradient and the ideal one: efficiency at its place; 0: untrained")
+    first_days: float = member("range of times that are nearest to this date")
+    last_days: float = member("range of times that are nearest to this date")
+    x_px: float = member("shift of the scene's centre from its place in the scene, in [-0.5, 0.5)")
+    y_px: float = member("shift of the scene's centre from its place in the scene, in [-0.5, 0.5)")
+    cosine: float = member("of the angle between its gradient and the ideal one: the efficiency at its own places of the stars, without maximum pooling; 0 if untrained")
 
 
 @result
@@ -233,11 +233,11 @@ class BankResult(Result):
 
     displacement_px: float = member("separation_px minus the predicted separation: the latent, px")
     separation_px: float = member("distance from A to B")
-    sigma_px: float = member("standard deviation of separation_px: Cramer-Rao bound / efficiency")
-    efficiency: float = member("Cramer-Rao bound, with all parameters of the fit free, over sigma_px")
-    distance_px: float = member("from the frame's places of the stars to those of the network")
+    sigma_px: float = member("standard deviation of separation_px: Cramer-Rao bound divided by efficiency")
+    efficiency: float = member("Cramer-Rao bound, with all parameters of the fit free, divided by sigma_px")
+    distance_px: float = member("between the stars' places in the frame and those of the network, without whole pixels that both stars moved")
     network: int = member("index of the network, -1 if not fitted")
-    not_fitted: bool = member("the fit did not converge: all numbers of the result are NaN", flag=1)
+    not_fitted: bool = member("the fit did not converge: all numbers of the result are NaN, network is -1", flag=1)
     outside: bool = member("the frame's time is outside the dates of the bank", flag=2)
     low_efficiency: bool = member("efficiency below 0.95", flag=4)
 

@@ -8,16 +8,14 @@ import numpy
 from numpy.typing import ArrayLike, NDArray
 
 from . import _raw
-from ._arguments import Doubles, array_of, has_shape, of_kind, options_of, plain, pointer, real, shaped, text, whole
+from ._arguments import Doubles, array_of, has_shape, of_kind, options_of, pointer, real, shaped, text, whole
 from ._handle import Handle
 from ._library import check, library
 from ._pixels import frames_of, image_of
+from ._predictions import FRAMES_PER_CALL, prediction_of, predictions_of, structured
 from ._progress import Progress, Watch
 from ._results import FitInfo, FitResult, Parameter
 from .sim import Simulator
-
-_FRAMES_PER_CALL = 64  # progress and Ctrl-C are checked after each call
-
 
 class Fit(Handle):
     """Fits the forward model of a scene to frames; it follows the stars wherever orbit, pointing and roll move them.
@@ -73,7 +71,7 @@ class Fit(Handle):
         [n][n]. The numbers of a frame that did not converge are NaN."""
         counts = shaped("frame", frame, self.shape)
         result, (values, covariance) = _raw.toliman_fit_result(), self._numbers()
-        prediction = _prediction(time_days, shift, separation, position_angle)
+        prediction = prediction_of(time_days, shift, separation, position_angle)
         check(library.toliman_fit_frame(self._c, pointer(counts), self.shape[1], ctypes.byref(prediction),
                                         ctypes.byref(result), pointer(values), pointer(covariance)))
         return FitResult._of(result), values, covariance
@@ -88,24 +86,24 @@ class Fit(Handle):
         has_shape("frames", images, (-1, *self.shape))
         count = len(images)
         results = array_of(_raw.toliman_fit_result, count)
-        predictions = _predictions(count, times_days, shifts, separations, position_angles)
+        predictions = predictions_of(count, times_days, shifts, separations, position_angles)
         size, prediction_size = ctypes.sizeof(_raw.toliman_fit_result), ctypes.sizeof(_raw.toliman_fit_prediction)
         with Watch(progress) as watch:
-            for first in range(0, count, _FRAMES_PER_CALL):
-                image, array = image_of(images[first:first + _FRAMES_PER_CALL])
+            for first in range(0, count, FRAMES_PER_CALL):
+                image, array = image_of(images[first:first + FRAMES_PER_CALL])
                 results[first].struct_size, predictions[first].struct_size = size, prediction_size
                 watch.check(library.toliman_fit_frames(self._c, ctypes.byref(image), len(array),
                                                        ctypes.byref(predictions[first]), threads,
                                                        ctypes.byref(results[first])))
                 watch.step("fit", (first + len(array)) / count)
-        return _structured(results)[:count]
+        return structured(results)[:count]
 
     def predict(self, *, time_days: float = 0, shift: tuple[float, float] = (0, 0), separation: float = 0,
                 position_angle: float = 0) -> tuple[Doubles, Doubles, Doubles]:
         """Returns the expected frame [row][column], the values of the parameters [n], and the covariance [n][n] of their
         fit, the Cramer-Rao bound."""
         image, (values, covariance) = numpy.empty(self.shape), self._numbers()
-        prediction = _prediction(time_days, shift, separation, position_angle)
+        prediction = prediction_of(time_days, shift, separation, position_angle)
         check(library.toliman_fit_predict(self._c, ctypes.byref(prediction), pointer(image), self.shape[1],
                                           pointer(values), pointer(covariance)))
         return image, values, covariance
@@ -117,36 +115,3 @@ class Fit(Handle):
     def _summary(self) -> str:
         names = ", ".join(parameter.name for parameter in self.parameters[7:])
         return f"Fit of {self.shape[0]}x{self.shape[1]} frames" + (f", free: {names}" if names else "")
-
-
-def _prediction(time_days: float, shift: tuple[float, float], separation: float, position_angle: float) -> typing.Any:
-    x, y = shaped("shift", shift, (2,))
-    return _raw.toliman_fit_prediction(time_days=real("time_days", time_days), x_px=x, y_px=y,
-                                       separation_px=real("separation", separation),
-                                       position_angle_deg=real("position_angle", position_angle))
-
-
-def _predictions(count: int, times_days: ArrayLike, shifts: ArrayLike, separations: ArrayLike,
-                 position_angles: ArrayLike) -> typing.Any:
-    """An array of structs from one number per frame, or one for all."""
-    made = array_of(_raw.toliman_fit_prediction, count)
-    rows = numpy.ctypeslib.as_array(made)[:count]
-    for member, name, values in (("time_days", "times_days", times_days), ("separation_px", "separations", separations),
-                                 ("position_angle_deg", "position_angles", position_angles)):
-        numbers = plain(name, values)
-        has_shape(name, numbers, (count,) if numbers.ndim else ())
-        rows[member] = numbers
-    pairs = plain("shifts", shifts)
-    has_shape("shifts", pairs, (count, 2) if pairs.ndim == 2 else (2,))
-    rows["x_px"], rows["y_px"] = pairs[..., 0], pairs[..., 1]
-    return made
-
-
-def _structured(structs: typing.Any) -> NDArray:
-    """The members of an array of structs, without struct_size."""
-    given = numpy.ctypeslib.as_array(structs)
-    names = [name for name in given.dtype.names or () if name != "struct_size"]
-    made = numpy.empty(len(given), [(name, given.dtype[name]) for name in names])
-    for name in names:
-        made[name] = given[name]
-    return made

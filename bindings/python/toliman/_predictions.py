@@ -1,0 +1,46 @@
+"""Predictions of frames, and arrays of results, for fits and banks."""
+from __future__ import annotations
+
+import typing
+
+import numpy
+from numpy.typing import ArrayLike, NDArray
+
+from . import _raw
+from ._arguments import array_of, has_shape, plain, real, shaped
+
+FRAMES_PER_CALL = 64  # progress and Ctrl-C are checked after each call
+
+
+def prediction_of(time_days: float, shift: tuple[float, float], separation: float, position_angle: float) -> typing.Any:
+    """A struct for one frame."""
+    x, y = shaped("shift", shift, (2,))
+    return _raw.toliman_fit_prediction(time_days=real("time_days", time_days), x_px=x, y_px=y,
+                                       separation_px=real("separation", separation),
+                                       position_angle_deg=real("position_angle", position_angle))
+
+
+def predictions_of(count: int, times_days: ArrayLike, shifts: ArrayLike, separations: ArrayLike,
+                   position_angles: ArrayLike) -> typing.Any:
+    """An array of structs from one number per frame, or one for all."""
+    made = array_of(_raw.toliman_fit_prediction, count)
+    rows = numpy.ctypeslib.as_array(made)[:count]
+    for member, name, values in (("time_days", "times_days", times_days), ("separation_px", "separations", separations),
+                                 ("position_angle_deg", "position_angles", position_angles)):
+        numbers = plain(name, values)
+        has_shape(name, numbers, (count,) if numbers.ndim else ())
+        rows[member] = numbers
+    pairs = plain("shifts", shifts)
+    has_shape("shifts", pairs, (count, 2) if pairs.ndim == 2 else (2,))
+    rows["x_px"], rows["y_px"] = pairs[..., 0], pairs[..., 1]
+    return made
+
+
+def structured(structs: typing.Any) -> NDArray:
+    """The members of an array of structs, without struct_size and reserved ones."""
+    given = numpy.ctypeslib.as_array(structs)
+    names = [name for name in given.dtype.names or () if name not in ("struct_size", "reserved")]
+    made = numpy.empty(len(given), [(name, given.dtype[name]) for name in names])
+    for name in names:
+        made[name] = given[name]
+    return made

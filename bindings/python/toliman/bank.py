@@ -1,0 +1,192 @@
+"""Networks that follow moving stars: one for each of several dates and sub-pixel places. Reference:
+include/toliman/bank.h."""
+from __future__ import annotations
+
+import ctypes
+import functools
+import os
+import typing
+
+from numpy.typing import ArrayLike, NDArray
+
+from . import _raw
+from ._arguments import array_of, file_name, has_shape, of_kind, options_of, pointer, real, saved, shaped, whole
+from ._handle import Handle
+from ._library import check, library
+from ._pixels import frames_of, image_of
+from ._predictions import FRAMES_PER_CALL, prediction_of, predictions_of, structured
+from ._progress import Progress, Watch
+from ._results import BankInfo, BankNetwork, BankPlan, BankResult, FitResult
+from ._words import number
+from .fit import Fit
+from .sim import Simulator
+
+
+class Bank(Handle):
+    """A bank of networks. Each frame is fitted, and encoded by the network of the nearest date and place.
+
+        fit = Fit(simulator)
+        print(Bank.plan(simulator))                                # number of networks, bytes, seconds
+        bank = Bank(fit)                                           # random weights
+        bank.train()
+        results, fits = bank.encode(frames, times_days=times)      # structured arrays, results["displacement_px"]
+        bank.save("bank.tlmb")
+        bank = Bank.load("bank.tlmb", fit)
+
+    fit: Fit of the scene. The bank uses it for every frame.
+    layout: "flight", which reaches the photon limit, or "paper", the layout of the chapter.
+    first_days, last_days: dates of the frames in days of scene time; both 0 for those of the scene's frames.
+    spacing_px: largest change of the difference of the stars' places from one date to the next; 0 means 0.5.
+    places: sub-pixel places along x and along y; 0 means 3.
+    steps: of the training of each network; 0 means 600. seed: of the initial weights; 0 means 1.
+
+    An untrained network encodes too, as a control, with an efficiency of about 0.01. A frame is predicted as in Fit.
+
+    Raises InputError for options out of range, UnsupportedError for frames below 256x256.
+    """
+
+    _kind, _destroy = _raw.toliman_bank, "toliman_bank_destroy"
+
+    def __init__(self, fit: Fit, *, layout: str = "flight", first_days: float = 0, last_days: float = 0,
+                 spacing_px: float = 0, places: int = 0, steps: int = 0, seed: int = 0):
+        of_kind("fit", fit, Fit)
+        options = _options(layout, first_days, last_days, spacing_px, places, steps, seed)
+        super().__init__(self._create(library.toliman_bank_create, fit._c, ctypes.byref(options)))
+        self.fit = fit
+
+    @staticmethod
+    def plan(simulator: Simulator, *, layout: str = "flight", first_days: float = 0, last_days: float = 0,
+             spacing_px: float = 0, places: int = 0, steps: int = 0) -> BankPlan:
+        """Returns size and cost of the bank with these options, before it is made."""
+        of_kind("simulator", simulator, Simulator)
+        options, found = _options(layout, first_days, last_days, spacing_px, places, steps, 0), _raw.toliman_bank_plan_info()
+        check(library.toliman_bank_plan(simulator._c, ctypes.byref(options), ctypes.byref(found)))
+        return BankPlan._of(found)
+
+    @property
+    def info(self) -> BankInfo:
+        """Properties of the bank."""
+        return self._read(library.toliman_bank_get_info, _raw.toliman_bank_info, BankInfo)
+
+    @property
+    def networks(self) -> list[BankNetwork]:
+        """The networks by date, then place along y, then place along x."""
+        found = []
+        for index in range(self.info.networks):
+            network = _raw.toliman_bank_network()
+            check(library.toliman_bank_get_network(self._c, index, ctypes.byref(network)))
+            found.append(BankNetwork._of(network))
+        return found
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of the input frames."""
+        info = self.info
+        return info.rows, info.cols
+
+    def train(self, *, threads: int = 0, progress: Progress | bool | None = None) -> None:
+        """Trains the networks that are not trained yet.
+
+        Ctrl-C, and a progress function that raises or returns a true value, cancel the training. Networks that were
+        trained before remain so; a later call continues. Raises Cancelled.
+        """
+        with self._exclusive(), Watch(progress) as watch:
+            options = options_of(_raw.toliman_bank_train_options, library.toliman_bank_train_options_init,
+                                 threads=whole("threads", threads, 2**32), progress=watch.callback)
+            watch.check(library.toliman_bank_train(self._c, self.fit._c, ctypes.byref(options)))
+
+    def encode_frame(self, frame: ArrayLike, *, time_days: float = 0, shift: tuple[float, float] = (0, 0),
+                     separation: float = 0, position_angle: float = 0) -> tuple[BankResult, FitResult]:
+        """Encodes one frame [row][column]. Returns the result of the network and that of the fit."""
+        counts = shaped("frame", frame, self.shape)
+        result, fitted = _raw.toliman_bank_result(), _raw.toliman_fit_result()
+        prediction = prediction_of(time_days, shift, separation, position_angle)
+        check(library.toliman_bank_encode(self._c, self.fit._c, pointer(counts), counts.shape[1], ctypes.byref(prediction),
+                                          ctypes.byref(result), ctypes.byref(fitted)))
+        return BankResult._of(result), FitResult._of(fitted)
+
+    def encode(self, frames: ArrayLike, *, times_days: ArrayLike = 0, shifts: ArrayLike = (0, 0),
+               separations: ArrayLike = 0, position_angles: ArrayLike = 0, threads: int = 0,
+               progress: Progress | bool | None = None) -> tuple[NDArray, NDArray]:
+        """Encodes frames [frame][row][column] of any pixel type. The predictions are one number (shifts: one pair) for
+        all frames, or one per frame. Returns two structured arrays: a field for each member of toliman_bank_result, whose
+        `flags` are the bits TOLIMAN_BANK_..., and the results of the fits, as Fit.frames()."""
+        images, threads, shape = frames_of(frames, self.shape), whole("threads", threads, 2**32), self.shape
+        has_shape("frames", images, (-1, *shape))
+        count = len(images)
+        arrays = (predictions_of(count, times_days, shifts, separations, position_angles),
+                  array_of(_raw.toliman_bank_result, count), array_of(_raw.toliman_fit_result, count))
+        with Watch(progress) as watch:
+            for first in range(0, count, FRAMES_PER_CALL):
+                image, array = image_of(images[first:first + FRAMES_PER_CALL])
+                for structs in arrays:
+                    structs[first].struct_size = ctypes.sizeof(structs[first])
+                predictions, results, fits = (ctypes.byref(structs[first]) for structs in arrays)
+                watch.check(library.toliman_bank_encode_many(self._c, self.fit._c, ctypes.byref(image), len(array),
+                                                             predictions, threads, results, fits))
+                watch.step("encode", (first + len(array)) / count)
+        return structured(arrays[1])[:count], structured(arrays[2])[:count]
+
+    def predict(self, *, time_days: float = 0, shift: tuple[float, float] = (0, 0), separation: float = 0,
+                position_angle: float = 0) -> BankResult:
+        """Returns network, efficiency and sigma_px of an undisturbed frame, with a displacement_px of 0."""
+        found = _raw.toliman_bank_result()
+        prediction = prediction_of(time_days, shift, separation, position_angle)
+        check(library.toliman_bank_predict(self._c, self.fit._c, ctypes.byref(prediction), ctypes.byref(found)))
+        return BankResult._of(found)
+
+    def renewal(self, least_efficiency: float = 0.95) -> float:
+        """Returns until when the bank can be used, in days of scene time: the first time after its last date at which
+        the efficiency is below least_efficiency, or at which the model images of the fit end."""
+        days = ctypes.c_double()
+        check(library.toliman_bank_get_renewal(self._c, self.fit._c, real("least_efficiency", least_efficiency),
+                                               ctypes.byref(days)))
+        return days.value
+
+    def save(self, path: str | os.PathLike[str], *, encoding: str = "float32") -> None:
+        """Writes the bank to a file, atomically. encoding of the weights: "float32" (exact), "bf16" or "fp16"."""
+        check(library.toliman_bank_save_file(self._c, _encoding(encoding), file_name(path)))
+
+    def to_bytes(self, *, encoding: str = "float32") -> bytes:
+        """Returns the contents of a file written by save() with the same encoding."""
+        return saved(functools.partial(library.toliman_bank_save, self._c, _encoding(encoding)))
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str], fit: Fit) -> Bank:
+        """Loads a bank from a file written by save(). fit: of the same scene, with the same options, as that of the
+        saved bank; any other is refused at its first use."""
+        return cls._with_fit(fit, library.toliman_bank_load_file, file_name(path))
+
+    @classmethod
+    def from_bytes(cls, content: bytes, fit: Fit) -> Bank:
+        """Loads a bank from the bytes returned by to_bytes(). fit: as for load()."""
+        content = memoryview(content).tobytes()
+        return cls._with_fit(fit, library.toliman_bank_load, content, len(content))
+
+    @classmethod
+    def _with_fit(cls, fit: Fit, load: typing.Any, *source: typing.Any) -> Bank:
+        of_kind("fit", fit, Fit)
+        bank = cls._adopt(cls._create(load, *source, None))
+        bank.fit = fit
+        return bank
+
+    def _summary(self) -> str:
+        info = self.info
+        return (f"Bank of {info.networks} networks of layout {info.layout} for {info.rows}x{info.cols} frames, "
+                f"{info.trained_networks} trained")
+
+    def _repr_html_(self) -> str:
+        return self.info._repr_html_()
+
+
+def _options(layout: str, first_days: float, last_days: float, spacing_px: float, places: int, steps: int,
+             seed: int) -> typing.Any:
+    return options_of(_raw.toliman_bank_options, library.toliman_bank_options_init,
+                      layout=number("layout", layout, "TOLIMAN_CAE_LAYOUT"), first_days=real("first_days", first_days),
+                      last_days=real("last_days", last_days), spacing_px=real("spacing_px", spacing_px),
+                      places=whole("places", places, 2**32), steps=whole("steps", steps, 2**32),
+                      seed=whole("seed", seed, 2**64))
+
+
+def _encoding(word: str) -> int:
+    return number("encoding", word, "TOLIMAN_CAE_ENCODING")
