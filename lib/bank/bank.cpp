@@ -49,7 +49,7 @@ fit::Prediction prediction_of(const Date &date, const Network &network) {
 // Closer predictions need no second model image halfway: the error of the slope changes the value by 0.005 sigma.
 constexpr double kNearPx = 3e-4;
 
-constexpr double kMostServedDays = 4096;
+constexpr int kMostServedDays = 4096;
 
 double square(double x) noexcept {
     return x * x;
@@ -281,15 +281,14 @@ double Bank::renewal(const fit::Fit &fit, double efficiency, fit::FitWork &fit_w
         prediction.days = days;
         return fit.covers(prediction) && predict(fit, prediction, fit_work, work).efficiency >= efficiency;
     };
-    double served = 0, step = 1; // days after the last date
-    while (step < kMostServedDays && serves(options_.last_days + served + step)) {
+    const auto after = [&](int days) { return options_.last_days + days; };
+    int served = 0, step = 1; // days after the last date
+    for (; served + step < kMostServedDays && serves(after(served + step)); step *= 2)
         served += step;
-        step *= 2;
-    }
-    for (; step >= 1; step /= 2) // the first failure is within the last step
-        if (served + step < kMostServedDays && serves(options_.last_days + served + step))
+    for (; step > 0; step /= 2) // the first failure is within the last step
+        if (served + step < kMostServedDays && serves(after(served + step)))
             served += step;
-    return options_.last_days + served + 1;
+    return after(served + 1);
 }
 
 } // namespace toliman::bank

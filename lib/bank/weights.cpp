@@ -93,7 +93,7 @@ Header read_header(ByteReader &reader, size_t size) {
     options.steps = in_range("steps", reader.u32(), 1, kMostSteps);
     header.rows = in_range("rows", reader.u32(), cae::kSide, kLargestFrame);
     header.cols = in_range("cols", reader.u32(), cae::kSide, kLargestFrame);
-    header.dates = in_range("dates", reader.u32(), 1, kMostNetworks / (options.places * options.places));
+    header.dates = in_range("dates", reader.u32(), 1, kMostNetworks / (size_t{options.places} * options.places));
     header.packed = reader.u32();
     const size_t known =
         kHeaderSize + header.dates * kDateSize + header.networks() * kNetworkSize + header.packed + kChecksumSize;

@@ -127,6 +127,45 @@ class Run(Moving):
         self.write(binary=at_rest, systematics={"jitter_sigma_px": 0.1})
         self.refuse(2, "must be at least [256, 256] px for the network", arguments=("run", "moving.json", "--out", "x"))
 
+    def test_bank_of_networks(self):
+        """In frames of 256x256 px, of one date: nine networks, the latents of which are those of their file."""
+        self.write(binary={"separation_arcsec": 7, "position_angle_deg": 30}, detector={**SCENE["detector"], "shape": [256, 256]},
+                   telescope={**SCENE["telescope"], "pupil_samples": 128}, cadence={**SCENE["cadence"], "frames": 30}, signal={**SCENE["signal"], "amplitude_px": AMPLITUDE, "period_days": 15})
+        text = self.run_scene("--controls", "quick").stdout
+        result, series, power = self.result(), rows_of(self.folder / "r/series.csv"), rows_of(self.folder / "r/periodogram.csv")
+        bank, fit = result["bank"], result["fit"]
+        self.assertEqual((result["estimator"], bank["networks"], bank["dates"], bank["places"]), ("bank", 9, 1, 9))
+        self.assertEqual([bank[key] for key in ("period_days", "log10_fap", "no_signal_log10_fap", "efficiency", "sigma_px")],
+                         [result["period_days"], result["log10_fap"], result["no_signal"]["log10_fap"], result["efficiency"],
+                          result["latent_sigma_px"]])
+        self.assertLess(abs(result["period_days"] / 15 - 1), 0.05)
+        self.assertEqual(list(series), ["frame", "t", "true", "latent", "efficiency", "fit"])
+        self.assertEqual(list(power), ["frequency", "power", "true", "fit"])
+        self.assertEqual(bank["least_efficiency"], series["efficiency"].min())
+        self.assertAlmostEqual(bank["mean_efficiency"], series["efficiency"].mean(), delta=1e-12)
+        self.assertGreater(bank["least_efficiency"], 0.9)
+        self.assertAlmostEqual(bank["efficiency"] / fit["efficiency"], bank["mean_efficiency"], delta=0.05)
+        self.assertLess(abs(series["latent"] - series["fit"]).max(), 2 * fit["sigma_px"])
+        self.assertGreater(abs(series["latent"] - series["fit"]).max(), 0)
+        self.assertIn("bank          9 networks for 1 dates; efficiency at least 0.9", text)
+        done = self.run_program("simulate", "moving.json", "--seed", 7, "--out", "f.npy")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        done = self.run_program("encode", "--weights", "r/weights.tlmb", "--fit", "moving.json", "f.npy")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        head, *lines = done.stdout.splitlines()
+        column = head.split(",").index("displacement_px")
+        numpy.testing.assert_array_equal([float(line.split(",")[column]) for line in lines], series["latent"])
+        page = Recorder(self.folder / "r")
+        self.assertEqual(list(page.figures), FIGURES[:3] + ["bank"] + FIGURES[3:])
+        read = Reader(page.html())
+        self.assertEqual(read.row("bank")[1], f"{bank['efficiency']:.3f}")
+        self.assertEqual(read.row("bank, no signal")[3].replace("−", "-"), f"{result['no_signal']['log10_fap']:.1f}")
+        self.run_program("experiment", "moving.json", "--out", "x", "--seeds", 1, "--amplitudes", AMPLITUDE, "--blind", 1,
+                         "--methods", "fit,untrained-bank", "--tables", "real")
+        (table,) = json.loads((self.folder / "x/experiment.json").read_text())["tables"]
+        self.assertEqual([row["found"] for row in table["ladder"]], [1, 0])
+        self.assertGreater(table["controls"][1]["sigma_px"], 10 * table["controls"][0]["sigma_px"])
+
     def test_one_star(self):
         scene = moving_scene(systematics={"pointing_rms_px": 0.3}, signal={**SCENE["signal"], "star": "A"})
         del scene["binary"], scene["stars"]

@@ -48,7 +48,7 @@ void FitRun::train(Progress &progress) {
         bank_outcome.least_cosine = std::min(bank_outcome.least_cosine, network.cosine);
     }
     bank_outcome.weights = bytes_of([bank](unsigned char *data, size_t capacity, size_t *size) {
-        return toliman_bank_save(bank, TOLIMAN_CAE_ENCODING_FP16, data, capacity, size);
+        return toliman_bank_save(bank, TOLIMAN_CAE_ENCODING_FLOAT32, data, capacity, size);
     });
 }
 
