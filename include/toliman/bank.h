@@ -25,7 +25,7 @@
  *
  * In first order, r does not depend on any free parameter of the fit except the separation. Slope and efficiency are
  * computed for each frame, from the model images of the fit at its parameters and the gradient of the network, moved to
- * the stars' places in the frame. Reference: ../docs/background.md, "Networks that follow".
+ * the stars' places in the frame. See decisions.md, 29.
  */
 #ifndef TOLIMAN_BANK_H
 #define TOLIMAN_BANK_H

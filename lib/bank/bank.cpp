@@ -239,8 +239,8 @@ void Bank::measure(const fit::Fit &fit, const ImageView<const double> *counts, c
             along += filtered[i] * state.covariance[i * n + j] * filtered[j];
     }
     const double noise2 = filtered[n] - along + axis.variance_px2 * slope * slope;
-    estimate.efficiency =
-        std::fmin(1, std::fabs(slope) * std::sqrt(axis.variance_px2 / noise2)) * network.response.share;
+    const double ratio = noise2 > 0 ? std::fabs(slope) * std::sqrt(axis.variance_px2 / noise2) : 0;
+    estimate.efficiency = std::fmin(1, ratio) * network.response.share;
     estimate.sigma_px = std::sqrt(axis.variance_px2) / estimate.efficiency;
     if (!(estimate.efficiency >= kLeastEfficiency))
         estimate.flags |= low_efficiency;

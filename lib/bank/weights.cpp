@@ -202,7 +202,11 @@ Bank from_bytes(const void *bytes, size_t size) {
         const Numbers &known = numbers[i];
         cae::Parameters parameters;
         std::copy_n(&weights[i * kWeights], kWeights, parameters.values.begin());
-        Network network = new_network(i, header.options, cae::Encoder(*header.options.layout, std::move(parameters)));
+        cae::Encoder encoder(*header.options.layout, std::move(parameters));
+        const Buffer<float> &gradient = encoder.gradient();
+        if (std::all_of(gradient.begin(), gradient.end(), [](float value) { return value == 0; }))
+            fail(Status::format, "%s: weights of network %zu: the latent does not depend on the image", kKind, i);
+        Network network = new_network(i, header.options, std::move(encoder));
         std::copy_n(&known.star_px[0][0], 4, &network.star_px[0][0]);
         network.share_b = known.share_b;
         network.crop_row = known.crop_row;
