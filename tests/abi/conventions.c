@@ -201,6 +201,29 @@ static void fit(const toliman_sim *sim, const double *frames) {
     toliman_components_destroy(components);
 }
 
+static void follow_stars(const toliman_sim *sim, const double *frames, const char *folder) {
+    const toliman_bank_options options = {.struct_size = sizeof options, .places = 1, .steps = 3};
+    const toliman_bank_train_options training = {.struct_size = sizeof training, .threads = 2, .progress = keep_going};
+    toliman_fit *fit = NULL;
+    toliman_bank *bank = NULL, *again = NULL;
+    toliman_bank_result found[FRAMES] = {{.struct_size = sizeof *found}};
+    double days;
+    char path[300];
+    assert_ok(toliman_fit_create(sim, NULL, &fit));
+    assert_ok(toliman_bank_create(fit, &options, &bank));
+    assert_ok(toliman_bank_train(bank, fit, &training));
+    snprintf(path, sizeof path, "%s/bank", folder);
+    assert_ok(toliman_bank_save_file(bank, 0, path));
+    assert_ok(toliman_bank_load_file(path, NULL, &again));
+    assert_ok(toliman_bank_encode_many(again, fit, PLAIN_IMAGE(frames), FRAMES, NULL, 2, found, NULL));
+    result("bank", found, sizeof found);
+    assert_ok(toliman_bank_get_renewal(again, fit, 0.5, &days));
+    refused("renewal", toliman_bank_get_renewal(again, fit, 2, &days), TOLIMAN_E_ARGUMENT);
+    toliman_bank_destroy(bank);
+    toliman_bank_destroy(again);
+    toliman_fit_destroy(fit);
+}
+
 static void search(const char *folder) {
     static double t[SAMPLES], y[SAMPLES], power[3 * SAMPLES], lowest[4];
     static unsigned char bytes[200000];
@@ -294,6 +317,7 @@ static void everything(const char *folder) {
     toliman_sim *sim = simulate(frames, folder);
     learn(sim, frames, folder);
     fit(sim, frames);
+    follow_stars(sim, frames, folder);
     toliman_sim_destroy(sim);
     search(folder);
     follow(folder);

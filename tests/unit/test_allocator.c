@@ -6,8 +6,8 @@
 #include "cae_scene.h"
 #include "test_folder.h"
 
+#include <toliman/bank.h>
 #include <toliman/components.h>
-#include <toliman/fit.h>
 #include <toliman/linear.h>
 #include <toliman/track.h>
 
@@ -44,9 +44,10 @@ static toliman_allocator allocator_of(arena *memory) {
 /* Inputs from which the objects are created. */
 static toliman_sim *scene;
 static toliman_linear *estimator;
-static char weights_file[300], state_file[300], folder[256];
-static unsigned char *weights, *state;
-static size_t weights_size, state_size;
+static toliman_fit *fit;
+static char weights_file[300], state_file[300], bank_file[300], folder[256];
+static unsigned char *weights, *state, *bank_bytes;
+static size_t weights_size, state_size, bank_size;
 
 static toliman_load_options load_options_of(const toliman_allocator *allocator) {
     toliman_load_options options = TOLIMAN_LOAD_OPTIONS_INIT;
@@ -91,6 +92,21 @@ static toliman_status fit_in(const toliman_allocator *allocator, void **out) {
     toliman_fit_options options = TOLIMAN_FIT_OPTIONS_INIT;
     options.allocator = allocator;
     return toliman_fit_create(scene, &options, (toliman_fit **)out);
+}
+
+static toliman_status bank_in(const toliman_allocator *allocator, void **out) {
+    const toliman_bank_options options = {.struct_size = sizeof options, .allocator = allocator, .places = 2};
+    return toliman_bank_create(fit, &options, (toliman_bank **)out);
+}
+
+static toliman_status loaded_bank_in(const toliman_allocator *allocator, void **out) {
+    const toliman_load_options options = load_options_of(allocator);
+    return toliman_bank_load(bank_bytes, bank_size, &options, (toliman_bank **)out);
+}
+
+static toliman_status bank_file_in(const toliman_allocator *allocator, void **out) {
+    const toliman_load_options options = load_options_of(allocator);
+    return toliman_bank_load_file(bank_file, &options, (toliman_bank **)out);
 }
 
 static toliman_status components_in(const toliman_allocator *allocator, void **out) {
@@ -151,6 +167,9 @@ static void destroy_linear(void *object) {
 static void destroy_fit(void *object) {
     toliman_fit_destroy(object);
 }
+static void destroy_bank(void *object) {
+    toliman_bank_destroy(object);
+}
 static void destroy_components(void *object) {
     toliman_components_destroy(object);
 }
@@ -173,6 +192,9 @@ static const struct kind {
     {"cae_load_file", cae_file_in, destroy_cae, 4 * kPixels * 4},
     {"linear", linear_in, destroy_linear, 2 * kPixels * 8},
     {"fit", fit_in, destroy_fit, 2 * kPixels * 8},
+    {"bank", bank_in, destroy_bank, 4 * kPixels * 4},
+    {"bank_load", loaded_bank_in, destroy_bank, 4 * kPixels * 4},
+    {"bank_load_file", bank_file_in, destroy_bank, 4 * kPixels * 4},
     {"components", components_in, destroy_components, (size_t)COLLECTED *kPixels * 4},
     {"period", period_in, destroy_period, FREQUENCIES * 100},
     {"period_load", loaded_period_in, destroy_period, FREQUENCIES * 100},
@@ -184,7 +206,7 @@ enum { KINDS = sizeof kinds / sizeof *kinds };
 
 static int set_up(void **unused) {
     (void)unused;
-    void *made[5] = {NULL};
+    void *made[6] = {NULL};
     make_folder(folder, sizeof folder);
     assert_ok(sim_in(NULL, &made[0]));
     scene = made[0];
@@ -192,7 +214,8 @@ static int set_up(void **unused) {
     assert_ok(linear_in(NULL, &made[2]));
     assert_ok(period_in(NULL, &made[3]));
     assert_ok(fit_in(NULL, &made[4])); /* FFTW keeps memory of its first plan */
-    toliman_fit_destroy(made[4]);
+    fit = made[4];
+    assert_ok(bank_in(NULL, &made[5]));
     estimator = made[2];
     assert_ok(toliman_cae_save(made[1], NULL, NULL, 0, &weights_size));
     assert_ok(toliman_period_save(made[3], NULL, 0, &state_size));
@@ -204,6 +227,12 @@ static int set_up(void **unused) {
     snprintf(state_file, sizeof state_file, "%s.tlmp", folder);
     assert_ok(toliman_cae_save_file(made[1], NULL, weights_file));
     assert_ok(toliman_period_save_file(made[3], state_file));
+    assert_ok(toliman_bank_save(made[5], 0, NULL, 0, &bank_size));
+    bank_bytes = malloc(bank_size);
+    assert_ok(toliman_bank_save(made[5], 0, bank_bytes, bank_size, &bank_size));
+    snprintf(bank_file, sizeof bank_file, "%s.tlmb", folder);
+    assert_ok(toliman_bank_save_file(made[5], 0, bank_file));
+    toliman_bank_destroy(made[5]);
     toliman_period_destroy(made[3]);
     toliman_cae_destroy(made[1]);
     return 0;
@@ -213,6 +242,9 @@ static int tear_down(void **unused) {
     (void)unused;
     unlink(weights_file);
     unlink(state_file);
+    unlink(bank_file);
+    free(bank_bytes);
+    toliman_fit_destroy(fit);
     free(weights);
     free(state);
     toliman_linear_destroy(estimator);

@@ -7,7 +7,7 @@
 #include "cae_scene.h"
 #include "images.h"
 
-#include <toliman/fit.h>
+#include <toliman/bank.h>
 #include <toliman/linear.h>
 #include <toliman/toliman.h>
 
@@ -267,6 +267,8 @@ static void zeroed_options_are_the_defaults(void **state) {
     ASSERT_ZERO_IS_THE_DEFAULT(toliman_cae_save_options, TOLIMAN_CAE_SAVE_OPTIONS_INIT);
     ASSERT_ZERO_IS_THE_DEFAULT(toliman_linear_options, TOLIMAN_LINEAR_OPTIONS_INIT);
     ASSERT_ZERO_IS_THE_DEFAULT(toliman_fit_options, TOLIMAN_FIT_OPTIONS_INIT);
+    ASSERT_ZERO_IS_THE_DEFAULT(toliman_bank_options, TOLIMAN_BANK_OPTIONS_INIT);
+    ASSERT_ZERO_IS_THE_DEFAULT(toliman_bank_train_options, TOLIMAN_BANK_TRAIN_OPTIONS_INIT);
     ASSERT_ZERO_IS_THE_DEFAULT(toliman_components_options, TOLIMAN_COMPONENTS_OPTIONS_INIT);
     ASSERT_ZERO_IS_THE_DEFAULT(toliman_ingest_options, TOLIMAN_INGEST_OPTIONS_INIT);
     ASSERT_ZERO_IS_THE_DEFAULT(toliman_components_train_options, TOLIMAN_COMPONENTS_TRAIN_OPTIONS_INIT);
