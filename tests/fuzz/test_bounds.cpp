@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include <toliman/bank.h>
 #include <toliman/cae.h>
 #include <toliman/ingest.h>
 #include <toliman/period.h>
@@ -149,6 +150,47 @@ void blobs() {
     const size_t planes = 36 * cae::kPixels * sizeof(double), numbers = cae::kParameters * sizeof(float);
     weights("weights: 32 nuisance planes", weights_blob(nullptr, false), planes + numbers);
     weights("weights: with a training", weights_blob(nullptr, true), planes + 4 * numbers);
+}
+
+// A bank whose header states this number of dates with one network each, and a stream that does not inflate to it.
+void bank(const char *what, uint32_t dates, const Bytes &stream, size_t model) {
+    ByteWriter out;
+    out.raw("TLMB", 4);
+    out.u32(1);
+    out.u64(96 + dates * 96 + stream.size() + 4);
+    out.u32(1);
+    out.u32(0);
+    for (const uint64_t value : {cae::layout_hash(cae::kFlight), uint64_t{7}, uint64_t{1}})
+        out.u64(value);
+    for (const double value : {0.0, 1.0, 0.5})
+        out.f64(value);
+    for (const uint32_t value : {1u, 600u, 4096u, 4096u, dates, static_cast<uint32_t>(stream.size())})
+        out.u32(value);
+    for (uint32_t i = 0; i < 3 * dates; i++)
+        out.f64(0.5);
+    for (uint32_t i = 0; i < dates; i++) {
+        for (int k = 0; k < 5; k++)
+            out.f64(0.5);
+        out.u64(0);
+        for (int k = 0; k < 3; k++)
+            out.f64(0.5);
+    }
+    out.raw(stream.data(), stream.size());
+    out.u32(0);
+    Bytes bytes = out.take();
+    seal(bytes);
+    within(what, model, [&] {
+        toliman_bank *made = nullptr;
+        expect(toliman_bank_load(bytes.data(), bytes.size(), nullptr, &made) == TOLIMAN_E_FORMAT, what);
+        expect(std::strstr(toliman_last_error(), "compressed payload") != nullptr, toliman_last_error());
+    });
+}
+
+void banks() {
+    constexpr size_t kNetworkBytes = 163076;
+    const Bytes zeros(64 * kNetworkBytes + 1), bomb = zip::deflate(zeros.data(), zeros.size());
+    bank("bank: short stream for 1024 networks", 1024, Bytes(1000), 0);
+    bank("bank: bomb", 64, bomb, 64 * kNetworkBytes);
 }
 
 track::Terms small_terms() {
@@ -357,6 +399,7 @@ int main() {
     period_state("period: another size", 10, kMiB);
     period_state("period: 4000 frequencies", 4000, 0);
     blobs();
+    banks();
     folders();
     tables();
     pairs();
