@@ -3302,7 +3302,7 @@ module toliman
         procedure, nopass :: get_parameter => simulator_get_parameter
         procedure :: get_derivative => simulator_get_derivative
         procedure :: get_opd_gradient => simulator_get_opd_gradient
-        procedure :: plan => simulator_plan
+        procedure :: bank_plan => simulator_bank_plan
         procedure :: get_budget => simulator_get_budget
         procedure :: get_budget_steps => simulator_get_budget_steps
         procedure :: get_budget_rows => simulator_get_budget_rows
@@ -3639,6 +3639,27 @@ contains
         if (status == TOLIMAN_OK) then
             allocate (made(needed))
             status = toliman_cae_save(self%handle, options, made, size(made, kind=c_size_t), needed)
+        end if
+        if (status == TOLIMAN_OK) call move_alloc(made, bytes)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Returns the bytes of a saved bank. encoding: TOLIMAN_CAE_ENCODING_..., 0 is FLOAT32.
+    subroutine network_bank_save(self, bytes, encoding, stat, errmsg)
+        class(toliman_network_bank), intent(in) :: self
+        integer(c_int8_t), allocatable, intent(inout) :: bytes(:)
+        integer(c_int32_t), intent(in), optional :: encoding
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_int8_t), allocatable :: made(:)
+        integer(c_size_t) :: needed
+        integer(c_int32_t) :: status, given
+        given = 0
+        if (present(encoding)) given = encoding
+        status = toliman_bank_save(self%handle, given, capacity=0_c_size_t, needed=needed)
+        if (status == TOLIMAN_OK) then
+            allocate (made(needed))
+            status = toliman_bank_save(self%handle, given, made, size(made, kind=c_size_t), needed)
         end if
         if (status == TOLIMAN_OK) call move_alloc(made, bytes)
         call conclude(status, stat, errmsg)
@@ -4473,7 +4494,7 @@ contains
     end subroutine
 
     ! Writes size and cost of the bank with these options (NULL: defaults) to *out, whose struct_size must be set.
-    subroutine simulator_plan(self, out, options, stat, errmsg)
+    subroutine simulator_bank_plan(self, out, options, stat, errmsg)
         class(toliman_simulator), intent(in) :: self
         type(toliman_bank_options), intent(in), optional :: options
         type(toliman_bank_plan_info), intent(inout) :: out
@@ -4598,22 +4619,6 @@ contains
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
         call conclude(toliman_bank_get_renewal(self%handle, fit%handle, least_efficiency, days), stat, errmsg)
-    end subroutine
-
-    ! Saves a bank. encoding of the weights: TOLIMAN_CAE_ENCODING_..., 0 = FLOAT32. bytes(capacity).
-    subroutine network_bank_save(self, encoding, needed, bytes, stat, errmsg)
-        class(toliman_network_bank), intent(in) :: self
-        integer(c_int32_t), intent(in) :: encoding
-        integer(c_int8_t), intent(out), optional, contiguous :: bytes(:)
-        integer(c_size_t), intent(out) :: needed
-        integer, intent(out), optional :: stat
-        character(len=*), intent(inout), optional :: errmsg
-        integer(c_size_t) :: of_capacity
-        integer(c_int32_t) :: status
-        of_capacity = 0
-        if (present(bytes)) of_capacity = size(bytes, 1, c_size_t)
-        status = toliman_bank_save(self%handle, encoding, bytes, of_capacity, needed)
-        call conclude(status, stat, errmsg)
     end subroutine
 
     ! Loads a bank from exactly `size` bytes. options may be NULL. bytes(size).

@@ -96,6 +96,46 @@ static void encode(const toliman_sim *sim, const double *frame, int64_t cols) {
     toliman_cae_destroy(made);
 }
 
+static void follow(const toliman_sim *sim, const double *frame, int64_t cols) {
+    toliman_fit *fit;
+    toliman_bank *made, *bank;
+    toliman_fit_options fit_options = TOLIMAN_FIT_OPTIONS_INIT;
+    toliman_bank_options options = TOLIMAN_BANK_OPTIONS_INIT;
+    toliman_bank_plan_info plan = TOLIMAN_BANK_PLAN_INFO_INIT;
+    toliman_bank_network network = TOLIMAN_BANK_NETWORK_INIT;
+    toliman_bank_result result = TOLIMAN_BANK_RESULT_INIT;
+    toliman_fit_result fitted = TOLIMAN_FIT_RESULT_INIT;
+    const toliman_image image = {.struct_size = sizeof image, .pixels = frame};
+    size_t size;
+    fit_options.capture_px = 1;
+    options.places = 2;
+    options.steps = 2;
+    MUST(toliman_fit_create(sim, &fit_options, &fit));
+    MUST(toliman_bank_plan(sim, &options, &plan));
+    show("networks", plan.networks);
+    MUST(toliman_bank_create(fit, &options, &made));
+    MUST(toliman_bank_train(made, fit, NULL));
+    MUST(toliman_bank_save(made, 0, NULL, 0, &size));
+    void *bytes = malloc(size);
+    MUST(toliman_bank_save(made, 0, bytes, size, &size));
+    show("bank_bytes", (double)size);
+    MUST(toliman_bank_load(bytes, size, NULL, &bank));
+    MUST(toliman_bank_get_network(bank, 3, &network));
+    show("cosine", network.cosine);
+    MUST(toliman_bank_encode(bank, fit, frame, (size_t)cols, NULL, &result, &fitted));
+    show("bank_displacement", result.displacement_px);
+    show("bank_sigma", result.sigma_px);
+    show("fitted", fitted.displacement_px);
+    MUST(toliman_bank_encode_many(bank, fit, &image, 1, NULL, 1, &result, &fitted));
+    show("bank_of_many", result.displacement_px);
+    MUST(toliman_bank_predict(bank, fit, NULL, &result));
+    show("bank_efficiency", result.efficiency);
+    free(bytes);
+    toliman_bank_destroy(made);
+    toliman_bank_destroy(bank);
+    toliman_fit_destroy(fit);
+}
+
 static void fit_linear(const toliman_sim *sim, const double *frame, int64_t rows, int64_t cols) {
     toliman_linear *linear;
     toliman_components *components;
@@ -238,6 +278,7 @@ int main(int argc, char **argv) {
     double *image = malloc((size_t)(info.rows * info.cols) * sizeof *image);
     simulate(sim, info.rows, info.cols, image);
     encode(sim, image, info.cols);
+    follow(sim, image, info.cols);
     fit_linear(sim, image, info.rows, info.cols);
     search_mask(sim);
     search();

@@ -34,6 +34,7 @@ contains
         allocate (image(info%cols, info%rows))
         call simulate(sim, image)
         call encode(sim, image)
+        call follow(sim, image)
         call fit_linear(sim, image)
         call search_mask(sim)
         call search()
@@ -116,6 +117,45 @@ contains
         call show('decode', image(251, 4))
         call cae%reconstruct(frame, image, mmse)
         call show('mmse', mmse)
+    end subroutine
+
+    subroutine follow(sim, frame)
+        type(toliman_simulator), intent(in) :: sim
+        real(c_double), intent(in), contiguous, target :: frame(:, :)
+        type(toliman_frame_fit) :: fit
+        type(toliman_network_bank) :: made, bank
+        type(toliman_fit_options) :: fit_options
+        type(toliman_bank_options) :: options
+        type(toliman_bank_plan_info) :: plan
+        type(toliman_bank_network) :: network
+        type(toliman_bank_result) :: answer, answers(1)
+        type(toliman_fit_result) :: fitted, all_fitted(1)
+        type(toliman_image) :: image
+        integer(c_int8_t), allocatable :: bytes(:)
+        call toliman_fit_options_init(fit_options, c_sizeof(fit_options))
+        call toliman_bank_options_init(options, c_sizeof(options))
+        fit_options%capture_px = 1
+        options%places = 2
+        options%steps = 2
+        call fit%create(sim, fit_options)
+        call sim%bank_plan(plan, options)
+        call show('networks', real(plan%networks, c_double))
+        call made%create(fit, options)
+        call made%train(fit)
+        call made%save(bytes)
+        call show('bank_bytes', real(size(bytes), c_double))
+        call bank%load(bytes)
+        call bank%get_network(3_c_int64_t, network)
+        call show('cosine', network%cosine)
+        call bank%encode(fit, frame, answer, fitted=fitted)
+        call show('bank_displacement', answer%displacement_px)
+        call show('bank_sigma', answer%sigma_px)
+        call show('fitted', fitted%displacement_px)
+        image%pixels = c_loc(frame)
+        call bank%encode_many(fit, image, 1, answers, fitted=all_fitted)
+        call show('bank_of_many', answers(1)%displacement_px)
+        call bank%predict(fit, answer)
+        call show('bank_efficiency', answer%efficiency)
     end subroutine
 
     subroutine fit_linear(sim, frame)

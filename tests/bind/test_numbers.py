@@ -83,6 +83,9 @@ class Numbers(unittest.TestCase):
         self.assertAlmostEqual(got["power"], least_squares((1.5 + 0.1 * 102) / N), delta=1e-12)
         self.assertAlmostEqual(got["batch"], got["power"], delta=1e-9)
         self.assertAlmostEqual(least_squares(1 / got["period"]) / max(map(least_squares, grid())), 1, delta=1e-2)
+        self.assertEqual((got["networks"], got["bank_of_many"]), (4, got["bank_displacement"]))
+        self.assertTrue(0 < got["bank_efficiency"] <= 1)
+        self.assertLess(abs(got["bank_displacement"] - 1e-6), 5 * got["bank_sigma"])
         self.assertGreater(got["share"], 0.9)  # of frames each displaced by 1000 sigma
         self.assertEqual([got[name] for name in ("count", "in_period", "rejected", "bad_pixel")], [N, FRAMES - 1, 1, 7009])
         self.assertEqual(got["tai"], (FRAMES - 1) * 86400e9 + 1000)
@@ -113,6 +116,7 @@ class Python:
         self.must(library.toliman_sim_frame(sim, 1e-6, 3, 7, image, info.cols))
         self.found.update(frame=image[130 * info.cols + 100], frame_sum=sum(image))
         self.encode(sim, image, info.cols)
+        self.follow(sim, image, info.cols)
         self.track(sim, image, info.rows, info.cols)
         library.toliman_sim_destroy(sim)
         return self.found
@@ -128,6 +132,21 @@ class Python:
         self.must(library.toliman_cae_encode(cae, image, cols, ctypes.byref(latent)))
         self.found.update(loss=report.loss, calls=len(calls), latent=latent.value)
         library.toliman_cae_destroy(cae)
+
+    def follow(self, sim, image, cols):
+        fit, bank = ctypes.POINTER(_raw.toliman_fit)(), ctypes.POINTER(_raw.toliman_bank)()
+        fit_options, options = _raw.toliman_fit_options(), _raw.toliman_bank_options()
+        result, fitted = _raw.toliman_bank_result(), _raw.toliman_fit_result()
+        library.toliman_fit_options_init(ctypes.byref(fit_options), ctypes.sizeof(fit_options))
+        library.toliman_bank_options_init(ctypes.byref(options), ctypes.sizeof(options))
+        fit_options.capture_px, options.places, options.steps = 1, 2, 2
+        self.must(library.toliman_fit_create(sim, ctypes.byref(fit_options), ctypes.byref(fit)))
+        self.must(library.toliman_bank_create(fit, ctypes.byref(options), ctypes.byref(bank)))
+        self.must(library.toliman_bank_train(bank, fit, None))
+        self.must(library.toliman_bank_encode(bank, fit, image, cols, None, ctypes.byref(result), ctypes.byref(fitted)))
+        self.found.update(bank_displacement=result.displacement_px, bank_sigma=result.sigma_px, fitted=fitted.displacement_px)
+        library.toliman_bank_destroy(bank)
+        library.toliman_fit_destroy(fit)
 
     def track(self, sim, image, rows, cols):
         linear, track = ctypes.POINTER(_raw.toliman_linear)(), ctypes.POINTER(_raw.toliman_track)()

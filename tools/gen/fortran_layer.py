@@ -66,8 +66,7 @@ class Layer:
         if owner is None or item.name.endswith("_init") or "_destroy" in item.name:
             return
         module = self.module_of(item)
-        binding = item.name[len(module) + 1:]
-        binding = binding.replace(owner[len(module):], "") if owner != module else binding
+        binding = item.name[len(module if owner == module else "toliman") + 1:]
         bound = creator or (bool(item.arguments) and self.handle_of(item.arguments[0]) == owner)
         self.bindings[owner].append((binding, bound))
         if f"{TYPES[owner]}_{binding}" not in dict(self.handwritten):
