@@ -419,6 +419,8 @@ static void impossible_weights_are_refused(void **state) {
     const float bad[] = {NAN, INFINITY, -INFINITY, 2e30f, 1e-38f, -1e-45f};
     size_t size, other;
     uint8_t *const bytes = bank_bytes(bank, 0, &size);
+    for (size_t i = 0; i < 2 * kStored; i++)
+        weights[i] = 0.015625f;
     for (size_t k = 0; k < sizeof bad / sizeof *bad; k++) {
         weights[kStored + 1234] = bad[k];
         uint8_t *const damaged = with_weights(bytes, weights, &other);
