@@ -39,6 +39,7 @@
 #ifndef TOLIMAN_TRACK_H
 #define TOLIMAN_TRACK_H
 
+#include <toliman/bank.h>
 #include <toliman/cae.h>
 #include <toliman/fit.h>
 #include <toliman/frame.h>
@@ -96,6 +97,9 @@ typedef struct toliman_track_outcome {
 #define TOLIMAN_TRACK_REBUILD 2u
 #define TOLIMAN_TRACK_SALVAGE 4u         /* flag of toliman_track_merge only: skip damaged records */
 #define TOLIMAN_TRACK_ALLOW_ZERO_RUNS 8u /* rejects no frame for a run of zero pixels */
+
+/* In the column `flags` of a ledger, flags TOLIMAN_BANK_... are multiplied by this factor. Since 0.2. */
+#define TOLIMAN_TRACK_BANK_FLAGS 256u
 
 /* Durability of ledger records. A record is committed, and its frame acknowledged, once it has been fsync'ed (with
  * SYNC_NONE: once it has been written). toliman_track_info.committed counts committed records. The count of repeated
@@ -165,6 +169,14 @@ typedef struct toliman_track_options {
      * to 16 times that of the scene's frame at time 0. A frame that does not converge is rejected with REASON_ESTIMATE.
      * REBUILD with another time_offset_ns does not change values recorded before. Since 0.2. */
     const toliman_fit *fit;
+    /* NULL, or the networks that estimate the separation: encodes each frame as toliman_bank_encode with the prediction
+     * of `fit`, which is required and for which the bank must have been made. The value is displacement_px, its sigma
+     * sigma_px; chi_square is that of the fit, and flags is TOLIMAN_FIT_... + TOLIMAN_TRACK_BANK_FLAGS *
+     * TOLIMAN_BANK_.... The columns are those of values = "separation_px,x_px,y_px,fit_separation_px", with the
+     * separation of the networks and that of the fit; sqrt(cov_fit_separation_px_fit_separation_px)/sigma is the
+     * efficiency. Each network must have an efficiency of at least 0.5 at its place. A tracker with another bank is
+     * another estimator. The bank must outlive the tracker. Since 0.2. */
+    const toliman_bank *bank;
 } toliman_track_options;
 #define TOLIMAN_TRACK_OPTIONS_INIT TOLIMAN_INIT(toliman_track_options)
 
@@ -186,7 +198,7 @@ toliman_track_load_options(const char *folder, toliman_track_options *options) T
  * toliman_track_load_options. Allocates all memory and locks the ledger until the tracker is destroyed. The caller
  * destroys *out. Errors:
  *   - TOLIMAN_E_MISMATCH if the folder has another estimator, other values, geometry or limits, another stamp or
- *     exposure_s, or, without REBUILD, another grid or clock table;
+ *     exposure_s, or, without REBUILD, another grid or clock table, and for the bank of another fit;
  *   - TOLIMAN_E_STATE if another tracker writes to the folder;
  *   - TOLIMAN_E_LOST if the ledger has lost records. toliman_track_merge with SALVAGE recovers the others;
  *   - TOLIMAN_E_FORMAT if the ledger is damaged otherwise, is missing although other files of the folder exist, or is
@@ -323,7 +335,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_info(const tolim
                                                                      toliman_track_info *out) TOLIMAN_NOEXCEPT;
 
 /* Writes the options in force to *options, whose struct_size must be set, with defaults resolved. folder and clock
- * point to memory of the tracker. cae, linear, fit, estimate, allocator and log are NULL. Since 0.2. */
+ * point to memory of the tracker. cae, linear, fit, bank, estimate, allocator and log are NULL. Since 0.2. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
 toliman_track_get_options(const toliman_track *track, toliman_track_options *options) TOLIMAN_NOEXCEPT;
 

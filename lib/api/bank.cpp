@@ -13,6 +13,7 @@
 #include "api/memory.hpp"
 #include "api/pixel_frames.hpp"
 #include "api/struct_array.hpp"
+#include "api/track_estimators.hpp"
 #include "backend/file.hpp"
 #include "bank/weights.hpp"
 #include "base/estimates.hpp"
@@ -58,13 +59,6 @@ bank::Options options_of(const toliman_bank_options &given, double last_days) {
     return options;
 }
 
-void check_fit(const toliman_bank &bank, const toliman_fit &fit) {
-    if (bank.bank.fit_digest() != fit.fit.digest())
-        fail(Status::mismatch,
-             "{bank} was made for another fit: scene, free parameters and capture_px must be those of the fit with "
-             "which it was made");
-}
-
 toliman_bank_result public_result(const bank::Estimate &estimate) {
     toliman_bank_result out = {};
     out.flags = estimate.flags;
@@ -83,6 +77,14 @@ std::vector<uint8_t> bytes_of(const toliman_bank *handle, int32_t encoding) {
 }
 
 } // namespace
+
+void toliman::api::check_fit(const toliman_bank &bank, const toliman_fit &fit, const char *name) {
+    if (bank.bank.fit_digest() != fit.fit.digest())
+        fail(Status::mismatch,
+             "{%s} was made for another fit: scene, free parameters and capture_px must be those of the fit with "
+             "which it was made",
+             name);
+}
 
 void toliman_bank_options_init(toliman_bank_options *options, size_t size) noexcept {
     deliver_defaults(toliman_bank_options{}, options, size);
@@ -124,7 +126,7 @@ toliman_status toliman_bank_create(const toliman_fit *fit, const toliman_bank_op
         const MemoryScope scope(memory_of(known.allocator));
         const Use use(fit, "fit");
         toliman_bank *&made = required(out, "out");
-        made = new toliman_bank{{}, bank::Bank(use->fit, options_of(known, use->fit.last_days()))};
+        made = new toliman_bank{{}, bank::Bank(use->fit, options_of(known, use->fit.last_days())), bank_source};
     });
 }
 
@@ -141,7 +143,7 @@ toliman_status toliman_bank_train(toliman_bank *handle, const toliman_fit *fit,
     return guard([&] {
         const Use use(handle, "bank");
         const Use model(fit, "fit");
-        check_fit(*handle, *fit);
+        check_fit(*handle, *fit, "bank");
         const toliman_bank_train_options known = accept(options, toliman_bank_train_options{}, "options");
         use->bank.train(model->fit, known.threads, {known.progress, known.progress_data});
     });
@@ -199,7 +201,7 @@ toliman_status toliman_bank_encode(const toliman_bank *handle, const toliman_fit
     return guard([&] {
         const Use use(handle, "bank");
         const Use model(fit, "fit");
-        check_fit(*handle, *fit);
+        check_fit(*handle, *fit, "bank");
         required_image(counts, stride, use->bank.cols(), "counts");
         check_struct_size("result", required(result, "result"));
         if (fitted != nullptr)
@@ -221,7 +223,7 @@ toliman_status toliman_bank_encode_many(const toliman_bank *handle, const tolima
     return guard([&] {
         const Use use(handle, "bank");
         const Use model(fit, "fit");
-        check_fit(*handle, *fit);
+        check_fit(*handle, *fit, "bank");
         if (count == 0)
             return;
         const bank::Bank &bank = use->bank;
@@ -262,7 +264,7 @@ toliman_status toliman_bank_predict(const toliman_bank *handle, const toliman_fi
     return guard([&] {
         const Use use(handle, "bank");
         const Use model(fit, "fit");
-        check_fit(*handle, *fit);
+        check_fit(*handle, *fit, "bank");
         WorkPool<fit::FitWork>::Lease fit_work(model->works);
         WorkPool<bank::BankWork>::Lease work(use->works);
         deliver(public_result(use->bank.predict(model->fit, prediction_of(prediction), *fit_work, *work)), out, "out");
@@ -274,7 +276,7 @@ toliman_status toliman_bank_get_renewal(const toliman_bank *handle, const tolima
     return guard([&] {
         const Use use(handle, "bank");
         const Use model(fit, "fit");
-        check_fit(*handle, *fit);
+        check_fit(*handle, *fit, "bank");
         if (!(least_efficiency > 0 && least_efficiency < 1))
             fail(Status::argument, "{least_efficiency} = %g: must be in (0, 1)", least_efficiency);
         required(days, "days");
@@ -295,7 +297,7 @@ toliman_status toliman_bank_load(const void *bytes, size_t size, const toliman_l
         const MemoryScope scope(memory_of(options));
         required(bytes, "bytes");
         toliman_bank *&made = required(out, "out");
-        made = new toliman_bank{{}, bank::from_bytes(bytes, size)};
+        made = new toliman_bank{{}, bank::from_bytes(bytes, size), bank_source};
     });
 }
 
@@ -313,6 +315,6 @@ toliman_status toliman_bank_load_file(const char *path, const toliman_load_optio
         required(path, "path");
         toliman_bank *&made = required(out, "out");
         const std::vector<uint8_t> bytes = file::read(path, bank::most_bytes());
-        in_file(path, [&] { made = new toliman_bank{{}, bank::from_bytes(bytes.data(), bytes.size())}; });
+        in_file(path, [&] { made = new toliman_bank{{}, bank::from_bytes(bytes.data(), bytes.size()), bank_source}; });
     });
 }

@@ -50,6 +50,8 @@ struct toliman_fit : toliman::api::Handle<toliman_fit> {
 struct toliman_bank : toliman::api::Handle<toliman_bank> {
     static constexpr char kType[] = "toliman_bank";
     toliman::bank::Bank bank;
+    // As the estimator of a tracker, bank_source(): a pointer, so that programs without banks are linked without them.
+    toliman::api::Source (*source)(const toliman_bank &bank, const toliman_fit &fit, int64_t time_offset_ns);
     mutable toliman::WorkPool<toliman::bank::BankWork> works{[this] { return bank.work(); }};
 };
 

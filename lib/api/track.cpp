@@ -312,9 +312,15 @@ std::unique_ptr<toliman_track> make_track(const toliman_track_options &options) 
     if (options.estimate != nullptr)
         source.estimate = estimate_of(options, plan.terms, plan.columns);
     if (options.fit != nullptr)
-        source.estimate = options.fit->source(*options.fit, setup.grid.time_offset_ns).estimate;
-    auto made = std::unique_ptr<toliman_track>(new toliman_track{
-        {}, {{}, period::Stream(setup.grid)}, std::nullopt, options.flags, options.cae, options.linear, options.fit});
+        source.estimate = moving_source(options, setup.grid.time_offset_ns).estimate;
+    auto made = std::unique_ptr<toliman_track>(new toliman_track{{},
+                                                                 {{}, period::Stream(setup.grid)},
+                                                                 std::nullopt,
+                                                                 options.flags,
+                                                                 options.cae,
+                                                                 options.linear,
+                                                                 options.fit,
+                                                                 options.bank});
     made->tracker.emplace(std::move(plan), std::move(source.estimate), std::move(place), made->period.stream);
     keep_options(*made, options);
     return made;
@@ -484,7 +490,7 @@ toliman_status toliman_track_push(toliman_track *track, const toliman_frame *fra
     return guard([&] {
         const ExclusiveUse use(track);
         track::Tracker &tracker = *use->tracker;
-        const EstimatorUse estimator(use->cae, use->linear, use->fit);
+        const EstimatorUse estimator(use->cae, use->linear, use->fit, use->bank);
         required(done, "done") = 0;
         if (count == 0)
             return;

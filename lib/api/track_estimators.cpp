@@ -7,6 +7,8 @@
 #include <memory>
 #include <vector>
 
+#include "api/track_values.hpp"
+
 namespace toliman::api {
 
 namespace {
@@ -55,12 +57,20 @@ Source source_of(const toliman_track_options &options, unsigned workers) {
         return source_of(options.cae->network, workers);
     if (given[1])
         return source_of(options.linear->estimator, workers);
+    if (options.bank != nullptr && !given[2])
+        fail(Status::argument, "{options->bank}: needs fit, the fit for which it was made");
     if (given[2])
-        return options.fit->source(*options.fit, 0);
+        return moving_source(options, 0);
     Source source;
     source.digest = options.estimator_id;
     source.values = options.values;
     return source;
+}
+
+Source moving_source(const toliman_track_options &options, int64_t time_offset_ns) {
+    const toliman_fit &fit = *options.fit;
+    return options.bank != nullptr ? options.bank->source(*options.bank, fit, time_offset_ns)
+                                   : fit.source(fit, time_offset_ns);
 }
 
 namespace {
@@ -85,23 +95,6 @@ toliman_estimate_input input_of(const double *image, const track::Frame &frame, 
     return input;
 }
 
-// Stores the results of a user-supplied function: further values, then the upper triangle of the covariance without its
-// first element, which is sigma^2.
-void store_values(const toliman_estimate &made, const double *values, const double *covariance,
-                  track::Estimated &estimated) {
-    estimated.value = values[0];
-    estimated.sigma = made.sigma;
-    estimated.chi_square = made.chi_square;
-    estimated.flags = made.flags;
-    const size_t count = made.value_count;
-    size_t at = 0;
-    for (size_t i = 1; i < count; i++)
-        estimated.further[at++] = values[i];
-    for (size_t i = 0; i < count; i++)
-        for (size_t j = i > 0 ? i : 1; j < count; j++)
-            estimated.further[at++] = covariance[i * count + j];
-}
-
 } // namespace
 
 track::Estimate estimate_of(const toliman_track_options &options, const track::Terms &terms,
@@ -120,8 +113,11 @@ track::Estimate estimate_of(const toliman_track_options &options, const track::T
         made.chi_square = NAN;
         if (call(&input, &made, data) != 0)
             return;
-        made.value_count = count; // the function may have overwritten it
-        store_values(made, values, covariance, estimated);
+        estimated.value = values[0];
+        estimated.sigma = made.sigma;
+        estimated.chi_square = made.chi_square;
+        estimated.flags = made.flags;
+        store_further(values, covariance, count, estimated);
     };
 }
 

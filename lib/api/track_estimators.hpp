@@ -1,4 +1,5 @@
-// Estimators of a tracker: a network, a template, a fit of the forward model or a user-supplied function.
+// Estimators of a tracker: a network, a template, a fit of the forward model, with or without a bank of networks, or a
+// user-supplied function.
 #pragma once
 #include <optional>
 #include <string>
@@ -21,10 +22,17 @@ struct Source {
 };
 
 // Returns the estimator chosen in options. For a user-supplied function the member `estimate` stays empty until
-// estimate_of(), which needs the shape of the image; that of a fit is for time_offset_ns = 0.
+// estimate_of(), which needs the shape of the image; that of a fit or bank is for time_offset_ns = 0.
 Source source_of(const toliman_track_options &options, unsigned workers);
 // The fit of each frame at its time in the scene, whose time 0 is TAI time_offset_ns. Called by toliman_fit::source.
 Source fit_source(const toliman_fit &handle, int64_t time_offset_ns);
+// The same with the networks of a bank. Called by toliman_bank::source. Status::mismatch for the bank of another fit,
+// Status::argument for networks that are not trained.
+Source bank_source(const toliman_bank &handle, const toliman_fit &fit, int64_t time_offset_ns);
+// Status::mismatch unless the bank was made for this fit. name: of the bank, in messages.
+void check_fit(const toliman_bank &bank, const toliman_fit &fit, const char *name);
+// The fit or bank of these options, for time_offset_ns.
+Source moving_source(const toliman_track_options &options, int64_t time_offset_ns);
 // Wraps the user-supplied function for these terms and columns.
 track::Estimate estimate_of(const toliman_track_options &options, const track::Terms &terms,
                             const track::Columns &columns);
@@ -32,9 +40,9 @@ track::Estimate estimate_of(const toliman_track_options &options, const track::T
 // Holds a shared use of the estimator, so that it cannot be trained or destroyed while frames are estimated.
 class EstimatorUse {
   public:
-    EstimatorUse(const toliman_cae *cae, const toliman_linear *linear, const toliman_fit *fit)
+    EstimatorUse(const toliman_cae *cae, const toliman_linear *linear, const toliman_fit *fit, const toliman_bank *bank)
         : cae_(use_of(cae, "options->cae")), linear_(use_of(linear, "options->linear")),
-          fit_(use_of(fit, "options->fit")) {}
+          fit_(use_of(fit, "options->fit")), bank_(use_of(bank, "options->bank")) {}
 
   private:
     template <class T> static std::optional<Use<const T>> use_of(const T *handle, const char *name) {
@@ -44,6 +52,7 @@ class EstimatorUse {
     std::optional<Use<const toliman_cae>> cae_;
     std::optional<Use<const toliman_linear>> linear_;
     std::optional<Use<const toliman_fit>> fit_;
+    std::optional<Use<const toliman_bank>> bank_;
 };
 
 } // namespace toliman::api

@@ -1862,6 +1862,9 @@ TOLIMAN_TRACK_REBUILD = 2
 TOLIMAN_TRACK_SALVAGE = 4  # flag of toliman_track_merge only: skip damaged records
 TOLIMAN_TRACK_ALLOW_ZERO_RUNS = 8  # rejects no frame for a run of zero pixels
 
+# In the column `flags` of a ledger, flags TOLIMAN_BANK_... are multiplied by this factor. Since 0.2.
+TOLIMAN_TRACK_BANK_FLAGS = 256
+
 # Durability of ledger records. A record is committed, and its frame acknowledged, once it has been fsync'ed (with
 # SYNC_NONE: once it has been written). toliman_track_info.committed counts committed records. The count of repeated
 # frames is written by commit, by save, and by the first push more than a second after it changed.
@@ -1943,7 +1946,14 @@ class toliman_track_options(Sized):
         86400e9 days, so that time 0 of the scene is TAI time_offset_ns. The value is displacement_px, its sigma
         separation_sigma_px; the columns are those of values = "separation_px,x_px,y_px". The sigma of a frame may be 0.5
         to 16 times that of the scene's frame at time 0. A frame that does not converge is rejected with REASON_ESTIMATE.
-        REBUILD with another time_offset_ns does not change values recorded before. Since 0.2."""
+        REBUILD with another time_offset_ns does not change values recorded before. Since 0.2.
+    bank: NULL, or the networks that estimate the separation: encodes each frame as toliman_bank_encode with the prediction
+        of `fit`, which is required and for which the bank must have been made. The value is displacement_px, its sigma
+        sigma_px; chi_square is that of the fit, and flags is TOLIMAN_FIT_... + TOLIMAN_TRACK_BANK_FLAGS *
+        TOLIMAN_BANK_.... The columns are those of values = "separation_px,x_px,y_px,fit_separation_px", with the
+        separation of the networks and that of the fit; sqrt(cov_fit_separation_px_fit_separation_px)/sigma is the
+        efficiency. Each network must have an efficiency of at least 0.5 at its place. A tracker with another bank is
+        another estimator. The bank must outlive the tracker. Since 0.2."""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -1985,6 +1995,7 @@ class toliman_track_options(Sized):
         ("reserved", c_int32),
         ("exposure_s", c_double),
         ("fit", POINTER(toliman_fit)),
+        ("bank", POINTER(toliman_bank)),
     ]
 
 
@@ -3728,7 +3739,7 @@ defaults. Errors:
 toliman_track_load_options. Allocates all memory and locks the ledger until the tracker is destroyed. The caller
 destroys *out. Errors:
   - TOLIMAN_E_MISMATCH if the folder has another estimator, other values, geometry or limits, another stamp or
-    exposure_s, or, without REBUILD, another grid or clock table;
+    exposure_s, or, without REBUILD, another grid or clock table, and for the bank of another fit;
   - TOLIMAN_E_STATE if another tracker writes to the folder;
   - TOLIMAN_E_LOST if the ledger has lost records. toliman_track_merge with SALVAGE recovers the others;
   - TOLIMAN_E_FORMAT if the ledger is damaged otherwise, is missing although other files of the folder exist, or is
@@ -3837,7 +3848,7 @@ Errors: as toliman_track_get_records; TOLIMAN_E_NOT_FOUND for an unknown column.
     "toliman_track_get_options": (
         c_int32, (("track", POINTER(toliman_track)), ("options", POINTER(toliman_track_options))),
         """Writes the options in force to *options, whose struct_size must be set, with defaults resolved. folder and clock
-point to memory of the tracker. cae, linear, fit, estimate, allocator and log are NULL. Since 0.2.""",
+point to memory of the tracker. cae, linear, fit, bank, estimate, allocator and log are NULL. Since 0.2.""",
     ),
     "toliman_track_get_rejected": (
         c_int32, (("track", POINTER(toliman_track)), ("reason", c_int32), ("frames", POINTER(c_int64))),

@@ -1,0 +1,74 @@
+// Adapts a bank to the signature that the tracker's workers call. The tracker reaches it by a pointer in the bank, so
+// that a statically linked program without banks does not need these files.
+//
+// Covariances: the network's estimate does not change with the other parameters, in first order. With the efficient
+// estimate of a parameter it then has the same covariance as the efficient estimate of the separation, an element of
+// the inverse Fisher matrix; only its own variance is larger. Reference: C. R. Rao, Linear Statistical Inference,
+// section 5a.
+#include <cmath>
+#include <iterator>
+
+#include "api/guard.hpp"
+#include "api/track_estimators.hpp"
+#include "api/track_values.hpp"
+
+namespace toliman::api {
+
+namespace {
+
+constexpr char kValues[] = "separation_px,x_px,y_px,fit_separation_px";
+constexpr size_t kRows[] = {0, 0, 2, 3, 0}; // parameters of the value and of these
+
+// At its place. The tracker allows a sigma that is 16 times that of the fit at time 0.
+constexpr double kLeastEfficiency = 0.5;
+
+void check_efficiency(const bank::Bank &bank) {
+    const auto &networks = bank.networks();
+    for (size_t i = 0; i < networks.size(); i++) {
+        const double efficiency = networks[i].cosine * networks[i].response.share;
+        if (!(efficiency >= kLeastEfficiency))
+            fail(Status::argument,
+                 "{options->bank}: network %zu of %zu has an efficiency of %.3g at its place: must be trained, to at "
+                 "least %g",
+                 i, networks.size(), efficiency, kLeastEfficiency);
+    }
+}
+
+void store_bank(const bank::Estimate &estimate, const fit::Result &result, size_t n, track::Estimated &estimated) {
+    if ((estimate.flags & bank::not_fitted) != 0)
+        return;
+    estimated.value = estimate.displacement_px;
+    estimated.sigma = estimate.sigma_px;
+    estimated.chi_square = result.chi_square;
+    estimated.flags = result.flags + TOLIMAN_TRACK_BANK_FLAGS * estimate.flags;
+    FittedValues fitted(result, n, kRows);
+    fitted.values[1] = estimate.separation_px;
+    for (size_t i = 0; i < 2; i++) // value and separation_px
+        for (size_t j = 0; j < 2; j++)
+            fitted.covariance[i][j] = estimate.sigma_px * estimate.sigma_px;
+    store_further(fitted.values, fitted.covariance[0], std::size(kRows), estimated);
+}
+
+} // namespace
+
+Source bank_source(const toliman_bank &handle, const toliman_fit &of_fit, int64_t time_offset_ns) {
+    check_fit(handle, of_fit, "options->bank");
+    const bank::Bank &bank = handle.bank;
+    const fit::Fit &fit = of_fit.fit;
+    check_efficiency(bank);
+    return {fit.rows(),
+            fit.cols(),
+            kSigmaShare * fit.sigma_px(),
+            bank.digest(), // includes that of the fit
+            kValues,
+            [=, &handle, &of_fit, &bank, &fit](double *image, const track::Frame &, int64_t tai_ns, unsigned,
+                                               track::Estimated &estimated) {
+                WorkPool<fit::FitWork>::Lease fit_work(of_fit.works);
+                WorkPool<bank::BankWork>::Lease work(handle.works);
+                const bank::Estimate estimate = bank.estimate(fit, {image, fit.rows(), fit.cols(), fit.cols()},
+                                                              prediction_at(tai_ns, time_offset_ns), *fit_work, *work);
+                store_bank(estimate, (*work).fitted, fit.parameters().size(), estimated);
+            }};
+}
+
+} // namespace toliman::api
