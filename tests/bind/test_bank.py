@@ -1,4 +1,5 @@
 """Banks of networks from Python: the same numbers from all calls, training, saved banks, and mistakes."""
+import gc
 import pathlib
 import sys
 import tempfile
@@ -40,6 +41,26 @@ class Banks(unittest.TestCase):
         cls.images = cls.simulator.frames(0, 6)
         cls.bank = toliman.Bank(cls.fit, **SMALL)
         cls.bank.train()
+
+    def test_tracker(self):
+        bank = toliman.Bank(toliman.Fit(self.simulator, capture_px=2), **{**SMALL, "steps": 60})
+        with self.assertRaisesRegex(toliman.InputError, "bank: network 0 of 2 has an efficiency of 0 at its place"):
+            toliman.Tracker(bank, 0.001, 0.001, 20)
+        bank.train()
+        results, fits = bank.encode(self.images, times_days=TIMES)
+        with toliman.Tracker(bank, 0.001, 0.001, 20, allow_zero_runs=True) as tracker:
+            del bank  # the tracker keeps bank and fit alive
+            gc.collect()
+            for k in range(6):
+                frame = toliman.Frame(self.images[k], session="s", frame_id=k, camera_ns=k * 864000 * 10**9)
+                outcome = tracker.push(frame)
+                self.assertEqual((outcome.verdict, outcome.value), ("accepted", results["displacement_px"][k]))
+            records = tracker.records()
+        numpy.testing.assert_array_equal(records["separation_px"], results["separation_px"])
+        numpy.testing.assert_array_equal(records["fit_separation_px"], fits["separation_px"])
+        numpy.testing.assert_array_equal(records["sigma"], results["sigma_px"])
+        numpy.testing.assert_array_equal(
+            records["flags"], fits["flags"] + _raw.TOLIMAN_TRACK_BANK_FLAGS * results["flags"])
 
     def test_properties(self):
         plan, info = toliman.Bank.plan(self.simulator, **SMALL), self.bank.info

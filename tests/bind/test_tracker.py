@@ -95,7 +95,7 @@ class Pushing(unittest.TestCase):
         self.assertEqual(set(seen), {(8, 6)})
         with tracker(lambda image: numpy.nan) as ours:
             self.assertEqual(ours.push(frame_of(1)).reason, "estimate")
-        with self.assertRaisesRegex(TypeError, "estimator is a str: must be a CAE, a Template, a Fit, a function or None"):
+        with self.assertRaisesRegex(TypeError, "estimator is a str: must be a CAE, a Template, a Fit, a Bank, a function or None"):
             tracker("mean")
 
     def test_columns_hold_values_of_estimators_and_frames(self):

@@ -22,6 +22,7 @@ from ._pixels import PIXELS
 from ._progress import Progress, Watch
 from ._results import Outcome, Stream, TrackInfo
 from ._words import number, words
+from .bank import Bank
 from .cae import CAE
 from .fit import Fit
 from .linear import Template
@@ -45,8 +46,8 @@ class Estimate:
     flags: int = 0
 
 
-# Converts an image [row][column] to a number: a network, a template, or a function.
-Estimator = typing.Union[CAE, Template, Fit, typing.Callable[[NDArray], typing.Union[float, Estimate]]]
+# Converts an image [row][column] to a number: a network, a template, a fit, a bank, or a function.
+Estimator = typing.Union[CAE, Template, Fit, Bank, typing.Callable[[NDArray], typing.Union[float, Estimate]]]
 
 VERDICTS = words("TOLIMAN_TRACK_VERDICT")
 REASONS = words("TOLIMAN_TRACK_REASON")
@@ -104,13 +105,14 @@ class Tracker(Handle):
 
     Parameters
 
-    estimator: a CAE, a Template, a Fit, or a function of an image [row][column] that returns a float or an Estimate. A
-        function also needs estimator_id, sigma, rows, cols and image_shape. None if no frames will be pushed.
+    estimator: a CAE, a Template, a Fit, a Bank, which measures with its fit, or a function of an image [row][column]
+        that returns a float or an Estimate. A function also needs estimator_id, sigma, rows, cols and image_shape. None
+        if no frames will be pushed.
     f0, df, nf: frequencies f0 + k df in cycles per unit_ns nanoseconds (a day by default). nf = 0 takes the folder's.
     folder: folder of the ledger, created if missing; None keeps everything in memory.
     capacity: maximum number of frames.
     sigma: standard deviation of a value; 0 takes the Cramer-Rao bound of a CAE or Template, half of
-        that of a Fit.
+        that of a Fit or of the fit of a Bank.
     estimator_id: a number that distinguishes this estimator from others.
     values: names of the values in Estimate.further.
     value_limit: frames with |value| above the limit are outliers; 0 means 10,000 sigma.
@@ -379,6 +381,9 @@ def _set_estimator(options: typing.Any, estimator: Estimator | None, running: _R
     if isinstance(estimator, Fit):
         options.fit = estimator._c
         return estimator._c
+    if isinstance(estimator, Bank):
+        options.fit, options.bank = estimator.fit._c, estimator._c
+        return estimator.fit._c, estimator._c
     if callable(estimator):
         function = estimator
 
@@ -392,7 +397,8 @@ def _set_estimator(options: typing.Any, estimator: Estimator | None, running: _R
         options.estimate = callback
         return callback
     if estimator is not None:
-        raise TypeError(f"estimator is a {type(estimator).__name__}: must be a CAE, a Template, a Fit, a function or None")
+        raise TypeError(f"estimator is a {type(estimator).__name__}: must be a CAE, a Template, a Fit, a Bank, a function "
+                        "or None")
     return None
 
 
