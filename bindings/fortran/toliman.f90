@@ -2190,9 +2190,10 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Writes the time at which a bank should be renewed to *days, in days of scene time: the first whole day after
-        ! its last date on which the efficiency (toliman_bank_predict, no shift) is below least_efficiency, in (0, 1),
-        ! or on which the model images of the fit end; at most 4096 days after the last date.
+        ! Writes the time at which a bank should be renewed to *days, in days of scene time: the earliest time, a
+        ! whole number of days after its last date, at which the efficiency (toliman_bank_predict, no shift) is below
+        ! least_efficiency, in (0, 1), or for which the fit has no model images; at most 4096 days after the last
+        ! date.
         function toliman_bank_get_renewal(bank, fit, least_efficiency, days) bind(C) result(answer)
             import
             type(c_ptr), value :: bank, fit
@@ -4608,9 +4609,9 @@ contains
         call conclude(toliman_bank_predict(self%handle, fit%handle, prediction, out), stat, errmsg)
     end subroutine
 
-    ! Writes the time at which a bank should be renewed to *days, in days of scene time: the first whole day after its
-    ! last date on which the efficiency (toliman_bank_predict, no shift) is below least_efficiency, in (0, 1), or on
-    ! which the model images of the fit end; at most 4096 days after the last date.
+    ! Writes the time at which a bank should be renewed to *days, in days of scene time: the earliest time, a whole
+    ! number of days after its last date, at which the efficiency (toliman_bank_predict, no shift) is below
+    ! least_efficiency, in (0, 1), or for which the fit has no model images; at most 4096 days after the last date.
     subroutine network_bank_get_renewal(self, fit, least_efficiency, days, stat, errmsg)
         class(toliman_network_bank), intent(in) :: self
         type(toliman_frame_fit), intent(in) :: fit

@@ -1,5 +1,7 @@
 /* Tests banks of networks: dates and places, training with interruptions, estimates against the truth of propagated
  * images and against the scatter of noisy ones, predictions of their accuracy, and flags. */
+#include <pthread.h>
+
 #include "bank_scene.h"
 #include "images.h"
 
@@ -200,6 +202,55 @@ static void all_calls_give_the_same_bits(void **state) {
     assert_memory_equal(together, alone, sizeof *alone);
 }
 
+typedef struct {
+    int frame;
+    toliman_status status;
+    toliman_bank_result result;
+} encoding;
+
+static void *encode_alone(void *given) {
+    encoding *const job = given;
+    const toliman_fit_prediction prediction = at(job->frame);
+    job->result.struct_size = sizeof job->result;
+    job->status = toliman_bank_encode(bank, fit, frames[job->frame], SIDE, &prediction, &job->result, NULL);
+    return NULL;
+}
+
+/* On one bank and one fit at the same time. */
+static void calls_of_several_threads_give_the_same_bits(void **state) {
+    (void)state;
+    enum { THREADS = 4 };
+    pthread_t threads[THREADS];
+    encoding jobs[THREADS];
+    for (int i = 0; i < THREADS; i++) {
+        jobs[i].frame = 12 * i;
+        assert_int_equal(pthread_create(&threads[i], NULL, encode_alone, &jobs[i]), 0);
+    }
+    for (int i = 0; i < THREADS; i++) {
+        assert_int_equal(pthread_join(threads[i], NULL), 0);
+        assert_int_equal(jobs[i].status, TOLIMAN_OK);
+        const toliman_bank_result alone = encoded(frames[12 * i], at(12 * i));
+        assert_memory_equal(&jobs[i].result, &alone, sizeof alone);
+    }
+}
+
+static int32_t use_while_trained(const char *stage, double fraction, void *trained) {
+    toliman_bank_info info = {.struct_size = sizeof info};
+    (void)stage, (void)fraction;
+    assert_fails(toliman_bank_get_info(trained, &info), TOLIMAN_E_STATE, "bank");
+    return 1;
+}
+
+static void training_needs_exclusive_use(void **state) {
+    (void)state;
+    toliman_bank *const other = bank_of(fit, 1, 4, 1);
+    const toliman_bank_train_options options = {
+        .struct_size = sizeof options, .threads = 1, .progress = use_while_trained, .progress_data = other};
+    assert_fails(toliman_bank_train(other, fit, &options), TOLIMAN_E_CANCELLED, "");
+    assert_int_equal(bank_info_of(other).trained_networks, 0);
+    toliman_bank_destroy(other);
+}
+
 /* Propagated images of a displaced star, without noise. */
 static void displacements_are_measured(void **state) {
     (void)state;
@@ -358,6 +409,14 @@ static void larger_frames_are_cropped(void **state) {
     assert_ok(toliman_bank_encode(cropped, with, image, STRIDE, NULL, &result, NULL));
     assert_close(result.displacement_px, 2e-3, 0, 1e-6);
     assert_true(result.efficiency > 0.7);
+    /* Elsewhere by pointing, and further apart. */
+    toliman_sim *const moved = bank_sim(ROWS, COLS, "\"offsets_px\": {\"A\": [12.05, 61.6], \"B\": [23.31, 54.1]}");
+    const toliman_fit_prediction pointing = {.struct_size = sizeof pointing, .x_px = 2.3, .y_px = -1.4};
+    assert_ok(toliman_sim_propagate(moved, 0, image, STRIDE));
+    assert_ok(toliman_bank_encode(cropped, with, image, STRIDE, &pointing, &result, NULL));
+    assert_close(result.displacement_px, hypot(11.26, 7.5) - hypot(11.25, 7.5), 0, 1e-6);
+    assert_close(result.distance_px, hypot(0.3, 0.4), 0.05, 0);
+    toliman_sim_destroy(moved);
     double days = 0;
     assert_ok(toliman_bank_get_renewal(cropped, with, 0.1, &days)); /* stars at rest */
     assert_close(days, 50 + 4096, 0, 0);
@@ -372,6 +431,8 @@ int main(void) {
         cmocka_unit_test(networks_are_listed),
         cmocka_unit_test(interrupted_trainings_give_the_same_bits),
         cmocka_unit_test(all_calls_give_the_same_bits),
+        cmocka_unit_test(calls_of_several_threads_give_the_same_bits),
+        cmocka_unit_test(training_needs_exclusive_use),
         cmocka_unit_test(displacements_are_measured),
         cmocka_unit_test(sigma_is_the_bound_over_the_efficiency),
         cmocka_unit_test(values_do_not_depend_on_the_prediction),
