@@ -1351,6 +1351,9 @@ module toliman
     ! rejects no frame for a run of zero pixels
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_ALLOW_ZERO_RUNS = 8
 
+    ! In the column `flags` of a ledger, flags TOLIMAN_BANK_... are multiplied by this factor. Since 0.2.
+    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_BANK_FLAGS = 256
+
     ! Durability of ledger records. A record is committed, and its frame acknowledged, once it has been fsync'ed (with
     ! SYNC_NONE: once it has been written). toliman_track_info.committed counts committed records. The count of repeated
     ! frames is written by commit, by save, and by the first push more than a second after it changed.
@@ -1362,7 +1365,7 @@ module toliman
 
     ! Options of a tracker.
     type, bind(C), public :: toliman_track_options
-        integer(c_int32_t) :: struct_size = 440
+        integer(c_int32_t) :: struct_size = 448
         integer(c_int32_t) :: flags = 0 ! TOLIMAN_TRACK_...
         ! folder of ledger, setup and checkpoint, created if missing. NULL = in memory, which takes 64 bytes more per
         ! frame and 8 per column
@@ -1440,6 +1443,15 @@ module toliman
         ! converge is rejected with REASON_ESTIMATE. REBUILD with another time_offset_ns does not change values
         ! recorded before. Since 0.2.
         type(c_ptr) :: fit = c_null_ptr
+        ! NULL, or the networks that estimate the separation: encodes each frame as toliman_bank_encode with the
+        ! prediction of `fit`, which is required and for which the bank must have been made. The value is
+        ! displacement_px, its sigma sigma_px; chi_square is that of the fit, and flags is TOLIMAN_FIT_... +
+        ! TOLIMAN_TRACK_BANK_FLAGS * TOLIMAN_BANK_.... The columns are those of values =
+        ! "separation_px,x_px,y_px,fit_separation_px", with the separation of the networks and that of the fit;
+        ! sqrt(cov_fit_separation_px_fit_separation_px)/sigma is the efficiency. Each network must have an efficiency
+        ! of at least 0.5 at its place. A tracker with another bank is another estimator. The bank must outlive the
+        ! tracker. Since 0.2.
+        type(c_ptr) :: bank = c_null_ptr
     end type
 
     ! Record of the ledger: a frame as it arrived and its present verdict, or, with TOLIMAN_TRACK_VERDICT_MERGED, counts
@@ -3039,7 +3051,7 @@ module toliman
         end function
 
         ! Writes the options in force to *options, whose struct_size must be set, with defaults resolved. folder and
-        ! clock point to memory of the tracker. cae, linear, fit, estimate, allocator and log are NULL.
+        ! clock point to memory of the tracker. cae, linear, fit, bank, estimate, allocator and log are NULL.
         function toliman_track_get_options(track, options) bind(C) result(answer)
             import
             type(c_ptr), value :: track
@@ -3685,15 +3697,16 @@ contains
     end subroutine
 
     ! Creates a tracker, or resumes the one stored in the folder. These arguments replace the pointers in options:
-    ! folder; cae, linear or fit, which must outlive the tracker (or set options%estimate); clock(2, points), pairs of
-    ! camera and TAI nanoseconds.
-    subroutine tracker_create(self, options, folder, cae, linear, clock, fit, stat, errmsg)
+    ! folder; cae, linear or fit, with or without its bank, which must outlive the tracker (or set options%estimate);
+    ! clock(2, points), pairs of camera and TAI nanoseconds.
+    subroutine tracker_create(self, options, folder, cae, linear, clock, fit, bank, stat, errmsg)
         class(toliman_tracker), intent(inout) :: self
         type(toliman_track_options), intent(in) :: options
         character(len=*), intent(in), optional :: folder
         type(toliman_autoencoder), intent(in), optional :: cae
         type(toliman_linear_estimator), intent(in), optional :: linear
         type(toliman_frame_fit), intent(in), optional :: fit
+        type(toliman_network_bank), intent(in), optional :: bank
         integer(c_int64_t), intent(in), optional, contiguous, target :: clock(:, :)
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
@@ -3709,6 +3722,7 @@ contains
         if (present(cae)) all%cae = cae%handle
         if (present(linear)) all%linear = linear%handle
         if (present(fit)) all%fit = fit%handle
+        if (present(bank)) all%bank = bank%handle
         if (present(clock)) then
             if (.not. fits(size(clock, 1, c_size_t), 2_c_size_t, 'clock', 1, stat, errmsg)) return
             all%clock = c_loc(clock)
@@ -5606,7 +5620,7 @@ contains
     end subroutine
 
     ! Writes the options in force to *options, whose struct_size must be set, with defaults resolved. folder and clock
-    ! point to memory of the tracker. cae, linear, fit, estimate, allocator and log are NULL.
+    ! point to memory of the tracker. cae, linear, fit, bank, estimate, allocator and log are NULL.
     subroutine tracker_get_options(self, options, stat, errmsg)
         class(toliman_tracker), intent(in) :: self
         type(toliman_track_options), intent(inout) :: options

@@ -2913,9 +2913,10 @@ toliman_bank_encode.""",
             ("least_efficiency", c_double),
             ("days", POINTER(c_double)),
         ),
-        """Writes the time at which a bank should be renewed to *days, in days of scene time: the first whole day after its last
-date on which the efficiency (toliman_bank_predict, no shift) is below least_efficiency, in (0, 1), or on which the
-model images of the fit end; at most 4096 days after the last date. Errors: as toliman_bank_predict.""",
+        """Writes the time at which a bank should be renewed to *days, in days of scene time: the earliest time, a
+whole number of days after its last date, at which the efficiency (toliman_bank_predict, no shift) is below
+least_efficiency, in (0, 1), or for which the fit has no model images; at most 4096 days after the last date. Errors:
+as toliman_bank_predict.""",
     ),
     "toliman_bank_save": (
         c_int32, (
