@@ -415,7 +415,7 @@ class Refusals(Experiment):
         for word in ("0", "-1e-6", "0.2", "nan", "much", "1e-6x"):
             self.refused(2, "--amplitudes", word, "must be in (0, 0.1] px", arguments=(f"--amplitudes={word}",))
         self.refused(2, "1e-6: must be given once", arguments=("--amplitudes", "1e-6,1e-6"))
-        self.refused(2, "--methods magic: must be one of cae, template, fit, untrained, pca", arguments=("--methods", "magic"))
+        self.refused(2, "--methods magic: must be one of cae, template, fit, untrained, bank, untrained-bank, pca", arguments=("--methods", "magic"))
         self.refused(2, "cae: must be given once", arguments=("--methods", "cae,cae"))
         self.refused(2, "--tables", "weekly", arguments=("--tables", "weekly"))
         for option in ("--seeds=0", "--seeds=-1", "--seeds=x", "--blind=-1", "--blind=x"):

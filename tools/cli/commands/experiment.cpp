@@ -96,8 +96,12 @@ void add_experiment(CLI::App &app, Context &context) {
     CLI::App *command = app.add_subcommand("experiment", description());
     auto options = std::make_shared<Options>();
     CampaignOptions &asked = options->campaign;
-    for (const MethodKind &kind : method_kinds())
-        asked.methods.emplace_back(kind.name);
+    std::vector<std::string> names;
+    for (const MethodKind &kind : method_kinds()) {
+        names.emplace_back(kind.name);
+        if (!kind.on_request)
+            asked.methods.emplace_back(kind.name);
+    }
     const auto list = [](CLI::Option *option, const std::string &type) {
         return option->delimiter(',')->allow_extra_args(false)->type_name(type);
     };
@@ -108,8 +112,9 @@ void add_experiment(CLI::App &app, Context &context) {
                  "--amplitudes", [&asked](const auto &words) { asked.amplitudes = amplitudes_of(words); },
                  "signal amplitudes in px, default 1e-2,1e-3,1e-4,1e-5,1e-6"),
              "PX,...");
-    CLI::Option *methods = list(command->add_option("--methods", asked.methods, "methods to compare, default all"),
-                                "NAME,...:{" + joined(asked.methods, ",") + "}");
+    CLI::Option *methods = list(
+        command->add_option("--methods", asked.methods, "methods to compare, default all but bank and untrained-bank"),
+        "NAME,...:{" + joined(names, ",") + "}");
     CLI::Option *tables =
         list(command->add_option("--tables", asked.tables, "tables to make, default real,equal,robust"), "NAME,...")
             ->check(CLI::IsMember(asked.tables));

@@ -241,19 +241,21 @@ const std::vector<MethodKind> &method_kinds() {
          [](const Scene &scene, uint64_t, SharedFrames &) -> std::unique_ptr<Method> {
              return std::make_unique<FitMethod>(scene);
          }},
+        {"untrained", "the autoencoder with random weights: shows what is found without training", true, false, false,
+         [](const Scene &scene, uint64_t seed, SharedFrames &) { return make_network(scene, seed, nullptr, false); }},
         {"bank", "networks trained for the dates and sub-pixel places of the frames; each takes the residual of a fit",
          true, false, false,
          [](const Scene &scene, uint64_t seed, SharedFrames &) -> std::unique_ptr<Method> {
              auto bank = std::make_unique<BankMethod>(scene, seed);
              bank->train(stop_asked, nullptr);
              return bank;
-         }},
+         },
+         true},
         {"untrained-bank", "the same with random weights", true, false, false,
          [](const Scene &scene, uint64_t seed, SharedFrames &) -> std::unique_ptr<Method> {
              return std::make_unique<BankMethod>(scene, seed);
-         }},
-        {"untrained", "the autoencoder with random weights: shows what is found without training", true, false, false,
-         [](const Scene &scene, uint64_t seed, SharedFrames &) { return make_network(scene, seed, nullptr, false); }},
+         },
+         true},
         {"pca", "first principal component of the series' own frames, in counts", false, true, false,
          make_component<Component::raw>},
         {"pca-white", "the same for residuals divided by their sigma", false, true, false,

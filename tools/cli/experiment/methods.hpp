@@ -32,6 +32,7 @@ struct MethodKind {
     // Creates a method that is ready for frames, trained on the scene if it is to be, with random numbers of the seed.
     // Methods with the same `shared` get the same frames; their calls may run on several threads.
     std::unique_ptr<Method> (*make)(const Scene &scene, uint64_t seed, SharedFrames &shared);
+    bool on_request = false; // not among the default methods
 };
 
 constexpr uint64_t kSlowSeeds = 1;
