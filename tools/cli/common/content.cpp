@@ -99,6 +99,7 @@ Identity identify(const std::string &path) {
         return std::filesystem::file_size(path, error) == 0 ? Identity{Content::empty, "empty", ""} : Identity{};
     for (const auto &[magic, content, name] :
          {std::tuple("TLMW", Content::weights, "toliman weights"),
+          std::tuple("TLMB", Content::bank, "a bank of toliman networks"),
           std::tuple("TLMP", Content::sums, "a saved state of toliman period"),
           std::tuple("TLML", Content::tracker, "the ledger of a toliman state folder"),
           std::tuple("TLMS", Content::tracker, "the setup of a toliman state folder"),
@@ -143,6 +144,7 @@ void need(const std::string &path, const std::string &wanted, std::initializer_l
 bool is_own(const Identity &file) {
     switch (file.content) {
     case Content::weights:
+    case Content::bank:
     case Content::sums:
     case Content::result:
         return true;

@@ -1,6 +1,7 @@
 #include "frames/estimator.hpp"
 
 #include "common/stop.hpp"
+#include "frames/scene_fit.hpp"
 #include "options/command.hpp"
 #include "scenes/scene.hpp"
 
@@ -8,59 +9,59 @@ namespace cli {
 
 namespace {
 
-// Omits warnings: those about a scene concern simulated frames and estimators for stars at rest, not a fit.
-void log_news(int32_t level, const char *text, void *progress) {
-    if (level != TOLIMAN_LOG_WARNING)
-        Progress::log(level, text, progress);
+// A file of the other kind, which needs other options.
+void check_weights(const EstimatorOptions &given) {
+    const Content content = identify(given.weights).content;
+    if (content == Content::bank && given.fit.empty())
+        throw Failure(kExitUsage, given.weights + ": is a bank of networks, which follow the fit of a scene: add --fit "
+                                                  "with the scene of the training, and its --free");
+    if (content == Content::weights && !given.fit.empty())
+        throw Failure(kExitUsage, given.weights + ": is a single network, for stars at rest: leave out --fit, or give "
+                                                  "--weights a bank of networks (`toliman train --bank`)");
 }
 
-Scene scene_to_fit(const std::string &file, Progress &progress) {
-    auto options = toliman::sized<toliman_sim_options>();
-    options.progress = Progress::callback;
-    options.progress_data = options.log_data = &progress;
-    options.log = log_news;
-    return Scene(file, options);
-}
-
-toliman::frame_fit make_fit(const Scene &scene, const std::string &free, Progress &progress) {
-    auto options = toliman::sized<toliman_fit_options>();
-    options.free = free.c_str();
-    options.progress = Progress::callback;
-    options.progress_data = &progress;
-    toliman_fit *made = nullptr;
-    const toliman_status status = toliman_fit_create(scene.sim.get(), &options, &made);
-    const std::string field = "options->free";
-    if (status != TOLIMAN_OK && toliman_last_error_field() == field) {
-        std::string why = toliman_last_error();
-        throw Failure(kExitUsage, why.replace(why.find(field), field.size(), "--free"));
-    }
+// Refuses a bank for another fit.
+void check_bank(const toliman::network_bank &bank, const toliman::frame_fit &fit, const EstimatorOptions &given) {
+    auto undisturbed = toliman::sized<toliman_bank_result>();
+    const toliman_status status = toliman_bank_predict(bank.get(), fit.get(), nullptr, &undisturbed);
+    if (status == TOLIMAN_E_MISMATCH)
+        throw Failure(kExitUsage, given.weights +
+                                      ": was trained for another scene or other free parameters than --fit " +
+                                      given.fit + free_text(given.free) + ": give --fit and --free of the training");
     toliman::check(status);
-    return toliman::frame_fit(made);
 }
 
 } // namespace
 
 void EstimatorOptions::add_to(CLI::App &command) {
     // Not a CLI11 option group: it would report any mistyped word as a missing option.
-    add_option(&command, "--weights", weights, "FILE", "weights file of `toliman train`: encode frames by its network");
+    add_option(&command, "--weights", weights, "FILE",
+               "weights file of `toliman train`: encode frames by its network; with --fit: by its bank of networks");
     add_option(&command, "--template", scene, "SCENE",
                "instead of --weights: scene file; encode frames by least squares on its derivative image");
     add_option(&command, "--fit", fit, "SCENE",
-               "instead of --weights: scene file; fit its forward model to each frame, which follows moving stars");
+               "scene file; fit its forward model to each frame, which follows moving stars");
     add_option(&command, "--free", free, "NAMES",
                "with --fit: further free parameters, in quotes and separated by spaces, e.g. \"scale jitter_xx\"");
 }
 
 void EstimatorOptions::check() const {
-    const int given = !weights.empty() + !scene.empty() + !fit.empty();
-    if (given != 1)
+    if (weights.empty() && scene.empty() && fit.empty())
+        throw Failure(kExitUsage, "give one of --weights, --template and --fit");
+    if (!scene.empty() && !(weights.empty() && fit.empty()))
         throw Failure(kExitUsage,
-                      std::string("give ") + (given == 0 ? "one" : "only one") + " of --weights, --template and --fit");
+                      "give only one of --weights, --template and --fit, or --fit with the --weights of a bank");
     if (!free.empty() && fit.empty())
         throw Failure(kExitUsage, "--free " + free + ": needs --fit");
 }
 
 Estimator::Estimator(const EstimatorOptions &given, Progress &progress) {
+    if (!given.weights.empty())
+        check_weights(given);
+    if (!given.fit.empty()) {
+        set_fit(given, progress);
+        return;
+    }
     if (!given.weights.empty()) {
         network.emplace(given.weights);
         rows = network->info.rows;
@@ -68,16 +69,27 @@ Estimator::Estimator(const EstimatorOptions &given, Progress &progress) {
         return;
     }
     const StopLimit limit;
-    const Scene scene = given.fit.empty() ? Scene(given.scene, progress) : scene_to_fit(given.fit, progress);
+    const Scene scene(given.scene, progress);
     rows = scene.info.rows;
     cols = scene.info.cols;
     exposure_s = scene.info.exposure_s;
-    if (given.fit.empty()) {
-        const auto options = with_warnings<toliman_linear_options>(progress);
-        linear = toliman::make<toliman::linear_estimator>(toliman_linear_create, scene.sim.get(), &options);
-    } else {
-        fit = make_fit(scene, given.free, progress);
-        times = Cadence(scene).times;
+    const auto options = with_warnings<toliman_linear_options>(progress);
+    linear = toliman::make<toliman::linear_estimator>(toliman_linear_create, scene.sim.get(), &options);
+}
+
+void Estimator::set_fit(const EstimatorOptions &given, Progress &progress) {
+    const StopLimit limit;
+    if (!given.weights.empty())
+        bank = trained_bank(given.weights);
+    SceneFit made(given.fit, given.free, progress);
+    rows = made.scene.info.rows;
+    cols = made.scene.info.cols;
+    exposure_s = made.scene.info.exposure_s;
+    times = Cadence(made.scene).times;
+    fit = std::move(made.fit);
+    if (bank) {
+        check_bank(bank, fit, given);
+        renewal = renewal_of(bank, fit, made.scene, given.free);
     }
 }
 

@@ -1,10 +1,12 @@
-// The estimator of a command: a network (--weights), the template of a scene (--template) or its fit (--fit).
+// The estimator of a command: a network (--weights), the template of a scene (--template), its fit (--fit), or a bank
+// of networks that follow the fit (--fit and --weights).
 #pragma once
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "common/terminal.hpp"
+#include "frames/bank.hpp"
 #include "frames/network.hpp"
 
 namespace CLI {
@@ -19,18 +21,23 @@ struct EstimatorOptions {
     std::string weights, scene, fit, free;
 };
 
-// One of the three. It must outlive a tracker that uses it.
+// One of them. It must outlive a tracker that uses it.
 struct Estimator {
     Estimator() = default;
-    // Reads the file that was given.
+    // Reads the files that were given.
     Estimator(const EstimatorOptions &given, Progress &progress);
 
     std::optional<Network> network;
     toliman::linear_estimator linear;
     toliman::frame_fit fit;
+    toliman::network_bank bank; // fully trained, for the fit, which is also there
     int64_t rows = 0, cols = 0; // of its images
     double exposure_s = 0;      // of its scene; 0: unknown
     std::vector<double> times;  // days, of the frames of a fit's scene
+    std::string renewal;        // until when the bank can be used and how to train the next; "" if stars do not move
+
+  private:
+    void set_fit(const EstimatorOptions &given, Progress &progress);
 };
 
 } // namespace cli

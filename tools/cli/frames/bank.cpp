@@ -1,0 +1,51 @@
+#include "frames/bank.hpp"
+
+#include "common/content.hpp"
+#include "common/failure.hpp"
+#include "common/text.hpp"
+#include "scenes/dates.hpp"
+
+namespace cli {
+
+toliman::network_bank load_bank(const std::string &path) {
+    need(path, "a bank of toliman networks", {Content::bank});
+    return toliman::make<toliman::network_bank>(toliman_bank_load_file, path.c_str(), nullptr);
+}
+
+toliman::network_bank trained_bank(const std::string &path) {
+    toliman::network_bank bank = load_bank(path);
+    const auto info = info_from<toliman_bank_info>(toliman_bank_get_info, bank.get());
+    if (info.trained_networks < info.networks)
+        malformed(path, formatted("contains an interrupted training, %u of %u networks: continue it with `toliman "
+                                  "train --resume`",
+                                  info.trained_networks, info.networks));
+    return bank;
+}
+
+std::string free_text(const std::string &free) {
+    return free.empty() ? "" : " --free \"" + free + "\"";
+}
+
+std::string last_day_of(const toliman::network_bank &bank, const toliman::frame_fit &fit, const Scene &scene) {
+    const std::optional<double> zero = date_of(scene);
+    if (!zero)
+        return "";
+    double days = 0;
+    toliman::check(toliman_bank_get_renewal(bank.get(), fit.get(), kLeastEfficiency, &days));
+    return day_text(*zero, days);
+}
+
+std::string renewal_of(const toliman::network_bank &bank, const toliman::frame_fit &fit, const Scene &scene,
+                       const std::string &free) {
+    const std::optional<double> zero = date_of(scene);
+    if (!zero)
+        return "";
+    const auto info = info_from<toliman_bank_info>(toliman_bank_get_info, bank.get());
+    const double next = 2 * info.last_days - info.first_days;
+    return formatted("the bank has an efficiency of %g until %s; train the next one with: toliman train %s --bank "
+                     "%s:%s%s --out FILE",
+                     kLeastEfficiency, last_day_of(bank, fit, scene).c_str(), scene.path.c_str(),
+                     day_text(*zero, info.last_days).c_str(), day_text(*zero, next).c_str(), free_text(free).c_str());
+}
+
+} // namespace cli

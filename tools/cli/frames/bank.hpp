@@ -1,0 +1,26 @@
+// Loads banks of networks, and states until when one can be used.
+#pragma once
+#include <string>
+
+#include "common/library.hpp"
+#include "scenes/scene.hpp"
+
+namespace cli {
+
+constexpr double kLeastEfficiency = 0.95; // as of TOLIMAN_BANK_LOW_EFFICIENCY
+
+// Throws Failure, with the type of the file if it is known, unless it is a bank.
+toliman::network_bank load_bank(const std::string &path);
+// The same, unless all its networks are trained.
+toliman::network_bank trained_bank(const std::string &path);
+
+// " --free "scale focus"" of a command line; "" for no names.
+std::string free_text(const std::string &free);
+
+// "2029-08-03": from then on the efficiency is below 0.95. "" if the scene's stars follow no orbit.
+std::string last_day_of(const toliman::network_bank &bank, const toliman::frame_fit &fit, const Scene &scene);
+// The same with the command that trains the next bank, for a message.
+std::string renewal_of(const toliman::network_bank &bank, const toliman::frame_fit &fit, const Scene &scene,
+                       const std::string &free);
+
+} // namespace cli

@@ -1,0 +1,50 @@
+// Method: Julian year 2000.0 is JD 2451545.0, 2000-01-01 12 h; the calendar is that of the C library, whose day 0 is
+// JD 2440587.5.
+#include "scenes/dates.hpp"
+
+#include <cmath>
+#include <cstdio>
+#include <ctime>
+
+#include "common/text.hpp"
+#include "scenes/scene_json.hpp"
+
+namespace cli {
+
+namespace {
+
+constexpr double kDay = 86400, kEpochYear = 2000, kEpochDay = 2451545.0 - 2440587.5;
+
+} // namespace
+
+std::optional<double> date_of(const Scene &scene) {
+    const JsonTree tree = read_scene_json(scene.path);
+    const cJSON *const binary = item_of(tree.get(), "binary"), *const date = item_of(binary, "date");
+    if (cJSON_IsTrue(item_of(binary, "moving")) == 0 || cJSON_IsNumber(date) == 0)
+        return std::nullopt;
+    return date->valuedouble;
+}
+
+std::optional<double> year_of(const std::string &text) {
+    double year = 0;
+    if (number_of(text, year))
+        return std::isfinite(year) ? std::optional(year) : std::nullopt;
+    std::tm day = {}, same = {};
+    const char *const end = ::strptime(text.c_str(), "%Y-%m-%d", &day);
+    if (end == nullptr || *end != '\0')
+        return std::nullopt;
+    const std::time_t seconds = ::timegm(&day);
+    if (::gmtime_r(&seconds, &same) == nullptr || same.tm_mday != day.tm_mday) // the 31st of June is the 1st of July
+        return std::nullopt;
+    return kEpochYear + (static_cast<double>(seconds) / kDay - kEpochDay) / kDaysPerYear;
+}
+
+std::string day_text(double zero, double days) {
+    const double seconds = ((zero - kEpochYear) * kDaysPerYear + kEpochDay + days) * kDay;
+    const auto whole = static_cast<std::time_t>(std::floor(seconds + 0.5)); // a year has not all bits of its second
+    std::tm parts = {};
+    ::gmtime_r(&whole, &parts);
+    return formatted("%04d-%02d-%02d", parts.tm_year + 1900, parts.tm_mon + 1, parts.tm_mday);
+}
+
+} // namespace cli
