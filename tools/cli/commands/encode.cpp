@@ -120,7 +120,10 @@ class Encoding {
           head_(std::string("file,frame,") + encoder_->columns() + "\n") {}
 
     void encode_file(const std::string &path);
-    void end() { doubts_.end(frames_); }
+    void end() {
+        doubts_.end(frames_);
+        encoder_->end(progress_);
+    }
 
   private:
     void encode_batch(FrameFile &frames, Batch &batch, const std::string &path);

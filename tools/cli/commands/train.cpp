@@ -6,6 +6,8 @@
 #include "common/library.hpp"
 #include "common/output.hpp"
 #include "common/stop.hpp"
+#include "common/text.hpp"
+#include "frames/bank_training.hpp"
 #include "frames/network.hpp"
 #include "options/command.hpp"
 #include "scenes/scene.hpp"
@@ -16,8 +18,10 @@ namespace {
 
 struct Options {
     std::string scene, out, payload = "float32", mode = "tied", layout = "flight", input = "whitened", resume;
+    std::string bank, free; // dates of a bank; further parameters of its fit
     uint64_t seed = 1;
-    uint32_t steps = 0, epochs = 0; // 0: the default
+    uint32_t steps = 0, epochs = 0, places = 0; // 0: the default
+    double spacing = 0;                         // px; 0: the default
 };
 
 constexpr uint32_t kEpochs = 300;                       // the default
@@ -78,7 +82,23 @@ Training resumed_training(const Scene &scene, const Options &options) {
     return training;
 }
 
-// An option that does not belong to the mode is refused.
+// An option that does not belong to the training is refused.
+void check_network(const Options &options) {
+    if (options.places != 0 || options.spacing != 0 || !options.free.empty())
+        throw Failure(kExitUsage, std::string(options.places != 0    ? "--places"
+                                              : options.spacing != 0 ? "--spacing"
+                                                                     : "--free") +
+                                      ": is for a bank of networks: needs --bank");
+}
+
+void check_bank_mode(const Options &options) {
+    if (options.mode != "tied" || options.input != "whitened" || options.epochs != 0)
+        throw Failure(kExitUsage, std::string(options.mode != "tied"        ? "--mode"
+                                              : options.input != "whitened" ? "--input"
+                                                                            : "--epochs") +
+                                      ": the networks of a bank have tied training on whitened residuals");
+}
+
 void check_mode(const Options &options, bool tied) {
     if (tied && options.epochs != 0)
         throw Failure(kExitUsage, "--epochs: is for unsupervised training; tied training has --steps");
@@ -101,13 +121,19 @@ struct Frames {
     }
 };
 
-void write(const toliman::autoencoder &cae, const std::string &payload, bool with_training, OutputFile &out) {
+using Bytes = std::vector<unsigned char>;
+
+Bytes saved(const toliman::autoencoder &cae, const std::string &payload, bool with_training) {
     auto how = toliman::sized<toliman_cae_save_options>();
     how.weights_encoding = how.planes_encoding = kPayloads.at(payload);
     how.training = with_training ? 1 : 0;
-    out.write(bytes_of([&](unsigned char *data, size_t capacity, size_t *size) {
+    return bytes_of([&](unsigned char *data, size_t capacity, size_t *size) {
         return toliman_cae_save(cae.get(), &how, data, capacity, size);
-    }));
+    });
+}
+
+void write(const Bytes &bytes, OutputFile &out) {
+    out.write(bytes);
     out.commit();
 }
 
@@ -121,21 +147,19 @@ void report_result(const Options &options, const Scene &scene, bool tied, const 
                      result.photon_floor, result.mssim);
 }
 
-// A stopped training goes to OUT.part: --out may already contain a complete network, which must not be lost.
-void save_interrupted(const toliman::autoencoder &cae, const Options &options) {
-    const std::string part = options.out + kPart;
+// A stopped training goes to OUT.part: --out may already contain a complete network, which must not be lost. `more`:
+// options of the command that resumes it.
+void save_interrupted(const Bytes &bytes, const Options &options, const std::string &more) {
+    const std::string part = options.out + kPart,
+                      payload = options.payload != "float32" ? " --payload " + options.payload : "";
     OutputFile out(part);
-    write(cae, "float32", true, out);
-    const std::string epochs = options.epochs != 0 ? " --epochs " + std::to_string(options.epochs) : "";
-    std::fprintf(stderr, "toliman: resume with: toliman train %s --resume %s --out %s%s\n", options.scene.c_str(),
-                 part.c_str(), options.out.c_str(), epochs.c_str());
+    write(bytes, out);
+    std::fprintf(stderr, "toliman: resume with: toliman train %s --resume %s --out %s%s%s\n", options.scene.c_str(),
+                 part.c_str(), options.out.c_str(), more.c_str(), payload.c_str());
 }
 
-void train(const Options &options, Progress &progress) {
-    check_not_input(options.out, {options.scene});
-    OutputFile out(options.out); // before the training: an unwritable path fails at once
-    if (options.out != "-")
-        check_output(options.out + kPart);
+void train_network(const Options &options, OutputFile &out, Progress &progress) {
+    check_network(options);
     const Scene scene(options.scene, progress);
     auto [cae, how, seed] =
         options.resume.empty() ? new_training(scene, options, progress) : resumed_training(scene, options);
@@ -156,12 +180,46 @@ void train(const Options &options, Progress &progress) {
     progress.clear();
     if (status == TOLIMAN_E_CANCELLED) {
         if (get_training(cae.get(), how) && options.out != "-")
-            save_interrupted(cae, options);
+            save_interrupted(saved(cae, "float32", true), options,
+                             options.epochs != 0 ? " --epochs " + std::to_string(options.epochs) : "");
         stop_if_asked();
     }
     toliman::check(status);
-    write(cae, options.payload, !tied && options.payload == "float32", out);
+    write(saved(cae, options.payload, !tied && options.payload == "float32"), out);
     report_result(options, scene, tied, result);
+}
+
+void train_bank(const Options &options, OutputFile &out, Progress &progress) {
+    check_bank_mode(options);
+    BankRequest request = {options.scene, options.free, options.bank, options.resume,
+                           toliman::sized<toliman_bank_options>()};
+    request.options.layout = kLayouts.at(options.layout);
+    request.options.spacing_px = options.spacing;
+    request.options.places = options.places;
+    request.options.steps = options.steps;
+    request.options.seed = options.seed;
+    BankTraining training(request, progress);
+    if (!training.run(progress)) {
+        if (training.trained() > 0 && options.out != "-")
+            save_interrupted(training.bytes(TOLIMAN_CAE_ENCODING_FLOAT32), options, free_text(options.free));
+        stop_if_asked();
+    }
+    const Bytes bytes = training.bytes(kPayloads.at(options.payload));
+    write(bytes, out);
+    std::fprintf(stderr, "%s: %s, %s\n", options.out.c_str(), training.result().c_str(),
+                 size_text(static_cast<double>(bytes.size())).c_str());
+}
+
+void train(const Options &options, Progress &progress) {
+    check_not_input(options.out, {options.scene});
+    OutputFile out(options.out); // before the training: an unwritable path fails at once
+    if (options.out != "-")
+        check_output(options.out + kPart);
+    const bool resumes_bank = !options.resume.empty() && identify(options.resume).content == Content::bank;
+    if (!options.bank.empty() || resumes_bank)
+        train_bank(options, out, progress);
+    else
+        train_network(options, out, progress);
 }
 
 } // namespace
@@ -170,19 +228,34 @@ void add_train(CLI::App &app, Context &context) {
     CLI::App *command = add_command(app, "train");
     auto options = std::make_shared<Options>();
     add_scene(*command, options->scene);
-    add_option(command, "--out", options->out, "FILE", "weights file to write (.tlmw); - writes to standard output")
+    add_option(command, "--out", options->out, "FILE",
+               "weights file to write (.tlmw, a bank .tlmb); - writes to standard output")
         ->required();
     CLI::Option *resume =
         add_option(command, "--resume", options->resume, "FILE", "weights file with a training to continue");
     add_seed(*command, options->seed, "seed of the initial weights and of the frames' noise, default 1");
     add_choice(command, "--mode", options->mode, kModes, "training: tied (default) or unsupervised");
     add_choice(command, "--layout", options->layout, kLayouts,
-               "network: flight (default), or paper, the book chapter's; paper needs --mode unsupervised");
+               "network: flight (default), or paper, the book chapter's; paper needs --mode unsupervised or --bank");
     add_choice(command, "--input", options->input, kInputs,
                "preprocessing of frames: whitened (default), residual or raw; the last two need --mode unsupervised");
-    command->add_option("--steps", options->steps, "number of steps of tied training, default 300")
+    command
+        ->add_option("--steps", options->steps,
+                     "number of steps of tied training, default 300; with --bank 600, of each network")
         ->check(CLI::Range(1u, 1000000u));
-    for (const char *name : {"--seed", "--mode", "--layout", "--input", "--steps"})
+    add_option(command, "--bank", options->bank, "DATE:DATE",
+               "train a bank of networks that follow moving stars between these dates, e.g. 2026.5:2029.5 or "
+               "2026-07-02:2029-07-02; `frames`: the dates of the scene's frames");
+    command->add_option("--places", options->places, "with --bank: sub-pixel places of the stars per axis, default 3")
+        ->check(CLI::Range(1u, 8u));
+    command
+        ->add_option(
+            "--spacing", options->spacing,
+            "with --bank: largest motion of the stars relative to each other between two dates, px, default 0.5")
+        ->check(CLI::Range(0.05, 4.0));
+    add_option(command, "--free", options->free, "NAMES",
+               "with --bank: further free parameters of the fit, as `toliman encode --free`");
+    for (const char *name : {"--seed", "--mode", "--layout", "--input", "--steps", "--bank", "--places", "--spacing"})
         resume->excludes(command->get_option(name)); // those of the file
     command
         ->add_option("--epochs", options->epochs,

@@ -22,6 +22,16 @@ toliman::network_bank trained_bank(const std::string &path) {
     return bank;
 }
 
+void check_bank(const toliman::network_bank &bank, const toliman::frame_fit &fit, const std::string &path,
+                const std::string &scene, const std::string &free) {
+    auto undisturbed = toliman::sized<toliman_bank_result>();
+    const toliman_status status = toliman_bank_predict(bank.get(), fit.get(), nullptr, &undisturbed);
+    if (status == TOLIMAN_E_MISMATCH)
+        throw Failure(kExitUsage, path + ": was trained for another scene or other free parameters than " + scene +
+                                      free_text(free) + ": give scene and --free of the training");
+    toliman::check(status);
+}
+
 std::string free_text(const std::string &free) {
     return free.empty() ? "" : " --free \"" + free + "\"";
 }

@@ -14,6 +14,10 @@ toliman::network_bank load_bank(const std::string &path);
 // The same, unless all its networks are trained.
 toliman::network_bank trained_bank(const std::string &path);
 
+// Throws Failure if the bank of the file `path` is for another fit than that of `scene` with the parameters `free`.
+void check_bank(const toliman::network_bank &bank, const toliman::frame_fit &fit, const std::string &path,
+                const std::string &scene, const std::string &free);
+
 // " --free "scale focus"" of a command line; "" for no names.
 std::string free_text(const std::string &free);
 

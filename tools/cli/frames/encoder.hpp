@@ -29,6 +29,8 @@ class Encoder {
     // Of frame i of the last call: its numbers, and doubts about them.
     virtual std::string line(size_t i) const = 0;
     virtual std::vector<Doubt> doubts(size_t i) const = 0;
+    // Messages about all frames, after the last one.
+    virtual void end(Progress &) const {}
 
   protected:
     Encoder() = default;

@@ -20,17 +20,6 @@ void check_weights(const EstimatorOptions &given) {
                                                   "--weights a bank of networks (`toliman train --bank`)");
 }
 
-// Refuses a bank for another fit.
-void check_bank(const toliman::network_bank &bank, const toliman::frame_fit &fit, const EstimatorOptions &given) {
-    auto undisturbed = toliman::sized<toliman_bank_result>();
-    const toliman_status status = toliman_bank_predict(bank.get(), fit.get(), nullptr, &undisturbed);
-    if (status == TOLIMAN_E_MISMATCH)
-        throw Failure(kExitUsage, given.weights +
-                                      ": was trained for another scene or other free parameters than --fit " +
-                                      given.fit + free_text(given.free) + ": give --fit and --free of the training");
-    toliman::check(status);
-}
-
 } // namespace
 
 void EstimatorOptions::add_to(CLI::App &command) {
@@ -88,7 +77,7 @@ void Estimator::set_fit(const EstimatorOptions &given, Progress &progress) {
     times = Cadence(made.scene).times;
     fit = std::move(made.fit);
     if (bank) {
-        check_bank(bank, fit, given);
+        check_bank(bank, fit, given.weights, given.fit, given.free);
         renewal = renewal_of(bank, fit, made.scene, given.free);
     }
 }

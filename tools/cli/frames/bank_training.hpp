@@ -1,0 +1,38 @@
+// Training of a bank of networks, for `train --bank`.
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "frames/bank.hpp"
+#include "frames/scene_fit.hpp"
+
+namespace cli {
+
+struct BankRequest {
+    std::string scene, free;
+    std::string dates;                 // DATE:DATE, or "frames": those of the scene's frames
+    std::string resume;                // the file of a bank; dates and options are then those of the file
+    toliman_bank_options options = {}; // without dates
+};
+
+class BankTraining {
+  public:
+    // Makes the fit of the scene, and an untrained bank or the one to resume.
+    BankTraining(const BankRequest &request, Progress &progress);
+
+    // Trains the networks that are not trained yet. False if a signal stopped it.
+    bool run(Progress &progress);
+    uint32_t trained() const { return info().trained_networks; }
+    std::vector<unsigned char> bytes(int32_t encoding) const;
+    // Networks, their cosines, and until when the bank can be used.
+    std::string result() const;
+
+  private:
+    toliman_bank_info info() const { return info_from<toliman_bank_info>(toliman_bank_get_info, bank_.get()); }
+
+    SceneFit scene_fit_;
+    toliman::network_bank bank_;
+};
+
+} // namespace cli

@@ -1,0 +1,215 @@
+#include "frames/fit_encoder.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <utility>
+
+#include "common/text.hpp"
+
+namespace cli {
+
+namespace {
+
+using Flags = std::vector<std::pair<uint32_t, const char *>>;
+
+const Flags kFitFlags = {{TOLIMAN_FIT_NOT_CONVERGED, "not_converged"},
+                         {TOLIMAN_FIT_OUTLIER, "outlier"},
+                         {TOLIMAN_FIT_SATURATED, "saturated"},
+                         {TOLIMAN_FIT_EDGE, "edge"},
+                         {TOLIMAN_FIT_SEARCHED, "searched"}};
+const Flags kBankFlags = {{TOLIMAN_BANK_OUTSIDE, "outside"}, {TOLIMAN_BANK_LOW_EFFICIENCY, "low_efficiency"}};
+
+void add_words(const Flags &names, uint32_t flags, std::vector<std::string> &words) {
+    for (const auto &[flag, word] : names)
+        if ((flags & flag) != 0)
+            words.push_back(word);
+}
+
+// Predictions of the frames of one file after the other: by their times.
+class Predictions {
+  public:
+    Predictions(const Estimator &estimator, size_t most, const std::optional<double> &cadence)
+        : scene_times_(estimator.times), cadence_(cadence),
+          predictions_(most, toliman::sized<toliman_fit_prediction>()) {}
+
+    void open(FrameFile &frames) {
+        path_ = frames.path();
+        file_times_ = frames.days();
+        if (frames.counted())
+            check_times(frames.count());
+    }
+
+    // Those of `count` frames.
+    const toliman_fit_prediction *from(size_t first, size_t count) {
+        check_times(first + count);
+        for (size_t i = 0; i < count; i++)
+            predictions_[i].time_days = days_of(first + i);
+        return predictions_.data();
+    }
+
+  private:
+    const std::vector<double> &times() const { return file_times_.empty() ? scene_times_ : file_times_; }
+
+    void check_times(size_t frames) const {
+        if (!cadence_ && frames > times().size())
+            malformed(path_, "has " + std::to_string(frames) + " frames: the scene has times for " +
+                                 std::to_string(times().size()) + " only: give --cadence SECONDS");
+    }
+
+    double days_of(size_t frame) const {
+        constexpr double kDay = 86400;
+        return cadence_ ? static_cast<double>(frame) * *cadence_ / kDay : times()[frame];
+    }
+
+    const std::vector<double> &scene_times_;
+    std::optional<double> cadence_;
+    std::string path_;
+    std::vector<double> file_times_; // days, of the table FRAMES; empty without one
+    std::vector<toliman_fit_prediction> predictions_;
+};
+
+constexpr char kPlaceColumns[] = "position_angle_deg,x_px,y_px,flux_a,flux_b,background,iterations,flags";
+
+// The columns kPlaceColumns except the last.
+std::string place_words(const toliman_fit_result &result) {
+    return formatted("%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%d,", result.position_angle_deg, result.x_px, result.y_px,
+                     result.flux_a, result.flux_b, result.background, result.iterations);
+}
+
+std::vector<Doubt> fit_doubts(const toliman_fit_result &result) {
+    std::vector<Doubt> doubts;
+    if ((result.flags & TOLIMAN_FIT_NOT_CONVERGED) != 0)
+        doubts.push_back({"did not converge", "the fit did not converge: its numbers are nan"});
+    if ((result.flags & TOLIMAN_FIT_OUTLIER) != 0)
+        doubts.push_back({"have a chi-square far above 1",
+                          formatted("a chi-square of %.3g is more than 6 sigma above 1: the frame is damaged, or "
+                                    "the scene lacks something",
+                                    result.chi_square)});
+    if ((result.flags & TOLIMAN_FIT_SEARCHED) != 0)
+        doubts.push_back({"have their stars elsewhere than predicted",
+                          "the stars were not at their predicted places, and were searched for"});
+    return doubts;
+}
+
+class FitEncoder final : public Encoder {
+  public:
+    FitEncoder(const Estimator &estimator, size_t most, const std::optional<double> &cadence)
+        : fit_(estimator.fit.get()), predictions_(estimator, most, cadence),
+          results_(most, toliman::sized<toliman_fit_result>()),
+          columns_(std::string("displacement_px,chi_square,separation_px,separation_sigma_px,") + kPlaceColumns) {}
+
+    const char *columns() const override { return columns_.c_str(); }
+    void open(FrameFile &frames) override { predictions_.open(frames); }
+
+    toliman_status encode(const toliman_image &image, size_t first, size_t count) override {
+        return toliman_fit_frames(fit_, &image, count, predictions_.from(first, count), 0, results_.data());
+    }
+
+    std::string line(size_t i) const override {
+        const toliman_fit_result &result = results_[i];
+        std::vector<std::string> words;
+        add_words(kFitFlags, result.flags, words);
+        return formatted("%.17g,%.6g,%.17g,%.6g,", result.displacement_px, result.chi_square, result.separation_px,
+                         result.separation_sigma_px) +
+               place_words(result) + joined(words, "+");
+    }
+
+    std::vector<Doubt> doubts(size_t i) const override { return fit_doubts(results_[i]); }
+
+  private:
+    const toliman_fit *fit_;
+    Predictions predictions_;
+    std::vector<toliman_fit_result> results_;
+    std::string columns_;
+};
+
+class BankEncoder final : public Encoder {
+  public:
+    BankEncoder(const Estimator &estimator, size_t most, const std::optional<double> &cadence)
+        : estimator_(estimator), info_(info_from<toliman_bank_info>(toliman_bank_get_info, estimator.bank.get())),
+          predictions_(estimator, most, cadence), results_(most, toliman::sized<toliman_bank_result>()),
+          fits_(most, toliman::sized<toliman_fit_result>()),
+          columns_(std::string("displacement_px,chi_square,separation_px,separation_sigma_px,efficiency,network,"
+                               "fit_displacement_px,") +
+                   kPlaceColumns) {}
+
+    const char *columns() const override { return columns_.c_str(); }
+    void open(FrameFile &frames) override { predictions_.open(frames); }
+
+    toliman_status encode(const toliman_image &image, size_t first, size_t count) override {
+        const toliman_status status =
+            toliman_bank_encode_many(estimator_.bank.get(), estimator_.fit.get(), &image, count,
+                                     predictions_.from(first, count), 0, results_.data(), fits_.data());
+        for (size_t i = 0; status == TOLIMAN_OK && i < count; i++)
+            record(results_[i]);
+        return status;
+    }
+
+    std::string line(size_t i) const override {
+        const toliman_bank_result &result = results_[i];
+        const toliman_fit_result &fit = fits_[i];
+        std::vector<std::string> words;
+        add_words(kFitFlags, fit.flags, words);
+        add_words(kBankFlags, result.flags, words);
+        return formatted("%.17g,%.6g,%.17g,%.6g,%.6g,%d,%.17g,", result.displacement_px, fit.chi_square,
+                         result.separation_px, result.sigma_px, result.efficiency, result.network,
+                         fit.displacement_px) +
+               place_words(fit) + joined(words, "+");
+    }
+
+    std::vector<Doubt> doubts(size_t i) const override {
+        std::vector<Doubt> doubts = fit_doubts(fits_[i]);
+        if ((results_[i].flags & TOLIMAN_BANK_LOW_EFFICIENCY) != 0)
+            doubts.push_back({"have a low efficiency",
+                              formatted("an efficiency of %.3g is below %g: the bank has no network for these places "
+                                        "of the stars",
+                                        results_[i].efficiency, kLeastEfficiency)});
+        return doubts;
+    }
+
+    void end(Progress &progress) const override {
+        if ((ends_ || outside_ > 0) && !estimator_.renewal.empty())
+            progress.warn(
+                (outside_ > 0 ? std::to_string(outside_) + " frames are outside the dates of the bank: " : "") +
+                estimator_.renewal);
+        if (efficiencies_.empty())
+            return;
+        std::vector<double> sorted = efficiencies_;
+        std::sort(sorted.begin(), sorted.end());
+        progress.tell(formatted("efficiency of the networks: smallest %.4f, median %.4f", sorted.front(),
+                                sorted[sorted.size() / 2]));
+    }
+
+  private:
+    void record(const toliman_bank_result &result) {
+        constexpr double kEnding = 0.98; // below it, networks of the last date will soon be too far from the stars
+        if ((result.flags & TOLIMAN_BANK_NOT_FITTED) != 0)
+            return;
+        efficiencies_.push_back(result.efficiency);
+        outside_ += (result.flags & TOLIMAN_BANK_OUTSIDE) != 0;
+        const auto last = static_cast<int32_t>(info_.networks - info_.places);
+        ends_ = ends_ || (result.network >= last && result.efficiency < kEnding);
+    }
+
+    const Estimator &estimator_;
+    toliman_bank_info info_;
+    Predictions predictions_;
+    std::vector<toliman_bank_result> results_;
+    std::vector<toliman_fit_result> fits_;
+    std::string columns_;
+    std::vector<double> efficiencies_; // of all fitted frames
+    size_t outside_ = 0;               // frames outside the dates of the bank
+    bool ends_ = false;
+};
+
+} // namespace
+
+std::unique_ptr<Encoder> make_fit_encoder(const Estimator &estimator, size_t most,
+                                          const std::optional<double> &cadence) {
+    if (estimator.bank)
+        return std::make_unique<BankEncoder>(estimator, most, cadence);
+    return std::make_unique<FitEncoder>(estimator, most, cadence);
+}
+
+} // namespace cli
