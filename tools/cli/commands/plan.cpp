@@ -1,10 +1,14 @@
 // toliman plan: approximations, errors and cost of a scene, before anything is computed.
+#include <algorithm>
 #include <cstdio>
+#include <optional>
 #include <string>
+#include <thread>
 
 #include "common/failure.hpp"
 #include "common/json.hpp"
 #include "common/output.hpp"
+#include "common/stop.hpp"
 #include "common/text.hpp"
 #include "options/command.hpp"
 #include "scenes/scene.hpp"
@@ -42,7 +46,48 @@ void print_pupil_note(const toliman_sim_plan_info &plan) {
             "              telescope.pupil_samples (at most 2048) reduces it.\n");
 }
 
-void print_summary(const toliman_sim_plan_info &plan) {
+// The bank of networks for the scene's frames: its plan, or why there can be none.
+struct BankPlan {
+    std::optional<toliman_bank_plan_info> info;
+    std::string why;
+};
+
+toliman_bank_plan_info info_of_bank(const Scene &scene) {
+    auto info = toliman::sized<toliman_bank_plan_info>();
+    toliman::check(toliman_bank_plan(scene.sim.get(), nullptr, &info));
+    return info;
+}
+
+// Nothing for stars at rest. The places of moving stars need the scene's simulator.
+std::optional<BankPlan> bank_plan(const std::string &path, const toliman_sim_plan_info &plan, Progress &progress) {
+    if (!has_stage(plan, "moving stars"))
+        return std::nullopt;
+    auto silent = toliman::sized<toliman_sim_options>(); // the plan has given the warnings
+    silent.progress = Progress::callback;
+    silent.progress_data = &progress;
+    try {
+        const Scene scene(path, silent);
+        progress.clear();
+        return BankPlan{info_of_bank(scene), ""};
+    } catch (const toliman::error &error) { // the plan of the scene is printed nevertheless
+        stop_if_asked();
+        return BankPlan{std::nullopt, error.what()};
+    }
+}
+
+void print_bank(const BankPlan &bank) {
+    if (!bank.info) {
+        std::printf("bank          none: %s\n", bank.why.c_str());
+        return;
+    }
+    const toliman_bank_plan_info &info = *bank.info;
+    const unsigned processors = std::clamp(std::thread::hardware_concurrency(), 1u, info.networks);
+    std::printf("bank          %u networks (places x dates: %u x %u), %s as float32, %s as fp16, %.2g s to train\n",
+                info.networks, info.places, info.dates, size_text(static_cast<double>(info.bytes_float32)).c_str(),
+                size_text(static_cast<double>(info.bytes_half)).c_str(), info.train_s / processors);
+}
+
+void print_summary(const toliman_sim_plan_info &plan, const std::optional<BankPlan> &bank) {
     std::printf("modelled      %s\n", stages(plan, true).c_str());
     std::printf("not modelled  %s\n", stages(plan, false).c_str());
     std::printf("accuracy      %.2g requested                            error/peak\n", plan.accuracy);
@@ -82,10 +127,18 @@ void print_summary(const toliman_sim_plan_info &plan) {
     std::printf("set-up        %.3g GFLOP, %.2g s\n", plan.setup_flops * 1e-9, plan.setup_s);
     std::printf("per frame     %.3g MFLOP, %.2g ms including noise\n", plan.frame_flops * 1e-6, plan.frame_s * 1e3);
     std::printf("memory        %s on all processors\n", size_text(plan.bytes).c_str());
+    if (bank)
+        print_bank(*bank);
     print_stdout("");
 }
 
-std::string as_json(const toliman_sim_plan_info &plan, const std::string &scene) {
+Json bank_json(const toliman_bank_plan_info &info) {
+    return Json("networks", info.networks, "places", info.places, "dates", info.dates, "first_days", info.first_days,
+                "last_days", info.last_days, "bytes_float32", info.bytes_float32, "bytes_half", info.bytes_half,
+                "train_s", info.train_s);
+}
+
+std::string as_json(const toliman_sim_plan_info &plan, const std::optional<BankPlan> &bank, const std::string &scene) {
     Json stages_there;
     for (int32_t i = 0; toliman_sim_stage_name(i) != nullptr; i++)
         stages_there.set(toliman_sim_stage_name(i), has_stage(plan, toliman_sim_stage_name(i)) ? 1.0 : 0.0);
@@ -100,6 +153,7 @@ std::string as_json(const toliman_sim_plan_info &plan, const std::string &scene)
                             "scale_focus", plan.scale_focus_error, "plate_scale", plan.plate_scale_error));
     json.set("setup_flops", plan.setup_flops, "frame_flops", plan.frame_flops, "bytes", plan.bytes);
     json.set("setup_s", plan.setup_s, "frame_s", plan.frame_s);
+    json.set("bank", bank && bank->info ? std::optional(bank_json(*bank->info)) : std::nullopt);
     return json.text();
 }
 
@@ -111,11 +165,13 @@ void plan(const Options &options, Progress &progress) {
                  : options.engine == "mdft" ? TOLIMAN_SIM_ENGINE_MATRIX_DFT
                                             : 0;
     auto found = toliman::sized<toliman_sim_plan_info>();
-    toliman::check(toliman_sim_plan_file(scene_path(options.scene, how).c_str(), &how, &found));
+    const std::string path = scene_path(options.scene, how);
+    toliman::check(toliman_sim_plan_file(path.c_str(), &how, &found));
+    const std::optional<BankPlan> bank = bank_plan(path, found, progress);
     if (options.as_json)
-        print_stdout(as_json(found, options.scene));
+        print_stdout(as_json(found, bank, options.scene));
     else
-        print_summary(found);
+        print_summary(found, bank);
 }
 
 } // namespace
