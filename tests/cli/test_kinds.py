@@ -8,6 +8,7 @@ from program import ProgramTest, one_wavelength
 
 FILES = {
     "w.tlmw": (b"TLMW" + bytes(300000), "toliman weights"),
+    "b.tlmb": (b"TLMB" + bytes(300000), "a bank of toliman networks"),
     "s.tlmp": (b"TLMP" + bytes(100), "a saved state of toliman period"),
     "s.tlml": (b"TLML" + bytes(100), "the ledger of a toliman state folder"),
     "s.tlms": (b"TLMS" + bytes(100), "the setup of a toliman state folder"),
@@ -58,8 +59,9 @@ class Kinds(ProgramTest):
         self.refuse(2, "a.json: ", arguments=("plan", "a.json"))
 
     def test_weights(self):
-        others = [name for name in self.names if name != "w.tlmw"]
+        others = [name for name in self.names if name not in ("w.tlmw", "b.tlmb")]
         self.refuse_kinds("toliman weights", others, ("encode", "--weights", None, "f.npy"))
+        self.refuse_kinds("a bank of toliman networks", others, ("encode", "--weights", None, "--fit", "s.json", "f.npy"))
         self.refuse_kinds("toliman weights", ("s.json", "f.npy"), ("train", "s.json", "--resume", None, "--out", "x"),
                           ("track", "--weights", None, "--state", "x", "--mission-days", "9", "--dtype", "u16le", "void"))
         (self.folder / "noise").write_bytes(bytes(range(256)))

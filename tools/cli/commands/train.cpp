@@ -82,7 +82,7 @@ Training resumed_training(const Scene &scene, const Options &options) {
     return training;
 }
 
-// An option that does not belong to the training is refused.
+// An option that is only for banks is refused, and one that is not for them.
 void check_network(const Options &options) {
     if (options.places != 0 || options.spacing != 0 || !options.free.empty())
         throw Failure(kExitUsage, std::string(options.places != 0    ? "--places"
@@ -99,6 +99,7 @@ void check_bank_mode(const Options &options) {
                                       ": the networks of a bank have tied training on whitened residuals");
 }
 
+// An option of the other mode is refused.
 void check_mode(const Options &options, bool tied) {
     if (tied && options.epochs != 0)
         throw Failure(kExitUsage, "--epochs: is for unsupervised training; tied training has --steps");
@@ -198,6 +199,7 @@ void train_bank(const Options &options, OutputFile &out, Progress &progress) {
     request.options.places = options.places;
     request.options.steps = options.steps;
     request.options.seed = options.seed;
+    request.check();
     BankTraining training(request, progress);
     if (!training.run(progress)) {
         if (training.trained() > 0 && options.out != "-")
@@ -254,7 +256,7 @@ void add_train(CLI::App &app, Context &context) {
             "with --bank: largest motion of the stars relative to each other between two dates, px, default 0.5")
         ->check(CLI::Range(0.05, 4.0));
     add_option(command, "--free", options->free, "NAMES",
-               "with --bank: further free parameters of the fit, as `toliman encode --free`");
+               "with --bank: further free parameters of the fit, as in encode");
     for (const char *name : {"--seed", "--mode", "--layout", "--input", "--steps", "--bank", "--places", "--spacing"})
         resume->excludes(command->get_option(name)); // those of the file
     command

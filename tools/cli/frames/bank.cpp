@@ -36,26 +36,37 @@ std::string free_text(const std::string &free) {
     return free.empty() ? "" : " --free \"" + free + "\"";
 }
 
-std::string last_day_of(const toliman::network_bank &bank, const toliman::frame_fit &fit, const Scene &scene) {
+double efficiency_at(const toliman::network_bank &bank, const toliman::frame_fit &fit, double days) {
+    auto prediction = toliman::sized<toliman_fit_prediction>();
+    prediction.time_days = days;
+    auto undisturbed = toliman::sized<toliman_bank_result>();
+    toliman::check(toliman_bank_predict(bank.get(), fit.get(), &prediction, &undisturbed));
+    return undisturbed.efficiency;
+}
+
+std::string use_of(const toliman::network_bank &bank, const toliman::frame_fit &fit, const Scene &scene) {
     const std::optional<double> zero = date_of(scene);
     if (!zero)
         return "";
+    const double last = info_from<toliman_bank_info>(toliman_bank_get_info, bank.get()).last_days,
+                 efficiency = efficiency_at(bank, fit, last);
+    if (efficiency < kLeastEfficiency)
+        return formatted("an efficiency of %.3f on its last day, %s", efficiency, day_text(*zero, last).c_str());
     double days = 0;
     toliman::check(toliman_bank_get_renewal(bank.get(), fit.get(), kLeastEfficiency, &days));
-    return day_text(*zero, days);
+    return formatted("an efficiency of %g until %s", kLeastEfficiency, day_text(*zero, days).c_str());
 }
 
 std::string renewal_of(const toliman::network_bank &bank, const toliman::frame_fit &fit, const Scene &scene,
-                       const std::string &free) {
+                       const std::string &file, const std::string &free) {
     const std::optional<double> zero = date_of(scene);
     if (!zero)
         return "";
     const auto info = info_from<toliman_bank_info>(toliman_bank_get_info, bank.get());
     const double next = 2 * info.last_days - info.first_days;
-    return formatted("the bank has an efficiency of %g until %s; train the next one with: toliman train %s --bank "
-                     "%s:%s%s --out FILE",
-                     kLeastEfficiency, last_day_of(bank, fit, scene).c_str(), scene.path.c_str(),
-                     day_text(*zero, info.last_days).c_str(), day_text(*zero, next).c_str(), free_text(free).c_str());
+    return formatted("the bank has %s; train the next one with: toliman train %s --bank %s:%s%s --out FILE",
+                     use_of(bank, fit, scene).c_str(), file.c_str(), day_text(*zero, info.last_days).c_str(),
+                     day_text(*zero, next).c_str(), free_text(free).c_str());
 }
 
 } // namespace cli

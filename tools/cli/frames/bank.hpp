@@ -21,10 +21,13 @@ void check_bank(const toliman::network_bank &bank, const toliman::frame_fit &fit
 // " --free "scale focus"" of a command line; "" for no names.
 std::string free_text(const std::string &free);
 
-// "2029-08-03": from then on the efficiency is below 0.95. "" if the scene's stars follow no orbit.
-std::string last_day_of(const toliman::network_bank &bank, const toliman::frame_fit &fit, const Scene &scene);
-// The same with the command that trains the next bank, for a message.
+// Efficiency of an undisturbed frame.
+double efficiency_at(const toliman::network_bank &bank, const toliman::frame_fit &fit, double days);
+
+// "an efficiency of 0.95 until 2029-08-03", for undisturbed frames. "" if the scene's stars follow no orbit.
+std::string use_of(const toliman::network_bank &bank, const toliman::frame_fit &fit, const Scene &scene);
+// The same with the command that trains the next bank, for a message. file: the scene as named on the command line.
 std::string renewal_of(const toliman::network_bank &bank, const toliman::frame_fit &fit, const Scene &scene,
-                       const std::string &free);
+                       const std::string &file, const std::string &free);
 
 } // namespace cli

@@ -13,60 +13,84 @@ namespace {
 
 constexpr char kOfFrames[] = "frames";
 
-// Sets the dates of the options; both stay 0, the library's default, for those of the frames.
-void set_dates(const BankRequest &request, const Scene &scene, toliman_bank_options &options) {
-    if (request.dates == kOfFrames)
-        return;
-    const size_t colon = request.dates.find(':');
-    const std::optional<double> first = year_of(request.dates.substr(0, colon)),
-                                last = colon == std::string::npos ? std::nullopt
-                                                                  : year_of(request.dates.substr(colon + 1));
+struct Years {
+    double first, last;
+};
+
+// Nothing for kOfFrames.
+std::optional<Years> years_of(const std::string &dates) {
+    if (dates == kOfFrames)
+        return std::nullopt;
+    const size_t colon = dates.find(':');
+    const auto first = year_of(dates.substr(0, colon)),
+               last = colon == std::string::npos ? std::nullopt : year_of(dates.substr(colon + 1));
     if (!first || !last || *first >= *last)
-        throw Failure(kExitUsage, "--bank " + request.dates +
+        throw Failure(kExitUsage, "--bank " + dates +
                                       ": must be DATE:DATE, the earlier one first, e.g. 2026.5:2029.5 or "
                                       "2026-07-02:2029-07-02, or `frames` for the dates of the scene's frames");
+    return Years{*first, *last};
+}
+
+// Sets the dates of the options; both stay 0, the library's default, for those of the frames.
+void set_dates(const BankRequest &request, const Scene &scene, toliman_bank_options &options) {
+    const std::optional<Years> years = years_of(request.dates);
+    if (!years)
+        return;
     const std::optional<double> zero = date_of(scene);
     if (!zero)
         throw Failure(kExitUsage,
                       "--bank " + request.dates + ": the stars of " + scene.path +
                           " follow no orbit (binary.moving), so that its frames have no dates: give --bank " +
                           kOfFrames);
-    options.first_days = (*first - *zero) * kDaysPerYear;
-    options.last_days = (*last - *zero) * kDaysPerYear;
+    options.first_days = (years->first - *zero) * kDaysPerYear;
+    options.last_days = (years->last - *zero) * kDaysPerYear;
+}
+
+// An error of the library about dates or the number of networks, in terms of options.
+[[noreturn]] void refuse_dates(const BankRequest &request, const SceneFit &of, const toliman::error &error) {
+    std::string why = error.what();
+    const std::string prefix = "options: ";
+    if (why.rfind(prefix, 0) == 0)
+        why.erase(0, prefix.size());
+    if (error.field() == std::string("prediction"))
+        why = "the fit of " + of.scene.path + " does not cover these dates: a larger cadence.frames extends it";
+    throw Failure(kExitUsage, "--bank " + request.dates + ": " + why);
 }
 
 toliman::network_bank new_bank(const BankRequest &request, const SceneFit &of) {
     auto options = request.options;
     set_dates(request, of.scene, options);
-    toliman_bank *made = nullptr;
-    const toliman_status status = toliman_bank_create(of.fit.get(), &options, &made);
-    if (status == TOLIMAN_E_ARGUMENT) { // of the other options, the command line has checked the ranges
-        const std::string field = toliman_last_error_field();
-        if (field == "prediction")
-            throw Failure(kExitUsage, "--bank " + request.dates + ": the fit of " + of.scene.path +
-                                          " does not cover these dates: a larger cadence.frames extends it");
-        if (field == "options")
-            throw Failure(kExitUsage, "--bank " + request.dates + ", --places, --spacing: " + toliman_last_error());
+    try {
+        auto bank = toliman::make<toliman::network_bank>(toliman_bank_create, of.fit.get(), &options);
+        for (const double days : {options.first_days, options.last_days}) // its networks are made for dates in between
+            efficiency_at(bank, of.fit, days);
+        return bank;
+    } catch (const toliman::error &error) {
+        if (error.status() != TOLIMAN_E_ARGUMENT)
+            throw;
+        refuse_dates(request, of, error);
     }
-    toliman::check(status);
-    return toliman::network_bank(made);
 }
 
-toliman::network_bank resumed_bank(const std::string &path) {
-    toliman::network_bank bank = load_bank(path);
+toliman::network_bank resumed_bank(const BankRequest &request, const SceneFit &of) {
+    toliman::network_bank bank = load_bank(request.resume);
     const auto info = info_from<toliman_bank_info>(toliman_bank_get_info, bank.get());
     if (info.trained_networks == info.networks)
-        throw Failure(kExitUsage, path + ": contains no training to resume");
+        throw Failure(kExitUsage, request.resume + ": contains no training to resume");
+    check_bank(bank, of.fit, request.resume, request.scene, request.free);
     return bank;
 }
 
 } // namespace
 
+void BankRequest::check() const {
+    if (resume.empty())
+        years_of(dates);
+}
+
 BankTraining::BankTraining(const BankRequest &request, Progress &progress)
     : scene_fit_(request.scene, request.free, progress),
-      bank_(request.resume.empty() ? new_bank(request, scene_fit_) : resumed_bank(request.resume)) {
-    check_bank(bank_, scene_fit_.fit, request.resume, request.scene, request.free);
-}
+      bank_(request.resume.empty() ? new_bank(request, scene_fit_) : resumed_bank(request, scene_fit_)) {}
 
 bool BankTraining::run(Progress &progress) {
     auto how = toliman::sized<toliman_bank_train_options>();
@@ -94,10 +118,10 @@ std::string BankTraining::result() const {
         least = std::min(least, network.cosine);
         most = std::max(most, network.cosine);
     }
-    const std::string until = last_day_of(bank_, scene_fit_.fit, scene_fit_.scene);
-    return formatted("%u networks, %u places at %u dates, cosine %.4f to %.4f", all.networks, all.places, all.dates,
+    const std::string use = use_of(bank_, scene_fit_.fit, scene_fit_.scene);
+    return formatted("%u networks (places x dates: %u x %u), cosine %.4f to %.4f", all.networks, all.places, all.dates,
                      least, most) +
-           (until.empty() ? "" : formatted(", efficiency of %g until %s", kLeastEfficiency, until.c_str()));
+           (use.empty() ? "" : ", " + use);
 }
 
 } // namespace cli

@@ -1,6 +1,5 @@
 // Training of a bank of networks, for `train --bank`.
 #pragma once
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,6 +13,7 @@ struct BankRequest {
     std::string dates;                 // DATE:DATE, or "frames": those of the scene's frames
     std::string resume;                // the file of a bank; dates and options are then those of the file
     toliman_bank_options options = {}; // without dates
+    void check() const;                // of what needs no file
 };
 
 class BankTraining {

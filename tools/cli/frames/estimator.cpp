@@ -78,7 +78,7 @@ void Estimator::set_fit(const EstimatorOptions &given, Progress &progress) {
     fit = std::move(made.fit);
     if (bank) {
         check_bank(bank, fit, given.weights, given.fit, given.free);
-        renewal = renewal_of(bank, fit, made.scene, given.free);
+        renewal = renewal_of(bank, fit, made.scene, given.fit, given.free);
     }
 }
 

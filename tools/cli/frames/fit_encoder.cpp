@@ -162,17 +162,19 @@ class BankEncoder final : public Encoder {
         std::vector<Doubt> doubts = fit_doubts(fits_[i]);
         if ((results_[i].flags & TOLIMAN_BANK_LOW_EFFICIENCY) != 0)
             doubts.push_back({"have a low efficiency",
-                              formatted("an efficiency of %.3g is below %g: the bank has no network for these places "
-                                        "of the stars",
+                              formatted("an efficiency of %.3g is below %g: the stars are far from the places of the "
+                                        "networks, or these have too few steps of training",
                                         results_[i].efficiency, kLeastEfficiency)});
         return doubts;
     }
 
     void end(Progress &progress) const override {
-        if ((ends_ || outside_ > 0) && !estimator_.renewal.empty())
+        if (outside_ > 0 && !estimator_.renewal.empty())
             progress.warn(
-                (outside_ > 0 ? std::to_string(outside_) + " frames are outside the dates of the bank: " : "") +
+                formatted("%zu of %zu frames are outside the dates of the bank: ", outside_, efficiencies_.size()) +
                 estimator_.renewal);
+        else if (ends())
+            progress.warn("the dates of the bank end: " + estimator_.renewal);
         if (efficiencies_.empty())
             return;
         std::vector<double> sorted = efficiencies_;
@@ -183,13 +185,18 @@ class BankEncoder final : public Encoder {
 
   private:
     void record(const toliman_bank_result &result) {
-        constexpr double kEnding = 0.98; // below it, networks of the last date will soon be too far from the stars
         if ((result.flags & TOLIMAN_BANK_NOT_FITTED) != 0)
             return;
         efficiencies_.push_back(result.efficiency);
         outside_ += (result.flags & TOLIMAN_BANK_OUTSIDE) != 0;
-        const auto last = static_cast<int32_t>(info_.networks - info_.places);
-        ends_ = ends_ || (result.network >= last && result.efficiency < kEnding);
+        at_last_date_ = at_last_date_ || result.network >= static_cast<int32_t>(info_.networks - info_.places);
+    }
+
+    // Whether the frames are at the last date of a bank whose efficiency decreases towards it.
+    bool ends() const {
+        constexpr double kEnding = 0.98;
+        return at_last_date_ && !estimator_.renewal.empty() &&
+               efficiency_at(estimator_.bank, estimator_.fit, info_.last_days) < kEnding;
     }
 
     const Estimator &estimator_;
@@ -199,8 +206,8 @@ class BankEncoder final : public Encoder {
     std::vector<toliman_fit_result> fits_;
     std::string columns_;
     std::vector<double> efficiencies_; // of all fitted frames
-    size_t outside_ = 0;               // frames outside the dates of the bank
-    bool ends_ = false;
+    size_t outside_ = 0;               // those outside the dates of the bank
+    bool at_last_date_ = false;        // whether a frame was encoded by a network of the last date
 };
 
 } // namespace

@@ -29,12 +29,11 @@ std::optional<double> year_of(const std::string &text) {
     double year = 0;
     if (number_of(text, year))
         return std::isfinite(year) ? std::optional(year) : std::nullopt;
-    std::tm day = {}, same = {};
+    std::tm day = {};
     const char *const end = ::strptime(text.c_str(), "%Y-%m-%d", &day);
-    if (end == nullptr || *end != '\0')
-        return std::nullopt;
-    const std::time_t seconds = ::timegm(&day);
-    if (::gmtime_r(&seconds, &same) == nullptr || same.tm_mday != day.tm_mday) // the 31st of June is the 1st of July
+    const int given = day.tm_mday;
+    const std::time_t seconds = ::timegm(&day); // changes the 31st of June to the 1st of July
+    if (end == nullptr || *end != '\0' || day.tm_mday != given)
         return std::nullopt;
     return kEpochYear + (static_cast<double>(seconds) / kDay - kEpochDay) / kDaysPerYear;
 }

@@ -1,0 +1,303 @@
+"""train --bank, encode --weights BANK --fit, plan: networks that follow moving stars, their dates, messages and refusals."""
+import datetime
+import json
+import os
+import pathlib
+import random
+import re
+import signal
+import subprocess
+import tempfile
+import time
+import unittest
+
+import numpy
+
+from program import PATIENCE, PROGRAM, ProgramTest
+from test_fit import COLUMNS as FIT_COLUMNS
+from test_fit import SCENE as SMALL
+
+# 2026.0 and 2030.0 are midnight: 2000.0 is noon, and 26 and 30 Julian years have half a day.
+SCENE = {**SMALL, "binary": {"date": 2026, "orbit": "alpha-cen", "moving": True},
+         "cadence": {"frames": 100, "interval_days": 2, "peak_photons": 1e7},
+         "telescope": {**SMALL["telescope"], "pupil_samples": 144}, "band": {"wavelength_nm": 575},
+         "detector": {"shape": [256, 256], "pixel_scale_arcsec": 0.4}}
+AT_REST = {**SCENE, "binary": {"separation_arcsec": 7, "position_angle_deg": 30}}
+QUICK = ("--places", "1", "--steps", "30")
+COLUMNS = ("file,frame,displacement_px,chi_square,separation_px,separation_sigma_px,efficiency,network,fit_displacement_px,"
+           "position_angle_deg,x_px,y_px,flux_a,flux_b,background,iterations,flags")
+ENCODE = ("encode", "--weights", "b.tlmb", "--fit", "s.json")
+SOON = 6  # s
+
+
+class Bank(ProgramTest):
+    @classmethod
+    def setUpClass(cls):
+        """One bank of three networks, and frames."""
+        super().setUpClass()
+        kept = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(kept.cleanup)
+        cls.made = pathlib.Path(kept.name)
+        (cls.made / "s.json").write_text(json.dumps(SCENE))
+        cls.trained = cls.run_there("train", "s.json", "--bank", "frames", *QUICK, "--spacing", "0.3", "--out", "b.tlmb").stderr
+        cls.run_there("simulate", "s.json", "--frames", "0:3", "--out", "f.npy")
+
+    @classmethod
+    def run_there(cls, *arguments):
+        done = subprocess.run([PROGRAM, *arguments], cwd=cls.made, capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        return done
+
+    def setUp(self):
+        super().setUp()
+        for path in self.made.iterdir():
+            os.link(path, self.folder / path.name)
+
+    def write(self, name, scene):
+        (self.folder / name).write_text(json.dumps(scene))
+
+    def bytes_of(self, name):
+        return (self.folder / name).read_bytes()
+
+    def rows(self, text, columns=COLUMNS):
+        head, *lines = text.splitlines()
+        self.assertEqual(head, columns)
+        return [dict(zip(columns.split(","), line.split(","))) for line in lines]
+
+    def train(self, *arguments):
+        """The last message."""
+        done = self.run_program("train", "s.json", *arguments)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return done.stderr.splitlines()[-1]
+
+
+class Train(Bank):
+    def test_result(self):
+        found = re.fullmatch(r"b\.tlmb: 3 networks \(places x dates: 1 x 3\), cosine (0\.\d{4}) to (0\.\d{4}), "
+                             r"an efficiency of (0\.\d{3}) on its last day, (\S+), \d+ kB", self.trained.splitlines()[-1])
+        self.assertTrue(found, self.trained)
+        self.assertLessEqual(float(found[1]), float(found[2]))
+        last = datetime.date(2026, 1, 1) + datetime.timedelta(days=2 * 99)
+        self.assertEqual(found[4], last.isoformat())
+
+    def test_calendar_dates_and_years(self):
+        for name, dates in (("years", "2026:2030"), ("days", "2026-01-01:2030-01-01")):
+            last = self.train("--bank", dates, *QUICK, "--spacing", "4", "--out", name)
+            self.assertIn(" on its last day, 2030-01-01, ", last)
+        self.assertEqual(self.bytes_of("years"), self.bytes_of("days"))
+
+    def test_until_when(self):
+        """Between the efficiencies of frames on the days around it."""
+        last = self.train("--bank", "2026:2026.2", "--places", "1", "--steps", "150", "--out", "x")
+        until = datetime.date.fromisoformat(re.search(r", an efficiency of 0\.95 until (\S+), ", last)[1])
+        days = (until - datetime.date(2026, 1, 1)).days
+        self.write("later.json", {**SCENE, "cadence": {**SCENE["cadence"], "frames": days + 1, "interval_days": 1}})
+        self.succeed("simulate", "later.json", "--frames", f"{days - 1}:{days + 1}", "--out", "later.fits")
+        text = self.succeed("encode", "--weights", "x", "--fit", "s.json", "later.fits")
+        before, after = [float(row["efficiency"]) for row in self.rows(text)]
+        self.assertLess(after, before)
+        self.assertLess(abs(before - 0.95), 0.002)
+
+    def test_payloads(self):
+        exact = self.rows(self.succeed(*ENCODE, "f.npy"))
+        for payload in ("bf16", "fp16"):
+            self.train("--bank", "frames", *QUICK, "--spacing", "0.3", "--payload", payload, "--out", "x")
+            self.assertLess(len(self.bytes_of("x")), 0.7 * len(self.bytes_of("b.tlmb")))
+            for row, narrow in zip(exact, self.rows(self.succeed("encode", "--weights", "x", "--fit", "s.json", "f.npy"))):
+                self.assertNotEqual(row["displacement_px"], narrow["displacement_px"])
+                change = float(row["displacement_px"]) - float(narrow["displacement_px"])
+                self.assertLess(abs(change), 0.05 * float(row["separation_sigma_px"]))
+            (self.folder / "x").unlink()
+
+    def test_stars_at_rest(self):
+        self.write("rest.json", AT_REST)
+        done = self.run_program("train", "rest.json", "--bank", "frames", *QUICK, "--out", "rest.tlmb")
+        self.assertRegex(done.stderr, r"^rest.tlmb: 1 networks \(places x dates: 1 x 1\), cosine 0\.\d+ to 0\.\d+, \d+ kB\n$")
+        self.refuse(2, "--bank 2026:2027: the stars of rest.json follow no orbit (binary.moving), so that its frames have no "
+                       "dates: give --bank frames", arguments=("train", "rest.json", "--bank", "2026:2027", "--out", "x"))
+
+    def test_refusals(self):
+        for text, *arguments in (
+            *(("--bank " + dates + ": must be DATE:DATE, the earlier one first, e.g. 2026.5:2029.5", "--bank", dates)
+              for dates in ("2026", "2027:2026", "2026:2026", "2026-02-30:2027", "2026:nan", ":2027")),
+            ("--bank 2026:2100: the fit of s.json does not cover these dates: a larger cadence.frames extends it",
+             "--bank", "2026:2100", "--places", "1"),
+            # It covers the dates of the networks, but not the last date.
+            ("--bank 2026:2052: the fit of s.json does not cover these dates", "--bank", "2026:2052", *QUICK, "--spacing", "4"),
+            ("--bank 2026:2036: 449 dates with 64 places", "--bank", "2026:2036", "--places", "8", "--spacing", "0.05"),
+            ("--mode: the networks of a bank have tied training", "--bank", "frames", "--mode", "unsupervised"),
+            ("--epochs: the networks of a bank", "--bank", "frames", "--epochs", "3"),
+            ("--input: the networks of a bank", "--bank", "frames", "--input", "raw"),
+            ("--places: is for a bank of networks: needs --bank", "--places", "2"),
+            ("--spacing: is for a bank of networks: needs --bank", "--spacing", "2"),
+            ("--free: is for a bank of networks: needs --bank", "--free", "scale"),
+            ("--spacing 9: must be in [0.05, 4]", "--bank", "frames", "--spacing", "9"),
+            ("--places 9: must be in [1, 8]", "--bank", "frames", "--places", "9"),
+            ('--free: "scal": must be the name of a parameter; did you mean "scale"?', "--bank", "frames", "--free", "scal"),
+            ("b.tlmb: contains no training to resume", "--resume", "b.tlmb"),
+            ("--resume excludes --bank", "--resume", "b.tlmb", "--bank", "frames"),
+        ):
+            with self.subTest(text):
+                self.refuse(2, text, arguments=("train", "s.json", "--out", "x", *arguments))
+
+
+class Stops(Bank):
+    HOW = ("--bank", "2026:2026.3", "--places", "2", "--steps", "60", "--free", "scale")
+
+    def start(self, *arguments):
+        return subprocess.Popen([PROGRAM, "--progress=json", "train", "s.json", *arguments], cwd=self.folder,
+                                stderr=subprocess.PIPE, text=True)
+
+    def test_resumed_after_any_stop(self):
+        """Weights do not depend on the moments of the signals."""
+        self.train(*self.HOW, "--out", "whole")
+        chance, stopped, done, command = random.Random(1), 0, 0, ("--out", "parts", *self.HOW)
+        while not (self.folder / "parts").exists():
+            child = self.start(*command)
+            for line in child.stderr:  # until one more network is trained
+                found = re.search(r'"note":"(\d+) of 4 networks', line)
+                if found and int(found[1]) > done:
+                    break
+            time.sleep(chance.uniform(0, 0.05))
+            child.send_signal(signal.SIGTERM)
+            errors = child.communicate(timeout=PATIENCE)[1].splitlines()
+            self.assertIn(child.returncode, (0, 143))
+            if child.returncode == 143:
+                stopped += 1
+                resume = re.fullmatch("toliman: resume with: toliman train s.json (--resume parts.part --out parts) "
+                                      '--free "scale"', errors[-2])
+                self.assertTrue(resume, errors)
+                refused = self.refuse(
+                            3, "parts.part: contains an interrupted training, ", " networks: continue it with `toliman train",
+                            arguments=("encode", "--weights", "parts.part", "--fit", "s.json", "--free", "scale", "f.npy"))
+                if stopped == 1:
+                    self.refuse(2, "parts.part: was trained for another scene or other free parameters than s.json: give scene and "
+                                   "--free of the training", arguments=("train", "s.json", "--resume", "parts.part", "--out", "x"))
+                done = int(re.search(r"(\d+) of 4 networks", refused)[1])
+                command = (*resume[1].split(), "--free", "scale")
+        self.assertGreater(stopped, 0)
+        self.assertEqual(self.bytes_of("parts"), self.bytes_of("whole"))
+
+    def test_within_seconds(self):
+        """A stop before the first network is done leaves nothing."""
+        before = sorted(self.folder.iterdir())
+        child = self.start("--bank", "frames", "--steps", "1000000", "--out", "x")
+        while '"progress":"train"' not in child.stderr.readline():
+            pass
+        start = time.monotonic()
+        child.send_signal(signal.SIGINT)
+        last = child.communicate(timeout=PATIENCE)[1].splitlines()[-1]
+        self.assertLess(time.monotonic() - start, SOON)
+        self.assertEqual((child.returncode, last), (130, "toliman: stopped by a signal"))
+        self.assertEqual(sorted(self.folder.iterdir()), before)
+
+
+class Encode(Bank):
+    def test_numbers(self):
+        done = self.run_program(*ENCODE, "f.npy")
+        rows = self.rows(done.stdout)
+        fits = self.rows(self.succeed("encode", "--fit", "s.json", "f.npy"), FIT_COLUMNS)
+        self.assertEqual(len(rows), 3)
+        for row, fit in zip(rows, fits):
+            for name in FIT_COLUMNS.split(","):
+                if name not in ("displacement_px", "separation_px", "separation_sigma_px", "flags"):
+                    self.assertEqual(row[name], fit[name], name)
+            self.assertEqual(row["fit_displacement_px"], fit["displacement_px"])
+            sigma, bound = float(row["separation_sigma_px"]), float(fit["separation_sigma_px"])
+            self.assertAlmostEqual(sigma * float(row["efficiency"]), bound, delta=1e-4 * bound)
+            self.assertLess(abs(float(row["displacement_px"]) - float(fit["displacement_px"])), 5 * sigma)
+            predicted = [float(line["separation_px"]) - float(line["displacement_px"]) for line in (row, fit)]
+            self.assertAlmostEqual(*predicted, delta=1e-9)
+            self.assertEqual((row["network"], row["flags"]), ("0", "low_efficiency"))
+        efficiencies = sorted(float(row["efficiency"]) for row in rows)
+        self.assertIn("efficiency of the networks: smallest %.4f, median %.4f\n" % (efficiencies[0], efficiencies[1]), done.stderr)
+        self.assertIn(f"warning: f.npy: frame 0: an efficiency of {float(rows[0]['efficiency']):.3g} is below 0.95", done.stderr)
+        self.assertIn("warning: 3 of 3 frames have a low efficiency\n", done.stderr)
+        self.assertNotIn("dates of the bank", done.stderr)
+
+    def test_bits(self):
+        """On one processor, and one by one through a pipe."""
+        whole = self.succeed(*ENCODE, "f.npy")
+        alone = self.succeed(*ENCODE, "f.npy", preexec_fn=lambda: os.sched_setaffinity(0, {min(os.sched_getaffinity(0))}))
+        self.assertEqual(alone, whole)
+        piped = subprocess.run([PROGRAM, *ENCODE, "-"], cwd=self.folder, input=self.bytes_of("f.npy"), capture_output=True,
+                               check=True)
+        self.assertEqual(piped.stdout.decode().replace("\n-,", "\nf.npy,"), whole)
+
+    def test_outside_the_dates(self):
+        done = self.run_program(*ENCODE, "--cadence", str(150 * 86400), "f.npy")
+        outside = ["outside" in row["flags"].split("+") for row in self.rows(done.stdout)]
+        self.assertEqual(outside, [False, False, True])  # of days 0, 150 and 300
+        self.assertRegex(done.stderr, r"1 of 3 frames are outside the dates of the bank: the bank has an efficiency of 0\.\d+ on its "
+                                      r"last day, 2026-07-18; train the next one with: toliman train s\.json --bank "
+                                      r"2026-07-18:2027-02-01 --out FILE\n")
+
+    def test_the_last_date(self):
+        self.succeed("simulate", "s.json", "--frames", "99:100", "--out", "last.fits")
+        done = self.run_program(*ENCODE, "last.fits")
+        self.assertEqual(self.rows(done.stdout)[0]["network"], "2")
+        self.assertRegex(done.stderr, "warning: the dates of the bank end: the bank has an efficiency of 0.* train the next one with: ")
+
+    def test_bad_frames(self):
+        frames = numpy.load(self.folder / "f.npy").astype(float)
+        frames[1] = 0
+        frames[2, 5, 6] = numpy.nan
+        numpy.save(self.folder / "bad.npy", frames)
+        done = self.run_program(*ENCODE, "bad.npy")
+        self.assertEqual(done.returncode, 3)
+        self.assertIn("bad.npy: frame 2: counts[5][6] = nan", done.stderr)
+        row = self.rows(done.stdout)[1]
+        self.assertEqual([row[name] for name in ("displacement_px", "separation_px", "efficiency", "network")],
+                         ["nan", "nan", "nan", "-1"])
+        self.assertIn("not_converged", row["flags"].split("+"))
+
+    def test_refusals(self):
+        self.write("rest.json", AT_REST)
+        for code, text, *arguments in (
+            (2, "b.tlmb: is a bank of networks, which follow the fit of a scene: add --fit", "--weights", "b.tlmb"),
+            (2, 'b.tlmb: was trained for another scene or other free parameters than s.json --free "scale": give scene and '
+                "--free of the training", "--weights", "b.tlmb", "--fit", "s.json", "--free", "scale"),
+            (2, "b.tlmb: was trained for another scene", "--weights", "b.tlmb", "--fit", "rest.json"),
+            (2, "give only one of --weights, --template and --fit, or --fit with the --weights of a bank", "--weights", "b.tlmb",
+             "--template", "s.json"),
+            (3, "f.npy: is a NumPy array, not a bank of toliman networks", "--weights", "f.npy", "--fit", "s.json"),
+            (3, "none: No such file or directory", "--weights", "none", "--fit", "s.json"),
+        ):
+            with self.subTest(text):
+                self.refuse(code, text, arguments=("encode", *arguments, "f.npy"))
+        self.succeed("train", "rest.json", "--steps", "1", "--out", "w.tlmw")
+        self.refuse(2, "w.tlmw: is a single network, for stars at rest: leave out --fit, or give --weights a bank of networks",
+                    arguments=("encode", "--weights", "w.tlmw", "--fit", "s.json", "f.npy"))
+        (self.folder / "cut.tlmb").write_bytes(self.bytes_of("b.tlmb")[:-9])
+        self.refuse(3, "cut.tlmb: bank: size = ", "truncated", arguments=("encode", "--weights", "cut.tlmb", "--fit", "s.json", "f.npy"))
+
+
+class Plan(Bank):
+    def plan(self, name):
+        return json.loads(self.succeed("plan", name, "--json"))["bank"]
+
+    def test_bank(self):
+        plan = self.plan("s.json")
+        last = self.train("--bank", "frames", "--steps", "1", "--out", "x")
+        self.assertIn(f"x: {plan['networks']} networks (places x dates: {plan['places']} x {plan['dates']})", last)
+        self.assertEqual(plan["networks"], plan["places"] * plan["dates"])
+        self.assertEqual((plan["first_days"], plan["last_days"]), (0, 198))
+        self.assertLess(0.5 * plan["bytes_float32"], len(self.bytes_of("x")))
+        self.assertLess(len(self.bytes_of("x")), plan["bytes_float32"])
+        self.assertEqual(2 * plan["bytes_half"], plan["bytes_float32"])
+        text = self.succeed("plan", "s.json")
+        self.assertRegex(text, rf"\nbank          {plan['networks']} networks \(places x dates: 9 x {plan['dates']}\), .* MB as "
+                               r"float32, .* as fp16, [\d.]+ s to train\n$")
+
+    def test_none(self):
+        self.write("rest.json", AT_REST)
+        self.assertIsNone(self.plan("rest.json"))
+        self.assertNotIn("\nbank ", self.succeed("plan", "rest.json"))
+        scene = {**SCENE, "binary": {"offsets_px": {"A": [0, 0]}}, "systematics": {"pointing_rms_px": 0.3}}
+        self.write("single.json", {**scene, "stars": {"A": SCENE["stars"]["A"]}, "signal": {"kind": "none"}})
+        self.assertIsNone(self.plan("single.json"))
+        self.assertIn("\nbank          none: single.json: stars: a bank needs two stars\n", self.succeed("plan", "single.json"))
+
+
+if __name__ == "__main__":
+    unittest.main()
