@@ -1,0 +1,16 @@
+#!/bin/sh
+# Trains networks for a few days of moving stars, encodes simulated frames by them, and compares their separations with
+# those of the fit: both have the same true value, and the networks add at most a few percent to the noise.
+#     moving_stars.sh TOLIMAN SCENE
+# For a mission: --bank with its first and last date, and without --places and --steps.
+set -eu
+toliman=$1
+scene=$2
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+"$toliman" train "$scene" --bank 2026.5:2026.55 --places 1 --steps 150 --out "$work/bank.tlmb"
+"$toliman" simulate "$scene" --frames 0:8 --out "$work/frames.npy"
+"$toliman" encode --fit "$scene" --weights "$work/bank.tlmb" "$work/frames.npy" >"$work/values.csv"
+awk -F, 'NR > 1 {sum += ($3 - $9)^2 / $6^2; efficiency += $7; n++}
+         END {printf "%d frames: efficiency %.2f; network minus fit: %.2f sigma rms\n", n, efficiency/n, sqrt(sum/n)
+              exit sum/n > 1}' "$work/values.csv"
