@@ -83,6 +83,12 @@ Bank::Bank(const fit::Fit &fit, const Options &options)
     fit::FitWork work = fit.work();
     const cae::Encoder untrained(*options.layout, cae::random_encoder(options.seed));
     const cae::Response response = untrained.response();
+    for (const double days : {options.first_days, options.last_days}) { // networks are made for dates in between
+        fit::Prediction end;
+        fit::Result unused;
+        end.days = days;
+        fit.predict(end, nullptr, work, unused);
+    }
     for (size_t i = 0; i < dates_.size() * places * places; i++) {
         Network network = new_network(i, options, untrained);
         network.response = response;
