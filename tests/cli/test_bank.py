@@ -119,7 +119,7 @@ class Train(Bank):
     def test_refusals(self):
         for text, *arguments in (
             *(("--bank " + dates + ": must be DATE:DATE, the earlier one first, e.g. 2026.5:2029.5", "--bank", dates)
-              for dates in ("2026", "2027:2026", "2026:2026", "2026-02-30:2027", "2026:nan", ":2027")),
+              for dates in ("2026", "2027:2026", "2026:2026", "2026-02-30:2027", "2026:nan", ":2027", "")),
             ("--bank 2026:2100: the fit of s.json does not cover these dates: a larger cadence.frames extends it",
              "--bank", "2026:2100", "--places", "1"),
             # It covers the dates of the networks, but not the last date.

@@ -1,7 +1,9 @@
 // toliman train: weights from a scene.
 #include <cstdio>
 #include <map>
+#include <optional>
 
+#include "common/content.hpp"
 #include "common/failure.hpp"
 #include "common/library.hpp"
 #include "common/output.hpp"
@@ -18,7 +20,8 @@ namespace {
 
 struct Options {
     std::string scene, out, payload = "float32", mode = "tied", layout = "flight", input = "whitened", resume;
-    std::string bank, free; // dates of a bank; further parameters of its fit
+    std::optional<std::string> bank; // its dates
+    std::string free;                // further parameters of the fit of a bank
     uint64_t seed = 1;
     uint32_t steps = 0, epochs = 0, places = 0; // 0: the default
     double spacing = 0;                         // px; 0: the default
@@ -192,7 +195,7 @@ void train_network(const Options &options, OutputFile &out, Progress &progress) 
 
 void train_bank(const Options &options, OutputFile &out, Progress &progress) {
     check_bank_mode(options);
-    BankRequest request = {options.scene, options.free, options.bank, options.resume,
+    BankRequest request = {options.scene, options.free, options.bank.value_or(""), options.resume,
                            toliman::sized<toliman_bank_options>()};
     request.options.layout = kLayouts.at(options.layout);
     request.options.spacing_px = options.spacing;
@@ -218,7 +221,7 @@ void train(const Options &options, Progress &progress) {
     if (options.out != "-")
         check_output(options.out + kPart);
     const bool resumes_bank = !options.resume.empty() && identify(options.resume).content == Content::bank;
-    if (!options.bank.empty() || resumes_bank)
+    if (options.bank || resumes_bank)
         train_bank(options, out, progress);
     else
         train_network(options, out, progress);

@@ -1,6 +1,7 @@
 #include "frames/bank_training.hpp"
 
 #include <algorithm>
+#include <optional>
 
 #include "common/failure.hpp"
 #include "common/stop.hpp"
@@ -58,13 +59,11 @@ void set_dates(const BankRequest &request, const Scene &scene, toliman_bank_opti
 }
 
 toliman::network_bank new_bank(const BankRequest &request, const SceneFit &of) {
+    const StopLimit limit;
     auto options = request.options;
     set_dates(request, of.scene, options);
     try {
-        auto bank = toliman::make<toliman::network_bank>(toliman_bank_create, of.fit.get(), &options);
-        for (const double days : {options.first_days, options.last_days}) // its networks are made for dates in between
-            efficiency_at(bank, of.fit, days);
-        return bank;
+        return toliman::make<toliman::network_bank>(toliman_bank_create, of.fit.get(), &options);
     } catch (const toliman::error &error) {
         if (error.status() != TOLIMAN_E_ARGUMENT)
             throw;
@@ -73,6 +72,7 @@ toliman::network_bank new_bank(const BankRequest &request, const SceneFit &of) {
 }
 
 toliman::network_bank resumed_bank(const BankRequest &request, const SceneFit &of) {
+    const StopLimit limit;
     toliman::network_bank bank = load_bank(request.resume);
     const auto info = info_from<toliman_bank_info>(toliman_bank_get_info, bank.get());
     if (info.trained_networks == info.networks)
