@@ -65,7 +65,8 @@ class Options(Mistakes):
                 (("--state", "s", *GRID, *PAIRS[:2]), "INPUT is required"),
             ):
                 self.refuse(2, text, arguments=("track", *estimator, *words))
-        self.refuse_track(2, "give only one of --weights, --template and --fit\n", arguments=("--weights", "w.tlmw", *PAIRS))
+        self.refuse_track(2, "give only one of --weights, --template and --fit, or --fit with the --weights of a bank\n",
+                          arguments=("--weights", "w.tlmw", *PAIRS))
         self.refuse(2, "give one of --weights, --template and --fit\n", arguments=("track", "--state", "s", *GRID, *PAIRS))
 
     def test_a_shape_without_its_crop(self):
