@@ -1,4 +1,7 @@
 // toliman track: frames from the spacecraft, in any order, to the period.
+#include <optional>
+#include <utility>
+
 #include "common/failure.hpp"
 #include "common/input.hpp"
 #include "common/text.hpp"
@@ -35,7 +38,9 @@ void track(Options &options, Progress &progress) {
     const std::string &folder = options.folder.folder, unused = exists(folder) ? "" : folder;
     Estimator estimator;
     const size_t jobs = options.folder.jobs == 0 ? 64 : options.folder.jobs;
-    Tracking tracking(options.folder.open(input.dtype, estimator, progress), {options.every, jobs, unused}, progress);
+    toliman::tracker tracker = options.folder.open(input.dtype, estimator, progress);
+    const std::optional<std::string> renewal = estimator.bank ? std::make_optional(estimator.renewal) : std::nullopt;
+    Tracking tracking(std::move(tracker), {options.every, jobs, unused, renewal}, progress);
     try {
         Downlink(input, tracking).read();
     } catch (...) {

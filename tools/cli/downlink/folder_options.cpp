@@ -78,6 +78,7 @@ toliman_track_options track_options(FolderOptions &given, const std::string &dty
     how.cae = estimator.network ? estimator.network->cae.get() : nullptr;
     how.linear = estimator.linear.get();
     how.fit = estimator.fit.get();
+    how.bank = estimator.bank.get();
     how.values[0] = '\0'; // those of the estimator
     return how;
 }
@@ -140,6 +141,9 @@ toliman::tracker FolderOptions::open(const std::string &dtype, Estimator &estima
     try {
         return open_tracker(how, progress);
     } catch (const toliman::error &error) {
+        const std::string bank = "options->bank";
+        if (error.field() == bank)
+            throw Failure(kExitUsage, estimator_options.weights + std::string(error.what()).substr(bank.size()));
         if (error.status() != TOLIMAN_E_MISMATCH && (!made || uses_same_frames(*made, how)))
             throw;
         throw Failure(kExitUsage,

@@ -95,7 +95,10 @@ const char *advice_after(const std::exception &error) {
 Tracking::Tracking(toliman::tracker &&tracker, const TrackingOptions &options, Progress &progress)
     : tracker_(std::move(tracker)), settings_(settings_of(tracker_)), options_(options), progress_(progress),
       batch_(options.jobs > 1 ? std::min(kBatch, options.every) : 1), records_(info_of(tracker_).records),
-      saved_(records_) {}
+      saved_(records_) {
+    if (options.renewal)
+        bank_.emplace(records_, *options.renewal);
+}
 
 void Tracking::take(const std::shared_ptr<FrameSource> &source, const toliman_frame &frame,
                     const toliman_ingest_event &event) {
@@ -141,6 +144,8 @@ void Tracking::flush() {
         settle(frames[i], origins[i].place, outcomes[i]);
     if (status != TOLIMAN_OK)
         throw error;
+    if (bank_)
+        bank_->read(tracker_, progress_);
     if (since_update_ >= options_.every) {
         const PeriodFacts period = update(Fit::none);
         if (progress_.is_due())
@@ -246,6 +251,8 @@ void Tracking::conclude() {
         progress_.warn("none of the " + std::to_string(refused_) +
                        " frames of this run is good, all were rejected or are outliers: check the scene or weights, "
                        "--dtype, --bit-depth and --shape");
+    if (bank_)
+        bank_->conclude(progress_);
 }
 
 void Tracking::say(std::string text) {

@@ -4,19 +4,22 @@
 #include <deque>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "common/terminal.hpp"
+#include "downlink/bank_watch.hpp"
 #include "downlink/frame_source.hpp"
 #include "downlink/state_folder.hpp"
 
 namespace cli {
 
 struct TrackingOptions {
-    size_t every = 1;       // accepted frames between two updates
-    size_t jobs = 1;        // if above 1, the frames between two updates are estimated together
-    std::string new_folder; // the folder, if it is new: it is removed again if no frame arrives
+    size_t every = 1;                   // accepted frames between two updates
+    size_t jobs = 1;                    // if above 1, the frames between two updates are estimated together
+    std::string new_folder;             // the folder, if it is new: it is removed again if no frame arrives
+    std::optional<std::string> renewal; // of the bank that measures the frames, if there is one
 };
 
 // Of a message about an input. `damage` counts for --strict.
@@ -76,6 +79,7 @@ class Tracking {
     std::chrono::steady_clock::time_point oldest_; // of them
     size_t since_update_ = 0;                      // accepted frames
     int64_t records_ = 0, saved_ = 0;              // of the ledger; at the last checkpoint
+    std::optional<BankWatch> bank_;
     bool noted_exposure_ = false;
     // Counts of this run.
     int64_t accepted_ = 0, refused_ = 0; // refused: rejected, or outliers

@@ -1,0 +1,66 @@
+#include "downlink/bank_watch.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "common/text.hpp"
+#include "frames/bank.hpp"
+
+namespace cli {
+
+namespace {
+
+std::vector<double> column(const toliman::tracker &tracker, const char *name, int64_t first, size_t count) {
+    std::vector<double> values(count);
+    size_t done = 0;
+    toliman::check(toliman_track_get_column(tracker.get(), name, first, count, values.data(), &done));
+    return values;
+}
+
+std::string frame_text(const toliman_track_record &record) {
+    return "frame " + std::to_string(record.frame_id);
+}
+
+} // namespace
+
+void BankWatch::read(const toliman::tracker &tracker, Progress &progress) {
+    const auto count = static_cast<size_t>(info_of(tracker).records - next_);
+    if (count == 0)
+        return;
+    std::vector<toliman_track_record> records(count);
+    records[0].struct_size = sizeof records[0];
+    size_t done = 0;
+    toliman::check(toliman_track_get_records(tracker.get(), next_, count, records.data(), &done));
+    const std::vector<double> flags = column(tracker, "flags", next_, count),
+                              bounds = column(tracker, "cov_fit_separation_px_fit_separation_px", next_, count);
+    next_ += static_cast<int64_t>(count);
+    for (size_t i = 0; i < done; i++) {
+        if (records[i].verdict != TOLIMAN_TRACK_VERDICT_ACCEPTED)
+            continue;
+        accepted_++;
+        const double efficiency = std::sqrt(bounds[i]) / records[i].sigma;
+        const auto of_bank = static_cast<uint32_t>(flags[i]) / TOLIMAN_TRACK_BANK_FLAGS;
+        least_ = std::min(least_, efficiency);
+        if ((of_bank & TOLIMAN_BANK_LOW_EFFICIENCY) != 0 && low_++ == 0)
+            progress.warn(frame_text(records[i]) +
+                          formatted(": the networks' efficiency of %.3f is below %g: its sigma is %.3g times that of "
+                                    "the fit",
+                                    efficiency, kLeastEfficiency, 1 / efficiency));
+        if ((of_bank & TOLIMAN_BANK_OUTSIDE) != 0 && outside_++ == 0)
+            progress.warn(frame_text(records[i]) + ": its time is outside the dates of the bank: is --epoch time 0 of "
+                                                   "the scene?");
+    }
+}
+
+void BankWatch::conclude(Progress &progress) const {
+    if (accepted_ > 0)
+        progress.tell(formatted("efficiency of the networks: smallest %.4f; of %lld accepted frames, %lld are below "
+                                "%g and %lld outside the dates of the bank",
+                                least_, static_cast<long long>(accepted_), static_cast<long long>(low_),
+                                kLeastEfficiency, static_cast<long long>(outside_)));
+    if (!renewal_.empty())
+        low_ + outside_ > 0 ? progress.warn(renewal_) : progress.tell(renewal_);
+}
+
+} // namespace cli
