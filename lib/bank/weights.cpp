@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <utility>
 
 #include "backend/zip.hpp"
@@ -20,11 +19,12 @@ namespace {
 
 using cae::Block;
 using cae::Encoding;
+using cae::kChecksumSize;
 
 constexpr char kMagic[] = "TLMB";
 constexpr const char *kKind = "bank";
 constexpr uint32_t kVersion = 1;
-constexpr size_t kHeaderSize = 96, kDateSize = 24, kNetworkSize = 72, kChecksumSize = 4;
+constexpr size_t kHeaderSize = 96, kDateSize = 24, kNetworkSize = 72;
 constexpr size_t kStored = cae::kLatentBias + 1, kWeights = cae::tensor_offset(kStored); // tensors of the encoder
 constexpr double kMostPx = kLargestFrame;
 
@@ -46,24 +46,6 @@ uint32_t in_range(const char *name, uint32_t value, size_t least, size_t most) {
     if (value < least || value > most)
         fail(Status::format, "%s: {%s} = %u: must be in [%zu, %zu]", kKind, name, value, least, most);
     return value;
-}
-
-// Checks magic, version, size and checksum, before anything else is read.
-void check_envelope(const void *bytes, size_t size) {
-    ByteReader reader(bytes, size, kKind);
-    if (std::memcmp(reader.raw(4), kMagic, 4) != 0)
-        fail(Status::format, "%s: does not start with \"%s\"", kKind, kMagic);
-    if (const uint32_t version = reader.u32(); version != kVersion)
-        fail(Status::format, "%s: unsupported version %u (supported: %u)", kKind, version, kVersion);
-    const uint64_t stated = reader.u64();
-    if (stated != size)
-        fail(Status::format, "%s: size = %zu bytes: the header states %llu: truncated, or followed by other data",
-             kKind, size, static_cast<unsigned long long>(stated));
-    if (size < kHeaderSize + kChecksumSize)
-        fail(Status::format, "%s: size = %zu bytes: must be at least %zu", kKind, size, kHeaderSize + kChecksumSize);
-    ByteReader end(static_cast<const uint8_t *>(bytes) + size - kChecksumSize, kChecksumSize, kKind);
-    if (zip::crc32(bytes, size - kChecksumSize) != end.u32())
-        fail(Status::format, "%s: checksum mismatch: the data are damaged", kKind);
 }
 
 struct Header {
@@ -188,7 +170,7 @@ std::vector<uint8_t> to_bytes(const Bank &bank, Encoding encoding) {
 }
 
 Bank from_bytes(const void *bytes, size_t size) {
-    check_envelope(bytes, size);
+    cae::check_envelope(bytes, size, kKind, kMagic, {kVersion}, kHeaderSize);
     ByteReader reader(bytes, size, kKind);
     const Header header = read_header(reader, size);
     std::vector<Date> dates = read_dates(reader, header);

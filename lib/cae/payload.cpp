@@ -11,8 +11,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <string>
 
 #include "backend/zip.hpp"
+#include "base/bytes.hpp"
 #include "base/error.hpp"
 #include "kernels/half_precision.hpp"
 
@@ -150,6 +152,29 @@ Buffer<float> unpack(const uint8_t *packed, size_t packed_size, const std::vecto
     }
     check_values(values, Status::format, what);
     return values;
+}
+
+void check_envelope(const void *bytes, size_t size, const char *kind, const char *magic,
+                    std::initializer_list<uint32_t> versions, size_t header) {
+    ByteReader reader(bytes, size, kind);
+    if (std::memcmp(reader.raw(4), magic, 4) != 0)
+        fail(Status::format, "%s: does not start with \"%s\"", kind, magic);
+    const uint32_t version = reader.u32();
+    if (std::find(versions.begin(), versions.end(), version) == versions.end()) {
+        std::string known;
+        for (const uint32_t one : versions)
+            known += (known.empty() ? "" : ", ") + std::to_string(one);
+        fail(Status::format, "%s: unsupported version %u (supported: %s)", kind, version, known.c_str());
+    }
+    const uint64_t stated = reader.u64();
+    if (stated != size)
+        fail(Status::format, "%s: size = %zu bytes: the header states %llu: truncated, or followed by other data", kind,
+             size, static_cast<unsigned long long>(stated));
+    if (size < header + kChecksumSize)
+        fail(Status::format, "%s: size = %zu bytes: must be at least %zu", kind, size, header + kChecksumSize);
+    ByteReader end(static_cast<const uint8_t *>(bytes) + size - kChecksumSize, kChecksumSize, kind);
+    if (zip::crc32(bytes, size - kChecksumSize) != end.u32())
+        fail(Status::format, "%s: checksum mismatch: the data are damaged", kind);
 }
 
 } // namespace toliman::cae

@@ -1,7 +1,9 @@
-// Payloads of the weights blob (tools/docs/formats.md): blocks of float32, bf16 or fp16 numbers in one zlib stream.
+// Payloads of the weights blob and the bank (tools/docs/formats.md): blocks of float32, bf16 or fp16 numbers in one
+// zlib stream.
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <initializer_list>
 #include <vector>
 
 #include "base/buffer.hpp"
@@ -27,5 +29,13 @@ std::vector<uint8_t> pack(const Buffer<float> &values, const std::vector<Block> 
 
 // Inverse of pack. Status::format unless the payload consists of exactly these blocks, with numbers in range.
 Buffer<float> unpack(const uint8_t *packed, size_t packed_size, const std::vector<Block> &blocks, const char *what);
+
+constexpr size_t kChecksumSize = 4; // CRC32 at the end of a file
+
+// Checks magic, version, size and checksum of a file, before anything else is read: the first 16 bytes are four of
+// magic, the version as u32 and the size of the file as u64; the file is longer than header and checksum.
+// Status::format otherwise; `kind` names the file in messages.
+void check_envelope(const void *bytes, size_t size, const char *kind, const char *magic,
+                    std::initializer_list<uint32_t> versions, size_t header);
 
 } // namespace toliman::cae

@@ -9,7 +9,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <utility>
 
 #include "backend/zip.hpp"
@@ -29,7 +28,7 @@ constexpr size_t kFewPlanes = 8; // of version 2
 constexpr uint32_t kTrainedFlag = 1, kInputShift = 1, kInputMask = 3, kTrainingFlag = 8;
 constexpr uint32_t kLargestFrame = 4096; // largest number of rows and of columns
 constexpr uint32_t kLastInput = static_cast<uint32_t>(Input::raw);
-constexpr size_t kHeaderSize = 104, kTrainingHeaderSize = 72, kChecksumSize = 4;
+constexpr size_t kHeaderSize = 104, kTrainingHeaderSize = 72;
 enum : size_t { kReferenceHigh, kReferenceLow, kVariance, kTarget, kFixedPlanes }; // then the nuisance planes
 
 struct Header {
@@ -96,27 +95,6 @@ void set_planes(const Buffer<float> &planes, Preprocess &preprocess) {
         if (!(preprocess.variance[i] > 0))
             fail(Status::format, "%s: {variance[%zu]} = %g: must be positive", kKind, i, preprocess.variance[i]);
     preprocess.derive();
-}
-
-// Checks magic, version, size and checksum, before anything else is read.
-void check_envelope(const void *bytes, size_t size) {
-    ByteReader reader(bytes, size, kKind);
-    if (std::memcmp(reader.raw(4), kMagic, 4) != 0)
-        fail(Status::format, "%s: does not start with \"%s\"", kKind, kMagic);
-    const uint32_t version = reader.u32();
-    if (version != kVersion && version != kManyPlanesVersion)
-        fail(Status::format, "%s: unsupported version %u (supported: %u, %u)", kKind, version, kVersion,
-             kManyPlanesVersion);
-    const uint64_t stated = reader.u64();
-    if (stated != size)
-        fail(Status::format, "%s: size = %zu bytes: the header states %llu: truncated, or followed by other data",
-             kKind, size, static_cast<unsigned long long>(stated));
-    if (size < kHeaderSize + kChecksumSize)
-        fail(Status::format, "%s: size = %zu bytes: must be at least %zu", kKind, size, kHeaderSize + kChecksumSize);
-    const auto *first = static_cast<const uint8_t *>(bytes);
-    ByteReader end(first + size - kChecksumSize, kChecksumSize, kKind);
-    if (zip::crc32(bytes, size - kChecksumSize) != end.u32())
-        fail(Status::format, "%s: checksum mismatch: the data are damaged", kKind);
 }
 
 Encoding read_encoding(ByteReader &reader, const char *what) {
@@ -310,7 +288,7 @@ std::vector<uint8_t> to_blob(const Network &network, const Encodings &encodings,
 }
 
 Blob from_blob(const void *bytes, size_t size) {
-    check_envelope(bytes, size);
+    check_envelope(bytes, size, kKind, kMagic, {kVersion, kManyPlanesVersion}, kHeaderSize);
     ByteReader reader(bytes, size, kKind);
     Header header = read_header(reader, size);
     Parameters parameters;
