@@ -366,7 +366,7 @@ void Model::whiten_residual(const ImageView<const double> *counts, const double 
 
 uint64_t Model::digest() const noexcept {
     uint64_t hash = fnv1a(response_, fnv1a(rows_, fnv1a(cols_, kFnvOffset)));
-    for (const double number : {how_.e_per_count, how_.bias, how_.dark, how_.added_variance, how_.floor})
+    for (const double number : {how_.e_per_count, how_.bias, how_.dark, how_.added_variance, how_.floor, how_.limit})
         hash = fnv1a(std::array<double, 1>{number}, hash);
     for (const Extra &extra : extras_)
         hash = fnv1a(static_cast<uint64_t>(extra.parameter.number),

@@ -151,6 +151,7 @@ static void digests_distinguish_scenes(void **state) {
     snprintf(retrograde, sizeof retrograde, orbit, "180");
     assert_true(digest_of_scene(at_rest, "0.2}") == digest_of_scene(at_rest, "0.2}"));
     assert_true(digest_of_scene(at_rest, "0.2}") != digest_of_scene(at_rest, "0.2, \"rotation_deg\": 10}"));
+    assert_true(digest_of_scene(at_rest, "0.2}") != digest_of_scene(at_rest, "0.2, \"full_well_e\": 3e6}"));
     assert_true(digest_of_scene(direct, "0.2}") != digest_of_scene(retrograde, "0.2}"));
 }
 
