@@ -189,7 +189,7 @@ void Bank::train(const fit::Fit &fit, unsigned workers, const Progress &progress
         network.cosine = cosine;
         done++;
     });
-    progress.report("train: networks", 1);
+    progress.asks_to_stop("train: networks", 1); // nothing is left to stop
 }
 
 Bank::Nearest Bank::nearest(const double *values) const noexcept {
