@@ -166,6 +166,17 @@ class Run(Moving):
         self.assertEqual([row["found"] for row in table["ladder"]], [1, 0])
         self.assertGreater(table["controls"][1]["sigma_px"], 10 * table["controls"][0]["sigma_px"])
 
+    def test_more_dates_than_a_bank_can_have(self):
+        """A circular orbit of 20 px radius, once around: 126 px of 0.5 px each, of nine networks."""
+        orbit = {"period_years": 1, "semi_major_arcsec": 4, "eccentricity": 0, "inclination_deg": 0, "node_deg": 40,
+                 "periastron_deg": 0, "epoch": 2027}
+        self.write(binary={"date": 2027, "moving": True, "orbit": orbit}, band={"wavelength_nm": 580},
+                   detector={"shape": [256, 256], "pixel_scale_arcsec": 0.2}, systematics={},
+                   cadence={**SCENE["cadence"], "frames": 6, "interval_days": 72})
+        self.run_scene("--controls", "none")
+        result = self.result()
+        self.assertEqual((result["estimator"], result["bank"], result["fit"]["lost"]), ("fit", None, 0))
+
     def test_one_star(self):
         scene = moving_scene(systematics={"pointing_rms_px": 0.3}, signal={**SCENE["signal"], "star": "A"})
         del scene["binary"], scene["stars"]

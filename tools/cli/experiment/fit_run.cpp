@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "experiment/reconstructions.hpp"
 #include "frames/frame_loop.hpp"
 
 namespace cli {
@@ -17,10 +16,10 @@ bool is_series(const std::vector<double> &values) {
     return std::count_if(values.begin(), values.end(), [](double value) { return !std::isnan(value); }) >= fewest;
 }
 
-// A network needs as many pixels, and two stars.
+// Not in frames that are too small, nor for an orbit of more dates than a bank can have.
 bool can_have_bank(const Scene &scene) {
-    return scene.info.rows >= static_cast<int64_t>(kNetworkSide) &&
-           scene.info.cols >= static_cast<int64_t>(kNetworkSide);
+    auto plan = toliman::sized<toliman_bank_plan_info>();
+    return toliman_bank_plan(scene.sim.get(), nullptr, &plan) == TOLIMAN_OK;
 }
 
 } // namespace

@@ -1,5 +1,5 @@
-// The estimators that follow moving stars, on the frames of a run: the fit of the forward model and, in frames that are
-// large enough, a bank of networks.
+// The estimators that follow moving stars, on the frames of a run: the fit of the forward model and, where there can be
+// one, a bank of networks.
 #pragma once
 #include <memory>
 

@@ -27,7 +27,7 @@ class Pipeline {
     size_t control_frames = 0;
     std::optional<NetworkOutcome> network; // if the stars are at rest
     std::optional<FitOutcome> fit;         // if the stars move
-    std::optional<BankOutcome> bank;       // the same, in frames of at least 256x256 px
+    std::optional<BankOutcome> bank;       // the same, where there can be a bank
     Outcome truth;                         // of the true displacements; peak of period and power 0 without signal
     Timings timings;
 
