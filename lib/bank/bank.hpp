@@ -82,7 +82,7 @@ class Bank {
                      BankWork &work) const;
 
     // The first time after the last date, in whole days, at which the efficiency of an undisturbed frame is below
-    // `efficiency`, or the end of the model images; at most 4096.
+    // `efficiency`, or the end of the model images; at most 4096. By steps that are doubled, then halved.
     double renewal(const fit::Fit &fit, double efficiency, fit::FitWork &fit_work, BankWork &work) const;
 
     const Options &options() const noexcept { return options_; }

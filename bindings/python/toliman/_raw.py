@@ -2915,8 +2915,8 @@ toliman_bank_encode.""",
         ),
         """Writes the time at which a bank should be renewed to *days, in days of scene time: the earliest time, a
 whole number of days after its last date, at which the efficiency (toliman_bank_predict, no shift) is below
-least_efficiency, in (0, 1), or for which the fit has no model images; at most 4096 days after the last date. Errors:
-as toliman_bank_predict.""",
+least_efficiency, in (0, 1), or for which the fit has no model images; at most 4096 days after the last date. The
+efficiency is assumed to decrease with time: not all days are computed. Errors: as toliman_bank_predict.""",
     ),
     "toliman_bank_save": (
         c_int32, (
