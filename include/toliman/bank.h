@@ -23,6 +23,9 @@
  *   latent network(r)/slope: the separation minus its prediction, px
  *   separation_px = predicted separation + latent
  *
+ * If the prediction is more than 5e-3 px from the fitted separation, the separation that is 5e-3 px from the fitted
+ * one, on the side of the prediction, takes its place, and displacement_px is the latent plus what is left.
+ *
  * In first order, r does not depend on any free parameter of the fit except the separation. Slope and efficiency are
  * computed for each frame, from the model images of the fit at its parameters and the gradient of the network, moved to
  * the stars' places in the frame. See decisions.md, 29.

@@ -6,7 +6,8 @@
 //     efficiency = k sqrt(a C a)/|q|,   q = R^T g minus its components along all derivatives J/sigma except the
 //                                       separation's,
 // where J, at p^ - d e/2, halfway, makes k exact to third order in d: a prediction off by 5e-3 px, 2000 sigma, changes
-// the value by 0.006 sigma; with J at p0 it would be 1.2 sigma.
+// the value by 0.006 sigma; with J at p0 it would be 1.2 sigma. At 0.05 px it would be 2.3 sigma (sky scene), so that d
+// is at most 5e-3 px: from a prediction farther off, p0 is taken that far from the fit.
 // The residual is moved after whitening, because its noise stays white then; counts over variances lose four times as
 // much. The displacement follows mostly the fainter star B (SeparationAxis::share_b): 90 days after its date, a network
 // has an efficiency of 0.97, and of 0.90 if it follows A.
@@ -48,6 +49,8 @@ fit::Prediction prediction_of(const Date &date, const Network &network) {
 
 // Closer predictions need no second model image halfway: the error of the slope changes the value by 0.005 sigma.
 constexpr double kNearPx = 3e-4;
+
+constexpr double kFarPx = 5e-3; // largest d
 
 constexpr int kMostServedDays = 4096;
 
@@ -229,7 +232,7 @@ void Bank::measure(const fit::Fit &fit, const ImageView<const double> *counts, c
                             crop = {work.crop.data(), kSide, kSide, kSide};
     work.resampler.move({crop.data, kSide, kSide, kSide}, -x, -y, filter);
 
-    const double off = work.fitted.displacement_px; // from the prediction
+    const double off = std::clamp(work.fitted.displacement_px, -kFarPx, kFarPx); // of the fit from p0
     const bool near_by = std::fabs(off) < kNearPx;
     double predicted[fit::kMostParameters], halfway[fit::kMostParameters], filtered[fit::kMostParameters + 1];
     for (size_t i = 0; i < n; i++) {
@@ -251,12 +254,13 @@ void Bank::measure(const fit::Fit &fit, const ImageView<const double> *counts, c
     if (!(estimate.efficiency >= kLeastEfficiency))
         estimate.flags |= low_efficiency;
 
+    double from_p0 = 0;
     if (counts != nullptr) {
         work.resampler.move({work.residual.data(), rows_, cols_, cols_}, x, y, crop);
-        const double latent = network.encoder.latent(crop.data, work.encoder);
-        estimate.displacement_px = latent / (network.response.gain * slope);
+        from_p0 = network.encoder.latent(crop.data, work.encoder) / (network.response.gain * slope);
     }
-    estimate.separation_px = fit::separation_of(predicted) + estimate.displacement_px;
+    estimate.displacement_px = from_p0 + (work.fitted.displacement_px - off);
+    estimate.separation_px = fit::separation_of(predicted) + from_p0;
 }
 
 Estimate Bank::estimate(const fit::Fit &fit, ImageView<const double> counts, const fit::Prediction &prediction,
