@@ -1,8 +1,9 @@
 #!/bin/sh
-# Trains networks for a few days of moving stars, encodes simulated frames by them, and compares their separations with
-# those of the fit: both have the same true value, and the networks add at most a few percent to the noise.
+# Trains a bank of networks for 18 days of moving stars, encodes simulated frames by it, and compares its separations
+# with those of the fit: both have the same true value, and the networks add at most a few percent to the noise.
 #     moving_stars.sh TOLIMAN SCENE
-# For a mission: --bank with its first and last date, and without --places and --steps.
+# SCENE: one with moving stars, such as sky.json. For a mission, give its first and last date, without --places and
+# --steps.
 set -eu
 toliman=$1
 scene=$2

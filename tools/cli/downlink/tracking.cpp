@@ -44,7 +44,7 @@ std::string rejection_text(const toliman_track_outcome &outcome, const toliman_t
     case TOLIMAN_TRACK_REASON_CLOCK:
         return ": no TAI for its time, or too far from time 0 for the periodogram; see --clock and --epoch";
     default:
-        return ": no finite value, as it differs too much from frames of the scene or weights";
+        return ": no finite value, as it differs too much from frames of the scene or weights; with --fit, see --epoch";
     }
 }
 
