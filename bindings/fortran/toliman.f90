@@ -581,8 +581,8 @@ module toliman
         ! largest change of the place of B relative to A from one date to the next, px, in [0.05, 4]; 0 = 0.5
         real(c_double) :: spacing_px = 0.0_c_double
         integer(c_int32_t) :: places = 0 ! sub-pixel places per axis, at most 8; 0 = 3
-        integer(c_int32_t) :: steps = 0 ! of the training of each network, at most 1e6; 0 = 600
-        integer(c_int64_t) :: seed = 0 ! of the initial weights; 0 = 1
+        integer(c_int32_t) :: steps = 0 ! steps of the training of each network, at most 1e6; 0 = 600
+        integer(c_int64_t) :: seed = 0 ! seed of the initial weights; 0 = 1
         type(c_ptr) :: allocator = c_null_ptr ! for the large arrays of the object; NULL = malloc
     end type
 
@@ -590,7 +590,7 @@ module toliman
     type, bind(C), public :: toliman_bank_plan_info
         integer(c_int32_t) :: struct_size = 56 ! in: sizeof(toliman_bank_plan_info)
         integer(c_int32_t) :: dates = 0 ! dates along the orbit, 1 for a scene whose stars do not move
-        integer(c_int32_t) :: places = 0 ! sub-pixel places at each date: the square of the option
+        integer(c_int32_t) :: places = 0 ! sub-pixel places at each date: the square of toliman_bank_options.places
         integer(c_int32_t) :: networks = 0 ! dates times places
         real(c_double) :: first_days = 0.0_c_double ! dates covered, days of scene time
         real(c_double) :: last_days = 0.0_c_double
@@ -614,14 +614,14 @@ module toliman
         integer(c_int32_t) :: trained_networks = 0 ! number of them that are trained
         integer(c_int32_t) :: dates = 0 ! as in toliman_bank_plan_info
         integer(c_int32_t) :: places = 0
-        integer(c_int32_t) :: steps = 0 ! of the training of each network
+        integer(c_int32_t) :: steps = 0 ! steps of the training of each network
         real(c_double) :: first_days = 0.0_c_double ! dates covered, days of scene time
         real(c_double) :: last_days = 0.0_c_double
         real(c_double) :: spacing_px = 0.0_c_double ! as in the options, default resolved
         integer(c_int64_t) :: rows = 0 ! shape of the frames
         integer(c_int64_t) :: cols = 0
         type(c_ptr) :: layout = c_null_ptr ! "flight" or "paper". Static text
-        integer(c_int64_t) :: seed = 0 ! of the initial weights
+        integer(c_int64_t) :: seed = 0 ! seed of the initial weights
         integer(c_int64_t) :: fit_digest = 0 ! toliman_fit_info.digest of the fit for which the bank was made
         ! FNV-1a of all that determines results: fit_digest, the stars' places of the networks, and weights
         integer(c_int64_t) :: digest = 0
@@ -632,20 +632,20 @@ module toliman
         integer(c_int32_t) :: struct_size = 56 ! in: sizeof(toliman_bank_network)
         integer(c_int32_t) :: trained = 0 ! 1: trained; 0: initial weights
         real(c_double) :: days = 0.0_c_double ! date for which it was made, days of scene time
-        real(c_double) :: first_days = 0.0_c_double ! range of times that are nearest to this date
+        real(c_double) :: first_days = 0.0_c_double ! range of times for which no other date of the bank is nearer
         real(c_double) :: last_days = 0.0_c_double
         ! shift of the scene's centre from its place in the scene, in [-0.5, 0.5)
         real(c_double) :: x_px = 0.0_c_double
         real(c_double) :: y_px = 0.0_c_double
-        ! of the angle between its gradient and the ideal one: the efficiency at its own places of the stars, without
-        ! maximum pooling; 0 if untrained
+        ! of the angle between its gradient and the ideal one: its efficiency for stars at its own places, if the
+        ! layout has no maximum pooling; 0 if untrained
         real(c_double) :: cosine = 0.0_c_double
     end type
 
     ! Flags of a result.
     ! the fit did not converge: all numbers of the result are NaN, network is -1
     integer(c_int32_t), parameter, public :: TOLIMAN_BANK_NOT_FITTED = 1
-    ! the frame's time is outside the dates of the bank
+    ! the frame's time is outside the dates of the bank; the result is valid
     integer(c_int32_t), parameter, public :: TOLIMAN_BANK_OUTSIDE = 2
     integer(c_int32_t), parameter, public :: TOLIMAN_BANK_LOW_EFFICIENCY = 4 ! efficiency below 0.95
 
@@ -653,16 +653,16 @@ module toliman
     type, bind(C), public :: toliman_bank_result
         integer(c_int32_t) :: struct_size = 56 ! in: sizeof(toliman_bank_result)
         integer(c_int32_t) :: flags = 0 ! TOLIMAN_BANK_...
-        ! separation_px minus the predicted separation: the latent, px
-        real(c_double) :: displacement_px = 0.0_c_double
+        real(c_double) :: displacement_px = 0.0_c_double ! the latent: separation_px minus the predicted separation
         real(c_double) :: separation_px = 0.0_c_double ! distance from A to B
-        ! standard deviation of separation_px: Cramer-Rao bound divided by efficiency
+        ! standard deviation of separation_px and displacement_px due to the noise of the frame
         real(c_double) :: sigma_px = 0.0_c_double
-        ! Cramer-Rao bound, with all parameters of the fit free, divided by sigma_px
+        ! Cramer-Rao bound of the separation, with all parameters of the fit free, divided by sigma_px: 0 to 1
         real(c_double) :: efficiency = 0.0_c_double
-        ! between the stars' places in the frame and those of the network, without whole pixels that both stars moved
+        ! distance between the stars' places in the frame and those of the network: root sum of squares of the change
+        ! of the place of B relative to A, and of the sub-pixel part of the displacement of both
         real(c_double) :: distance_px = 0.0_c_double
-        integer(c_int32_t) :: network = 0 ! index of the network, -1 if not fitted
+        integer(c_int32_t) :: network = 0 ! index of the network with the smallest distance_px, -1 if not fitted
         integer(c_int32_t) :: reserved = 0
     end type
 
@@ -1443,14 +1443,15 @@ module toliman
         ! converge is rejected with REASON_ESTIMATE. REBUILD with another time_offset_ns does not change values
         ! recorded before. Since 0.2.
         type(c_ptr) :: fit = c_null_ptr
-        ! NULL, or the networks that estimate the separation: encodes each frame as toliman_bank_encode with the
-        ! prediction of `fit`, which is required and for which the bank must have been made. The value is
-        ! displacement_px, its sigma sigma_px; chi_square is that of the fit, and flags is TOLIMAN_FIT_... +
-        ! TOLIMAN_TRACK_BANK_FLAGS * TOLIMAN_BANK_.... The columns are those of values =
-        ! "separation_px,x_px,y_px,fit_separation_px", with the separation of the networks and that of the fit;
-        ! sqrt(cov_fit_separation_px_fit_separation_px)/sigma is the efficiency. Each network must have an efficiency
-        ! of at least 0.5 at its place. A tracker with another bank is another estimator. The bank must outlive the
-        ! tracker. Since 0.2.
+        ! NULL, or the networks that estimate the separation. Requires `fit`, for which the bank must have been made
+        ! (otherwise TOLIMAN_E_MISMATCH). Each frame is encoded by toliman_bank_encode with the prediction described
+        ! at `fit`. The value is displacement_px, and sigma is sigma_px of toliman_bank_result; chi_square is that of
+        ! the fit. The column flags is TOLIMAN_FIT_... + TOLIMAN_TRACK_BANK_FLAGS * TOLIMAN_BANK_.... The columns are
+        ! those of values = "separation_px,x_px,y_px,fit_separation_px": the separation of the networks, the shift of
+        ! the scene's centre, and the separation of the fit. The efficiency is
+        ! sqrt(cov_fit_separation_px_fit_separation_px)/sigma. Each network must be trained to an efficiency of at
+        ! least 0.5 at its place (otherwise TOLIMAN_E_ARGUMENT). A folder refuses another bank, as any other
+        ! estimator. The bank must outlive the tracker. Since 0.2.
         type(c_ptr) :: bank = c_null_ptr
     end type
 
@@ -2202,10 +2203,7 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Writes the time at which a bank should be renewed to *days, in days of scene time: the earliest time, a
-        ! whole number of days after its last date, at which the efficiency (toliman_bank_predict, no shift) is below
-        ! least_efficiency, in (0, 1), or for which the fit has no model images; at most 4096 days after the last
-        ! date.
+        ! Writes the time at which a bank should be renewed to *days, in days of scene time.
         function toliman_bank_get_renewal(bank, fit, least_efficiency, days) bind(C) result(answer)
             import
             type(c_ptr), value :: bank, fit
@@ -2235,7 +2233,7 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Saves a bank to a file.
+        ! Saves a bank to a file; encoding as for toliman_bank_save.
         function toliman_bank_save_file(bank, encoding, path) bind(C) result(answer)
             import
             type(c_ptr), value :: bank
@@ -4623,9 +4621,7 @@ contains
         call conclude(toliman_bank_predict(self%handle, fit%handle, prediction, out), stat, errmsg)
     end subroutine
 
-    ! Writes the time at which a bank should be renewed to *days, in days of scene time: the earliest time, a whole
-    ! number of days after its last date, at which the efficiency (toliman_bank_predict, no shift) is below
-    ! least_efficiency, in (0, 1), or for which the fit has no model images; at most 4096 days after the last date.
+    ! Writes the time at which a bank should be renewed to *days, in days of scene time.
     subroutine network_bank_get_renewal(self, fit, least_efficiency, days, stat, errmsg)
         class(toliman_network_bank), intent(in) :: self
         type(toliman_frame_fit), intent(in) :: fit
@@ -4659,7 +4655,7 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Saves a bank to a file.
+    ! Saves a bank to a file; encoding as for toliman_bank_save.
     subroutine network_bank_save_file(self, encoding, path, stat, errmsg)
         class(toliman_network_bank), intent(in) :: self
         integer(c_int32_t), intent(in) :: encoding

@@ -26,6 +26,9 @@
  * If the prediction is more than 5e-3 px from the fitted separation, the separation that is 5e-3 px from the fitted
  * one, on the side of the prediction, takes its place, and displacement_px is the latent plus what is left.
  *
+ * All times are days of scene time, as toliman_fit_prediction.time_days: 0 is the time of frame 0 of the scene, its
+ * binary.date. The predicted separation is that of the toliman_fit_prediction of the frame.
+ *
  * In first order, r does not depend on any free parameter of the fit except the separation. Slope and efficiency are
  * computed for each frame, from the model images of the fit at its parameters and the gradient of the network, moved to
  * the stars' places in the frame. See decisions.md, 29.
@@ -51,8 +54,8 @@ typedef struct toliman_bank_options {
     double spacing_px;                  /* largest change of the place of B relative to A from one date to the next,
                                            px, in [0.05, 4]; 0 = 0.5 */
     uint32_t places;                    /* sub-pixel places per axis, at most 8; 0 = 3 */
-    uint32_t steps;                     /* of the training of each network, at most 1e6; 0 = 600 */
-    uint64_t seed;                      /* of the initial weights; 0 = 1 */
+    uint32_t steps;                     /* steps of the training of each network, at most 1e6; 0 = 600 */
+    uint64_t seed;                      /* seed of the initial weights; 0 = 1 */
     const toliman_allocator *allocator; /* for the large arrays of the object; NULL = malloc */
 } toliman_bank_options;
 #define TOLIMAN_BANK_OPTIONS_INIT TOLIMAN_INIT(toliman_bank_options)
@@ -64,7 +67,7 @@ TOLIMAN_API void toliman_bank_options_init(toliman_bank_options *options, size_t
 typedef struct toliman_bank_plan_info {
     uint32_t struct_size;         /* in: sizeof(toliman_bank_plan_info) */
     uint32_t dates;               /* dates along the orbit, 1 for a scene whose stars do not move */
-    uint32_t places;              /* sub-pixel places at each date: the square of the option */
+    uint32_t places;              /* sub-pixel places at each date: the square of toliman_bank_options.places */
     uint32_t networks;            /* dates times places */
     double first_days, last_days; /* dates covered, days of scene time */
     uint64_t bytes_float32;       /* size of the weights when saved, before compression */
@@ -83,9 +86,9 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_plan(const toliman_si
 /* Creates a bank of untrained networks for the scene and the free parameters of a fit. options may be NULL. The caller
  * destroys *out. An untrained network also measures the separation, with an efficiency of about 0.01, and serves as a
  * control.
- * Errors: TOLIMAN_E_ARGUMENT for options out of range, for a last date before the first one, for dates outside the
- * model images of the fit, and for more than 1024 networks; TOLIMAN_E_UNSUPPORTED for frames smaller than 256 x 256 or
- * larger than 4096 x 4096 px. */
+ * Errors: TOLIMAN_E_ARGUMENT for options out of range, for a last date before the first one, for dates at which the
+ * stars leave the model images of the fit (toliman_fit_create), and for more than 1024 networks;
+ * TOLIMAN_E_UNSUPPORTED for frames smaller than 256 x 256 or larger than 4096 x 4096 px. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_create(const toliman_fit *fit,
                                                                   const toliman_bank_options *options,
                                                                   toliman_bank **out) TOLIMAN_NOEXCEPT;
@@ -118,12 +121,12 @@ typedef struct toliman_bank_info {
     uint32_t networks;            /* dates times places */
     uint32_t trained_networks;    /* number of them that are trained */
     uint32_t dates, places;       /* as in toliman_bank_plan_info */
-    uint32_t steps;               /* of the training of each network */
+    uint32_t steps;               /* steps of the training of each network */
     double first_days, last_days; /* dates covered, days of scene time */
     double spacing_px;            /* as in the options, default resolved */
     int64_t rows, cols;           /* shape of the frames */
     const char *layout;           /* "flight" or "paper". Static text */
-    uint64_t seed;                /* of the initial weights */
+    uint64_t seed;                /* seed of the initial weights */
     uint64_t fit_digest;          /* toliman_fit_info.digest of the fit for which the bank was made */
     uint64_t digest;              /* FNV-1a of all that determines results: fit_digest, the stars' places of the
                                      networks, and weights */
@@ -139,41 +142,44 @@ typedef struct toliman_bank_network {
     uint32_t struct_size;         /* in: sizeof(toliman_bank_network) */
     uint32_t trained;             /* 1: trained; 0: initial weights */
     double days;                  /* date for which it was made, days of scene time */
-    double first_days, last_days; /* range of times that are nearest to this date */
+    double first_days, last_days; /* range of times for which no other date of the bank is nearer */
     double x_px, y_px;            /* shift of the scene's centre from its place in the scene, in [-0.5, 0.5) */
-    double cosine;                /* of the angle between its gradient and the ideal one: the efficiency at its own
-                                     places of the stars, without maximum pooling; 0 if untrained */
+    double cosine;                /* of the angle between its gradient and the ideal one: its efficiency for stars at
+                                     its own places, if the layout has no maximum pooling; 0 if untrained */
 } toliman_bank_network;
 #define TOLIMAN_BANK_NETWORK_INIT TOLIMAN_INIT(toliman_bank_network)
 
-/* Writes network number `index`, 0 <= index < toliman_bank_info.networks, to *out, whose struct_size must be set.
- * TOLIMAN_E_RANGE for any other index. */
+/* Writes network number `index`, 0 <= index < toliman_bank_info.networks, to *out, whose struct_size must be set. The
+ * networks are ordered by date, then by place along y, then by place along x. TOLIMAN_E_RANGE for any other index. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_get_network(const toliman_bank *bank, int64_t index,
                                                                        toliman_bank_network *out) TOLIMAN_NOEXCEPT;
 
 /* Flags of a result. */
 #define TOLIMAN_BANK_NOT_FITTED 1u     /* the fit did not converge: all numbers of the result are NaN, network is -1 */
-#define TOLIMAN_BANK_OUTSIDE 2u        /* the frame's time is outside the dates of the bank */
+#define TOLIMAN_BANK_OUTSIDE 2u        /* the frame's time is outside the dates of the bank; the result is valid */
 #define TOLIMAN_BANK_LOW_EFFICIENCY 4u /* efficiency below 0.95 */
 
 /* Estimate for one frame. */
 typedef struct toliman_bank_result {
     uint32_t struct_size;   /* in: sizeof(toliman_bank_result) */
     uint32_t flags;         /* TOLIMAN_BANK_... */
-    double displacement_px; /* separation_px minus the predicted separation: the latent, px */
+    double displacement_px; /* the latent: separation_px minus the predicted separation */
     double separation_px;   /* distance from A to B */
-    double sigma_px;        /* standard deviation of separation_px: Cramer-Rao bound divided by efficiency */
-    double efficiency;      /* Cramer-Rao bound, with all parameters of the fit free, divided by sigma_px */
-    double distance_px;     /* between the stars' places in the frame and those of the network, without whole pixels
-                               that both stars moved */
-    int32_t network;        /* index of the network, -1 if not fitted */
+    double sigma_px;        /* standard deviation of separation_px and displacement_px due to the noise of the frame */
+    double efficiency;      /* Cramer-Rao bound of the separation, with all parameters of the fit free, divided by
+                               sigma_px: 0 to 1 */
+    double distance_px;     /* distance between the stars' places in the frame and those of the network: root sum of
+                               squares of the change of the place of B relative to A, and of the sub-pixel part of
+                               the displacement of both */
+    int32_t network;        /* index of the network with the smallest distance_px, -1 if not fitted */
     int32_t reserved;
 } toliman_bank_result;
 #define TOLIMAN_BANK_RESULT_INIT TOLIMAN_INIT(toliman_bank_result)
 
 /* Encodes one frame counts[rows][stride]. Allocates memory only if more calls run at the same time than before.
  *   fit         fit of the scene, with the free parameters and capture_px, for which the bank was made
- *   prediction  NULL: time 0, no shift
+ *   counts      finite, in the unit of the scene's frames (photons, electrons or DN)
+ *   prediction  time and expected places of the stars; NULL: time 0, no shift
  *   result      struct_size must be set
  *   fitted      result of the fit, struct_size must be set; or NULL
  * A frame that cannot be fitted is not an error: see the flags. The result depends on the frame and its prediction
@@ -204,17 +210,18 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_predict(const toliman
                                                                    const toliman_fit_prediction *prediction,
                                                                    toliman_bank_result *out) TOLIMAN_NOEXCEPT;
 
-/* Writes the time at which a bank should be renewed to *days, in days of scene time: the earliest time, a
- * whole number of days after its last date, at which the efficiency (toliman_bank_predict, no shift) is below
- * least_efficiency, in (0, 1), or for which the fit has no model images; at most 4096 days after the last date. The
- * efficiency is assumed to decrease with time: not all days are computed. Errors: as toliman_bank_predict. */
+/* Writes the time at which a bank should be renewed to *days, in days of scene time. It is the first of the times 1, 2,
+ * 3, ... days after the last date of the bank at which the efficiency (toliman_bank_predict, no shift) is below
+ * least_efficiency or the stars leave the model images of the fit; at most 4096 days after the last date. The search
+ * assumes that the efficiency decreases with time. Errors: TOLIMAN_E_ARGUMENT if least_efficiency is not in (0, 1);
+ * others as toliman_bank_predict. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_get_renewal(const toliman_bank *bank, const toliman_fit *fit,
                                                                        double least_efficiency,
                                                                        double *days) TOLIMAN_NOEXCEPT;
 
 /* Saves a bank. encoding of the weights: TOLIMAN_CAE_ENCODING_..., 0 = FLOAT32. If bytes is NULL, only *needed is set,
  * to the size; otherwise capacity must be at least that size (TOLIMAN_E_CAPACITY). The same bank always gives the same
- * bytes, also after loading them. Networks that are not trained are saved as such. */
+ * bytes, also after loading them. Untrained networks are saved, too. TOLIMAN_E_ARGUMENT for an unknown encoding. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_save(const toliman_bank *bank, int32_t encoding, void *bytes,
                                                                 size_t capacity, size_t *needed) TOLIMAN_NOEXCEPT;
 
@@ -225,11 +232,12 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_load(const void *byte
                                                                 const toliman_load_options *options,
                                                                 toliman_bank **out) TOLIMAN_NOEXCEPT;
 
-/* Saves a bank to a file. Replaces the file atomically; on failure (TOLIMAN_E_WRITE) the old file remains. */
+/* Saves a bank to a file; encoding as for toliman_bank_save. Replaces the file atomically; on failure (TOLIMAN_E_WRITE)
+ * the old file remains. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_save_file(const toliman_bank *bank, int32_t encoding,
                                                                      const char *path) TOLIMAN_NOEXCEPT;
 
-/* Loads a bank from a file. Otherwise as toliman_bank_load. */
+/* Loads a bank from a file. TOLIMAN_E_NOT_FOUND if it cannot be read; otherwise as toliman_bank_load. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_load_file(const char *path,
                                                                      const toliman_load_options *options,
                                                                      toliman_bank **out) TOLIMAN_NOEXCEPT;

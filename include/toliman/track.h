@@ -169,13 +169,14 @@ typedef struct toliman_track_options {
      * to 16 times that of the scene's frame at time 0. A frame that does not converge is rejected with REASON_ESTIMATE.
      * REBUILD with another time_offset_ns does not change values recorded before. Since 0.2. */
     const toliman_fit *fit;
-    /* NULL, or the networks that estimate the separation: encodes each frame as toliman_bank_encode with the prediction
-     * of `fit`, which is required and for which the bank must have been made. The value is displacement_px, its sigma
-     * sigma_px; chi_square is that of the fit, and flags is TOLIMAN_FIT_... + TOLIMAN_TRACK_BANK_FLAGS *
-     * TOLIMAN_BANK_.... The columns are those of values = "separation_px,x_px,y_px,fit_separation_px", with the
-     * separation of the networks and that of the fit; sqrt(cov_fit_separation_px_fit_separation_px)/sigma is the
-     * efficiency. Each network must have an efficiency of at least 0.5 at its place. A tracker with another bank is
-     * another estimator. The bank must outlive the tracker. Since 0.2. */
+    /* NULL, or the networks that estimate the separation. Requires `fit`, for which the bank must have been made
+     * (otherwise TOLIMAN_E_MISMATCH). Each frame is encoded by toliman_bank_encode with the prediction described at
+     * `fit`. The value is displacement_px, and sigma is sigma_px of toliman_bank_result; chi_square is that of the fit.
+     * The column flags is TOLIMAN_FIT_... + TOLIMAN_TRACK_BANK_FLAGS * TOLIMAN_BANK_.... The columns are those of
+     * values = "separation_px,x_px,y_px,fit_separation_px": the separation of the networks, the shift of the scene's
+     * centre, and the separation of the fit. The efficiency is sqrt(cov_fit_separation_px_fit_separation_px)/sigma.
+     * Each network must be trained to an efficiency of at least 0.5 at its place (otherwise TOLIMAN_E_ARGUMENT). A
+     * folder refuses another bank, as any other estimator. The bank must outlive the tracker. Since 0.2. */
     const toliman_bank *bank;
 } toliman_track_options;
 #define TOLIMAN_TRACK_OPTIONS_INIT TOLIMAN_INIT(toliman_track_options)

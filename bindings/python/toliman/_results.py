@@ -185,7 +185,7 @@ class BankPlan(Result):
     """Predicted size and cost of a bank."""
 
     dates: int = member("dates along the orbit, 1 for a scene whose stars do not move")
-    places: int = member("sub-pixel places at each date: the square of the option")
+    places: int = member("sub-pixel places at each date: the square of toliman_bank_options.places")
     networks: int = member("dates times places")
     first_days: float = member("dates covered, days of scene time")
     last_days: float = member("dates covered, days of scene time")
@@ -202,14 +202,14 @@ class BankInfo(Result):
     trained_networks: int = member("number of them that are trained")
     dates: int = member("as in toliman_bank_plan_info")
     places: int = member("as in toliman_bank_plan_info")
-    steps: int = member("of the training of each network")
+    steps: int = member("steps of the training of each network")
     first_days: float = member("dates covered, days of scene time")
     last_days: float = member("dates covered, days of scene time")
     spacing_px: float = member("as in the options, default resolved")
     rows: int = member("shape of the frames")
     cols: int = member("shape of the frames")
     layout: str = member("\"flight\" or \"paper\". Static text")
-    seed: int = member("of the initial weights")
+    seed: int = member("seed of the initial weights")
     fit_digest: int = member("toliman_fit_info.digest of the fit for which the bank was made")
     digest: int = member("FNV-1a of all that determines results: fit_digest, the stars' places of the networks, and weights")
 
@@ -220,25 +220,25 @@ class BankNetwork(Result):
 
     trained: bool = member("trained; 0: initial weights")
     days: float = member("date for which it was made, days of scene time")
-    first_days: float = member("range of times that are nearest to this date")
-    last_days: float = member("range of times that are nearest to this date")
+    first_days: float = member("range of times for which no other date of the bank is nearer")
+    last_days: float = member("range of times for which no other date of the bank is nearer")
     x_px: float = member("shift of the scene's centre from its place in the scene, in [-0.5, 0.5)")
     y_px: float = member("shift of the scene's centre from its place in the scene, in [-0.5, 0.5)")
-    cosine: float = member("of the angle between its gradient and the ideal one: the efficiency at its own places of the stars, without maximum pooling; 0 if untrained")
+    cosine: float = member("of the angle between its gradient and the ideal one: its efficiency for stars at its own places, if the layout has no maximum pooling; 0 if untrained")
 
 
 @result
 class BankResult(Result):
     """Estimate for one frame."""
 
-    displacement_px: float = member("separation_px minus the predicted separation: the latent, px")
+    displacement_px: float = member("the latent: separation_px minus the predicted separation")
     separation_px: float = member("distance from A to B")
-    sigma_px: float = member("standard deviation of separation_px: Cramer-Rao bound divided by efficiency")
-    efficiency: float = member("Cramer-Rao bound, with all parameters of the fit free, divided by sigma_px")
-    distance_px: float = member("between the stars' places in the frame and those of the network, without whole pixels that both stars moved")
-    network: int = member("index of the network, -1 if not fitted")
+    sigma_px: float = member("standard deviation of separation_px and displacement_px due to the noise of the frame")
+    efficiency: float = member("Cramer-Rao bound of the separation, with all parameters of the fit free, divided by sigma_px: 0 to 1")
+    distance_px: float = member("distance between the stars' places in the frame and those of the network: root sum of squares of the change of the place of B relative to A, and of the sub-pixel part of the displacement of both")
+    network: int = member("index of the network with the smallest distance_px, -1 if not fitted")
     not_fitted: bool = member("the fit did not converge: all numbers of the result are NaN, network is -1", flag=1)
-    outside: bool = member("the frame's time is outside the dates of the bank", flag=2)
+    outside: bool = member("the frame's time is outside the dates of the bank; the result is valid", flag=2)
     low_efficiency: bool = member("efficiency below 0.95", flag=4)
 
 

@@ -23,8 +23,9 @@ from .sim import Simulator
 
 
 class Bank(Handle):
-    """A bank of networks. Each frame is fitted, and encoded by the network of the nearest date and place.
+    """A bank of networks. Each frame is fitted, and encoded by the network whose places of the stars are nearest.
 
+        simulator = Simulator("sky.json")
         fit = Fit(simulator)
         print(Bank.plan(simulator))                                # number of networks, bytes, seconds
         bank = Bank(fit)                                           # random weights
@@ -34,15 +35,20 @@ class Bank(Handle):
         bank = Bank.load("bank.tlmb", fit)
 
     fit: Fit of the scene. The bank uses it for every frame.
-    layout: "flight", which reaches the photon limit, or "paper", the layout of the chapter.
-    first_days, last_days: dates of the frames in days of scene time; both 0 for those of the scene's frames.
-    spacing_px: largest change of the difference of the stars' places from one date to the next; 0 means 0.5.
+    layout: "flight", which reaches the photon limit, or "paper", that of the chapter, with an efficiency of 0.015.
+    first_days, last_days: range of the frames' times in days of scene time, whose time 0 is binary.date of the scene;
+        both 0: the times of the scene's frames.
+    spacing_px: largest change of the place of B relative to A from one date to the next; 0 means 0.5.
     places: sub-pixel places along x and along y; 0 means 3.
-    steps: of the training of each network; 0 means 600. seed: of the initial weights; 0 means 1.
+    steps: steps of the training of each network; 0 means 600.
+    seed: seed of the initial weights; 0 means 1.
 
-    An untrained network encodes too, as a control, with an efficiency of about 0.01. A frame is predicted as in Fit.
+    The displacement is the separation minus its prediction. The prediction is made by time_days, shift, separation and
+    position_angle, as in Fit. The efficiency is the Cramer-Rao bound divided by the standard deviation of the
+    separation. An untrained network also encodes, as a control, with an efficiency of about 0.01.
 
-    Raises InputError for options out of range, UnsupportedError for frames below 256x256.
+    Raises InputError for options out of range, UnsupportedError for frames smaller than 256x256 or larger than
+    4096x4096.
     """
 
     _kind, _destroy = _raw.toliman_bank, "toliman_bank_destroy"
@@ -57,7 +63,7 @@ class Bank(Handle):
     @staticmethod
     def plan(simulator: Simulator, *, layout: str = "flight", first_days: float = 0, last_days: float = 0,
              spacing_px: float = 0, places: int = 0, steps: int = 0) -> BankPlan:
-        """Returns size and cost of the bank with these options, before it is made."""
+        """Returns size and cost of the bank with these options, which are those of Bank()."""
         of_kind("simulator", simulator, Simulator)
         options, found = _options(layout, first_days, last_days, spacing_px, places, steps, 0), _raw.toliman_bank_plan_info()
         check(library.toliman_bank_plan(simulator._c, ctypes.byref(options), ctypes.byref(found)))
@@ -97,7 +103,8 @@ class Bank(Handle):
 
     def encode_frame(self, frame: ArrayLike, *, time_days: float = 0, shift: tuple[float, float] = (0, 0),
                      separation: float = 0, position_angle: float = 0) -> tuple[BankResult, FitResult]:
-        """Encodes one frame [row][column]. Returns the result of the network and that of the fit."""
+        """Encodes one frame [row][column]. Returns the result of the network and that of the fit. The prediction is as
+        in Fit. Raises InputError if the bank was made for another fit."""
         counts = shaped("frame", frame, self.shape)
         result, fitted = _raw.toliman_bank_result(), _raw.toliman_fit_result()
         prediction = prediction_of(time_days, shift, separation, position_angle)
@@ -129,15 +136,17 @@ class Bank(Handle):
 
     def predict(self, *, time_days: float = 0, shift: tuple[float, float] = (0, 0), separation: float = 0,
                 position_angle: float = 0) -> BankResult:
-        """Returns network, efficiency and sigma_px of an undisturbed frame, with a displacement_px of 0."""
+        """Returns the result of a frame without noise whose stars are at the predicted places: network, efficiency and
+        sigma_px. Its displacement_px is 0."""
         found = _raw.toliman_bank_result()
         prediction = prediction_of(time_days, shift, separation, position_angle)
         check(library.toliman_bank_predict(self._c, self.fit._c, ctypes.byref(prediction), ctypes.byref(found)))
         return BankResult._of(found)
 
     def renewal(self, least_efficiency: float = 0.95) -> float:
-        """Returns until when the bank can be used, in days of scene time: the first time after its last date at which
-        the efficiency is below least_efficiency, or at which the model images of the fit end."""
+        """Returns until when the bank can be used, in days of scene time: the first of the times 1, 2, 3, ... days
+        after its last date at which the efficiency is below least_efficiency or the stars leave the model images of
+        the fit."""
         days = ctypes.c_double()
         check(library.toliman_bank_get_renewal(self._c, self.fit._c, real("least_efficiency", least_efficiency),
                                                ctypes.byref(days)))
@@ -153,8 +162,8 @@ class Bank(Handle):
 
     @classmethod
     def load(cls, path: str | os.PathLike[str], fit: Fit) -> Bank:
-        """Loads a bank from a file written by save(). fit: of the same scene, with the same options, as that of the
-        saved bank; any other is refused at its first use."""
+        """Loads a bank from a file written by save(). fit: Fit of the same scene with the same options as that of the
+        saved bank. With any other fit, the first use of the bank raises InputError."""
         return cls._with_fit(fit, library.toliman_bank_load_file, file_name(path))
 
     @classmethod

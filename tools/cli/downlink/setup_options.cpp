@@ -72,7 +72,7 @@ void SetupOptions::add_to(CLI::App &command) {
     command
         .add_option("--exposure", exposure_s_,
                     "length of an exposure of raw pairs in s, 0 if unknown; default: that of the folder; for a new "
-                    "folder, that of the scene of --template, or unknown")
+                    "folder, that of the scene of the estimator, or unknown")
         ->check(CLI::Range(0.0, 1e9));
 }
 
