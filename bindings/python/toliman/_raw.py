@@ -735,8 +735,8 @@ class toliman_bank_options(Sized):
     spacing_px: largest change of the place of B relative to A from one date to the next,
         px, in [0.05, 4]; 0 = 0.5
     places: sub-pixel places per axis, at most 8; 0 = 3
-    steps: of the training of each network, at most 1e6; 0 = 600
-    seed: of the initial weights; 0 = 1
+    steps: steps of the training of each network, at most 1e6; 0 = 600
+    seed: seed of the initial weights; 0 = 1
     allocator: for the large arrays of the object; NULL = malloc"""
 
     _fields_ = [
@@ -756,7 +756,7 @@ class toliman_bank_plan_info(Sized):
     """Predicted size and cost of a bank.
     struct_size: in: sizeof(toliman_bank_plan_info)
     dates: dates along the orbit, 1 for a scene whose stars do not move
-    places: sub-pixel places at each date: the square of the option
+    places: sub-pixel places at each date: the square of toliman_bank_options.places
     networks: dates times places
     first_days: dates covered, days of scene time
     last_days: dates covered, days of scene time
@@ -797,14 +797,14 @@ class toliman_bank_info(Sized):
     trained_networks: number of them that are trained
     dates: as in toliman_bank_plan_info
     places: as in toliman_bank_plan_info
-    steps: of the training of each network
+    steps: steps of the training of each network
     first_days: dates covered, days of scene time
     last_days: dates covered, days of scene time
     spacing_px: as in the options, default resolved
     rows: shape of the frames
     cols: shape of the frames
     layout: "flight" or "paper". Static text
-    seed: of the initial weights
+    seed: seed of the initial weights
     fit_digest: toliman_fit_info.digest of the fit for which the bank was made
     digest: FNV-1a of all that determines results: fit_digest, the stars' places of the
         networks, and weights"""
@@ -833,12 +833,12 @@ class toliman_bank_network(Sized):
     struct_size: in: sizeof(toliman_bank_network)
     trained: 1: trained; 0: initial weights
     days: date for which it was made, days of scene time
-    first_days: range of times that are nearest to this date
-    last_days: range of times that are nearest to this date
+    first_days: range of times for which no other date of the bank is nearer
+    last_days: range of times for which no other date of the bank is nearer
     x_px: shift of the scene's centre from its place in the scene, in [-0.5, 0.5)
     y_px: shift of the scene's centre from its place in the scene, in [-0.5, 0.5)
-    cosine: of the angle between its gradient and the ideal one: the efficiency at its own
-        places of the stars, without maximum pooling; 0 if untrained"""
+    cosine: of the angle between its gradient and the ideal one: its efficiency for stars at
+        its own places, if the layout has no maximum pooling; 0 if untrained"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -854,7 +854,7 @@ class toliman_bank_network(Sized):
 
 # Flags of a result.
 TOLIMAN_BANK_NOT_FITTED = 1  # the fit did not converge: all numbers of the result are NaN, network is -1
-TOLIMAN_BANK_OUTSIDE = 2  # the frame's time is outside the dates of the bank
+TOLIMAN_BANK_OUTSIDE = 2  # the frame's time is outside the dates of the bank; the result is valid
 TOLIMAN_BANK_LOW_EFFICIENCY = 4  # efficiency below 0.95
 
 
@@ -862,13 +862,15 @@ class toliman_bank_result(Sized):
     """Estimate for one frame.
     struct_size: in: sizeof(toliman_bank_result)
     flags: TOLIMAN_BANK_...
-    displacement_px: separation_px minus the predicted separation: the latent, px
+    displacement_px: the latent: separation_px minus the predicted separation
     separation_px: distance from A to B
-    sigma_px: standard deviation of separation_px: Cramer-Rao bound divided by efficiency
-    efficiency: Cramer-Rao bound, with all parameters of the fit free, divided by sigma_px
-    distance_px: between the stars' places in the frame and those of the network, without whole pixels
-        that both stars moved
-    network: index of the network, -1 if not fitted"""
+    sigma_px: standard deviation of separation_px and displacement_px due to the noise of the frame
+    efficiency: Cramer-Rao bound of the separation, with all parameters of the fit free, divided by
+        sigma_px: 0 to 1
+    distance_px: distance between the stars' places in the frame and those of the network: root sum of
+        squares of the change of the place of B relative to A, and of the sub-pixel part of
+        the displacement of both
+    network: index of the network with the smallest distance_px, -1 if not fitted"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -1947,13 +1949,14 @@ class toliman_track_options(Sized):
         separation_sigma_px; the columns are those of values = "separation_px,x_px,y_px". The sigma of a frame may be 0.5
         to 16 times that of the scene's frame at time 0. A frame that does not converge is rejected with REASON_ESTIMATE.
         REBUILD with another time_offset_ns does not change values recorded before. Since 0.2.
-    bank: NULL, or the networks that estimate the separation: encodes each frame as toliman_bank_encode with the prediction
-        of `fit`, which is required and for which the bank must have been made. The value is displacement_px, its sigma
-        sigma_px; chi_square is that of the fit, and flags is TOLIMAN_FIT_... + TOLIMAN_TRACK_BANK_FLAGS *
-        TOLIMAN_BANK_.... The columns are those of values = "separation_px,x_px,y_px,fit_separation_px", with the
-        separation of the networks and that of the fit; sqrt(cov_fit_separation_px_fit_separation_px)/sigma is the
-        efficiency. Each network must have an efficiency of at least 0.5 at its place. A tracker with another bank is
-        another estimator. The bank must outlive the tracker. Since 0.2."""
+    bank: NULL, or the networks that estimate the separation. Requires `fit`, for which the bank must have been made
+        (otherwise TOLIMAN_E_MISMATCH). Each frame is encoded by toliman_bank_encode with the prediction described at
+        `fit`. The value is displacement_px, and sigma is sigma_px of toliman_bank_result; chi_square is that of the fit.
+        The column flags is TOLIMAN_FIT_... + TOLIMAN_TRACK_BANK_FLAGS * TOLIMAN_BANK_.... The columns are those of
+        values = "separation_px,x_px,y_px,fit_separation_px": the separation of the networks, the shift of the scene's
+        centre, and the separation of the fit. The efficiency is sqrt(cov_fit_separation_px_fit_separation_px)/sigma.
+        Each network must be trained to an efficiency of at least 0.5 at its place (otherwise TOLIMAN_E_ARGUMENT). A
+        folder refuses another bank, as any other estimator. The bank must outlive the tracker. Since 0.2."""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -2822,9 +2825,9 @@ for a single star.""",
         """Creates a bank of untrained networks for the scene and the free parameters of a fit. options may be NULL. The caller
 destroys *out. An untrained network also measures the separation, with an efficiency of about 0.01, and serves as a
 control.
-Errors: TOLIMAN_E_ARGUMENT for options out of range, for a last date before the first one, for dates outside the
-model images of the fit, and for more than 1024 networks; TOLIMAN_E_UNSUPPORTED for frames smaller than 256 x 256 or
-larger than 4096 x 4096 px.""",
+Errors: TOLIMAN_E_ARGUMENT for options out of range, for a last date before the first one, for dates at which the
+stars leave the model images of the fit (toliman_fit_create), and for more than 1024 networks;
+TOLIMAN_E_UNSUPPORTED for frames smaller than 256 x 256 or larger than 4096 x 4096 px.""",
     ),
     "toliman_bank_destroy": (
         None, (("bank", POINTER(toliman_bank)),),
@@ -2855,8 +2858,8 @@ Errors: TOLIMAN_E_CANCELLED; TOLIMAN_E_MISMATCH as toliman_bank_encode.""",
             ("index", c_int64),
             ("out", POINTER(toliman_bank_network)),
         ),
-        """Writes network number `index`, 0 <= index < toliman_bank_info.networks, to *out, whose struct_size must be set.
-TOLIMAN_E_RANGE for any other index.""",
+        """Writes network number `index`, 0 <= index < toliman_bank_info.networks, to *out, whose struct_size must be set. The
+networks are ordered by date, then by place along y, then by place along x. TOLIMAN_E_RANGE for any other index.""",
     ),
     "toliman_bank_encode": (
         c_int32, (
@@ -2870,7 +2873,8 @@ TOLIMAN_E_RANGE for any other index.""",
         ),
         """Encodes one frame counts[rows][stride]. Allocates memory only if more calls run at the same time than before.
   fit         fit of the scene, with the free parameters and capture_px, for which the bank was made
-  prediction  NULL: time 0, no shift
+  counts      finite, in the unit of the scene's frames (photons, electrons or DN)
+  prediction  time and expected places of the stars; NULL: time 0, no shift
   result      struct_size must be set
   fitted      result of the fit, struct_size must be set; or NULL
 A frame that cannot be fitted is not an error: see the flags. The result depends on the frame and its prediction
@@ -2913,10 +2917,11 @@ toliman_bank_encode.""",
             ("least_efficiency", c_double),
             ("days", POINTER(c_double)),
         ),
-        """Writes the time at which a bank should be renewed to *days, in days of scene time: the earliest time, a
-whole number of days after its last date, at which the efficiency (toliman_bank_predict, no shift) is below
-least_efficiency, in (0, 1), or for which the fit has no model images; at most 4096 days after the last date. The
-efficiency is assumed to decrease with time: not all days are computed. Errors: as toliman_bank_predict.""",
+        """Writes the time at which a bank should be renewed to *days, in days of scene time. It is the first of the times 1, 2,
+3, ... days after the last date of the bank at which the efficiency (toliman_bank_predict, no shift) is below
+least_efficiency or the stars leave the model images of the fit; at most 4096 days after the last date. The search
+assumes that the efficiency decreases with time. Errors: TOLIMAN_E_ARGUMENT if least_efficiency is not in (0, 1);
+others as toliman_bank_predict.""",
     ),
     "toliman_bank_save": (
         c_int32, (
@@ -2928,7 +2933,7 @@ efficiency is assumed to decrease with time: not all days are computed. Errors: 
         ),
         """Saves a bank. encoding of the weights: TOLIMAN_CAE_ENCODING_..., 0 = FLOAT32. If bytes is NULL, only *needed is set,
 to the size; otherwise capacity must be at least that size (TOLIMAN_E_CAPACITY). The same bank always gives the same
-bytes, also after loading them. Networks that are not trained are saved as such.""",
+bytes, also after loading them. Untrained networks are saved, too. TOLIMAN_E_ARGUMENT for an unknown encoding.""",
     ),
     "toliman_bank_load": (
         c_int32, (
@@ -2943,7 +2948,8 @@ numbers out of range, and for weights that are subnormal, above 2^100, infinite 
     ),
     "toliman_bank_save_file": (
         c_int32, (("bank", POINTER(toliman_bank)), ("encoding", c_int32), ("path", c_char_p)),
-        """Saves a bank to a file. Replaces the file atomically; on failure (TOLIMAN_E_WRITE) the old file remains.""",
+        """Saves a bank to a file; encoding as for toliman_bank_save. Replaces the file atomically; on failure (TOLIMAN_E_WRITE)
+the old file remains.""",
     ),
     "toliman_bank_load_file": (
         c_int32, (
@@ -2951,7 +2957,7 @@ numbers out of range, and for weights that are subnormal, above 2^100, infinite 
             ("options", POINTER(toliman_load_options)),
             ("out", POINTER(POINTER(toliman_bank))),
         ),
-        """Loads a bank from a file. Otherwise as toliman_bank_load.""",
+        """Loads a bank from a file. TOLIMAN_E_NOT_FOUND if it cannot be read; otherwise as toliman_bank_load.""",
     ),
     "toliman_sim_budget_options_init": (
         None, (("options", POINTER(toliman_sim_budget_options)), ("size", c_size_t)),
