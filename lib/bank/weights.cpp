@@ -184,6 +184,12 @@ Bank from_bytes(const void *bytes, size_t size) {
         const Numbers &known = numbers[i];
         cae::Parameters parameters;
         std::copy_n(&weights[i * kWeights], kWeights, parameters.values.begin());
+        for (size_t stage = 0; stage <= cae::kStages; stage++) {
+            const size_t tensor = cae::conv_bias(stage); // conv_bias(kStages) is that of the latent
+            if (const float *const biases = parameters[tensor];
+                std::any_of(biases, biases + cae::kTensorTable[tensor].count(), [](float value) { return value != 0; }))
+                fail(Status::format, "%s: %s of network %zu: must be 0", kKind, cae::kTensorTable[tensor].name, i);
+        }
         cae::Encoder encoder(*header.options.layout, std::move(parameters));
         const Buffer<float> &gradient = encoder.gradient();
         if (std::all_of(gradient.begin(), gradient.end(), [](float value) { return value == 0; }))

@@ -413,6 +413,19 @@ static void impossible_numbers_are_refused(void **state) {
     free(bytes), free(kept);
 }
 
+/* Whether element i of a network's stored weights is a bias: those of four convolutions and of the latent. */
+static int is_bias(size_t i) {
+    static const size_t kernels[] = {72, 1152, 4608, 18432, 16384}, biases[] = {8, 16, 32, 64, 1};
+    size_t at = 0;
+    for (size_t k = 0; k < 5; k++) {
+        at += kernels[k];
+        if (i >= at && i < at + biases[k])
+            return 1;
+        at += biases[k];
+    }
+    return 0;
+}
+
 static void impossible_weights_are_refused(void **state) {
     (void)state;
     static float weights[2 * kStored];
@@ -420,14 +433,22 @@ static void impossible_weights_are_refused(void **state) {
     size_t size, other;
     uint8_t *const bytes = bank_bytes(bank, 0, &size);
     for (size_t i = 0; i < 2 * kStored; i++)
-        weights[i] = 0.015625f;
+        weights[i] = is_bias(i % kStored) ? 0 : 0.015625f;
     for (size_t k = 0; k < sizeof bad / sizeof *bad; k++) {
-        weights[kStored + 1234] = bad[k];
+        weights[kStored + 2000] = bad[k];
         uint8_t *const damaged = with_weights(bytes, weights, &other);
-        bank_refused(damaged, other, "weights[42003]");
+        bank_refused(damaged, other, "weights[42769]");
         free(damaged);
     }
-    weights[kStored + 1234] = 0.25f;
+    weights[kStored + 2000] = 0.25f;
+    weights[kStored + 1234] = 1e-3f;
+    uint8_t *const biased = with_weights(bytes, weights, &other);
+    bank_refused(biased, other, "conv2.bias of network 1: must be 0");
+    weights[kStored + 1234] = 0;
+    static float nothing[2 * kStored];
+    uint8_t *const blind = with_weights(bytes, nothing, &other);
+    bank_refused(blind, other, "weights of network 0: the latent does not depend on the image");
+    free(biased), free(blind);
     uint8_t *const valid = with_weights(bytes, weights, &other);
     toliman_bank *const loaded = bank_from(valid, other);
     assert_true(bank_info_of(loaded).digest != bank_info_of(bank).digest);
