@@ -73,13 +73,13 @@ std::vector<Bytes> fuzz::seeds() {
         const uint32_t encoding = kind % 3, layout = 1 + kind / 3, places = kind == 1 ? 2 : 1,
                        dates = kind == 2 ? 2 : 1;
         std::vector<cae::Block> blocks;
-        size_t count = 0;
+        Buffer<float> values; // biases 0
         for (uint32_t i = 0; i < dates * places * places; i++)
             for (size_t tensor = 0; tensor <= cae::kLatentBias; tensor++) {
                 blocks.push_back({cae::kTensorTable[tensor].count(), static_cast<cae::Encoding>(encoding)});
-                count += blocks.back().count;
+                values.resize(values.size() + blocks.back().count, tensor % 2 == 0 ? 0.015625F : 0);
             }
-        const Bytes weights = cae::pack(Buffer<float>(count, 0.015625F), blocks, "seed");
+        const Bytes weights = cae::pack(values, blocks, "seed");
         ByteWriter out;
         out.raw("TLMB", 4);
         out.u32(1);

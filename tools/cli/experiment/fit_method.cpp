@@ -12,6 +12,8 @@ namespace cli {
 
 namespace {
 
+constexpr uint32_t kBankSteps = 300; // as many as those of a single network; 600 would gain 0.3 % of efficiency
+
 toliman_fit_prediction prediction_at(double time_days) {
     auto prediction = toliman::sized<toliman_fit_prediction>();
     prediction.time_days = time_days;
@@ -32,6 +34,7 @@ template <class T> T *append(std::vector<T> &structs, size_t count) {
 
 toliman::network_bank bank_of(const toliman_fit *fit, uint64_t seed) {
     auto options = toliman::sized<toliman_bank_options>();
+    options.steps = kBankSteps;
     options.seed = seed;
     return toliman::make<toliman::network_bank>(toliman_bank_create, fit, &options);
 }
