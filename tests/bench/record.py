@@ -18,7 +18,9 @@ BEGIN, END = "<!-- table of make record -->\n", "<!-- end of the table -->\n"
 MAIN = ('image of 101 wavelengths, 0.2"/px, accuracy 1e-9', "encode a frame, flight",
         "training step of 16 images, per image, flight", "push one frame", "1,000,000 samples, 100,000 frequencies, tolerance 1e-09", "toliman psf", "toliman run",
         "toliman track, network 256x256, --every 1, --jobs 1",
-        "fit a frame of sky.json, 256 x 256 px, prediction off by 0.3 px rms", "toliman encode, fit 256x256, 2 cores")
+        "fit a frame of sky.json, 256 x 256 px, prediction off by 0.3 px rms",
+        "encode the frame by a network of a bank, beyond the fit, predicted separation exact",
+        "toliman encode, fit 256x256, 2 cores")
 
 
 def newest(out):
