@@ -1,5 +1,7 @@
 #include "frames/bank.hpp"
 
+#include <cmath>
+
 #include "common/content.hpp"
 #include "common/failure.hpp"
 #include "common/text.hpp"
@@ -54,8 +56,26 @@ std::string use_of(const toliman::network_bank &bank, const toliman::frame_fit &
         return formatted("an efficiency of %.3f on its last day, %s", efficiency, day_text(*zero, last).c_str());
     double days = 0;
     toliman::check(toliman_bank_get_renewal(bank.get(), fit.get(), kLeastEfficiency, &days));
-    return formatted("an efficiency of %g until %s", kLeastEfficiency, day_text(*zero, days).c_str());
+    return formatted("an efficiency of at least %g until %s", kLeastEfficiency, day_text(*zero, days).c_str());
 }
+
+namespace {
+
+// Those options of the training that are not the defaults.
+std::string training_text(const toliman_bank_info &info) {
+    std::string text;
+    if (const long places = std::lround(std::sqrt(info.places)); places != 3)
+        text += formatted(" --places %ld", places);
+    if (info.spacing_px != 0.5)
+        text += formatted(" --spacing %g", info.spacing_px);
+    if (info.steps != 600)
+        text += formatted(" --steps %u", info.steps);
+    if (info.layout != std::string("flight"))
+        text += std::string(" --layout ") + info.layout;
+    return text;
+}
+
+} // namespace
 
 std::string renewal_of(const toliman::network_bank &bank, const toliman::frame_fit &fit, const Scene &scene,
                        const std::string &file, const std::string &free) {
@@ -64,9 +84,9 @@ std::string renewal_of(const toliman::network_bank &bank, const toliman::frame_f
         return "";
     const auto info = info_from<toliman_bank_info>(toliman_bank_get_info, bank.get());
     const double next = 2 * info.last_days - info.first_days;
-    return formatted("the bank has %s; train the next one with: toliman train %s --bank %s:%s%s --out FILE",
+    return formatted("the bank has %s; train the next one with: toliman train %s --bank %s:%s%s%s --out FILE",
                      use_of(bank, fit, scene).c_str(), file.c_str(), day_text(*zero, info.last_days).c_str(),
-                     day_text(*zero, next).c_str(), free_text(free).c_str());
+                     day_text(*zero, next).c_str(), training_text(info).c_str(), free_text(free).c_str());
 }
 
 } // namespace cli

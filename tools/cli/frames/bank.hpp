@@ -24,7 +24,7 @@ std::string free_text(const std::string &free);
 // Efficiency of an undisturbed frame.
 double efficiency_at(const toliman::network_bank &bank, const toliman::frame_fit &fit, double days);
 
-// "an efficiency of 0.95 until 2029-08-03", for undisturbed frames. "" if the scene's stars follow no orbit.
+// "an efficiency of at least 0.95 until 2029-08-03", for undisturbed frames. "" if the scene's stars follow no orbit.
 std::string use_of(const toliman::network_bank &bank, const toliman::frame_fit &fit, const Scene &scene);
 // The same with the command that trains the next bank, for a message. file: the scene as named on the command line.
 std::string renewal_of(const toliman::network_bank &bank, const toliman::frame_fit &fit, const Scene &scene,
