@@ -45,6 +45,7 @@ class BankMethod : public FitMethod {
 
 template <class Result> std::vector<double> displacements(const std::vector<Result> &results) {
     std::vector<double> values;
+    values.reserve(results.size());
     for (const Result &result : results)
         values.push_back(result.displacement_px);
     return values;
