@@ -178,7 +178,6 @@ bool Fit::converge(ImageView<const double> counts, double *values, FitWork &work
     return false;
 }
 
-// Moves values, those of the start, to where the stars are.
 bool Fit::search(ImageView<const double> counts, const Start &start, double *values, FitWork &work) const {
     const ImageView<double> expected = {work.expected.data(), rows(), cols(), cols()};
     std::copy(std::begin(start.values), std::end(start.values), values);
@@ -244,8 +243,8 @@ void Fit::predict(const Prediction &prediction, const ImageView<double> *counts,
     result.chi_square = 1;
 }
 
-// Parameters as they are reported, from those of the model, whose covariance is work.matrix.
-void Fit::report(const double *values, const Work &work, Result &result) const {
+// Parameters as they are reported, from those of the model.
+void Fit::describe(const double *values, const double *matrix, Result &result) const {
     const size_t n = model_.parameters();
     const double x = values[x_b] - values[x_a], y = values[y_b] - values[y_a], separation = std::hypot(x, y);
     const Geometry geometry = geometry_of(scene_.detector);
@@ -270,17 +269,22 @@ void Fit::report(const double *values, const Work &work, Result &result) const {
             double sum = 0;
             for (size_t k = i < 4 ? 0 : i; k < (i < 4 ? 4 : i + 1); k++)
                 for (size_t l = j < 4 ? 0 : j; l < (j < 4 ? 4 : j + 1); l++)
-                    sum += derivative(i, k) * work.matrix[k * n + l] * derivative(j, l);
+                    sum += derivative(i, k) * matrix[k * n + l] * derivative(j, l);
             result.covariance[i * n + j] = sum;
         }
     std::copy_n(values, n, result.state.values);
-    std::copy_n(work.matrix.data(), n * n, result.state.covariance);
+    std::copy_n(matrix, n * n, result.state.covariance);
     std::copy_n(values, n, result.values);
     result.values[0] = separation;
     result.values[1] = std::remainder(std::atan2(-on_sky[0], on_sky[1]) / kDegree + scene_.detector.rotation_deg, 360);
     for (size_t axis = 0; axis < 2; axis++)
         result.values[2 + axis] = (1 - share_a_) * values[x_a + axis] + share_a_ * values[x_b + axis] - centre_[axis];
-    result.chi_square = work.chi_square / static_cast<double>(work.used - n);
+}
+
+// The covariance of the values is work.matrix.
+void Fit::report(const double *values, const Work &work, Result &result) const {
+    describe(values, work.matrix.data(), result);
+    result.chi_square = work.chi_square / static_cast<double>(work.used - model_.parameters());
     result.excluded = work.saturated;
     if (work.saturated > 0)
         result.flags |= saturated;

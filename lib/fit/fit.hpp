@@ -59,6 +59,18 @@ class Fit {
     // The expected counts, unless NULL, and the result of their fit: values and covariance.
     void predict(const Prediction &prediction, const ImageView<double> *counts, FitWork &work, Result &result) const;
 
+    // Where a fit starts: the model's parameters, and the predicted separation.
+    struct Start {
+        double values[kMostParameters] = {};
+        double separation_px = 0;
+    };
+    // Status::argument if the model images do not cover the predicted places.
+    Start start_of(const Prediction &prediction) const;
+    // Moves values, those of the start, to where a search finds the stars; false if the model images do not cover it.
+    bool search(ImageView<const double> counts, const Start &start, double *values, FitWork &work) const;
+    // The result for the model's parameters `values` with this covariance [n][n]; without what depends on the counts.
+    void describe(const double *values, const double *covariance, Result &result) const;
+
     const std::vector<Parameter> &parameters() const noexcept { return parameters_; }
     size_t rows() const noexcept { return scene_.detector.rows; }
     size_t cols() const noexcept { return scene_.detector.cols; }
@@ -71,15 +83,9 @@ class Fit {
     uint64_t digest() const noexcept { return digest_; }
 
   private:
-    struct Start {
-        double values[kMostParameters] = {};
-        double separation_px = 0;
-    };
     Start places_of(const Prediction &prediction) const;
-    Start start_of(const Prediction &prediction) const;
     bool step(ImageView<const double> counts, double blend, double *values, FitWork &work, double &moved) const;
     bool converge(ImageView<const double> counts, double *values, FitWork &work, Result &result) const;
-    bool search(ImageView<const double> counts, const Start &start, double *values, FitWork &work) const;
     void report(const double *values, const Work &work, Result &result) const;
     uint64_t digest_of_all() const noexcept;
 

@@ -51,11 +51,6 @@ class Mix {
     double factor_[kernels::kMostTaps] = {};
 };
 
-// Places move a star with its flux: the factor of the derivative by parameter i.
-double scale_of(size_t i, const double *values) noexcept {
-    return i < flux_a ? 1 + values[flux_a + i / 2] : 1;
-}
-
 double sum_of(const double *lane) noexcept {
     return ((lane[0] + lane[1]) + (lane[2] + lane[3])) + ((lane[4] + lane[5]) + (lane[6] + lane[7]));
 }
@@ -283,18 +278,26 @@ void Model::weigh_row(const ImageView<const double> *counts, size_t r, double bl
         refuse(given, r);
 }
 
-void Model::linearise(const ImageView<const double> *counts, const double *values, double blend, Work &work) const {
-    const size_t n = parameters();
-    double *const lines = work.lines.data();
+void Model::visit(const ImageView<const double> *counts, const double *values, double blend, Work &work,
+                  const std::function<void(const Row &)> &on_row) const {
+    const double *const lines = work.lines.data();
     prepare(values, orders_, work.places);
-    std::fill(work.sums.begin(), work.sums.end(), 0.0);
     work.used = work.saturated = 0;
     for (size_t r = 0; r < rows_; r++) {
         compute_row(values, work.places, orders_, r, work);
         weigh_row(counts, r, blend, work);
-        kernels::normal_kernels().add(work.columns.data(), n + 1, lines + shared(weight) * pitch_, cols_,
-                                      lines + shared(products) * pitch_, work.sums.data());
+        on_row({r, lines + shared(weight) * pitch_, lines + shared(residual) * pitch_, lines + shared(light) * pitch_,
+                work.columns.data()});
     }
+}
+
+void Model::linearise(const ImageView<const double> *counts, const double *values, double blend, Work &work) const {
+    const size_t n = parameters();
+    std::fill(work.sums.begin(), work.sums.end(), 0.0);
+    visit(counts, values, blend, work, [&](const Row &row) {
+        kernels::normal_kernels().add(work.columns.data(), n + 1, row.weight, cols_,
+                                      work.lines.data() + shared(products) * pitch_, work.sums.data());
+    });
     const auto sum = [&](size_t i, size_t j) { return sum_of(&work.sums[(i * (n + 1) + j) * kernels::kNormalLanes]); };
     for (size_t i = 0; i < n; i++) {
         for (size_t j = i; j < n; j++)

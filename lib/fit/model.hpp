@@ -1,5 +1,6 @@
 // The forward model of one frame and its derivatives, row by row from the atlas.
 #pragma once
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -49,6 +50,20 @@ class Model {
     // of the counts in the variances, 0 = those of the model. Without counts, those of the expected ones.
     // Status::argument for a count that is not finite.
     void linearise(const ImageView<const double> *counts, const double *values, double blend, Work &work) const;
+
+    // A row of a frame: pixel by pixel the weights R^2/V and residuals (electrons - expected)/R of the counts, and the
+    // derivatives of the photons by each parameter, those by places per unit flux (multiply by scale_of()).
+    struct Row {
+        size_t row;
+        const double *weight, *residual, *light, *const *derivatives;
+    };
+    // Calls on_row for each row; the other arguments as in linearise(). Counts pixels in `work`, but sums nothing.
+    void visit(const ImageView<const double> *counts, const double *values, double blend, Work &work,
+               const std::function<void(const Row &)> &on_row) const;
+    // Places move a star with its flux: the factor of the derivative by parameter i.
+    static double scale_of(size_t i, const double *values) noexcept {
+        return i < flux_a ? 1 + values[flux_a + i / 2] : 1;
+    }
 
     // Expected counts [rows][cols].
     void expect(const double *values, ImageView<double> counts, Work &work) const;

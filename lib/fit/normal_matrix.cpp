@@ -14,8 +14,10 @@ constexpr double kLeastPivot = 1e-12; // 1 - R^2 of a parameter on those before 
 
 } // namespace
 
-bool invert(double *matrix, size_t n) noexcept {
-    double scale[kMostParameters];
+bool invert(double *matrix, size_t n) {
+    double few[kMostParameters];
+    std::vector<double> many(n > kMostParameters ? n : 0);
+    double *const scale = many.empty() ? few : many.data();
     for (size_t i = 0; i < n; i++) {
         if (!(matrix[i * n + i] > 0) || !std::isfinite(matrix[i * n + i]))
             return false;

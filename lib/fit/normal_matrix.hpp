@@ -6,7 +6,7 @@ namespace toliman::fit {
 
 // Replaces a symmetric positive definite matrix [n][n], of which the upper triangle is read, by its inverse. False,
 // with the matrix overwritten, if it is singular: if a parameter is a combination of the others to 1e-12 of its
-// variance.
-bool invert(double *matrix, size_t n) noexcept;
+// variance. Allocates memory for more than kMostParameters only.
+bool invert(double *matrix, size_t n);
 
 } // namespace toliman::fit

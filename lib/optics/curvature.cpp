@@ -9,6 +9,7 @@
 
 #include "kernels/blackbody.hpp"
 #include "scene/geometry.hpp"
+#include "scene/instrument.hpp"
 
 namespace toliman::optics {
 

@@ -30,33 +30,9 @@ bool is_mask_motion(Kind kind) noexcept {
     return kind == Kind::mask_rotation || kind == Kind::mask_shift_x || kind == Kind::mask_shift_y;
 }
 
-bool is_mode(Kind kind) noexcept {
-    return kind == Kind::zernike || is_mask_motion(kind);
-}
-
 bool is_place(Kind kind) noexcept {
     return kind == Kind::position_angle || kind == Kind::anisotropy || kind == Kind::shear || kind == Kind::jitter_xx ||
            kind == Kind::jitter_yy || kind == Kind::jitter_xy;
-}
-
-// The star whose spectrum changes, or 2.
-size_t star_of(Kind kind) noexcept {
-    if (kind == Kind::temperature_a || kind == Kind::spectrum_a)
-        return 0;
-    return kind == Kind::temperature_b || kind == Kind::spectrum_b ? 1 : 2;
-}
-
-Mode mode_of(const Scene &scene, const Pupil &pupil, Parameter parameter) {
-    switch (parameter.kind) {
-    case Kind::mask_rotation:
-        return mask_mode(scene, pupil, MaskMotion::rotation);
-    case Kind::mask_shift_x:
-        return mask_mode(scene, pupil, MaskMotion::shift_x);
-    case Kind::mask_shift_y:
-        return mask_mode(scene, pupil, MaskMotion::shift_y);
-    default:
-        return zernike_mode(pupil, parameter.number);
-    }
 }
 
 // sum += weight image
@@ -89,7 +65,7 @@ void add_place(const StarImages &star, const Light &light, size_t number, Kind k
 // Logarithmic derivative of the spectrum at each wavelength.
 std::vector<double> spectral_rate(const Scene &scene, const Light &light, Parameter parameter) {
     std::vector<double> rate;
-    const size_t star = star_of(parameter.kind);
+    const size_t star = star_of_spectrum(parameter.kind);
     const bool temperature = parameter.kind == Kind::temperature_a || parameter.kind == Kind::temperature_b;
     for (const double wavelength_m : light.wavelength_m)
         rate.push_back(temperature ? temperature_rate(scene, star, wavelength_m)
@@ -97,9 +73,41 @@ std::vector<double> spectral_rate(const Scene &scene, const Light &light, Parame
     return rate;
 }
 
-// The light whose image is the derivative by a parameter of the spectrum.
+// A spectral mode multiplies the spectrum by a polynomial, which shifts its Chebyshev moments by as many orders.
+Light on_nodes(const Light &light, const Plan &plan) {
+    const size_t count = plan.wavelengths + kSpectralModes;
+    return plan.nodes && count < light.wavelength_m.size() ? project_on_nodes(light, count) : light;
+}
+
+} // namespace
+
+bool is_mode(Kind kind) noexcept {
+    return kind == Kind::zernike || is_mask_motion(kind);
+}
+
+size_t star_of_spectrum(Kind kind) noexcept {
+    if (kind == Kind::temperature_a || kind == Kind::spectrum_a)
+        return 0;
+    return kind == Kind::temperature_b || kind == Kind::spectrum_b ? 1 : 2;
+}
+
+Mode mode_of(const Scene &scene, const Pupil &pupil, Parameter parameter) {
+    switch (parameter.kind) {
+    case Kind::mask_rotation:
+        return mask_mode(scene, pupil, MaskMotion::rotation);
+    case Kind::mask_shift_x:
+        return mask_mode(scene, pupil, MaskMotion::shift_x);
+    case Kind::mask_shift_y:
+        return mask_mode(scene, pupil, MaskMotion::shift_y);
+    case Kind::focus:
+        return zernike_mode(pupil, 4);
+    default:
+        return zernike_mode(pupil, parameter.number);
+    }
+}
+
 Light changed_spectrum(const Scene &scene, const Light &light, Parameter parameter) {
-    const size_t star = star_of(parameter.kind);
+    const size_t star = star_of_spectrum(parameter.kind);
     Light changed = light;
     std::vector<double> &photons = changed.photons[star];
     const std::vector<double> rate = spectral_rate(scene, light, parameter);
@@ -114,21 +122,13 @@ Light changed_spectrum(const Scene &scene, const Light &light, Parameter paramet
     return changed;
 }
 
-// A spectral mode multiplies the spectrum by a polynomial, which shifts its Chebyshev moments by as many orders.
-Light on_nodes(const Light &light, const Plan &plan) {
-    const size_t count = plan.wavelengths + kSpectralModes;
-    return plan.nodes && count < light.wavelength_m.size() ? project_on_nodes(light, count) : light;
-}
-
-} // namespace
-
 bool has_own_derivative(Parameter parameter) noexcept {
-    return is_mode(parameter.kind) || is_place(parameter.kind) || star_of(parameter.kind) < 2 ||
+    return is_mode(parameter.kind) || is_place(parameter.kind) || star_of_spectrum(parameter.kind) < 2 ||
            parameter.kind == Kind::wavelength;
 }
 
 const char *why_no_derivative(const Scene &scene, const Plan &plan, Parameter parameter) noexcept {
-    const size_t star = star_of(parameter.kind);
+    const size_t star = star_of_spectrum(parameter.kind);
     const Mask &mask = scene.telescope.mask;
     const bool two = scene.stars.size() == 2;
     if (!two && (parameter.kind == Kind::flux_b || star == 1 || parameter.kind == Kind::position_angle))
@@ -195,7 +195,7 @@ std::vector<Buffer<double>> derivatives(const Scene &scene, const Pupil &pupil, 
             const Kind kind = parameters[p].kind;
             if (is_place(kind))
                 add_place(at_place, light, star, kind, sums[p]);
-            else if (star_of(kind) == star)
+            else if (star_of_spectrum(kind) == star)
                 add(1,
                     imager.images_of_samples(on_nodes(changed_spectrum(scene, light, parameters[p]), plan), star, 0, {})
                         .at(0, 0),

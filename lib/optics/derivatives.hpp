@@ -25,4 +25,12 @@ std::vector<Parameter> computed_with(const Scene &scene, Parameter parameter);
 std::vector<Buffer<double>> derivatives(const Scene &scene, const Pupil &pupil, const Plan &plan, const Imager &imager,
                                         const Light &light, const std::vector<Parameter> &parameters);
 
+// Parts of derivatives(), for those that compute them together:
+// What a Zernike polynomial, defocus or a motion of the mask changes in the pupil.
+Mode mode_of(const Scene &scene, const Pupil &pupil, Parameter parameter);
+bool is_mode(Parameter::Kind kind) noexcept; // of the pupil, defocus excepted
+// The star whose spectrum a parameter changes, or 2; and the light whose image is the derivative.
+size_t star_of_spectrum(Parameter::Kind kind) noexcept;
+Light changed_spectrum(const Scene &scene, const Light &light, Parameter parameter);
+
 } // namespace toliman::optics

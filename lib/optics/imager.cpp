@@ -41,15 +41,32 @@ StarImages Imager::images(const Light &light, size_t star, double displacement_p
 StarImages Imager::images_of_samples(const Light &light, size_t star, double displacement_px,
                                      const ImageRequest &request,
                                      const std::function<void(double)> &on_progress) const {
-    const PixelFilter &filter = plan_.filter;
-    const auto finer = static_cast<double>(filter.oversampling);
+    const auto finer = static_cast<double>(plan_.filter.oversampling);
     const Engine engine = [this](const Grid &grid, size_t fields) { return transform(grid, fields); };
-    StarImages images = propagate(engine, on_finer_grid(light, finer), sampling_grid(plan_.pixels, filter), star,
+    StarImages images = propagate(engine, on_finer_grid(light, finer), sampling_grid(plan_.pixels, plan_.filter), star,
                                   displacement_px * finer, request, workers_, on_progress);
+    to_pixels(images);
+    return images;
+}
+
+std::vector<StarImages> Imager::images_of_spectra(const Light &light, const std::vector<std::vector<double>> &spectra,
+                                                  const ImageRequest &request) const {
+    const auto finer = static_cast<double>(plan_.filter.oversampling);
+    const Engine engine = [this](const Grid &grid, size_t fields) { return transform(grid, fields); };
+    std::vector<StarImages> all = propagate(engine, on_finer_grid(light, finer),
+                                            sampling_grid(plan_.pixels, plan_.filter), spectra, request, workers_);
+    for (StarImages &images : all)
+        to_pixels(images);
+    return all;
+}
+
+// A sample holds the light of its own small area and its derivatives are per sample: scales both to whole pixels.
+void Imager::to_pixels(StarImages &images) const {
+    const PixelFilter &filter = plan_.filter;
     if (filter.empty())
-        return images;
-    // A sample holds the light of its own small area and its derivatives are per sample: scale both to whole pixels.
-    const auto to_pixels = [&](Buffer<double> &image, size_t order) {
+        return;
+    const auto finer = static_cast<double>(filter.oversampling);
+    const auto scale = [&](Buffer<double> &image, size_t order) {
         if (image.empty())
             return;
         image = filtered(image, plan_.pixels, filter);
@@ -57,15 +74,11 @@ StarImages Imager::images_of_samples(const Light &light, size_t star, double dis
             value *= std::pow(finer, static_cast<double>(2 + order));
     };
     for (Derivative &derivative : images.derivatives)
-        to_pixels(derivative.image, derivative.along + derivative.across);
-    to_pixels(images.focus, 0);
-    to_pixels(images.focus_curve, 0);
-    to_pixels(images.scale, 0);
-    to_pixels(images.anisotropy, 0);
-    to_pixels(images.shear, 0);
+        scale(derivative.image, derivative.along + derivative.across);
+    for (Buffer<double> *image : {&images.focus, &images.focus_curve, &images.scale, &images.anisotropy, &images.shear})
+        scale(*image, 0);
     for (Buffer<double> &mode : images.modes)
-        to_pixels(mode, 0);
-    return images;
+        scale(mode, 0);
 }
 
 Buffer<double> Imager::opd_gradient(const Light &light, size_t star, const Buffer<double> &weights) const {

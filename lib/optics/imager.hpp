@@ -18,12 +18,18 @@ class Imager {
     StarImages images_of_samples(const Light &light, size_t star, double displacement_px, const ImageRequest &request,
                                  const std::function<void(double)> &on_progress = nullptr) const;
 
+    // The images that star 0 would have with each of these spectra, [spectrum][wavelength] in photons, at the
+    // wavelengths of `light`.
+    std::vector<StarImages> images_of_spectra(const Light &light, const std::vector<std::vector<double>> &spectra,
+                                              const ImageRequest &request) const;
+
     // The derivative of sum over pixels of weights [rows][cols] times images().at(0, 0), without displacement, by the
     // OPD of each pupil cell (m), [N][N]. Matrix DFT only.
     Buffer<double> opd_gradient(const Light &light, size_t star, const Buffer<double> &weights) const;
 
   private:
     std::unique_ptr<Transform> transform(const Grid &grid, size_t fields) const;
+    void to_pixels(StarImages &images) const;
 
     const Scene &scene_;
     const Pupil &pupil_;

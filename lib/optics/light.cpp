@@ -14,6 +14,7 @@
 #include "base/error.hpp"
 #include "kernels/blackbody.hpp"
 #include "scene/geometry.hpp"
+#include "scene/instrument.hpp"
 #include "scene/spectrum_table.hpp"
 
 namespace toliman::optics {
@@ -49,8 +50,7 @@ std::vector<Sample> sample_table(const Scene &scene, const Spectrum &spectrum) {
     return samples;
 }
 
-constexpr double kSmallestFactor = 1e-6;              // of spectral modes; their derivative divides by it
-constexpr double kTableTemperature[2] = {5790, 5260}; // K, of tables that name none: alpha Centauri A and B
+constexpr double kSmallestFactor = 1e-6; // of spectral modes; their derivative divides by it
 
 // 1 + sum over k of modes[k - 1] P_k(x), by the recurrence k P_k = (2 k - 1) x P_(k-1) - (k - 1) P_(k-2).
 double mode_factor(const std::vector<double> &modes, double x) noexcept {
@@ -171,13 +171,6 @@ void place_stars(const Scene &scene, Light &light) {
 }
 
 } // namespace
-
-double temperature_of(const Scene &scene, size_t star) noexcept {
-    const Spectrum &spectrum = scene.stars[star].spectrum;
-    if (spectrum.kind == Spectrum::Kind::blackbody)
-        return spectrum.temperature_k;
-    return spectrum.star_temperature_k != 0 ? spectrum.star_temperature_k : kTableTemperature[star];
-}
 
 double temperature_rate(const Scene &scene, size_t star, double wavelength_m) noexcept {
     return kernels::blackbody_rate(wavelength_m, temperature_of(scene, star));

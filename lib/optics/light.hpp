@@ -21,9 +21,6 @@ struct Light {
 // Photons per frame are absolute if the cadence gives an exposure, else relative, to be scaled to the peak later.
 Light make_light(const Scene &scene);
 
-// Temperature of a star (K); a table without temperatures is one of 5790 K for A and 5260 K for B.
-double temperature_of(const Scene &scene, size_t star) noexcept;
-
 // Logarithmic derivatives of a star's spectrum at a wavelength: per K of its temperature, and per unit of the
 // coefficient of a spectral mode.
 double temperature_rate(const Scene &scene, size_t star, double wavelength_m) noexcept;

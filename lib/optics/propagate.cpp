@@ -109,14 +109,14 @@ class Transforms {
 struct Task {
     const Light &light;
     const Grid &grid;
-    size_t star;
+    const std::vector<std::vector<double>> &spectra; // photons [spectrum][wavelength]
     long double offset[2]; // px; in double a displacement of 1e-10 px added to 40 px would be off by 7e-15 px
     std::vector<Order> orders;
     std::vector<FieldProduct> products;
     size_t focus_orders;                    // derivatives by defocus, after those by position
     const std::vector<const Mode *> &modes; // after those by defocus
 
-    size_t images() const noexcept { return orders.size() + focus_orders + modes.size(); }
+    size_t images() const noexcept { return orders.size() + focus_orders + modes.size(); } // of each spectrum
 };
 
 // One chunk of the wavelengths, on one thread: work space for the fields of one wavelength, and the chunk's images.
@@ -124,7 +124,7 @@ class Chunk {
   public:
     Chunk(const Task &task, Transform &transform);
     void add(size_t wavelength);
-    std::vector<Buffer<double>> release() noexcept { return std::move(images_); }
+    std::vector<Buffer<double>> release() noexcept { return std::move(images_); } // of one spectrum after the other
 
   private:
     void set_terms(const Pupil &pupil, long double wavenumber);
@@ -140,7 +140,7 @@ class Chunk {
 
 Chunk::Chunk(const Task &task, Transform &transform)
     : task_(task), weighted_(task.products), transform_(transform),
-      images_(task.images(), Buffer<double>(task.grid.rows * task.grid.cols)) {
+      images_(task.spectra.size() * task.images(), Buffer<double>(task.grid.rows * task.grid.cols)) {
     for (Buffer<double> &image : images_)
         image_of_.push_back(image.data());
     amplitude_.resize(task.modes.size());
@@ -181,17 +181,19 @@ void Chunk::set_terms(const Pupil &pupil, long double wavenumber) {
 }
 
 void Chunk::add(size_t wavelength) {
-    const double photons = task_.light.photons[task_.star][wavelength];
-    if (photons == 0)
+    const auto &spectra = task_.spectra;
+    if (std::all_of(spectra.begin(), spectra.end(), [=](const auto &photons) { return photons[wavelength] == 0; }))
         return;
     const long double wavenumber = 1 / static_cast<long double>(task_.light.wavelength_m[wavelength]);
     const Pupil &pupil = transform_.pupil(wavenumber);
-    const double weight = intensity_factor(pupil, task_.grid, wavenumber, photons);
     set_terms(pupil, wavenumber);
     transform_.transform(wavenumber, task_.offset, terms_);
-    for (size_t i = 0; i < weighted_.size(); i++)
-        weighted_[i].factor = weight * task_.products[i].factor;
-    transform_.accumulate(weighted_, image_of_.data());
+    for (size_t s = 0; s < spectra.size(); s++) {
+        const double weight = intensity_factor(pupil, task_.grid, wavenumber, spectra[s][wavelength]);
+        for (size_t i = 0; i < weighted_.size(); i++)
+            weighted_[i].factor = weight * task_.products[i].factor;
+        transform_.accumulate(weighted_, image_of_.data() + s * task_.images());
+    }
 }
 
 // Derivative of an image whose points u move to u + s M u and whose light spreads over (1 + s tr M) times the area, by
@@ -211,27 +213,12 @@ Buffer<double> stretched(const StarImages &images, const Light &light, const Gri
     return result;
 }
 
-} // namespace
-
-const Buffer<double> &StarImages::at(size_t along, size_t across) const noexcept {
-    size_t i = 0;
-    while (derivatives[i].along != along || derivatives[i].across != across)
-        i++;
-    return derivatives[i].image;
-}
-
-StarImages propagate(const Engine &engine, const Light &light, const Grid &grid, size_t star, double displacement_px,
-                     const ImageRequest &request, unsigned workers, const std::function<void(double)> &on_progress) {
-    Task task = {light, grid, star, {}, orders_of(request), {}, 0, request.modes};
-    if (request.focus)
-        task.focus_orders = request.focus_curve ? 2 : 1;
-    for (size_t axis = 0; axis < 2; axis++)
-        task.offset[axis] = light.offset_px[star][axis] + static_cast<long double>(displacement_px) * light.axis[axis];
-    task.products = products_of(task.orders, task.focus_orders, task.modes.size());
-
-    const size_t count = light.wavelength_m.size();
+// Sums of the chunks, of one spectrum after the other.
+std::vector<Buffer<double>> sums_of(const Engine &engine, const Task &task, unsigned workers,
+                                    const std::function<void(double)> &on_progress) {
+    const size_t count = task.light.wavelength_m.size();
     std::vector<std::vector<Buffer<double>>> parts(std::min(count, kWavelengthChunks));
-    Transforms transforms(engine, grid, task.images());
+    Transforms transforms(engine, task.grid, task.images());
     run_jobs(
         workers, parts.size(),
         [&](size_t part) {
@@ -244,19 +231,25 @@ StarImages propagate(const Engine &engine, const Light &light, const Grid &grid,
         },
         on_progress);
     for (size_t part = 1; part < parts.size(); part++)
-        for (size_t image = 0; image < task.images(); image++)
-            for (size_t i = 0; i < grid.rows * grid.cols; i++)
+        for (size_t image = 0; image < parts[0].size(); image++)
+            for (size_t i = 0; i < parts[0][image].size(); i++)
                 parts[0][image][i] += parts[part][image][i];
+    return std::move(parts[0]);
+}
 
+// The images of a spectrum from the sums, which are taken.
+StarImages images_of(const Task &task, const ImageRequest &request, Buffer<double> *sums) {
+    const Light &light = task.light;
+    const Grid &grid = task.grid;
     StarImages result;
     for (size_t i = 0; i < task.orders.size(); i++)
-        result.derivatives.push_back({task.orders[i].along, task.orders[i].across, std::move(parts[0][i])});
+        result.derivatives.push_back({task.orders[i].along, task.orders[i].across, std::move(sums[i])});
     if (request.focus) {
-        result.focus = std::move(parts[0][task.orders.size()]);
+        result.focus = std::move(sums[task.orders.size()]);
         result.scale = stretched(result, light, grid, {{1, 0}, {0, 1}});
     }
     if (task.focus_orders > 1)
-        result.focus_curve = std::move(parts[0][task.orders.size() + 1]);
+        result.focus_curve = std::move(sums[task.orders.size() + 1]);
     if (request.geometry) {
         // pixels = G angle, M = dG G^-1 with G^-1 = (u_x 0; v_x v_y) and dG = (1 0; 0 -1) or (0 0; 1 0).
         const auto u_x = static_cast<double>(grid.u_x), v_x = static_cast<double>(grid.v_x),
@@ -265,8 +258,49 @@ StarImages propagate(const Engine &engine, const Light &light, const Grid &grid,
         result.shear = stretched(result, light, grid, {{0, 0}, {u_x, 0}});
     }
     for (size_t i = 0; i < task.modes.size(); i++)
-        result.modes.push_back(std::move(parts[0][task.orders.size() + task.focus_orders + i]));
+        result.modes.push_back(std::move(sums[task.orders.size() + task.focus_orders + i]));
     return result;
+}
+
+std::vector<StarImages> propagate_at(const Engine &engine, const Light &light, const Grid &grid,
+                                     const std::vector<std::vector<double>> &spectra, const long double *offset,
+                                     const ImageRequest &request, unsigned workers,
+                                     const std::function<void(double)> &on_progress) {
+    Task task = {light, grid, spectra, {offset[0], offset[1]}, orders_of(request), {}, 0, request.modes};
+    if (request.focus)
+        task.focus_orders = request.focus_curve ? 2 : 1;
+    task.products = products_of(task.orders, task.focus_orders, task.modes.size());
+    std::vector<Buffer<double>> sums = sums_of(engine, task, workers, on_progress);
+    std::vector<StarImages> images;
+    for (size_t spectrum = 0; spectrum < spectra.size(); spectrum++)
+        images.push_back(images_of(task, request, sums.data() + spectrum * task.images()));
+    return images;
+}
+
+} // namespace
+
+const Buffer<double> &StarImages::at(size_t along, size_t across) const noexcept {
+    size_t i = 0;
+    while (derivatives[i].along != along || derivatives[i].across != across)
+        i++;
+    return derivatives[i].image;
+}
+
+StarImages propagate(const Engine &engine, const Light &light, const Grid &grid, size_t star, double displacement_px,
+                     const ImageRequest &request, unsigned workers, const std::function<void(double)> &on_progress) {
+    long double offset[2];
+    for (size_t axis = 0; axis < 2; axis++)
+        offset[axis] = light.offset_px[star][axis] + static_cast<long double>(displacement_px) * light.axis[axis];
+    std::vector<StarImages> images =
+        propagate_at(engine, light, grid, {light.photons[star]}, offset, request, workers, on_progress);
+    return std::move(images[0]);
+}
+
+std::vector<StarImages> propagate(const Engine &engine, const Light &light, const Grid &grid,
+                                  const std::vector<std::vector<double>> &spectra, const ImageRequest &request,
+                                  unsigned workers) {
+    const long double offset[2] = {light.offset_px[0][0], light.offset_px[0][1]};
+    return propagate_at(engine, light, grid, spectra, offset, request, workers, nullptr);
 }
 
 } // namespace toliman::optics

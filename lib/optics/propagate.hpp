@@ -48,4 +48,10 @@ StarImages propagate(const Engine &engine, const Light &light, const Grid &grid,
                      const ImageRequest &request, unsigned workers,
                      const std::function<void(double)> &on_progress = nullptr);
 
+// The images that star 0 would have with each of these spectra, [spectrum][wavelength] in photons, instead of its own:
+// they have their transforms in common.
+std::vector<StarImages> propagate(const Engine &engine, const Light &light, const Grid &grid,
+                                  const std::vector<std::vector<double>> &spectra, const ImageRequest &request,
+                                  unsigned workers);
+
 } // namespace toliman::optics

@@ -1,0 +1,228 @@
+// Method: all parameters q of the instrument and those of each frame maximise the likelihood of all frames together.
+// Levenberg-Marquardt steps (solve.cpp) minimise
+//     sum over frames and pixels of (counts - model)^2/V + sum over priors of (q/sigma)^2,
+// first with the variances V of the counts, which do not change with the model, so that the sum of two points can be
+// compared. Near the minimum, V is that of the model (Fisher scoring), with which the estimate has no bias at low
+// counts. The derivative images (planes.cpp) are computed anew only where the instrument has changed by more than 1 %
+// of the width of its default prior: 1 nm, 1e-4 of scale, 0.01 deg. The steps end when none is longer than 0.1 standard
+// deviations. As they shrink quadratically, the estimate is far nearer to the maximum. Where the model lacks an effect,
+// chi-square stays above 1; the steps end when it no longer decreases, and the verdict says so. Measured: from 20 nm of
+// aberrations in 5 to 6 steps, also from 100 nm in most cases.
+#include "calibrate/calibrate.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "calibrate/prior.hpp"
+#include "calibrate/start.hpp"
+#include "calibrate/verdict.hpp"
+
+namespace toliman::calibrate {
+
+namespace {
+
+constexpr double kFirstDamping = 1e-3, kLeastDamping = 1e-9, kMostDamping = 1e6;
+constexpr double kNear = 10;            // standard deviations: shorter steps continue with the variances of the model
+constexpr double kStill = 0.1;          // standard deviations: shorter steps are the last
+constexpr double kSameChiSquare = 1e-3; // relative change, where the model lacks an effect
+constexpr double kStale = 0.01;         // of the width of a prior: derivatives are computed anew beyond it
+constexpr double kFarStep = 3;          // px; a longer step of a star leads nowhere
+constexpr double kLeastFlux = -0.9;
+constexpr double kDefectSigmas = 6;
+constexpr double kEvenStart = 3; // nm, of aberrations that have no first-order effect
+
+std::vector<double> mean_of(const std::vector<std::vector<double>> &windows) {
+    std::vector<double> mean(windows[0].size());
+    for (const std::vector<double> &window : windows)
+        for (size_t i = 0; i < mean.size(); i++)
+            mean[i] += window[i] / static_cast<double>(windows.size());
+    return mean;
+}
+
+class Calibrator {
+  public:
+    Calibrator(const Problem &problem, const Options &options) : problem_(problem), options_(options) {}
+
+    // Returns whether a maximum was found.
+    bool run(const std::vector<double> &start, const Buffer<double> &map_m, Calibration &out);
+
+  private:
+    bool iterate(Calibration &out);
+    bool is_possible(const Point &trial) const;
+    void refresh_planes(const Point &point);
+    double per_freedom(const Linearisation &normal) const;
+    void report(Calibration &out, bool accepted, double largest) const;
+
+    const Problem &problem_;
+    const Options &options_;
+    Point point_;
+    Linearisation normal_;
+    std::unique_ptr<Planes> planes_;
+    std::vector<double> planes_at_;
+};
+
+Point moved(const Point &point, const Point &change) {
+    Point next = point;
+    for (size_t window = 0; window < next.instrument.size(); window++)
+        for (size_t i = 0; i < next.instrument[window].size(); i++)
+            next.instrument[window][i] += change.instrument[window][i];
+    for (size_t frame = 0; frame < next.own.size(); frame++)
+        for (size_t i = 0; i < kOwn; i++)
+            next.own[frame][i] += change.own[frame][i];
+    return next;
+}
+
+bool Calibrator::is_possible(const Point &trial) const {
+    for (size_t frame = 0; frame < trial.own.size(); frame++) {
+        const auto &before = point_.own[frame], &after = trial.own[frame];
+        if (!(after[fit::flux_a] > kLeastFlux && after[fit::flux_b] > kLeastFlux))
+            return false;
+        for (size_t i = 0; i < fit::flux_a; i++)
+            if (!(std::fabs(after[i] - before[i]) < kFarStep))
+                return false;
+    }
+    for (size_t window = 0; window < trial.instrument.size(); window++)
+        for (size_t i = 0; i < trial.instrument[window].size(); i++)
+            if (!(std::fabs(trial.instrument[window][i]) < 10 * problem_.free[i].sigma))
+                return false;
+    return true;
+}
+
+void Calibrator::refresh_planes(const Point &point) {
+    const std::vector<double> mean = mean_of(point.instrument);
+    bool stale = planes_ == nullptr;
+    for (size_t i = 0; i < mean.size() && !stale; i++)
+        stale = std::fabs(mean[i] - planes_at_[i]) > kStale * default_sigma(problem_.free[i].parameter);
+    if (!stale)
+        return;
+    planes_ = nullptr; // two at once would need twice the memory
+    planes_ =
+        std::make_unique<Planes>(outline_at(problem_, mean, point.map_m), problem_.parameters(), problem_.capture_px);
+    planes_at_ = mean;
+}
+
+double Calibrator::per_freedom(const Linearisation &normal) const {
+    const size_t fitted = problem_.frames.count * kOwn + problem_.windows.size() * problem_.free.size();
+    return normal.chi_square / static_cast<double>(normal.used > fitted ? normal.used - fitted : 1);
+}
+
+void Calibrator::report(Calibration &out, bool accepted, double largest) const {
+    out.point = point_;
+    out.chi_square = per_freedom(normal_);
+    if (options_.on_step)
+        options_.on_step(out, {false, accepted, out.iterations, out.chi_square, largest});
+}
+
+bool Calibrator::iterate(Calibration &out) {
+    double damping = kFirstDamping, blend = 1;
+    refresh_planes(point_);
+    normal_ = linearise(problem_, point_, *planes_, blend);
+    double cost = normal_.chi_square + prior_cost(problem_, point_);
+    while (out.iterations < options_.most_iterations && !normal_.lost) {
+        out.iterations++;
+        const Step step = step_from(problem_, point_, normal_, blend > 0 ? damping : 0);
+        const Point trial = step.solvable ? moved(point_, step.change) : point_;
+        Linearisation next;
+        next.lost = true;
+        const bool near = step.solvable && step.largest < kNear && damping < kFirstDamping;
+        const double next_blend = near ? 0 : blend;
+        if (step.solvable && is_possible(trial)) {
+            refresh_planes(trial);
+            next = linearise(problem_, trial, *planes_, next_blend);
+        }
+        const double next_cost = next.chi_square + prior_cost(problem_, trial);
+        const bool accepted = !next.lost && (blend == 0 || near || next_cost < cost);
+        const double before = per_freedom(normal_);
+        if (accepted) {
+            point_ = trial;
+            normal_ = std::move(next);
+            cost = next_cost;
+            damping = std::max(damping / 10, kLeastDamping);
+        } else {
+            damping *= 10;
+        }
+        report(out, accepted, step.largest);
+        if (!accepted && (blend == 0 || damping > kMostDamping))
+            return false;
+        const double after = per_freedom(normal_);
+        const double sigma = std::sqrt(2 / static_cast<double>(normal_.used));
+        const bool complete = after < 1 + kDefectSigmas * sigma;
+        if (accepted && blend == 0 &&
+            (step.largest < kStill || (!complete && std::fabs(after - before) < kSameChiSquare * before)))
+            return true;
+        if (accepted && blend > 0 && !complete && before - after < kSameChiSquare * before)
+            blend = 0;
+        if (accepted)
+            blend = std::min(blend, next_blend);
+    }
+    return false;
+}
+
+bool Calibrator::run(const std::vector<double> &start, const Buffer<double> &map_m, Calibration &out) {
+    point_.instrument.assign(problem_.windows.size(), start);
+    point_.map_m = map_m;
+    point_.own = find_frames(problem_, start, map_m);
+    out.before = whitened_frame(problem_, point_, 0);
+    if (!iterate(out))
+        return false;
+    judge(problem_, point_, normal_, out);
+    return true;
+}
+
+} // namespace
+
+Calibration calibrate(const Problem &problem, const std::vector<double> &start, const Buffer<double> &map_m,
+                      const Options &options) {
+    Calibration out;
+    out.nominal = problem.nominal;
+    out.free = problem.free;
+    for (const Window &window : problem.windows) {
+        out.first_days.push_back(window.first_days);
+        out.windows.push_back(window.frames);
+    }
+    const optics::Outline nominal = optics::outline_of(problem.nominal, problem.settings);
+    out.samples = nominal.pupil.samples;
+    out.opd_m = nominal.pupil.opd_m;
+    out.amplitude = nominal.pupil.amplitude;
+    const bool antisymmetric = is_antisymmetric(nominal.pupil);
+    std::vector<double> first = start;
+    for (size_t i = 0; i < problem.free.size(); i++) {
+        out.even.push_back(antisymmetric && is_even_aberration(nominal.pupil, problem.free[i].parameter));
+        if (out.even[i] && first[i] == 0)
+            first[i] = kEvenStart;
+    }
+    out.underway = true;
+    Calibrator calibrator(problem, options);
+    if (!calibrator.run(first, map_m, out))
+        out.flags = not_converged;
+    out.underway = false;
+    return out;
+}
+
+Scene fitted_scene(const Calibration &calibration, size_t window) {
+    Problem problem;
+    problem.nominal = calibration.nominal;
+    problem.free = calibration.free;
+    return scene_at(problem, calibration.point.instrument[window]);
+}
+
+Buffer<double> opd_change(const Calibration &calibration, size_t window) {
+    optics::Pupil pupil;
+    pupil.samples = calibration.samples;
+    pupil.amplitude = calibration.amplitude;
+    pupil.opd_m = Buffer<double>(calibration.samples * calibration.samples);
+    Buffer<double> change(pupil.opd_m.size());
+    for (size_t i = 0; i < calibration.free.size(); i++) {
+        const Parameter parameter = calibration.free[i].parameter;
+        if (parameter.kind != Parameter::Kind::focus && parameter.kind != Parameter::Kind::zernike)
+            continue;
+        const Buffer<double> mode = optics::zernike_mode(pupil, parameter.number != 0 ? parameter.number : 4).opd_m;
+        for (size_t cell = 0; cell < change.size(); cell++)
+            change[cell] += calibration.point.instrument[window][i] * mode[cell];
+    }
+    for (size_t cell = 0; cell < calibration.point.map_m.size(); cell++)
+        change[cell] += calibration.point.map_m[cell];
+    return change;
+}
+
+} // namespace toliman::calibrate

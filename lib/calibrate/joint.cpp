@@ -1,0 +1,115 @@
+// Method: with the counts' derivatives J by a frame's own parameters and G by those of the instrument, weights W and
+// residuals r, the block of a frame is
+//     ( J'WJ  J'WG )        ( J'Wr )
+//     ( G'WJ  G'WG )  and   ( G'Wr ),
+// accumulated row by row. Blocks are summed in the order of the frames: the bits do not depend on the workers.
+#include "calibrate/joint.hpp"
+
+#include <cmath>
+
+#include "base/workers.hpp"
+#include "kernels/normal.hpp"
+
+namespace toliman::calibrate {
+
+namespace {
+
+constexpr size_t kWhitenedAtOnce = 16; // frames
+
+double sum_of(const double *lane) noexcept {
+    return ((lane[0] + lane[1]) + (lane[2] + lane[3])) + ((lane[4] + lane[5]) + (lane[6] + lane[7]));
+}
+
+} // namespace
+
+Joint::Joint(const Problem &problem, const Point &point, size_t window)
+    : problem_(problem), point_(point), window_(problem.windows[window]),
+      simulator_(outline_at(problem, point.instrument[window], point.map_m), problem.settings),
+      fit_(simulator_, {}, problem.capture_px, {}) {}
+
+Block Joint::block(size_t frame, const Planes &planes, double blend) const {
+    const size_t cols = fit_.cols(), n = planes.parameters(), size = kOwn + n;
+    const double *const values = point_.own[frame].data();
+    Buffer<double> counts(fit_.rows() * cols), lines(n * cols), scratch(planes.scratch_size()), products(cols),
+        sums((size + 1) * (size + 1) * kernels::kNormalLanes);
+    problem_.frames.read(frame, counts.data());
+    std::vector<double *> own_lines;
+    std::vector<const double *> columns(kOwn);
+    for (size_t i = 0; i < n; i++) {
+        own_lines.push_back(&lines[i * cols]);
+        columns.push_back(own_lines.back());
+    }
+    columns.push_back(nullptr); // residual
+    Planes::Places places;
+    planes.place(values, places);
+    fit::Work work = fit_.model().work();
+    const ImageView<const double> view = {counts.data(), fit_.rows(), cols, cols};
+    fit_.model().visit(&view, values, blend, work, [&](const fit::Model::Row &row) {
+        planes.row(values, places, row.row, own_lines.data(), scratch.data());
+        for (size_t i = 0; i < kOwn; i++)
+            columns[i] = row.derivatives[i];
+        columns[size] = row.residual;
+        kernels::normal_kernels().add(columns.data(), size + 1, row.weight, cols, products.data(), sums.data());
+    });
+    const auto sum = [&](size_t i, size_t j) { return sum_of(&sums[(i * (size + 1) + j) * kernels::kNormalLanes]); };
+    const auto scale = [&](size_t i) { return i < kOwn ? fit::Model::scale_of(i, values) : 1; };
+    Block block = {Buffer<double>(size * size), Buffer<double>(size)};
+    for (size_t i = 0; i < size; i++) {
+        for (size_t j = i; j < size; j++)
+            block.matrix[i * size + j] = block.matrix[j * size + i] = scale(i) * scale(j) * sum(i, j);
+        block.gradient[i] = scale(i) * sum(i, size);
+    }
+    block.chi_square = sum(size, size);
+    block.inverse_counts = sum(fit::background, fit::background);
+    block.used = work.used;
+    block.saturated = work.saturated;
+    return block;
+}
+
+void Joint::linearise(const Planes &planes, double blend, Linearisation &all) const {
+    for (const size_t frame : window_.frames)
+        if (!fit_.model().covers(point_.own[frame].data()) || !planes.covers(point_.own[frame].data())) {
+            all.lost = true;
+            return;
+        }
+    run_jobs(problem_.settings.workers, window_.frames.size(), [&](size_t i) {
+        const size_t frame = window_.frames[i];
+        in_frame(frame, [&] { all.blocks[frame] = block(frame, planes, blend); });
+    });
+}
+
+void Joint::whiten(const std::vector<size_t> &frames, const std::function<void(const Whitened &)> &on_frame) const {
+    const size_t cols = fit_.cols(), pixels = fit_.rows() * cols;
+    for (size_t first = 0; first < frames.size(); first += kWhitenedAtOnce) {
+        const size_t count = std::min(kWhitenedAtOnce, frames.size() - first);
+        Buffer<double> residuals(count * pixels);
+        run_jobs(problem_.settings.workers, count, [&](size_t i) {
+            const size_t frame = frames[first + i];
+            Buffer<double> counts(pixels);
+            problem_.frames.read(frame, counts.data());
+            fit::Work work = fit_.model().work();
+            const ImageView<const double> view = {counts.data(), fit_.rows(), cols, cols};
+            fit_.model().visit(&view, point_.own[frame].data(), 0, work, [&](const fit::Model::Row &row) {
+                for (size_t x = 0; x < cols; x++)
+                    residuals[i * pixels + row.row * cols + x] = std::sqrt(row.weight[x]) * row.residual[x];
+            });
+        });
+        for (size_t i = 0; i < count; i++)
+            on_frame({frames[first + i], &residuals[i * pixels]});
+    }
+}
+
+Linearisation linearise(const Problem &problem, const Point &point, const Planes &planes, double blend) {
+    Linearisation all;
+    all.blocks.resize(problem.frames.count);
+    for (size_t window = 0; window < problem.windows.size() && !all.lost; window++)
+        Joint(problem, point, window).linearise(planes, blend, all);
+    for (const Block &block : all.blocks) {
+        all.chi_square += block.chi_square;
+        all.inverse_counts += block.inverse_counts;
+        all.used += block.used;
+    }
+    return all;
+}
+
+} // namespace toliman::calibrate

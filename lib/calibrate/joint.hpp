@@ -1,0 +1,57 @@
+// The normal equations of all frames about a point.
+#pragma once
+#include <memory>
+
+#include "calibrate/planes.hpp"
+#include "calibrate/problem.hpp"
+
+namespace toliman::calibrate {
+
+// Normal equations of a frame: its own parameters first, then those of the instrument.
+struct Block {
+    Buffer<double> matrix;   // [size][size], symmetric; the upper triangle
+    Buffer<double> gradient; // [size]
+    double chi_square = 0, inverse_counts = 0;
+    size_t used = 0, saturated = 0;
+};
+
+struct Linearisation {
+    std::vector<Block> blocks; // [frame]
+    double chi_square = 0;     // of all frames
+    double inverse_counts = 0; // sum over all pixels of 1/expected counts: with 2 per pixel the variance of chi_square
+    size_t used = 0;           // pixels
+    bool lost = false;         // a star left the model images: nothing else is valid
+};
+
+// A frame whitened: residuals over their standard deviations.
+struct Whitened {
+    size_t frame;
+    const double *residual; // [rows][cols], 0 where a pixel saturates
+};
+
+// The fit of one window at a point; frames are distributed over the workers.
+class Joint {
+  public:
+    Joint(const Problem &problem, const Point &point, size_t window);
+
+    const fit::Fit &fit() const noexcept { return fit_; }
+    // blend: weight of the counts in the variances, as in fit::Model::linearise(). Adds the blocks of the window's
+    // frames to `all`.
+    void linearise(const Planes &planes, double blend, Linearisation &all) const;
+    // Calls `on_frame` for each of these frames of the window, in their order, with variances of the model.
+    void whiten(const std::vector<size_t> &frames, const std::function<void(const Whitened &)> &on_frame) const;
+
+  private:
+    Block block(size_t frame, const Planes &planes, double blend) const;
+
+    const Problem &problem_;
+    const Point &point_;
+    const Window &window_;
+    optics::Simulator simulator_;
+    fit::Fit fit_;
+};
+
+// About a point, with the derivatives of `planes`.
+Linearisation linearise(const Problem &problem, const Point &point, const Planes &planes, double blend);
+
+} // namespace toliman::calibrate

@@ -1,0 +1,48 @@
+// Derivatives of a frame by the parameters of the instrument, row by row from an atlas of its own.
+#pragma once
+#include <memory>
+#include <vector>
+
+#include "optics/atlas.hpp"
+#include "optics/simulator.hpp"
+
+namespace toliman::calibrate {
+
+// Const calls may run on several threads.
+class Planes {
+  public:
+    // Of the instrument of `outline`, for stars up to `capture_px` from their places over the cadence. The outline is
+    // not needed afterwards.
+    Planes(const optics::Outline &outline, const std::vector<Parameter> &parameters, double capture_px);
+
+    size_t parameters() const noexcept { return entries_.size(); }
+    size_t scratch_size() const noexcept { return atlas_->scratch_size() + kPlaceLines * atlas_->cols(); }
+
+    using Places = optics::Atlas::Place[2];
+    // Whether the stars may be at these values of the model (fit/model.hpp), and where their pixels are.
+    bool covers(const double *values) const noexcept;
+    void place(const double *values, Places &places) const noexcept;
+    // Row r of the derivatives of the photons of both stars: lines [parameters()][cols].
+    void row(const double *values, const Places &places, size_t r, double *const *lines,
+             double *scratch) const noexcept;
+
+  private:
+    static constexpr size_t kPlaceLines = 6; // of Atlas::row() with all orders
+
+    // A plane of each star, 0 = none; or a second derivative by its place.
+    struct Entry {
+        Parameter parameter;
+        size_t plane[2];
+        size_t place;  // 3 to 5: xx, xy, yy of Atlas::row(); 0 = none
+        double factor; // of that
+    };
+    std::vector<optics::Planes> draw(const optics::Outline &outline, const optics::Plan &plan,
+                                     const optics::Imager &imager, const optics::Light &light);
+    void take(size_t entry, size_t star, Buffer<double> &image, optics::Planes &planes);
+
+    std::vector<Entry> entries_;
+    size_t orders_ = 1; // of the atlas' rows of the image
+    std::unique_ptr<optics::Atlas> atlas_;
+};
+
+} // namespace toliman::calibrate

@@ -1,0 +1,138 @@
+// The default priors are wider than the as-built errors of a small telescope, so that they hold parameters in place
+// that the frames do not determine, and do not bias those that they do.
+#include "calibrate/prior.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdlib>
+
+#include "base/nearest_word.hpp"
+#include "optics/derivatives.hpp"
+#include "scene/instrument.hpp"
+
+namespace toliman::calibrate {
+
+namespace {
+
+using Kind = Parameter::Kind;
+
+constexpr const char *kDefault = "focus zernike_5-21 scale mask_rotation jitter_xx jitter_yy jitter_xy temperature_a "
+                                 "temperature_b";
+
+// One item of the text.
+struct Item {
+    std::string name;
+    int last = 0; // of a range of numbers; 0 = none
+    double sigma = 0;
+};
+
+[[noreturn]] void refuse(const std::string &item, const char *why) {
+    fail(Status::argument, "{options->free}: \"%s\": %s", item.substr(0, 60).c_str(), why);
+}
+
+Item parse(const std::string &text) {
+    Item item;
+    const size_t equals = text.find('=');
+    if (equals != std::string::npos) {
+        const char *const number = text.c_str() + equals + 1;
+        char *end = nullptr;
+        item.sigma = std::strtod(number, &end);
+        if (end == number || *end != '\0' || !(item.sigma > 0) || !std::isfinite(item.sigma))
+            refuse(text, "the standard deviation of a prior must be a number above 0");
+    }
+    item.name = text.substr(0, equals);
+    const size_t dash = item.name.find('-');
+    if (dash == std::string::npos)
+        return item;
+    const std::string last = item.name.substr(dash + 1);
+    const auto [end, error] = std::from_chars(last.data(), last.data() + last.size(), item.last);
+    if (error != std::errc() || end != last.data() + last.size() || item.last <= 0)
+        refuse(text, "must end with a number, as zernike_5-21");
+    item.name.resize(dash);
+    return item;
+}
+
+Parameter parameter_of(const std::string &name) {
+    if (const std::optional<Parameter> found = parameter_named(name))
+        return *found;
+    std::vector<std::string> names;
+    for (const Parameter parameter : all_parameters())
+        names.push_back(name_of(parameter));
+    const std::string nearest = nearest_word(name, names);
+    fail(Status::argument, "{options->free}: \"%s\": must be the name of a parameter%s%s%s", name.substr(0, 40).c_str(),
+         nearest.empty() ? "" : "; did you mean \"", nearest.c_str(), nearest.empty() ? "" : "\"?");
+}
+
+std::vector<Parameter> range_of(const std::string &text, const Item &item) {
+    const Parameter first = parameter_of(item.name);
+    std::vector<Parameter> range = {first};
+    if (item.last == 0)
+        return range;
+    if (first.number == 0 || item.last <= first.number)
+        refuse(text, "a range must go from a number to a larger one, as zernike_5-21");
+    for (int number = first.number + 1; number <= item.last; number++)
+        range.push_back(parameter_of(name_of({first.kind, number})));
+    return range;
+}
+
+void add(const std::string &text, const Item &item, const Scene &scene, const optics::Plan &plan, bool named,
+         std::vector<Free> &all) {
+    for (const Parameter parameter : range_of(text, item)) {
+        if (const char *const why = why_not_adjustable(parameter))
+            fail(scope_of(parameter) == Scope::frame && parameter.kind != Kind::roll ? Status::argument
+                                                                                     : Status::unsupported,
+                 "{options->free}: \"%s\": %s", name_of(parameter).c_str(), why);
+        if (const char *const why = optics::why_no_derivative(scene, plan, parameter)) {
+            if (!named)
+                continue;
+            fail(Status::unsupported, "%s: {options->free}: \"%s\": %s", scene.source.c_str(),
+                 name_of(parameter).c_str(), why);
+        }
+        if (std::any_of(all.begin(), all.end(), [=](const Free &one) { return one.parameter == parameter; }))
+            refuse(name_of(parameter), "must be named once");
+        all.push_back({parameter, item.sigma != 0 ? item.sigma : default_sigma(parameter)});
+    }
+}
+
+} // namespace
+
+double default_sigma(Parameter parameter) noexcept {
+    switch (parameter.kind) {
+    case Kind::focus:
+    case Kind::zernike:
+        return 100; // nm
+    case Kind::mask_rotation:
+        return 1; // deg
+    case Kind::mask_shift_x:
+    case Kind::mask_shift_y:
+        return 1e-4; // m
+    case Kind::jitter_xx:
+    case Kind::jitter_yy:
+    case Kind::jitter_xy:
+        return 0.2; // px^2
+    case Kind::temperature_a:
+    case Kind::temperature_b:
+        return 200; // K
+    case Kind::spectrum_a:
+    case Kind::spectrum_b:
+        return 0.1;
+    default:
+        return 1e-2; // scale, anisotropy, shear
+    }
+}
+
+std::vector<Free> free_of(const std::string &text, const Scene &scene, const optics::Plan &plan) {
+    const bool named = text.find_first_not_of(' ') != std::string::npos;
+    const std::string list = named ? text : kDefault;
+    std::vector<Free> all;
+    for (size_t at = list.find_first_not_of(' '); at != std::string::npos;) {
+        const size_t end = std::min(list.find(' ', at), list.size());
+        const std::string item = list.substr(at, end - at);
+        add(item, parse(item), scene, plan, named, all);
+        at = list.find_first_not_of(' ', end);
+    }
+    return all;
+}
+
+} // namespace toliman::calibrate

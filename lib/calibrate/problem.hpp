@@ -1,0 +1,64 @@
+// What a calibration is given, and where it stands.
+#pragma once
+#include <array>
+#include <functional>
+#include <vector>
+
+#include "base/buffer.hpp"
+#include "base/view.hpp"
+#include "fit/fit.hpp"
+#include "optics/simulator.hpp"
+
+namespace toliman::calibrate {
+
+constexpr size_t kOwn = fit::always; // parameters of a frame: places, fluxes, background, as in fit/model.hpp
+
+// A parameter of the instrument with its prior, a normal one around 0.
+struct Free {
+    Parameter parameter;
+    double sigma;
+};
+
+// Frames are read when needed, one at a time by each thread: memory does not depend on their number.
+struct Frames {
+    size_t count = 0;
+    std::function<void(size_t k, double *counts)> read; // [rows][cols]
+    std::vector<fit::Prediction> predictions;
+};
+
+// Frames of a window have the same instrument.
+struct Window {
+    double first_days = 0;
+    std::vector<size_t> frames;
+};
+
+struct Problem {
+    Scene nominal;
+    optics::Settings settings;
+    std::vector<Free> free;
+    Frames frames;
+    std::vector<Window> windows;
+    double smoothness = 0.01; // standard deviation of the change between windows, in those of the priors
+    double capture_px = 6;
+
+    std::vector<Parameter> parameters() const {
+        std::vector<Parameter> all;
+        for (const Free &one : free)
+            all.push_back(one.parameter);
+        return all;
+    }
+};
+
+// Values of all parameters: changes of the instrument against the nominal scene in each window, and those of each
+// frame.
+struct Point {
+    std::vector<std::vector<double>> instrument; // [window][parameter]
+    std::vector<std::array<double, kOwn>> own;   // [frame]
+    Buffer<double> map_m;                        // OPD added to the pupil, [N][N]; empty = none
+};
+
+// The scene with changed parameters, and its outline with the map.
+Scene scene_at(const Problem &problem, const std::vector<double> &changes);
+optics::Outline outline_at(const Problem &problem, const std::vector<double> &changes, const Buffer<double> &map_m);
+
+} // namespace toliman::calibrate

@@ -1,0 +1,260 @@
+// Method: with H = (A B; B' D) and gradient (a; d) the block of a frame, A that of its own parameters, the elimination
+// of these leaves for the instrument
+//     S = sum over frames of (D - B' A^-1 B) + P,   b = sum of (d - B' A^-1 a) - P q,
+// with the priors' inverse covariance P at the changes q: Schur complement. The step of the instrument is S^-1 b, that
+// of a frame's own parameters A^-1 (a - B step): exactly those of the whole system, whose size grows with the frames.
+// Damping l multiplies the diagonals of A and of sum D + P by 1 + l (Marquardt 1963).
+// Prior: each parameter is normal around 0 in the first window, and its change from one window to the next is normal
+// around 0 with `smoothness` times the standard deviation (random walk).
+// Covariance: S^-1 of the instrument, and A^-1 + T S^-1 T' with T = A^-1 B of a frame.
+// Reference: Triggs et al. 2000, Bundle Adjustment - A Modern Synthesis, LNCS 1883, 298.
+#include "calibrate/solve.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "fit/normal_matrix.hpp"
+#include "scene/instrument.hpp"
+
+namespace toliman::calibrate {
+
+namespace {
+
+using Kind = Parameter::Kind;
+
+// A frame's own parameters eliminated: A^-1, T = A^-1 B [own][n], A^-1 a.
+struct Eliminated {
+    std::array<double, kOwn * kOwn> inverse;
+    Buffer<double> gain;
+    std::array<double, kOwn> step;
+};
+
+bool eliminate(const Block &block, size_t n, double damping, Eliminated &out) {
+    const size_t size = kOwn + n;
+    for (size_t i = 0; i < kOwn; i++)
+        for (size_t j = 0; j < kOwn; j++)
+            out.inverse[i * kOwn + j] = block.matrix[i * size + j] * (i == j ? 1 + damping : 1);
+    if (!fit::invert(out.inverse.data(), kOwn))
+        return false;
+    out.gain.resize(kOwn * n);
+    for (size_t i = 0; i < kOwn; i++) {
+        double step = 0;
+        for (size_t k = 0; k < kOwn; k++) {
+            const double factor = out.inverse[i * kOwn + k];
+            step += factor * block.gradient[k];
+            for (size_t j = 0; j < n; j++)
+                out.gain[i * n + j] += factor * block.matrix[k * size + kOwn + j];
+        }
+        out.step[i] = step;
+    }
+    return true;
+}
+
+// The instrument's normal equations in all windows.
+struct Reduced {
+    size_t n = 0, size = 0;        // parameters; times windows
+    Buffer<double> matrix, vector; // [size][size], [size]
+    Buffer<double> diagonal;       // of the equations before elimination, [size]
+    std::vector<Eliminated> frames;
+    bool solvable = false;
+};
+
+void add_frame(const Block &block, const Eliminated &frame, size_t at, Reduced &sum) {
+    const size_t n = sum.n, size = kOwn + n;
+    for (size_t i = 0; i < n; i++) {
+        const double *const own = &block.matrix[(kOwn + i) * size]; // B'
+        double gradient = block.gradient[kOwn + i];
+        for (size_t k = 0; k < kOwn; k++)
+            gradient -= own[k] * frame.step[k];
+        sum.vector[at + i] += gradient;
+        sum.diagonal[at + i] += own[kOwn + i];
+        for (size_t j = 0; j < n; j++) {
+            double value = own[kOwn + j];
+            for (size_t k = 0; k < kOwn; k++)
+                value -= own[k] * frame.gain[k * n + j];
+            sum.matrix[(at + i) * sum.size + at + j] += value;
+        }
+    }
+}
+
+// Calls add(first, second, weight) for each term of the prior, weight (q[first] - q[second])^2; second may be none.
+constexpr size_t kNone = static_cast<size_t>(-1);
+template <class Add> void for_prior(const Problem &problem, const Add &add) {
+    const size_t n = problem.free.size();
+    for (size_t window = 0; window < problem.windows.size(); window++)
+        for (size_t i = 0; i < n; i++) {
+            const double sigma = problem.free[i].sigma * (window == 0 ? 1 : problem.smoothness);
+            add(window * n + i, window == 0 ? kNone : (window - 1) * n + i, 1 / (sigma * sigma));
+        }
+}
+
+double value_at(const Point &point, size_t n, size_t i) {
+    return point.instrument[i / n][i % n];
+}
+
+// point: NULL adds the matrix of the prior only.
+void add_prior(const Problem &problem, const Point *point, Reduced &sum) {
+    for_prior(problem, [&](size_t i, size_t j, double weight) {
+        const auto at = [&](size_t a, size_t b) -> double & { return sum.matrix[a * sum.size + b]; };
+        const double pull = point == nullptr
+                                ? 0
+                                : weight * (value_at(*point, sum.n, i) - (j == kNone ? 0 : value_at(*point, sum.n, j)));
+        at(i, i) += weight;
+        sum.diagonal[i] += weight;
+        sum.vector[i] -= pull;
+        if (j == kNone)
+            return;
+        at(j, j) += weight;
+        sum.diagonal[j] += weight;
+        sum.vector[j] += pull;
+        at(i, j) -= weight;
+        at(j, i) -= weight;
+    });
+}
+
+Reduced reduced(const Problem &problem, const Point *point, const Linearisation &normal, double damping) {
+    Reduced sum;
+    sum.n = problem.free.size();
+    sum.size = sum.n * problem.windows.size();
+    sum.matrix.resize(sum.size * sum.size);
+    sum.vector.resize(sum.size);
+    sum.diagonal.resize(sum.size);
+    sum.frames.resize(normal.blocks.size());
+    for (size_t window = 0; window < problem.windows.size(); window++)
+        for (const size_t frame : problem.windows[window].frames) {
+            if (!eliminate(normal.blocks[frame], sum.n, damping, sum.frames[frame]))
+                return sum;
+            add_frame(normal.blocks[frame], sum.frames[frame], window * sum.n, sum);
+        }
+    add_prior(problem, point, sum);
+    sum.solvable = true;
+    return sum;
+}
+
+// Solves for the unknowns that are not fixed, with the change of the fixed ones in `change`.
+bool solve(const Reduced &sum, const Buffer<double> &matrix, const std::vector<bool> &fixed,
+           std::vector<double> &change) {
+    std::vector<size_t> open;
+    for (size_t i = 0; i < sum.size; i++)
+        if (!fixed[i])
+            open.push_back(i);
+    const size_t count = open.size();
+    Buffer<double> inverse(count * count), right(count);
+    for (size_t i = 0; i < count; i++) {
+        right[i] = sum.vector[open[i]];
+        for (size_t j = 0; j < sum.size; j++)
+            right[i] -= fixed[j] ? matrix[open[i] * sum.size + j] * change[j] : 0;
+        for (size_t j = 0; j < count; j++)
+            inverse[i * count + j] = matrix[open[i] * sum.size + open[j]];
+    }
+    if (!fit::invert(inverse.data(), count))
+        return false;
+    for (size_t i = 0; i < count; i++) {
+        double value = 0;
+        for (size_t j = 0; j < count; j++)
+            value += inverse[i * count + j] * right[j];
+        change[open[i]] = value;
+    }
+    return true;
+}
+
+// Fixes the jitter of each window where the step would make it impossible: its change becomes that to the nearest
+// possible covariance. Whether any was fixed.
+bool hold_jitter(const Problem &problem, const Point &point, std::vector<double> &change, std::vector<bool> &fixed) {
+    const size_t n = problem.free.size();
+    bool any = false;
+    for (size_t window = 0; window < problem.windows.size(); window++) {
+        std::vector<double> values = point.instrument[window];
+        for (size_t i = 0; i < n; i++)
+            values[i] += change[window * n + i];
+        const Jitter wanted = scene_at(problem, values).systematics.jitter;
+        Jitter possible = wanted;
+        if (!make_possible(possible))
+            continue;
+        for (size_t i = 0; i < n; i++) {
+            const Kind kind = problem.free[i].parameter.kind;
+            const double by = kind == Kind::jitter_xx   ? possible.xx - wanted.xx
+                              : kind == Kind::jitter_yy ? possible.yy - wanted.yy
+                              : kind == Kind::jitter_xy ? possible.xy - wanted.xy
+                                                        : 0;
+            if (kind != Kind::jitter_xx && kind != Kind::jitter_yy && kind != Kind::jitter_xy)
+                continue;
+            change[window * n + i] += by;
+            fixed[window * n + i] = any = true;
+        }
+    }
+    return any;
+}
+
+} // namespace
+
+double prior_cost(const Problem &problem, const Point &point) {
+    const size_t n = problem.free.size();
+    double sum = 0;
+    for_prior(problem, [&](size_t i, size_t j, double weight) {
+        const double distance = value_at(point, n, i) - (j == kNone ? 0 : value_at(point, n, j));
+        sum += weight * distance * distance;
+    });
+    return sum;
+}
+
+Step step_from(const Problem &problem, const Point &point, const Linearisation &normal, double damping) {
+    Step step;
+    const Reduced sum = reduced(problem, &point, normal, damping);
+    if (!sum.solvable)
+        return step;
+    Buffer<double> damped = sum.matrix, covariance = sum.matrix;
+    for (size_t i = 0; i < sum.size; i++)
+        damped[i * sum.size + i] += damping * sum.diagonal[i];
+    std::vector<double> change(sum.size);
+    std::vector<bool> fixed(sum.size);
+    if (!solve(sum, damped, fixed, change) || !fit::invert(covariance.data(), sum.size))
+        return step;
+    if (hold_jitter(problem, point, change, fixed) && !solve(sum, damped, fixed, change))
+        return step;
+    step.change.instrument.resize(problem.windows.size());
+    step.change.own.resize(problem.frames.count);
+    for (size_t window = 0; window < problem.windows.size(); window++) {
+        const double *const of_window = &change[window * sum.n];
+        step.change.instrument[window].assign(of_window, of_window + sum.n);
+        for (const size_t frame : problem.windows[window].frames)
+            for (size_t k = 0; k < kOwn; k++) {
+                double value = sum.frames[frame].step[k];
+                for (size_t i = 0; i < sum.n; i++)
+                    value -= sum.frames[frame].gain[k * sum.n + i] * of_window[i];
+                step.change.own[frame][k] = value;
+            }
+    }
+    for (size_t i = 0; i < sum.size; i++)
+        step.largest = std::max(step.largest, std::fabs(change[i]) / std::sqrt(covariance[i * sum.size + i]));
+    step.solvable = true;
+    return step;
+}
+
+Uncertainty uncertainty_of(const Problem &problem, const Linearisation &normal) {
+    Uncertainty result;
+    Reduced sum = reduced(problem, nullptr, normal, 0);
+    if (!sum.solvable || !fit::invert(sum.matrix.data(), sum.size))
+        return result;
+    result.alone.resize(problem.frames.count);
+    result.whole.resize(problem.frames.count);
+    for (size_t window = 0; window < problem.windows.size(); window++)
+        for (const size_t frame : problem.windows[window].frames) {
+            const Eliminated &of = sum.frames[frame];
+            result.alone[frame] = result.whole[frame] = of.inverse;
+            for (size_t k = 0; k < kOwn; k++)
+                for (size_t i = 0; i < sum.n; i++) {
+                    double row = 0; // T S^-1
+                    for (size_t j = 0; j < sum.n; j++)
+                        row +=
+                            of.gain[k * sum.n + j] * sum.matrix[(window * sum.n + j) * sum.size + window * sum.n + i];
+                    for (size_t l = 0; l < kOwn; l++)
+                        result.whole[frame][k * kOwn + l] += row * of.gain[l * sum.n + i];
+                }
+        }
+    result.instrument = std::move(sum.matrix);
+    result.solvable = true;
+    return result;
+}
+
+} // namespace toliman::calibrate

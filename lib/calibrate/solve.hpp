@@ -1,0 +1,28 @@
+// The step to the maximum of the likelihood, and the covariance there, from the normal equations of all frames.
+#pragma once
+#include "calibrate/joint.hpp"
+
+namespace toliman::calibrate {
+
+// The prior's part of the sum of squares.
+double prior_cost(const Problem &problem, const Point &point);
+
+struct Step {
+    Point change;       // without a map
+    double largest = 0; // of a parameter of the instrument, in standard deviations
+    bool solvable = false;
+};
+
+// The Levenberg-Marquardt step with this damping, 0 = Gauss-Newton. Jitter remains possible: scene/instrument.hpp.
+Step step_from(const Problem &problem, const Point &point, const Linearisation &normal, double damping);
+
+// Covariances at a point.
+struct Uncertainty {
+    Buffer<double> instrument;                          // [windows * n][windows * n]
+    std::vector<std::array<double, kOwn * kOwn>> alone; // of each frame's own parameters, the instrument known
+    std::vector<std::array<double, kOwn * kOwn>> whole; // with the instrument's uncertainty
+    bool solvable = false;
+};
+Uncertainty uncertainty_of(const Problem &problem, const Linearisation &normal);
+
+} // namespace toliman::calibrate
