@@ -223,6 +223,85 @@ const Value *Value::find(const std::string &name) const noexcept {
     return nullptr;
 }
 
+Value &Value::member(const std::string &name) {
+    kind = Kind::object;
+    for (size_t i = 0; i < names.size(); i++)
+        if (names[i] == name)
+            return items[i];
+    names.push_back(name);
+    return items.emplace_back();
+}
+
+void Value::remove(const std::string &name) {
+    for (size_t i = 0; i < names.size(); i++)
+        if (names[i] == name) {
+            names.erase(names.begin() + static_cast<ptrdiff_t>(i));
+            items.erase(items.begin() + static_cast<ptrdiff_t>(i));
+            return;
+        }
+}
+
+Value Value::of(double number) {
+    Value value;
+    value.kind = Kind::number;
+    value.number = number;
+    return value;
+}
+
+Value Value::of(const std::string &text) {
+    Value value;
+    value.kind = Kind::text;
+    value.text = text;
+    return value;
+}
+
+namespace {
+
+using Tree = std::unique_ptr<cJSON, void (*)(cJSON *)>;
+
+Tree known(cJSON *node) {
+    if (node == nullptr)
+        throw std::bad_alloc();
+    return {node, cJSON_Delete};
+}
+
+Tree tree_of(const Value &value) {
+    switch (value.kind) {
+    case Value::Kind::null:
+        return known(cJSON_CreateNull());
+    case Value::Kind::boolean:
+        return known(cJSON_CreateBool(value.boolean ? 1 : 0));
+    case Value::Kind::number:
+        return known(value.integer ? cJSON_CreateRaw(std::to_string(*value.integer).c_str())
+                                   : cJSON_CreateNumber(value.number));
+    case Value::Kind::text:
+        return known(cJSON_CreateString(value.text.c_str()));
+    case Value::Kind::array:
+    case Value::Kind::object:
+        break;
+    }
+    const bool object = value.kind == Value::Kind::object;
+    Tree tree = known(object ? cJSON_CreateObject() : cJSON_CreateArray());
+    for (size_t i = 0; i < value.items.size(); i++) {
+        Tree item = tree_of(value.items[i]);
+        const bool added = object ? cJSON_AddItemToObject(tree.get(), value.names[i].c_str(), item.get()) != 0
+                                  : cJSON_AddItemToArray(tree.get(), item.get()) != 0;
+        if (!added)
+            throw std::bad_alloc();
+        (void)item.release();
+    }
+    return tree;
+}
+
+} // namespace
+
+std::string print(const Value &value) {
+    const std::unique_ptr<char, void (*)(void *)> text(cJSON_Print(tree_of(value).get()), cJSON_free);
+    if (text == nullptr)
+        throw std::bad_alloc();
+    return text.get() + std::string("\n");
+}
+
 Value parse(const std::string &text, const std::string &source, Form form) {
     if (text.find_first_not_of(" \t\r\n") == std::string::npos)
         fail(Status::format, "{%s}: is empty", source.c_str());

@@ -20,6 +20,10 @@ struct Value {
     std::vector<std::string> names; // keys of an object's items, all different in a document
 
     const Value *find(const std::string &name) const noexcept; // the first; nullptr if there is none
+    Value &member(const std::string &name);                    // of an object; made as null if there is none
+    void remove(const std::string &name);                      // of an object, if there is one
+    static Value of(double number);
+    static Value of(const std::string &text);
 };
 
 // document: duplicate keys are refused. line: a line of JSON Lines; duplicate keys are kept, and messages name no line.
@@ -29,5 +33,8 @@ enum class Form { document, line };
 // with at most 16 nested levels and 4096 values, and numbers within the range of double. Status::format otherwise; the
 // message starts with `source` and, except for duplicate keys, names line and column.
 Value parse(const std::string &text, const std::string &source, Form form = Form::document);
+
+// JSON text of a value, indented, with a newline at the end; numbers have all digits.
+std::string print(const Value &value);
 
 } // namespace toliman::json

@@ -150,10 +150,7 @@ void add_aberrations(const Scene &scene, Pupil &pupil) {
                 if (pupil.amplitude[i] > 0)
                     pupil.opd_m[i] += term.rms_m * kernels::zernike(term.noll, x, y);
         });
-    if (telescope.opd_file.empty())
-        return;
-    const std::vector<double> map = read_map(scene, "aberrations.opd_file", telescope.opd_file, pupil.samples,
-                                             scene::within(-kLargestOpd, kLargestOpd, "m"));
+    const std::vector<double> map = opd_of_file(scene, pupil.samples);
     for (size_t i = 0; i < map.size(); i++)
         pupil.opd_m[i] += map[i];
 }
@@ -202,6 +199,13 @@ Pupil make_pupil(const Scene &scene, size_t samples) {
         pupil.defocus[i] = pupil.amplitude[i] > 0 ? kernels::zernike(4, x, y) : 0;
     });
     return pupil;
+}
+
+std::vector<double> opd_of_file(const Scene &scene, size_t samples) {
+    const std::string &path = scene.telescope.opd_file;
+    if (path.empty())
+        return {};
+    return read_map(scene, "aberrations.opd_file", path, samples, scene::within(-kLargestOpd, kLargestOpd, "m"));
 }
 
 Mode zernike_mode(const Pupil &pupil, int noll) {

@@ -27,6 +27,9 @@ struct Pupil {
 // The scene's pupil in samples x samples cells. Files must have exactly that many.
 Pupil make_pupil(const Scene &scene, size_t samples);
 
+// The map (m) of the scene's OPD file, [samples][samples]; empty without a file.
+std::vector<double> opd_of_file(const Scene &scene, size_t samples);
+
 // What a parameter changes in the pupil: an OPD, or the covered fraction of cells by the mask.
 struct Mode {
     struct Cell {

@@ -131,6 +131,7 @@ constexpr Row kSceneRows[] = {
     part("preprocess", &kPreprocess),
     optional<&Scene::accuracy>("accuracy", within(1e-15, 1),
                                "Allowed relative error of the noise-free frame and of the signal"),
+    part("calibration", &kCalibration),
 };
 
 } // namespace
@@ -160,6 +161,8 @@ Scene read_scene(const std::string &json, const std::string &source, const std::
     Scene scene;
     scene.source = source;
     scene.digest = fnv1a(json.data(), json.size());
+    scene.json = json;
+    scene.folder = folder;
     const scene::Context context = {source, folder, scene};
     read_group(scene::kScene, scene::Reader(tree, "", context), &scene);
     return scene;

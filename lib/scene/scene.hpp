@@ -148,9 +148,10 @@ struct Noise {
 };
 
 struct Scene {
-    std::string source;  // name of the scene in messages: its path as given
-    std::string name;    // as base/name.hpp allows, or ""
-    uint64_t digest = 0; // FNV-1a of the JSON text
+    std::string source;       // name of the scene in messages: its path as given
+    std::string name;         // as base/name.hpp allows, or ""
+    uint64_t digest = 0;      // FNV-1a of the JSON text
+    std::string json, folder; // the JSON text, and the folder at which its relative file names start
     Telescope telescope;
     std::optional<Band> band;
     std::vector<Star> stars; // A, then B if there is one

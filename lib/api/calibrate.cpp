@@ -1,0 +1,377 @@
+// include/toliman/calibrate.h
+#include <toliman/calibrate.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <string>
+
+#include "api/fit_values.hpp"
+#include "api/guard.hpp"
+#include "api/handles.hpp"
+#include "api/memory.hpp"
+#include "api/parameters.hpp"
+#include "api/pixel_frames.hpp"
+#include "api/struct_array.hpp"
+#include "backend/file.hpp"
+#include "base/workers.hpp"
+#include "calibrate/calibrate.hpp"
+#include "calibrate/fitted.hpp"
+#include "calibrate/prior.hpp"
+#include "scene/instrument.hpp"
+
+using namespace toliman;
+using namespace toliman::api;
+
+struct toliman_calibration : Handle<toliman_calibration> {
+    static constexpr char kType[] = "toliman_calibration";
+    calibrate::Calibration calibration;
+};
+
+namespace {
+
+constexpr int32_t kMostIterations = 1000;
+constexpr double kMostDays = 1e6;
+constexpr size_t kMostUnknowns = 4096; // parameters times windows
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+template <class T> T in_range(const char *name, T value, T least, T most, T preset) {
+    if (value == 0)
+        return preset;
+    if (!(value >= least && value <= most))
+        fail(Status::argument, "{options->%s} = %.7g: must be in [%.7g, %.7g], or 0 for %.7g", name,
+             static_cast<double>(value), static_cast<double>(least), static_cast<double>(most),
+             static_cast<double>(preset));
+    return value;
+}
+
+void check_scene(const optics::Simulator &simulator) {
+    const Scene &scene = simulator.scene();
+    const char *const source = scene.source.c_str();
+    if (scene.stars.size() < 2)
+        fail(Status::unsupported, "%s: {stars}: a calibration needs two stars", source);
+    if (simulator.plan().engine == optics::EngineKind::padded_fft)
+        fail(Status::unsupported, "%s: a calibration needs the matrix DFT: the padded FFT has no derivatives", source);
+}
+
+// Windows of `days`, each from the first time on, without empty ones.
+std::vector<calibrate::Window> windows_of(const std::vector<fit::Prediction> &predictions, double days) {
+    const double first = std::min_element(predictions.begin(), predictions.end(), [](const auto &a, const auto &b) {
+                             return a.days < b.days;
+                         })->days;
+    std::map<double, calibrate::Window> windows;
+    for (size_t k = 0; k < predictions.size(); k++) {
+        const double start = days > 0 ? first + days * std::floor((predictions[k].days - first) / days) : first;
+        windows[start].first_days = start;
+        windows[start].frames.push_back(k);
+    }
+    std::vector<calibrate::Window> all;
+    for (auto &[start, window] : windows)
+        all.push_back(std::move(window));
+    return all;
+}
+
+std::vector<fit::Prediction> predictions_of(const toliman_fit_prediction *given, size_t count,
+                                            const optics::Simulator &simulator) {
+    std::vector<fit::Prediction> predictions(count);
+    for (size_t k = 0; k < count; k++)
+        predictions[k].days = simulator.time_days(static_cast<int64_t>(k));
+    if (given == nullptr)
+        return predictions;
+    const StructArray<const toliman_fit_prediction> all(given, "predictions");
+    for (size_t k = 0; k < count; k++)
+        in_frame(k, [&] { predictions[k] = prediction_of(all.get(k), "prediction"); });
+    return predictions;
+}
+
+// Where the calibration starts: changes of the parameters, and the map that they do not explain.
+struct Start {
+    std::vector<double> changes;
+    Buffer<double> map_m;
+};
+
+Start start_of(const calibrate::Problem &problem, const optics::Simulator &nominal, const toliman_sim *start) {
+    Start from = {std::vector<double>(problem.free.size()), {}};
+    if (start == nullptr)
+        return from;
+    const Use use(start, "options->start");
+    const Scene &scene = use->simulator.scene();
+    const optics::Pupil &pupil = use->simulator.pupil(), &same = nominal.pupil();
+    const bool agree = scene.detector.rows == problem.nominal.detector.rows &&
+                       scene.detector.cols == problem.nominal.detector.cols &&
+                       scene.stars.size() == problem.nominal.stars.size() && pupil.samples == same.samples &&
+                       pupil.step_m == same.step_m && pupil.amplitude == same.amplitude &&
+                       use->simulator.light().wavelength_m == nominal.light().wavelength_m;
+    if (!agree)
+        fail(Status::mismatch,
+             "{options->start}: %s: must be %s with other values of the parameters: detector, pupil and band differ",
+             scene.source.c_str(), problem.nominal.source.c_str());
+    for (size_t i = 0; i < problem.free.size(); i++)
+        from.changes[i] = change_of(scene, problem.nominal, problem.free[i].parameter);
+    if (scene.telescope.opd_file == problem.nominal.telescope.opd_file)
+        return from;
+    const optics::Outline outline = calibrate::outline_at(problem, from.changes, {});
+    from.map_m.resize(outline.pupil.opd_m.size());
+    for (size_t i = 0; i < from.map_m.size(); i++)
+        from.map_m[i] = pupil.opd_m[i] - outline.pupil.opd_m[i];
+    return from;
+}
+
+const calibrate::Calibration &known(const toliman_calibration &handle, int64_t window) {
+    const auto count = static_cast<int64_t>(handle.calibration.windows.size());
+    if (window < 0 || window >= count)
+        fail(Status::range, "{window} = %lld: must be in [0, %lld]", static_cast<long long>(window),
+             static_cast<long long>(count - 1));
+    return handle.calibration;
+}
+
+bool has_values(const calibrate::Calibration &calibration) {
+    return (calibration.flags & calibrate::not_converged) == 0 && !calibration.underway;
+}
+
+// Sets an image [rows][stride] to values [rows][cols], or to NaN without values.
+void deliver_image(const Buffer<double> &values, const calibrate::Calibration &calibration, double *image,
+                   size_t stride, const char *name) {
+    const size_t rows = calibration.nominal.detector.rows, cols = calibration.nominal.detector.cols;
+    required_image(image, stride, cols, name);
+    for (size_t y = 0; y < rows; y++)
+        for (size_t x = 0; x < cols; x++)
+            image[y * stride + x] = values.empty() ? kNan : values[y * cols + x];
+}
+
+toliman_calibration_step public_step(const calibrate::Report &report) {
+    toliman_calibration_step step = {};
+    step.struct_size = sizeof step;
+    step.map = report.of_map ? 1 : 0;
+    step.iteration = report.iteration;
+    step.accepted = report.accepted ? 1 : 0;
+    step.chi_square = report.chi_square;
+    step.largest_step = report.largest_step;
+    return step;
+}
+
+calibrate::Options options_of(const toliman_calibration_options &given) {
+    calibrate::Options options;
+    if ((given.flags & ~TOLIMAN_CALIBRATION_MAP) != 0)
+        fail(Status::argument, "{options->flags} = %u: must be 0 or TOLIMAN_CALIBRATION_MAP", given.flags);
+    options.map = (given.flags & TOLIMAN_CALIBRATION_MAP) != 0;
+    options.most_iterations = in_range("most_iterations", given.most_iterations, 1, kMostIterations, 30);
+    options.map_rms_m = 1e-9 * in_range("map_rms_nm", given.map_rms_nm, 1e-3, 1e4, 10.0);
+    options.on_step = [given](const calibrate::Calibration &so_far, const calibrate::Report &report) {
+        if (given.step == nullptr)
+            return;
+        const toliman_calibration handle = {{}, so_far};
+        const toliman_calibration_step step = public_step(report);
+        if (in_callback("step", [&] { return given.step(&handle, &step, given.step_data); }) != 0)
+            fail(Status::cancelled, "calibrate: cancelled by the step callback");
+    };
+    return options;
+}
+
+} // namespace
+
+void toliman_calibration_options_init(toliman_calibration_options *options, size_t size) noexcept {
+    deliver_defaults(toliman_calibration_options{}, options, size);
+}
+
+toliman_status toliman_calibrate(const toliman_sim *sim, const toliman_image *image, size_t count,
+                                 const toliman_fit_prediction *predictions, const toliman_calibration_options *options,
+                                 toliman_calibration **out) noexcept {
+    return guard([&] {
+        const toliman_calibration_options given = accept(options, toliman_calibration_options{}, "options");
+        const MemoryScope scope(memory_of(given.allocator));
+        const Use use(sim, "sim");
+        const optics::Simulator &simulator = use->simulator;
+        toliman_calibration *&made = required(out, "out");
+        check_scene(simulator);
+        if (count < 2)
+            fail(Status::argument, "{count} = %zu: must be at least 2 frames", count);
+        const calibrate::Options how = options_of(given);
+        calibrate::Problem problem;
+        problem.nominal = simulator.scene();
+        problem.settings.workers = worker_count(given.threads);
+        problem.free = calibrate::free_of(given.free != nullptr ? given.free : "", simulator.scene(), simulator.plan());
+        problem.capture_px = in_range("capture_px", given.capture_px, 0.1, fit::kMostCapturePx, 6.0);
+        problem.smoothness = in_range("smoothness", given.smoothness, 1e-9, 1e3, 0.01);
+        const double window_days = in_range("window_days", given.window_days, 1e-6, kMostDays, 0.0);
+        const PixelFrames frames =
+            frames_of(image, count, simulator.scene().detector.rows, simulator.scene().detector.cols);
+        problem.frames.count = count;
+        problem.frames.read = [&frames](size_t k, double *counts) {
+            Buffer<double> converted;
+            const ImageView<const double> frame = frames.frame(k, converted);
+            for (size_t row = 0; row < frame.rows; row++)
+                std::copy_n(frame.row(row), frame.cols, counts + row * frame.cols);
+        };
+        problem.frames.predictions = predictions_of(predictions, count, simulator);
+        problem.windows = windows_of(problem.frames.predictions, window_days);
+        if (problem.windows.size() * problem.free.size() > kMostUnknowns)
+            fail(Status::argument, "{options->window_days} = %g: %zu windows of %zu parameters: must be at most %zu",
+                 given.window_days, problem.windows.size(), problem.free.size(), kMostUnknowns);
+        const Start start = start_of(problem, simulator, given.start);
+        made = new toliman_calibration{{}, calibrate::calibrate(problem, start.changes, start.map_m, how)};
+    });
+}
+
+void toliman_calibration_destroy(toliman_calibration *calibration) noexcept {
+    destroy(calibration);
+}
+
+toliman_status toliman_calibration_get_info(const toliman_calibration *handle, toliman_calibration_info *out) noexcept {
+    return guard([&] {
+        const Use use(handle, "calibration");
+        const calibrate::Calibration &calibration = use->calibration;
+        const bool valid = has_values(calibration);
+        toliman_calibration_info info = {};
+        info.flags = calibration.underway ? calibrate::not_converged : calibration.flags;
+        info.frames = static_cast<int64_t>(calibration.point.own.size());
+        info.rows = static_cast<int64_t>(calibration.nominal.detector.rows);
+        info.cols = static_cast<int64_t>(calibration.nominal.detector.cols);
+        info.cells = static_cast<int64_t>(calibration.samples);
+        info.parameters = static_cast<uint32_t>(calibration.free.size());
+        info.windows = static_cast<uint32_t>(calibration.windows.size());
+        info.iterations = calibration.iterations;
+        info.map_iterations = calibration.map_iterations;
+        info.chi_square = calibration.chi_square; // also of one that did not converge: it tells how far it came
+        info.chi_square_sigma = valid ? calibration.chi_square_sigma : kNan;
+        info.structure = valid ? calibration.structure : kNan;
+        info.structure_limit = calibrate::kStructureLimit;
+        info.separation_sigma_px = valid ? calibration.separation_sigma_px : kNan;
+        info.calibration_sigma_px = valid ? calibration.calibration_sigma_px : kNan;
+        info.map_rms_nm = valid ? 1e9 * calibration.map_rms_m : kNan;
+        deliver(info, out, "out");
+    });
+}
+
+toliman_status toliman_calibration_get_value(const toliman_calibration *handle, int64_t window, int32_t index,
+                                             toliman_calibration_value *out) noexcept {
+    return guard([&] {
+        const Use use(handle, "calibration");
+        const calibrate::Calibration &calibration = known(*handle, window);
+        const auto count = static_cast<int32_t>(calibration.free.size());
+        if (index < 0 || index >= count)
+            fail(Status::range, "{index} = %d: must be in [0, %d]", index, count - 1);
+        const auto i = static_cast<size_t>(index), w = static_cast<size_t>(window), n = calibration.free.size(),
+                   at = w * n + i;
+        const Parameter parameter = calibration.free[i].parameter;
+        const bool valid = has_values(calibration);
+        toliman_calibration_value value = {};
+        value.name = public_parameter(parameter).name;
+        value.unit = unit_of(parameter);
+        value.value = (calibration.flags & calibrate::not_converged) == 0 ? calibration.point.instrument[w][i] : kNan;
+        value.sigma =
+            valid ? std::sqrt(calibration.uncertainty.instrument[at * n * calibration.windows.size() + at]) : kNan;
+        value.prior_sigma = calibration.free[i].sigma;
+        if (valid && value.sigma > calibrate::kHeld * value.prior_sigma)
+            value.flags |= TOLIMAN_CALIBRATION_HELD;
+        if (calibration.even[i])
+            value.flags |= TOLIMAN_CALIBRATION_NO_SIGN;
+        deliver(value, out, "out");
+    });
+}
+
+toliman_status toliman_calibration_get_covariance(const toliman_calibration *handle, int64_t window,
+                                                  double *covariance) noexcept {
+    return guard([&] {
+        const Use use(handle, "calibration");
+        const calibrate::Calibration &calibration = known(*handle, window);
+        required(covariance, "covariance");
+        const size_t n = calibration.free.size(), size = n * calibration.windows.size(),
+                     first = static_cast<size_t>(window) * n;
+        const bool valid = has_values(calibration);
+        for (size_t i = 0; i < n; i++)
+            for (size_t j = 0; j < n; j++)
+                covariance[i * n + j] =
+                    valid ? calibration.uncertainty.instrument[(first + i) * size + first + j] : kNan;
+    });
+}
+
+toliman_status toliman_calibration_get_frame(const toliman_calibration *handle, int64_t index,
+                                             toliman_fit_result *out) noexcept {
+    return guard([&] {
+        const Use use(handle, "calibration");
+        const calibrate::Calibration &calibration = use->calibration;
+        const auto count = static_cast<int64_t>(calibration.point.own.size());
+        if (index < 0 || index >= count)
+            fail(Status::range, "{index} = %lld: must be in [0, %lld]", static_cast<long long>(index),
+                 static_cast<long long>(count - 1));
+        fit::Result result;
+        if (has_values(calibration))
+            result = calibration.frames[static_cast<size_t>(index)];
+        else
+            result.flags = fit::not_converged;
+        deliver(public_result(result, calibrate::kOwn), out, "out");
+    });
+}
+
+toliman_status toliman_calibration_get_window(const toliman_calibration *handle, int64_t window,
+                                              toliman_calibration_window *out) noexcept {
+    return guard([&] {
+        const Use use(handle, "calibration");
+        const calibrate::Calibration &calibration = known(*handle, window);
+        const auto w = static_cast<size_t>(window);
+        toliman_calibration_window found = {};
+        found.frames = static_cast<int64_t>(calibration.windows[w].size());
+        found.first_days = calibration.first_days[w];
+        found.chi_square = has_values(calibration) ? calibration.chi_square_of[w] : kNan;
+        deliver(found, out, "out");
+    });
+}
+
+toliman_status toliman_calibration_get_opd(const toliman_calibration *handle, int64_t window, double *opd) noexcept {
+    return guard([&] {
+        const Use use(handle, "calibration");
+        const calibrate::Calibration &calibration = known(*handle, window);
+        required(opd, "opd");
+        const Buffer<double> change = calibrate::opd_change(calibration, static_cast<size_t>(window));
+        const bool valid = has_values(calibration);
+        for (size_t i = 0; i < change.size(); i++)
+            opd[i] = valid ? change[i] : kNan;
+    });
+}
+
+toliman_status toliman_calibration_get_chi_map(const toliman_calibration *handle, double *map, size_t stride) noexcept {
+    return guard([&] {
+        const Use use(handle, "calibration");
+        deliver_image(use->calibration.chi_map, use->calibration, map, stride, "map");
+    });
+}
+
+toliman_status toliman_calibration_get_residual(const toliman_calibration *handle, int32_t fitted, double *image,
+                                                size_t stride) noexcept {
+    return guard([&] {
+        const Use use(handle, "calibration");
+        if (fitted != 0 && fitted != 1)
+            fail(Status::argument, "{fitted} = %d: must be 0 or 1", fitted);
+        const calibrate::Calibration &calibration = use->calibration;
+        deliver_image(fitted == 1 ? calibration.after : calibration.before, calibration, image, stride, "image");
+    });
+}
+
+toliman_status toliman_calibration_save_file(const toliman_calibration *handle, int64_t window,
+                                             const char *path) noexcept {
+    return guard([&] {
+        const Use use(handle, "calibration");
+        const calibrate::Calibration &calibration = known(*handle, window);
+        const std::string name = &required(path, "path");
+        constexpr char suffix[] = ".json";
+        const size_t length = sizeof suffix - 1;
+        if (name.size() <= length || name.compare(name.size() - length, length, suffix) != 0)
+            fail(Status::argument, "{path} = \"%s\": must end with .json", name.c_str());
+        if ((calibration.flags & calibrate::not_converged) != 0)
+            fail(Status::unsupported, "{calibration} did not converge: there is no fitted scene");
+        const size_t slash = name.rfind('/');
+        const std::string folder = slash == std::string::npos ? "." : name.substr(0, slash + 1),
+                          stem = name.substr(0, name.size() - length) + ".opd.npy",
+                          file = slash == std::string::npos ? stem : stem.substr(slash + 1);
+        const Buffer<double> map = calibrate::fitted_map(calibration);
+        if (!map.empty()) {
+            const std::string bytes = calibrate::npy_of(map, calibration.samples, calibration.samples);
+            file::replace(stem, bytes.data(), bytes.size());
+        }
+        const std::string json =
+            calibrate::fitted_json(calibration, static_cast<size_t>(window), folder, map.empty() ? "" : file);
+        file::replace(name, json.data(), json.size());
+    });
+}

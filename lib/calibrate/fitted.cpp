@@ -1,0 +1,159 @@
+#include "calibrate/fitted.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+
+#include "backend/json.hpp"
+#include "base/text.hpp"
+#include "optics/pupil.hpp"
+#include "scene/instrument.hpp"
+
+namespace toliman::calibrate {
+
+namespace {
+
+using json::Value;
+using Kind = Parameter::Kind;
+
+constexpr size_t kNpyHeader = 128; // bytes, a multiple of 64
+
+// Relative file names, anywhere in the scene, from the nominal scene's folder to the new one.
+void move_files(Value &value, const std::filesystem::path &from, const std::filesystem::path &to) {
+    for (size_t i = 0; i < value.items.size(); i++) {
+        Value &item = value.items[i];
+        const bool file = value.kind == Value::Kind::object && item.kind == Value::Kind::text &&
+                          (value.names[i] == "file" || value.names[i] == "opd_file" || value.names[i] == "times_days");
+        if (file && std::filesystem::path(item.text).is_relative())
+            item.text = std::filesystem::relative(from / item.text, to).generic_string();
+        move_files(item, from, to);
+    }
+}
+
+void set_zernikes(const Scene &scene, Value &telescope) {
+    Value &zernikes = telescope.member("aberrations").member("zernike_rms_nm");
+    for (const ZernikeTerm &term : scene.telescope.zernikes)
+        zernikes.member(std::to_string(term.noll)) = Value::of(term.rms_m * 1e9);
+}
+
+void set_jitter(const Scene &scene, Value &systematics) {
+    const Jitter &jitter = scene.systematics.jitter;
+    systematics.remove("jitter_sigma_px");
+    Value &covariance = systematics.member("jitter_covariance_px2");
+    const double xx = std::max(0.0, jitter.xx), yy = std::max(0.0, jitter.yy), most = std::sqrt(xx * yy);
+    covariance.member("xx") = Value::of(xx);
+    covariance.member("yy") = Value::of(yy);
+    covariance.member("xy") = Value::of(std::clamp(jitter.xy, -most, most));
+}
+
+void set_spectrum(const Scene &scene, size_t star, Value &stars) {
+    const Spectrum &spectrum = scene.stars[star].spectrum;
+    Value &out = stars.member(star == 0 ? "A" : "B").member("spectrum");
+    if (spectrum.kind == Spectrum::Kind::blackbody) {
+        out.member("temperature_k") = Value::of(spectrum.temperature_k);
+    } else if (spectrum.star_temperature_k != 0) {
+        out.member("star_temperature_k") = Value::of(spectrum.star_temperature_k);
+        out.member("table_temperature_k") = Value::of(spectrum.table_temperature_k);
+    }
+    if (spectrum.modes.empty())
+        return;
+    Value modes;
+    modes.kind = Value::Kind::array;
+    for (const double mode : spectrum.modes)
+        modes.items.push_back(Value::of(mode));
+    out.member("modes") = modes;
+}
+
+void set_shift(const Mask &mask, Value &out) {
+    Value shift;
+    shift.kind = Value::Kind::array;
+    for (const double m : mask.shift_m)
+        shift.items.push_back(Value::of(m));
+    out.member("shift_m") = shift;
+}
+
+// Writes the group of a parameter; groups of several parameters more than once.
+void set(Parameter parameter, const Scene &scene, Value &tree) {
+    Value &telescope = tree.member("telescope"), &detector = tree.member("detector");
+    switch (parameter.kind) {
+    case Kind::focus:
+    case Kind::zernike:
+        return set_zernikes(scene, telescope);
+    case Kind::mask_rotation:
+        telescope.member("mask").member("rotation_deg") = Value::of(scene.telescope.mask.rotation_deg);
+        return;
+    case Kind::mask_shift_x:
+    case Kind::mask_shift_y:
+        return set_shift(scene.telescope.mask, telescope.member("mask"));
+    case Kind::scale:
+        detector.member("pixel_scale_arcsec") = Value::of(scene.detector.pixel_scale_arcsec);
+        return;
+    case Kind::anisotropy:
+        detector.member("scale_anisotropy") = Value::of(scene.detector.scale_anisotropy);
+        return;
+    case Kind::shear:
+        detector.member("shear") = Value::of(scene.detector.shear);
+        return;
+    case Kind::jitter_xx:
+    case Kind::jitter_yy:
+    case Kind::jitter_xy:
+        return set_jitter(scene, tree.member("systematics"));
+    case Kind::temperature_a:
+    case Kind::spectrum_a:
+        return set_spectrum(scene, 0, tree.member("stars"));
+    default:
+        return set_spectrum(scene, 1, tree.member("stars"));
+    }
+}
+
+Value provenance(const Scene &scene) {
+    Value group;
+    group.member("pupil_samples") = Value::of(static_cast<double>(scene.telescope.pupil_samples));
+    if (scene.band && scene.band->steps > 0)
+        group.member("step_nm") =
+            Value::of((scene.band->max_nm - scene.band->min_nm) / static_cast<double>(scene.band->steps));
+    group.member("edges") = Value::of(std::string(scene.telescope.mask.edges == Mask::Edges::area ? "area" : "cell"));
+    group.member("accuracy") = Value::of(scene.accuracy);
+    return group;
+}
+
+} // namespace
+
+std::string fitted_json(const Calibration &calibration, size_t window, const std::string &folder,
+                        const std::string &map_file) {
+    const Scene scene = fitted_scene(calibration, window);
+    Value tree = json::parse(scene.json, scene.source);
+    const auto place = [](const std::string &name) { return std::filesystem::absolute(name.empty() ? "." : name); };
+    move_files(tree, place(scene.folder), place(folder));
+    for (const Free &free : calibration.free)
+        set(free.parameter, scene, tree);
+    if (!map_file.empty())
+        tree.member("telescope").member("aberrations").member("opd_file") = Value::of(map_file);
+    tree.member("calibration") = provenance(scene);
+    return json::print(tree);
+}
+
+Buffer<double> fitted_map(const Calibration &calibration) {
+    Buffer<double> map = calibration.point.map_m;
+    if (map.empty())
+        return map;
+    const std::vector<double> before = optics::opd_of_file(calibration.nominal, calibration.samples);
+    for (size_t i = 0; i < before.size(); i++)
+        map[i] += before[i];
+    return map;
+}
+
+std::string npy_of(const Buffer<double> &values, size_t rows, size_t cols) {
+    std::string text("\x93NUMPY\1\0", 8);
+    text += static_cast<char>(kNpyHeader - 10);
+    text += '\0';
+    text += "{'descr': '<f8', 'fortran_order': False, 'shape': (" + std::to_string(rows) + ", " + std::to_string(cols) +
+            "), }";
+    text.resize(kNpyHeader - 1, ' ');
+    text += '\n';
+    text.append(reinterpret_cast<const char *>(values.data()), values.size() * sizeof(double));
+    return text;
+}
+
+} // namespace toliman::calibrate

@@ -1,0 +1,54 @@
+// The numerical model is part of a calibration: with 128 pupil cells for 256, or 20 wavelengths for 40, aberrations
+// that were fitted for the other one leave errors of 1e-5 to 1e-3 px. A fitted scene names what it was calibrated with.
+#include "scene/groups.hpp"
+
+namespace toliman::scene {
+
+namespace {
+
+constexpr const char kAgain[] = "calibrate the scene again, or change it back";
+
+void check_samples(const Reader &reader, const Row &row, Scene &scene) {
+    const int64_t samples = reader.integer(row);
+    if (samples != static_cast<int64_t>(scene.telescope.pupil_samples))
+        reader.refuse(Status::scene, row.key, " = %lld, but telescope.pupil_samples = %zu: %s",
+                      static_cast<long long>(samples), scene.telescope.pupil_samples, kAgain);
+}
+
+void check_step(const Reader &reader, const Row &row, Scene &scene) {
+    const double step_nm = reader.number(row);
+    const double given = scene.band && scene.band->steps > 0
+                             ? (scene.band->max_nm - scene.band->min_nm) / static_cast<double>(scene.band->steps)
+                             : 0;
+    if (!(given > 0.999999 * step_nm && given < 1.000001 * step_nm))
+        reader.refuse(Status::scene, row.key, " = %g, but band.step_nm = %g: %s", step_nm, given, kAgain);
+}
+
+void check_edges(const Reader &reader, const Row &row, Scene &scene) {
+    if (static_cast<Mask::Edges>(reader.choice(row)) != scene.telescope.mask.edges)
+        reader.refuse(Status::scene, row.key, ": telescope.mask.edges is the other one: %s", kAgain);
+}
+
+void check_accuracy(const Reader &reader, const Row &row, Scene &scene) {
+    const double accuracy = reader.number(row);
+    if (scene.accuracy > accuracy)
+        reader.refuse(Status::scene, row.key, " = %g, but accuracy = %g: %s", accuracy, scene.accuracy, kAgain);
+}
+
+constexpr Row kRows[] = {
+    optional<check_samples>("pupil_samples", within(8, kMostPupilSamples, "samples"),
+                            "telescope.pupil_samples of the calibration")
+        .as(Type::integer),
+    optional<check_step>("step_nm", above(0, 1e6, "nm"), "band.step_nm of the calibration").as(Type::number),
+    optional<check_edges>("edges", Words{"cell area"}, "telescope.mask.edges of the calibration"),
+    optional<check_accuracy>("accuracy", within(1e-15, 1), "accuracy of the calibration; the scene's may be smaller")
+        .as(Type::number),
+};
+
+} // namespace
+
+constexpr Group kCalibration = group_of(
+    "calibration",
+    "What a fitted scene was calibrated with (toliman calibrate): a scene that contradicts it is refused", kRows);
+
+} // namespace toliman::scene
