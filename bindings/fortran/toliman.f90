@@ -4,12 +4,12 @@
 ! libtoliman. With gfortran use -std=gnu (the default) or -std=f2018; Fortran 2008 has no OPTIONAL arguments of BIND(C)
 ! procedures. The C headers are the reference for every function. There are two interfaces:
 !
-!   Objects    toliman_simulator, toliman_autoencoder, toliman_linear_estimator, toliman_frame_fit, toliman_component_set,
-!              toliman_periodogram and toliman_tracker are derived types. Their type-bound procedures are the C
-!              functions without the prefix: call p%create(f0, df, nf). An object is destroyed when it goes out of
-!              scope, or by p%destroy(); variables of the main program never go out of scope. Objects cannot be
-!              assigned. Procedures that can fail take the optional arguments stat= and errmsg=, like ALLOCATE. Without
-!              stat= a failure stops the program with the library's message.
+!   Objects    toliman_simulator, toliman_autoencoder, toliman_linear_estimator, toliman_frame_fit,
+!              toliman_scene_calibration, toliman_component_set, toliman_periodogram and toliman_tracker are derived
+!              types. Their type-bound procedures are the C functions without the prefix: call p%create(f0, df, nf). An
+!              object is destroyed when it goes out of scope, or by p%destroy(); variables of the main program never go
+!              out of scope. Objects cannot be assigned. Procedures that can fail take the optional arguments stat= and
+!              errmsg=, like ALLOCATE. Without stat= a failure stops the program with the library's message.
 !   Functions  All C functions under their C names, with bind(C). They return a status code; toliman_message() returns
 !              the message of the last failure. Pass the component %handle of an object where C takes a pointer to it.
 !
@@ -726,6 +726,125 @@ module toliman
         real(c_double) :: deviation = 0.0_c_double
         ! free: correlation with the separation, -1 to 1; NaN if it depends on others
         real(c_double) :: correlation = 0.0_c_double
+    end type
+
+    ! Flag of options: fit also the OPD of each pupil cell.
+    integer(c_int32_t), parameter, public :: TOLIMAN_CALIBRATION_MAP = 1
+
+    ! An iteration of a calibration.
+    type, bind(C), public :: toliman_calibration_step
+        integer(c_int32_t) :: struct_size = 32
+        integer(c_int32_t) :: map = 0 ! 1: of the OPD map; 0: of the parameters
+        integer(c_int32_t) :: iteration = 0 ! 1, 2, ...; the numbers continue from the parameters to the map
+        integer(c_int32_t) :: accepted = 0 ! 0: the step led to a larger chi-square, and was not made
+        ! sum of squared residuals over their variances, per degree of freedom
+        real(c_double) :: chi_square = 0.0_c_double
+        ! of a parameter of the instrument, in its standard deviations; of the map: rms in nm
+        real(c_double) :: largest_step = 0.0_c_double
+    end type
+
+    abstract interface
+        ! Called after each iteration on the thread of the caller. so_far, valid during the call, may be saved: a later
+        ! calibration may start from its scene. A nonzero value cancels.
+        function toliman_calibration_step_fn(so_far, step, user_data) bind(C) result(answer)
+            import
+            type(c_ptr), value :: so_far, user_data
+            type(toliman_calibration_step), intent(in) :: step
+            integer(c_int32_t) :: answer
+        end function
+    end interface
+    public :: toliman_calibration_step_fn
+
+    ! Options of a calibration.
+    type, bind(C), public :: toliman_calibration_options
+        integer(c_int32_t) :: struct_size = 88
+        integer(c_int32_t) :: flags = 0 ! TOLIMAN_CALIBRATION_MAP, or 0
+        ! parameters to fit, separated by spaces: NAME, NAME=SIGMA or NAME-LAST, such as "scale=1e-3 focus
+        ! zernike_5-21=50 mask_rotation", with the standard deviation of the prior in the parameter's unit. NULL: all
+        ! that the scene has of "focus zernike_5-21 scale mask_rotation jitter_xx jitter_yy jitter_xy temperature_a
+        ! temperature_b". Priors without SIGMA: aberrations 100 nm, scale, anisotropy and shear 1e-2, mask_rotation 1
+        ! deg, mask shifts 1e-4 m, jitter 0.2 px^2, temperatures 200 K, spectral modes 0.1
+        type(c_ptr) :: free = c_null_ptr
+        ! scene to start from, such as the saved one of a calibration that was interrupted; NULL: the nominal scene.
+        ! Priors remain around the nominal scene
+        type(c_ptr) :: start = c_null_ptr
+        integer(c_int32_t) :: most_iterations = 0 ! of the parameters, and again of the map; 0 = 30, at most 1000
+        integer(c_int32_t) :: threads = 0 ! worker threads, 0 = one per processor. Results do not depend on them
+        ! largest shift of both stars from their predicted places along x or y, px; 0 = 6, at most 64
+        real(c_double) :: capture_px = 0.0_c_double
+        ! length of the windows in which the parameters are constant, days; 0: one window for all frames
+        real(c_double) :: window_days = 0.0_c_double
+        ! with windows: standard deviation of the change of each parameter from one window to the next, in those of
+        ! its prior; 0 = 0.01
+        real(c_double) :: smoothness = 0.0_c_double
+        ! prior of the map: its rms over the open pupil, nm; 0 = 10. Its power spectrum falls as frequency^-2.5 above
+        ! 4 cycles per aperture, and is constant below
+        real(c_double) :: map_rms_nm = 0.0_c_double
+        type(c_funptr) :: step = c_null_funptr ! may be NULL
+        type(c_ptr) :: step_data = c_null_ptr
+        type(c_ptr) :: allocator = c_null_ptr ! for the large arrays of the object; NULL = malloc
+    end type
+
+    ! Flags of a calibration.
+    ! no maximum was found: every value is NaN
+    integer(c_int32_t), parameter, public :: TOLIMAN_CALIBRATION_NOT_CONVERGED = 1
+    ! the frames have an effect that the model lacks: chi_square is more than 6 standard deviations above 1, or
+    ! structure above structure_limit
+    integer(c_int32_t), parameter, public :: TOLIMAN_CALIBRATION_INCOMPLETE = 2
+    integer(c_int32_t), parameter, public :: TOLIMAN_CALIBRATION_HELD = 4 ! a parameter is known mostly by its prior
+    ! the sign of even aberrations is undetermined
+    integer(c_int32_t), parameter, public :: TOLIMAN_CALIBRATION_NO_SIGN = 8
+
+    ! Summary of a calibration.
+    type, bind(C), public :: toliman_calibration_info
+        integer(c_int32_t) :: struct_size = 112 ! in: sizeof(toliman_calibration_info)
+        ! TOLIMAN_CALIBRATION_..., the verdict; 0: converged, and the model is complete
+        integer(c_int32_t) :: flags = 0
+        integer(c_int64_t) :: frames = 0 ! frames that were calibrated
+        integer(c_int64_t) :: rows = 0 ! shape of the frames
+        integer(c_int64_t) :: cols = 0
+        integer(c_int64_t) :: cells = 0 ! pupil cells per axis, N
+        integer(c_int32_t) :: parameters = 0 ! number of parameters of the instrument, in each window
+        integer(c_int32_t) :: windows = 0 ! number of windows
+        integer(c_int32_t) :: iterations = 0 ! of the parameters, the rejected ones included
+        integer(c_int32_t) :: map_iterations = 0
+        ! sum of squared residuals over their variances, per degree of freedom
+        real(c_double) :: chi_square = 0.0_c_double
+        real(c_double) :: chi_square_sigma = 0.0_c_double ! its standard deviation, if the model is right
+        ! sum over the neighbours (0,1), (1,0), (1,1), (1,-1), (0,2), (2,0) of the squared correlation of the
+        ! residuals with those of the neighbour, in units of its variance: of white residuals chi-square distributed
+        ! with 6 degrees of freedom
+        real(c_double) :: structure = 0.0_c_double
+        real(c_double) :: structure_limit = 0.0_c_double ! 50: exceeded by white residuals once in 2e8 calibrations
+        ! standard deviation of the separation in a frame (median), all parameters of the frame free and those of the
+        ! instrument known
+        real(c_double) :: separation_sigma_px = 0.0_c_double
+        ! standard deviation of the error that the uncertain parameters of the instrument cause in the separation of a
+        ! frame (median)
+        real(c_double) :: calibration_sigma_px = 0.0_c_double
+        real(c_double) :: map_rms_nm = 0.0_c_double ! rms of the fitted map over the open pupil, nm; 0 without a map
+    end type
+
+    ! A fitted parameter of the instrument.
+    type, bind(C), public :: toliman_calibration_value
+        integer(c_int32_t) :: struct_size = 48 ! in: sizeof(toliman_calibration_value)
+        ! TOLIMAN_CALIBRATION_HELD: sigma is above 0.7 prior_sigma; _NO_SIGN: value is >= 0
+        integer(c_int32_t) :: flags = 0
+        type(c_ptr) :: name = c_null_ptr ! such as "zernike_7"; static text
+        type(c_ptr) :: unit = c_null_ptr ! such as "nm", "" for a relative change; static text
+        real(c_double) :: value = 0.0_c_double ! change against the nominal scene
+        real(c_double) :: sigma = 0.0_c_double ! standard deviation, all other parameters free
+        real(c_double) :: prior_sigma = 0.0_c_double ! that of the prior
+    end type
+
+    ! A window of a calibration: its frames have times from first_days, for the next window's first_days to exclude.
+    type, bind(C), public :: toliman_calibration_window
+        integer(c_int32_t) :: struct_size = 32 ! in: sizeof(toliman_calibration_window)
+        integer(c_int32_t) :: reserved = 0
+        integer(c_int64_t) :: frames = 0 ! number of its frames
+        ! start, days of scene time; the first window also holds all earlier times
+        real(c_double) :: first_days = 0.0_c_double
+        real(c_double) :: chi_square = 0.0_c_double ! of its frames, per degree of freedom
     end type
 
     ! Options of a collection.
@@ -2302,6 +2421,121 @@ module toliman
         end function
 
         ! Sets *options, a struct of `size` bytes, to the defaults.
+        subroutine toliman_calibration_options_init(options, size) bind(C)
+            import
+            integer(c_size_t), value :: size
+            type(toliman_calibration_options), intent(inout) :: options
+        end subroutine
+
+        ! Calibrates a scene with `count` frames of image.
+        function toliman_calibrate(sim, image, count, predictions, options, out) bind(C) result(answer)
+            import
+            type(c_ptr), value :: sim
+            integer(c_size_t), value :: count
+            type(toliman_image), intent(in) :: image
+            type(toliman_fit_prediction), intent(in), optional :: predictions(*)
+            type(toliman_calibration_options), intent(in), optional :: options
+            type(c_ptr), intent(out) :: out
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Destroys a calibration.
+        subroutine toliman_calibration_destroy(calibration) bind(C)
+            import
+            type(c_ptr), value :: calibration
+        end subroutine
+
+        ! Writes the summary of a calibration to *out, whose struct_size must be set.
+        function toliman_calibration_get_info(calibration, out) bind(C) result(answer)
+            import
+            type(c_ptr), value :: calibration
+            type(toliman_calibration_info), intent(inout) :: out
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Writes parameter number `index` in a window to *out, whose struct_size must be set.
+        function toliman_calibration_get_value(calibration, window, index, out) bind(C) result(answer)
+            import
+            type(c_ptr), value :: calibration
+            integer(c_int64_t), value :: window
+            integer(c_int32_t), value :: index
+            type(toliman_calibration_value), intent(inout) :: out
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Writes the covariance of the parameters in a window, with those of the frames free, to covariance[n][n]; n
+        ! is the number of parameters.
+        function toliman_calibration_get_covariance(calibration, window, covariance) bind(C) result(answer)
+            import
+            type(c_ptr), value :: calibration
+            integer(c_int64_t), value :: window
+            real(c_double), intent(out) :: covariance(*)
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Writes the parameters of frame number `index`, 0 <= index < frames, to *out, whose struct_size must be set:
+        ! as toliman_fit_frame with the fitted scene, where the standard deviations include the uncertainty of the
+        ! instrument.
+        function toliman_calibration_get_frame(calibration, index, out) bind(C) result(answer)
+            import
+            type(c_ptr), value :: calibration
+            integer(c_int64_t), value :: index
+            type(toliman_fit_result), intent(inout) :: out
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Writes window number `window` to *out, whose struct_size must be set.
+        function toliman_calibration_get_window(calibration, window, out) bind(C) result(answer)
+            import
+            type(c_ptr), value :: calibration
+            integer(c_int64_t), value :: window
+            type(toliman_calibration_window), intent(inout) :: out
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Writes the change of the OPD (m) against the nominal scene in a window, parameters and map together, to
+        ! opd[N][N]; 0 where the pupil is closed.
+        function toliman_calibration_get_opd(calibration, window, opd) bind(C) result(answer)
+            import
+            type(c_ptr), value :: calibration
+            integer(c_int64_t), value :: window
+            real(c_double), intent(out) :: opd(*)
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Writes the mean over all frames of the squared residual over its variance to map[rows][stride]; stride >=
+        ! cols, in elements. 0 for pixels that were excluded in all frames.
+        function toliman_calibration_get_chi_map(calibration, map, stride) bind(C) result(answer)
+            import
+            type(c_ptr), value :: calibration
+            integer(c_size_t), value :: stride
+            real(c_double), intent(out) :: map(*)
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Writes the residual of the first frame over its standard deviation to image[rows][stride]. fitted: 1 = with
+        ! the fitted instrument, 0 = with the one from which the calibration started; the frame's own parameters are
+        ! fitted in both.
+        function toliman_calibration_get_residual(calibration, fitted, image, stride) bind(C) result(answer)
+            import
+            type(c_ptr), value :: calibration
+            integer(c_int32_t), value :: fitted
+            integer(c_size_t), value :: stride
+            real(c_double), intent(out) :: image(*)
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Saves the fitted scene of a window at `path`, a name that ends in ".json", and its map, if there is one, in
+        ! the same folder as <name>.opd.npy.
+        function toliman_calibration_save_file(calibration, window, path) bind(C) result(answer)
+            import
+            type(c_ptr), value :: calibration
+            integer(c_int64_t), value :: window
+            character(kind=c_char), intent(in) :: path(*)
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Sets *options, a struct of `size` bytes, to the defaults.
         subroutine toliman_components_options_init(options, size) bind(C)
             import
             integer(c_size_t), value :: size
@@ -3190,6 +3424,18 @@ module toliman
     public :: toliman_sim_get_budget_steps
     public :: toliman_sim_get_budget_rows
     public :: toliman_sim_get_budget_correlations
+    public :: toliman_calibration_options_init
+    public :: toliman_calibrate
+    public :: toliman_calibration_destroy
+    public :: toliman_calibration_get_info
+    public :: toliman_calibration_get_value
+    public :: toliman_calibration_get_covariance
+    public :: toliman_calibration_get_frame
+    public :: toliman_calibration_get_window
+    public :: toliman_calibration_get_opd
+    public :: toliman_calibration_get_chi_map
+    public :: toliman_calibration_get_residual
+    public :: toliman_calibration_save_file
     public :: toliman_components_options_init
     public :: toliman_components_create
     public :: toliman_components_destroy
@@ -3388,6 +3634,27 @@ module toliman
         procedure, private :: network_bank_assign
         generic :: assignment(=) => network_bank_assign
         final :: network_bank_final
+    end type
+
+    ! Result of a calibration. Several threads may use it at the same time.
+    type, public :: toliman_scene_calibration
+        type(c_ptr) :: handle = c_null_ptr
+        integer(c_size_t), private :: rows = -1, cols = -1 ! of a frame
+    contains
+        procedure :: calibrate => scene_calibration_calibrate
+        procedure :: get_info => scene_calibration_get_info
+        procedure :: get_value => scene_calibration_get_value
+        procedure :: get_covariance => scene_calibration_get_covariance
+        procedure :: get_frame => scene_calibration_get_frame
+        procedure :: get_window => scene_calibration_get_window
+        procedure :: get_opd => scene_calibration_get_opd
+        procedure :: get_chi_map => scene_calibration_get_chi_map
+        procedure :: get_residual => scene_calibration_get_residual
+        procedure :: save_file => scene_calibration_save_file
+        procedure :: destroy => scene_calibration_destroy
+        procedure, private :: scene_calibration_assign
+        generic :: assignment(=) => scene_calibration_assign
+        final :: scene_calibration_final
     end type
 
     ! Collection of frames of a scene and their components. Each component gives one value per frame, in the order in
@@ -3673,6 +3940,32 @@ contains
             status = toliman_bank_save(self%handle, given, made, size(made, kind=c_size_t), needed)
         end if
         if (status == TOLIMAN_OK) call move_alloc(made, bytes)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Calibrates a scene with `count` frames of image. predictions(count): times and expected places of the stars; if
+    ! absent, the times of the scene's frames, no shift.
+    subroutine scene_calibration_calibrate(self, sim, image, count, predictions, options, stat, errmsg)
+        class(toliman_scene_calibration), intent(inout) :: self
+        type(toliman_simulator), intent(in) :: sim
+        type(toliman_image), intent(in) :: image
+        integer(c_size_t), intent(in) :: count
+        type(toliman_fit_prediction), intent(in), optional, contiguous :: predictions(:)
+        type(toliman_calibration_options), intent(in), optional :: options
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        type(c_ptr) :: made
+        integer(c_int32_t) :: status
+        if (present(predictions)) then
+            if (.not. fits(size(predictions, 1, c_size_t), count, 'predictions', 1, stat, errmsg)) return
+        end if
+        status = toliman_calibrate(sim%handle, image, count, predictions, options, made)
+        if (status == TOLIMAN_OK) then
+            call self%destroy()
+            self%handle = made
+            self%rows = sim%rows
+            self%cols = sim%cols
+        end if
         call conclude(status, stat, errmsg)
     end subroutine
 
@@ -4742,6 +5035,135 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
+    ! Writes the summary of a calibration to *out, whose struct_size must be set.
+    subroutine scene_calibration_get_info(self, out, stat, errmsg)
+        class(toliman_scene_calibration), intent(in) :: self
+        type(toliman_calibration_info), intent(inout) :: out
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        call conclude(toliman_calibration_get_info(self%handle, out), stat, errmsg)
+    end subroutine
+
+    ! Writes parameter number `index` in a window to *out, whose struct_size must be set.
+    subroutine scene_calibration_get_value(self, window, index, out, stat, errmsg)
+        class(toliman_scene_calibration), intent(in) :: self
+        integer(c_int64_t), intent(in) :: window
+        integer(c_int32_t), intent(in) :: index
+        type(toliman_calibration_value), intent(inout) :: out
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        call conclude(toliman_calibration_get_value(self%handle, window, index, out), stat, errmsg)
+    end subroutine
+
+    ! Writes the covariance of the parameters in a window, with those of the frames free, to covariance[n][n]; n is
+    ! the number of parameters. covariance(parameters, parameters).
+    subroutine scene_calibration_get_covariance(self, window, covariance, stat, errmsg)
+        class(toliman_scene_calibration), intent(in) :: self
+        integer(c_int64_t), intent(in) :: window
+        real(c_double), intent(out), contiguous :: covariance(:, :)
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        type(toliman_calibration_info) :: info
+        integer(c_int32_t) :: status
+        status = toliman_calibration_get_info(self%handle, info)
+        if (status /= TOLIMAN_OK) then
+            call conclude(status, stat, errmsg)
+            return
+        end if
+        if (.not. fits(size(covariance, 1, c_size_t), int(info%parameters, c_size_t), 'covariance', 1, stat, &
+            errmsg)) return
+        if (.not. fits(size(covariance, 2, c_size_t), int(info%parameters, c_size_t), 'covariance', 2, stat, &
+            errmsg)) return
+        status = toliman_calibration_get_covariance(self%handle, window, covariance)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Writes the parameters of frame number `index`, 0 <= index < frames, to *out, whose struct_size must be set: as
+    ! toliman_fit_frame with the fitted scene, where the standard deviations include the uncertainty of the
+    ! instrument.
+    subroutine scene_calibration_get_frame(self, index, out, stat, errmsg)
+        class(toliman_scene_calibration), intent(in) :: self
+        integer(c_int64_t), intent(in) :: index
+        type(toliman_fit_result), intent(inout) :: out
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        call conclude(toliman_calibration_get_frame(self%handle, index, out), stat, errmsg)
+    end subroutine
+
+    ! Writes window number `window` to *out, whose struct_size must be set.
+    subroutine scene_calibration_get_window(self, window, out, stat, errmsg)
+        class(toliman_scene_calibration), intent(in) :: self
+        integer(c_int64_t), intent(in) :: window
+        type(toliman_calibration_window), intent(inout) :: out
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        call conclude(toliman_calibration_get_window(self%handle, window, out), stat, errmsg)
+    end subroutine
+
+    ! Writes the change of the OPD (m) against the nominal scene in a window, parameters and map together, to
+    ! opd[N][N]; 0 where the pupil is closed. opd(cells, cells).
+    subroutine scene_calibration_get_opd(self, window, opd, stat, errmsg)
+        class(toliman_scene_calibration), intent(in) :: self
+        integer(c_int64_t), intent(in) :: window
+        real(c_double), intent(out), contiguous :: opd(:, :)
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        type(toliman_calibration_info) :: info
+        integer(c_int32_t) :: status
+        status = toliman_calibration_get_info(self%handle, info)
+        if (status /= TOLIMAN_OK) then
+            call conclude(status, stat, errmsg)
+            return
+        end if
+        if (.not. fits(size(opd, 1, c_size_t), int(info%cells, c_size_t), 'opd', 1, stat, errmsg)) return
+        if (.not. fits(size(opd, 2, c_size_t), int(info%cells, c_size_t), 'opd', 2, stat, errmsg)) return
+        status = toliman_calibration_get_opd(self%handle, window, opd)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Writes the mean over all frames of the squared residual over its variance to map[rows][stride]; stride >= cols,
+    ! in elements. 0 for pixels that were excluded in all frames. map(stride, rows).
+    subroutine scene_calibration_get_chi_map(self, map, stat, errmsg)
+        class(toliman_scene_calibration), intent(in) :: self
+        real(c_double), intent(out), contiguous :: map(:, :)
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_stride
+        integer(c_int32_t) :: status
+        of_stride = size(map, 1, c_size_t)
+        if (.not. fits(size(map, 2, c_size_t), self%rows, 'map', 2, stat, errmsg)) return
+        status = toliman_calibration_get_chi_map(self%handle, map, of_stride)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Writes the residual of the first frame over its standard deviation to image[rows][stride]. fitted: 1 = with the
+    ! fitted instrument, 0 = with the one from which the calibration started; the frame's own parameters are fitted in
+    ! both. image(stride, rows).
+    subroutine scene_calibration_get_residual(self, fitted, image, stat, errmsg)
+        class(toliman_scene_calibration), intent(in) :: self
+        integer(c_int32_t), intent(in) :: fitted
+        real(c_double), intent(out), contiguous :: image(:, :)
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_stride
+        integer(c_int32_t) :: status
+        of_stride = size(image, 1, c_size_t)
+        if (.not. fits(size(image, 2, c_size_t), self%rows, 'image', 2, stat, errmsg)) return
+        status = toliman_calibration_get_residual(self%handle, fitted, image, of_stride)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Saves the fitted scene of a window at `path`, a name that ends in ".json", and its map, if there is one, in the
+    ! same folder as <name>.opd.npy.
+    subroutine scene_calibration_save_file(self, window, path, stat, errmsg)
+        class(toliman_scene_calibration), intent(in) :: self
+        integer(c_int64_t), intent(in) :: window
+        character(len=*), intent(in) :: path
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        call conclude(toliman_calibration_save_file(self%handle, window, c_string(path)), stat, errmsg)
+    end subroutine
+
     ! Creates an empty collection for frames of a scene and allocates the memory of all its frames: 4 bytes per binned
     ! pixel, as residuals are stored in float32 with a relative error of at most 6e-8. options may be NULL.
     subroutine component_set_create(self, sim, options, stat, errmsg)
@@ -5762,6 +6184,27 @@ contains
         class(toliman_network_bank), intent(in) :: other
         if (c_associated(self%handle) .or. c_associated(other%handle)) &
             error stop 'libtoliman: a toliman_network_bank cannot be assigned'
+    end subroutine
+
+    ! Destroys the object; create may be called again.
+    impure elemental subroutine scene_calibration_destroy(self)
+        class(toliman_scene_calibration), intent(inout) :: self
+        call toliman_calibration_destroy(self%handle)
+        self%handle = c_null_ptr
+        self%rows = -1
+        self%cols = -1
+    end subroutine
+
+    impure elemental subroutine scene_calibration_final(self)
+        type(toliman_scene_calibration), intent(inout) :: self
+        call self%destroy()
+    end subroutine
+
+    subroutine scene_calibration_assign(self, other)
+        class(toliman_scene_calibration), intent(inout) :: self
+        class(toliman_scene_calibration), intent(in) :: other
+        if (c_associated(self%handle) .or. c_associated(other%handle)) &
+            error stop 'libtoliman: a toliman_scene_calibration cannot be assigned'
     end subroutine
 
     ! Destroys the object; create may be called again.

@@ -93,7 +93,7 @@ typedef struct toliman_calibration_options {
 /* Sets *options, a struct of `size` bytes, to the defaults. */
 TOLIMAN_API void toliman_calibration_options_init(toliman_calibration_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
-/* Calibrates a scene with `count` frames of image, and writes the result to *out, which the caller destroys.
+/* Calibrates a scene with `count` frames of image. The caller destroys *out.
  *   sim          the nominal scene, not needed afterwards
  *   predictions  [count], times and expected places of the stars; NULL: the times of the scene's frames 0 ... count - 1,
  *                no shift

@@ -6,6 +6,7 @@
 #include <toliman/base.h>
 #include <toliman/budget.h>
 #include <toliman/cae.h>
+#include <toliman/calibrate.h>
 #include <toliman/components.h>
 #include <toliman/fit.h>
 #include <toliman/frame.h>

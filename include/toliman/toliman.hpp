@@ -70,6 +70,9 @@ inline void destroy_bank(toliman_bank *bank) {
 inline void destroy_fit(toliman_fit *fit) {
     toliman_fit_destroy(fit);
 }
+inline void destroy_calibration(toliman_calibration *calibration) {
+    toliman_calibration_destroy(calibration);
+}
 inline void destroy_components(toliman_components *components) {
     toliman_components_destroy(components);
 }
@@ -94,6 +97,7 @@ using autoencoder = handle<toliman_cae, destroy_cae>;
 using linear_estimator = handle<toliman_linear, destroy_linear>;
 using network_bank = handle<toliman_bank, destroy_bank>;
 using frame_fit = handle<toliman_fit, destroy_fit>;
+using scene_calibration = handle<toliman_calibration, destroy_calibration>;
 using component_set = handle<toliman_components, destroy_components>;
 using phase_mask = handle<toliman_mask, destroy_mask>;
 using pair_reader = handle<toliman_ingest, destroy_ingest>;

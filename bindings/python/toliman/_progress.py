@@ -93,6 +93,11 @@ class Watch:
             return 1
         return int(self._raised is not None)
 
+    @property
+    def interrupted(self) -> bool:
+        """Whether Ctrl-C was pressed or a callback raised since the last check()."""
+        return self._raised is not None
+
     def run(self, work: typing.Callable[..., int], *arguments: typing.Any) -> int:
         """Runs the user's code inside a callback from C; stores the first exception for check() and returns
         TOLIMAN_E_CANCELLED."""

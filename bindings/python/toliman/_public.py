@@ -2,11 +2,14 @@
 from ._library import (Cancelled, CapacityError, Error, InputError, LostError, NoMemoryError, NotFoundError, StateError,
                        UnsupportedError, WriteError, abi_version, library_path, version)
 from ._results import (BankInfo, BankNetwork, BankPlan, BankResult, Bounds, BudgetRow, BudgetStep, BudgetSummary,
-                       ComponentsInfo, ComponentsTraining, FitInfo, FitResult, HeaderTime, Machine, MaskInfo, Model, NetworkInfo, Outcome, PairInfo, Parameter, PeriodogramInfo, Plan, Sampling, SceneInfo,
-                       Stream, TrackInfo, Training)
+                       CalibrationInfo, CalibrationStep, CalibrationValue, CalibrationWindow, ComponentsInfo,
+                       ComponentsTraining, FitInfo, FitResult, HeaderTime, Machine, MaskInfo, Model, NetworkInfo,
+                       Outcome, PairInfo, Parameter, PeriodogramInfo, Plan, Sampling, SceneInfo, Stream, TrackInfo,
+                       Training)
 from .bank import Bank
 from .budget import Budget
 from .cae import CAE, Reconstruction
+from .calibration import Calibration, calibrate
 from .fit import Fit
 from .ingest import Pair, PairEvent
 from .linear import Components, Template
@@ -21,12 +24,13 @@ from .track import REASONS, VERDICTS, Estimate, Frame, Tracker
 __version__ = version()
 __all__ = [
     "AccuracyWarning", "Bank", "BankInfo", "BankNetwork", "BankPlan", "BankResult", "Bounds", "Budget", "BudgetRow",
-    "BudgetStep", "BudgetSummary", "CAE", "Cancelled", "CapacityError",
+    "BudgetStep", "BudgetSummary", "CAE", "Calibration", "CalibrationInfo", "CalibrationStep", "CalibrationValue",
+    "CalibrationWindow", "Cancelled", "CapacityError",
     "Components", "ComponentsInfo", "ComponentsTraining", "Error", "Estimate", "Fit", "FitInfo", "FitResult", "FoundMask", "Frame", "Grid", "HeaderTime",
     "InputError", "LostError", "Machine", "MaskInfo", "Model", "NetworkInfo", "NoMemoryError", "NotFoundError", "Outcome",
     "Pair", "PairEvent", "PairInfo", "Parameter", "Peak", "Periodogram", "PeriodogramInfo", "Plan", "REASONS", "Reconstruction",
     "Sampling", "SceneInfo", "Simulator", "Spectrum", "StateError", "Stream", "Template", "TrackInfo", "Tracker",
-    "Training", "UnsupportedError", "VERDICTS", "WriteError", "abi_version", "batch", "blas_speed", "library_path",
+    "Training", "UnsupportedError", "VERDICTS", "WriteError", "abi_version", "batch", "blas_speed", "calibrate", "library_path",
     "machine", "parameters", "parse_time", "period", "plan", "read_clock", "read_header", "search_mask", "shipped_scenes", "suited_grid",
     "version",
 ]

@@ -980,6 +980,169 @@ class toliman_sim_budget_row(Sized):
     ]
 
 
+class toliman_calibration(Structure):
+    """Result of a calibration. Several threads may use it at the same time."""
+
+
+# Flag of options: fit also the OPD of each pupil cell.
+TOLIMAN_CALIBRATION_MAP = 1
+
+
+class toliman_calibration_step(Sized):
+    """An iteration of a calibration.
+    map: 1: of the OPD map; 0: of the parameters
+    iteration: 1, 2, ...; the numbers continue from the parameters to the map
+    accepted: 0: the step led to a larger chi-square, and was not made
+    chi_square: sum of squared residuals over their variances, per degree of freedom
+    largest_step: of a parameter of the instrument, in its standard deviations; of the map: rms in nm"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("map", c_uint32),
+        ("iteration", c_int32),
+        ("accepted", c_uint32),
+        ("chi_square", c_double),
+        ("largest_step", c_double),
+    ]
+
+
+# Called after each iteration on the thread of the caller. so_far, valid during the call, may be saved: a later
+# calibration may start from its scene. A nonzero value cancels.
+# Arguments: so_far, step, user_data.
+toliman_calibration_step_fn = CFUNCTYPE(c_int32, POINTER(toliman_calibration), POINTER(toliman_calibration_step), c_void_p)
+
+
+class toliman_calibration_options(Sized):
+    """Options of a calibration.
+    flags: TOLIMAN_CALIBRATION_MAP, or 0
+    free: parameters to fit, separated by spaces: NAME, NAME=SIGMA or NAME-LAST, such as "scale=1e-3
+        focus zernike_5-21=50 mask_rotation", with the standard deviation of the prior in the
+        parameter's unit. NULL: all that the scene has of "focus zernike_5-21 scale mask_rotation
+        jitter_xx jitter_yy jitter_xy temperature_a temperature_b". Priors without SIGMA:
+        aberrations 100 nm, scale, anisotropy and shear 1e-2, mask_rotation 1 deg, mask shifts 1e-4 m,
+        jitter 0.2 px^2, temperatures 200 K, spectral modes 0.1
+    start: scene to start from, such as the saved one of a calibration that was interrupted;
+        NULL: the nominal scene. Priors remain around the nominal scene
+    most_iterations: of the parameters, and again of the map; 0 = 30, at most 1000
+    threads: worker threads, 0 = one per processor. Results do not depend on them
+    capture_px: largest shift of both stars from their predicted places along x or y, px;
+        0 = 6, at most 64
+    window_days: length of the windows in which the parameters are constant, days; 0: one window
+        for all frames
+    smoothness: with windows: standard deviation of the change of each parameter from one window to
+        the next, in those of its prior; 0 = 0.01
+    map_rms_nm: prior of the map: its rms over the open pupil, nm; 0 = 10. Its power spectrum falls
+        as frequency^-2.5 above 4 cycles per aperture, and is constant below
+    step: may be NULL
+    allocator: for the large arrays of the object; NULL = malloc"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("flags", c_uint32),
+        ("free", c_char_p),
+        ("start", POINTER(toliman_sim)),
+        ("most_iterations", c_int32),
+        ("threads", c_uint32),
+        ("capture_px", c_double),
+        ("window_days", c_double),
+        ("smoothness", c_double),
+        ("map_rms_nm", c_double),
+        ("step", toliman_calibration_step_fn),
+        ("step_data", c_void_p),
+        ("allocator", POINTER(toliman_allocator)),
+    ]
+
+
+# Flags of a calibration.
+TOLIMAN_CALIBRATION_NOT_CONVERGED = 1  # no maximum was found: every value is NaN
+# the frames have an effect that the model lacks: chi_square is more than 6
+# standard deviations above 1, or structure above structure_limit
+TOLIMAN_CALIBRATION_INCOMPLETE = 2
+TOLIMAN_CALIBRATION_HELD = 4  # a parameter is known mostly by its prior
+TOLIMAN_CALIBRATION_NO_SIGN = 8  # the sign of even aberrations is undetermined
+
+
+class toliman_calibration_info(Sized):
+    """Summary of a calibration.
+    struct_size: in: sizeof(toliman_calibration_info)
+    flags: TOLIMAN_CALIBRATION_..., the verdict; 0: converged, and the model is complete
+    frames: frames that were calibrated
+    rows: shape of the frames
+    cols: shape of the frames
+    cells: pupil cells per axis, N
+    parameters: number of parameters of the instrument, in each window
+    windows: number of windows
+    iterations: of the parameters, the rejected ones included
+    chi_square: sum of squared residuals over their variances, per degree of freedom
+    chi_square_sigma: its standard deviation, if the model is right
+    structure: sum over the neighbours (0,1), (1,0), (1,1), (1,-1), (0,2), (2,0) of the squared correlation of
+        the residuals with those of the neighbour, in units of its variance: of white residuals
+        chi-square distributed with 6 degrees of freedom
+    structure_limit: 50: exceeded by white residuals once in 2e8 calibrations
+    separation_sigma_px: standard deviation of the separation in a frame (median), all parameters
+        of the frame free and those of the instrument known
+    calibration_sigma_px: standard deviation of the error that the uncertain parameters of the instrument
+        cause in the separation of a frame (median)
+    map_rms_nm: rms of the fitted map over the open pupil, nm; 0 without a map"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("flags", c_uint32),
+        ("frames", c_int64),
+        ("rows", c_int64),
+        ("cols", c_int64),
+        ("cells", c_int64),
+        ("parameters", c_uint32),
+        ("windows", c_uint32),
+        ("iterations", c_int32),
+        ("map_iterations", c_int32),
+        ("chi_square", c_double),
+        ("chi_square_sigma", c_double),
+        ("structure", c_double),
+        ("structure_limit", c_double),
+        ("separation_sigma_px", c_double),
+        ("calibration_sigma_px", c_double),
+        ("map_rms_nm", c_double),
+    ]
+
+
+class toliman_calibration_value(Sized):
+    """A fitted parameter of the instrument.
+    struct_size: in: sizeof(toliman_calibration_value)
+    flags: TOLIMAN_CALIBRATION_HELD: sigma is above 0.7 prior_sigma; _NO_SIGN: value is >= 0
+    name: such as "zernike_7"; static text
+    unit: such as "nm", "" for a relative change; static text
+    value: change against the nominal scene
+    sigma: standard deviation, all other parameters free
+    prior_sigma: that of the prior"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("flags", c_uint32),
+        ("name", c_char_p),
+        ("unit", c_char_p),
+        ("value", c_double),
+        ("sigma", c_double),
+        ("prior_sigma", c_double),
+    ]
+
+
+class toliman_calibration_window(Sized):
+    """A window of a calibration: its frames have times from first_days, for the next window's first_days to exclude.
+    struct_size: in: sizeof(toliman_calibration_window)
+    frames: number of its frames
+    first_days: start, days of scene time; the first window also holds all earlier times
+    chi_square: of its frames, per degree of freedom"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("frames", c_int64),
+        ("first_days", c_double),
+        ("chi_square", c_double),
+    ]
+
+
 class toliman_components(Structure):
     """Collection of frames of a scene and their components. Each component gives one value per frame, in the order in
     which the frames were pushed. Functions that take a const collection may run on one collection from several
@@ -2170,6 +2333,17 @@ OF_OBJECTS = {
     "toliman_sim_get_budget_steps": False,
     "toliman_sim_get_budget_rows": False,
     "toliman_sim_get_budget_correlations": False,
+    "toliman_calibrate": False,
+    "toliman_calibration_destroy": True,
+    "toliman_calibration_get_info": False,
+    "toliman_calibration_get_value": False,
+    "toliman_calibration_get_covariance": False,
+    "toliman_calibration_get_frame": False,
+    "toliman_calibration_get_window": False,
+    "toliman_calibration_get_opd": False,
+    "toliman_calibration_get_chi_map": False,
+    "toliman_calibration_get_residual": False,
+    "toliman_calibration_save_file": False,
     "toliman_components_create": False,
     "toliman_components_destroy": True,
     "toliman_components_push": True,
@@ -3009,6 +3183,115 @@ is not linear. Since 0.2.""",
         """Writes the correlations of the estimates to correlations[count][count]: the separation, then the free parameters in
 the order of their names. NaN for a parameter that depends on those before it, and for all if they leave nothing of
 the signal. TOLIMAN_E_ARGUMENT unless count is toliman_sim_budget.free_count + 1. Since 0.2.""",
+    ),
+    "toliman_calibration_options_init": (
+        None, (("options", POINTER(toliman_calibration_options)), ("size", c_size_t)),
+        """Sets *options, a struct of `size` bytes, to the defaults.""",
+    ),
+    "toliman_calibrate": (
+        c_int32, (
+            ("sim", POINTER(toliman_sim)),
+            ("image", POINTER(toliman_image)),
+            ("count", c_size_t),
+            ("predictions", POINTER(toliman_fit_prediction)),
+            ("options", POINTER(toliman_calibration_options)),
+            ("out", POINTER(POINTER(toliman_calibration))),
+        ),
+        """Calibrates a scene with `count` frames of image. The caller destroys *out.
+  sim          the nominal scene, not needed afterwards
+  predictions  [count], times and expected places of the stars; NULL: the times of the scene's frames 0 ... count - 1,
+               no shift
+  options      may be NULL
+Memory: the frames of the image, plus an amount that hardly depends on their number.
+The result depends on the arguments only, not on threads. A calibration that does not converge is not an error: see
+toliman_calibration_info.flags, and every value of it is NaN.
+Errors:
+  - TOLIMAN_E_ARGUMENT for a count that is not finite, naming its frame, row and column; for frames that do not have
+    the scene's shape; for an unknown parameter, or one that is named twice or always free; for a frame whose stars
+    are not found within capture_px; for fewer than 2 frames;
+  - TOLIMAN_E_UNSUPPORTED for a single star, with PADDED_FFT, if the scene has no derivative by a parameter that was
+    named, for position_angle, roll and wavelength;
+  - TOLIMAN_E_MISMATCH if options->start differs from the nominal scene in more than the parameters;
+  - TOLIMAN_E_CANCELLED if step returned a nonzero value.""",
+    ),
+    "toliman_calibration_destroy": (
+        None, (("calibration", POINTER(toliman_calibration)),),
+        """Destroys a calibration. NULL is allowed.""",
+    ),
+    "toliman_calibration_get_info": (
+        c_int32, (("calibration", POINTER(toliman_calibration)), ("out", POINTER(toliman_calibration_info))),
+        """Writes the summary of a calibration to *out, whose struct_size must be set.""",
+    ),
+    "toliman_calibration_get_value": (
+        c_int32, (
+            ("calibration", POINTER(toliman_calibration)),
+            ("window", c_int64),
+            ("index", c_int32),
+            ("out", POINTER(toliman_calibration_value)),
+        ),
+        """Writes parameter number `index` in a window to *out, whose struct_size must be set. TOLIMAN_E_RANGE unless
+0 <= index < parameters and 0 <= window < windows. With a map, the values include the part of the parameters only; the
+map adds to their aberrations.""",
+    ),
+    "toliman_calibration_get_covariance": (
+        c_int32, (
+            ("calibration", POINTER(toliman_calibration)),
+            ("window", c_int64),
+            ("covariance", POINTER(c_double)),
+        ),
+        """Writes the covariance of the parameters in a window, with those of the frames free, to covariance[n][n]; n is the
+number of parameters. TOLIMAN_E_RANGE as for toliman_calibration_get_value.""",
+    ),
+    "toliman_calibration_get_frame": (
+        c_int32, (
+            ("calibration", POINTER(toliman_calibration)),
+            ("index", c_int64),
+            ("out", POINTER(toliman_fit_result)),
+        ),
+        """Writes the parameters of frame number `index`, 0 <= index < frames, to *out, whose struct_size must be set: as
+toliman_fit_frame with the fitted scene, where the standard deviations include the uncertainty of the instrument.""",
+    ),
+    "toliman_calibration_get_window": (
+        c_int32, (
+            ("calibration", POINTER(toliman_calibration)),
+            ("window", c_int64),
+            ("out", POINTER(toliman_calibration_window)),
+        ),
+        """Writes window number `window` to *out, whose struct_size must be set. TOLIMAN_E_RANGE unless 0 <= window < windows.""",
+    ),
+    "toliman_calibration_get_opd": (
+        c_int32, (
+            ("calibration", POINTER(toliman_calibration)),
+            ("window", c_int64),
+            ("opd", POINTER(c_double)),
+        ),
+        """Writes the change of the OPD (m) against the nominal scene in a window, parameters and map together, to opd[N][N];
+0 where the pupil is closed. TOLIMAN_E_RANGE as for toliman_calibration_get_window.""",
+    ),
+    "toliman_calibration_get_chi_map": (
+        c_int32, (
+            ("calibration", POINTER(toliman_calibration)),
+            ("map", POINTER(c_double)),
+            ("stride", c_size_t),
+        ),
+        """Writes the mean over all frames of the squared residual over its variance to map[rows][stride]; stride >= cols, in
+elements. 0 for pixels that were excluded in all frames.""",
+    ),
+    "toliman_calibration_get_residual": (
+        c_int32, (
+            ("calibration", POINTER(toliman_calibration)),
+            ("fitted", c_int32),
+            ("image", POINTER(c_double)),
+            ("stride", c_size_t),
+        ),
+        """Writes the residual of the first frame over its standard deviation to image[rows][stride]. fitted: 1 = with the fitted
+instrument, 0 = with the one from which the calibration started; the frame's own parameters are fitted in both.""",
+    ),
+    "toliman_calibration_save_file": (
+        c_int32, (("calibration", POINTER(toliman_calibration)), ("window", c_int64), ("path", c_char_p)),
+        """Saves the fitted scene of a window at `path`, a name that ends in ".json", and its map, if there is one, in the same
+folder as <name>.opd.npy. File names in the scene are relative to this folder where they were relative. Replaces the
+files atomically. TOLIMAN_E_UNSUPPORTED if the calibration did not converge; TOLIMAN_E_WRITE.""",
     ),
     "toliman_components_options_init": (
         None, (("options", POINTER(toliman_components_options)), ("size", c_size_t)),

@@ -282,6 +282,64 @@ class BudgetRow(Result):
 
 
 @result
+class CalibrationStep(Result):
+    """An iteration of a calibration."""
+
+    map: bool = member("of the OPD map; 0: of the parameters")
+    iteration: int = member("1, 2, ...; the numbers continue from the parameters to the map")
+    accepted: bool = member("0: the step led to a larger chi-square, and was not made")
+    chi_square: float = member("sum of squared residuals over their variances, per degree of freedom")
+    largest_step: float = member("of a parameter of the instrument, in its standard deviations; of the map: rms in nm")
+
+
+@result
+class CalibrationInfo(Result):
+    """Summary of a calibration."""
+
+    frames: int = member("frames that were calibrated")
+    rows: int = member("shape of the frames")
+    cols: int = member("shape of the frames")
+    cells: int = member("pupil cells per axis, N")
+    parameters: int = member("number of parameters of the instrument, in each window")
+    windows: int = member("number of windows")
+    iterations: int = member("of the parameters, the rejected ones included")
+    map_iterations: int
+    chi_square: float = member("sum of squared residuals over their variances, per degree of freedom")
+    chi_square_sigma: float = member("its standard deviation, if the model is right")
+    structure: float = member("sum over the neighbours (0,1), (1,0), (1,1), (1,-1), (0,2), (2,0) of the squared correlation of the residuals with those of the neighbour, in units of its variance: of white residuals chi-square distributed with 6 degrees of freedom")
+    structure_limit: float = member("50: exceeded by white residuals once in 2e8 calibrations")
+    separation_sigma_px: float = member("standard deviation of the separation in a frame (median), all parameters of the frame free and those of the instrument known")
+    calibration_sigma_px: float = member("standard deviation of the error that the uncertain parameters of the instrument cause in the separation of a frame (median)")
+    map_rms_nm: float = member("rms of the fitted map over the open pupil, nm; 0 without a map")
+    not_converged: bool = member("no maximum was found: every value is NaN", flag=1)
+    incomplete: bool = member("the frames have an effect that the model lacks: chi_square is more than 6 standard deviations above 1, or structure above structure_limit", flag=2)
+    held: bool = member("a parameter is known mostly by its prior", flag=4)
+    no_sign: bool = member("the sign of even aberrations is undetermined", flag=8)
+
+
+@result
+class CalibrationValue(Result):
+    """A fitted parameter of the instrument."""
+
+    name: str = member("such as \"zernike_7\"; static text")
+    unit: str = member("such as \"nm\", \"\" for a relative change; static text")
+    value: float = member("change against the nominal scene")
+    sigma: float = member("standard deviation, all other parameters free")
+    prior_sigma: float = member("that of the prior")
+    held: bool = member("a parameter is known mostly by its prior", flag=4)
+    no_sign: bool = member("the sign of even aberrations is undetermined", flag=8)
+
+
+@result
+class CalibrationWindow(Result):
+    """A window of a calibration: its frames have times from first_days, for the next window's first_days to exclude."""
+
+    frames: int = member("number of its frames")
+    first_days: float = member("start, days of scene time; the first window also holds all earlier times")
+    chi_square: float = member("of its frames, per degree of freedom")
+
+
+@result
 class ComponentsTraining(Result):
     """Training result."""
 
@@ -444,7 +502,7 @@ class TrackInfo(Result):
     The ledger holds all counts: a crash loses those of uncommitted frames only."""
 
     received: int = member("arrived frames, in this and earlier runs")
-    accepted: int = member("frames in the periodogram")
+    accepted: bool = member("frames in the periodogram")
     outlier: int
     quarantined: int = member("keys")
     repeated: int = member("later arrivals of known keys, with the same or other content, here or in merged folders")

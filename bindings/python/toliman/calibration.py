@@ -1,0 +1,224 @@
+"""Calibration of the telescope with frames of the binary itself. Reference: include/toliman/calibrate.h."""
+from __future__ import annotations
+
+import ctypes
+import os
+import typing
+
+import numpy
+from numpy.typing import ArrayLike, NDArray
+
+from . import _raw
+from ._arguments import Doubles, array_of, file_name, has_shape, of_kind, options_of, pointer, real, text, whole
+from ._handle import Handle
+from ._library import check, library
+from ._pixels import frames_of, image_of
+from ._predictions import predictions_of, structured
+from ._progress import Watch
+from ._results import CalibrationInfo, CalibrationStep, CalibrationValue, CalibrationWindow
+from .sim import Simulator
+
+# Called after each iteration with the state so far, which is closed afterwards, and the iteration. A true value cancels.
+Step = typing.Callable[["Calibration", CalibrationStep], typing.Any]
+
+
+class Calibration(Handle):
+    """Result of calibrate(): parameters of the telescope, and the places of the stars in each frame.
+
+        print(calibration.verdict)
+        print(calibration.values()["zernike_7"].value, calibration.values()["zernike_7"].sigma)
+        calibration.save("fitted.json")                            # the scene for all further estimates
+
+    window: number of a window of constant parameters, 0 if there is only one. The numbers of a calibration that did not
+    converge are NaN.
+    """
+
+    _kind, _destroy = _raw.toliman_calibration, "toliman_calibration_destroy"
+
+    @property
+    def info(self) -> CalibrationInfo:
+        """Summary of the calibration."""
+        return self._read(library.toliman_calibration_get_info, _raw.toliman_calibration_info, CalibrationInfo)
+
+    @property
+    def chi_square(self) -> float:
+        """Sum of squared residuals over their variances, per degree of freedom."""
+        return self.info.chi_square
+
+    @property
+    def flags(self) -> tuple[str, ...]:
+        """Those of "not_converged", "incomplete", "held" and "no_sign" that are true in info; () if all is well."""
+        info = self.info
+        return tuple(name for name in ("not_converged", "incomplete", "held", "no_sign") if getattr(info, name))
+
+    @property
+    def verdict(self) -> str:
+        """A sentence: whether the calibration converged, whether the model describes the frames, and which parameters
+        the frames do not determine."""
+        return "; ".join([_state_of(self.info), *self._undetermined()])
+
+    @property
+    def windows(self) -> list[CalibrationWindow]:
+        """The windows of constant parameters: first day, number of frames, chi-square."""
+        found = []
+        for number in range(self.info.windows):
+            window = _raw.toliman_calibration_window()
+            check(library.toliman_calibration_get_window(self._c, number, ctypes.byref(window)))
+            found.append(CalibrationWindow._of(window))
+        return found
+
+    @property
+    def frames(self) -> NDArray:
+        """The parameters of each frame as a structured array with the fields of Fit.frames(); the standard deviations
+        include the uncertainty of the instrument."""
+        count = self.info.frames
+        results = array_of(_raw.toliman_fit_result, count)
+        for index in range(count):
+            results[index].struct_size = ctypes.sizeof(_raw.toliman_fit_result)
+            check(library.toliman_calibration_get_frame(self._c, index, ctypes.byref(results[index])))
+        return structured(results)[:count]
+
+    @property
+    def chi_map(self) -> Doubles:
+        """The mean over all frames of the squared residual over its variance [row][column]."""
+        info = self.info
+        image = numpy.empty((info.rows, info.cols))
+        check(library.toliman_calibration_get_chi_map(self._c, pointer(image), info.cols))
+        return image
+
+    def values(self, window: int = 0) -> dict[str, CalibrationValue]:
+        """Returns the parameters of the instrument by name, with value, sigma and prior_sigma. Values are changes
+        against the nominal scene."""
+        found, window = {}, whole("window", window)
+        for index in range(self.info.parameters):
+            value = _raw.toliman_calibration_value()
+            check(library.toliman_calibration_get_value(self._c, window, index, ctypes.byref(value)))
+            found[value.name.decode()] = CalibrationValue._of(value)
+        return found
+
+    def covariance(self, window: int = 0) -> Doubles:
+        """Returns the covariance of the parameters [n][n], in the order of values(), with those of the frames free."""
+        n = self.info.parameters
+        matrix = numpy.empty((n, n))
+        check(library.toliman_calibration_get_covariance(self._c, whole("window", window), pointer(matrix)))
+        return matrix
+
+    def opd(self, window: int = 0) -> Doubles:
+        """Returns the change of the OPD against the nominal scene at each pupil cell, m, parameters and map together."""
+        n = self.info.cells
+        opd = numpy.empty((n, n))
+        check(library.toliman_calibration_get_opd(self._c, whole("window", window), pointer(opd)))
+        return opd
+
+    def residual(self, fitted: bool = True) -> Doubles:
+        """Returns the residual of the first frame over its standard deviation [row][column]. fitted: with the fitted
+        instrument; False: with the one from which the calibration started."""
+        info = self.info
+        image = numpy.empty((info.rows, info.cols))
+        check(library.toliman_calibration_get_residual(self._c, int(bool(fitted)), pointer(image), info.cols))
+        return image
+
+    def save(self, path: str | os.PathLike[str], window: int = 0) -> None:
+        """Writes the fitted scene to a file, whose name ends in ".json", and its map next to it, atomically."""
+        check(library.toliman_calibration_save_file(self._c, whole("window", window), file_name(path)))
+
+    def _undetermined(self) -> typing.Iterator[str]:
+        """Yields a clause for what the frames do not determine."""
+        info = self.info
+        names = dict.fromkeys(name for window in range(info.windows) for name, value in self.values(window).items()
+                              if value.held)
+        if names:
+            yield f"held by {'its prior' if len(names) == 1 else 'their priors'}: {', '.join(names)}"
+        if info.no_sign:
+            yield "sign of even aberrations undetermined"
+
+    def _summary(self) -> str:
+        info = self.info
+        return f"Calibration of {info.parameters} parameters with {info.frames} frames: {self.verdict}"
+
+    def _repr_html_(self) -> str:
+        return self.info._repr_html_()
+
+
+class _SoFar(Calibration):
+    """The state of a running calibration, which the library destroys."""
+
+    _destroy = ""
+
+
+def calibrate(simulator: Simulator, frames: ArrayLike, *, times_days: ArrayLike | None = None,
+              shifts: ArrayLike = (0, 0), separations: ArrayLike = 0, position_angles: ArrayLike = 0,
+              free: str | typing.Iterable[str] | None = None, map: bool = False, start: Simulator | None = None,
+              most_iterations: int = 0, capture_px: float = 0, window_days: float = 0, smoothness: float = 0,
+              map_rms_nm: float = 0, threads: int = 0, step: Step | None = None) -> Calibration:
+    """Determines parameters of the telescope from frames of the binary, by maximum likelihood.
+
+        calibration = toliman.calibrate(Simulator("sky.json"), frames, times_days=times)
+
+    Parameters
+
+    simulator: Simulator of the nominal scene, with two stars; not needed afterwards.
+    frames: at least two [frame][row][column], of any pixel type.
+    times_days, shifts, separations, position_angles: predictions, as for Fit.frames(). times_days None: the times of the
+        scene's first frames.
+    free: parameters to fit, such as ["scale=1e-3", "focus", "zernike_5-21=50"] with the standard deviations of their
+        priors; None: those that the scene has of focus, zernike_5-21, scale, mask_rotation, jitter and temperatures.
+    map: fit also the OPD of each pupil cell, which takes minutes.
+    start: Simulator of the scene to start from, such as that of a saved Calibration; None: the nominal scene.
+    most_iterations: of the parameters, and again of the map; 0 means 30.
+    capture_px: largest shift of the stars from their predicted places; 0 means 6.
+    window_days: length of the windows in which the parameters are constant; 0: one window for all frames.
+    smoothness: change of each parameter from one window to the next, in standard deviations of its prior; 0 means 0.01.
+    map_rms_nm: prior of the map, rms over the open pupil; 0 means 10.
+    step: function of (Calibration, CalibrationStep), called after each iteration; a true return value cancels. The
+        Calibration may be saved during the call.
+
+    A calibration that does not converge is not an error: see Calibration.verdict. Raises InputError, UnsupportedError
+    for a single star or parameters that the scene does not have, Cancelled. Ctrl-C cancels after the iteration.
+    """
+    of_kind("simulator", simulator, Simulator)
+    images = frames_of(frames, simulator.shape)
+    has_shape("frames", images, (-1, *simulator.shape))
+    count = len(images)
+    if times_days is None:
+        times_days = simulator.series(0, count)[0] if count else 0
+    predictions = predictions_of(count, times_days, shifts, separations, position_angles)
+    image, images = image_of(images)
+    with Watch(None) as watch:
+        options = options_of(
+            _raw.toliman_calibration_options, library.toliman_calibration_options_init,
+            flags=_raw.TOLIMAN_CALIBRATION_MAP if map else 0, free=_names(free),
+            most_iterations=whole("most_iterations", most_iterations, 2**31), threads=whole("threads", threads, 2**32),
+            capture_px=real("capture_px", capture_px), window_days=real("window_days", window_days),
+            smoothness=real("smoothness", smoothness), map_rms_nm=real("map_rms_nm", map_rms_nm),
+            step=_raw.toliman_calibration_step_fn(lambda *arguments: watch.run(_report, watch, step, *arguments)))
+        if start is not None:
+            options.start = of_kind("start", start, Simulator)._c
+        return Calibration._adopt(Calibration._create(
+            library.toliman_calibrate, simulator._c, ctypes.byref(image), count, ctypes.byref(predictions),
+            ctypes.byref(options), check=watch.check))
+
+
+def _report(watch: Watch, step: Step | None, so_far: typing.Any, found: typing.Any, _: object) -> int:
+    """Calls the user's function; 1 to cancel, also after Ctrl-C."""
+    if step is None or watch.interrupted:
+        return int(watch.interrupted)
+    with _SoFar._adopt(so_far) as calibration:
+        return int(bool(step(calibration, CalibrationStep._of(found.contents))))
+
+
+def _names(free: str | typing.Iterable[str] | None) -> bytes | None:
+    return None if free is None else text("free", free if isinstance(free, str) else " ".join(free))
+
+
+def _state_of(info: CalibrationInfo) -> str:
+    """Returns the first clause of a verdict."""
+    if info.not_converged:
+        return "not converged: no maximum of the likelihood was found"
+    excess = (info.chi_square - 1) / info.chi_square_sigma
+    if info.incomplete and excess > 6:
+        return f"model incomplete: chi-square {info.chi_square:.6g} is {excess:.3g} standard deviations above 1"
+    if info.incomplete:
+        return (f"model incomplete: residuals are correlated, structure {info.structure:.3g}, limit "
+                f"{info.structure_limit:.3g}")
+    return f"converged: chi-square {info.chi_square:.6g} +- {info.chi_square_sigma:.2g}"
