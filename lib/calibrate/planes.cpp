@@ -78,8 +78,11 @@ void Planes::take(size_t entry, size_t star, Buffer<double> &image, optics::Plan
 
 std::vector<optics::Planes> Planes::draw(const optics::Outline &outline, const optics::Plan &plan,
                                          const optics::Imager &imager, const optics::Light &light) {
+    const bool has_modes = std::any_of(entries_.begin(), entries_.end(), [](const Entry &entry) {
+        return entry.parameter.kind == Kind::spectrum_a || entry.parameter.kind == Kind::spectrum_b;
+    });
+    const size_t count = plan.wavelengths + (has_modes ? kSpectralModes : 0); // they shift Chebyshev moments
     const auto on_nodes = [&](const optics::Light &all) {
-        const size_t count = plan.wavelengths + kSpectralModes; // a mode shifts Chebyshev moments by as many orders
         return plan.nodes && count < all.wavelength_m.size() ? optics::project_on_nodes(all, count) : all;
     };
     const optics::Light samples = on_nodes(light);
@@ -99,9 +102,9 @@ std::vector<optics::Planes> Planes::draw(const optics::Outline &outline, const o
     request.plane = of_geometry.empty() ? 0 : 1;
     request.focus = request.geometry = !of_geometry.empty();
     for (size_t first = 0; first == 0 || first < modes.size(); first += kModesAtOnce) {
-        const size_t count = std::min(kModesAtOnce, modes.size() - first);
+        const size_t together = std::min(kModesAtOnce, modes.size() - first);
         std::vector<optics::Mode> changes;
-        for (size_t i = 0; i < count; i++)
+        for (size_t i = 0; i < together; i++)
             changes.push_back(optics::mode_of(outline.scene, outline.pupil, entries_[modes[first + i]].parameter));
         request.modes.clear();
         for (const optics::Mode &change : changes)
@@ -113,7 +116,7 @@ std::vector<optics::Planes> Planes::draw(const optics::Outline &outline, const o
                 for (const size_t i : of_geometry)
                     take(i, star, *geometry_of(entries_[i].parameter.kind, images[star]), planes[star]);
             }
-            for (size_t i = 0; i < count; i++)
+            for (size_t i = 0; i < together; i++)
                 take(modes[first + i], star, images[star].modes[i], planes[star]);
         }
         request.plane = 0;
