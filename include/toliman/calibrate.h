@@ -71,7 +71,7 @@ typedef struct toliman_calibration_options {
                          parameter's unit. NULL: all that the scene has of "focus zernike_5-21 scale mask_rotation
                          jitter_xx jitter_yy jitter_xy temperature_a temperature_b". Priors without SIGMA:
                          aberrations 100 nm, scale, anisotropy and shear 1e-2, mask_rotation 1 deg, mask shifts 1e-4 m,
-                         jitter 0.2 px^2, temperatures 200 K, spectral modes 0.1 */
+                         jitter 0.1 px^2, temperatures 200 K, spectral modes 0.1 */
     const toliman_sim *start;    /* scene to start from, such as the saved one of a calibration that was interrupted;
                                     NULL: the nominal scene. Priors remain around the nominal scene */
     int32_t most_iterations;     /* of the parameters, and again of the map; 0 = 30, at most 1000 */

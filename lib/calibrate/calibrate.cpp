@@ -23,6 +23,7 @@ namespace {
 
 constexpr double kFirstDamping = 1e-3, kLeastDamping = 1e-9, kMostDamping = 1e6;
 constexpr double kNear = 10;            // standard deviations: shorter steps continue with the variances of the model
+constexpr double kGoodFit = 2;          // chi-square per pixel, below which variances are those of the model
 constexpr double kStill = 0.1;          // standard deviations: shorter steps are the last
 constexpr double kSameChiSquare = 1e-3; // relative change, where the model lacks an effect
 constexpr double kStale = 0.01;         // of the width of a prior: derivatives are computed anew beyond it
@@ -117,26 +118,25 @@ bool Calibrator::iterate(Calibration &out) {
     double damping = kFirstDamping, blend = 1;
     refresh_planes(point_);
     normal_ = linearise(problem_, point_, *planes_, blend);
-    double cost = normal_.chi_square + prior_cost(problem_, point_);
     while (out.iterations < options_.most_iterations && !normal_.lost) {
         out.iterations++;
         const Step step = step_from(problem_, point_, normal_, blend > 0 ? damping : 0);
         const Point trial = step.solvable ? moved(point_, step.change) : point_;
         Linearisation next;
         next.lost = true;
-        const bool near = step.solvable && step.largest < kNear && damping < kFirstDamping;
+        const bool near = step.solvable && step.largest < kNear && normal_.excess < kGoodFit;
         const double next_blend = near ? 0 : blend;
         if (step.solvable && is_possible(trial)) {
             refresh_planes(trial);
             next = linearise(problem_, trial, *planes_, next_blend);
         }
-        const double next_cost = next.chi_square + prior_cost(problem_, trial);
-        const bool accepted = !next.lost && (blend == 0 || near || next_cost < cost);
         const double before = per_freedom(normal_);
+        const bool better = next.chi_square / normal_.excess + prior_cost(problem_, trial) <
+                            normal_.chi_square / normal_.excess + prior_cost(problem_, point_);
+        const bool accepted = !next.lost && (next_blend == 0 || better);
         if (accepted) {
             point_ = trial;
             normal_ = std::move(next);
-            cost = next_cost;
             damping = std::max(damping / 10, kLeastDamping);
         } else {
             damping *= 10;

@@ -5,6 +5,7 @@
 // accumulated row by row. Blocks are summed in the order of the frames: the bits do not depend on the workers.
 #include "calibrate/joint.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "base/workers.hpp"
@@ -109,6 +110,8 @@ Linearisation linearise(const Problem &problem, const Point &point, const Planes
         all.inverse_counts += block.inverse_counts;
         all.used += block.used;
     }
+    if (all.used > 0)
+        all.excess = std::max(1.0, all.chi_square / static_cast<double>(all.used));
     return all;
 }
 

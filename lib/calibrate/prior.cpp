@@ -110,7 +110,7 @@ double default_sigma(Parameter parameter) noexcept {
     case Kind::jitter_xx:
     case Kind::jitter_yy:
     case Kind::jitter_xy:
-        return 0.2; // px^2
+        return 0.1; // px^2
     case Kind::temperature_a:
     case Kind::temperature_b:
         return 200; // K

@@ -3,6 +3,8 @@
 //     S = sum over frames of (D - B' A^-1 B) + P,   b = sum of (d - B' A^-1 a) - P q,
 // with the priors' inverse covariance P at the changes q: Schur complement. The step of the instrument is S^-1 b, that
 // of a frame's own parameters A^-1 (a - B step): exactly those of the whole system, whose size grows with the frames.
+// Where the model does not fit yet, its error acts as noise: all variances are multiplied by chi-square per pixel, so
+// that the priors count. Otherwise the first steps from 100 nm of aberrations lead to impossible spectra and jitter.
 // Damping l multiplies the diagonals of A and of sum D + P by 1 + l (Marquardt 1963).
 // Prior: each parameter is normal around 0 in the first window, and its change from one window to the next is normal
 // around 0 with `smoothness` times the standard deviation (random walk).
@@ -59,20 +61,20 @@ struct Reduced {
     bool solvable = false;
 };
 
-void add_frame(const Block &block, const Eliminated &frame, size_t at, Reduced &sum) {
+void add_frame(const Block &block, const Eliminated &frame, size_t at, double weight, Reduced &sum) {
     const size_t n = sum.n, size = kOwn + n;
     for (size_t i = 0; i < n; i++) {
         const double *const own = &block.matrix[(kOwn + i) * size]; // B'
         double gradient = block.gradient[kOwn + i];
         for (size_t k = 0; k < kOwn; k++)
             gradient -= own[k] * frame.step[k];
-        sum.vector[at + i] += gradient;
-        sum.diagonal[at + i] += own[kOwn + i];
+        sum.vector[at + i] += weight * gradient;
+        sum.diagonal[at + i] += weight * own[kOwn + i];
         for (size_t j = 0; j < n; j++) {
             double value = own[kOwn + j];
             for (size_t k = 0; k < kOwn; k++)
                 value -= own[k] * frame.gain[k * n + j];
-            sum.matrix[(at + i) * sum.size + at + j] += value;
+            sum.matrix[(at + i) * sum.size + at + j] += weight * value;
         }
     }
 }
@@ -112,7 +114,9 @@ void add_prior(const Problem &problem, const Point *point, Reduced &sum) {
     });
 }
 
-Reduced reduced(const Problem &problem, const Point *point, const Linearisation &normal, double damping) {
+// excess: factor of all variances.
+Reduced reduced(const Problem &problem, const Point *point, const Linearisation &normal, double excess,
+                double damping) {
     Reduced sum;
     sum.n = problem.free.size();
     sum.size = sum.n * problem.windows.size();
@@ -124,7 +128,7 @@ Reduced reduced(const Problem &problem, const Point *point, const Linearisation 
         for (const size_t frame : problem.windows[window].frames) {
             if (!eliminate(normal.blocks[frame], sum.n, damping, sum.frames[frame]))
                 return sum;
-            add_frame(normal.blocks[frame], sum.frames[frame], window * sum.n, sum);
+            add_frame(normal.blocks[frame], sum.frames[frame], window * sum.n, 1 / excess, sum);
         }
     add_prior(problem, point, sum);
     sum.solvable = true;
@@ -200,7 +204,7 @@ double prior_cost(const Problem &problem, const Point &point) {
 
 Step step_from(const Problem &problem, const Point &point, const Linearisation &normal, double damping) {
     Step step;
-    const Reduced sum = reduced(problem, &point, normal, damping);
+    const Reduced sum = reduced(problem, &point, normal, normal.excess, damping);
     if (!sum.solvable)
         return step;
     Buffer<double> damped = sum.matrix, covariance = sum.matrix;
@@ -233,7 +237,7 @@ Step step_from(const Problem &problem, const Point &point, const Linearisation &
 
 Uncertainty uncertainty_of(const Problem &problem, const Linearisation &normal) {
     Uncertainty result;
-    Reduced sum = reduced(problem, nullptr, normal, 0);
+    Reduced sum = reduced(problem, nullptr, normal, 1, 0);
     if (!sum.solvable || !fit::invert(sum.matrix.data(), sum.size))
         return result;
     result.alone.resize(problem.frames.count);

@@ -1,6 +1,6 @@
-// Method: each frame starts at its predicted places, and at those that a correlation with the expected frame finds;
-// with the optics held, damped steps of its own parameters follow, and the better result is taken. Aberrations of 100
-// nm leave little of a chi-square, but places within some tenths of a pixel, from where the joint steps converge.
+// Method: each frame starts at its predicted places, or at those that a correlation with the expected frame finds,
+// whichever fits better with the best fluxes and background. Places are not refined: with 100 nm of unknown aberrations
+// the best places of a star are false ones, from which the joint steps do not converge.
 // Symmetry: a mask that steps where a sum of cosines of odd m is positive has b(-x) = 1 - b(x). With a symmetric
 // aperture and without aberrations, the field in the focus is then real at every wavelength, up to a constant phase,
 // and an aberration of even azimuthal order has the same image as its negative: no first-order effect, and no sign.
@@ -18,10 +18,8 @@ namespace toliman::calibrate {
 
 namespace {
 
-constexpr int kMostSteps = 12, kMostRefused = 6; // of a frame's own parameters
-constexpr double kNear = 1e-2;                   // px; shorter steps end
-constexpr double kLeastFlux = -0.9;
-constexpr double kSymmetry = 1e-3; // of the step of a mask, whose areas are known to 6e-4
+constexpr double kLeastFlux = -0.5; // relative change: with wrong optics, a star seems fainter than it is
+constexpr double kSymmetry = 1e-3;  // of the step of a mask, whose areas are known to 6e-4
 
 using Own = std::array<double, kOwn>;
 
@@ -30,47 +28,29 @@ struct Found {
     double chi_square = std::numeric_limits<double>::infinity();
 };
 
-// Damped steps from `values`.
-Found refined(const fit::Model &model, ImageView<const double> counts, const Own &values, fit::Work &work) {
-    Found best = {values};
+// With the fluxes and the background that fit best at these places: the model is linear in them.
+Found with_light(const fit::Model &model, ImageView<const double> counts, const Own &values, fit::Work &work) {
+    constexpr size_t kFirst = fit::flux_a, kCount = kOwn - kFirst;
+    Found found = {values};
     if (!model.covers(values.data()))
-        return best;
+        return found;
     model.linearise(&counts, values.data(), 1, work);
-    best.chi_square = work.chi_square;
-    Buffer<double> matrix = work.matrix;
-    Own gradient;
-    std::copy_n(work.gradient, kOwn, gradient.begin());
-    double damping = 1e-2;
-    for (int step = 0, refused = 0; step < kMostSteps && refused < kMostRefused; step++) {
-        Buffer<double> inverse = matrix;
-        for (size_t i = 0; i < kOwn; i++)
-            inverse[i * kOwn + i] *= 1 + damping;
-        if (!fit::invert(inverse.data(), kOwn))
-            break;
-        Own next = best.values;
-        double moved = 0;
-        for (size_t i = 0; i < kOwn; i++)
-            for (size_t j = 0; j < kOwn; j++)
-                next[i] += inverse[i * kOwn + j] * gradient[j];
-        for (size_t i = 0; i < fit::flux_a; i++)
-            moved = std::max(moved, std::fabs(next[i] - best.values[i]));
-        const bool possible =
-            next[fit::flux_a] > kLeastFlux && next[fit::flux_b] > kLeastFlux && model.covers(next.data());
-        if (possible)
-            model.linearise(&counts, next.data(), 1, work);
-        if (!possible || !(work.chi_square < best.chi_square)) {
-            damping *= 10;
-            refused++;
-            continue;
+    double inverse[kCount * kCount];
+    for (size_t i = 0; i < kCount; i++)
+        for (size_t j = 0; j < kCount; j++)
+            inverse[i * kCount + j] = work.matrix[(kFirst + std::min(i, j)) * kOwn + kFirst + std::max(i, j)];
+    found.chi_square = work.chi_square;
+    if (!fit::invert(inverse, kCount))
+        return found;
+    for (size_t i = 0; i < kCount; i++)
+        for (size_t j = 0; j < kCount; j++) {
+            const double change = inverse[i * kCount + j] * work.gradient[kFirst + j];
+            found.values[kFirst + i] += change;
+            found.chi_square -= change * work.gradient[kFirst + i];
         }
-        best = {next, work.chi_square};
-        matrix = work.matrix;
-        std::copy_n(work.gradient, kOwn, gradient.begin());
-        damping /= 10;
-        if (moved < kNear)
-            break;
-    }
-    return best;
+    for (const size_t flux : {fit::flux_a, fit::flux_b})
+        found.values[flux] = std::max(found.values[flux], kLeastFlux);
+    return found;
 }
 
 Own find(const fit::Fit &fit, ImageView<const double> counts, const fit::Prediction &prediction, double capture_px) {
@@ -78,11 +58,11 @@ Own find(const fit::Fit &fit, ImageView<const double> counts, const fit::Predict
     const fit::Fit::Start start = fit.start_of(prediction);
     Own values;
     std::copy_n(start.values, kOwn, values.begin());
-    Found best = refined(fit.model(), counts, values, work.model);
+    Found best = with_light(fit.model(), counts, values, work.model);
     double searched[fit::kMostParameters];
     if (fit.search(counts, start, searched, work)) {
         std::copy_n(searched, kOwn, values.begin());
-        const Found other = refined(fit.model(), counts, values, work.model);
+        const Found other = with_light(fit.model(), counts, values, work.model);
         if (other.chi_square < best.chi_square)
             best = other;
     }
