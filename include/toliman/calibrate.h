@@ -17,10 +17,10 @@
  *   scale, anisotropy, shear   focus, zernike_5 ... _36   mask_rotation, mask_shift_x, _y   jitter_xx, _yy, _xy
  *   temperature_a, _b   spectrum_a_1 ... _11, spectrum_b_1 ... _11
  *
- * Their values are changes against the nominal scene. Each has a normal prior around 0. All parameters and those of each
- * frame (places, fluxes, background; fit.h) are fitted together: by maximum likelihood with Levenberg-Marquardt steps,
- * where the parameters of each frame are eliminated exactly. With TOLIMAN_CALIBRATION_MAP, the OPD of each pupil cell is
- * fitted afterwards, which takes minutes.
+ * Their values are changes against the nominal scene. Each has a normal prior around 0. All parameters and those of
+ * each frame (places, fluxes, background; fit.h) are fitted together: by maximum likelihood with Levenberg-Marquardt
+ * steps, where the parameters of each frame are eliminated exactly. With TOLIMAN_CALIBRATION_MAP, the OPD of each pupil
+ * cell is fitted afterwards, which takes minutes.
  *
  * What frames cannot tell:
  *   - Position angle and roll of the spacecraft are the same; so are Zernike tilts and pointing. Neither roll nor tilts
@@ -72,18 +72,18 @@ typedef struct toliman_calibration_options {
                          jitter_xx jitter_yy jitter_xy temperature_a temperature_b". Priors without SIGMA:
                          aberrations 100 nm, scale, anisotropy and shear 1e-2, mask_rotation 1 deg, mask shifts 1e-4 m,
                          jitter 0.1 px^2, temperatures 200 K, spectral modes 0.1 */
-    const toliman_sim *start;    /* scene to start from, such as the saved one of a calibration that was interrupted;
-                                    NULL: the nominal scene. Priors remain around the nominal scene */
-    int32_t most_iterations;     /* of the parameters, and again of the map; 0 = 30, at most 1000 */
-    uint32_t threads;            /* worker threads, 0 = one per processor. Results do not depend on them */
-    double capture_px;           /* largest shift of both stars from their predicted places along x or y, px;
-                                    0 = 6, at most 64 */
-    double window_days;          /* length of the windows in which the parameters are constant, days; 0: one window
-                                    for all frames */
-    double smoothness;           /* with windows: standard deviation of the change of each parameter from one window to
-                                    the next, in those of its prior; 0 = 0.01 */
-    double map_rms_nm;           /* prior of the map: its rms over the open pupil, nm; 0 = 10. Its power spectrum falls
-                                    as frequency^-2.5 above 4 cycles per aperture, and is constant below */
+    const toliman_sim *start; /* scene to start from, such as the saved one of a calibration that was interrupted;
+                                 NULL: the nominal scene. Priors remain around the nominal scene */
+    int32_t most_iterations;  /* of the parameters, and again of the map; 0 = 30, at most 1000 */
+    uint32_t threads;         /* worker threads, 0 = one per processor. Results do not depend on them */
+    double capture_px;        /* largest shift of both stars from their predicted places along x or y, px;
+                                 0 = 6, at most 64 */
+    double window_days;       /* length of the windows in which the parameters are constant, days; 0: one window
+                                 for all frames */
+    double smoothness;        /* with windows: standard deviation of the change of each parameter from one window to
+                                 the next, in those of its prior; 0 = 0.01 */
+    double map_rms_nm;        /* prior of the map: its rms over the open pupil, nm; 0 = 10. Its power spectrum falls
+                                 as frequency^-2.5 above 4 cycles per aperture, and is constant below */
     toliman_calibration_step_fn step; /* may be NULL */
     void *step_data;
     const toliman_allocator *allocator; /* for the large arrays of the object; NULL = malloc */
@@ -95,13 +95,10 @@ TOLIMAN_API void toliman_calibration_options_init(toliman_calibration_options *o
 
 /* Calibrates a scene with `count` frames of image. The caller destroys *out.
  *   sim          the nominal scene, not needed afterwards
- *   predictions  [count], times and expected places of the stars; NULL: the times of the scene's frames 0 ... count - 1,
- *                no shift
- *   options      may be NULL
- * Memory: the frames of the image, plus an amount that hardly depends on their number.
- * The result depends on the arguments only, not on threads. A calibration that does not converge is not an error: see
- * toliman_calibration_info.flags, and every value of it is NaN.
- * Errors:
+ *   predictions  [count], times and expected places of the stars; NULL: the times of the scene's frames 0 ... count -
+ * 1, no shift options      may be NULL Memory: the frames of the image, plus an amount that hardly depends on their
+ * number. The result depends on the arguments only, not on threads. A calibration that does not converge is not an
+ * error: see toliman_calibration_info.flags, and every value of it is NaN. Errors:
  *   - TOLIMAN_E_ARGUMENT for a count that is not finite, naming its frame, row and column; for frames that do not have
  *     the scene's shape; for an unknown parameter, or one that is named twice or always free; for a frame whose stars
  *     are not found within capture_px; for fewer than 2 frames;
@@ -110,8 +107,7 @@ TOLIMAN_API void toliman_calibration_options_init(toliman_calibration_options *o
  *   - TOLIMAN_E_MISMATCH if options->start differs from the nominal scene in more than the parameters;
  *   - TOLIMAN_E_CANCELLED if step returned a nonzero value. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibrate(const toliman_sim *sim, const toliman_image *image,
-                                                                size_t count,
-                                                                const toliman_fit_prediction *predictions,
+                                                                size_t count, const toliman_fit_prediction *predictions,
                                                                 const toliman_calibration_options *options,
                                                                 toliman_calibration **out) TOLIMAN_NOEXCEPT;
 
@@ -120,10 +116,11 @@ TOLIMAN_API void toliman_calibration_destroy(toliman_calibration *calibration) T
 
 /* Flags of a calibration. */
 #define TOLIMAN_CALIBRATION_NOT_CONVERGED 1u /* no maximum was found: every value is NaN */
-#define TOLIMAN_CALIBRATION_INCOMPLETE 2u    /* the frames have an effect that the model lacks: chi_square is more than 6
-                                                standard deviations above 1, or structure above structure_limit */
-#define TOLIMAN_CALIBRATION_HELD 4u          /* a parameter is known mostly by its prior */
-#define TOLIMAN_CALIBRATION_NO_SIGN 8u       /* the sign of even aberrations is undetermined */
+#define TOLIMAN_CALIBRATION_INCOMPLETE                                                                                 \
+    2u                                 /* the frames have an effect that the model lacks: chi_square is more than 6    \
+                                          standard deviations above 1, or structure above structure_limit */
+#define TOLIMAN_CALIBRATION_HELD 4u    /* a parameter is known mostly by its prior */
+#define TOLIMAN_CALIBRATION_NO_SIGN 8u /* the sign of even aberrations is undetermined */
 
 /* Summary of a calibration. */
 typedef struct toliman_calibration_info {
@@ -141,18 +138,18 @@ typedef struct toliman_calibration_info {
     double structure; /* sum over the neighbours (0,1), (1,0), (1,1), (1,-1), (0,2), (2,0) of the squared correlation of
                          the residuals with those of the neighbour, in units of its variance: of white residuals
                          chi-square distributed with 6 degrees of freedom */
-    double structure_limit;           /* 50: exceeded by white residuals once in 2e8 calibrations */
-    double separation_sigma_px;       /* standard deviation of the separation in a frame (median), all parameters
-                                         of the frame free and those of the instrument known */
-    double calibration_sigma_px;      /* standard deviation of the error that the uncertain parameters of the instrument
-                                         cause in the separation of a frame (median) */
-    double map_rms_nm;                /* rms of the fitted map over the open pupil, nm; 0 without a map */
+    double structure_limit;      /* 50: exceeded by white residuals once in 2e8 calibrations */
+    double separation_sigma_px;  /* standard deviation of the separation in a frame (median), all parameters
+                                    of the frame free and those of the instrument known */
+    double calibration_sigma_px; /* standard deviation of the error that the uncertain parameters of the instrument
+                                    cause in the separation of a frame (median); without that of the map */
+    double map_rms_nm;           /* rms of the fitted map over the open pupil, nm; 0 without a map */
 } toliman_calibration_info;
 #define TOLIMAN_CALIBRATION_INFO_INIT TOLIMAN_INIT(toliman_calibration_info)
 
 /* Writes the summary of a calibration to *out, whose struct_size must be set. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_info(
-    const toliman_calibration *calibration, toliman_calibration_info *out) TOLIMAN_NOEXCEPT;
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
+toliman_calibration_get_info(const toliman_calibration *calibration, toliman_calibration_info *out) TOLIMAN_NOEXCEPT;
 
 /* A fitted parameter of the instrument. */
 typedef struct toliman_calibration_value {
@@ -167,16 +164,17 @@ typedef struct toliman_calibration_value {
 #define TOLIMAN_CALIBRATION_VALUE_INIT TOLIMAN_INIT(toliman_calibration_value)
 
 /* Writes parameter number `index` in a window to *out, whose struct_size must be set. TOLIMAN_E_RANGE unless
- * 0 <= index < parameters and 0 <= window < windows. With a map, the values include the part of the parameters only; the
- * map adds to their aberrations. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_value(
-    const toliman_calibration *calibration, int64_t window, int32_t index,
-    toliman_calibration_value *out) TOLIMAN_NOEXCEPT;
+ * 0 <= index < parameters and 0 <= window < windows. With a map, the values include the part of the parameters only;
+ * the map adds to their aberrations. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
+toliman_calibration_get_value(const toliman_calibration *calibration, int64_t window, int32_t index,
+                              toliman_calibration_value *out) TOLIMAN_NOEXCEPT;
 
 /* Writes the covariance of the parameters in a window, with those of the frames free, to covariance[n][n]; n is the
  * number of parameters. TOLIMAN_E_RANGE as for toliman_calibration_get_value. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_covariance(
-    const toliman_calibration *calibration, int64_t window, double *covariance) TOLIMAN_NOEXCEPT;
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_covariance(const toliman_calibration *calibration,
+                                                                                 int64_t window,
+                                                                                 double *covariance) TOLIMAN_NOEXCEPT;
 
 /* Writes the parameters of frame number `index`, 0 <= index < frames, to *out, whose struct_size must be set: as
  * toliman_fit_frame with the fitted scene, where the standard deviations include the uncertainty of the instrument. */
@@ -188,21 +186,21 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_frame(cons
 typedef struct toliman_calibration_window {
     uint32_t struct_size; /* in: sizeof(toliman_calibration_window) */
     uint32_t reserved;
-    int64_t frames;      /* number of its frames */
-    double first_days;   /* start, days of scene time; the first window also holds all earlier times */
-    double chi_square;   /* of its frames, per degree of freedom */
+    int64_t frames;    /* number of its frames */
+    double first_days; /* start, days of scene time; the first window also holds all earlier times */
+    double chi_square; /* of its frames, per degree of freedom */
 } toliman_calibration_window;
 #define TOLIMAN_CALIBRATION_WINDOW_INIT TOLIMAN_INIT(toliman_calibration_window)
 
-/* Writes window number `window` to *out, whose struct_size must be set. TOLIMAN_E_RANGE unless 0 <= window < windows. */
+/* Writes window number `window` to *out, whose struct_size must be set. TOLIMAN_E_RANGE unless 0 <= window < windows.
+ */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_window(
     const toliman_calibration *calibration, int64_t window, toliman_calibration_window *out) TOLIMAN_NOEXCEPT;
 
 /* Writes the change of the OPD (m) against the nominal scene in a window, parameters and map together, to opd[N][N];
  * 0 where the pupil is closed. TOLIMAN_E_RANGE as for toliman_calibration_get_window. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_opd(const toliman_calibration *calibration,
-                                                                          int64_t window,
-                                                                          double *opd) TOLIMAN_NOEXCEPT;
+                                                                          int64_t window, double *opd) TOLIMAN_NOEXCEPT;
 
 /* Writes the mean over all frames of the squared residual over its variance to map[rows][stride]; stride >= cols, in
  * elements. 0 for pixels that were excluded in all frames. */
@@ -210,8 +208,9 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_chi_map(co
                                                                               double *map,
                                                                               size_t stride) TOLIMAN_NOEXCEPT;
 
-/* Writes the residual of the first frame over its standard deviation to image[rows][stride]. fitted: 1 = with the fitted
- * instrument, 0 = with the one from which the calibration started; the frame's own parameters are fitted in both. */
+/* Writes the residual of the first frame over its standard deviation to image[rows][stride]. fitted: 1 = with the
+ * fitted instrument, 0 = with the one from which the calibration started; the frame's own parameters are fitted in
+ * both. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_residual(const toliman_calibration *calibration,
                                                                                int32_t fitted, double *image,
                                                                                size_t stride) TOLIMAN_NOEXCEPT;
