@@ -17,6 +17,13 @@ struct ShiftKernels {
     // Notes     the same bits on every instruction set
     void (*sum)(const double *samples, const size_t *offset, const double *weights, size_t orders, size_t taps,
                 size_t count, double *const *out) noexcept;
+
+    // The adjoint of sum() for values.
+    // Given     values [count]; offset, weights [taps], taps as of sum()
+    // Returned  samples[offset[t] + i], i < count: plus weights[t] values[i], tap after tap
+    // Notes     the same bits on every instruction set
+    void (*spread)(const double *values, const size_t *offset, const double *weights, size_t taps, size_t count,
+                   double *samples) noexcept;
 };
 TOLIMAN_ISA_DECLARE(ShiftKernels, shift)
 

@@ -57,9 +57,21 @@ void sum(const double *samples, const size_t *offset, const double *weights, siz
                    : sum_orders<3>)(samples, offset, weights, taps, count, out);
 }
 
+void spread(const double *values, const size_t *offset, const double *weights, size_t taps, size_t count,
+            double *samples) noexcept {
+    for (size_t t = 0; t < taps; t++) {
+        double *const to = samples + offset[t];
+        size_t i = 0;
+        for (; i + kLanes <= count; i += kLanes)
+            at(to + i) += weights[t] * at(values + i);
+        for (; i < count; i++)
+            to[i] += weights[t] * values[i];
+    }
+}
+
 } // namespace
 } // namespace TOLIMAN_ISA
 
-const ShiftKernels TOLIMAN_ISA_TABLE(shift) = {TOLIMAN_ISA::sum};
+const ShiftKernels TOLIMAN_ISA_TABLE(shift) = {TOLIMAN_ISA::sum, TOLIMAN_ISA::spread};
 
 } // namespace toliman::kernels

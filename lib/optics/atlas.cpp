@@ -13,6 +13,8 @@
 //   window, 1 sample per px,  T = 20    0.9 ms   but dividing by its transform amplifies rounding by 2e5
 //   Fourier shift on a padded grid of 320 x 320: 1.3 ms for six inverse transforms, without phases; an error of 1e-9 px
 //   remains unless the edges of the image are tapered
+// The interpolation is linear in the samples: its adjoint spreads weights of pixels over the samples, axis by axis in
+// reverse order, with the same weights of the window.
 // A Taylor expansion about places along the orbit needs a propagation every 0.3 px.
 #include "optics/atlas.hpp"
 
@@ -29,6 +31,13 @@ constexpr size_t kVector = 8; // numbers
 
 } // namespace
 
+Plan plan_around(const Plan &plan, const std::array<double, 2> &reach) {
+    Plan around = plan;
+    around.pixels = atlas_grid(plan, reach);
+    around.filter = plan.atlas.filter;
+    return around;
+}
+
 Atlas::Atlas(const Scene &scene, const Pupil &pupil, const Plan &plan, const Light &light, const Offsets &reach,
              const Draw &draw)
     : rows_(plan.pixels.rows), cols_(plan.pixels.cols), oversampling_(plan.atlas.oversampling),
@@ -39,23 +48,41 @@ Atlas::Atlas(const Scene &scene, const Pupil &pupil, const Plan &plan, const Lig
 
 Atlas::Star Atlas::sample(const Scene &scene, const Pupil &pupil, const Plan &plan, const Light &light, size_t star,
                           const std::array<double, 2> &reach, const Draw &draw) const {
-    Plan around = plan;
-    around.pixels = atlas_grid(plan, reach);
-    around.filter = plan.atlas.filter;
+    const Plan around = plan_around(plan, reach);
     Light centred = light;
     centred.offset_px = {};
     const Imager imager(scene, pupil, around, plan.workers);
     const size_t rows = around.pixels.rows, cols = around.pixels.cols, part = cols / oversampling_ + 1 + kVector;
-    const double area = static_cast<double>(oversampling_ * oversampling_);
     Star made = {{}, rows, cols, part};
-    for (const Buffer<double> &image : draw(around, imager, centred, star)) {
-        Buffer<double> &plane = made.planes.emplace_back(rows * oversampling_ * part);
-        for (size_t row = 0; row < rows; row++)
-            for (size_t col = 0; col < cols; col++)
-                plane[(row * oversampling_ + col % oversampling_) * part + col / oversampling_] =
-                    area * image[row * cols + col];
-    }
+    for (const Buffer<double> &image : draw(around, imager, centred, star))
+        made.planes.push_back(samples_of(made, image));
     return made;
+}
+
+// Calls visit(index in the image, index in the plane).
+template <class Visit> void Atlas::for_each_sample(const Star &star, Visit visit) const {
+    for (size_t row = 0; row < star.rows; row++)
+        for (size_t col = 0; col < star.cols; col++)
+            visit(row * star.cols + col, (row * oversampling_ + col % oversampling_) * star.part + col / oversampling_);
+}
+
+// A sample holds the light of its own small area.
+Buffer<double> Atlas::samples_of(const Star &star, const Buffer<double> &image) const {
+    const double area = static_cast<double>(oversampling_ * oversampling_);
+    Buffer<double> samples(star.rows * oversampling_ * star.part);
+    for_each_sample(star, [&](size_t from, size_t to) { samples[to] = area * image[from]; });
+    return samples;
+}
+
+Buffer<double> Atlas::samples_of(size_t star, const Buffer<double> &image) const {
+    return samples_of(stars_[star], image);
+}
+
+Buffer<double> Atlas::image_weights(size_t star, const Buffer<double> &samples) const {
+    const double area = static_cast<double>(oversampling_ * oversampling_);
+    Buffer<double> image(stars_[star].rows * stars_[star].cols);
+    for_each_sample(stars_[star], [&](size_t to, size_t from) { image[to] = area * samples[from]; });
+    return image;
 }
 
 bool Atlas::covers(size_t star, long double x, long double y) const noexcept {
@@ -95,13 +122,27 @@ size_t Atlas::used() const noexcept {
     return (cols_ + window_.taps / oversampling_ + kVector) / kVector * kVector;
 }
 
+// Of the samples of a part that contribute to row r, tap by tap.
+void Atlas::offsets_along_y(const Star &star, const Place &place, size_t r, size_t part,
+                            size_t *offset) const noexcept {
+    for (size_t tap = 0; tap < window_.taps; tap++)
+        offset[tap] =
+            ((place.row + r * oversampling_ + tap) * oversampling_ + part) * star.part + place.col / oversampling_;
+}
+
+// Of the sums along y that contribute to the pixels of a row.
+void Atlas::offsets_along_x(const Place &place, size_t *offset) const noexcept {
+    for (size_t tap = 0; tap < window_.taps; tap++) {
+        const size_t col = place.col % oversampling_ + tap;
+        offset[tap] = col % oversampling_ * used() + col / oversampling_;
+    }
+}
+
 void Atlas::sum_along_y(const Star &star, const Buffer<double> &plane, const Place &place, size_t r, size_t orders,
                         double *const *lines) const noexcept {
     size_t offset[kernels::kMostTaps];
     for (size_t part = 0; part < oversampling_; part++) {
-        for (size_t tap = 0; tap < window_.taps; tap++)
-            offset[tap] =
-                ((place.row + r * oversampling_ + tap) * oversampling_ + part) * star.part + place.col / oversampling_;
+        offsets_along_y(star, place, r, part, offset);
         double *const sums[] = {lines[0] + part * used(), orders > 1 ? lines[1] + part * used() : nullptr,
                                 orders > 2 ? lines[2] + part * used() : nullptr};
         kernels::shift_kernels().sum(plane.data(), offset, place.y[0], orders, window_.taps, used(), sums);
@@ -110,10 +151,7 @@ void Atlas::sum_along_y(const Star &star, const Buffer<double> &plane, const Pla
 
 void Atlas::sum_along_x(const double *line, const Place &place, size_t orders, double *const *out) const noexcept {
     size_t offset[kernels::kMostTaps];
-    for (size_t tap = 0; tap < window_.taps; tap++) {
-        const size_t col = place.col % oversampling_ + tap;
-        offset[tap] = col % oversampling_ * used() + col / oversampling_;
-    }
+    offsets_along_x(place, offset);
     kernels::shift_kernels().sum(line, offset, place.x[0], orders, window_.taps, cols_, out);
 }
 
@@ -145,6 +183,25 @@ void Atlas::row(size_t star, const std::vector<double> &weights, const Place &pl
             sum[i] += weights[plane] * term[i];
     }
     sum_along_x(sum, place, 1, &out);
+}
+
+void Atlas::row_of_samples(size_t star, const Buffer<double> &samples, const Place &place, size_t r, double *out,
+                           double *scratch) const noexcept {
+    sum_along_y(stars_[star], samples, place, r, 1, &scratch);
+    sum_along_x(scratch, place, 1, &out);
+}
+
+void Atlas::spread(size_t star, const double *weights, const Place &place, size_t r, Buffer<double> &samples,
+                   double *scratch) const noexcept {
+    size_t offset[kernels::kMostTaps];
+    std::fill_n(scratch, oversampling_ * used(), 0.0);
+    offsets_along_x(place, offset);
+    kernels::shift_kernels().spread(weights, offset, place.x[0], window_.taps, cols_, scratch);
+    for (size_t part = 0; part < oversampling_; part++) {
+        offsets_along_y(stars_[star], place, r, part, offset);
+        kernels::shift_kernels().spread(scratch + part * used(), offset, place.y[0], window_.taps, used(),
+                                        samples.data());
+    }
 }
 
 } // namespace toliman::optics

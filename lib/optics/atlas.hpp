@@ -13,6 +13,9 @@ namespace toliman::optics {
 // Images of one star, [rows][cols] of plan.atlas each, in expected photons per pixel: the image itself first.
 using Planes = std::vector<Buffer<double>>;
 
+// The plan of images on the samples of an atlas, for a star at most `reach` px [x, y] from the centre of the frame.
+Plan plan_around(const Plan &plan, const std::array<double, 2> &reach);
+
 class Atlas {
   public:
     // Makes the planes of a star on the grid of `plan`, with the star at its centre.
@@ -43,6 +46,19 @@ class Atlas {
     void row(size_t star, const std::vector<double> &weights, const Place &place, size_t r, double *out,
              double *scratch) const noexcept;
 
+    // The samples of a plane that the atlas does not keep, from an image of the star [rows][cols] on the grid of
+    // plan_around(), as `draw` makes it.
+    Buffer<double> samples_of(size_t star, const Buffer<double> &image) const;
+    // Row r of that plane; values only.
+    void row_of_samples(size_t star, const Buffer<double> &samples, const Place &place, size_t r, double *out,
+                        double *scratch) const noexcept;
+
+    // Adjoints of both: adds the weights [cols()] of row r to the samples that contribute to it; ...
+    void spread(size_t star, const double *weights, const Place &place, size_t r, Buffer<double> &samples,
+                double *scratch) const noexcept;
+    // ... and returns the weights of the image from those of the samples.
+    Buffer<double> image_weights(size_t star, const Buffer<double> &samples) const;
+
     size_t cols() const noexcept { return cols_; }
     size_t scratch_size() const noexcept { return kernels::kShiftOrders * oversampling_ * used(); }
     size_t planes(size_t star) const noexcept { return stars_[star].planes.size(); }
@@ -53,11 +69,15 @@ class Atlas {
         Planes planes; // each row in `oversampling` parts: samples 0, o, 2 o, ..., then 1, 1 + o, ...
         size_t rows, cols, part;
     };
+    Buffer<double> samples_of(const Star &star, const Buffer<double> &image) const;
     Star sample(const Scene &scene, const Pupil &pupil, const Plan &plan, const Light &light, size_t star,
                 const std::array<double, 2> &reach, const Draw &draw) const;
     size_t used() const noexcept;
+    template <class Visit> void for_each_sample(const Star &star, Visit visit) const;
     void sum_along_y(const Star &star, const Buffer<double> &plane, const Place &place, size_t r, size_t orders,
                      double *const *lines) const noexcept;
+    void offsets_along_x(const Place &place, size_t *offset) const noexcept;
+    void offsets_along_y(const Star &star, const Place &place, size_t r, size_t part, size_t *offset) const noexcept;
     void sum_along_x(const double *line, const Place &place, size_t orders, double *const *out) const noexcept;
 
     size_t rows_, cols_, oversampling_;

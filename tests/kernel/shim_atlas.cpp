@@ -1,4 +1,5 @@
-// C interface of the atlas, and of images propagated at a place.
+// C interface of the atlas, its adjoint, and of images propagated at a place.
+#include <cmath>
 #include <string>
 
 #include "base/error.hpp"
@@ -76,6 +77,46 @@ extern "C" void shim_atlas_sum(const void *made, size_t star, double x, double y
     Buffer<double> scratch(atlas.scratch_size());
     for (size_t r = 0; r < static_cast<const Case *>(made)->outline.plan.pixels.rows; r++)
         atlas.row(star, {weights[0], weights[1]}, place, r, image + r * atlas.cols(), scratch.data());
+}
+
+// The first plane again, as an image that the atlas does not keep: its error against shim_atlas_images() over its
+// largest pixel. And of the adjoint: sum over pixels of weights times the interpolated image `samples` of random
+// numbers, minus the sum over the image of its adjoint, over the sum of absolute values.
+extern "C" void shim_atlas_adjoint(const void *made, size_t star, double x, double y, double (*random)(void),
+                                   double *errors) {
+    const Atlas &atlas = *static_cast<const Case *>(made)->atlas;
+    const Plan around =
+        plan_around(static_cast<const Case *>(made)->outline.plan, static_cast<const Case *>(made)->reach[star]);
+    const Atlas::Place place = atlas.place(star, x, y, 1);
+    const size_t rows = static_cast<const Case *>(made)->outline.plan.pixels.rows, cols = atlas.cols();
+    Buffer<double> scratch(atlas.scratch_size()), image(around.pixels.rows * around.pixels.cols), row(cols),
+        weights(cols), kept(cols);
+    for (double &value : image)
+        value = random();
+    const Buffer<double> samples = atlas.samples_of(star, image);
+    Buffer<double> adjoint(samples.size());
+    double by_pixels = 0, by_samples = 0, size = 0, difference = 0, largest = 0;
+    double *const out[] = {kept.data()};
+    for (size_t r = 0; r < rows; r++) {
+        atlas.row(star, 0, place, r, 1, out, scratch.data());
+        atlas.row_of_samples(star, atlas.plane(star, 0), place, r, row.data(), scratch.data());
+        for (size_t c = 0; c < cols; c++) {
+            difference = std::max(difference, std::fabs(row[c] - kept[c]));
+            largest = std::max(largest, std::fabs(kept[c]));
+        }
+        atlas.row_of_samples(star, samples, place, r, row.data(), scratch.data());
+        for (size_t c = 0; c < cols; c++) {
+            weights[c] = random();
+            by_pixels += weights[c] * row[c];
+            size += std::fabs(weights[c] * row[c]);
+        }
+        atlas.spread(star, weights.data(), place, r, adjoint, scratch.data());
+    }
+    const Buffer<double> of_image = atlas.image_weights(star, adjoint);
+    for (size_t i = 0; i < image.size(); i++)
+        by_samples += of_image[i] * image[i];
+    errors[0] = difference / largest;
+    errors[1] = std::fabs(by_pixels - by_samples) / size;
 }
 
 // The same by propagation at the place; the last is the derivative by focus.

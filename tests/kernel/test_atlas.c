@@ -1,7 +1,9 @@
-/* Tests images and derivatives interpolated from an atlas against images propagated at the place. */
+/* Tests images and derivatives interpolated from an atlas against images propagated at the place, and the adjoint of
+ * the interpolation. */
 #include <string.h>
 
 #include "scene_text.h"
+#include "uniform.h"
 
 void *shim_atlas_make(const char *json, double reach_x, double reach_y, double *error, size_t *shape);
 void shim_atlas_destroy(void *made);
@@ -9,6 +11,7 @@ int shim_atlas_covers(const void *made, size_t star, double x, double y);
 void shim_atlas_images(const void *made, size_t star, size_t plane, double x, double y, size_t orders,
                        double *const *images);
 void shim_atlas_sum(const void *made, size_t star, double x, double y, const double *weights, double *image);
+void shim_atlas_adjoint(const void *made, size_t star, double x, double y, double (*random)(void), double *errors);
 void shim_atlas_propagated(const void *made, size_t star, double x, double y, double *const *images);
 
 enum { MOST_PIXELS = 64 * 64, IMAGES = 7 };
@@ -16,6 +19,11 @@ enum { MOST_PIXELS = 64 * 64, IMAGES = 7 };
 static double here[IMAGES][MOST_PIXELS], there[IMAGES][MOST_PIXELS];
 static double *const at_here[] = {here[0], here[1], here[2], here[3], here[4], here[5], here[6]};
 static double *const at_there[] = {there[0], there[1], there[2], there[3], there[4], there[5], there[6]};
+
+static double random_number(void) {
+    static uint64_t state = 3;
+    return uniform_signed(&state);
+}
 
 /* Largest |a - b| and largest |b| of images first ... last at all places so far. */
 typedef struct {
@@ -90,6 +98,10 @@ static void test_places(void **state) {
                 assert_close(sum[i], 0.75 * here[0][i] - 0.5 * here[6][i], 0, 1e-14 * peak);
             double *const only[] = {alone}; /* the value does not depend on the derivatives that are requested */
             shim_atlas_images(atlas, star, 0, x, y, 1, only);
+            double errors[2];
+            shim_atlas_adjoint(atlas, star, x, y, random_number, errors);
+            assert_true(errors[0] == 0);
+            assert_at_most(errors[1], 1e-13);
             assert_memory_equal(alone, here[0], pixels * sizeof *alone);
         }
         for (int g = 0; g < 4; g++)

@@ -14,6 +14,8 @@ double shim_shift_error(size_t taps, double beta, double cutoff);
 int shim_shift_isas(void);
 void shim_shift_sum(int isa, const double *samples, const size_t *offset, const double *weights, size_t orders,
                     size_t taps, size_t count, double *const *out);
+void shim_shift_spread(int isa, const double *values, const size_t *offset, const double *weights, size_t taps,
+                       size_t count, double *samples);
 
 static const struct {
     size_t taps;
@@ -166,12 +168,44 @@ static void test_sums(void **unused) {
         }
 }
 
+/* The adjoint, with taps that overlap: as a plain loop in wider arithmetic, and the same bits everywhere. */
+static void test_spreading(void **unused) {
+    (void)unused;
+    enum { SAMPLES = 200, MOST = 75 };
+    double values[MOST], weights[MOST_TAPS];
+    for (size_t i = 0; i < MOST; i++)
+        values[i] = uniform_signed(&state);
+    for (size_t i = 0; i < MOST_TAPS; i++)
+        weights[i] = uniform_signed(&state);
+    for (size_t count = 0; count <= MOST; count++) {
+        const size_t taps = 4 + 2 * (count % 15);
+        size_t offset[MOST_TAPS];
+        long double expected[SAMPLES];
+        for (size_t i = 0; i < SAMPLES; i++)
+            expected[i] = 3;
+        for (size_t t = 0; t < taps; t++) {
+            offset[t] = (7 * t + 3 * count) % (SAMPLES - MOST);
+            for (size_t i = 0; i < count; i++)
+                expected[offset[t] + i] += (long double)weights[t] * values[i];
+        }
+        double first[SAMPLES], samples[SAMPLES];
+        for (int isa = 0; isa < shim_shift_isas(); isa++) {
+            for (size_t i = 0; i < SAMPLES; i++)
+                samples[i] = 3;
+            shim_shift_spread(isa, values, offset, weights, taps, count, samples);
+            if (isa == 0)
+                memcpy(first, samples, sizeof first);
+            assert_memory_equal(first, samples, sizeof first);
+        }
+        for (size_t i = 0; i < SAMPLES; i++)
+            assert_close(samples[i], (double)expected[i], 0, 2e-14);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_weights),
-        cmocka_unit_test(test_transform),
-        cmocka_unit_test(test_error),
-        cmocka_unit_test(test_sums),
+        cmocka_unit_test(test_weights), cmocka_unit_test(test_transform), cmocka_unit_test(test_error),
+        cmocka_unit_test(test_sums),    cmocka_unit_test(test_spreading),
     };
     return cmocka_run_group_tests_name("shift", tests, NULL, NULL);
 }
