@@ -2,6 +2,8 @@
 // E exp(-2 pi i x u), an OPD of dz in a cell changes its field by (2 pi i/lambda) E dz. Hence
 //     dJ/dz = sum over lambda of (4 pi c/lambda) Im(conj(E) G),   G(x) = sum over u of W F exp(+2 pi i x u):
 // the adjoint of the transform is applied to W F, once per wavelength and star, whatever the number of cells.
+// Images with the same F at each wavelength and other c, of stars at the same place, take one adjoint together: that of
+// (sum over images of c W) F.
 // Reference: Jurling and Fienup 2014, J. Opt. Soc. Am. A 31, 1348 (reverse-mode differentiation of phase retrieval).
 #include "optics/gradient.hpp"
 
@@ -14,26 +16,67 @@
 
 namespace toliman::optics {
 
-void add_opd_gradient(const Pupil &pupil, const Light &light, const Grid &grid, size_t star, const double *weights,
-                      unsigned workers, double *gradient) {
-    const long double offset[2] = {light.offset_px[star][0], light.offset_px[star][1]};
+namespace {
+
+// Weights of |F|^2 at a wavelength, up to a factor.
+struct Weighting {
+    const double *weights;
+    double factor;
+};
+
+// sum over images of c W; one image alone is not copied. `sum` holds the others.
+Weighting combine(const std::vector<double> &factors, const std::vector<const double *> &weights,
+                  Buffer<double> &sum) noexcept {
+    if (weights.size() == 1)
+        return {weights[0], factors[0]};
+    for (size_t i = 0; i < sum.size(); i++) {
+        double value = 0;
+        for (size_t k = 0; k < weights.size(); k++)
+            value += factors[k] * weights[k][i];
+        sum[i] = value;
+    }
+    return {sum.data(), 1};
+}
+
+void add_at(const Pupil &pupil, const Light &light, const Grid &grid, const long double *offset,
+            const std::vector<std::vector<double>> &spectra, const std::vector<const double *> &weights,
+            unsigned workers, double *gradient) {
     const size_t count = light.wavelength_m.size(), cells = pupil.samples * pupil.samples;
     std::vector<Buffer<double>> parts(std::min(count, kWavelengthChunks));
     run_jobs(workers, parts.size(), [&](size_t part) {
         MatrixDft dft(pupil, grid, 1);
         parts[part].resize(cells);
+        Buffer<double> sum(spectra.size() > 1 ? grid.rows * grid.cols : 0);
+        std::vector<double> factors(spectra.size());
         for (size_t i = part; i < count; i += parts.size()) {
-            if (light.photons[star][i] == 0)
-                continue;
             const long double wavenumber = 1 / static_cast<long double>(light.wavelength_m[i]);
+            for (size_t k = 0; k < spectra.size(); k++)
+                factors[k] = intensity_factor(pupil, grid, wavenumber, spectra[k][i]);
+            if (std::all_of(factors.begin(), factors.end(), [](double factor) { return factor == 0; }))
+                continue;
+            const Weighting all = combine(factors, weights, sum);
             dft.transform(wavenumber, offset, {});
-            dft.add_opd_gradient(wavenumber, weights, intensity_factor(pupil, grid, wavenumber, light.photons[star][i]),
-                                 parts[part].data());
+            dft.add_opd_gradient(wavenumber, all.weights, all.factor, parts[part].data());
         }
     });
     for (const Buffer<double> &part : parts)
         for (size_t i = 0; i < cells; i++)
             gradient[i] += part[i];
+}
+
+} // namespace
+
+void add_opd_gradient(const Pupil &pupil, const Light &light, const Grid &grid, size_t star, const double *weights,
+                      unsigned workers, double *gradient) {
+    const long double offset[2] = {light.offset_px[star][0], light.offset_px[star][1]};
+    add_at(pupil, light, grid, offset, {light.photons[star]}, {weights}, workers, gradient);
+}
+
+void add_opd_gradient(const Pupil &pupil, const Light &light, const Grid &grid,
+                      const std::vector<std::vector<double>> &spectra, const std::vector<const double *> &weights,
+                      unsigned workers, double *gradient) {
+    const long double offset[2] = {light.offset_px[0][0], light.offset_px[0][1]};
+    add_at(pupil, light, grid, offset, spectra, weights, workers, gradient);
 }
 
 } // namespace toliman::optics

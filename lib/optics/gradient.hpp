@@ -10,4 +10,10 @@ namespace toliman::optics {
 void add_opd_gradient(const Pupil &pupil, const Light &light, const Grid &grid, size_t star, const double *weights,
                       unsigned workers, double *gradient);
 
+// The same for the sum over `spectra` of weights[k] times the image that star 0 would have with spectra[k]
+// [wavelength], in photons at the wavelengths of `light`: they have their transforms in common.
+void add_opd_gradient(const Pupil &pupil, const Light &light, const Grid &grid,
+                      const std::vector<std::vector<double>> &spectra, const std::vector<const double *> &weights,
+                      unsigned workers, double *gradient);
+
 } // namespace toliman::optics

@@ -85,13 +85,37 @@ Buffer<double> Imager::opd_gradient(const Light &light, size_t star, const Buffe
     const PixelFilter &filter = plan_.filter;
     const auto finer = static_cast<double>(filter.oversampling);
     const Light samples = on_finer_grid(plan_.nodes ? project_on_nodes(light, plan_.wavelengths) : light, finer);
-    Buffer<double> at_samples = filter.empty() ? weights : spread(weights, plan_.pixels, filter);
-    for (double &weight : at_samples)
-        weight *= finer * finer;
+    const Buffer<double> at_samples = weights_at_samples(weights);
     Buffer<double> gradient(pupil_.samples * pupil_.samples);
     add_opd_gradient(pupil_, samples, sampling_grid(plan_.pixels, filter), star, at_samples.data(), workers_,
                      gradient.data());
     return gradient;
+}
+
+Buffer<double> Imager::opd_gradient_of_spectra(const Light &light, const std::vector<std::vector<double>> &spectra,
+                                               const std::vector<Buffer<double>> &weights) const {
+    const PixelFilter &filter = plan_.filter;
+    const Light samples = on_finer_grid(light, static_cast<double>(filter.oversampling));
+    std::vector<Buffer<double>> at_samples;
+    std::vector<const double *> pointers;
+    for (const Buffer<double> &of_pixels : weights)
+        at_samples.push_back(weights_at_samples(of_pixels));
+    for (const Buffer<double> &of_samples : at_samples)
+        pointers.push_back(of_samples.data());
+    Buffer<double> gradient(pupil_.samples * pupil_.samples);
+    add_opd_gradient(pupil_, samples, sampling_grid(plan_.pixels, filter), spectra, pointers, workers_,
+                     gradient.data());
+    return gradient;
+}
+
+// A sample holds the light of its own small area.
+Buffer<double> Imager::weights_at_samples(const Buffer<double> &weights) const {
+    const PixelFilter &filter = plan_.filter;
+    const auto finer = static_cast<double>(filter.oversampling);
+    Buffer<double> at_samples = filter.empty() ? weights : spread(weights, plan_.pixels, filter);
+    for (double &weight : at_samples)
+        weight *= finer * finer;
+    return at_samples;
 }
 
 } // namespace toliman::optics

@@ -27,7 +27,13 @@ class Imager {
     // OPD of each pupil cell (m), [N][N]. Matrix DFT only.
     Buffer<double> opd_gradient(const Light &light, size_t star, const Buffer<double> &weights) const;
 
+    // The same of the sum over `spectra` of weights[k] times the image that star 0 would have with spectra[k], in
+    // photons at the wavelengths of `light`.
+    Buffer<double> opd_gradient_of_spectra(const Light &light, const std::vector<std::vector<double>> &spectra,
+                                           const std::vector<Buffer<double>> &weights) const;
+
   private:
+    Buffer<double> weights_at_samples(const Buffer<double> &weights) const;
     std::unique_ptr<Transform> transform(const Grid &grid, size_t fields) const;
     void to_pixels(StarImages &images) const;
 
