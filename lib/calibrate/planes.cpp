@@ -45,17 +45,18 @@ optics::Plan plan_of(const optics::Outline &outline) {
 }
 
 // Farthest place of either star over the cadence, plus `capture_px`.
-optics::Offsets reach_of(const optics::Outline &outline, double capture_px) {
+std::array<double, 2> reach_of(const optics::Outline &outline, double capture_px) {
     const optics::Offsets places = optics::farthest_on_orbit(outline.scene, outline.light).offset_px;
-    optics::Offsets reach = {};
+    std::array<double, 2> reach = {};
     for (size_t axis = 0; axis < 2; axis++)
-        reach[0][axis] = reach[1][axis] = std::max(std::fabs(places[0][axis]), std::fabs(places[1][axis])) + capture_px;
+        reach[axis] = std::max(std::fabs(places[0][axis]), std::fabs(places[1][axis])) + capture_px;
     return reach;
 }
 
 } // namespace
 
-Planes::Planes(const optics::Outline &outline, const std::vector<Parameter> &parameters, double capture_px) {
+Planes::Planes(const optics::Outline &outline, const std::vector<Parameter> &parameters, double capture_px)
+    : plan_(plan_of(outline)), reach_(reach_of(outline, capture_px)) {
     for (const Parameter parameter : parameters) {
         const size_t place = place_of(parameter.kind);
         entries_.push_back({parameter, {0, 0}, place, parameter.kind == Kind::jitter_xy ? 1 : 0.5});
@@ -63,7 +64,7 @@ Planes::Planes(const optics::Outline &outline, const std::vector<Parameter> &par
     }
     std::vector<optics::Planes> both; // drawn with those of A
     atlas_ = std::make_unique<optics::Atlas>(
-        outline.scene, outline.pupil, plan_of(outline), outline.light, reach_of(outline, capture_px),
+        outline.scene, outline.pupil, plan_, outline.light, optics::Offsets{reach_, reach_},
         [&](const optics::Plan &plan, const optics::Imager &imager, const optics::Light &light, size_t star) {
             if (star == 0)
                 both = draw(outline, plan, imager, light);

@@ -16,6 +16,12 @@ class Planes {
     Planes(const optics::Outline &outline, const std::vector<Parameter> &parameters, double capture_px);
 
     size_t parameters() const noexcept { return entries_.size(); }
+    // The image of each star itself is plane 0.
+    const optics::Atlas &atlas() const noexcept { return *atlas_; }
+    // What the images are made with (optics::plan_around()).
+    const optics::Plan &plan() const noexcept { return plan_; }
+    const std::array<double, 2> &reach() const noexcept { return reach_; } // of both stars, px [x, y]
+
     size_t scratch_size() const noexcept { return atlas_->scratch_size() + kPlaceLines * atlas_->cols(); }
 
     using Places = optics::Atlas::Place[2];
@@ -41,6 +47,8 @@ class Planes {
     void take(size_t entry, size_t star, Buffer<double> &image, optics::Planes &planes);
 
     std::vector<Entry> entries_;
+    optics::Plan plan_;
+    std::array<double, 2> reach_;
     size_t orders_ = 1; // of the atlas' rows of the image
     std::unique_ptr<optics::Atlas> atlas_;
 };

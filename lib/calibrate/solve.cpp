@@ -235,6 +235,59 @@ Step step_from(const Problem &problem, const Point &point, const Linearisation &
     return step;
 }
 
+struct Solver::Equations {
+    Reduced sum; // with the inverse in place of the matrix
+};
+
+Solver::Solver(const Problem &problem, const Linearisation &normal)
+    : problem_(problem), equations_(std::make_unique<Equations>(Equations{reduced(problem, nullptr, normal, 0)})) {
+    Reduced &sum = equations_->sum;
+    sum.solvable = sum.solvable && fit::invert(sum.matrix.data(), sum.size);
+}
+
+Solver::~Solver() = default;
+
+bool Solver::solvable() const noexcept {
+    return equations_->sum.solvable;
+}
+
+Point Solver::solve(const std::vector<Buffer<double>> &gradients, const Point *point) const {
+    const Reduced &sum = equations_->sum;
+    const size_t n = sum.n;
+    Buffer<double> vector(sum.size);
+    if (point != nullptr)
+        for_prior(problem_, [&](size_t i, size_t j, double weight) {
+            const double pull = weight * (value_at(*point, n, i) - (j == kNone ? 0 : value_at(*point, n, j)));
+            vector[i] -= pull;
+            if (j != kNone)
+                vector[j] += pull;
+        });
+    Point change;
+    change.own.resize(gradients.size());
+    change.instrument.assign(problem_.windows.size(), std::vector<double>(n));
+    for (size_t window = 0; window < problem_.windows.size(); window++)
+        for (const size_t frame : problem_.windows[window].frames)
+            for (size_t i = 0; i < n; i++) { // B' A^-1 is the transpose of the gain
+                vector[window * n + i] += gradients[frame][kOwn + i];
+                for (size_t k = 0; k < kOwn; k++)
+                    vector[window * n + i] -= sum.frames[frame].gain[k * n + i] * gradients[frame][k];
+            }
+    for (size_t i = 0; i < sum.size; i++)
+        for (size_t j = 0; j < sum.size; j++)
+            change.instrument[i / n][i % n] += sum.matrix[i * sum.size + j] * vector[j];
+    for (size_t window = 0; window < problem_.windows.size(); window++)
+        for (const size_t frame : problem_.windows[window].frames)
+            for (size_t k = 0; k < kOwn; k++) {
+                double value = 0;
+                for (size_t l = 0; l < kOwn; l++)
+                    value += sum.frames[frame].inverse[k * kOwn + l] * gradients[frame][l];
+                for (size_t i = 0; i < n; i++)
+                    value -= sum.frames[frame].gain[k * n + i] * change.instrument[window][i];
+                change.own[frame][k] = value;
+            }
+    return change;
+}
+
 Uncertainty uncertainty_of(const Problem &problem, const Linearisation &normal) {
     Uncertainty result;
     Reduced sum = reduced(problem, nullptr, normal, 1, 0);

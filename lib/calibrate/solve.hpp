@@ -1,5 +1,7 @@
 // The step to the maximum of the likelihood, and the covariance there, from the normal equations of all frames.
 #pragma once
+#include <memory>
+
 #include "calibrate/joint.hpp"
 
 namespace toliman::calibrate {
@@ -15,6 +17,23 @@ struct Step {
 
 // The Levenberg-Marquardt step with this damping, 0 = Gauss-Newton. Jitter remains possible: scene/instrument.hpp.
 Step step_from(const Problem &problem, const Point &point, const Linearisation &normal, double damping);
+
+// The normal equations with each frame's own parameters eliminated, for many right-hand sides.
+class Solver {
+  public:
+    Solver(const Problem &problem, const Linearisation &normal);
+    ~Solver();
+
+    bool solvable() const noexcept;
+    // The solution for these gradients of the frames [frame][kOwn + n], and with `point` the gradient of the prior
+    // there.
+    Point solve(const std::vector<Buffer<double>> &gradients, const Point *point) const;
+
+  private:
+    struct Equations;
+    const Problem &problem_;
+    std::unique_ptr<Equations> equations_;
+};
 
 // Covariances at a point.
 struct Uncertainty {

@@ -260,8 +260,8 @@ void Model::compute_row(const double *values, const Places &places, size_t order
 }
 
 // The expected counts of a row whose light is known.
-void Model::counts_of_row(size_t r, const Work &work, double *counts) const noexcept {
-    const double *const photons = work.lines.data() + shared(light) * pitch_, *const response = &response_[r * cols_];
+void Model::counts_of_row(size_t r, const double *photons, double *counts) const noexcept {
+    const double *const response = &response_[r * cols_];
     for (size_t i = 0; i < cols_; i++)
         counts[i] = (std::max(0.0, photons[i] * response[i]) + how_.dark) / how_.e_per_count + how_.bias;
 }
@@ -270,12 +270,19 @@ void Model::counts_of_row(size_t r, const Work &work, double *counts) const noex
 void Model::weigh_row(const ImageView<const double> *counts, size_t r, double blend, Work &work) const {
     double *const lines = work.lines.data(), *const expected = lines + shared(products) * pitch_;
     if (counts == nullptr)
-        counts_of_row(r, work, expected);
+        counts_of_row(r, lines + shared(light) * pitch_, expected);
     const double *const given = counts != nullptr ? counts->row(r) : expected;
     if (!kernels::normal_kernels().weigh(given, lines + shared(light) * pitch_, &response_[r * cols_], how_, blend,
                                          cols_, lines + shared(weight) * pitch_, lines + shared(residual) * pitch_,
                                          &work.used, &work.saturated))
         refuse(given, r);
+}
+
+void Model::weigh(size_t r, const double *light, double *weight, double *scratch) const noexcept {
+    size_t used = 0, saturated = 0;
+    counts_of_row(r, light, scratch);
+    kernels::normal_kernels().weigh(scratch, light, &response_[r * cols_], how_, 0, cols_, weight, scratch + cols_,
+                                    &used, &saturated);
 }
 
 void Model::visit(const ImageView<const double> *counts, const double *values, double blend, Work &work,
@@ -319,7 +326,7 @@ void Model::expect(const double *values, ImageView<double> counts, Work &work) c
     prepare(values, orders_, work.places);
     for (size_t r = 0; r < rows_; r++) {
         compute_row(values, work.places, orders_, r, work);
-        counts_of_row(r, work, counts.row(r));
+        counts_of_row(r, work.lines.data() + shared(light) * pitch_, counts.row(r));
     }
 }
 

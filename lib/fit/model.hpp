@@ -65,6 +65,9 @@ class Model {
         return i < flux_a ? 1 + values[flux_a + i / 2] : 1;
     }
 
+    // Weights R^2/V [cols] of the counts of row r that are expected for this light; scratch has 2 cols elements.
+    void weigh(size_t r, const double *light, double *weight, double *scratch) const noexcept;
+
     // Expected counts [rows][cols].
     void expect(const double *values, ImageView<double> counts, Work &work) const;
 
@@ -100,7 +103,7 @@ class Model {
     void prepare(const double *values, size_t orders, Places &places) const noexcept;
     void compute_row(const double *values, const Places &places, size_t orders, size_t r, Work &work) const noexcept;
     void weigh_row(const ImageView<const double> *counts, size_t r, double blend, Work &work) const;
-    void counts_of_row(size_t r, const Work &work, double *counts) const noexcept;
+    void counts_of_row(size_t r, const double *photons, double *counts) const noexcept;
     [[noreturn]] void refuse(const double *counts, size_t r) const;
 
     size_t rows_, cols_, pitch_; // of a line: columns, rounded up

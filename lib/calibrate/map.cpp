@@ -1,0 +1,244 @@
+// Method: Gauss-Newton with conjugate gradients. With the unknown z of the map p = C^(1/2) z (map_prior.cpp), J the
+// derivatives of all frames by the cells, D by all other parameters d, weights W and residuals r, the step solves
+//     ( 1 + C^(1/2) J'WJ C^(1/2)   C^(1/2) J'WD ) ( dz )   ( C^(1/2) J'W r - z )
+//     ( D'WJ C^(1/2)               D'WD + P     ) ( dd ) = ( D'W r - P d       ).
+// The thousands of derivatives J are never formed: products with J and J' cost two transforms per wavelength each
+// (map_images.cpp). The parameters d are few and correlate strongly with the map: they are eliminated exactly. What
+// remains for dz is positive definite,
+//     A = 1 + C^(1/2) J'(W - W D (D'WD + P)^-1 D'W) J C^(1/2).
+// Preconditioner: J'WJ is roughly a multiple h of the identity, larger for the part of the map that is odd about the
+// centre: with a mask of odd m, an even OPD has an effect only where struts or aberrations break the symmetry. Both h
+// are measured with a map of random signs, and (1 + h C)^-1 is a filter. One h for each band of frequencies, measured
+// likewise, needs more iterations.
+// Damping: far from the maximum, the squares of odd OPDs change frames by more than the noise, which the step would
+// explain by even ones, whose effect is as small. The prior is therefore multiplied by the chi-square per pixel, if
+// that is above 1: what the last point leaves unexplained counts as noise. Near the maximum the factor is 1. Likewise,
+// the conjugate gradients end early: the next step begins nearer. Measured with 64 cells, 64 x 64 px, four frames of
+// 1e12 photons without noise, and a map of 1 nm rms with 4 to 20 cycles per aperture: separations wrong by 2e-4 ...
+// 5e-4 px (Zernike polynomials only), then 4e-5, 3e-6 and 2e-6 after steps of at most 60 iterations. A product with A
+// takes 0.7 s on two cores for 256 cells, 256 x 256 px and 10 frames. Reference: Nocedal and Wright 2006, Numerical
+// Optimization, chapter 7.1; Jurling and Fienup 2014, J. Opt. Soc. Am. A 31, 1348.
+#include "calibrate/map.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "calibrate/map_frames.hpp"
+#include "calibrate/map_prior.hpp"
+#include "calibrate/solve.hpp"
+#include "kernels/poisson.hpp"
+#include "kernels/random.hpp"
+
+namespace toliman::calibrate {
+
+namespace {
+
+constexpr double kLeastCurvature = 1e-3; // of the other parity's
+
+bool is_in_map(const Free &free) noexcept {
+    return free.parameter.kind == Parameter::Kind::focus || free.parameter.kind == Parameter::Kind::zernike;
+}
+
+// The problem and the point without the parameters that the map contains.
+Problem without_aberrations(Problem problem) {
+    problem.free.erase(std::remove_if(problem.free.begin(), problem.free.end(), is_in_map), problem.free.end());
+    return problem;
+}
+
+Point without_aberrations(const Problem &problem, const Point &point) {
+    Point part = point;
+    for (size_t window = 0; window < point.instrument.size(); window++) {
+        part.instrument[window].clear();
+        for (size_t i = 0; i < problem.free.size(); i++)
+            if (!is_in_map(problem.free[i]))
+                part.instrument[window].push_back(point.instrument[window][i]);
+    }
+    return part;
+}
+
+Point with_aberrations(const Problem &problem, const Point &part) {
+    Point point = part;
+    for (size_t window = 0; window < part.instrument.size(); window++) {
+        point.instrument[window].clear();
+        size_t next = 0;
+        for (const Free &free : problem.free)
+            point.instrument[window].push_back(is_in_map(free) ? 0 : part.instrument[window][next++]);
+    }
+    return point;
+}
+
+std::vector<double> mean_of(const std::vector<std::vector<double>> &windows) {
+    std::vector<double> mean(windows[0].size());
+    for (const std::vector<double> &window : windows)
+        for (size_t i = 0; i < mean.size(); i++)
+            mean[i] += window[i] / static_cast<double>(windows.size());
+    return mean;
+}
+
+double dot(const Buffer<double> &a, const Buffer<double> &b) noexcept {
+    double sum = 0;
+    for (size_t i = 0; i < a.size(); i++)
+        sum += a[i] * b[i];
+    return sum;
+}
+
+// a += factor b
+void add_scaled(double factor, const Buffer<double> &b, Buffer<double> &a) noexcept {
+    for (size_t i = 0; i < a.size(); i++)
+        a[i] += factor * b[i];
+}
+
+class MapFit {
+  public:
+    MapFit(const Problem &problem, const Point &point, const MapOptions &options);
+    MapStep step();
+
+  private:
+    bool prepare(MapFrames::Residuals &sum);
+    Buffer<double> hessian(const Buffer<double> &opd_m);
+    Buffer<double> product(const Buffer<double> &unknown);
+    void measure_curvature();
+    Buffer<double> solve(const Buffer<double> &right, MapStep &step);
+    void finish(const MapFrames::Residuals &given, const Buffer<double> &unknown, MapStep &step);
+
+    const Problem &problem_;
+    const Point &point_;
+    const MapOptions &options_;
+    const Problem part_;
+    const Point part_point_;
+    const optics::Outline outline_; // of the mean of the windows
+    const Planes planes_;
+    const MapImages images_;
+    const Joint first_; // window
+    const MapFrames frames_;
+    Linearisation matrices_;
+    std::unique_ptr<Solver> solver_;
+    MapPrior prior_;
+    double curvature_[2] = {0, 0}; // h, per m^2: even, odd
+    double damping_ = 1;           // factor of the prior of the map
+};
+
+MapFit::MapFit(const Problem &problem, const Point &point, const MapOptions &options)
+    : problem_(problem), point_(point), options_(options), part_(without_aberrations(problem)),
+      part_point_(without_aberrations(problem, point)),
+      outline_(outline_at(problem, mean_of(point.instrument), point.map_m)),
+      planes_(outline_, part_.parameters(), problem.capture_px), images_(outline_, planes_), first_(problem, point, 0),
+      frames_(part_, part_point_, first_.fit().model(), planes_), prior_(outline_.pupil.samples, options.rms_m) {}
+
+// Residuals about the point, window by window, and the normal equations without the map. False if a star is outside
+// the model images.
+bool MapFit::prepare(MapFrames::Residuals &sum) {
+    for (size_t window = 0; window < problem_.windows.size(); window++) {
+        const auto later = window == 0 ? nullptr : std::make_unique<Joint>(problem_, point_, window);
+        const fit::Model &model = (later ? *later : first_).fit().model();
+        const std::vector<size_t> &frames = problem_.windows[window].frames;
+        for (const size_t frame : frames)
+            if (!planes_.covers(point_.own[frame].data()) || !model.covers(point_.own[frame].data()))
+                return false;
+        frames_.add_residuals(model, frames, sum);
+    }
+    matrices_ = frames_.matrices();
+    solver_ = std::make_unique<Solver>(part_, matrices_);
+    return true;
+}
+
+// J'(W - W D (D'WD + P)^-1 D'W) J times an OPD.
+Buffer<double> MapFit::hessian(const Buffer<double> &opd_m) {
+    const StarSamples change = images_.images_of(opd_m);
+    return images_.gradient_of(frames_.gather(&change, solver_->solve(frames_.project(change), nullptr)));
+}
+
+// A times an unknown.
+Buffer<double> MapFit::product(const Buffer<double> &unknown) {
+    Buffer<double> result = prior_.opd_of(hessian(prior_.opd_of(unknown)));
+    add_scaled(damping_, unknown, result);
+    return result;
+}
+
+void MapFit::measure_curvature() {
+    Buffer<double> signs(outline_.pupil.amplitude.size());
+    kernels::Rng random(0, kernels::kStreamProbe);
+    for (size_t i = 0; i < signs.size(); i++) {
+        const double sign = random.uniform() < 0.5 ? -1 : 1;
+        signs[i] = outline_.pupil.amplitude[i] > 0 ? sign : 0;
+    }
+    const Parities in = parities_of(signs), out = parities_of(hessian(signs));
+    curvature_[0] = dot(in.even, out.even) / dot(in.even, in.even);
+    curvature_[1] = dot(in.odd, out.odd) / dot(in.odd, in.odd);
+    const double least = kLeastCurvature * std::max(curvature_[0], curvature_[1]);
+    for (double &curvature : curvature_)
+        curvature = std::max(curvature, least);
+}
+
+// Preconditioned conjugate gradients for A x = right.
+Buffer<double> MapFit::solve(const Buffer<double> &right, MapStep &step) {
+    Buffer<double> x(right.size()), rest = right, direction = prior_.preconditioned(rest, curvature_, damping_);
+    double size = dot(rest, direction);
+    const double first = size;
+    const double goal = options_.tolerance * options_.tolerance * first;
+    while (size > goal && step.iterations < options_.most_iterations) {
+        step.iterations++;
+        const Buffer<double> image = product(direction);
+        const double length = size / dot(direction, image);
+        add_scaled(length, direction, x);
+        add_scaled(-length, image, rest);
+        Buffer<double> next = prior_.preconditioned(rest, curvature_, damping_);
+        const double next_size = dot(rest, next);
+        add_scaled(next_size / size, direction, next);
+        direction = std::move(next);
+        size = next_size;
+        problem_.settings.progress.report("map", std::min(1.0, std::log(size / first) / std::log(goal / first)));
+    }
+    step.residual = first > 0 ? std::sqrt(size / first) : 0;
+    return x;
+}
+
+// The other parameters for a change of the map, and what the caller is told.
+void MapFit::finish(const MapFrames::Residuals &given, const Buffer<double> &unknown, MapStep &step) {
+    const Buffer<double> opd_m = prior_.opd_of(unknown);
+    const std::vector<Buffer<double>> by_map = frames_.project(images_.images_of(opd_m));
+    Linearisation normal = matrices_;
+    for (size_t frame = 0; frame < by_map.size(); frame++)
+        for (size_t i = 0; i < by_map[frame].size(); i++)
+            normal.blocks[frame].gradient[i] = given.projected[frame][i] - by_map[frame][i];
+    const Step others = step_from(part_, part_point_, normal, 0); // jitter remains possible
+    step.solvable = others.solvable;
+    if (!others.solvable)
+        return;
+    step.change = with_aberrations(problem_, others.change);
+    step.change.map_m = opd_m;
+    double sum = 0, open = 0;
+    for (size_t i = 0; i < opd_m.size(); i++) {
+        sum += outline_.pupil.amplitude[i] * opd_m[i] * opd_m[i];
+        open += outline_.pupil.amplitude[i];
+    }
+    step.rms_m = std::sqrt(sum / open);
+}
+
+MapStep MapFit::step() {
+    MapStep step;
+    MapFrames::Residuals given;
+    step.lost = !prepare(given);
+    if (step.lost || !solver_->solvable())
+        return step;
+    step.chi_square = given.chi_square;
+    step.used = given.used;
+    damping_ = std::max(1.0, given.chi_square / static_cast<double>(given.used));
+    StarSamples gathered = frames_.gather(nullptr, solver_->solve(given.projected, &part_point_));
+    add(given.gathered, gathered);
+    Buffer<double> right = prior_.opd_of(images_.gradient_of(gathered));
+    if (!point_.map_m.empty())
+        add_scaled(-damping_, prior_.unknown_of(point_.map_m), right);
+    measure_curvature();
+    finish(given, solve(right, step), step);
+    return step;
+}
+
+} // namespace
+
+MapStep map_step(const Problem &problem, const Point &point, const MapOptions &options) {
+    return MapFit(problem, point, options).step();
+}
+
+} // namespace toliman::calibrate
