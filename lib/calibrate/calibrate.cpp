@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibrate/map.hpp"
 #include "calibrate/prior.hpp"
 #include "calibrate/start.hpp"
 #include "calibrate/verdict.hpp"
@@ -40,6 +41,16 @@ std::vector<double> mean_of(const std::vector<std::vector<double>> &windows) {
     return mean;
 }
 
+// Over the open pupil.
+double rms_of(const Buffer<double> &map_m, const Buffer<double> &amplitude) {
+    double square = 0, open = 0;
+    for (size_t cell = 0; cell < map_m.size(); cell++) {
+        square += amplitude[cell] * map_m[cell] * map_m[cell];
+        open += amplitude[cell];
+    }
+    return open > 0 ? std::sqrt(square / open) : 0;
+}
+
 class Calibrator {
   public:
     Calibrator(const Problem &problem, const Options &options) : problem_(problem), options_(options) {}
@@ -49,10 +60,11 @@ class Calibrator {
 
   private:
     bool iterate(Calibration &out);
+    bool iterate_map(Calibration &out);
     bool is_possible(const Point &trial) const;
     void refresh_planes(const Point &point);
     double per_freedom(const Linearisation &normal) const;
-    void report(Calibration &out, bool accepted, double largest) const;
+    void report(Calibration &out, bool of_map, bool accepted, double largest) const;
 
     const Problem &problem_;
     const Options &options_;
@@ -70,6 +82,10 @@ Point moved(const Point &point, const Point &change) {
     for (size_t frame = 0; frame < next.own.size(); frame++)
         for (size_t i = 0; i < kOwn; i++)
             next.own[frame][i] += change.own[frame][i];
+    if (!change.map_m.empty())
+        next.map_m.resize(change.map_m.size());
+    for (size_t cell = 0; cell < change.map_m.size(); cell++)
+        next.map_m[cell] += change.map_m[cell];
     return next;
 }
 
@@ -107,11 +123,11 @@ double Calibrator::per_freedom(const Linearisation &normal) const {
     return normal.chi_square / static_cast<double>(normal.used > fitted ? normal.used - fitted : 1);
 }
 
-void Calibrator::report(Calibration &out, bool accepted, double largest) const {
+void Calibrator::report(Calibration &out, bool of_map, bool accepted, double largest) const {
     out.point = point_;
     out.chi_square = per_freedom(normal_);
     if (options_.on_step)
-        options_.on_step(out, {false, accepted, out.iterations, out.chi_square, largest});
+        options_.on_step(out, {of_map, accepted, out.iterations + out.map_iterations, out.chi_square, largest});
 }
 
 bool Calibrator::iterate(Calibration &out) {
@@ -141,7 +157,7 @@ bool Calibrator::iterate(Calibration &out) {
         } else {
             damping *= 10;
         }
-        report(out, accepted, step.largest);
+        report(out, false, accepted, step.largest);
         if (!accepted && (blend == 0 || damping > kMostDamping))
             return false;
         const double after = per_freedom(normal_);
@@ -158,12 +174,40 @@ bool Calibrator::iterate(Calibration &out) {
     return false;
 }
 
+// Gauss-Newton steps of the map, as long as chi-square decreases.
+bool Calibrator::iterate_map(Calibration &out) {
+    for (int i = 0; i < options_.most_iterations; i++) {
+        out.map_iterations++;
+        MapOptions how;
+        how.rms_m = options_.map_rms_m;
+        const MapStep step = map_step(problem_, point_, how);
+        if (step.lost || !step.solvable)
+            return false;
+        const Point trial = moved(point_, step.change);
+        Linearisation next = linearise(problem_, trial, *planes_, 0);
+        const double before = per_freedom(normal_), after = per_freedom(next);
+        const bool accepted = !next.lost && after < before;
+        if (accepted) {
+            point_ = trial;
+            normal_ = std::move(next);
+        }
+        out.map_rms_m = rms_of(point_.map_m, out.amplitude);
+        report(out, true, accepted, 1e9 * step.rms_m);
+        if (!accepted || before - after < kSameChiSquare * before)
+            break;
+    }
+    planes_ = nullptr; // those with the map
+    refresh_planes(point_);
+    normal_ = linearise(problem_, point_, *planes_, 0);
+    return !normal_.lost;
+}
+
 bool Calibrator::run(const std::vector<double> &start, const Buffer<double> &map_m, Calibration &out) {
     point_.instrument.assign(problem_.windows.size(), start);
     point_.map_m = map_m;
     point_.own = find_frames(problem_, start, map_m);
     out.before = whitened_frame(problem_, point_, 0);
-    if (!iterate(out))
+    if (!iterate(out) || (options_.map && !iterate_map(out)))
         return false;
     judge(problem_, point_, normal_, out);
     return true;

@@ -237,10 +237,12 @@ Step step_from(const Problem &problem, const Point &point, const Linearisation &
 
 struct Solver::Equations {
     Reduced sum; // with the inverse in place of the matrix
+    double excess;
 };
 
 Solver::Solver(const Problem &problem, const Linearisation &normal)
-    : problem_(problem), equations_(std::make_unique<Equations>(Equations{reduced(problem, nullptr, normal, 0)})) {
+    : problem_(problem), equations_(std::make_unique<Equations>(
+                             Equations{reduced(problem, nullptr, normal, normal.excess, 0), normal.excess})) {
     Reduced &sum = equations_->sum;
     sum.solvable = sum.solvable && fit::invert(sum.matrix.data(), sum.size);
 }
@@ -268,9 +270,10 @@ Point Solver::solve(const std::vector<Buffer<double>> &gradients, const Point *p
     for (size_t window = 0; window < problem_.windows.size(); window++)
         for (const size_t frame : problem_.windows[window].frames)
             for (size_t i = 0; i < n; i++) { // B' A^-1 is the transpose of the gain
-                vector[window * n + i] += gradients[frame][kOwn + i];
+                double gradient = gradients[frame][kOwn + i];
                 for (size_t k = 0; k < kOwn; k++)
-                    vector[window * n + i] -= sum.frames[frame].gain[k * n + i] * gradients[frame][k];
+                    gradient -= sum.frames[frame].gain[k * n + i] * gradients[frame][k];
+                vector[window * n + i] += gradient / equations_->excess;
             }
     for (size_t i = 0; i < sum.size; i++)
         for (size_t j = 0; j < sum.size; j++)
