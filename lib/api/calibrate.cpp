@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <numeric>
 #include <string>
 
 #include "api/fit_values.hpp"
@@ -53,6 +54,20 @@ void check_scene(const optics::Simulator &simulator) {
         fail(Status::unsupported, "%s: {stars}: a calibration needs two stars", source);
     if (simulator.plan().engine == optics::EngineKind::padded_fft)
         fail(Status::unsupported, "%s: a calibration needs the matrix DFT: the padded FFT has no derivatives", source);
+}
+
+// The scene with absolute photons. Photons relative to the peak of the image would change with the optics.
+Scene with_photons(const optics::Simulator &simulator) {
+    Scene scene = simulator.scene();
+    if (scene.cadence.peak_photons == 0)
+        return scene;
+    scene.cadence.peak_photons = 0;
+    scene.cadence.exposure_s = 1;
+    for (size_t star = 0; star < scene.stars.size(); star++) {
+        const std::vector<double> &photons = simulator.light().photons[star];
+        scene.stars[star].photons_per_s = std::accumulate(photons.begin(), photons.end(), 0.0);
+    }
+    return scene;
 }
 
 // Windows of `days`, each from the first time on, without empty ones.
@@ -189,7 +204,7 @@ toliman_status toliman_calibrate(const toliman_sim *sim, const toliman_image *im
             fail(Status::argument, "{count} = %zu: must be at least 2 frames", count);
         const calibrate::Options how = options_of(given);
         calibrate::Problem problem;
-        problem.nominal = simulator.scene();
+        problem.nominal = with_photons(simulator);
         problem.settings.workers = worker_count(given.threads);
         problem.free = calibrate::free_of(given.free != nullptr ? given.free : "", simulator.scene(), simulator.plan());
         problem.capture_px = in_range("capture_px", given.capture_px, 0.1, fit::kMostCapturePx, 6.0);
