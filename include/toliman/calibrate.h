@@ -104,7 +104,7 @@ TOLIMAN_API void toliman_calibration_options_init(toliman_calibration_options *o
  *     are not found within capture_px; for fewer than 2 frames;
  *   - TOLIMAN_E_UNSUPPORTED for a single star, with PADDED_FFT, if the scene has no derivative by a parameter that was
  *     named, for position_angle, roll and wavelength;
- *   - TOLIMAN_E_MISMATCH if options->start differs from the nominal scene in more than the parameters;
+ *   - TOLIMAN_E_MISMATCH if options->start has another shape of frames, open pupil, step of the mask or wavelengths;
  *   - TOLIMAN_E_CANCELLED if step returned a nonzero value. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibrate(const toliman_sim *sim, const toliman_image *image,
                                                                 size_t count, const toliman_fit_prediction *predictions,

@@ -76,13 +76,17 @@ std::vector<Parameter> range_of(const std::string &text, const Item &item) {
     return range;
 }
 
+bool is_always_free(Kind kind) noexcept {
+    return kind == Kind::separation || kind == Kind::shift_x || kind == Kind::shift_y || kind == Kind::flux_a ||
+           kind == Kind::flux_b || kind == Kind::background;
+}
+
 void add(const std::string &text, const Item &item, const Scene &scene, const optics::Plan &plan, bool named,
          std::vector<Free> &all) {
     for (const Parameter parameter : range_of(text, item)) {
         if (const char *const why = why_not_adjustable(parameter))
-            fail(scope_of(parameter) == Scope::frame && parameter.kind != Kind::roll ? Status::argument
-                                                                                     : Status::unsupported,
-                 "{options->free}: \"%s\": %s", name_of(parameter).c_str(), why);
+            fail(is_always_free(parameter.kind) ? Status::argument : Status::unsupported, "{options->free}: \"%s\": %s",
+                 name_of(parameter).c_str(), why);
         if (const char *const why = optics::why_no_derivative(scene, plan, parameter)) {
             if (!named)
                 continue;

@@ -49,7 +49,8 @@ Found with_light(const fit::Model &model, ImageView<const double> counts, const 
             found.chi_square -= change * work.gradient[kFirst + i];
         }
     for (const size_t flux : {fit::flux_a, fit::flux_b})
-        found.values[flux] = std::max(found.values[flux], kLeastFlux);
+        if (!(found.values[flux] > kLeastFlux))
+            found.chi_square = std::numeric_limits<double>::infinity(); // no star is there
     return found;
 }
 
