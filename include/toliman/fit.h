@@ -4,7 +4,7 @@
  * Data flow (functions toliman_fit_...)
  *
  *   toliman_sim -> create -> toliman_fit -> frame, frames -> toliman_fit_result -> displacement, px -> period.h
- *  (options_init)               |   predict -> places of the stars, standard deviations
+ *  (options_init, create_windows)   |   predict -> places of the stars, standard deviations
  *   time of the frame, pointing ^   parameter_count, get_parameter, get_info
  *  (toliman_fit_prediction)  destroy
  *
@@ -69,6 +69,22 @@ TOLIMAN_API void toliman_fit_options_init(toliman_fit_options *options, size_t s
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_fit_create(const toliman_sim *sim,
                                                                  const toliman_fit_options *options,
                                                                  toliman_fit **out) TOLIMAN_NOEXCEPT;
+
+/* Creates a fit whose optics change with time, as those of a calibration with windows (calibrate.h) do: frames of each
+ * window are fitted with its scene.
+ *   sims        [count], the scenes of the windows, not needed afterwards
+ *   first_days  [count], the starts of the windows, increasing, days of scene time. The time of a frame, that of its
+ *               prediction, is in the last window that starts at or before it; times before first_days[0] are in the
+ *               first window
+ * A frame has the result that the fit of its window alone would give. The digest of toliman_fit_info is that of all
+ * windows and their starts; with one window, that of toliman_fit_create. images is the sum over all windows;
+ * oversampling, taps and image_error are the largest. A bank needs the fit of one scene: TOLIMAN_E_UNSUPPORTED.
+ * Errors: as toliman_fit_create; TOLIMAN_E_ARGUMENT for count = 0, and starts that are not finite or do not increase;
+ * TOLIMAN_E_MISMATCH, naming the scene, unless detector.shape, binary and the times of the cadence are the same. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_fit_create_windows(const toliman_sim *const *sims,
+                                                                         const double *first_days, size_t count,
+                                                                         const toliman_fit_options *options,
+                                                                         toliman_fit **out) TOLIMAN_NOEXCEPT;
 
 /* Destroys a fit. NULL is allowed. */
 TOLIMAN_API void toliman_fit_destroy(toliman_fit *fit) TOLIMAN_NOEXCEPT;

@@ -71,6 +71,12 @@ toliman_bank_result public_result(const bank::Estimate &estimate) {
     return out;
 }
 
+// The networks of a bank are trained on the images of one scene.
+void check_single(const toliman_fit &fit, const char *name) {
+    if (fit.fit.count() > 1)
+        fail(Status::unsupported, "{%s}: has %zu windows: a bank needs the fit of one scene", name, fit.fit.count());
+}
+
 std::vector<uint8_t> bytes_of(const toliman_bank *handle, int32_t encoding) {
     const Use use(handle, "bank");
     return bank::to_bytes(use->bank, kEncodings.to_enum_or(encoding, cae::Encoding::float32, "encoding"));
@@ -79,6 +85,7 @@ std::vector<uint8_t> bytes_of(const toliman_bank *handle, int32_t encoding) {
 } // namespace
 
 void toliman::api::check_fit(const toliman_bank &bank, const toliman_fit &fit, const char *name) {
+    check_single(fit, "fit");
     if (bank.bank.fit_digest() != fit.fit.digest())
         fail(Status::mismatch,
              "{%s} was made for another fit: scene, free parameters and capture_px must be those of the fit with "
@@ -126,7 +133,9 @@ toliman_status toliman_bank_create(const toliman_fit *fit, const toliman_bank_op
         const MemoryScope scope(memory_of(known.allocator));
         const Use use(fit, "fit");
         toliman_bank *&made = required(out, "out");
-        made = new toliman_bank{{}, bank::Bank(use->fit, options_of(known, use->fit.last_days())), bank_source};
+        check_single(*fit, "fit");
+        const fit::Fit &single = use->fit.first();
+        made = new toliman_bank{{}, bank::Bank(single, options_of(known, single.last_days())), bank_source};
     });
 }
 
@@ -145,7 +154,7 @@ toliman_status toliman_bank_train(toliman_bank *handle, const toliman_fit *fit,
         const Use model(fit, "fit");
         check_fit(*handle, *fit, "bank");
         const toliman_bank_train_options known = accept(options, toliman_bank_train_options{}, "options");
-        use->bank.train(model->fit, known.threads, {known.progress, known.progress_data});
+        use->bank.train(model->fit.first(), known.threads, {known.progress, known.progress_data});
     });
 }
 
@@ -209,11 +218,11 @@ toliman_status toliman_bank_encode(const toliman_bank *handle, const toliman_fit
         WorkPool<fit::FitWork>::Lease fit_work(model->works);
         WorkPool<bank::BankWork>::Lease work(use->works);
         const bank::Estimate estimate =
-            use->bank.estimate(model->fit, {counts, use->bank.rows(), use->bank.cols(), stride},
+            use->bank.estimate(model->fit.first(), {counts, use->bank.rows(), use->bank.cols(), stride},
                                prediction_of(prediction), *fit_work, *work);
         deliver(public_result(estimate), result, "result");
         if (fitted != nullptr)
-            deliver(public_result((*work).fitted, model->fit.parameters().size()), fitted, "fitted");
+            deliver(public_result((*work).fitted, model->fit.first().parameters().size()), fitted, "fitted");
     });
 }
 
@@ -246,10 +255,10 @@ toliman_status toliman_bank_encode_many(const toliman_bank *handle, const tolima
             frames, count, 1, threads, [&] { return Work(*fit, *handle); },
             [&](const ImageView<const double> *frame, size_t i, size_t, Work &work) {
                 found[i] = public_result(bank.estimate(
-                    model->fit, *frame, given ? prediction_of(given->get(i), "prediction") : fit::Prediction(),
+                    model->fit.first(), *frame, given ? prediction_of(given->get(i), "prediction") : fit::Prediction(),
                     *work.of_fit, *work.of_bank));
                 if (fits)
-                    found_fits[i] = public_result((*work.of_bank).fitted, model->fit.parameters().size());
+                    found_fits[i] = public_result((*work.of_bank).fitted, model->fit.first().parameters().size());
             });
         for (size_t i = 0; i < count; i++) {
             out.put(i, found[i]);
@@ -267,7 +276,8 @@ toliman_status toliman_bank_predict(const toliman_bank *handle, const toliman_fi
         check_fit(*handle, *fit, "bank");
         WorkPool<fit::FitWork>::Lease fit_work(model->works);
         WorkPool<bank::BankWork>::Lease work(use->works);
-        deliver(public_result(use->bank.predict(model->fit, prediction_of(prediction), *fit_work, *work)), out, "out");
+        deliver(public_result(use->bank.predict(model->fit.first(), prediction_of(prediction), *fit_work, *work)), out,
+                "out");
     });
 }
 
@@ -282,7 +292,7 @@ toliman_status toliman_bank_get_renewal(const toliman_bank *handle, const tolima
         required(days, "days");
         WorkPool<fit::FitWork>::Lease fit_work(model->works);
         WorkPool<bank::BankWork>::Lease work(use->works);
-        *days = use->bank.renewal(model->fit, least_efficiency, *fit_work, *work);
+        *days = use->bank.renewal(model->fit.first(), least_efficiency, *fit_work, *work);
     });
 }
 

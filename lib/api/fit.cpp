@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <iterator>
 #include <limits>
 #include <optional>
@@ -54,6 +55,54 @@ double capture_of(const toliman_fit_options &options) {
         fail(Status::argument, "{options->capture_px} = %g: must be in (0, %g] px, or 0 for %g", options.capture_px,
              fit::kMostCapturePx, fit::kCapturePx);
     return options.capture_px != 0 ? options.capture_px : fit::kCapturePx;
+}
+
+// Checked options.
+struct FitSettings {
+    explicit FitSettings(const toliman_fit_options *options) {
+        const toliman_fit_options known = accept(options, toliman_fit_options{}, "options");
+        if (known.reserved != 0)
+            fail(Status::argument, "{options->reserved} = %u: must be 0", known.reserved);
+        free = free_parameters(known.free);
+        capture_px = capture_of(known);
+        memory = memory_of(known.allocator);
+        progress = {known.progress, known.progress_data};
+    }
+    std::vector<Parameter> free;
+    double capture_px;
+    Memory memory;
+    Progress progress;
+};
+
+const optics::Simulator &simulator_of(const toliman_sim &sim, const char *name) {
+    if (sim.simulator.plan().engine == optics::EngineKind::padded_fft)
+        fail(Status::unsupported, "{%s}: the engine PADDED_FFT samples no images for a fit", name);
+    return sim.simulator;
+}
+
+// Increasing starts of windows.
+void check_starts(const double *first_days, size_t count) {
+    if (count == 0)
+        fail(Status::argument, "{count} = 0: must be at least 1");
+    required(first_days, "first_days");
+    for (size_t i = 0; i < count; i++) {
+        if (!std::isfinite(first_days[i]))
+            fail(Status::argument, "{first_days[%zu]} = %g: must be finite", i, first_days[i]);
+        if (i > 0 && first_days[i] <= first_days[i - 1])
+            fail(Status::argument, "{first_days[%zu]} = %g: must be above first_days[%zu] = %g", i, first_days[i],
+                 i - 1, first_days[i - 1]);
+    }
+}
+
+toliman_fit *make_fit(const std::vector<const optics::Simulator *> &simulators, const double *first_days,
+                      const FitSettings &settings) {
+    std::vector<optics::AtlasPlan> atlases;
+    for (const optics::Simulator *simulator : simulators)
+        atlases.push_back(simulator->plan().atlas);
+    return new toliman_fit{{},
+                           fit::Windows(simulators, first_days, settings.free, settings.capture_px, settings.progress),
+                           std::move(atlases),
+                           fit_source};
 }
 
 // The numbers of a frame that was not fitted are NaN.
@@ -126,21 +175,31 @@ void toliman_fit_options_init(toliman_fit_options *options, size_t size) noexcep
 toliman_status toliman_fit_create(const toliman_sim *sim, const toliman_fit_options *options,
                                   toliman_fit **out) noexcept {
     return guard([&] {
-        const toliman_fit_options known = accept(options, toliman_fit_options{}, "options");
-        if (known.reserved != 0)
-            fail(Status::argument, "{options->reserved} = %u: must be 0", known.reserved);
-        const std::vector<Parameter> free = free_parameters(known.free);
-        const double capture_px = capture_of(known);
-        const MemoryScope scope(memory_of(known.allocator));
+        const double start = 0;
+        const FitSettings settings(options);
+        const MemoryScope scope(settings.memory);
         const Use use(sim, "sim");
         toliman_fit *&made = required(out, "out");
-        const optics::Simulator &simulator = use->simulator;
-        if (simulator.plan().engine == optics::EngineKind::padded_fft)
-            fail(Status::unsupported, "{sim}: the engine PADDED_FFT samples no images for a fit");
-        made = new toliman_fit{{},
-                               fit::Fit(simulator, free, capture_px, {known.progress, known.progress_data}),
-                               simulator.plan().atlas,
-                               fit_source};
+        made = make_fit({&simulator_of(*sim, "sim")}, &start, settings);
+    });
+}
+
+toliman_status toliman_fit_create_windows(const toliman_sim *const *sims, const double *first_days, size_t count,
+                                          const toliman_fit_options *options, toliman_fit **out) noexcept {
+    return guard([&] {
+        const FitSettings settings(options);
+        const MemoryScope scope(settings.memory);
+        required(sims, "sims");
+        check_starts(first_days, count);
+        std::deque<Use<const toliman_sim>> uses;
+        std::vector<const optics::Simulator *> simulators;
+        for (size_t i = 0; i < count; i++) {
+            const std::string name = "sims[" + std::to_string(i) + "]";
+            uses.emplace_back(sims[i], name.c_str());
+            simulators.push_back(&simulator_of(*sims[i], name.c_str()));
+        }
+        toliman_fit *&made = required(out, "out");
+        made = make_fit(simulators, first_days, settings);
     });
 }
 
@@ -171,16 +230,17 @@ toliman_status toliman_fit_get_parameter(const toliman_fit *handle, int32_t inde
 toliman_status toliman_fit_get_info(const toliman_fit *handle, toliman_fit_info *out) noexcept {
     return guard([&] {
         const Use use(handle, "fit");
-        const fit::Fit &fit = use->fit;
-        const optics::Atlas &atlas = fit.model().atlas();
+        const fit::Windows &fit = use->fit;
         toliman_fit_info info = {};
-        info.oversampling = static_cast<uint32_t>(use->atlas.oversampling);
+        for (const optics::AtlasPlan &atlas : use->atlases) {
+            info.oversampling = std::max(info.oversampling, static_cast<uint32_t>(atlas.oversampling));
+            info.taps = std::max(info.taps, static_cast<uint32_t>(atlas.blur.window.taps));
+            info.image_error = std::max(info.image_error, atlas.error);
+        }
         info.rows = static_cast<int64_t>(fit.rows());
         info.cols = static_cast<int64_t>(fit.cols());
-        info.taps = static_cast<uint32_t>(use->atlas.blur.window.taps);
-        info.images = static_cast<uint32_t>(atlas.planes(0) + atlas.planes(1));
+        info.images = static_cast<uint32_t>(fit.images());
         info.parameters = static_cast<uint32_t>(fit.parameters().size());
-        info.image_error = use->atlas.error;
         info.capture_px = fit.capture_px();
         info.digest = fit.digest();
         deliver(info, out, "out");
@@ -192,7 +252,7 @@ toliman_status toliman_fit_frame(const toliman_fit *handle, const double *counts
                                  double *covariance) noexcept {
     return guard([&] {
         const Use use(handle, "fit");
-        const fit::Fit &fit = use->fit;
+        const fit::Windows &fit = use->fit;
         required_image(counts, stride, fit.cols(), "counts");
         check_struct_size("result", required(result, "result"));
         Lease work(use->works);
@@ -208,7 +268,7 @@ toliman_status toliman_fit_frames(const toliman_fit *handle, const toliman_image
                                   toliman_fit_result *results) noexcept {
     return guard([&] {
         const Use use(handle, "fit");
-        const fit::Fit &fit = use->fit;
+        const fit::Windows &fit = use->fit;
         if (count == 0)
             return;
         const PixelFrames frames = frames_of(image, count, fit.rows(), fit.cols());
@@ -233,7 +293,7 @@ toliman_status toliman_fit_predict(const toliman_fit *handle, const toliman_fit_
                                    size_t stride, double *values, double *covariance) noexcept {
     return guard([&] {
         const Use use(handle, "fit");
-        const fit::Fit &fit = use->fit;
+        const fit::Windows &fit = use->fit;
         if (image != nullptr)
             required_image(image, stride, fit.cols(), "image");
         Lease work(use->works);

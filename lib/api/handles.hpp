@@ -1,6 +1,7 @@
 // Definitions of the opaque types that more than one file of lib/api uses.
 #pragma once
 #include <optional>
+#include <vector>
 
 #include "api/handle.hpp"
 #include "bank/bank.hpp"
@@ -8,7 +9,7 @@
 #include "cae/network.hpp"
 #include "cae/training.hpp"
 #include "cae/workspace.hpp"
-#include "fit/fit.hpp"
+#include "fit/windows.hpp"
 #include "linear/template.hpp"
 #include "optics/simulator.hpp"
 #include "period/stream.hpp"
@@ -40,8 +41,8 @@ struct toliman_linear : toliman::api::Handle<toliman_linear> {
 
 struct toliman_fit : toliman::api::Handle<toliman_fit> {
     static constexpr char kType[] = "toliman_fit";
-    toliman::fit::Fit fit;
-    toliman::optics::AtlasPlan atlas; // of its model images
+    toliman::fit::Windows fit;
+    std::vector<toliman::optics::AtlasPlan> atlases; // of the model images of each window
     // As the estimator of a tracker, fit_source(): a pointer, so that programs without fits are linked without them.
     toliman::api::Source (*source)(const toliman_fit &fit, int64_t time_offset_ns);
     mutable toliman::WorkPool<toliman::fit::FitWork> works{[this] { return fit.work(); }};

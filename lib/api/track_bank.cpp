@@ -54,7 +54,7 @@ void store_bank(const bank::Estimate &estimate, const fit::Result &result, size_
 Source bank_source(const toliman_bank &handle, const toliman_fit &of_fit, int64_t time_offset_ns) {
     check_fit(handle, of_fit, "options->bank");
     const bank::Bank &bank = handle.bank;
-    const fit::Fit &fit = of_fit.fit;
+    const fit::Fit &fit = of_fit.fit.first();
     check_efficiency(bank);
     return {fit.rows(),
             fit.cols(),

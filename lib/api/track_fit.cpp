@@ -28,11 +28,11 @@ void store_fit(const fit::Result &result, size_t n, track::Estimated &estimated)
 } // namespace
 
 Source fit_source(const toliman_fit &handle, int64_t time_offset_ns) {
-    const fit::Fit &fit = handle.fit;
+    const fit::Windows &fit = handle.fit;
     return {
         fit.rows(),
         fit.cols(),
-        kSigmaShare * fit.sigma_px(),
+        kSigmaShare * fit.first().sigma_px(),
         fit.digest(),
         kValues,
         [=, &handle, &fit](double *image, const track::Frame &, int64_t tai_ns, unsigned, track::Estimated &estimated) {

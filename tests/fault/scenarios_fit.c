@@ -38,6 +38,12 @@ static const object_kind fits = {end, digest};
 static toliman_status create(attempt *a) {
     return create_with("scale", &a->made);
 }
+static toliman_status create_windows(attempt *a) {
+    const toliman_fit_options options = {.struct_size = sizeof options, .free = "scale", .capture_px = 3};
+    const toliman_sim *const sims[] = {small_sim(), small_sim()};
+    static const double starts[] = {0, 1};
+    return toliman_fit_create_windows(sims, starts, 2, &options, (toliman_fit **)&a->made);
+}
 static toliman_status destroy(attempt *a) {
     toliman_fit_destroy(a->object);
     a->object = NULL;
@@ -79,6 +85,7 @@ enum { RESULT = sizeof(toliman_fit_result) };
 
 static const scenario all[] = {
     {.function = "toliman_fit_create", .call = create, .made = &fits, .stage = put_frames},
+    {.function = "toliman_fit_create_windows", .call = create_windows, .made = &fits, .stage = put_frames},
     {.function = "toliman_fit_destroy", .call = destroy, .make = make, .of = &fits},
     {.function = "toliman_fit_options_init", .call = options_init},
     {.function = "toliman_fit_parameter_count", .call = parameter_count, .stage = put_frames},

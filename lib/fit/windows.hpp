@@ -1,0 +1,44 @@
+// A fit whose optics change with time: the fit of a scene for each window of time.
+#pragma once
+#include <memory>
+#include <vector>
+
+#include "fit/fit.hpp"
+
+namespace toliman::fit {
+
+// Const calls may run on several threads, each with its own work.
+class Windows {
+  public:
+    // first_days [scenes.size()], the increasing starts of the windows. Status::mismatch unless the frames, stars and
+    // cadences of all scenes are the same; otherwise as Fit.
+    Windows(const std::vector<const optics::Simulator *> &simulators, const double *first_days,
+            const std::vector<Parameter> &free, double capture_px, const Progress &progress);
+
+    // The fit of frames at this time: that of the last window that has begun. The first one has also begun before.
+    const Fit &at(double days) const noexcept;
+    const Fit &first() const noexcept { return *fits_.front(); }
+    size_t count() const noexcept { return fits_.size(); }
+
+    FitWork work() const; // for all windows
+    void frame(ImageView<const double> counts, const Prediction &prediction, FitWork &work, Result &result) const {
+        at(prediction.days).frame(counts, prediction, work, result);
+    }
+    void predict(const Prediction &prediction, const ImageView<double> *counts, FitWork &work, Result &result) const {
+        at(prediction.days).predict(prediction, counts, work, result);
+    }
+
+    // What all windows have in common.
+    const std::vector<Parameter> &parameters() const noexcept { return first().parameters(); }
+    size_t rows() const noexcept { return first().rows(); }
+    size_t cols() const noexcept { return first().cols(); }
+    double capture_px() const noexcept { return first().capture_px(); }
+    size_t images() const noexcept;   // model images of all windows
+    uint64_t digest() const noexcept; // of all windows and their starts; of one window, that of its fit
+
+  private:
+    std::vector<double> first_days_;
+    std::vector<std::unique_ptr<Fit>> fits_; // as frames of several threads refer to them
+};
+
+} // namespace toliman::fit
