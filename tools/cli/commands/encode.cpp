@@ -11,6 +11,7 @@
 #include "common/stop.hpp"
 #include "common/text.hpp"
 #include "frames/encoder.hpp"
+#include "frames/frame_options.hpp"
 #include "options/command.hpp"
 
 namespace cli {
@@ -19,25 +20,17 @@ namespace {
 
 struct EncodeOptions {
     EstimatorOptions estimator_options;
-    std::string dtype, shape;
-    std::optional<double> cadence; // seconds
-    std::vector<std::string> files;
+    FrameOptions frames;
 };
-
-void shape_of(const std::string &text, int64_t &rows, int64_t &cols) {
-    rows = cols = 0;
-    if (!text.empty() &&
-        (!two_numbers(text, 'x', rows, cols) || std::min(rows, cols) < 1 || std::max(rows, cols) > 65536))
-        throw Failure(kExitUsage, "--shape " + text + ": must be ROWSxCOLS, e.g. 256x256");
-}
 
 // The number of frames in the file if its pixels had the other width: a likely mistake where latents are far off.
 std::string other_width(const EncodeOptions &options, const FrameFile &frames) {
-    const bool wide = options.dtype.substr(0, 3) == "u32";
-    if (options.dtype.empty() || options.dtype[0] != 'u' || !frames.counted() || (!wide && frames.count() % 2 != 0))
+    const std::string &dtype = options.frames.dtype;
+    const bool wide = dtype.substr(0, 3) == "u32";
+    if (dtype.empty() || dtype[0] != 'u' || !frames.counted() || (!wide && frames.count() % 2 != 0))
         return "";
-    return " With --dtype " + std::string(wide ? "u16" : "u32") + options.dtype.substr(3) + " the file has " +
-           std::to_string(wide ? frames.count() * 2 : frames.count() / 2) + " frames, with " + options.dtype + " " +
+    return " With --dtype " + std::string(wide ? "u16" : "u32") + dtype.substr(3) + " the file has " +
+           std::to_string(wide ? frames.count() * 2 : frames.count() / 2) + " frames, with " + dtype + " " +
            std::to_string(frames.count()) + ".";
 }
 
@@ -116,7 +109,7 @@ class Encoding {
   public:
     Encoding(const EncodeOptions &options, Progress &progress)
         : options_(options), progress_(progress), estimator_(options.estimator_options, progress),
-          encoder_(make_encoder(estimator_, Batch::kMost, options.cadence)), doubts_(progress),
+          encoder_(make_encoder(estimator_, Batch::kMost, options.frames.cadence)), doubts_(progress),
           head_(std::string("file,frame,") + encoder_->columns() + "\n") {}
 
     void encode_file(const std::string &path);
@@ -167,9 +160,7 @@ void Encoding::encode_batch(FrameFile &frames, Batch &batch, const std::string &
 }
 
 void Encoding::encode_file(const std::string &path) {
-    int64_t rows, cols;
-    shape_of(options_.shape, rows, cols);
-    const auto file = open_frames(path, options_.dtype, static_cast<size_t>(rows), static_cast<size_t>(cols));
+    const auto file = options_.frames.open(path);
     FrameFile &frames = *file;
     if (frames.rows() != static_cast<size_t>(estimator_.rows) || frames.cols() != static_cast<size_t>(estimator_.cols))
         malformed(frames.path(), "frames of " + shape_text(frames.rows(), frames.cols()) + ": the " +
@@ -191,14 +182,15 @@ void Encoding::encode_file(const std::string &path) {
 
 void check(const EncodeOptions &options) {
     options.estimator_options.check();
-    if (options.cadence && options.estimator_options.fit.empty())
-        throw Failure(kExitUsage, formatted("--cadence %g: needs --fit", *options.cadence));
+    const std::optional<double> &cadence = options.frames.cadence;
+    if (cadence && options.estimator_options.fit.empty())
+        throw Failure(kExitUsage, formatted("--cadence %g: needs --fit", *cadence));
 }
 
 void encode(const EncodeOptions &options, Progress &progress) {
     check(options);
     Encoding encoding(options, progress);
-    for (const std::string &path : options.files)
+    for (const std::string &path : options.frames.files)
         encoding.encode_file(path);
     encoding.end();
 }
@@ -209,20 +201,9 @@ void add_encode(CLI::App &app, Context &context) {
     CLI::App *command = add_command(app, "encode");
     auto options = std::make_shared<EncodeOptions>();
     options->estimator_options.add_to(*command);
-    command
-        ->add_option(
-            "--cadence", options->cadence,
-            "with --fit: seconds from frame to frame, default the times of the table FRAMES of a FITS file, or "
-            "else those of the scene's frames")
-        ->check(CLI::PositiveNumber);
-    add_choice(command, "--dtype", options->dtype, dtypes(),
-               "pixel type of files without header: u16le, u32le, i16le, f32le, or big-endian u16be, u32be, "
-               "i16be, f32be");
-    add_option(command, "--shape", options->shape, "ROWSxCOLS",
-               "size of the frames in files without header: ROWSxCOLS");
-    add_option(command, "FRAMES", options->files, "",
-               ".npy and FITS files, or files without header with --dtype and --shape; - reads standard input")
-        ->required();
+    options->frames.add_to(*command,
+                           "with --fit: seconds from frame to frame, default the times of the table FRAMES of a FITS "
+                           "file, or else those of the scene's frames");
     set_action(*command, context, options, encode);
 }
 

@@ -120,6 +120,13 @@ void Progress::close(const char *stage, const std::string &text) {
     drawn_ = false;
 }
 
+void Progress::line(const char *stage, const std::string &text) {
+    if (form_ == Form::json)
+        std::fprintf(stderr, "{\"progress\":\"%s\",\"note\":\"%s\"}\n", stage, text.c_str());
+    else if (form_ != Form::none)
+        tell(std::string(stage) + ": " + text);
+}
+
 // The last column stays free: some terminals begin a new line after it.
 void Progress::draw(std::string line, size_t columns) {
     if (line.size() >= columns) {

@@ -23,6 +23,8 @@ class Progress {
     bool is_due() const;
     // Prints the final result on a terminal. It is not redrawn, so it is not truncated.
     void close(const char *stage, const std::string &text);
+    // A line that stays, also in a log; in JSON as note() without a limit of time.
+    void line(const char *stage, const std::string &text);
     // Erases the bar, so that the next message starts at the beginning of the line.
     void clear();
     void warn(const std::string &text);

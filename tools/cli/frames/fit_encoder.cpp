@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "common/text.hpp"
+#include "frames/predictions.hpp"
 
 namespace cli {
 
@@ -25,49 +26,6 @@ void add_words(const Flags &names, uint32_t flags, std::vector<std::string> &wor
         if ((flags & flag) != 0)
             words.push_back(word);
 }
-
-// Predictions of the frames of one file after the other: by their times.
-class Predictions {
-  public:
-    Predictions(const Estimator &estimator, size_t most, const std::optional<double> &cadence)
-        : scene_times_(estimator.times), cadence_(cadence),
-          predictions_(most, toliman::sized<toliman_fit_prediction>()) {}
-
-    void open(FrameFile &frames) {
-        path_ = frames.path();
-        file_times_ = frames.days();
-        if (frames.counted())
-            check_times(frames.count());
-    }
-
-    // Those of `count` frames.
-    const toliman_fit_prediction *from(size_t first, size_t count) {
-        check_times(first + count);
-        for (size_t i = 0; i < count; i++)
-            predictions_[i].time_days = days_of(first + i);
-        return predictions_.data();
-    }
-
-  private:
-    const std::vector<double> &times() const { return file_times_.empty() ? scene_times_ : file_times_; }
-
-    void check_times(size_t frames) const {
-        if (!cadence_ && frames > times().size())
-            malformed(path_, "has " + std::to_string(frames) + " frames: the scene has times for " +
-                                 std::to_string(times().size()) + " only: give --cadence SECONDS");
-    }
-
-    double days_of(size_t frame) const {
-        constexpr double kDay = 86400;
-        return cadence_ ? static_cast<double>(frame) * *cadence_ / kDay : times()[frame];
-    }
-
-    const std::vector<double> &scene_times_;
-    std::optional<double> cadence_;
-    std::string path_;
-    std::vector<double> file_times_; // days, of the table FRAMES; empty without one
-    std::vector<toliman_fit_prediction> predictions_;
-};
 
 constexpr char kPlaceColumns[] = "position_angle_deg,x_px,y_px,flux_a,flux_b,background,iterations,flags";
 
@@ -95,7 +53,7 @@ std::vector<Doubt> fit_doubts(const toliman_fit_result &result) {
 class FitEncoder final : public Encoder {
   public:
     FitEncoder(const Estimator &estimator, size_t most, const std::optional<double> &cadence)
-        : fit_(estimator.fit.get()), predictions_(estimator, most, cadence),
+        : fit_(estimator.fit.get()), predictions_(estimator.times, most, cadence),
           results_(most, toliman::sized<toliman_fit_result>()),
           columns_(std::string("displacement_px,chi_square,separation_px,separation_sigma_px,") + kPlaceColumns) {}
 
@@ -128,7 +86,7 @@ class BankEncoder final : public Encoder {
   public:
     BankEncoder(const Estimator &estimator, size_t most, const std::optional<double> &cadence)
         : estimator_(estimator), info_(info_from<toliman_bank_info>(toliman_bank_get_info, estimator.bank.get())),
-          predictions_(estimator, most, cadence), results_(most, toliman::sized<toliman_bank_result>()),
+          predictions_(estimator.times, most, cadence), results_(most, toliman::sized<toliman_bank_result>()),
           fits_(most, toliman::sized<toliman_fit_result>()),
           columns_(std::string("displacement_px,chi_square,separation_px,separation_sigma_px,efficiency,network,"
                                "fit_displacement_px,") +

@@ -7,11 +7,64 @@ namespace cli {
 
 namespace {
 
-// Omits warnings: those about a scene concern simulated frames and estimators for stars at rest, not a fit.
 void log_news(int32_t level, const char *text, void *progress) {
     if (level != TOLIMAN_LOG_WARNING)
         Progress::log(level, text, progress);
 }
+
+// An error of a scene or a start of a list, in terms of its file.
+[[noreturn]] void refuse_windows(const std::string &list, const std::string &field) {
+    std::string why = toliman_last_error();
+    const bool of_scene = field.rfind("sims[", 0) == 0;
+    if (of_scene && why.rfind(field + ": ", 0) == 0)
+        why.erase(0, field.size() + 2);
+    malformed(list, why);
+}
+
+toliman::frame_fit make_fit(const std::string &list, const std::vector<const Scene *> &scenes,
+                            const std::vector<double> &starts, const std::string &free, Progress &progress) {
+    const StopLimit limit;
+    auto options = toliman::sized<toliman_fit_options>();
+    options.free = free.c_str();
+    options.progress = Progress::callback;
+    options.progress_data = &progress;
+    std::vector<const toliman_sim *> sims;
+    for (const Scene *scene : scenes)
+        sims.push_back(scene->sim.get());
+    toliman_fit *made = nullptr;
+    const toliman_status status = toliman_fit_create_windows(sims.data(), starts.data(), sims.size(), &options, &made);
+    const std::string field = status != TOLIMAN_OK ? toliman_last_error_field() : "", option = "options->free";
+    if (field == option) {
+        std::string why = toliman_last_error();
+        throw Failure(kExitUsage, why.replace(why.find(option), option.size(), "--free"));
+    }
+    if (field.rfind("sims[", 0) == 0 || field.rfind("first_days[", 0) == 0)
+        refuse_windows(list, field);
+    toliman::check(status);
+    return toliman::frame_fit(made);
+}
+
+// The scenes of all windows but the first.
+std::vector<Scene> further_scenes(const std::vector<WindowScene> &windows, Progress &progress) {
+    std::vector<Scene> scenes;
+    for (size_t i = 1; i < windows.size(); i++)
+        scenes.push_back(scene_to_fit(windows[i].scene, progress));
+    return scenes;
+}
+
+toliman::frame_fit make_fit(const std::string &list, const Scene &first, const std::vector<WindowScene> &windows,
+                            const std::string &free, Progress &progress) {
+    const std::vector<Scene> further = further_scenes(windows, progress);
+    std::vector<const Scene *> scenes = {&first};
+    std::vector<double> starts;
+    for (const Scene &scene : further)
+        scenes.push_back(&scene);
+    for (const WindowScene &window : windows)
+        starts.push_back(window.first_days);
+    return make_fit(list, scenes, starts, free, progress);
+}
+
+} // namespace
 
 Scene scene_to_fit(const std::string &file, Progress &progress) {
     auto options = toliman::sized<toliman_sim_options>();
@@ -21,26 +74,11 @@ Scene scene_to_fit(const std::string &file, Progress &progress) {
     return Scene(file, options);
 }
 
-toliman::frame_fit make_fit(const Scene &scene, const std::string &free, Progress &progress) {
-    const StopLimit limit;
-    auto options = toliman::sized<toliman_fit_options>();
-    options.free = free.c_str();
-    options.progress = Progress::callback;
-    options.progress_data = &progress;
-    toliman_fit *made = nullptr;
-    const toliman_status status = toliman_fit_create(scene.sim.get(), &options, &made);
-    const std::string field = "options->free";
-    if (status != TOLIMAN_OK && toliman_last_error_field() == field) {
-        std::string why = toliman_last_error();
-        throw Failure(kExitUsage, why.replace(why.find(field), field.size(), "--free"));
-    }
-    toliman::check(status);
-    return toliman::frame_fit(made);
-}
-
-} // namespace
-
 SceneFit::SceneFit(const std::string &file, const std::string &free, Progress &progress)
-    : scene(scene_to_fit(file, progress)), fit(make_fit(scene, free, progress)) {}
+    : SceneFit(file, windows_of(file), free, progress) {}
+
+SceneFit::SceneFit(const std::string &file, const std::vector<WindowScene> &windows, const std::string &free,
+                   Progress &progress)
+    : scene(scene_to_fit(windows[0].scene, progress)), fit(make_fit(file, scene, windows, free, progress)) {}
 
 } // namespace cli

@@ -1,18 +1,28 @@
-// The fit of a scene file (--fit, --free).
+// The fit of a scene file, or of the scenes of a calibration with windows (--fit, --free).
 #pragma once
 #include <string>
+#include <vector>
 
 #include "common/terminal.hpp"
 #include "scenes/scene.hpp"
+#include "scenes/windows.hpp"
 
 namespace cli {
 
+// A scene whose frames are fitted. Omits warnings, which concern simulated frames and estimators for stars at rest.
+Scene scene_to_fit(const std::string &file, Progress &progress);
+
+// The fit of a scene or, where `file` lists the windows of a calibration, of the scene of each window.
 struct SceneFit {
     // free: further parameters. Throws Failure, which names --free if that is the reason.
     SceneFit(const std::string &file, const std::string &free, Progress &progress);
 
-    Scene scene;
+    Scene scene; // that of the first window
     toliman::frame_fit fit;
+
+  private:
+    SceneFit(const std::string &file, const std::vector<WindowScene> &windows, const std::string &free,
+             Progress &progress);
 };
 
 } // namespace cli

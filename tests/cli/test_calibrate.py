@@ -1,0 +1,312 @@
+"""calibrate: fitted values against the truth of simulated frames, resumed and stopped runs, windows, refusals."""
+import copy
+import functools
+import json
+import pathlib
+import shutil
+import signal
+import subprocess
+import tempfile
+import unittest
+
+import numpy
+from program import PROGRAM, ProgramTest
+
+SCENE = {
+    "schema": "toliman-scene/1",
+    "telescope": {"aperture_m": 0.125, "secondary_m": 0.01875, "pupil_samples": 64,
+                  "struts": {"count": 3, "width_m": 0.002},
+                  "mask": {"kind": "spiral", "edges": "area", "opd_nm": 297.5,
+                           "terms": [{"a": 0.819, "f": 2.918, "m": -7, "p": 4.874}, {"a": 0.93, "f": 1.829, "m": 5}]}},
+    "band": {"min_nm": 550, "max_nm": 600, "step_nm": 25},
+    "stars": {"A": {"spectrum": {"kind": "blackbody", "temperature_k": 5790}, "photons_per_s": 7.5e8},
+              "B": {"spectrum": {"kind": "blackbody", "temperature_k": 5260}, "photons_per_s": 2.5e8}},
+    "binary": {"date": 2027, "orbit": "alpha-cen", "moving": True},
+    "cadence": {"frames": 12, "interval_days": 20, "exposure_s": 10},
+    "detector": {"shape": [64, 64], "pixel_scale_arcsec": 0.4},
+    "noise": {"photon": True, "read_e": 2.5, "seed": 7},
+}
+FREE = "scale focus zernike_5-9"
+TRUTH = {"scale": 1 / 1.0005 - 1, "focus": 3, "zernike_5": 0, "zernike_6": -8, "zernike_7": 0, "zernike_8": 5, "zernike_9": 2}
+FILES = ["fitted.calibration.json", "fitted.chi_map.npy", "fitted.json", "fitted.opd_change.npy", "fitted.residual_after.npy",
+         "fitted.residual_before.npy"]
+
+
+def with_optics(scene, **zernikes):
+    """The scene of another telescope: aberrations {"zernike_8": nm}."""
+    changed = copy.deepcopy(scene)
+    changed["telescope"]["aberrations"] = {"zernike_rms_nm": {name.split("_")[1]: nm for name, nm in zernikes.items()}}
+    return changed
+
+
+def call(folder, *arguments):
+    return subprocess.run([PROGRAM, *arguments], cwd=folder, capture_output=True, text=True, check=True)
+
+
+@functools.lru_cache(None)
+def finished():
+    """A folder with scenes, frames and their calibration, and what the latter printed."""
+    kept = tempfile.TemporaryDirectory()
+    folder = pathlib.Path(kept.name)
+    truth = with_optics(SCENE, zernike_4=3, zernike_6=-8, zernike_8=5, zernike_9=2)
+    truth["detector"]["pixel_scale_arcsec"] *= 1.0005
+    for name, scene in (("s.json", SCENE), ("truth.json", truth)):
+        (folder / name).write_text(json.dumps(scene))
+    call(folder, "simulate", "truth.json", "--frames", "0:6", "--out", "f.fits")
+    return kept, folder, call(folder, "calibrate", "s.json", "f.fits", "--out", "fitted.json", "--free", FREE)
+
+
+class Calibrate(ProgramTest):
+    def setUp(self):
+        super().setUp()
+        _, folder, self.done = finished()
+        for name in ("s.json", "truth.json", "f.fits"):
+            shutil.copy(folder / name, self.folder)
+
+    def take_finished(self):
+        """The results of the calibration of f.fits with FREE."""
+        for name in FILES:
+            shutil.copy(finished()[1] / name, self.folder)
+
+    def write(self, name, scene):
+        (self.folder / name).write_text(json.dumps(scene))
+
+    def simulate(self, scene, frames, name):
+        self.succeed("simulate", scene, "--frames", frames, "--out", name)
+
+    def calibrate(self, *arguments, frames="f.fits", free=FREE, out="fitted.json"):
+        return self.run_program("calibrate", "s.json", frames, "--out", out, "--free", free, *arguments)
+
+    def result(self, name="fitted.calibration.json"):
+        return json.loads((self.folder / name).read_text())
+
+    def new_files(self):
+        return sorted(path.name for path in self.folder.iterdir() if path.name not in ("s.json", "truth.json", "f.fits"))
+
+
+class Results(Calibrate):
+    def test_values_are_the_truth(self):
+        self.take_finished()
+        done = self.done
+        self.assertTrue(done.stdout.startswith("converged; the model is complete\n"), done.stdout)
+        self.assertIn("ingest all frames again, from the first one, into a new state folder", done.stdout)
+        self.assertRegex(done.stderr, r"toliman: calibrate: parameters iteration 2: chi-square [0-9.]+, largest step [0-9.]+ sigma\n")
+        names = {path.name for path in finished()[1].iterdir()} - {"s.json", "truth.json", "f.fits"}
+        self.assertEqual(sorted(names), FILES)
+        result = self.result()
+        (window,) = result["windows"]
+        self.assertEqual([one["name"] for one in window["parameters"]], list(TRUTH))
+        for one in window["parameters"]:
+            with self.subTest(one["name"]):
+                self.assertLess(abs(one["value"] - TRUTH[one["name"]]), 4.5 * one["sigma"])
+                self.assertIn(f"\n{one['name']} ", done.stdout)
+        sigmas = [one["sigma"] for one in window["parameters"]]
+        numpy.testing.assert_allclose(numpy.diag(window["covariance"]), numpy.square(sigmas), rtol=1e-12)
+        self.assertEqual((result["frames"], result["complete"], result["held"]), (6, True, False))
+        self.assertEqual(len(result["steps"]), result["iterations"])
+        self.assertEqual([(one["file"], one["frame"], one["time_days"]) for one in result["separations"]],
+                         [("f.fits", k, 20 * k) for k in range(6)])
+
+    def test_the_fitted_scene_fits_the_frames(self):
+        """Each separation is that of encode with the fitted scene, and has its noise only."""
+        self.take_finished()
+        text = self.succeed("encode", "--fit", "fitted.json", "f.fits").splitlines()
+        rows = [dict(zip(text[0].split(","), line.split(","))) for line in text[1:]]
+        for row, one in zip(rows, self.result()["separations"]):
+            self.assertLess(abs(float(row["separation_px"]) - one["separation_px"]), 1e-5)
+            self.assertLess(abs(float(row["displacement_px"])), 5 * one["separation_sigma_px"])
+            self.assertEqual(row["flags"], "")
+        nominal = self.succeed("encode", "--fit", "s.json", "f.fits").splitlines()[1:]
+        self.assertGreater(min(abs(float(line.split(",")[2])) for line in nominal), 100 * one["separation_sigma_px"])
+
+    def test_arrays(self):
+        self.take_finished()
+        before, after, chi = (numpy.load(self.folder / f"fitted.{name}.npy")
+                              for name in ("residual_before", "residual_after", "chi_map"))
+        self.assertEqual((before.shape, after.shape, chi.shape), ((64, 64),) * 3)
+        self.assertGreater(before.std(), 5)
+        self.assertLess(abs(after.std() - 1), 0.1)
+        self.assertLess(abs(chi.mean() - 1), 0.1)
+        opd = numpy.load(self.folder / "fitted.opd_change.npy")
+        self.assertEqual(opd.shape, (1, 64, 64))
+        nm = 1e9 * opd[opd != 0].std()
+        self.assertLess(abs(nm - numpy.sqrt(3**2 + 8**2 + 5**2 + 2**2)), 1.5)  # coefficients are of the full aperture
+
+    def test_json_and_threads(self):
+        text = self.succeed("calibrate", "s.json", "f.fits", "--out", "three.json", "--free", FREE, "--json", "--threads", 3)
+        self.assertEqual(json.loads(text), self.result("three.calibration.json"))
+        self.take_finished()
+        for key in ("windows", "separations", "steps"):
+            one, other = json.loads(text)[key], self.result()[key]
+            self.assertEqual(json.dumps(one).replace("three.", "fitted."), json.dumps(other))
+
+    def test_an_incomplete_model(self):
+        done = self.calibrate(free="scale focus")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertTrue(done.stdout.startswith("converged, but the model is incomplete: chi-square "), done.stdout)
+        self.assertIn("toliman: warning: the model is incomplete: chi-square ", done.stderr)
+        self.assertFalse(self.result()["complete"])
+
+    def test_a_parameter_held_by_its_prior(self):
+        done = self.calibrate(free=FREE + " zernike_15=1e-7")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("known mostly by the prior: zernike_15\n", done.stdout)
+        self.assertTrue(self.result()["windows"][0]["parameters"][-1]["held"])
+
+    def test_several_files_and_cadence(self):
+        """Frames of each file have the times of their numbers."""
+        cube = numpy.stack([numpy.asarray(frame) for frame in self.cube()])
+        for name, part in (("a.npy", cube[:3]), ("b.npy", cube[:4])):
+            numpy.save(self.folder / name, part)
+        done = self.run_program("calibrate", "s.json", "a.npy", "b.npy", "--out", "fitted.json", "--free", FREE, "--cadence",
+                                str(20 * 86400))
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual([(one["file"], one["time_days"]) for one in self.result()["separations"]],
+                         [("a.npy", 0), ("a.npy", 20), ("a.npy", 40), ("b.npy", 0), ("b.npy", 20), ("b.npy", 40), ("b.npy", 60)])
+
+    def cube(self):
+        self.simulate("truth.json", "0:4", "cube.npy")
+        return numpy.load(self.folder / "cube.npy")
+
+
+class Resume(Calibrate):
+    def test_too_few_iterations(self):
+        """No scene is written; the state is, and a resumed run ends at the same values."""
+        done = self.calibrate("--iterations", 1)
+        self.assertEqual((done.returncode, done.stdout), (4, ""))
+        self.assertIn("toliman: fitted.json: not written: the calibration did not converge: chi-square ", done.stderr)
+        self.assertIn("--resume and more --iterations continues from fitted.part.json\n", done.stderr)
+        self.assertEqual(self.new_files(), ["fitted.part.json"])
+        resumed = self.calibrate("--resume")
+        self.assertEqual(resumed.returncode, 0, resumed.stderr)
+        self.assertEqual(self.new_files(), FILES)
+        parts = self.result()
+        self.take_finished()
+        whole = self.result()
+        self.assertLess(len(parts["steps"]), len(whole["steps"]))
+        for one, other in zip(whole["windows"][0]["parameters"], parts["windows"][0]["parameters"]):
+            self.assertLess(abs(one["value"] - other["value"]), 0.01 * one["sigma"])
+
+    def test_from_a_finished_scene(self):
+        self.take_finished()
+        before = self.result()
+        done = self.calibrate("--resume")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertLess(len(self.result()["steps"]), len(before["steps"]))
+
+    def test_a_signal_keeps_the_state(self):
+        self.take_finished()
+        finished = (self.folder / "fitted.json").read_bytes()
+        run = subprocess.Popen([PROGRAM, "calibrate", "s.json", "f.fits", "--out", "fitted.json"], cwd=self.folder,
+                               stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        for line in run.stderr:
+            if "iteration" in line:
+                break
+        run.send_signal(signal.SIGTERM)
+        out, _ = run.communicate(timeout=60)
+        if run.returncode == 0:
+            self.skipTest("ended before the signal")
+        self.assertEqual((run.returncode, out), (143, ""))
+        self.assertEqual((self.folder / "fitted.json").read_bytes(), finished)
+        self.assertIn("fitted.part.json", self.new_files())
+        self.succeed("calibrate", "s.json", "f.fits", "--out", "fitted.json", "--resume")
+        self.assertEqual(self.new_files(), FILES)
+
+
+class Windows(Calibrate):
+    def test_list_of_scenes(self):
+        """Optics that change: each half of the frames is fitted with its own."""
+        self.write("late.json", with_optics(SCENE, zernike_8=9, zernike_9=-3))
+        self.write("early.json", with_optics(SCENE, zernike_8=5, zernike_9=2))
+        self.simulate("early.json", "0:4", "early.fits")
+        self.simulate("late.json", "6:10", "late.fits")
+        done = self.run_program("calibrate", "s.json", "early.fits", "late.fits", "--out", "fitted.json", "--free",
+                                "zernike_7-10", "--windows", 100, "--smoothness", 1)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(json.loads((self.folder / "fitted.json").read_text()),
+                         {"schema": "toliman-calibration/1", "windows": [{"first_days": 0, "scene": "fitted.1.json"},
+                                                                         {"first_days": 100, "scene": "fitted.2.json"}]})
+        windows = self.result()["windows"]
+        self.assertEqual([window["scene"] for window in windows], ["fitted.1.json", "fitted.2.json"])
+        for window, truth in zip(windows, ({"zernike_8": 5, "zernike_9": 2}, {"zernike_8": 9, "zernike_9": -3})):
+            for one in window["parameters"]:
+                self.assertLess(abs(one["value"] - truth.get(one["name"], 0)), 4.5 * one["sigma"])
+        text = self.succeed("encode", "--fit", "fitted.json", "early.fits", "late.fits").splitlines()
+        both = self.succeed("encode", "--fit", "fitted.1.json", "early.fits").splitlines()[1:]
+        both += self.succeed("encode", "--fit", "fitted.2.json", "late.fits").splitlines()[1:]
+        self.assertEqual(text[1:], both)
+        self.assertNotIn("outlier", "".join(text))
+
+    def test_a_tracker_refuses_a_new_calibration(self):
+        self.calibrate("--windows", 60)
+        track = ("track", "--state", "st", "--mission-days", 300)
+        self.succeed(*track, "--fit", "fitted.json", "f.fits")
+        self.simulate("truth.json", "6:8", "more.fits")
+        self.succeed(*track[:3], "--fit", "fitted.json", "more.fits")
+        self.calibrate(frames="f.fits", free="scale focus zernike_5-11")
+        done = self.run_program(*track[:3], "--fit", "fitted.json", "more.fits")
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("its frames were measured with another scene, calibration or estimator", done.stderr)
+        self.assertIn("ingest all 8 frames again into a new folder", done.stderr)
+
+    def test_damaged_lists(self):
+        one = {"first_days": 0, "scene": "s.json"}
+        other = copy.deepcopy(SCENE)
+        other["cadence"]["interval_days"] = 7
+        self.write("other.json", other)
+        for windows, text in (([], "windows: must be a list of at least one window"),
+                              ([one, {"first_days": 5}], "windows[1].scene: must be the name of a scene file"),
+                              ([{"scene": "s.json"}], "windows[0].first_days: must be a finite number"),
+                              ([one, one], "first_days[1] = 0: must be above first_days[0] = 0"),
+                              ([one, {"first_days": 5, "scene": "other.json"}], "other.json: cadence: must be that of s.json"),
+                              ([{"first_days": 0, "scene": "none.json"}], "none.json: No such file")):
+            self.write("list.json", {"schema": "toliman-calibration/1", "windows": windows})
+            with self.subTest(text):
+                self.refuse(3, text, arguments=("encode", "--fit", "list.json", "f.fits"))
+
+    def test_banks_need_one_scene(self):
+        self.write("list.json", {"schema": "toliman-calibration/1",
+                                 "windows": [{"first_days": k, "scene": "s.json"} for k in (0, 50)]})
+        self.refuse(2, "has 2 windows: a bank needs the fit of one scene",
+                    arguments=("train", "list.json", "--bank", "frames", "--out", "x.tlmb"))
+
+
+class Refusals(Calibrate):
+    def test_messages(self):
+        frames = numpy.full((2, 64, 64), 1000.0)
+        frames[1, 3, 4] = numpy.nan
+        numpy.save(self.folder / "nan.npy", frames)
+        numpy.save(self.folder / "small.npy", numpy.ones((2, 8, 8)))
+        numpy.save(self.folder / "one.npy", numpy.ones((1, 64, 64)))
+        numpy.save(self.folder / "dark.npy", numpy.ones((2, 64, 64)))
+        (self.folder / "notes.json").write_text('{"mine": 1}')
+        out = ("--out", "fitted.json")
+        for code, text, *arguments in (
+            (3, "missing.fits: No such file or directory", "missing.fits", *out),
+            (3, "small.npy: frames of 8x8: the scene is for 64x64", "small.npy", *out),
+            (3, "nan.npy: frame 1, row 3, column 4: must be a finite number", "nan.npy", *out),
+            (3, "one.npy: has 1 frame: a calibration needs at least 2", "one.npy", *out),
+            (2, '--free: "scal": must be the name of a parameter; did you mean "scale"?', "f.fits", *out, "--free", "scal"),
+            (2, '--free: "shift_x"', "f.fits", *out, "--free", "shift_x"),
+            (2, "--map-rms 3: needs --map", "f.fits", *out, "--map-rms", "3"),
+            (2, "--smoothness 1: needs --windows", "f.fits", *out, "--smoothness", "1"),
+            (2, "--out fitted: must be the name of a file that ends in .json", "f.fits", "--out", "fitted"),
+            (2, "--resume: neither fitted.part.json nor fitted.json exists", "f.fits", *out, "--resume"),
+            (2, "s.json: is the input: give another output", "f.fits", "--out", "s.json"),
+            (6, "none/fitted.json: cannot be written: No such file or directory", "f.fits", "--out", "none/fitted.json"),
+            (6, "notes.json: exists and was not written by toliman", "f.fits", "--out", "notes.json"),
+        ):
+            with self.subTest(text):
+                self.refuse(code, text, arguments=("calibrate", "s.json", *arguments))
+
+    def test_frames_of_another_scene(self):
+        """A dark cube: an error or no convergence, never values."""
+        numpy.save(self.folder / "dark.npy", numpy.ones((3, 64, 64)))
+        done = self.run_program("calibrate", "s.json", "dark.npy", "--out", "fitted.json", "--free", FREE)
+        self.assertIn(done.returncode, (3, 4), done.stderr)
+        self.assertEqual(done.stdout, "")
+        self.assertNotIn("fitted.json", self.new_files())
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,92 @@
+// toliman calibrate: the parameters of the telescope from frames.
+#include "common/failure.hpp"
+#include "common/output.hpp"
+#include "common/stop.hpp"
+#include "common/text.hpp"
+#include "frames/calibration_output.hpp"
+#include "options/command.hpp"
+
+namespace cli {
+
+namespace {
+
+struct Options {
+    CalibrationRequest request;
+    bool map = false, as_json = false;
+};
+
+void calibrate(Options &options, Progress &progress) {
+    CalibrationRequest &request = options.request;
+    const bool has_map_rms = request.options.map_rms_nm != 0, has_smoothness = request.options.smoothness != 0;
+    if (has_map_rms && !options.map)
+        throw Failure(kExitUsage, formatted("--map-rms %g: needs --map", request.options.map_rms_nm));
+    if (has_smoothness && request.options.window_days == 0)
+        throw Failure(kExitUsage, formatted("--smoothness %g: needs --windows", request.options.smoothness));
+    if (options.map)
+        request.options.flags |= TOLIMAN_CALIBRATION_MAP;
+    const CalibrationFiles files(request.out);
+    std::vector<std::string> inputs = request.frames.files;
+    inputs.push_back(request.scene);
+    check_not_input(request.out, inputs);
+    CalibrationOutput output(files);
+    Calibration calibration(request, files, progress);
+    calibration.run(progress);
+    output.write(calibration);
+    output.warn(calibration, progress);
+    if (options.as_json)
+        print_stdout(output.json());
+    else
+        output.print(calibration);
+    stop_if_asked();
+}
+
+} // namespace
+
+void add_calibrate(CLI::App &app, Context &context) {
+    CLI::App *command = add_command(app, "calibrate");
+    auto options = std::make_shared<Options>();
+    CalibrationRequest &request = options->request;
+    add_scene(*command, request.scene);
+    request.frames.add_to(*command,
+                          "seconds from frame to frame, default the times of the table FRAMES of a FITS file, "
+                          "or else those of the scene's frames");
+    add_option(command, "--out", request.out, "FILE", "fitted scene to write (.json)")->required();
+    CLI::Option *free = add_option(
+        command, "--free", request.free, "NAMES",
+        "parameters to fit, in quotes and separated by spaces: NAME, NAME=SIGMA with the standard deviation of its "
+        "prior, or ranges such as zernike_5-21=50; default: focus zernike_5-21 scale mask_rotation jitter_xx jitter_yy "
+        "jitter_xy temperature_a temperature_b, as far as the scene has them");
+    command->add_flag("--map", options->map, "also fit the optical path difference of each pupil cell; takes minutes");
+    command
+        ->add_option("--map-rms", request.options.map_rms_nm,
+                     "with --map: prior of the map, its rms over the open pupil in nm, default 10")
+        ->check(CLI::Range(1e-3, 1e4));
+    command
+        ->add_option("--windows", request.options.window_days,
+                     "length in days of windows, in each of which the parameters have their own values; default: one "
+                     "window for all frames")
+        ->check(CLI::Range(1e-6, 1e6));
+    command
+        ->add_option("--smoothness", request.options.smoothness,
+                     "with --windows: standard deviation of the change of a parameter from one window to the next, in "
+                     "units of that of its prior, default 0.01")
+        ->check(CLI::Range(1e-9, 1e3));
+    command
+        ->add_option("--capture", request.options.capture_px,
+                     "largest shift of both stars from their expected places, px, default 6")
+        ->check(CLI::Range(0.1, 64.0));
+    command
+        ->add_option("--iterations", request.options.most_iterations,
+                     "largest number of iterations of the parameters, and again of the map, default 30")
+        ->check(CLI::Range(1, 1000));
+    command->add_option("--threads", request.options.threads, "worker threads, default one per processor")
+        ->check(CLI::Range(1u, 1024u));
+    command->add_flag("--resume", request.resume,
+                      "start from the state of a calibration that was stopped or, if there is none, from the scene "
+                      "that --out holds");
+    command->add_flag("--json", options->as_json, "print JSON, schema toliman-calibration-result/1");
+    set_action(*command, context, options, calibrate,
+               [options, free] { options->request.by_free = free->count() > 0; });
+}
+
+} // namespace cli

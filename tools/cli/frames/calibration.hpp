@@ -1,0 +1,77 @@
+// Calibrates a scene with the frames of files, for `calibrate`.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "common/terminal.hpp"
+#include "frames/frame_options.hpp"
+#include "scenes/scene.hpp"
+
+namespace cli {
+
+// Names of the files that a calibration writes, from that of the fitted scene, which ends in .json.
+class CalibrationFiles {
+  public:
+    explicit CalibrationFiles(const std::string &out);
+    const std::string &out() const noexcept { return out_; }
+    std::string scene(size_t window, size_t windows) const;   // OUT itself if there is one window
+    std::string part() const { return stem_ + ".part.json"; } // the state after the last iteration
+    std::string beside(const std::string &suffix) const { return stem_ + suffix; }
+    void remove_part() const;
+
+  private:
+    std::string out_, stem_;
+};
+
+// All frames of the files, in their order.
+struct FrameSet {
+    // Throws Failure for frames of another shape than the scene's, pixels that are not finite, and fewer than 2 frames.
+    FrameSet(const FrameOptions &options, const Scene &scene, Progress &progress);
+    struct Place {
+        std::string file;
+        size_t frame; // of the file
+    };
+    std::vector<double> pixels;
+    std::vector<Place> places;
+    std::vector<toliman_fit_prediction> predictions;
+    std::string name(size_t i) const; // "night1.fits: frame 3"
+};
+
+struct CalibrationRequest {
+    FrameOptions frames;
+    std::string scene, out, free;
+    bool by_free = false, resume = false;
+    toliman_calibration_options options = toliman::sized<toliman_calibration_options>();
+};
+
+class Calibration {
+  public:
+    // Reads scene and frames.
+    Calibration(const CalibrationRequest &request, const CalibrationFiles &files, Progress &progress);
+
+    // Calibrates; saves the state after each accepted iteration. Throws Failure after a signal, and if the calibration
+    // did not converge.
+    void run(Progress &progress);
+
+    const CalibrationRequest &request() const noexcept { return request_; }
+    const FrameSet &frames() const noexcept { return frames_; }
+    const toliman_calibration *get() const noexcept { return made_.get(); }
+    const std::vector<toliman_calibration_step> &steps() const noexcept { return steps_; }
+
+  private:
+    static int32_t on_step(const toliman_calibration *so_far, const toliman_calibration_step *step, void *self);
+    bool reached_limit(const toliman_calibration_info &info) const;
+    [[noreturn]] void refuse(const toliman::error &error) const;
+    [[noreturn]] void fail_to_converge(const toliman_calibration_info &info) const;
+
+    const CalibrationRequest &request_;
+    const CalibrationFiles &files_;
+    Scene scene_;
+    FrameSet frames_;
+    toliman::scene_calibration made_;
+    std::vector<toliman_calibration_step> steps_;
+    Progress *progress_ = nullptr; // during run()
+    std::string failure_;          // of a state that could not be saved
+};
+
+} // namespace cli

@@ -1,0 +1,253 @@
+#include "frames/calibration_output.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <optional>
+
+#include "common/json.hpp"
+#include "common/library.hpp"
+#include "common/npy.hpp"
+#include "common/provenance.hpp"
+#include "common/text.hpp"
+#include "scenes/windows.hpp"
+
+namespace cli {
+
+namespace {
+
+constexpr char kBefore[] = ".residual_before.npy", kAfter[] = ".residual_after.npy", kChiMap[] = ".chi_map.npy",
+               kOpd[] = ".opd_change.npy";
+
+toliman_calibration_info info_of(const Calibration &calibration) {
+    return info_from<toliman_calibration_info>(toliman_calibration_get_info, calibration.get());
+}
+
+// Parameters and covariance of a window.
+struct Window {
+    Window(const Calibration &calibration, const toliman_calibration_info &info, int64_t number)
+        : about(toliman::sized<toliman_calibration_window>()), covariance(info.parameters * info.parameters) {
+        const toliman_calibration *const made = calibration.get();
+        toliman::check(toliman_calibration_get_window(made, number, &about));
+        for (uint32_t i = 0; i < info.parameters; i++) {
+            values.push_back(toliman::sized<toliman_calibration_value>());
+            toliman::check(toliman_calibration_get_value(made, number, static_cast<int32_t>(i), &values.back()));
+        }
+        toliman::check(toliman_calibration_get_covariance(made, number, covariance.data()));
+    }
+    toliman_calibration_window about;
+    std::vector<toliman_calibration_value> values;
+    std::vector<double> covariance; // [n][n]
+};
+
+std::vector<Window> windows_of(const Calibration &calibration, const toliman_calibration_info &info) {
+    std::vector<Window> windows;
+    for (uint32_t i = 0; i < info.windows; i++)
+        windows.emplace_back(calibration, info, i);
+    return windows;
+}
+
+bool has(uint32_t flags, uint32_t flag) {
+    return (flags & flag) != 0;
+}
+
+// Why the model is incomplete.
+std::string excess_of(const toliman_calibration_info &info) {
+    const double excess = (info.chi_square - 1) / info.chi_square_sigma;
+    if (excess > 6)
+        return formatted("chi-square %.6g is %.3g sigma above 1", info.chi_square, excess);
+    return formatted("residuals of neighbouring pixels are correlated: %.3g, at most %g without structure",
+                     info.structure, info.structure_limit);
+}
+
+std::string names_with(const std::vector<Window> &windows, uint32_t flag) {
+    std::vector<std::string> names;
+    for (const Window &window : windows)
+        for (const auto &value : window.values)
+            if (has(value.flags, flag) && std::find(names.begin(), names.end(), value.name) == names.end())
+                names.emplace_back(value.name);
+    return joined(names);
+}
+
+// The verdict in sentences, the main one first.
+std::vector<std::string> verdict_of(const toliman_calibration_info &info, const std::vector<Window> &windows) {
+    std::vector<std::string> sentences = {has(info.flags, TOLIMAN_CALIBRATION_INCOMPLETE)
+                                              ? "converged, but the model is incomplete: " + excess_of(info)
+                                              : "converged; the model is complete"};
+    const std::string held = names_with(windows, TOLIMAN_CALIBRATION_HELD);
+    if (!held.empty())
+        sentences.push_back("known mostly by the prior: " + held);
+    if (has(info.flags, TOLIMAN_CALIBRATION_NO_SIGN))
+        sentences.emplace_back("the frames do not determine the sign of even aberrations");
+    return sentences;
+}
+
+Json json_of(const toliman_calibration_value &value) {
+    return Json("name", value.name, "unit", value.unit, "value", Exact{value.value}, "sigma", Exact{value.sigma},
+                "prior_sigma", value.prior_sigma, "held", has(value.flags, TOLIMAN_CALIBRATION_HELD), "no_sign",
+                has(value.flags, TOLIMAN_CALIBRATION_NO_SIGN));
+}
+
+Json json_of(const Window &window, const std::string &scene) {
+    const size_t n = window.values.size();
+    std::vector<std::vector<double>> covariance;
+    for (size_t i = 0; i < n; i++)
+        covariance.emplace_back(&window.covariance[i * n], &window.covariance[i * n] + n);
+    return Json("first_days", Exact{window.about.first_days}, "frames", window.about.frames, "chi_square",
+                window.about.chi_square, "scene", scene, "parameters",
+                array_of(window.values, [](const auto &value) { return json_of(value); }), "covariance", covariance);
+}
+
+Json json_of_frame(const Calibration &calibration, size_t i) {
+    auto result = toliman::sized<toliman_fit_result>();
+    toliman::check(toliman_calibration_get_frame(calibration.get(), static_cast<int64_t>(i), &result));
+    const FrameSet &frames = calibration.frames();
+    return Json("file", frames.places[i].file, "frame", frames.places[i].frame, "time_days",
+                Exact{frames.predictions[i].time_days}, "separation_px", Exact{result.separation_px},
+                "separation_sigma_px", result.separation_sigma_px, "displacement_px", Exact{result.displacement_px},
+                "position_angle_deg", Exact{result.position_angle_deg}, "x_px", Exact{result.x_px}, "y_px",
+                Exact{result.y_px}, "flux_a", result.flux_a, "flux_b", result.flux_b, "background", result.background,
+                "chi_square", result.chi_square, "excluded", result.excluded);
+}
+
+Json json_of(const toliman_calibration_step &step) {
+    return Json("map", step.map != 0, "iteration", step.iteration, "accepted", step.accepted != 0, "chi_square",
+                step.chi_square, "largest_step", step.largest_step);
+}
+
+std::string name_of(const std::string &path) {
+    return std::filesystem::path(path).filename().string();
+}
+
+// Throws Failure if the scenes cannot be written.
+const CalibrationFiles &checked(const CalibrationFiles &files) {
+    for (const std::string &path : {files.out(), files.part()})
+        const OutputFile probe(path, Replaces::scenes);
+    return files;
+}
+
+void print_window(const Window &window, size_t number, size_t count) {
+    if (count > 1)
+        std::printf("\nwindow %zu: from %g days, %lld %s, chi-square %.6g\n", number + 1, window.about.first_days,
+                    static_cast<long long>(window.about.frames), window.about.frames == 1 ? "frame" : "frames",
+                    window.about.chi_square);
+    std::printf("\n%-14s %28s %-6s %8s\n", "parameter", "value +- sigma", "unit", "prior");
+    for (const auto &value : window.values)
+        std::printf("%-14s %28s %-6s %8.3g%s%s\n", value.name, text_with_error(value.value, value.sigma).c_str(),
+                    value.unit, value.prior_sigma, has(value.flags, TOLIMAN_CALIBRATION_HELD) ? "  prior" : "",
+                    has(value.flags, TOLIMAN_CALIBRATION_NO_SIGN) ? "  sign unknown" : "");
+}
+
+} // namespace
+
+CalibrationOutput::CalibrationOutput(const CalibrationFiles &files)
+    : files_(checked(files)), result_(files.beside(".calibration.json")), before_(files.beside(kBefore)),
+      after_(files.beside(kAfter)), chi_map_(files.beside(kChiMap)), opd_(files.beside(kOpd)) {}
+
+void CalibrationOutput::write(const Calibration &calibration) {
+    const toliman_calibration_info info = info_of(calibration);
+    const std::vector<Window> windows = windows_of(calibration, info);
+    write_scenes(calibration, windows.size());
+    write_arrays(calibration);
+    std::vector<Json> of_windows, of_frames;
+    for (size_t i = 0; i < windows.size(); i++)
+        of_windows.push_back(json_of(windows[i], name_of(files_.scene(i, windows.size()))));
+    for (size_t i = 0; i < calibration.frames().places.size(); i++)
+        of_frames.push_back(json_of_frame(calibration, i));
+    const std::vector<std::string> verdict = verdict_of(info, windows);
+    Json json("schema", "toliman-calibration-result/1", "version", toliman_version(), "provenance", provenance(),
+              "scene", calibration.request().scene, "out", name_of(files_.out()), "verdict", verdict, "complete",
+              !has(info.flags, TOLIMAN_CALIBRATION_INCOMPLETE), "held", has(info.flags, TOLIMAN_CALIBRATION_HELD),
+              "no_sign", has(info.flags, TOLIMAN_CALIBRATION_NO_SIGN));
+    json.set("frames", info.frames, "rows", info.rows, "cols", info.cols, "cells", info.cells, "iterations",
+             info.iterations, "map_iterations", info.map_iterations, "chi_square", info.chi_square, "chi_square_sigma",
+             info.chi_square_sigma, "structure", info.structure, "structure_limit", info.structure_limit,
+             "separation_sigma_px", info.separation_sigma_px, "calibration_sigma_px", info.calibration_sigma_px,
+             "map_rms_nm", info.map_rms_nm);
+    json.set("windows", of_windows, "separations", of_frames, "steps",
+             array_of(calibration.steps(), [](const auto &step) { return json_of(step); }));
+    json_ = json.text();
+    result_.write(json_);
+    result_.commit();
+    files_.remove_part();
+}
+
+// With several windows their list is written last, as it implies that their scenes are complete.
+void CalibrationOutput::write_scenes(const Calibration &calibration, size_t windows) {
+    std::vector<WindowScene> list;
+    for (size_t i = 0; i < windows; i++) {
+        const std::string path = files_.scene(i, windows);
+        const OutputFile probe(path, Replaces::scenes);
+        toliman::check(toliman_calibration_save_file(calibration.get(), static_cast<int64_t>(i), path.c_str()));
+        auto window = toliman::sized<toliman_calibration_window>();
+        toliman::check(toliman_calibration_get_window(calibration.get(), static_cast<int64_t>(i), &window));
+        list.push_back({window.first_days, name_of(path)});
+    }
+    if (windows == 1)
+        return;
+    OutputFile out(files_.out(), Replaces::scenes);
+    out.write(window_list(list));
+    out.commit();
+}
+
+void CalibrationOutput::write_arrays(const Calibration &calibration) {
+    const toliman_calibration_info info = info_of(calibration);
+    const toliman_calibration *const made = calibration.get();
+    const auto rows = static_cast<size_t>(info.rows), cols = static_cast<size_t>(info.cols),
+               cells = static_cast<size_t>(info.cells);
+    std::vector<double> image(rows * cols), opd(info.windows * cells * cells);
+    const auto write_image = [&](OutputFile &file) {
+        write_npy(file, image, {rows, cols});
+        file.commit();
+    };
+    toliman::check(toliman_calibration_get_residual(made, 0, image.data(), cols));
+    write_image(before_);
+    toliman::check(toliman_calibration_get_residual(made, 1, image.data(), cols));
+    write_image(after_);
+    toliman::check(toliman_calibration_get_chi_map(made, image.data(), cols));
+    write_image(chi_map_);
+    for (size_t i = 0; i < info.windows; i++)
+        toliman::check(toliman_calibration_get_opd(made, static_cast<int64_t>(i), &opd[i * cells * cells]));
+    write_npy(opd_, opd, {info.windows, cells, cells});
+    opd_.commit();
+}
+
+void CalibrationOutput::warn(const Calibration &calibration, Progress &progress) const {
+    const toliman_calibration_info info = info_of(calibration);
+    if (!has(info.flags, TOLIMAN_CALIBRATION_INCOMPLETE))
+        return;
+    const bool with_map = has(calibration.request().options.flags, TOLIMAN_CALIBRATION_MAP);
+    progress.warn(
+        "the model is incomplete: " + excess_of(info) +
+        ": the frames have an effect that it lacks, and "
+        "separations may be wrong by more than their sigma: " +
+        (with_map ? "free more parameters (--free), e.g. spectral modes" : "try --map or more parameters (--free)"));
+}
+
+void CalibrationOutput::print(const Calibration &calibration) const {
+    const toliman_calibration_info info = info_of(calibration);
+    const std::vector<Window> windows = windows_of(calibration, info);
+    for (const std::string &sentence : verdict_of(info, windows))
+        std::printf("%s\n", sentence.c_str());
+    std::printf("\nframes       %lld, in %u %s\n", static_cast<long long>(info.frames), info.windows,
+                info.windows == 1 ? "window" : "windows");
+    std::printf("iterations   %d of the parameters%s\n", info.iterations,
+                info.map_iterations > 0 ? formatted(", %d of the map", info.map_iterations).c_str() : "");
+    std::printf("chi-square   %s per degree of freedom\n",
+                text_with_error(info.chi_square, info.chi_square_sigma).c_str());
+    std::printf("separation   sigma %.3g px per frame; uncertain parameters of the instrument add %.3g px\n",
+                info.separation_sigma_px, info.calibration_sigma_px);
+    if (info.map_iterations > 0)
+        std::printf("map          %.3g nm rms over the open pupil\n", info.map_rms_nm);
+    for (size_t i = 0; i < windows.size(); i++)
+        print_window(windows[i], i, windows.size());
+    const std::string out = files_.out();
+    std::printf("\nuse: toliman encode --fit %s FRAMES, toliman track --fit %s\n"
+                "A new calibration is a new estimator: ingest all frames again, from the first one, into a new state "
+                "folder.\n",
+                out.c_str(), out.c_str());
+    print_stdout("");
+}
+
+} // namespace cli

@@ -1,0 +1,35 @@
+// Results of a calibration: fitted scenes, JSON, arrays for the report, and text.
+#pragma once
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/output.hpp"
+#include "frames/calibration.hpp"
+
+namespace cli {
+
+class CalibrationOutput {
+  public:
+    // Opens all files before the calibration, so that one that cannot be written fails at once.
+    explicit CalibrationOutput(const CalibrationFiles &files);
+
+    // Writes fitted scenes, list of windows, results and arrays.
+    void write(const Calibration &calibration);
+
+    // The results for standard output.
+    std::string json() const { return json_; }
+    void print(const Calibration &calibration) const;
+    // One warning if the model is incomplete.
+    void warn(const Calibration &calibration, Progress &progress) const;
+
+  private:
+    void write_scenes(const Calibration &calibration, size_t windows);
+    void write_arrays(const Calibration &calibration);
+
+    const CalibrationFiles &files_;
+    OutputFile result_, before_, after_, chi_map_, opd_;
+    std::string json_;
+};
+
+} // namespace cli
