@@ -6,7 +6,7 @@ import os
 import pathlib
 import typing
 
-from . import bench, budget, experiment, run, state
+from . import bench, budget, calibration, experiment, run, state
 from .page import Page
 from .results import malformed, readable
 
@@ -33,11 +33,14 @@ def section_of(folder: pathlib.Path) -> Section:
         return experiment.add
     if "budget.json" in names:
         return budget.add
+    if calibration.files_of(folder):
+        return calibration.add
     if bench.files_of(folder):
         return bench.add
     kind = "a folder" if names else "an empty folder"
     raise malformed(folder, "contains neither result.json (of toliman run or toliman status --out), nor "
-                            f"experiment.json (toliman experiment), nor budget.json (toliman budget), nor a *.json of schema {bench.SCHEMA} (make "
+                            f"experiment.json (toliman experiment), nor budget.json (toliman budget), nor a "
+                            f"*.calibration.json (toliman calibrate), nor a *.json of schema {bench.SCHEMA} (make "
                             f"bench); it is {kind}")
 
 
