@@ -2154,6 +2154,19 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
+        ! Creates a fit whose optics change with time, as those of a calibration with windows (calibrate.h) do: frames
+        ! of each window are fitted with its scene. sims [count], the scenes of the windows, not needed afterwards
+        ! first_days [count], the starts of the windows, increasing, days of scene time.
+        function toliman_fit_create_windows(sims, first_days, count, options, out) bind(C) result(answer)
+            import
+            integer(c_size_t), value :: count
+            type(c_ptr), intent(in) :: sims(*)
+            real(c_double), intent(in) :: first_days(*)
+            type(toliman_fit_options), intent(in), optional :: options
+            type(c_ptr), intent(out) :: out
+            integer(c_int32_t) :: answer
+        end function
+
         ! Destroys a fit.
         subroutine toliman_fit_destroy(fit) bind(C)
             import
@@ -3396,6 +3409,7 @@ module toliman
     public :: toliman_sim_get_opd_gradient
     public :: toliman_fit_options_init
     public :: toliman_fit_create
+    public :: toliman_fit_create_windows
     public :: toliman_fit_destroy
     public :: toliman_fit_parameter_count
     public :: toliman_fit_get_parameter
@@ -3600,6 +3614,7 @@ module toliman
         integer(c_size_t), private :: rows = -1, cols = -1 ! of a frame
     contains
         procedure :: create => frame_fit_create
+        procedure :: create_windows => frame_fit_create_windows
         procedure :: parameter_count => frame_fit_parameter_count
         procedure :: get_parameter => frame_fit_get_parameter
         procedure :: get_info => frame_fit_get_info
@@ -3940,6 +3955,31 @@ contains
             status = toliman_bank_save(self%handle, given, made, size(made, kind=c_size_t), needed)
         end if
         if (status == TOLIMAN_OK) call move_alloc(made, bytes)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Creates a fit with windows of time: sims(:) are their scenes, first_days(:) their starts.
+    subroutine frame_fit_create_windows(self, sims, first_days, options, stat, errmsg)
+        class(toliman_frame_fit), intent(inout) :: self
+        type(toliman_simulator), intent(in) :: sims(:)
+        real(c_double), intent(in), contiguous :: first_days(:)
+        type(toliman_fit_options), intent(in), optional :: options
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        type(c_ptr) :: made, handles(size(sims))
+        integer(c_int32_t) :: status
+        integer :: i
+        if (.not. fits(size(first_days, 1, c_size_t), size(sims, 1, c_size_t), 'first_days', 1, stat, errmsg)) return
+        do i = 1, size(sims)
+            handles(i) = sims(i)%handle
+        end do
+        status = toliman_fit_create_windows(handles, first_days, size(sims, 1, c_size_t), options, made)
+        if (status == TOLIMAN_OK) then
+            call self%destroy()
+            self%handle = made
+            self%rows = sims(1)%rows
+            self%cols = sims(1)%cols
+        end if
         call conclude(status, stat, errmsg)
     end subroutine
 

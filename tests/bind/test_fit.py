@@ -35,6 +35,25 @@ class Fits(unittest.TestCase):
         cls.fit = toliman.Fit(cls.simulator, free=["scale"])
         cls.images = numpy.stack([cls.simulator.frame(k) for k in range(5)])
 
+    def test_windows(self):
+        """A frame has the numbers of the fit of its window."""
+        other = toliman.Simulator({**SCENE, "detector": {**SCENE["detector"], "pixel_scale_arcsec": 0.2004}})
+        both = toliman.Fit.of_windows([self.simulator, other], [0, 10], free="scale")
+        second = toliman.Fit(other, free=["scale"])
+        times = [-3, 0, 9.5, 10, 400]
+        expected = [(self.fit if time < 10 else second).frame(image, time_days=time)[0]
+                    for time, image in zip(times, self.images)]
+        numpy.testing.assert_array_equal(both.frames(self.images, times_days=times)["separation_px"],
+                                         [result.separation_px for result in expected])
+        self.assertEqual(both.shape, (SIDE, SIDE))
+        self.assertNotIn(both.info.digest, (self.fit.info.digest, second.info.digest))
+        with self.assertRaisesRegex(toliman.InputError, r"first_days\[1\] = 0: must be above first_days\[0\] = 10"):
+            toliman.Fit.of_windows([self.simulator, other], [10, 0])
+        with self.assertRaisesRegex(TypeError, "simulators is a int: must be a Simulator"):
+            toliman.Fit.of_windows([3], [0])
+        with self.assertRaisesRegex(toliman.UnsupportedError, "has 2 windows: a bank needs the fit of one scene"):
+            toliman.Bank(both)
+
     def test_parameters(self):
         self.assertEqual([parameter.name for parameter in self.fit.parameters], [*NAMES, "scale"])
         self.assertEqual(self.fit.parameters[1].unit, "deg")

@@ -95,6 +95,8 @@ def declared(model, argument, inside_out=False):
     kind, name = argument.type, argument.name
     if model.kind(kind.base) is Callback:
         return f"type(c_funptr), value :: {name}"
+    if model.kind(kind.base) is Handle and kind.inputs:
+        return f"type(c_ptr), intent(in) :: {name}(*)"
     if model.kind(kind.base) is Handle and kind.pointers == 2:
         return f"type(c_ptr), intent(out) :: {name}"
     opaque = kind.base == "void" and not argument.extents

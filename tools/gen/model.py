@@ -14,16 +14,18 @@ POINTER_SIZE = 8
 
 @dataclasses.dataclass
 class Type:
-    """A type `const base ** [array]`; const applies to the pointer's target."""
+    """A type `const base ** [array]`; const applies to the pointer's target. inputs: an array of pointers
+    that are only read, `const base *const *`."""
 
     base: str
     const: bool = False
     pointers: int = 0
     array: str = ""
+    inputs: bool = False
 
     def declare(self, name):
         """Returns the C declaration of a variable of this type."""
-        stars = "*" * self.pointers
+        stars = "*const *" if self.inputs else "*" * self.pointers
         return f"{'const ' if self.const else ''}{self.base} {stars}{name}{f'[{self.array}]' if self.array else ''}"
 
 
@@ -273,8 +275,10 @@ class Reader:
         while True:
             const, base = self.base_type()
             pointers = self.pointers()
+            inputs = pointers == 1 and self.taken("const")
+            pointers += self.pointers() if inputs else 0
             name = self.take()
-            found.append(Named(name, Type(base, const, pointers, self.array())))
+            found.append(Named(name, Type(base, const, pointers, self.array(), inputs)))
             if self.take(",", ")") == ")":
                 return found
 

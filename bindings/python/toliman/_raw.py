@@ -2911,6 +2911,26 @@ Errors:
     derivative by a parameter;
   - TOLIMAN_E_CANCELLED if progress returned a nonzero value.""",
     ),
+    "toliman_fit_create_windows": (
+        c_int32, (
+            ("sims", POINTER(POINTER(toliman_sim))),
+            ("first_days", POINTER(c_double)),
+            ("count", c_size_t),
+            ("options", POINTER(toliman_fit_options)),
+            ("out", POINTER(POINTER(toliman_fit))),
+        ),
+        """Creates a fit whose optics change with time, as those of a calibration with windows (calibrate.h) do: frames of each
+window are fitted with its scene.
+  sims        [count], the scenes of the windows, not needed afterwards
+  first_days  [count], the starts of the windows, increasing, days of scene time. The time of a frame, that of its
+              prediction, is in the last window that starts at or before it; times before first_days[0] are in the
+              first window
+A frame has the result that the fit of its window alone would give. The digest of toliman_fit_info is that of all
+windows and their starts; with one window, that of toliman_fit_create. images is the sum over all windows;
+oversampling, taps and image_error are the largest. A bank needs the fit of one scene: TOLIMAN_E_UNSUPPORTED.
+Errors: as toliman_fit_create; TOLIMAN_E_ARGUMENT for count = 0, and starts that are not finite or do not increase;
+TOLIMAN_E_MISMATCH, naming the scene, unless detector.shape, binary and the times of the cadence are the same.""",
+    ),
     "toliman_fit_destroy": (
         None, (("fit", POINTER(toliman_fit)),),
         """Destroys a fit. NULL is allowed.""",

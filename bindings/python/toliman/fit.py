@@ -50,6 +50,25 @@ class Fit(Handle):
                                           check=watch.check))
         self.shape = simulator.shape
 
+    @classmethod
+    def of_windows(cls, simulators: typing.Sequence[Simulator], first_days: ArrayLike, *, free: typing.Iterable[str] = (),
+                   capture_px: float = 0, progress: Progress | bool | None = None) -> Fit:
+        """Returns a fit whose optics change with time, such as those of a calibration with windows: frames from
+        first_days[i] on are fitted with the scene of simulators[i]. Arguments otherwise as those of Fit."""
+        sims = list(simulators)
+        for simulator in sims:
+            of_kind("simulators", simulator, Simulator)
+        starts = shaped("first_days", first_days, (len(sims),))
+        names = [free] if isinstance(free, str) else list(free)
+        with Watch(progress) as watch:
+            options = options_of(_raw.toliman_fit_options, library.toliman_fit_options_init, free=text("free", " ".join(names)),
+                                 capture_px=real("capture_px", capture_px), progress=watch.callback)
+            handles = (ctypes.POINTER(_raw.toliman_sim) * len(sims))(*(simulator._c for simulator in sims))
+            made = cls._adopt(cls._create(library.toliman_fit_create_windows, handles, pointer(starts), len(sims),
+                                          ctypes.byref(options), check=watch.check))
+        made.shape = sims[0].shape
+        return made
+
     @property
     def info(self) -> FitInfo:
         """Properties of the fit and of its model images."""
