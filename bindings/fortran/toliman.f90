@@ -763,7 +763,7 @@ module toliman
         ! zernike_5-21=50 mask_rotation", with the standard deviation of the prior in the parameter's unit. NULL: all
         ! that the scene has of "focus zernike_5-21 scale mask_rotation jitter_xx jitter_yy jitter_xy temperature_a
         ! temperature_b". Priors without SIGMA: aberrations 100 nm, scale, anisotropy and shear 1e-2, mask_rotation 1
-        ! deg, mask shifts 1e-4 m, jitter 0.2 px^2, temperatures 200 K, spectral modes 0.1
+        ! deg, mask shifts 1e-4 m, jitter 0.1 px^2, temperatures 200 K, spectral modes 0.1
         type(c_ptr) :: free = c_null_ptr
         ! scene to start from, such as the saved one of a calibration that was interrupted; NULL: the nominal scene.
         ! Priors remain around the nominal scene
@@ -820,7 +820,7 @@ module toliman
         ! instrument known
         real(c_double) :: separation_sigma_px = 0.0_c_double
         ! standard deviation of the error that the uncertain parameters of the instrument cause in the separation of a
-        ! frame (median)
+        ! frame (median); without that of the map
         real(c_double) :: calibration_sigma_px = 0.0_c_double
         real(c_double) :: map_rms_nm = 0.0_c_double ! rms of the fitted map over the open pupil, nm; 0 without a map
     end type

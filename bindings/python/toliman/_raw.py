@@ -1020,7 +1020,7 @@ class toliman_calibration_options(Sized):
         parameter's unit. NULL: all that the scene has of "focus zernike_5-21 scale mask_rotation
         jitter_xx jitter_yy jitter_xy temperature_a temperature_b". Priors without SIGMA:
         aberrations 100 nm, scale, anisotropy and shear 1e-2, mask_rotation 1 deg, mask shifts 1e-4 m,
-        jitter 0.2 px^2, temperatures 200 K, spectral modes 0.1
+        jitter 0.1 px^2, temperatures 200 K, spectral modes 0.1
     start: scene to start from, such as the saved one of a calibration that was interrupted;
         NULL: the nominal scene. Priors remain around the nominal scene
     most_iterations: of the parameters, and again of the map; 0 = 30, at most 1000
@@ -1082,7 +1082,7 @@ class toliman_calibration_info(Sized):
     separation_sigma_px: standard deviation of the separation in a frame (median), all parameters
         of the frame free and those of the instrument known
     calibration_sigma_px: standard deviation of the error that the uncertain parameters of the instrument
-        cause in the separation of a frame (median)
+        cause in the separation of a frame (median); without that of the map
     map_rms_nm: rms of the fitted map over the open pupil, nm; 0 without a map"""
 
     _fields_ = [
@@ -3219,19 +3219,16 @@ the signal. TOLIMAN_E_ARGUMENT unless count is toliman_sim_budget.free_count + 1
         ),
         """Calibrates a scene with `count` frames of image. The caller destroys *out.
   sim          the nominal scene, not needed afterwards
-  predictions  [count], times and expected places of the stars; NULL: the times of the scene's frames 0 ... count - 1,
-               no shift
-  options      may be NULL
-Memory: the frames of the image, plus an amount that hardly depends on their number.
-The result depends on the arguments only, not on threads. A calibration that does not converge is not an error: see
-toliman_calibration_info.flags, and every value of it is NaN.
-Errors:
+  predictions  [count], times and expected places of the stars; NULL: the times of the scene's frames 0 ... count -
+1, no shift options      may be NULL Memory: the frames of the image, plus an amount that hardly depends on their
+number. The result depends on the arguments only, not on threads. A calibration that does not converge is not an
+error: see toliman_calibration_info.flags, and every value of it is NaN. Errors:
   - TOLIMAN_E_ARGUMENT for a count that is not finite, naming its frame, row and column; for frames that do not have
     the scene's shape; for an unknown parameter, or one that is named twice or always free; for a frame whose stars
     are not found within capture_px; for fewer than 2 frames;
   - TOLIMAN_E_UNSUPPORTED for a single star, with PADDED_FFT, if the scene has no derivative by a parameter that was
     named, for position_angle, roll and wavelength;
-  - TOLIMAN_E_MISMATCH if options->start differs from the nominal scene in more than the parameters;
+  - TOLIMAN_E_MISMATCH if options->start has another shape of frames, open pupil, step of the mask or wavelengths;
   - TOLIMAN_E_CANCELLED if step returned a nonzero value.""",
     ),
     "toliman_calibration_destroy": (
@@ -3250,8 +3247,8 @@ Errors:
             ("out", POINTER(toliman_calibration_value)),
         ),
         """Writes parameter number `index` in a window to *out, whose struct_size must be set. TOLIMAN_E_RANGE unless
-0 <= index < parameters and 0 <= window < windows. With a map, the values include the part of the parameters only; the
-map adds to their aberrations.""",
+0 <= index < parameters and 0 <= window < windows. With a map, the values include the part of the parameters only;
+the map adds to their aberrations.""",
     ),
     "toliman_calibration_get_covariance": (
         c_int32, (
@@ -3304,8 +3301,9 @@ elements. 0 for pixels that were excluded in all frames.""",
             ("image", POINTER(c_double)),
             ("stride", c_size_t),
         ),
-        """Writes the residual of the first frame over its standard deviation to image[rows][stride]. fitted: 1 = with the fitted
-instrument, 0 = with the one from which the calibration started; the frame's own parameters are fitted in both.""",
+        """Writes the residual of the first frame over its standard deviation to image[rows][stride]. fitted: 1 = with the
+fitted instrument, 0 = with the one from which the calibration started; the frame's own parameters are fitted in
+both.""",
     ),
     "toliman_calibration_save_file": (
         c_int32, (("calibration", POINTER(toliman_calibration)), ("window", c_int64), ("path", c_char_p)),

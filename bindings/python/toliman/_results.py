@@ -309,7 +309,7 @@ class CalibrationInfo(Result):
     structure: float = member("sum over the neighbours (0,1), (1,0), (1,1), (1,-1), (0,2), (2,0) of the squared correlation of the residuals with those of the neighbour, in units of its variance: of white residuals chi-square distributed with 6 degrees of freedom")
     structure_limit: float = member("50: exceeded by white residuals once in 2e8 calibrations")
     separation_sigma_px: float = member("standard deviation of the separation in a frame (median), all parameters of the frame free and those of the instrument known")
-    calibration_sigma_px: float = member("standard deviation of the error that the uncertain parameters of the instrument cause in the separation of a frame (median)")
+    calibration_sigma_px: float = member("standard deviation of the error that the uncertain parameters of the instrument cause in the separation of a frame (median); without that of the map")
     map_rms_nm: float = member("rms of the fitted map over the open pupil, nm; 0 without a map")
     not_converged: bool = member("no maximum was found: every value is NaN", flag=1)
     incomplete: bool = member("the frames have an effect that the model lacks: chi_square is more than 6 standard deviations above 1, or structure above structure_limit", flag=2)
