@@ -10,14 +10,18 @@
 // centre: with a mask of odd m, an even OPD has an effect only where struts or aberrations break the symmetry. Both h
 // are measured with a map of random signs, and (1 + h C)^-1 is a filter. One h for each band of frequencies, measured
 // likewise, needs more iterations.
-// Damping: far from the maximum, the squares of odd OPDs change frames by more than the noise, which the step would
-// explain by even ones, whose effect is as small. The prior is therefore multiplied by the chi-square per pixel, if
-// that is above 1: what the last point leaves unexplained counts as noise. Near the maximum the factor is 1. Likewise,
-// the conjugate gradients end early: the next step begins nearer. Measured with 64 cells, 64 x 64 px, four frames of
-// 1e12 photons without noise, and a map of 1 nm rms with 4 to 20 cycles per aperture: separations wrong by 2e-4 ...
-// 5e-4 px (Zernike polynomials only), then 4e-5, 3e-6 and 2e-6 after steps of at most 60 iterations. A product with A
-// takes 0.7 s on two cores for 256 cells, 256 x 256 px and 10 frames. Reference: Nocedal and Wright 2006, Numerical
-// Optimization, chapter 7.1; Jurling and Fienup 2014, J. Opt. Soc. Am. A 31, 1348.
+// Far from the maximum, the squares of odd OPDs change frames by more than the noise, which a step would explain by
+// even OPDs, whose effect is as small. As in solve.cpp, all variances are therefore multiplied by the chi-square per
+// pixel e, if that is above 1. In A, e takes the place of 1, and e P that of P. For the same reason the conjugate
+// gradients end early: the next step begins nearer.
+// Measured:
+//   64 cells, 64 x 64 px, four frames of 1e12 photons without noise, a map of 1 nm rms with 4 to 20 cycles per
+//   aperture: separations wrong by 3e-4 px rms with Zernike polynomials only, then by 1e-5, 7e-6 and 1e-6 px after
+//   steps of at most 60 iterations
+//   256 cells, 256 x 256 px, 10 frames, two cores: 0.7 s for a product with A
+//
+// Reference: Nocedal and Wright 2006, Numerical Optimization, chapter 7.1; Jurling and Fienup 2014, J. Opt. Soc. Am. A
+// 31, 1348.
 #include "calibrate/map.hpp"
 
 #include <algorithm>
@@ -116,7 +120,7 @@ class MapFit {
     std::unique_ptr<Solver> solver_;
     MapPrior prior_;
     double curvature_[2] = {0, 0}; // h, per m^2: even, odd
-    double damping_ = 1;           // factor of the prior of the map
+    double excess_ = 1;            // factor of all variances
 };
 
 MapFit::MapFit(const Problem &problem, const Point &point, const MapOptions &options)
@@ -139,6 +143,7 @@ bool MapFit::prepare(MapFrames::Residuals &sum) {
         frames_.add_residuals(model, frames, sum);
     }
     matrices_ = frames_.matrices();
+    matrices_.excess = excess_ = std::max(1.0, sum.chi_square / static_cast<double>(sum.used));
     solver_ = std::make_unique<Solver>(part_, matrices_);
     return true;
 }
@@ -152,7 +157,7 @@ Buffer<double> MapFit::hessian(const Buffer<double> &opd_m) {
 // A times an unknown.
 Buffer<double> MapFit::product(const Buffer<double> &unknown) {
     Buffer<double> result = prior_.opd_of(hessian(prior_.opd_of(unknown)));
-    add_scaled(damping_, unknown, result);
+    add_scaled(excess_, unknown, result);
     return result;
 }
 
@@ -173,7 +178,7 @@ void MapFit::measure_curvature() {
 
 // Preconditioned conjugate gradients for A x = right.
 Buffer<double> MapFit::solve(const Buffer<double> &right, MapStep &step) {
-    Buffer<double> x(right.size()), rest = right, direction = prior_.preconditioned(rest, curvature_, damping_);
+    Buffer<double> x(right.size()), rest = right, direction = prior_.preconditioned(rest, curvature_, excess_);
     double size = dot(rest, direction);
     const double first = size;
     const double goal = options_.tolerance * options_.tolerance * first;
@@ -183,7 +188,7 @@ Buffer<double> MapFit::solve(const Buffer<double> &right, MapStep &step) {
         const double length = size / dot(direction, image);
         add_scaled(length, direction, x);
         add_scaled(-length, image, rest);
-        Buffer<double> next = prior_.preconditioned(rest, curvature_, damping_);
+        Buffer<double> next = prior_.preconditioned(rest, curvature_, excess_);
         const double next_size = dot(rest, next);
         add_scaled(next_size / size, direction, next);
         direction = std::move(next);
@@ -224,12 +229,11 @@ MapStep MapFit::step() {
         return step;
     step.chi_square = given.chi_square;
     step.used = given.used;
-    damping_ = std::max(1.0, given.chi_square / static_cast<double>(given.used));
     StarSamples gathered = frames_.gather(nullptr, solver_->solve(given.projected, &part_point_));
     add(given.gathered, gathered);
     Buffer<double> right = prior_.opd_of(images_.gradient_of(gathered));
     if (!point_.map_m.empty())
-        add_scaled(-damping_, prior_.unknown_of(point_.map_m), right);
+        add_scaled(-excess_, prior_.unknown_of(point_.map_m), right);
     measure_curvature();
     finish(given, solve(right, step), step);
     return step;

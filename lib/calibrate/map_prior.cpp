@@ -56,10 +56,10 @@ Buffer<double> MapPrior::unknown_of(const Buffer<double> &opd_m) {
     return filtered(opd_m, [this](size_t i) { return 1 / std::sqrt(power_[i]); });
 }
 
-Buffer<double> MapPrior::preconditioned(const Buffer<double> &unknown, const double (&curvature)[2], double damping) {
+Buffer<double> MapPrior::preconditioned(const Buffer<double> &unknown, const double (&curvature)[2], double excess) {
     const Parities parts = parities_of(unknown);
-    Buffer<double> even = filtered(parts.even, [&](size_t i) { return 1 / (damping + curvature[0] * power_[i]); });
-    const Buffer<double> odd = filtered(parts.odd, [&](size_t i) { return 1 / (damping + curvature[1] * power_[i]); });
+    Buffer<double> even = filtered(parts.even, [&](size_t i) { return 1 / (excess + curvature[0] * power_[i]); });
+    const Buffer<double> odd = filtered(parts.odd, [&](size_t i) { return 1 / (excess + curvature[1] * power_[i]); });
     for (size_t i = 0; i < even.size(); i++)
         even[i] += odd[i];
     return even;

@@ -15,9 +15,9 @@ class MapPrior {
     Buffer<double> opd_of(const Buffer<double> &unknown);
     // Its inverse.
     Buffer<double> unknown_of(const Buffer<double> &opd_m);
-    // (damping + h C)^-1 times `unknown`, with one h for its part that is even about the centre of the map, one for the
+    // (excess + h C)^-1 times `unknown`, with one h for its part that is even about the centre of the map, one for the
     // odd.
-    Buffer<double> preconditioned(const Buffer<double> &unknown, const double (&curvature)[2], double damping);
+    Buffer<double> preconditioned(const Buffer<double> &unknown, const double (&curvature)[2], double excess);
 
   private:
     template <class Gain> Buffer<double> filtered(const Buffer<double> &map, const Gain &gain);

@@ -62,6 +62,7 @@ extern "C" void *shim_map_make(const char *json, const char *free, size_t frames
     auto made = std::make_unique<Case>();
     Problem &problem = made->problem;
     problem.settings.workers = workers;
+    problem.capture_px = 2;
     const optics::Outline nominal = optics::outline_of(std::string(json), "scene", ".", problem.settings);
     problem.nominal = nominal.scene;
     problem.free = free_of(free, nominal.scene, nominal.plan);
@@ -174,6 +175,7 @@ extern "C" double shim_map_solver(const void *made, double (*random)(void)) {
     const Case &of = *static_cast<const Case *>(made);
     const Parts parts(of);
     Linearisation normal = parts.frames.matrices();
+    normal.excess = 1.5;
     std::vector<Buffer<double>> gradients;
     Point point = of.truth;
     for (size_t i = 0; i < of.problem.free.size(); i++)
@@ -228,7 +230,29 @@ extern "C" void shim_map_fit(void *made, size_t steps, double *errors, double *n
     std::copy(point.map_m.begin(), point.map_m.end(), map_m);
 }
 
-// Prior and preconditioner on n x n cells, curvature of even and odd part, damping: out[0] the OPD of an unknown, [1]
+// One step of 20 iterations from the true parameters without the map, with the frames in as many windows: map_m [N][N],
+// amplitude [N][N] of the pupil, numbers [3]: chi-square per pixel before the step, iterations, residual.
+extern "C" void shim_map_step(const void *made, size_t windows, double *map_m, double *amplitude, double *numbers) {
+    const Case &of = *static_cast<const Case *>(made);
+    Problem problem = of.problem;
+    Point point = of.truth;
+    point.map_m.clear();
+    point.instrument.resize(windows, point.instrument[0]);
+    problem.windows.assign(windows, {});
+    for (size_t k = 0; k < problem.frames.count; k++)
+        problem.windows[k * windows / problem.frames.count].frames.push_back(k);
+    MapOptions options;
+    options.most_iterations = 20;
+    const MapStep step = map_step(problem, point, options);
+    std::copy(step.change.map_m.begin(), step.change.map_m.end(), map_m);
+    const optics::Pupil pupil = outline_at(problem, point.instrument[0], {}).pupil;
+    std::copy(pupil.amplitude.begin(), pupil.amplitude.end(), amplitude);
+    numbers[0] = step.chi_square / static_cast<double>(step.used);
+    numbers[1] = step.iterations;
+    numbers[2] = step.residual;
+}
+
+// Prior and preconditioner on n x n cells, curvature of even and odd part, excess: out[0] the OPD of an unknown, [1]
 // the unknown of that, [2] the preconditioned one.
 extern "C" void shim_map_prior(size_t n, double rms_m, const double *unknown, const double *curvature,
                                double *const *out) {

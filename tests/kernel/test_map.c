@@ -16,30 +16,30 @@ void shim_map_product(const void *made, const double *opd_m, double *product);
 double shim_map_matrices(const void *made);
 double shim_map_solver(const void *made, double (*random)(void));
 void shim_map_fit(void *made, size_t steps, double *errors, double *numbers, double *map_m);
+void shim_map_step(const void *made, size_t windows, double *map_m, double *amplitude, double *numbers);
 void shim_map_prior(size_t n, double rms_m, const double *unknown, const double *curvature, double *const *out);
 
-enum { N = 64, CELLS = N * N, SIDE = 64, PIXELS = SIDE * SIDE, FRAMES = 4, STEPS = 3 };
+enum { N = 64, CELLS = N * N, SIDE = 64, PIXELS = SIDE * SIDE, FRAMES = 3, STEPS = 3 };
 
-/* The mission telescope in small: three struts, a spiral mask, six wavelengths. */
+/* The mission telescope in small: three struts, a spiral mask, three wavelengths. */
 static const char *const kScene =
     "{\"schema\": \"toliman-scene/1\","
     " \"telescope\": {\"aperture_m\": 0.125, \"secondary_m\": 0.032, \"pupil_samples\": 64,"
     "  \"struts\": {\"count\": 3, \"width_m\": 0.003, \"angle_deg\": 20},"
     "  \"mask\": {\"kind\": \"spiral\", \"opd_nm\": 292.5, \"edges\": \"area\","
     "   \"terms\": [{\"a\": 0.819, \"f\": 2.918, \"m\": -7, \"p\": 4.874}, {\"a\": 0.93, \"f\": 1.829, \"m\": 5}]}},"
-    " \"band\": {\"min_nm\": 530, \"max_nm\": 640, \"step_nm\": 22},"
+    " \"band\": {\"min_nm\": 530, \"max_nm\": 640, \"step_nm\": 55},"
     " \"stars\": {\"A\": {\"spectrum\": {\"kind\": \"blackbody\", \"temperature_k\": 5790}, \"photons_per_s\": 7e11},"
     "  \"B\": {\"spectrum\": {\"kind\": \"blackbody\", \"temperature_k\": 5260}, \"photons_per_s\": 3e11}},"
     " \"binary\": {\"offsets_px\": {\"A\": [-6.4, 8.3], \"B\": [7.1, -9.6]}},"
     " \"cadence\": {\"frames\": 4, \"interval_days\": 30, \"exposure_s\": 1},"
     " \"detector\": {\"shape\": [64, 64], \"pixel_scale_arcsec\": 0.375},"
-    " \"accuracy\": 1e-10}";
+    " \"accuracy\": 1e-9}";
 
 /* Changes of the places of the scene, relative fluxes, background. */
 static const double kOwn[FRAMES][7] = {{0.31, -0.12, 0.28, -0.1, 1e-3, -2e-3, 1e4},
                                        {-0.4, 0.25, -0.1, 0.31, -1e-3, 1e-3, 2e4},
-                                       {0.05, 0.44, 0.5, 0.2, 2e-3, 0, 1.5e4},
-                                       {-0.22, -0.37, -0.4, 0.1, 0, 1e-3, 1e4}};
+                                       {0.05, 0.44, 0.5, 0.2, 2e-3, 0, 1.5e4}};
 
 static double truth[CELLS], opd[2][CELLS];
 
@@ -167,9 +167,9 @@ static void adjoint_transposes(void **state) {
 /* Without noise, a map of 1 nm is found by its effect on the separations: from a fit of Zernike polynomials. */
 static void fit_finds_the_map(void **state) {
     (void)state;
-    static double map[CELLS], again[CELLS];
-    double errors[STEPS + 1][FRAMES], numbers[STEPS][4], rms[STEPS + 1], few_errors[2][FRAMES], few_numbers[4];
-    void *made = make_case(1e-9, 2);
+    static double map[CELLS];
+    double errors[STEPS + 1][FRAMES], numbers[STEPS][4], rms[STEPS + 1];
+    void *const made = make_case(1e-9, 2);
     shim_map_fit(made, STEPS, errors[0], numbers[0], map);
     shim_map_destroy(made);
     for (int s = 0; s <= STEPS; s++) {
@@ -186,11 +186,54 @@ static void fit_finds_the_map(void **state) {
     assert_at_most(rms[STEPS], 3e-6);
     assert_at_most(rms[STEPS], rms[0] / 30);
     assert_at_most(numbers[STEPS - 1][0], 1e-3 * numbers[0][0]);
-    made = make_case(1e-9, 1); /* the same bits with one thread */
-    shim_map_fit(made, 1, few_errors[0], few_numbers, again);
-    assert_memory_equal(few_errors, errors, sizeof few_errors);
-    assert_memory_equal(few_numbers, numbers[0], sizeof few_numbers);
-    shim_map_destroy(made);
+}
+
+/* The part of the map that is odd about the centre, without tilts, which places contain, and without what no frame
+ * shows: light that the highest frequencies scatter outside. */
+static double odd_error(const double *map, const double *amplitude, double *size) {
+    double error = 0, sums[5] = {0};
+    *size = 0;
+    static double difference[CELLS];
+    for (int pass = 0; pass < 2; pass++)
+        for (int i = 0; i < CELLS; i++) {
+            const double x = i % N - 0.5 * (N - 1), y = (double)(i / N) - 0.5 * (N - 1),
+                         odd = 0.5 * (truth[i] - truth[CELLS - 1 - i]);
+            if (pass == 0) {
+                difference[i] = 0.5 * (map[i] - map[CELLS - 1 - i]) - odd;
+                sums[0] += amplitude[i] * x * x;
+                sums[1] += amplitude[i] * y * y;
+                sums[2] += amplitude[i] * x * y;
+                sums[3] += amplitude[i] * x * difference[i];
+                sums[4] += amplitude[i] * y * difference[i];
+                continue;
+            }
+            const double determinant = sums[0] * sums[1] - sums[2] * sums[2],
+                         tilt_x = (sums[3] * sums[1] - sums[4] * sums[2]) / determinant,
+                         tilt_y = (sums[4] * sums[0] - sums[3] * sums[2]) / determinant;
+            error += amplitude[i] * pow(difference[i] - tilt_x * x - tilt_y * y, 2);
+            *size += amplitude[i] * odd * odd;
+        }
+    return error;
+}
+
+/* A step from the true parameters finds most of the odd part of the map; threads change no bit of it, and two windows
+ * little. */
+static void step_finds_the_odd_part(void **state) {
+    (void)state;
+    static double maps[3][CELLS], amplitude[CELLS];
+    double numbers[3][3];
+    for (int run = 0; run < 3; run++) {
+        void *const made = make_case(1e-9, run == 0 ? 1 : 2);
+        shim_map_step(made, run == 2 ? 2 : 1, maps[run], amplitude, numbers[run]);
+        shim_map_destroy(made);
+        double size;
+        const double error = odd_error(maps[run], amplitude, &size);
+        print_message("odd part wrong by %.2g of its rms, chi-square %.4g, %g iterations, residual %.2g\n",
+                      sqrt(error / size), numbers[run][0], numbers[run][1], numbers[run][2]);
+        assert_at_most(error, 0.25 * size);
+    }
+    assert_memory_equal(maps[0], maps[1], sizeof maps[0]);
+    assert_memory_equal(numbers[0], numbers[1], sizeof numbers[0]);
 }
 
 /* Parameters other than the map: the solver of the conjugate gradients against the steps without map. */
@@ -205,9 +248,9 @@ static void solver_agrees_with_steps(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(prior_filters),      cmocka_unit_test(derivatives_predict_frames),
-        cmocka_unit_test(adjoint_transposes), cmocka_unit_test(solver_agrees_with_steps),
-        cmocka_unit_test(fit_finds_the_map),
+        cmocka_unit_test(prior_filters),           cmocka_unit_test(derivatives_predict_frames),
+        cmocka_unit_test(adjoint_transposes),      cmocka_unit_test(solver_agrees_with_steps),
+        cmocka_unit_test(step_finds_the_odd_part), cmocka_unit_test(fit_finds_the_map),
     };
     return cmocka_run_group_tests_name("map", tests, NULL, NULL);
 }
