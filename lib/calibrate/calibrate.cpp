@@ -174,7 +174,9 @@ bool Calibrator::iterate(Calibration &out) {
     return false;
 }
 
-// Gauss-Newton steps of the map, as long as chi-square decreases.
+// Gauss-Newton steps of the map: the last one begins where chi-square is that of noise, or it no longer decreases.
+// Further steps would fit little but noise: with 3,000 open cells and four frames of 64 x 64 px, chi-square falls to
+// 0.91, and the structure of the residuals rises to 45.
 bool Calibrator::iterate_map(Calibration &out) {
     for (int i = 0; i < options_.most_iterations; i++) {
         out.map_iterations++;
@@ -193,7 +195,8 @@ bool Calibrator::iterate_map(Calibration &out) {
         }
         out.map_rms_m = rms_of(point_.map_m, out.amplitude);
         report(out, true, accepted, 1e9 * step.rms_m);
-        if (!accepted || before - after < kSameChiSquare * before)
+        const double sigma = std::sqrt(2 / static_cast<double>(normal_.used));
+        if (!accepted || before < 1 + kDefectSigmas * sigma || before - after < kSameChiSquare * before)
             break;
     }
     planes_ = nullptr; // those with the map
