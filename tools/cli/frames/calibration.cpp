@@ -50,7 +50,7 @@ std::string CalibrationFiles::scene(size_t window, size_t windows) const {
 void CalibrationFiles::remove_part() const {
     std::error_code error;
     for (const char *suffix : {".part.json", ".part.opd.npy"})
-        std::filesystem::remove(beside(suffix), error);
+        std::filesystem::remove(with_suffix(suffix), error);
 }
 
 FrameSet::FrameSet(const FrameOptions &options, const Scene &scene, Progress &progress) {

@@ -16,7 +16,7 @@ class CalibrationFiles {
     const std::string &out() const noexcept { return out_; }
     std::string scene(size_t window, size_t windows) const;   // OUT itself if there is one window
     std::string part() const { return stem_ + ".part.json"; } // the state after the last iteration
-    std::string beside(const std::string &suffix) const { return stem_ + suffix; }
+    std::string with_suffix(const std::string &suffix) const { return stem_ + suffix; }
     void remove_part() const;
 
   private:

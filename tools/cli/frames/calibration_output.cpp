@@ -142,8 +142,8 @@ void print_window(const Window &window, size_t number, size_t count) {
 } // namespace
 
 CalibrationOutput::CalibrationOutput(const CalibrationFiles &files)
-    : files_(checked(files)), result_(files.beside(".calibration.json")), before_(files.beside(kBefore)),
-      after_(files.beside(kAfter)), chi_map_(files.beside(kChiMap)), opd_(files.beside(kOpd)) {}
+    : files_(checked(files)), result_(files.with_suffix(".calibration.json")), before_(files.with_suffix(kBefore)),
+      after_(files.with_suffix(kAfter)), chi_map_(files.with_suffix(kChiMap)), opd_(files.with_suffix(kOpd)) {}
 
 void CalibrationOutput::write(const Calibration &calibration) {
     const toliman_calibration_info info = info_of(calibration);
