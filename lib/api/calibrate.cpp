@@ -251,7 +251,7 @@ toliman_status toliman_calibration_get_info(const toliman_calibration *handle, t
         info.chi_square = calibration.chi_square; // also of one that did not converge: it tells how far it came
         info.chi_square_sigma = valid ? calibration.chi_square_sigma : kNan;
         info.structure = valid ? calibration.structure : kNan;
-        info.structure_limit = calibrate::kStructureLimit;
+        info.structure_limit = valid ? calibration.structure_limit : kNan;
         info.separation_sigma_px = valid ? calibration.separation_sigma_px : kNan;
         info.calibration_sigma_px = valid ? calibration.calibration_sigma_px : kNan;
         info.map_rms_nm = valid ? 1e9 * calibration.map_rms_m : kNan;

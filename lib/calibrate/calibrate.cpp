@@ -3,7 +3,7 @@
 //     sum over frames and pixels of (counts - model)^2/V + sum over priors of (q/sigma)^2,
 // first with the variances V of the counts, which do not change with the model, so that the sum of two points can be
 // compared. Near the minimum, V is that of the model (Fisher scoring), with which the estimate has no bias at low
-// counts. The derivative images (planes.cpp) are computed anew only where the instrument has changed by more than 1 %
+// counts. The derivative images (planes.cpp) are computed again only where the instrument has changed by more than 1 %
 // of the width of its default prior: 1 nm, 1e-4 of scale, 0.01 deg. The steps end when none is longer than 0.1 standard
 // deviations. As they shrink quadratically, the estimate is far nearer to the maximum. Where the model lacks an effect,
 // chi-square stays above 1; the steps end when it no longer decreases, and the verdict says so. Measured: from 20 nm of
@@ -27,7 +27,7 @@ constexpr double kNear = 10;            // standard deviations: shorter steps co
 constexpr double kGoodFit = 2;          // chi-square per pixel, below which variances are those of the model
 constexpr double kStill = 0.1;          // standard deviations: shorter steps are the last
 constexpr double kSameChiSquare = 1e-3; // relative change, where the model lacks an effect
-constexpr double kStale = 0.01;         // of the width of a prior: derivatives are computed anew beyond it
+constexpr double kStale = 0.01;         // of the width of a prior: derivatives are computed again beyond it
 constexpr double kFarStep = 3;          // px; a longer step of a star leads nowhere
 constexpr double kLeastFlux = -0.9;
 constexpr double kDefectSigmas = 6;
@@ -195,8 +195,7 @@ bool Calibrator::iterate_map(Calibration &out) {
         }
         out.map_rms_m = rms_of(point_.map_m, out.amplitude);
         report(out, true, accepted, 1e9 * step.rms_m);
-        const double sigma = std::sqrt(2 / static_cast<double>(normal_.used));
-        if (!accepted || before < 1 + kDefectSigmas * sigma || before - after < kSameChiSquare * before)
+        if (!accepted || before - after < kSameChiSquare * std::max(1.0, before))
             break;
     }
     planes_ = nullptr; // those with the map

@@ -28,7 +28,7 @@ struct Calibration {
     uint32_t flags = 0;
     bool underway = false; // has no uncertainty yet
     int iterations = 0, map_iterations = 0;
-    double chi_square = 0, chi_square_sigma = 0, structure = 0;
+    double chi_square = 0, chi_square_sigma = 0, structure = 0, structure_limit = kStructureLimit;
     double separation_sigma_px = 0, calibration_sigma_px = 0, map_rms_m = 0;
 };
 

@@ -72,7 +72,7 @@ static size_t assemble(size_t windows, double damping) {
     return size;
 }
 
-/* Gauss-Jordan with the identity beside the matrix, which becomes its inverse; right becomes the solution. */
+/* Gauss-Jordan with the identity to the right of the matrix, which becomes its inverse; right becomes the solution. */
 static void solve(size_t size) {
     for (size_t i = 0; i < size; i++)
         for (size_t j = 0; j < size; j++)
