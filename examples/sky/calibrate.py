@@ -13,7 +13,7 @@ import numpy
 TOP = pathlib.Path(__file__).resolve().parents[2]
 sys.path.append(str(TOP / "bindings" / "python"))  # if it is not installed
 from toliman import Fit, Simulator, calibrate
-from truth import draw_truth, resolve_files
+from truth import draw_truth, resolve_files, true_changes
 
 FRAMES, DAYS, PHOTONS = 10, 1095.75, 1e10
 
@@ -37,14 +37,15 @@ def errors(simulator, frames, truth):
 
 
 # The truth is seen by nobody: only its frames are used below, and its separations to compare with.
-truth = Simulator(draw_truth(nominal, int(sys.argv[1]) if sys.argv[1:] else 1))
+scene = draw_truth(nominal, int(sys.argv[1]) if sys.argv[1:] else 1)
+truth, changes = Simulator(scene), true_changes(nominal, scene)
 frames = truth.frames()
 
 simulator = Simulator(nominal)
 calibration = calibrate(simulator, frames)
 print(calibration.verdict)
 for name, value in calibration.values().items():
-    print(f"  {name:14s} {value.value:11.4g} +- {value.sigma:.2g} {value.unit}")
+    print(f"  {name:14s} {value.value:11.4g} +- {value.sigma:.2g} {value.unit}, true {changes.get(name, 0):.4g}")
 with tempfile.TemporaryDirectory() as folder:
     calibration.save(pathlib.Path(folder) / "fitted.json")
     fitted = Simulator(pathlib.Path(folder) / "fitted.json")

@@ -54,6 +54,44 @@ def draw_truth(nominal, seed, low_nm=20, mid_nm=0, scale=1e-3, mask_rotation_deg
     return scene
 
 
+def true_changes(nominal, truth):
+    """Returns what a calibration of `nominal` should find for frames of `truth`, by the names of its parameters; those
+    that are not listed have no change."""
+    changes = {"scale": nominal["detector"]["pixel_scale_arcsec"] / truth["detector"]["pixel_scale_arcsec"] - 1}
+    coefficients, mask, jitter = ([part(scene) for scene in (nominal, truth)] for part in (zernikes_of, mask_of, jitter_of))
+    for noll in {**coefficients[0], **coefficients[1]}:
+        name = "focus" if noll == "4" else f"zernike_{noll}"
+        changes[name] = coefficients[1].get(noll, 0) - coefficients[0].get(noll, 0)
+    changes["mask_rotation"] = mask[1].get("rotation_deg", 0) - mask[0].get("rotation_deg", 0)
+    for axes in ("xx", "yy", "xy"):
+        changes[f"jitter_{axes}"] = jitter[1].get(axes, 0) - jitter[0].get(axes, 0)
+    for star in nominal["stars"]:
+        given, true = (temperature_of(scene["stars"][star]["spectrum"], star) for scene in (nominal, truth))
+        changes[f"temperature_{star.lower()}"] = true - given
+        before, after = (scene["stars"][star]["spectrum"].get("modes", []) for scene in (nominal, truth))
+        for k, mode in enumerate(after):
+            changes[f"spectrum_{star.lower()}_{k + 1}"] = mode - (before[k] if k < len(before) else 0)
+    return changes
+
+
+def zernikes_of(scene):
+    return scene["telescope"].get("aberrations", {}).get("zernike_rms_nm", {})
+
+
+def mask_of(scene):
+    return scene["telescope"].get("mask", {})
+
+
+def jitter_of(scene):
+    systematics = scene.get("systematics", {})
+    rms = systematics.get("jitter_sigma_px", 0)
+    return systematics.get("jitter_covariance_px2", {"xx": rms**2, "yy": rms**2})
+
+
+def temperature_of(spectrum, star):
+    return spectrum.get("temperature_k", spectrum.get("star_temperature_k", TEMPERATURES[star]))
+
+
 def sign(stream):
     return stream.choice([-1, 1])
 
@@ -104,8 +142,8 @@ def add_jitter(systematics, jitter_px, stream):
     across = jitter_px * stream.uniform(0.5, 1)
     angle = stream.uniform(0, numpy.pi)
     c, s = numpy.cos(angle), numpy.sin(angle)
-    rms = systematics.pop("jitter_sigma_px", 0)
-    before = systematics.pop("jitter_covariance_px2", {"xx": rms**2, "yy": rms**2})
+    before = jitter_of({"systematics": systematics})
+    systematics.pop("jitter_sigma_px", None)
     systematics["jitter_covariance_px2"] = {
         "xx": before["xx"] + (c * jitter_px) ** 2 + (s * across) ** 2,
         "yy": before["yy"] + (s * jitter_px) ** 2 + (c * across) ** 2,

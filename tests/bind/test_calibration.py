@@ -1,0 +1,184 @@
+"""Calibrations from Python: telescopes with unknown optics are found within their standard deviations, models that lack an
+effect are reported, and mistakes. The long form on the scene `sky`: calibration_campaign.py."""
+import copy
+import json
+import pathlib
+import sys
+import tempfile
+import unittest
+
+import numpy
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path[:0] = [str(ROOT / "bindings" / "python"), str(ROOT / "examples" / "sky")]
+import toliman  # noqa: E402
+from truth import draw_truth, true_changes  # noqa: E402
+
+SIDE, FRAMES = 64, 4
+SCENE = {
+    "schema": "toliman-scene/1",
+    "telescope": {"aperture_m": 0.125, "secondary_m": 0.032, "pupil_samples": 48, "struts": {"count": 3, "width_m": 0.004},
+                  "mask": {"kind": "spiral", "opd_nm": 292.5, "edges": "area",
+                           "terms": [{"a": 0.819, "f": 2.918, "m": -7, "p": 4.874}, {"a": 0.93, "f": 1.829, "m": 5}]}},
+    "band": {"min_nm": 530, "max_nm": 640, "step_nm": 27.5},
+    "stars": {"A": {"spectrum": {"kind": "blackbody", "temperature_k": 5790}, "photons_per_s": 7.5e6},
+              "B": {"spectrum": {"kind": "blackbody", "temperature_k": 5260}, "photons_per_s": 2.5e6}},
+    "binary": {"date": 2027, "moving": True,
+               "orbit": {"period_years": 2, "semi_major_arcsec": 4.5, "eccentricity": 0, "inclination_deg": 0,
+                         "node_deg": 40, "periastron_deg": 0, "epoch": 2027}},
+    "signal": {"kind": "sinusoid", "star": "B", "amplitude_px": 1e-3, "period_days": 20},
+    "cadence": {"frames": FRAMES, "interval_days": 15, "exposure_s": 100},
+    "detector": {"shape": [SIDE, SIDE], "pixel_scale_arcsec": 0.375},
+    "systematics": {"pointing_rms_px": 0.3, "flux_rms": 1e-3},
+    "noise": {"photon": True, "read_e": 1.3, "seed": 7},
+}
+STATICS = "focus zernike_5-11 scale mask_rotation jitter_xx jitter_yy jitter_xy temperature_a temperature_b"
+
+
+def true_separations(truth):
+    times, displacements = truth.series()
+    fit = toliman.Fit(truth, capture_px=1)
+    return numpy.array([fit.predict(time_days=time)[1][0] for time in times]) + displacements
+
+
+class Calibrations(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.nominal = toliman.Simulator(SCENE)
+        cls.scene = draw_truth(SCENE, 1)
+        cls.truth = toliman.Simulator(cls.scene)
+        cls.frames = cls.truth.frames(seed=1)
+        cls.calibration = toliman.calibrate(cls.nominal, cls.frames, free=STATICS)
+
+    def test_truths_are_found(self):
+        pulls = []
+        for seed in (1, 2):
+            scene = draw_truth(SCENE, seed)
+            truth = toliman.Simulator(scene)
+            found = self.calibration if seed == 1 else toliman.calibrate(self.nominal, truth.frames(seed=seed), free=STATICS)
+            info, values, frames, changes = found.info, found.values(), found.frames, true_changes(SCENE, scene)
+            self.assertEqual(found.flags, (), found.verdict)
+            self.assertLess(abs(info.chi_square - 1), 6 * info.chi_square_sigma)
+            self.assertEqual(set(changes), set(values))
+            pulls += [(value.value - changes[name]) / value.sigma for name, value in values.items()]
+            pulls += list((frames["separation_px"] - true_separations(truth)) / frames["separation_sigma_px"])
+        self.assertLess(numpy.abs(pulls).max(), 4)
+        self.assertAlmostEqual(numpy.sqrt(numpy.mean(numpy.square(pulls))), 1, delta=0.4)
+
+    def test_the_nominal_optics_are_wrong(self):
+        """What calibrations correct: with the nominal optics the separation is wrong by many times its noise."""
+        times, wanted = self.truth.series()[0], true_separations(self.truth)
+        wrong = toliman.Fit(self.nominal).frames(self.frames, times_days=times)
+        self.assertGreater(numpy.abs((wrong["separation_px"] - wanted) / wrong["separation_sigma_px"]).max(), 8)
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "fitted.json"
+            self.calibration.save(path)
+            fitted = toliman.Fit(toliman.Simulator(path)).frames(self.frames, times_days=times)
+        self.assertLess(numpy.abs((fitted["separation_px"] - wanted) / fitted["separation_sigma_px"]).max(), 4)
+        numpy.testing.assert_allclose(fitted["separation_px"], self.calibration.frames["separation_px"], atol=1e-7)
+
+    def test_wrong_models_are_reported(self):
+        """A ghost, another step of the mask, square pixels: effects that no parameter can imitate."""
+        bright = [copy.deepcopy(scene) for scene in (SCENE, self.scene)]
+        for scene in bright:
+            scene["cadence"]["exposure_s"] *= 10
+        nominal, truth = bright
+        step, square = (copy.deepcopy(truth) for _ in range(2))
+        step["telescope"]["mask"]["opd_nm"] += 1
+        square["detector"]["pixel"] = "integrated"
+        for name, scene, ghost in (("ghost", truth, 0.05), ("step", step, 0), ("square", square, 0)):
+            with self.subTest(name):
+                frames = toliman.Simulator(scene).frames(seed=1)
+                frames += ghost * numpy.roll(frames, (7, -5), (1, 2))
+                found = toliman.calibrate(toliman.Simulator(nominal), frames, free=STATICS)
+                self.assertEqual(found.flags, ("incomplete",), found.verdict)
+                self.assertRegex(found.verdict, "^model incomplete: chi-square .* standard deviations above 1$")
+
+    def test_results(self):
+        info, values = self.calibration.info, self.calibration.values()
+        self.assertEqual((info.frames, info.rows, info.cols, info.cells, info.windows), (FRAMES, SIDE, SIDE, 48, 1))
+        self.assertEqual(list(values)[:2] + list(values)[-2:], ["focus", "zernike_5", "temperature_a", "temperature_b"])
+        covariance = self.calibration.covariance()
+        numpy.testing.assert_allclose(numpy.sqrt(numpy.diag(covariance)), [value.sigma for value in values.values()])
+        self.assertEqual((values["scale"].unit, values["focus"].prior_sigma), ("", 100))
+        self.assertRegex(self.calibration.verdict, r"^converged: chi-square [01]\.\d+ \+- 0\.\d+$")
+        self.assertIn("Calibration of 15 parameters with 4 frames: converged", repr(self.calibration))
+        self.assertEqual(self.calibration.chi_square, info.chi_square)
+        self.assertEqual((self.calibration.opd().shape, self.calibration.residual().shape), ((48, 48), (SIDE, SIDE)))
+        self.assertGreater(numpy.abs(self.calibration.opd()).max(), 1e-8)
+        self.assertGreater((self.calibration.residual(fitted=False)**2).mean(), 10)
+        self.assertAlmostEqual((self.calibration.residual()**2).mean(), 1, delta=0.15)
+        self.assertAlmostEqual(self.calibration.chi_map.mean(), info.chi_square, delta=0.02)
+        window, = self.calibration.windows
+        self.assertEqual((window.frames, window.first_days), (FRAMES, 0))
+        self.assertFalse((self.calibration.frames["flags"] & 1).any())
+
+    def test_predictions_and_pixels(self):
+        """Times of the scene or given ones, and predicted shifts, from which the fit starts, lead to the same maximum."""
+        times = self.truth.series()[0]
+        whole = numpy.rint(self.frames).clip(0).astype("u4")
+        found = toliman.calibrate(self.nominal, whole, times_days=times, shifts=[(1, -1)] * FRAMES, free=STATICS)
+        for name, value in found.values().items():
+            self.assertLess(abs(value.value - self.calibration.values()[name].value), 0.2 * value.sigma, name)
+
+    def test_steps(self):
+        steps, kept = [], []
+
+        def step(so_far, found):
+            steps.append(found)
+            kept.append(so_far)
+            self.assertIn("focus", so_far.values())
+            return len(steps) == 2
+
+        with self.assertRaises(toliman.Cancelled):
+            toliman.calibrate(self.nominal, self.frames, free=STATICS, step=step)
+        self.assertEqual([found.iteration for found in steps], [1, 2])
+        self.assertTrue(steps[0].accepted and not steps[0].map and steps[1].chi_square < steps[0].chi_square)
+        with self.assertRaisesRegex(ValueError, "closed"):
+            kept[0].values()
+        with self.assertRaises(ZeroDivisionError):
+            toliman.calibrate(self.nominal, self.frames, free=STATICS, step=lambda *_: 1 // 0)
+
+    def test_resumes(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "so_far.json"
+            self.calibration.save(path)
+            self.assertEqual(json.loads(path.read_text())["calibration"]["pupil_samples"], 48)
+            start = toliman.Simulator(path)
+            resumed = toliman.calibrate(self.nominal, self.frames, free=STATICS, start=start)
+        self.assertLess(resumed.info.iterations, self.calibration.info.iterations)
+        self.assertLess(abs(resumed.values()["focus"].value - self.calibration.values()["focus"].value),
+                        0.1 * resumed.values()["focus"].sigma)
+
+    def test_verdicts(self):
+        failed = toliman.calibrate(self.nominal, self.frames, most_iterations=1)
+        self.assertEqual(failed.flags, ("not_converged",))
+        self.assertTrue(numpy.isnan(failed.values()["focus"].value) and numpy.isnan(failed.frames["separation_px"]).all())
+        self.assertEqual(failed.verdict, "not converged: no maximum of the likelihood was found")
+        windows = toliman.calibrate(self.nominal, self.nominal.frames(), free=["focus=1e-5", "zernike_7"], window_days=30)
+        self.assertEqual(([window.frames for window in windows.windows], windows.flags), ([2, 2], ("held",)))
+        self.assertTrue(windows.verdict.endswith("; held by its prior: focus"))
+        self.assertTrue(windows.values(1)["focus"].held and not windows.values(1)["zernike_7"].held)
+
+    def test_mistakes(self):
+        for kind, text, call in (
+            (toliman.InputError, 'did you mean "scale"', lambda: toliman.calibrate(self.nominal, self.frames, free="scal")),
+            (toliman.InputError, "capture_px = 65", lambda: toliman.calibrate(self.nominal, self.frames, capture_px=65)),
+            (toliman.InputError, "at least 2 frames", lambda: toliman.calibrate(self.nominal, self.frames[:1])),
+            (toliman.InputError, "at least 2 frames", lambda: toliman.calibrate(self.nominal, self.frames[:0])),
+            (toliman.UnsupportedError, "roll", lambda: toliman.calibrate(self.nominal, self.frames, free=["roll"])),
+            (ValueError, "shape", lambda: toliman.calibrate(self.nominal, self.frames[0])),
+            (ValueError, "times_days has the shape", lambda: toliman.calibrate(self.nominal, self.frames, times_days=[1])),
+            (TypeError, "must be a Simulator", lambda: toliman.calibrate(SCENE, self.frames)),
+            (TypeError, "start is a str", lambda: toliman.calibrate(self.nominal, self.frames, start="scene.json")),
+            (toliman.InputError, "window = 1", lambda: self.calibration.values(1)),
+            (ValueError, "window = -1", lambda: self.calibration.opd(-1)),
+            (toliman.InputError, "must end with .json", lambda: self.calibration.save("fitted.txt")),
+        ):
+            with self.subTest(text), self.assertRaisesRegex(kind, text):
+                call()
+
+
+if __name__ == "__main__":
+    numpy.seterr(all="raise")
+    unittest.main()
