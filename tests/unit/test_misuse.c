@@ -267,6 +267,7 @@ static void zeroed_options_are_the_defaults(void **state) {
     ASSERT_ZERO_IS_THE_DEFAULT(toliman_cae_save_options, TOLIMAN_CAE_SAVE_OPTIONS_INIT);
     ASSERT_ZERO_IS_THE_DEFAULT(toliman_linear_options, TOLIMAN_LINEAR_OPTIONS_INIT);
     ASSERT_ZERO_IS_THE_DEFAULT(toliman_fit_options, TOLIMAN_FIT_OPTIONS_INIT);
+    ASSERT_ZERO_IS_THE_DEFAULT(toliman_calibration_options, TOLIMAN_CALIBRATION_OPTIONS_INIT);
     ASSERT_ZERO_IS_THE_DEFAULT(toliman_bank_options, TOLIMAN_BANK_OPTIONS_INIT);
     ASSERT_ZERO_IS_THE_DEFAULT(toliman_bank_train_options, TOLIMAN_BANK_TRAIN_OPTIONS_INIT);
     ASSERT_ZERO_IS_THE_DEFAULT(toliman_components_options, TOLIMAN_COMPONENTS_OPTIONS_INIT);

@@ -1,0 +1,154 @@
+/* calibrate.h */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "assert_close.h"
+#include "images.h"
+#include "scenario.h"
+
+static const char kFolder[] = "calibration", kSaved[] = "calibration/fitted.json";
+
+static toliman_status create_with(const char *names, void **out) {
+    const toliman_calibration_options options = {
+        .struct_size = sizeof options, .free = names, .threads = 2, .capture_px = 3, .most_iterations = 4};
+    return toliman_calibrate(small_sim(), PLAIN_IMAGE(small_frames()), 2, NULL, &options, (toliman_calibration **)out);
+}
+
+static void *make(void) {
+    void *made = NULL;
+    assert_ok(create_with("scale", &made));
+    return made;
+}
+
+static const toliman_calibration *calibration(void) {
+    static void *made;
+    return made != NULL ? made : (made = make());
+}
+
+static void end(void *made) {
+    toliman_calibration_destroy(made);
+}
+
+static uint64_t digest(const void *made) {
+    toliman_calibration_info info = {.struct_size = sizeof info};
+    toliman_calibration_value value = {.struct_size = sizeof value};
+    toliman_fit_result frame = {.struct_size = sizeof frame};
+    assert_ok(toliman_calibration_get_info(made, &info));
+    assert_ok(toliman_calibration_get_value(made, 0, 0, &value));
+    assert_ok(toliman_calibration_get_frame(made, 1, &frame));
+    const double numbers[] = {value.value, value.sigma, value.prior_sigma};
+    return fnv1a(fnv1a(fnv1a(FNV_START, &info, sizeof info), &frame, sizeof frame), numbers, sizeof numbers);
+}
+
+static const object_kind calibrations = {end, digest};
+
+static toliman_status calibrate(attempt *a) {
+    return create_with("scale", &a->made);
+}
+static int32_t stop(const toliman_calibration *so_far, const toliman_calibration_step *step, void *unused) {
+    (void)so_far, (void)step, (void)unused;
+    return 1;
+}
+static toliman_status cancel(attempt *a) {
+    const toliman_calibration_options options = {.struct_size = sizeof options, .free = "scale", .step = stop};
+    return toliman_calibrate(small_sim(), PLAIN_IMAGE(small_frames()), 2, NULL, &options,
+                             (toliman_calibration **)&a->made);
+}
+static toliman_status destroy(attempt *a) {
+    toliman_calibration_destroy(a->object);
+    a->object = NULL;
+    return TOLIMAN_OK;
+}
+static toliman_status options_init(attempt *a) {
+    toliman_calibration_options_init((void *)a->out, sizeof(toliman_calibration_options));
+    return TOLIMAN_OK;
+}
+static toliman_status get_info(attempt *a) {
+    return toliman_calibration_get_info(calibration(), (void *)a->out);
+}
+static toliman_status get_value(attempt *a) {
+    return toliman_calibration_get_value(calibration(), 0, 0, (void *)a->out);
+}
+static toliman_status get_covariance(attempt *a) {
+    return toliman_calibration_get_covariance(calibration(), 0, (double *)a->out);
+}
+static toliman_status get_frame(attempt *a) {
+    return toliman_calibration_get_frame(calibration(), 1, (void *)a->out);
+}
+static toliman_status get_window(attempt *a) {
+    return toliman_calibration_get_window(calibration(), 0, (void *)a->out);
+}
+static toliman_status get_opd(attempt *a) {
+    return toliman_calibration_get_opd(calibration(), 0, (double *)a->out);
+}
+static toliman_status get_chi_map(attempt *a) {
+    return toliman_calibration_get_chi_map(calibration(), (double *)a->out, SMALL);
+}
+static toliman_status get_residual(attempt *a) {
+    return toliman_calibration_get_residual(calibration(), 1, (double *)a->out, SMALL);
+}
+static toliman_status save_file(attempt *a) {
+    (void)a;
+    return toliman_calibration_save_file(calibration(), 0, in_folder(kSaved));
+}
+
+static void put_all(void) {
+    (void)small_frames();
+    (void)calibration();
+}
+
+static void put_old(void) {
+    put_all();
+    empty_folder(kFolder);
+    write_file(kSaved, "old", 3);
+}
+
+/* The file must be the old or the new one, complete. No other file may remain, unless every call fails and it cannot be
+ * removed. */
+static void check_saved(attempt *a, toliman_status status) {
+    static char text[20000];
+    (void)a;
+    const size_t size = read_file(kSaved, text, sizeof text - 1);
+    text[size < sizeof text ? size : 0] = '\0';
+    const int is_old = strcmp(text, "old") == 0;
+    const char *const end_of_text = strrchr(text, '}');
+    const int is_new = strstr(text, "\"calibration\"") != NULL && end_of_text != NULL && strlen(end_of_text) <= 2;
+    must(status == TOLIMAN_OK ? is_new : is_new || is_old, "neither the old file nor the new one");
+    must(files_in(kFolder) == 1 || status == TOLIMAN_E_WRITE, "another file is left");
+}
+
+static const scenario all[] = {
+    {.function = "toliman_calibrate", .call = calibrate, .made = &calibrations, .stage = put_all, .slow = 1},
+    {.function = "toliman_calibrate",
+     "cancelled",
+     cancel,
+     .made = &calibrations,
+     .stage = put_all,
+     .refused = TOLIMAN_E_CANCELLED,
+     .slow = 1},
+    {.function = "toliman_calibration_destroy", .call = destroy, .make = make, .of = &calibrations},
+    {.function = "toliman_calibration_options_init", .call = options_init},
+    {.function = "toliman_calibration_get_info",
+     .call = get_info,
+     .stage = put_all,
+     .struct_size = sizeof(toliman_calibration_info)},
+    {.function = "toliman_calibration_get_value",
+     .call = get_value,
+     .stage = put_all,
+     .struct_size = sizeof(toliman_calibration_value)},
+    {.function = "toliman_calibration_get_covariance", .call = get_covariance, .stage = put_all},
+    {.function = "toliman_calibration_get_frame",
+     .call = get_frame,
+     .stage = put_all,
+     .struct_size = sizeof(toliman_fit_result)},
+    {.function = "toliman_calibration_get_window",
+     .call = get_window,
+     .stage = put_all,
+     .struct_size = sizeof(toliman_calibration_window)},
+    {.function = "toliman_calibration_get_opd", .call = get_opd, .stage = put_all},
+    {.function = "toliman_calibration_get_chi_map", .call = get_chi_map, .stage = put_all},
+    {.function = "toliman_calibration_get_residual", .call = get_residual, .stage = put_all},
+    {.function = "toliman_calibration_save_file", .call = save_file, .stage = put_old, .check = check_saved, .slow = 1},
+};
+SCENARIO_LIST(calibrate_scenarios, all);
