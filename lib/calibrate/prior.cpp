@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <cstdlib>
 
 #include "base/nearest_word.hpp"
 #include "optics/derivatives.hpp"
@@ -35,10 +34,9 @@ Item parse(const std::string &text) {
     Item item;
     const size_t equals = text.find('=');
     if (equals != std::string::npos) {
-        const char *const number = text.c_str() + equals + 1;
-        char *end = nullptr;
-        item.sigma = std::strtod(number, &end);
-        if (end == number || *end != '\0' || !(item.sigma > 0) || !std::isfinite(item.sigma))
+        const char *const number = text.c_str() + equals + 1, *const last = text.c_str() + text.size();
+        const auto [end, error] = std::from_chars(number, last, item.sigma); // in any locale
+        if (error != std::errc() || end != last || !(item.sigma > 0) || !std::isfinite(item.sigma))
             refuse(text, "the standard deviation of a prior must be a number above 0");
     }
     item.name = text.substr(0, equals);

@@ -224,6 +224,28 @@ static void follow_stars(const toliman_sim *sim, const double *frames, const cha
     toliman_fit_destroy(fit);
 }
 
+static int32_t count_step(const toliman_calibration *so_far, const toliman_calibration_step *step, void *unused) {
+    (void)so_far, (void)unused;
+    callback_bytes += (uint64_t)step->iteration;
+    return 0;
+}
+
+static void calibrate(const toliman_sim *sim, const double *frames, const char *folder) {
+    toliman_calibration_options options = {
+        .struct_size = sizeof options, .free = "scale=0.01 zernike_7=50.5", .threads = 2, .step = count_step};
+    toliman_calibration *calibration = NULL, *none = NULL;
+    toliman_calibration_value value = {.struct_size = sizeof value};
+    char path[300];
+    assert_ok(toliman_calibrate(sim, PLAIN_IMAGE(frames), 2, NULL, &options, &calibration));
+    assert_ok(toliman_calibration_get_value(calibration, 0, 0, &value));
+    result("calibration", &value.value, sizeof value.value);
+    snprintf(path, sizeof path, "%s/fitted.json", folder);
+    assert_ok(toliman_calibration_save_file(calibration, 0, path));
+    options.free = "focus=0";
+    refused("prior", toliman_calibrate(sim, PLAIN_IMAGE(frames), 2, NULL, &options, &none), TOLIMAN_E_ARGUMENT);
+    toliman_calibration_destroy(calibration);
+}
+
 static void search(const char *folder) {
     static double t[SAMPLES], y[SAMPLES], power[3 * SAMPLES], lowest[4];
     static unsigned char bytes[200000];
@@ -318,6 +340,7 @@ static void everything(const char *folder) {
     learn(sim, frames, folder);
     fit(sim, frames);
     follow_stars(sim, frames, folder);
+    calibrate(sim, frames, folder);
     toliman_sim_destroy(sim);
     search(folder);
     follow(folder);

@@ -4,9 +4,11 @@
 #include <sys/mman.h>
 
 #include "cae_scene.h"
+#include "images.h"
 #include "test_folder.h"
 
 #include <toliman/bank.h>
+#include <toliman/calibrate.h>
 #include <toliman/components.h>
 #include <toliman/linear.h>
 #include <toliman/track.h>
@@ -47,6 +49,7 @@ static toliman_linear *estimator;
 static toliman_fit *fit;
 static char weights_file[300], state_file[300], bank_file[300], folder[256];
 static unsigned char *weights, *state, *bank_bytes;
+static double two_frames[2 * kPixels];
 static size_t weights_size, state_size, bank_size;
 
 static toliman_load_options load_options_of(const toliman_allocator *allocator) {
@@ -92,6 +95,14 @@ static toliman_status fit_in(const toliman_allocator *allocator, void **out) {
     toliman_fit_options options = TOLIMAN_FIT_OPTIONS_INIT;
     options.allocator = allocator;
     return toliman_fit_create(scene, &options, (toliman_fit **)out);
+}
+
+static toliman_status calibration_in(const toliman_allocator *allocator, void **out) {
+    toliman_calibration_options options = TOLIMAN_CALIBRATION_OPTIONS_INIT;
+    options.allocator = allocator;
+    options.free = "scale";
+    options.threads = 1;
+    return toliman_calibrate(scene, PLAIN_IMAGE(two_frames), 2, NULL, &options, (toliman_calibration **)out);
 }
 
 static toliman_status bank_in(const toliman_allocator *allocator, void **out) {
@@ -167,6 +178,9 @@ static void destroy_linear(void *object) {
 static void destroy_fit(void *object) {
     toliman_fit_destroy(object);
 }
+static void destroy_calibration(void *object) {
+    toliman_calibration_destroy(object);
+}
 static void destroy_bank(void *object) {
     toliman_bank_destroy(object);
 }
@@ -192,6 +206,7 @@ static const struct kind {
     {"cae_load_file", cae_file_in, destroy_cae, 4 * kPixels * 4},
     {"linear", linear_in, destroy_linear, 2 * kPixels * 8},
     {"fit", fit_in, destroy_fit, 2 * kPixels * 8},
+    {"calibration", calibration_in, destroy_calibration, 3 * kPixels * 8},
     {"bank", bank_in, destroy_bank, 4 * kPixels * 4},
     {"bank_load", loaded_bank_in, destroy_bank, 4 * kPixels * 4},
     {"bank_load_file", bank_file_in, destroy_bank, 4 * kPixels * 4},
@@ -210,6 +225,7 @@ static int set_up(void **unused) {
     make_folder(folder, sizeof folder);
     assert_ok(sim_in(NULL, &made[0]));
     scene = made[0];
+    assert_ok(toliman_sim_frame_many(scene, NULL, 1, 0, 2, 1, two_frames));
     assert_ok(cae_in(NULL, &made[1]));
     assert_ok(linear_in(NULL, &made[2]));
     assert_ok(period_in(NULL, &made[3]));
