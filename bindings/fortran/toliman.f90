@@ -815,7 +815,9 @@ module toliman
         ! residuals with those of the neighbour, in units of its variance: of white residuals chi-square distributed
         ! with 6 degrees of freedom
         real(c_double) :: structure = 0.0_c_double
-        real(c_double) :: structure_limit = 0.0_c_double ! 50: exceeded by white residuals once in 2e8 calibrations
+        ! 50: exceeded by white residuals once in 2e8 calibrations; with a map, which fits some of the noise, plus
+        ! pixels times (1 - chi_square)^2
+        real(c_double) :: structure_limit = 0.0_c_double
         ! standard deviation of the separation in a frame (median), all parameters of the frame free and those of the
         ! instrument known
         real(c_double) :: separation_sigma_px = 0.0_c_double

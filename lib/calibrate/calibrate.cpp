@@ -26,6 +26,7 @@ constexpr double kFirstDamping = 1e-3, kLeastDamping = 1e-9, kMostDamping = 1e6;
 constexpr double kNear = 10;            // standard deviations: shorter steps continue with the variances of the model
 constexpr double kGoodFit = 2;          // chi-square per pixel, below which variances are those of the model
 constexpr double kStill = 0.1;          // standard deviations: shorter steps are the last
+constexpr double kAtMinimum = 1;        // standard deviations: where a shorter step leads up, a poor fit is at its best
 constexpr double kSameChiSquare = 1e-3; // relative change, where the model lacks an effect
 constexpr double kStale = 0.01;         // of the width of a prior: derivatives are computed again beyond it
 constexpr double kFarStep = 3;          // px; a longer step of a star leads nowhere
@@ -158,6 +159,10 @@ bool Calibrator::iterate(Calibration &out) {
             damping *= 10;
         }
         report(out, false, accepted, step.largest);
+        if (!accepted && step.solvable && step.largest < kAtMinimum && normal_.excess > kGoodFit) {
+            normal_ = linearise(problem_, point_, *planes_, 0);
+            return !normal_.lost;
+        }
         if (!accepted && (blend == 0 || damping > kMostDamping))
             return false;
         const double after = per_freedom(normal_);

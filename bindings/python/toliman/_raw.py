@@ -1078,7 +1078,8 @@ class toliman_calibration_info(Sized):
     structure: sum over the neighbours (0,1), (1,0), (1,1), (1,-1), (0,2), (2,0) of the squared correlation of
         the residuals with those of the neighbour, in units of its variance: of white residuals
         chi-square distributed with 6 degrees of freedom
-    structure_limit: 50: exceeded by white residuals once in 2e8 calibrations
+    structure_limit: 50: exceeded by white residuals once in 2e8 calibrations; with a map, which fits
+        some of the noise, plus pixels times (1 - chi_square)^2
     separation_sigma_px: standard deviation of the separation in a frame (median), all parameters
         of the frame free and those of the instrument known
     calibration_sigma_px: standard deviation of the error that the uncertain parameters of the instrument

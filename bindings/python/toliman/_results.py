@@ -307,7 +307,7 @@ class CalibrationInfo(Result):
     chi_square: float = member("sum of squared residuals over their variances, per degree of freedom")
     chi_square_sigma: float = member("its standard deviation, if the model is right")
     structure: float = member("sum over the neighbours (0,1), (1,0), (1,1), (1,-1), (0,2), (2,0) of the squared correlation of the residuals with those of the neighbour, in units of its variance: of white residuals chi-square distributed with 6 degrees of freedom")
-    structure_limit: float = member("50: exceeded by white residuals once in 2e8 calibrations")
+    structure_limit: float = member("50: exceeded by white residuals once in 2e8 calibrations; with a map, which fits some of the noise, plus pixels times (1 - chi_square)^2")
     separation_sigma_px: float = member("standard deviation of the separation in a frame (median), all parameters of the frame free and those of the instrument known")
     calibration_sigma_px: float = member("standard deviation of the error that the uncertain parameters of the instrument cause in the separation of a frame (median); without that of the map")
     map_rms_nm: float = member("rms of the fitted map over the open pupil, nm; 0 without a map")
