@@ -28,6 +28,7 @@ constexpr double kGoodFit = 2;          // chi-square per pixel, below which var
 constexpr double kStill = 0.1;          // standard deviations: shorter steps are the last
 constexpr double kAtMinimum = 1;        // standard deviations: where a shorter step leads up, a poor fit is at its best
 constexpr double kSameChiSquare = 1e-3; // relative change, where the model lacks an effect
+constexpr double kSameMap = 1e-2;       // of the steps of the map, which take minutes
 constexpr double kStale = 0.01;         // of the width of a prior: derivatives are computed again beyond it
 constexpr double kFarStep = 3;          // px; a longer step of a star leads nowhere
 constexpr double kLeastFlux = -0.9;
@@ -200,7 +201,7 @@ bool Calibrator::iterate_map(Calibration &out) {
         }
         out.map_rms_m = rms_of(point_.map_m, out.amplitude);
         report(out, true, accepted, 1e9 * step.rms_m);
-        if (!accepted || before - after < kSameChiSquare * std::max(1.0, before))
+        if (!accepted || before - after < kSameMap * std::max(1.0, before))
             break;
     }
     planes_ = nullptr; // those with the map
