@@ -736,7 +736,7 @@ module toliman
         integer(c_int32_t) :: struct_size = 32
         integer(c_int32_t) :: map = 0 ! 1: of the OPD map; 0: of the parameters
         integer(c_int32_t) :: iteration = 0 ! 1, 2, ...; the numbers continue from the parameters to the map
-        integer(c_int32_t) :: accepted = 0 ! 0: the step led to a larger chi-square, and was not made
+        integer(c_int32_t) :: accepted = 0 ! 0: the step was rejected
         ! sum of squared residuals over their variances, per degree of freedom
         real(c_double) :: chi_square = 0.0_c_double
         ! of a parameter of the instrument, in its standard deviations; of the map: rms in nm
@@ -744,8 +744,9 @@ module toliman
     end type
 
     abstract interface
-        ! Called after each iteration on the thread of the caller. so_far, valid during the call, may be saved: a later
-        ! calibration may start from its scene. A nonzero value cancels.
+        ! Called after each iteration on the thread of the caller. so_far is valid during the call. It has values, but no
+        ! standard deviations, and its info has the flag NOT_CONVERGED. It may be saved: a later calibration may start from its
+        ! scene. A nonzero value cancels.
         function toliman_calibration_step_fn(so_far, step, user_data) bind(C) result(answer)
             import
             type(c_ptr), value :: so_far, user_data
@@ -774,8 +775,8 @@ module toliman
         real(c_double) :: capture_px = 0.0_c_double
         ! length of the windows in which the parameters are constant, days; 0: one window for all frames
         real(c_double) :: window_days = 0.0_c_double
-        ! with windows: standard deviation of the change of each parameter from one window to the next, in those of
-        ! its prior; 0 = 0.01
+        ! with windows: standard deviation of the change of each parameter from one window to the next, in units of
+        ! prior_sigma; 0 = 0.01
         real(c_double) :: smoothness = 0.0_c_double
         ! prior of the map: its rms over the open pupil, nm; 0 = 10. Its power spectrum falls as frequency^-2.5 above
         ! 4 cycles per aperture, and is constant below
@@ -785,11 +786,11 @@ module toliman
         type(c_ptr) :: allocator = c_null_ptr ! for the large arrays of the object; NULL = malloc
     end type
 
-    ! Flags of a calibration.
-    ! no maximum was found: every value is NaN
+    ! Flag of a calibration: no maximum was found. Values, standard deviations and images are NaN.
     integer(c_int32_t), parameter, public :: TOLIMAN_CALIBRATION_NOT_CONVERGED = 1
-    ! the frames have an effect that the model lacks: chi_square is more than 6 standard deviations above 1, or
-    ! structure above structure_limit
+
+    ! Flag: the frames have an effect that the model lacks. chi_square is more than 6 standard deviations above 1, or
+    ! structure is above structure_limit.
     integer(c_int32_t), parameter, public :: TOLIMAN_CALIBRATION_INCOMPLETE = 2
     integer(c_int32_t), parameter, public :: TOLIMAN_CALIBRATION_HELD = 4 ! a parameter is known mostly by its prior
     ! the sign of even aberrations is undetermined
@@ -812,7 +813,7 @@ module toliman
         real(c_double) :: chi_square = 0.0_c_double
         real(c_double) :: chi_square_sigma = 0.0_c_double ! its standard deviation, if the model is right
         ! sum over the neighbours (0,1), (1,0), (1,1), (1,-1), (0,2), (2,0) of the squared correlation of the
-        ! residuals with those of the neighbour, in units of its variance: of white residuals chi-square distributed
+        ! residuals with those of the neighbour, in units of its variance: for white residuals chi-square distributed
         ! with 6 degrees of freedom
         real(c_double) :: structure = 0.0_c_double
         ! 50: exceeded by white residuals once in 2e8 calibrations; with a map, which fits some of the noise, plus
@@ -830,7 +831,8 @@ module toliman
     ! A fitted parameter of the instrument.
     type, bind(C), public :: toliman_calibration_value
         integer(c_int32_t) :: struct_size = 48 ! in: sizeof(toliman_calibration_value)
-        ! TOLIMAN_CALIBRATION_HELD: sigma is above 0.7 prior_sigma; _NO_SIGN: value is >= 0
+        ! TOLIMAN_CALIBRATION_HELD: sigma is above 0.7 prior_sigma; _NO_SIGN: the sign of all such values together is
+        ! undetermined; the first one is >= 0
         integer(c_int32_t) :: flags = 0
         type(c_ptr) :: name = c_null_ptr ! such as "zernike_7"; static text
         type(c_ptr) :: unit = c_null_ptr ! such as "nm", "" for a relative change; static text
@@ -839,7 +841,7 @@ module toliman
         real(c_double) :: prior_sigma = 0.0_c_double ! that of the prior
     end type
 
-    ! A window of a calibration: its frames have times from first_days, for the next window's first_days to exclude.
+    ! A window of a calibration: first_days <= time < first_days of the next window.
     type, bind(C), public :: toliman_calibration_window
         integer(c_int32_t) :: struct_size = 32 ! in: sizeof(toliman_calibration_window)
         integer(c_int32_t) :: reserved = 0
@@ -2442,7 +2444,11 @@ module toliman
             type(toliman_calibration_options), intent(inout) :: options
         end subroutine
 
-        ! Calibrates a scene with `count` frames of image.
+        ! Calibrates a scene with `count` frames of image, and writes the result to *out, which the caller destroys.
+        ! sim nominal scene, not needed afterwards image frames in the unit of the scene's frames (photons, electrons
+        ! or DN); variances are those of the scene's detector and noise predictions [count], times and expected places
+        ! of the stars; NULL: times of the scene's frames 0 to count - 1, no shift options may be NULL Memory: the
+        ! frames, plus an amount almost independent of their number.
         function toliman_calibrate(sim, image, count, predictions, options, out) bind(C) result(answer)
             import
             type(c_ptr), value :: sim

@@ -23,12 +23,12 @@
  * cell is fitted afterwards, which takes minutes.
  *
  * What frames cannot tell:
- *   - Position angle and roll of the spacecraft are the same; so are Zernike tilts and pointing. Neither roll nor tilts
- *     are parameters.
+ *   - Position angle cannot be told from roll of the spacecraft, nor Zernike tilts from pointing. Neither roll
+ *     nor tilts are parameters.
  *   - Without struts, the pupil of a spiral mask with odd m is antisymmetric: the sign of the aberrations of even
- *     azimuthal order has no effect (TOLIMAN_CALIBRATION_NO_SIGN), on the separation neither.
- *   - The ruler is the wavelength: an error of the spectra is an error of the scale. Absolute scale is known only as
- *     well as the spectra are, by their priors. Separations in px do not depend on it.
+ *     azimuthal order changes neither frames nor separations (TOLIMAN_CALIBRATION_NO_SIGN).
+ *   - Scale is measured in wavelengths: an error of the spectra causes an error of the scale. Absolute scale is
+ *     known only as well as the spectra are, by their priors. Separations in px do not depend on it.
  *
  * The fitted scene has a group `calibration` with pupil_samples, step_nm, edges and accuracy of the calibration, which
  * are part of the model: a scene that contradicts them is refused.
@@ -51,14 +51,15 @@ typedef struct toliman_calibration_step {
     uint32_t struct_size;
     uint32_t map;        /* 1: of the OPD map; 0: of the parameters */
     int32_t iteration;   /* 1, 2, ...; the numbers continue from the parameters to the map */
-    uint32_t accepted;   /* 0: the step led to a larger chi-square, and was not made */
+    uint32_t accepted;   /* 0: the step was rejected */
     double chi_square;   /* sum of squared residuals over their variances, per degree of freedom */
     double largest_step; /* of a parameter of the instrument, in its standard deviations; of the map: rms in nm */
 } toliman_calibration_step;
 #define TOLIMAN_CALIBRATION_STEP_INIT TOLIMAN_INIT(toliman_calibration_step)
 
-/* Called after each iteration on the thread of the caller. so_far, valid during the call, may be saved: a later
- * calibration may start from its scene. A nonzero value cancels. */
+/* Called after each iteration on the thread of the caller. so_far is valid during the call. It has values, but no
+ * standard deviations, and its info has the flag NOT_CONVERGED. It may be saved: a later calibration may start from its
+ * scene. A nonzero value cancels. */
 typedef int32_t (*toliman_calibration_step_fn)(const toliman_calibration *so_far, const toliman_calibration_step *step,
                                                void *user_data);
 
@@ -81,7 +82,7 @@ typedef struct toliman_calibration_options {
     double window_days;       /* length of the windows in which the parameters are constant, days; 0: one window
                                  for all frames */
     double smoothness;        /* with windows: standard deviation of the change of each parameter from one window to
-                                 the next, in those of its prior; 0 = 0.01 */
+                                 the next, in units of prior_sigma; 0 = 0.01 */
     double map_rms_nm;        /* prior of the map: its rms over the open pupil, nm; 0 = 10. Its power spectrum falls
                                  as frequency^-2.5 above 4 cycles per aperture, and is constant below */
     toliman_calibration_step_fn step; /* may be NULL */
@@ -93,18 +94,23 @@ typedef struct toliman_calibration_options {
 /* Sets *options, a struct of `size` bytes, to the defaults. */
 TOLIMAN_API void toliman_calibration_options_init(toliman_calibration_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
-/* Calibrates a scene with `count` frames of image. The caller destroys *out.
- *   sim          the nominal scene, not needed afterwards
- *   predictions  [count], times and expected places of the stars; NULL: the times of the scene's frames 0 ... count -
- * 1, no shift options      may be NULL Memory: the frames of the image, plus an amount that hardly depends on their
- * number. The result depends on the arguments only, not on threads. A calibration that does not converge is not an
- * error: see toliman_calibration_info.flags, and every value of it is NaN. Errors:
+/* Calibrates a scene with `count` frames of image, and writes the result to *out, which the caller destroys.
+ *   sim          nominal scene, not needed afterwards
+ *   image        frames in the unit of the scene's frames (photons, electrons or DN); variances are those of the
+ *                scene's detector and noise
+ *   predictions  [count], times and expected places of the stars; NULL: times of the scene's frames 0 to count - 1, no
+ *                shift
+ *   options      may be NULL
+ * Memory: the frames, plus an amount almost independent of their number. The result does not depend on threads.
+ * Without convergence the call succeeds, with TOLIMAN_CALIBRATION_NOT_CONVERGED.
+ * Errors:
  *   - TOLIMAN_E_ARGUMENT for a count that is not finite, naming its frame, row and column; for frames that do not have
- *     the scene's shape; for an unknown parameter, or one that is named twice or always free; for a frame whose stars
- *     are not found within capture_px; for fewer than 2 frames;
- *   - TOLIMAN_E_UNSUPPORTED for a single star, with PADDED_FFT, if the scene has no derivative by a parameter that was
- *     named, for position_angle, roll and wavelength;
- *   - TOLIMAN_E_MISMATCH if options->start has another shape of frames, open pupil, step of the mask or wavelengths;
+ *     the scene's shape; for a parameter that is unknown, named twice, or always free; for a frame whose stars are not
+ *     found within capture_px; for fewer than 2 frames; for more than 4096 parameters times windows;
+ *   - TOLIMAN_E_UNSUPPORTED for a single star; with PADDED_FFT; for a parameter that was named and that the scene does
+ *     not have; for position_angle, roll and wavelength;
+ *   - TOLIMAN_E_MISMATCH if options->start has other pupil cells, aperture, step of the mask, wavelengths, or shape of
+ *     the frames than the nominal scene. Nothing else of it is compared;
  *   - TOLIMAN_E_CANCELLED if step returned a nonzero value. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibrate(const toliman_sim *sim, const toliman_image *image,
                                                                 size_t count, const toliman_fit_prediction *predictions,
@@ -114,11 +120,13 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibrate(const toliman_si
 /* Destroys a calibration. NULL is allowed. */
 TOLIMAN_API void toliman_calibration_destroy(toliman_calibration *calibration) TOLIMAN_NOEXCEPT;
 
-/* Flags of a calibration. */
-#define TOLIMAN_CALIBRATION_NOT_CONVERGED 1u /* no maximum was found: every value is NaN */
-#define TOLIMAN_CALIBRATION_INCOMPLETE                                                                                 \
-    2u                                 /* the frames have an effect that the model lacks: chi_square is more than 6    \
-                                          standard deviations above 1, or structure above structure_limit */
+/* Flag of a calibration: no maximum was found. Values, standard deviations and images are NaN. */
+#define TOLIMAN_CALIBRATION_NOT_CONVERGED 1u
+
+/* Flag: the frames have an effect that the model lacks. chi_square is more than 6 standard deviations above 1, or
+ * structure is above structure_limit. */
+#define TOLIMAN_CALIBRATION_INCOMPLETE 2u
+
 #define TOLIMAN_CALIBRATION_HELD 4u    /* a parameter is known mostly by its prior */
 #define TOLIMAN_CALIBRATION_NO_SIGN 8u /* the sign of even aberrations is undetermined */
 
@@ -136,7 +144,7 @@ typedef struct toliman_calibration_info {
     double chi_square;       /* sum of squared residuals over their variances, per degree of freedom */
     double chi_square_sigma; /* its standard deviation, if the model is right */
     double structure; /* sum over the neighbours (0,1), (1,0), (1,1), (1,-1), (0,2), (2,0) of the squared correlation of
-                         the residuals with those of the neighbour, in units of its variance: of white residuals
+                         the residuals with those of the neighbour, in units of its variance: for white residuals
                          chi-square distributed with 6 degrees of freedom */
     double structure_limit;      /* 50: exceeded by white residuals once in 2e8 calibrations; with a map, which fits
                                     some of the noise, plus pixels times (1 - chi_square)^2 */
@@ -155,7 +163,8 @@ toliman_calibration_get_info(const toliman_calibration *calibration, toliman_cal
 /* A fitted parameter of the instrument. */
 typedef struct toliman_calibration_value {
     uint32_t struct_size; /* in: sizeof(toliman_calibration_value) */
-    uint32_t flags;       /* TOLIMAN_CALIBRATION_HELD: sigma is above 0.7 prior_sigma; _NO_SIGN: value is >= 0 */
+    uint32_t flags;       /* TOLIMAN_CALIBRATION_HELD: sigma is above 0.7 prior_sigma; _NO_SIGN: the sign of
+                             all such values together is undetermined; the first one is >= 0 */
     const char *name;     /* such as "zernike_7"; static text */
     const char *unit;     /* such as "nm", "" for a relative change; static text */
     double value;         /* change against the nominal scene */
@@ -165,8 +174,8 @@ typedef struct toliman_calibration_value {
 #define TOLIMAN_CALIBRATION_VALUE_INIT TOLIMAN_INIT(toliman_calibration_value)
 
 /* Writes parameter number `index` in a window to *out, whose struct_size must be set. TOLIMAN_E_RANGE unless
- * 0 <= index < parameters and 0 <= window < windows. With a map, the values include the part of the parameters only;
- * the map adds to their aberrations. */
+ * 0 <= index < parameters and 0 <= window < windows. With a map, the values exclude the map,
+ * which adds to their aberrations. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
 toliman_calibration_get_value(const toliman_calibration *calibration, int64_t window, int32_t index,
                               toliman_calibration_value *out) TOLIMAN_NOEXCEPT;
@@ -183,7 +192,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_frame(cons
                                                                             int64_t index,
                                                                             toliman_fit_result *out) TOLIMAN_NOEXCEPT;
 
-/* A window of a calibration: its frames have times from first_days, for the next window's first_days to exclude. */
+/* A window of a calibration: first_days <= time < first_days of the next window. */
 typedef struct toliman_calibration_window {
     uint32_t struct_size; /* in: sizeof(toliman_calibration_window) */
     uint32_t reserved;
@@ -217,8 +226,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_residual(c
                                                                                size_t stride) TOLIMAN_NOEXCEPT;
 
 /* Saves the fitted scene of a window at `path`, a name that ends in ".json", and its map, if there is one, in the same
- * folder as <name>.opd.npy. File names in the scene are relative to this folder where they were relative. Replaces the
- * files atomically. TOLIMAN_E_UNSUPPORTED if the calibration did not converge; TOLIMAN_E_WRITE. */
+ * folder as <name>.opd.npy. Relative file names are rewritten relative to this folder. Replaces
+ * the files atomically. TOLIMAN_E_UNSUPPORTED if the calibration did not converge; TOLIMAN_E_WRITE. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_save_file(const toliman_calibration *calibration,
                                                                             int64_t window,
                                                                             const char *path) TOLIMAN_NOEXCEPT;

@@ -76,7 +76,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_fit_create(const toliman_s
  *   first_days  [count], the starts of the windows, increasing, days of scene time. The time of a frame, that of its
  *               prediction, is in the last window that starts at or before it; times before first_days[0] are in the
  *               first window
- * A frame has the result that the fit of its window alone would give. The digest of toliman_fit_info is that of all
+ * Each result equals that of a fit with the scene of its window alone. The digest of toliman_fit_info is that of all
  * windows and their starts; with one window, that of toliman_fit_create. images is the sum over all windows;
  * oversampling, taps and image_error are the largest. A bank needs the fit of one scene: TOLIMAN_E_UNSUPPORTED.
  * Errors: as toliman_fit_create; TOLIMAN_E_ARGUMENT for count = 0, and starts that are not finite or do not increase;

@@ -63,6 +63,7 @@ class Calibrator {
   private:
     bool iterate(Calibration &out);
     bool iterate_map(Calibration &out);
+    void choose_sign(const std::vector<bool> &even);
     bool is_possible(const Point &trial) const;
     void refresh_planes(const Point &point);
     double per_freedom(const Linearisation &normal) const;
@@ -210,6 +211,27 @@ bool Calibrator::iterate_map(Calibration &out) {
     return !normal_.lost;
 }
 
+// Without a sign, that of the first even aberration is positive. The residuals remain as they are.
+void Calibrator::choose_sign(const std::vector<bool> &even) {
+    const size_t first = static_cast<size_t>(std::find(even.begin(), even.end(), true) - even.begin()), n = even.size();
+    if (first == n || !point_.map_m.empty() || mean_of(point_.instrument)[first] >= 0)
+        return;
+    for (std::vector<double> &window : point_.instrument)
+        for (size_t i = 0; i < n; i++)
+            window[i] *= even[i] ? -1 : 1;
+    for (Block &block : normal_.blocks)
+        for (size_t i = 0; i < n; i++) {
+            if (!even[i])
+                continue;
+            const size_t size = kOwn + n, at = kOwn + i;
+            block.gradient[at] *= -1;
+            for (size_t j = 0; j < size; j++) {
+                block.matrix[at * size + j] *= -1;
+                block.matrix[j * size + at] *= -1;
+            }
+        }
+}
+
 bool Calibrator::run(const std::vector<double> &start, const Buffer<double> &map_m, Calibration &out) {
     point_.instrument.assign(problem_.windows.size(), start);
     point_.map_m = map_m;
@@ -217,6 +239,7 @@ bool Calibrator::run(const std::vector<double> &start, const Buffer<double> &map
     out.before = whitened_frame(problem_, point_, 0);
     if (!iterate(out) || (options_.map && !iterate_map(out)))
         return false;
+    choose_sign(out.even);
     judge(problem_, point_, normal_, out);
     return true;
 }

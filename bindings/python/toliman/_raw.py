@@ -992,7 +992,7 @@ class toliman_calibration_step(Sized):
     """An iteration of a calibration.
     map: 1: of the OPD map; 0: of the parameters
     iteration: 1, 2, ...; the numbers continue from the parameters to the map
-    accepted: 0: the step led to a larger chi-square, and was not made
+    accepted: 0: the step was rejected
     chi_square: sum of squared residuals over their variances, per degree of freedom
     largest_step: of a parameter of the instrument, in its standard deviations; of the map: rms in nm"""
 
@@ -1006,8 +1006,9 @@ class toliman_calibration_step(Sized):
     ]
 
 
-# Called after each iteration on the thread of the caller. so_far, valid during the call, may be saved: a later
-# calibration may start from its scene. A nonzero value cancels.
+# Called after each iteration on the thread of the caller. so_far is valid during the call. It has values, but no
+# standard deviations, and its info has the flag NOT_CONVERGED. It may be saved: a later calibration may start from its
+# scene. A nonzero value cancels.
 # Arguments: so_far, step, user_data.
 toliman_calibration_step_fn = CFUNCTYPE(c_int32, POINTER(toliman_calibration), POINTER(toliman_calibration_step), c_void_p)
 
@@ -1030,7 +1031,7 @@ class toliman_calibration_options(Sized):
     window_days: length of the windows in which the parameters are constant, days; 0: one window
         for all frames
     smoothness: with windows: standard deviation of the change of each parameter from one window to
-        the next, in those of its prior; 0 = 0.01
+        the next, in units of prior_sigma; 0 = 0.01
     map_rms_nm: prior of the map: its rms over the open pupil, nm; 0 = 10. Its power spectrum falls
         as frequency^-2.5 above 4 cycles per aperture, and is constant below
     step: may be NULL
@@ -1053,10 +1054,11 @@ class toliman_calibration_options(Sized):
     ]
 
 
-# Flags of a calibration.
-TOLIMAN_CALIBRATION_NOT_CONVERGED = 1  # no maximum was found: every value is NaN
-# the frames have an effect that the model lacks: chi_square is more than 6
-# standard deviations above 1, or structure above structure_limit
+# Flag of a calibration: no maximum was found. Values, standard deviations and images are NaN.
+TOLIMAN_CALIBRATION_NOT_CONVERGED = 1
+
+# Flag: the frames have an effect that the model lacks. chi_square is more than 6 standard deviations above 1, or
+# structure is above structure_limit.
 TOLIMAN_CALIBRATION_INCOMPLETE = 2
 TOLIMAN_CALIBRATION_HELD = 4  # a parameter is known mostly by its prior
 TOLIMAN_CALIBRATION_NO_SIGN = 8  # the sign of even aberrations is undetermined
@@ -1076,7 +1078,7 @@ class toliman_calibration_info(Sized):
     chi_square: sum of squared residuals over their variances, per degree of freedom
     chi_square_sigma: its standard deviation, if the model is right
     structure: sum over the neighbours (0,1), (1,0), (1,1), (1,-1), (0,2), (2,0) of the squared correlation of
-        the residuals with those of the neighbour, in units of its variance: of white residuals
+        the residuals with those of the neighbour, in units of its variance: for white residuals
         chi-square distributed with 6 degrees of freedom
     structure_limit: 50: exceeded by white residuals once in 2e8 calibrations; with a map, which fits
         some of the noise, plus pixels times (1 - chi_square)^2
@@ -1110,7 +1112,8 @@ class toliman_calibration_info(Sized):
 class toliman_calibration_value(Sized):
     """A fitted parameter of the instrument.
     struct_size: in: sizeof(toliman_calibration_value)
-    flags: TOLIMAN_CALIBRATION_HELD: sigma is above 0.7 prior_sigma; _NO_SIGN: value is >= 0
+    flags: TOLIMAN_CALIBRATION_HELD: sigma is above 0.7 prior_sigma; _NO_SIGN: the sign of
+        all such values together is undetermined; the first one is >= 0
     name: such as "zernike_7"; static text
     unit: such as "nm", "" for a relative change; static text
     value: change against the nominal scene
@@ -1129,7 +1132,7 @@ class toliman_calibration_value(Sized):
 
 
 class toliman_calibration_window(Sized):
-    """A window of a calibration: its frames have times from first_days, for the next window's first_days to exclude.
+    """A window of a calibration: first_days <= time < first_days of the next window.
     struct_size: in: sizeof(toliman_calibration_window)
     frames: number of its frames
     first_days: start, days of scene time; the first window also holds all earlier times
@@ -2926,7 +2929,7 @@ window are fitted with its scene.
   first_days  [count], the starts of the windows, increasing, days of scene time. The time of a frame, that of its
               prediction, is in the last window that starts at or before it; times before first_days[0] are in the
               first window
-A frame has the result that the fit of its window alone would give. The digest of toliman_fit_info is that of all
+Each result equals that of a fit with the scene of its window alone. The digest of toliman_fit_info is that of all
 windows and their starts; with one window, that of toliman_fit_create. images is the sum over all windows;
 oversampling, taps and image_error are the largest. A bank needs the fit of one scene: TOLIMAN_E_UNSUPPORTED.
 Errors: as toliman_fit_create; TOLIMAN_E_ARGUMENT for count = 0, and starts that are not finite or do not increase;
@@ -3218,18 +3221,23 @@ the signal. TOLIMAN_E_ARGUMENT unless count is toliman_sim_budget.free_count + 1
             ("options", POINTER(toliman_calibration_options)),
             ("out", POINTER(POINTER(toliman_calibration))),
         ),
-        """Calibrates a scene with `count` frames of image. The caller destroys *out.
-  sim          the nominal scene, not needed afterwards
-  predictions  [count], times and expected places of the stars; NULL: the times of the scene's frames 0 ... count -
-1, no shift options      may be NULL Memory: the frames of the image, plus an amount that hardly depends on their
-number. The result depends on the arguments only, not on threads. A calibration that does not converge is not an
-error: see toliman_calibration_info.flags, and every value of it is NaN. Errors:
+        """Calibrates a scene with `count` frames of image, and writes the result to *out, which the caller destroys.
+  sim          nominal scene, not needed afterwards
+  image        frames in the unit of the scene's frames (photons, electrons or DN); variances are those of the
+               scene's detector and noise
+  predictions  [count], times and expected places of the stars; NULL: times of the scene's frames 0 to count - 1, no
+               shift
+  options      may be NULL
+Memory: the frames, plus an amount almost independent of their number. The result does not depend on threads.
+Without convergence the call succeeds, with TOLIMAN_CALIBRATION_NOT_CONVERGED.
+Errors:
   - TOLIMAN_E_ARGUMENT for a count that is not finite, naming its frame, row and column; for frames that do not have
-    the scene's shape; for an unknown parameter, or one that is named twice or always free; for a frame whose stars
-    are not found within capture_px; for fewer than 2 frames;
-  - TOLIMAN_E_UNSUPPORTED for a single star, with PADDED_FFT, if the scene has no derivative by a parameter that was
-    named, for position_angle, roll and wavelength;
-  - TOLIMAN_E_MISMATCH if options->start has another shape of frames, open pupil, step of the mask or wavelengths;
+    the scene's shape; for a parameter that is unknown, named twice, or always free; for a frame whose stars are not
+    found within capture_px; for fewer than 2 frames; for more than 4096 parameters times windows;
+  - TOLIMAN_E_UNSUPPORTED for a single star; with PADDED_FFT; for a parameter that was named and that the scene does
+    not have; for position_angle, roll and wavelength;
+  - TOLIMAN_E_MISMATCH if options->start has other pupil cells, aperture, step of the mask, wavelengths, or shape of
+    the frames than the nominal scene. Nothing else of it is compared;
   - TOLIMAN_E_CANCELLED if step returned a nonzero value.""",
     ),
     "toliman_calibration_destroy": (
@@ -3248,8 +3256,8 @@ error: see toliman_calibration_info.flags, and every value of it is NaN. Errors:
             ("out", POINTER(toliman_calibration_value)),
         ),
         """Writes parameter number `index` in a window to *out, whose struct_size must be set. TOLIMAN_E_RANGE unless
-0 <= index < parameters and 0 <= window < windows. With a map, the values include the part of the parameters only;
-the map adds to their aberrations.""",
+0 <= index < parameters and 0 <= window < windows. With a map, the values exclude the map,
+which adds to their aberrations.""",
     ),
     "toliman_calibration_get_covariance": (
         c_int32, (
@@ -3309,8 +3317,8 @@ both.""",
     "toliman_calibration_save_file": (
         c_int32, (("calibration", POINTER(toliman_calibration)), ("window", c_int64), ("path", c_char_p)),
         """Saves the fitted scene of a window at `path`, a name that ends in ".json", and its map, if there is one, in the same
-folder as <name>.opd.npy. File names in the scene are relative to this folder where they were relative. Replaces the
-files atomically. TOLIMAN_E_UNSUPPORTED if the calibration did not converge; TOLIMAN_E_WRITE.""",
+folder as <name>.opd.npy. Relative file names are rewritten relative to this folder. Replaces
+the files atomically. TOLIMAN_E_UNSUPPORTED if the calibration did not converge; TOLIMAN_E_WRITE.""",
     ),
     "toliman_components_options_init": (
         None, (("options", POINTER(toliman_components_options)), ("size", c_size_t)),

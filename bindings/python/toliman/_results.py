@@ -287,7 +287,7 @@ class CalibrationStep(Result):
 
     map: bool = member("of the OPD map; 0: of the parameters")
     iteration: int = member("1, 2, ...; the numbers continue from the parameters to the map")
-    accepted: bool = member("0: the step led to a larger chi-square, and was not made")
+    accepted: bool = member("0: the step was rejected")
     chi_square: float = member("sum of squared residuals over their variances, per degree of freedom")
     largest_step: float = member("of a parameter of the instrument, in its standard deviations; of the map: rms in nm")
 
@@ -306,13 +306,13 @@ class CalibrationInfo(Result):
     map_iterations: int
     chi_square: float = member("sum of squared residuals over their variances, per degree of freedom")
     chi_square_sigma: float = member("its standard deviation, if the model is right")
-    structure: float = member("sum over the neighbours (0,1), (1,0), (1,1), (1,-1), (0,2), (2,0) of the squared correlation of the residuals with those of the neighbour, in units of its variance: of white residuals chi-square distributed with 6 degrees of freedom")
+    structure: float = member("sum over the neighbours (0,1), (1,0), (1,1), (1,-1), (0,2), (2,0) of the squared correlation of the residuals with those of the neighbour, in units of its variance: for white residuals chi-square distributed with 6 degrees of freedom")
     structure_limit: float = member("50: exceeded by white residuals once in 2e8 calibrations; with a map, which fits some of the noise, plus pixels times (1 - chi_square)^2")
     separation_sigma_px: float = member("standard deviation of the separation in a frame (median), all parameters of the frame free and those of the instrument known")
     calibration_sigma_px: float = member("standard deviation of the error that the uncertain parameters of the instrument cause in the separation of a frame (median); without that of the map")
     map_rms_nm: float = member("rms of the fitted map over the open pupil, nm; 0 without a map")
-    not_converged: bool = member("no maximum was found: every value is NaN", flag=1)
-    incomplete: bool = member("the frames have an effect that the model lacks: chi_square is more than 6 standard deviations above 1, or structure above structure_limit", flag=2)
+    not_converged: bool = member("a calibration: no maximum was found. Values, standard deviations and images are NaN.", flag=1)
+    incomplete: bool = member("Flag: the frames have an effect that the model lacks. chi_square is more than 6 standard deviations above 1, or structure is above structure_limit.", flag=2)
     held: bool = member("a parameter is known mostly by its prior", flag=4)
     no_sign: bool = member("the sign of even aberrations is undetermined", flag=8)
 
@@ -332,7 +332,7 @@ class CalibrationValue(Result):
 
 @result
 class CalibrationWindow(Result):
-    """A window of a calibration: its frames have times from first_days, for the next window's first_days to exclude."""
+    """A window of a calibration: first_days <= time < first_days of the next window."""
 
     frames: int = member("number of its frames")
     first_days: float = member("start, days of scene time; the first window also holds all earlier times")

@@ -47,7 +47,7 @@ class Calibration(Handle):
 
     @property
     def flags(self) -> tuple[str, ...]:
-        """Those of "not_converged", "incomplete", "held" and "no_sign" that are true in info; () if all is well."""
+        """Names of the flags set in info: "not_converged", "incomplete", "held", "no_sign"; () if none."""
         info = self.info
         return tuple(name for name in ("not_converged", "incomplete", "held", "no_sign") if getattr(info, name))
 
