@@ -786,7 +786,7 @@ module toliman
         type(c_ptr) :: allocator = c_null_ptr ! for the large arrays of the object; NULL = malloc
     end type
 
-    ! Flag of a calibration: no maximum was found. Values, standard deviations and images are NaN.
+    ! Flag of a calibration: no maximum was found. Values, standard deviations and images of the fitted instrument are NaN.
     integer(c_int32_t), parameter, public :: TOLIMAN_CALIBRATION_NOT_CONVERGED = 1
 
     ! Flag: the frames have an effect that the model lacks. chi_square is more than 6 standard deviations above 1, or
@@ -2534,9 +2534,8 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Writes the residual of the first frame over its standard deviation to image[rows][stride]. fitted: 1 = with
-        ! the fitted instrument, 0 = with the one from which the calibration started; the frame's own parameters are
-        ! fitted in both.
+        ! Writes the residual of the first frame over its standard deviation to image[rows][stride]. fitted: 1 = at
+        ! the fitted values, 0 = at those from which the calibration started.
         function toliman_calibration_get_residual(calibration, fitted, image, stride) bind(C) result(answer)
             import
             type(c_ptr), value :: calibration
@@ -5184,9 +5183,8 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Writes the residual of the first frame over its standard deviation to image[rows][stride]. fitted: 1 = with the
-    ! fitted instrument, 0 = with the one from which the calibration started; the frame's own parameters are fitted in
-    ! both. image(stride, rows).
+    ! Writes the residual of the first frame over its standard deviation to image[rows][stride]. fitted: 1 = at the
+    ! fitted values, 0 = at those from which the calibration started. image(stride, rows).
     subroutine scene_calibration_get_residual(self, fitted, image, stat, errmsg)
         class(toliman_scene_calibration), intent(in) :: self
         integer(c_int32_t), intent(in) :: fitted

@@ -120,7 +120,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibrate(const toliman_si
 /* Destroys a calibration. NULL is allowed. */
 TOLIMAN_API void toliman_calibration_destroy(toliman_calibration *calibration) TOLIMAN_NOEXCEPT;
 
-/* Flag of a calibration: no maximum was found. Values, standard deviations and images are NaN. */
+/* Flag of a calibration: no maximum was found. Values, standard deviations and images of the fitted instrument are NaN.
+ */
 #define TOLIMAN_CALIBRATION_NOT_CONVERGED 1u
 
 /* Flag: the frames have an effect that the model lacks. chi_square is more than 6 standard deviations above 1, or
@@ -187,7 +188,9 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_covariance
                                                                                  double *covariance) TOLIMAN_NOEXCEPT;
 
 /* Writes the parameters of frame number `index`, 0 <= index < frames, to *out, whose struct_size must be set: as
- * toliman_fit_frame with the fitted scene, where the standard deviations include the uncertainty of the instrument. */
+ * toliman_fit_frame with the fitted scene, where the standard deviations include the uncertainty of the instrument. A
+ * scene with cadence.peak_photons gives its own peak that number of photons: fluxes are then relative to the nominal
+ * scene. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_frame(const toliman_calibration *calibration,
                                                                             int64_t index,
                                                                             toliman_fit_result *out) TOLIMAN_NOEXCEPT;
@@ -218,9 +221,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_chi_map(co
                                                                               double *map,
                                                                               size_t stride) TOLIMAN_NOEXCEPT;
 
-/* Writes the residual of the first frame over its standard deviation to image[rows][stride]. fitted: 1 = with the
- * fitted instrument, 0 = with the one from which the calibration started; the frame's own parameters are fitted in
- * both. */
+/* Writes the residual of the first frame over its standard deviation to image[rows][stride]. fitted: 1 = at the fitted
+ * values, 0 = at those from which the calibration started. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_residual(const toliman_calibration *calibration,
                                                                                int32_t fitted, double *image,
                                                                                size_t stride) TOLIMAN_NOEXCEPT;

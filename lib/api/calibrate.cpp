@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <limits>
 #include <map>
 #include <numeric>
@@ -34,6 +35,7 @@ namespace {
 
 constexpr int32_t kMostIterations = 1000;
 constexpr double kMostDays = 1e6;
+constexpr double kNoMap = 1e-15;       // m
 constexpr size_t kMostUnknowns = 4096; // parameters times windows
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
@@ -77,13 +79,17 @@ std::vector<calibrate::Window> windows_of(const std::vector<fit::Prediction> &pr
                          })->days;
     std::map<double, calibrate::Window> windows;
     for (size_t k = 0; k < predictions.size(); k++) {
-        const double start = days > 0 ? first + days * std::floor((predictions[k].days - first) / days) : first;
+        double start = days > 0 ? first + days * std::floor((predictions[k].days - first) / days) : first;
+        if (start > predictions[k].days) // rounded up
+            start -= days;
         windows[start].first_days = start;
         windows[start].frames.push_back(k);
     }
     std::vector<calibrate::Window> all;
-    for (auto &[start, window] : windows)
+    for (auto &[start, window] : windows) {
+        window.elapsed = all.empty() ? 1 : std::round((start - all.back().first_days) / days);
         all.push_back(std::move(window));
+    }
     return all;
 }
 
@@ -124,12 +130,12 @@ Start start_of(const calibrate::Problem &problem, const optics::Simulator &nomin
              scene.source.c_str(), problem.nominal.source.c_str());
     for (size_t i = 0; i < problem.free.size(); i++)
         from.changes[i] = change_of(scene, problem.nominal, problem.free[i].parameter);
-    if (scene.telescope.opd_file == problem.nominal.telescope.opd_file)
-        return from;
     const optics::Outline outline = calibrate::outline_at(problem, from.changes, {});
     from.map_m.resize(outline.pupil.opd_m.size());
     for (size_t i = 0; i < from.map_m.size(); i++)
         from.map_m[i] = pupil.opd_m[i] - outline.pupil.opd_m[i];
+    if (std::all_of(from.map_m.begin(), from.map_m.end(), [](double m) { return std::fabs(m) < kNoMap; }))
+        from.map_m = {}; // rounding alone
     return from;
 }
 
@@ -381,6 +387,11 @@ toliman_status toliman_calibration_save_file(const toliman_calibration *handle, 
                           stem = name.substr(0, name.size() - length) + ".opd.npy",
                           file = slash == std::string::npos ? stem : stem.substr(slash + 1);
         const Buffer<double> map = calibrate::fitted_map(calibration);
+        const std::string &given = calibration.nominal.telescope.opd_file;
+        std::error_code different;
+        if (!map.empty() && !given.empty() && std::filesystem::equivalent(stem, given, different))
+            fail(Status::argument, "{path} = \"%s\": its map would replace %s of the nominal scene", name.c_str(),
+                 given.c_str());
         if (!map.empty()) {
             const std::string bytes = calibrate::npy_of(map, calibration.samples, calibration.samples);
             file::replace(stem, bytes.data(), bytes.size());

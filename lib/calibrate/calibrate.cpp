@@ -17,6 +17,7 @@
 #include "calibrate/prior.hpp"
 #include "calibrate/start.hpp"
 #include "calibrate/verdict.hpp"
+#include "scene/instrument.hpp"
 
 namespace toliman::calibrate {
 
@@ -30,28 +31,12 @@ constexpr double kAtMinimum = 1;        // standard deviations: where a shorter 
 constexpr double kSameChiSquare = 1e-3; // relative change, where the model lacks an effect
 constexpr double kSameMap = 1e-2;       // of the steps of the map, which take minutes
 constexpr double kStale = 0.01;         // of the width of a prior: derivatives are computed again beyond it
+constexpr double kFarthest = 10;        // standard deviations of its prior that a parameter may be from 0
 constexpr double kFarStep = 3;          // px; a longer step of a star leads nowhere
 constexpr double kLeastFlux = -0.9;
+constexpr int kMostHalvings = 3; // of a step of the map
 constexpr double kDefectSigmas = 6;
 constexpr double kEvenStart = 3; // nm, of aberrations that have no first-order effect
-
-std::vector<double> mean_of(const std::vector<std::vector<double>> &windows) {
-    std::vector<double> mean(windows[0].size());
-    for (const std::vector<double> &window : windows)
-        for (size_t i = 0; i < mean.size(); i++)
-            mean[i] += window[i] / static_cast<double>(windows.size());
-    return mean;
-}
-
-// Over the open pupil.
-double rms_of(const Buffer<double> &map_m, const Buffer<double> &amplitude) {
-    double square = 0, open = 0;
-    for (size_t cell = 0; cell < map_m.size(); cell++) {
-        square += amplitude[cell] * map_m[cell] * map_m[cell];
-        open += amplitude[cell];
-    }
-    return open > 0 ? std::sqrt(square / open) : 0;
-}
 
 class Calibrator {
   public:
@@ -66,6 +51,9 @@ class Calibrator {
     void choose_sign(const std::vector<bool> &even);
     bool is_possible(const Point &trial) const;
     void refresh_planes(const Point &point);
+    size_t unknowns() const noexcept {
+        return problem_.frames.count * kOwn + problem_.windows.size() * problem_.free.size();
+    }
     double per_freedom(const Linearisation &normal) const;
     void report(Calibration &out, bool of_map, bool accepted, double largest) const;
 
@@ -92,6 +80,17 @@ Point moved(const Point &point, const Point &change) {
     return next;
 }
 
+void halve(Point &change) {
+    for (std::vector<double> &window : change.instrument)
+        for (double &value : window)
+            value /= 2;
+    for (auto &own : change.own)
+        for (double &value : own)
+            value /= 2;
+    for (double &value : change.map_m)
+        value /= 2;
+}
+
 bool Calibrator::is_possible(const Point &trial) const {
     for (size_t frame = 0; frame < trial.own.size(); frame++) {
         const auto &before = point_.own[frame], &after = trial.own[frame];
@@ -103,9 +102,10 @@ bool Calibrator::is_possible(const Point &trial) const {
     }
     for (size_t window = 0; window < trial.instrument.size(); window++)
         for (size_t i = 0; i < trial.instrument[window].size(); i++)
-            if (!(std::fabs(trial.instrument[window][i]) < 10 * problem_.free[i].sigma))
+            if (!(std::fabs(trial.instrument[window][i]) < kFarthest * problem_.free[i].sigma))
                 return false;
-    return true;
+    return std::all_of(trial.instrument.begin(), trial.instrument.end(),
+                       [this](const auto &changes) { return is_readable(scene_at(problem_, changes)); });
 }
 
 void Calibrator::refresh_planes(const Point &point) {
@@ -122,8 +122,7 @@ void Calibrator::refresh_planes(const Point &point) {
 }
 
 double Calibrator::per_freedom(const Linearisation &normal) const {
-    const size_t fitted = problem_.frames.count * kOwn + problem_.windows.size() * problem_.free.size();
-    return normal.chi_square / static_cast<double>(normal.used > fitted ? normal.used - fitted : 1);
+    return normal.chi_square / static_cast<double>(normal.used > unknowns() ? normal.used - unknowns() : 1);
 }
 
 void Calibrator::report(Calibration &out, bool of_map, bool accepted, double largest) const {
@@ -137,6 +136,10 @@ bool Calibrator::iterate(Calibration &out) {
     double damping = kFirstDamping, blend = 1;
     refresh_planes(point_);
     normal_ = linearise(problem_, point_, *planes_, blend);
+    if (!normal_.lost && normal_.used <= unknowns())
+        fail(Status::argument,
+             "{count} = %zu: frames of %zu pixels that do not saturate: must be more than %zu unknowns",
+             problem_.frames.count, normal_.used, unknowns());
     while (out.iterations < options_.most_iterations && !normal_.lost) {
         out.iterations++;
         const Step step = step_from(problem_, point_, normal_, blend > 0 ? damping : 0);
@@ -181,40 +184,41 @@ bool Calibrator::iterate(Calibration &out) {
     return false;
 }
 
-// Gauss-Newton steps of the map: the last one begins where chi-square is that of noise, or it no longer decreases.
-// Further steps would fit little but noise: with 3,000 open cells and four frames of 64 x 64 px, chi-square falls to
-// 0.91, and the structure of the residuals rises to 45.
+// Gauss-Newton steps of the map, as long as chi-square decreases; shorter ones where a whole one leads up.
 bool Calibrator::iterate_map(Calibration &out) {
-    for (int i = 0; i < options_.most_iterations; i++) {
+    bool falls = true;
+    while (falls && out.map_iterations < options_.most_iterations) {
         out.map_iterations++;
         MapOptions how;
         how.rms_m = options_.map_rms_m;
-        const MapStep step = map_step(problem_, point_, how);
+        MapStep step = map_step(problem_, point_, how);
         if (step.lost || !step.solvable)
             return false;
-        const Point trial = moved(point_, step.change);
-        Linearisation next = linearise(problem_, trial, *planes_, 0);
-        const double before = per_freedom(normal_), after = per_freedom(next);
-        const bool accepted = !next.lost && after < before;
-        if (accepted) {
-            point_ = trial;
-            normal_ = std::move(next);
+        const double before = per_freedom(normal_);
+        bool accepted = false;
+        for (int halved = 0; !accepted && halved <= kMostHalvings; halved++, halve(step.change)) {
+            const Point trial = moved(point_, step.change);
+            Linearisation next = linearise(problem_, trial, *planes_, 0);
+            accepted = !next.lost && per_freedom(next) < before;
+            if (accepted) {
+                point_ = trial;
+                normal_ = std::move(next);
+            }
         }
         out.map_rms_m = rms_of(point_.map_m, out.amplitude);
         report(out, true, accepted, 1e9 * step.rms_m);
-        if (!accepted || before - after < kSameMap * std::max(1.0, before))
-            break;
+        falls = accepted && before - per_freedom(normal_) >= kSameMap * std::max(1.0, before);
     }
     planes_ = nullptr; // those with the map
     refresh_planes(point_);
     normal_ = linearise(problem_, point_, *planes_, 0);
-    return !normal_.lost;
+    return !falls && !normal_.lost;
 }
 
 // Without a sign, that of the first even aberration is positive. The residuals remain as they are.
 void Calibrator::choose_sign(const std::vector<bool> &even) {
     const size_t first = static_cast<size_t>(std::find(even.begin(), even.end(), true) - even.begin()), n = even.size();
-    if (first == n || !point_.map_m.empty() || mean_of(point_.instrument)[first] >= 0)
+    if (first == n || mean_of(point_.instrument)[first] >= 0)
         return;
     for (std::vector<double> &window : point_.instrument)
         for (size_t i = 0; i < n; i++)
@@ -237,9 +241,11 @@ bool Calibrator::run(const std::vector<double> &start, const Buffer<double> &map
     point_.map_m = map_m;
     point_.own = find_frames(problem_, start, map_m);
     out.before = whitened_frame(problem_, point_, 0);
-    if (!iterate(out) || (options_.map && !iterate_map(out)))
+    if (!iterate(out))
         return false;
     choose_sign(out.even);
+    if (options_.map && !iterate_map(out))
+        return false;
     judge(problem_, point_, normal_, out);
     return true;
 }
@@ -257,7 +263,7 @@ Calibration calibrate(const Problem &problem, const std::vector<double> &start, 
     }
     const optics::Outline nominal = optics::outline_of(problem.nominal, problem.settings);
     out.samples = nominal.pupil.samples;
-    out.opd_m = nominal.pupil.opd_m;
+    out.nominal_map_m = optics::opd_of_file(problem.nominal, out.samples);
     out.amplitude = nominal.pupil.amplitude;
     const bool antisymmetric = is_antisymmetric(nominal.pupil);
     std::vector<double> first = start;
@@ -296,7 +302,7 @@ Buffer<double> opd_change(const Calibration &calibration, size_t window) {
             change[cell] += calibration.point.instrument[window][i] * mode[cell];
     }
     for (size_t cell = 0; cell < calibration.point.map_m.size(); cell++)
-        change[cell] += calibration.point.map_m[cell];
+        change[cell] += calibration.amplitude[cell] > 0 ? calibration.point.map_m[cell] : 0;
     return change;
 }
 

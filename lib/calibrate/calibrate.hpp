@@ -22,7 +22,8 @@ struct Calibration {
     std::vector<fit::Result> frames;       // of each frame
     std::vector<double> chi_square_of;     // of each window, per degree of freedom
     std::vector<bool> even;                // parameters without a sign
-    Buffer<double> opd_m, amplitude;       // of the nominal pupil, [N][N]
+    Buffer<double> amplitude;              // of the nominal pupil, [N][N]
+    std::vector<double> nominal_map_m;     // of the nominal scene's OPD file, [N][N]; empty without one
     Buffer<double> before, after, chi_map; // [rows][cols]: whitened residuals of frame 0; mean squares of all
     size_t samples = 0;                    // N
     uint32_t flags = 0;

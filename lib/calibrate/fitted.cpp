@@ -26,7 +26,8 @@ void move_files(Value &value, const std::filesystem::path &from, const std::file
         const bool file = value.kind == Value::Kind::object && item.kind == Value::Kind::text &&
                           (value.names[i] == "file" || value.names[i] == "opd_file" || value.names[i] == "times_days");
         if (file && std::filesystem::path(item.text).is_relative())
-            item.text = std::filesystem::relative(from / item.text, to).generic_string();
+            item.text =
+                (from / item.text).lexically_normal().lexically_relative(to.lexically_normal()).generic_string();
         move_files(item, from, to);
     }
 }
@@ -138,7 +139,7 @@ Buffer<double> fitted_map(const Calibration &calibration) {
     Buffer<double> map = calibration.point.map_m;
     if (map.empty())
         return map;
-    const std::vector<double> before = optics::opd_of_file(calibration.nominal, calibration.samples);
+    const std::vector<double> &before = calibration.nominal_map_m;
     for (size_t i = 0; i < before.size(); i++)
         map[i] += before[i];
     return map;

@@ -72,14 +72,6 @@ Point with_aberrations(const Problem &problem, const Point &part) {
     return point;
 }
 
-std::vector<double> mean_of(const std::vector<std::vector<double>> &windows) {
-    std::vector<double> mean(windows[0].size());
-    for (const std::vector<double> &window : windows)
-        for (size_t i = 0; i < mean.size(); i++)
-            mean[i] += window[i] / static_cast<double>(windows.size());
-    return mean;
-}
-
 double dot(const Buffer<double> &a, const Buffer<double> &b) noexcept {
     double sum = 0;
     for (size_t i = 0; i < a.size(); i++)
@@ -213,12 +205,7 @@ void MapFit::finish(const MapFrames::Residuals &given, const Buffer<double> &unk
         return;
     step.change = with_aberrations(problem_, others.change);
     step.change.map_m = opd_m;
-    double sum = 0, open = 0;
-    for (size_t i = 0; i < opd_m.size(); i++) {
-        sum += outline_.pupil.amplitude[i] * opd_m[i] * opd_m[i];
-        open += outline_.pupil.amplitude[i];
-    }
-    step.rms_m = std::sqrt(sum / open);
+    step.rms_m = rms_of(opd_m, outline_.pupil.amplitude);
 }
 
 MapStep MapFit::step() {

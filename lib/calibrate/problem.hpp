@@ -29,6 +29,7 @@ struct Frames {
 // Frames of a window have the same instrument.
 struct Window {
     double first_days = 0;
+    double elapsed = 1; // windows since the one before, those without frames included
     std::vector<size_t> frames;
 };
 
@@ -56,6 +57,12 @@ struct Point {
     std::vector<std::array<double, kOwn>> own;   // [frame]
     Buffer<double> map_m;                        // OPD added to the pupil, [N][N]; empty = none
 };
+
+// The mean over the windows.
+std::vector<double> mean_of(const std::vector<std::vector<double>> &windows);
+
+// The rms of a map over the open pupil.
+double rms_of(const Buffer<double> &map_m, const Buffer<double> &amplitude) noexcept;
 
 // The scene with changed parameters, and its outline with the map.
 Scene scene_at(const Problem &problem, const std::vector<double> &changes);

@@ -85,7 +85,8 @@ template <class Add> void for_prior(const Problem &problem, const Add &add) {
     const size_t n = problem.free.size();
     for (size_t window = 0; window < problem.windows.size(); window++)
         for (size_t i = 0; i < n; i++) {
-            const double sigma = problem.free[i].sigma * (window == 0 ? 1 : problem.smoothness);
+            const double steps = problem.smoothness * std::sqrt(problem.windows[window].elapsed),
+                         sigma = problem.free[i].sigma * (window == 0 ? 1 : steps);
             add(window * n + i, window == 0 ? kNone : (window - 1) * n + i, 1 / (sigma * sigma));
         }
 }
@@ -231,6 +232,11 @@ Step step_from(const Problem &problem, const Point &point, const Linearisation &
     }
     for (size_t i = 0; i < sum.size; i++)
         step.largest = std::max(step.largest, std::fabs(change[i]) / std::sqrt(covariance[i * sum.size + i]));
+    for (size_t frame = 0; frame < sum.frames.size(); frame++)
+        for (size_t k = 0; k < kOwn; k++)
+            step.largest =
+                std::max(step.largest, std::fabs(step.change.own[frame][k]) /
+                                           std::sqrt(normal.excess * sum.frames[frame].inverse[k * kOwn + k]));
     step.solvable = true;
     return step;
 }

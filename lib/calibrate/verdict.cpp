@@ -33,7 +33,7 @@ struct Correlation {
     double pairs[kNeighbourCount] = {};
 
     void add(const double *residual, size_t rows, size_t cols) noexcept {
-        for (size_t n = 0; n < kNeighbourCount; n++) {
+        for (size_t n = 0; n < kNeighbourCount && cols > 2; n++) {
             const auto [down, right] = kNeighbours[n];
             const size_t first = right < 0 ? static_cast<size_t>(-right) : 0,
                          last = right > 0 ? cols - static_cast<size_t>(right) : cols;

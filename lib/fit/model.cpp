@@ -285,17 +285,18 @@ void Model::weigh(size_t r, const double *light, double *weight, double *scratch
                                     &used, &saturated);
 }
 
-void Model::visit(const ImageView<const double> *counts, const double *values, double blend, Work &work,
-                  const std::function<void(const Row &)> &on_row) const {
-    const double *const lines = work.lines.data();
+void Model::begin(const double *values, Work &work) const noexcept {
     prepare(values, orders_, work.places);
     work.used = work.saturated = 0;
-    for (size_t r = 0; r < rows_; r++) {
-        compute_row(values, work.places, orders_, r, work);
-        weigh_row(counts, r, blend, work);
-        on_row({r, lines + shared(weight) * pitch_, lines + shared(residual) * pitch_, lines + shared(light) * pitch_,
-                work.columns.data()});
-    }
+}
+
+Model::Row Model::row(const ImageView<const double> *counts, const double *values, double blend, size_t r,
+                      Work &work) const {
+    const double *const lines = work.lines.data();
+    compute_row(values, work.places, orders_, r, work);
+    weigh_row(counts, r, blend, work);
+    return {r, lines + shared(weight) * pitch_, lines + shared(residual) * pitch_, lines + shared(light) * pitch_,
+            work.columns.data()};
 }
 
 void Model::linearise(const ImageView<const double> *counts, const double *values, double blend, Work &work) const {

@@ -1,6 +1,5 @@
 // The forward model of one frame and its derivatives, row by row from the atlas.
 #pragma once
-#include <functional>
 #include <memory>
 #include <vector>
 
@@ -58,8 +57,13 @@ class Model {
         const double *weight, *residual, *light, *const *derivatives;
     };
     // Calls on_row for each row; the other arguments as in linearise(). Counts pixels in `work`, but sums nothing.
+    template <class OnRow>
     void visit(const ImageView<const double> *counts, const double *values, double blend, Work &work,
-               const std::function<void(const Row &)> &on_row) const;
+               const OnRow &on_row) const {
+        begin(values, work);
+        for (size_t r = 0; r < rows_; r++)
+            on_row(row(counts, values, blend, r, work));
+    }
     // Places move a star with its flux: the factor of the derivative by parameter i.
     static double scale_of(size_t i, const double *values) noexcept {
         return i < flux_a ? 1 + values[flux_a + i / 2] : 1;
@@ -101,6 +105,8 @@ class Model {
     void check_planes() const;
     using Places = optics::Atlas::Place[2];
     void prepare(const double *values, size_t orders, Places &places) const noexcept;
+    void begin(const double *values, Work &work) const noexcept;
+    Row row(const ImageView<const double> *counts, const double *values, double blend, size_t r, Work &work) const;
     void compute_row(const double *values, const Places &places, size_t orders, size_t r, Work &work) const noexcept;
     void weigh_row(const ImageView<const double> *counts, size_t r, double blend, Work &work) const;
     void counts_of_row(size_t r, const double *photons, double *counts) const noexcept;

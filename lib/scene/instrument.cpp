@@ -11,7 +11,9 @@ using Kind = Parameter::Kind;
 
 constexpr double kTableTemperature[2] = {5790, 5260}; // K, of tables that name none: alpha Centauri A and B
 constexpr double kNanometre = 1e-9;
-constexpr int kFocus = 4; // Noll's number
+constexpr int kFocus = 4;                                                                // Noll's number
+constexpr double kMostDistortion = 0.1, kLeastTemperature = 100, kMostTemperature = 1e6; // ranges of scene files
+constexpr double kMostModes = 0.99; // sum of their coefficients, so that the spectrum remains positive
 
 size_t star_of(Kind kind) noexcept {
     return kind == Kind::temperature_b || kind == Kind::spectrum_b ? 1 : 0;
@@ -161,6 +163,27 @@ double temperature_of(const Scene &scene, size_t star) noexcept {
     if (spectrum.kind == Spectrum::Kind::blackbody)
         return spectrum.temperature_k;
     return spectrum.star_temperature_k != 0 ? spectrum.star_temperature_k : kTableTemperature[star];
+}
+
+bool is_readable(const Scene &scene) noexcept {
+    const Detector &detector = scene.detector;
+    const Mask &mask = scene.telescope.mask;
+    const Jitter &jitter = scene.systematics.jitter;
+    const auto within = [](double value, double most) { return std::fabs(value) <= most; };
+    bool readable = detector.pixel_scale_arcsec > 0 && within(detector.scale_anisotropy, kMostDistortion) &&
+                    within(detector.shear, kMostDistortion) && within(mask.rotation_deg, 360) &&
+                    within(mask.shift_m[0], 0.1) && within(mask.shift_m[1], 0.1) && within(jitter.xx, 100) &&
+                    within(jitter.yy, 100) && within(jitter.xy, 100);
+    for (const ZernikeTerm &term : scene.telescope.zernikes)
+        readable &= within(term.rms_m, 1e-3);
+    for (size_t star = 0; star < scene.stars.size(); star++) {
+        readable &= temperature_of(scene, star) >= kLeastTemperature && temperature_of(scene, star) <= kMostTemperature;
+        double sum = 0; // no factor of the spectrum is below 1 minus this
+        for (const double mode : scene.stars[star].spectrum.modes)
+            sum += std::fabs(mode);
+        readable &= sum < kMostModes;
+    }
+    return readable;
 }
 
 // The eigenvalues of the covariance are m +- d; a negative one becomes 0.

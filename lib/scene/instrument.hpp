@@ -18,6 +18,9 @@ double change_of(const Scene &scene, const Scene &nominal, Parameter parameter);
 // Temperature of a star (K); a table without temperatures is one of 5790 K for A and 5260 K for B.
 double temperature_of(const Scene &scene, size_t star) noexcept;
 
+// Whether a scene file may have the values of these parameters.
+bool is_readable(const Scene &scene) noexcept;
+
 // Changes the covariance (px^2) to the nearest one whose variances are not negative along any axis. Whether it changed.
 bool make_possible(Jitter &jitter) noexcept;
 

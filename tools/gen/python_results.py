@@ -76,9 +76,9 @@ ENUMERATIONS = "|".join(sorted({name.removeprefix("TOLIMAN_") for name in WORDS.
 # Members that Python converts to names, with their comment.
 NAMES = {"stages": "names of the modelled stages"}
 
-# Integer members that are booleans, and the bits of `flags` that become booleans.
+# Integer members that are booleans, in all structs or in one, and the bits of `flags` that become booleans.
 SWITCHES = {"blas_is_slow", "whole_counts", "exact_frames", "trained", "converged", "raw", "weighted", "improved",
-            "stopped", "is_free", "map", "accepted"}
+            "stopped", "is_free", "toliman_calibration_step.map", "toliman_calibration_step.accepted"}
 FLAGS = {
     "toliman_period_peak": ("TOLIMAN_PERIOD_AT_EDGE", "TOLIMAN_PERIOD_ALIAS", "TOLIMAN_PERIOD_INACCURATE",
                             "TOLIMAN_PERIOD_COARSE", "TOLIMAN_PERIOD_ABOVE_NYQUIST"),
@@ -119,7 +119,7 @@ def members(model, item, field):
             yield constant.split("_", 2)[2].lower(), "bool", bit.doc or bit.heading, f", flag={bit.value}"
     elif name in WORDS and kind.base != "char":
         yield name, "str", re.sub(r"\w+, \.\.\.", "...", field.doc), f', words="{WORDS[name]}"'
-    elif name in SWITCHES:
+    elif name in SWITCHES or f"{item.name}.{name}" in SWITCHES:
         yield name, "bool", field.doc.removeprefix("1: "), ""
     elif name in NAMES:
         yield name, "tuple[str, ...]", NAMES[name], ""

@@ -1054,7 +1054,7 @@ class toliman_calibration_options(Sized):
     ]
 
 
-# Flag of a calibration: no maximum was found. Values, standard deviations and images are NaN.
+# Flag of a calibration: no maximum was found. Values, standard deviations and images of the fitted instrument are NaN.
 TOLIMAN_CALIBRATION_NOT_CONVERGED = 1
 
 # Flag: the frames have an effect that the model lacks. chi_square is more than 6 standard deviations above 1, or
@@ -3275,7 +3275,9 @@ number of parameters. TOLIMAN_E_RANGE as for toliman_calibration_get_value.""",
             ("out", POINTER(toliman_fit_result)),
         ),
         """Writes the parameters of frame number `index`, 0 <= index < frames, to *out, whose struct_size must be set: as
-toliman_fit_frame with the fitted scene, where the standard deviations include the uncertainty of the instrument.""",
+toliman_fit_frame with the fitted scene, where the standard deviations include the uncertainty of the instrument. A
+scene with cadence.peak_photons gives its own peak that number of photons: fluxes are then relative to the nominal
+scene.""",
     ),
     "toliman_calibration_get_window": (
         c_int32, (
@@ -3310,9 +3312,8 @@ elements. 0 for pixels that were excluded in all frames.""",
             ("image", POINTER(c_double)),
             ("stride", c_size_t),
         ),
-        """Writes the residual of the first frame over its standard deviation to image[rows][stride]. fitted: 1 = with the
-fitted instrument, 0 = with the one from which the calibration started; the frame's own parameters are fitted in
-both.""",
+        """Writes the residual of the first frame over its standard deviation to image[rows][stride]. fitted: 1 = at the fitted
+values, 0 = at those from which the calibration started.""",
     ),
     "toliman_calibration_save_file": (
         c_int32, (("calibration", POINTER(toliman_calibration)), ("window", c_int64), ("path", c_char_p)),

@@ -311,7 +311,7 @@ class CalibrationInfo(Result):
     separation_sigma_px: float = member("standard deviation of the separation in a frame (median), all parameters of the frame free and those of the instrument known")
     calibration_sigma_px: float = member("standard deviation of the error that the uncertain parameters of the instrument cause in the separation of a frame (median); without that of the map")
     map_rms_nm: float = member("rms of the fitted map over the open pupil, nm; 0 without a map")
-    not_converged: bool = member("a calibration: no maximum was found. Values, standard deviations and images are NaN.", flag=1)
+    not_converged: bool = member("a calibration: no maximum was found. Values, standard deviations and images of the fitted instrument are NaN.", flag=1)
     incomplete: bool = member("Flag: the frames have an effect that the model lacks. chi_square is more than 6 standard deviations above 1, or structure is above structure_limit.", flag=2)
     held: bool = member("a parameter is known mostly by its prior", flag=4)
     no_sign: bool = member("the sign of even aberrations is undetermined", flag=8)
@@ -502,7 +502,7 @@ class TrackInfo(Result):
     The ledger holds all counts: a crash loses those of uncommitted frames only."""
 
     received: int = member("arrived frames, in this and earlier runs")
-    accepted: bool = member("frames in the periodogram")
+    accepted: int = member("frames in the periodogram")
     outlier: int
     quarantined: int = member("keys")
     repeated: int = member("later arrivals of known keys, with the same or other content, here or in merged folders")

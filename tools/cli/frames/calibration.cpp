@@ -1,5 +1,6 @@
 #include "frames/calibration.hpp"
 
+#include <cstdlib>
 #include <filesystem>
 #include <optional>
 #include <utility>
@@ -103,8 +104,6 @@ void Calibration::run(Progress &progress) {
     const StopLimit limit("stopped by a signal; if an iteration was complete, --resume continues after it");
     progress_ = &progress;
     const std::optional<Scene> start = start_of(request_, files_, progress);
-    if (!start)
-        files_.remove_part();
     toliman_calibration_options options = request_.options;
     options.free = request_.by_free ? request_.free.c_str() : nullptr;
     options.start = start ? start->sim.get() : nullptr;
@@ -139,7 +138,7 @@ void Calibration::refuse(const toliman::error &error) const {
     const std::string of_frame = "frame ";
     if (error.status() == TOLIMAN_E_ARGUMENT && why.rfind(of_frame, 0) == 0) {
         const size_t colon = why.find(": ");
-        const size_t frame = std::stoul(why.substr(of_frame.size()));
+        const size_t frame = std::strtoul(why.c_str() + of_frame.size(), nullptr, 10);
         if (colon != std::string::npos && frame < frames_.places.size())
             malformed(frames_.name(frame), why.substr(colon + 2));
     }
