@@ -20,7 +20,7 @@ SCENE = {
     "telescope": {"aperture_m": 0.125, "secondary_m": 0.032, "pupil_samples": 48, "struts": {"count": 3, "width_m": 0.004},
                   "mask": {"kind": "spiral", "opd_nm": 292.5, "edges": "area",
                            "terms": [{"a": 0.819, "f": 2.918, "m": -7, "p": 4.874}, {"a": 0.93, "f": 1.829, "m": 5}]}},
-    "band": {"min_nm": 530, "max_nm": 640, "step_nm": 27.5},
+    "band": {"min_nm": 530, "max_nm": 640, "step_nm": 55},
     "stars": {"A": {"spectrum": {"kind": "blackbody", "temperature_k": 5790}, "photons_per_s": 7.5e6},
               "B": {"spectrum": {"kind": "blackbody", "temperature_k": 5260}, "photons_per_s": 2.5e6}},
     "binary": {"date": 2027, "moving": True,

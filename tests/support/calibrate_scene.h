@@ -1,4 +1,5 @@
-/* Scenes and frames for the tests of calibrations: 64 x 64 px, 48 pupil cells, five wavelengths, 1e9 photons per frame.
+/* Scenes and frames for the tests of calibrations: 64 x 64 px, 48 pupil cells, three wavelengths, 1e9 photons per
+ * frame.
  */
 #ifndef TOLIMAN_TESTS_CALIBRATE_SCENE_H
 #define TOLIMAN_TESTS_CALIBRATE_SCENE_H
@@ -33,7 +34,7 @@ static inline char *calibrate_text(const calibrate_change *change) {
         "  \"mask\": {\"kind\": \"spiral\", \"opd_nm\": 292.5, \"edges\": \"area\"%s,"
         "   \"terms\": [{\"a\": 0.819, \"f\": 2.918, \"m\": -7, \"p\": 4.874}, {\"a\": 0.93, \"f\": 1.829, \"m\": "
         "5}]}},"
-        " \"band\": {\"min_nm\": 530, \"max_nm\": 640, \"step_nm\": 27.5},"
+        " \"band\": {\"min_nm\": 530, \"max_nm\": 640, \"step_nm\": 55},"
         " \"stars\": {\"A\": {\"spectrum\": {\"kind\": \"blackbody\", \"temperature_k\": %.17g},"
         "   \"photons_per_s\": 7.5e6},"
         "  \"B\": {\"spectrum\": {\"kind\": \"blackbody\", \"temperature_k\": 5260}, \"photons_per_s\": 2.5e6}},"

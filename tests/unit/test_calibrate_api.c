@@ -224,7 +224,7 @@ static void other_scenes_are_no_start(void **state) {
     (void)state;
     static const char *const places[][2] = {{"\"pupil_samples\": 48", "\"pupil_samples\": 64"},
                                             {"\"secondary_m\": 0.032", "\"secondary_m\": 0.03"},
-                                            {"\"step_nm\": 27.5", "\"step_nm\": 55"},
+                                            {"\"step_nm\": 55", "\"step_nm\": 27.5"},
                                             {"\"opd_nm\": 292.5", "\"opd_nm\": 290"},
                                             {"\"shape\": [64, 64]", "\"shape\": [60, 64]"}};
     for (size_t i = 0; i < sizeof places / sizeof *places; i++) {
