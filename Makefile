@@ -12,7 +12,7 @@ demo: all ## build everything, find a planet in 1095 simulated frames, and draw 
 	$(BUILD)/bin/toliman run examples/scenes/chapter.json
 	$(BUILD)/bin/toliman report chapter.run
 check: everything ## build and run every test
-	ctest --test-dir $(BUILD) --output-on-failure --parallel $$(($(JOBS) + 1)) # some tests wait for disks and clocks
+	tests/with_kernels $(BUILD) ctest --test-dir $(BUILD) --output-on-failure --parallel $$(($(JOBS) + 1)) # some tests wait for disks and clocks
 bench: everything ## measure speed and error, with reference programs, into build/bench and a report (9 minutes)
 	@/usr/bin/python3 tests/bench/bench.py $(BUILD)/bin $(BUILD)/bench
 	@$(BUILD)/bin/toliman report $(BUILD)/bench
