@@ -11,6 +11,7 @@
 #include "api/guard.hpp"
 #include "api/handles.hpp"
 #include "api/memory.hpp"
+#include "api/option.hpp"
 #include "api/pixel_frames.hpp"
 #include "api/struct_array.hpp"
 #include "api/track_estimators.hpp"
@@ -25,16 +26,6 @@ using namespace toliman::api;
 namespace {
 
 constexpr double kStepSeconds = 1.25e-3; // of the training of a network, on one core of a 2020s server
-
-template <class T> T in_range(const char *name, T value, T least, T most, T preset) {
-    if (value == 0)
-        return preset;
-    if (!(value >= least && value <= most))
-        fail(Status::argument, "{options->%s} = %.7g: must be in [%.7g, %.7g], or 0 for %.7g", name,
-             static_cast<double>(value), static_cast<double>(least), static_cast<double>(most),
-             static_cast<double>(preset));
-    return value;
-}
 
 // last_days: of the scene's frames.
 bank::Options options_of(const toliman_bank_options &given, double last_days) {

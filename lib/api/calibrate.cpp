@@ -13,6 +13,7 @@
 #include "api/guard.hpp"
 #include "api/handles.hpp"
 #include "api/memory.hpp"
+#include "api/option.hpp"
 #include "api/parameters.hpp"
 #include "api/pixel_frames.hpp"
 #include "api/struct_array.hpp"
@@ -38,16 +39,6 @@ constexpr double kMostDays = 1e6;
 constexpr double kNoMap = 1e-15;       // m
 constexpr size_t kMostUnknowns = 4096; // parameters times windows
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-
-template <class T> T in_range(const char *name, T value, T least, T most, T preset) {
-    if (value == 0)
-        return preset;
-    if (!(value >= least && value <= most))
-        fail(Status::argument, "{options->%s} = %.7g: must be in [%.7g, %.7g], or 0 for %.7g", name,
-             static_cast<double>(value), static_cast<double>(least), static_cast<double>(most),
-             static_cast<double>(preset));
-    return value;
-}
 
 void check_scene(const optics::Simulator &simulator) {
     const Scene &scene = simulator.scene();

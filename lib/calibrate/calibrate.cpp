@@ -35,7 +35,6 @@ constexpr double kFarthest = 10;        // standard deviations of its prior that
 constexpr double kFarStep = 3;          // px; a longer step of a star leads nowhere
 constexpr double kLeastFlux = -0.9;
 constexpr int kMostHalvings = 3; // of a step of the map
-constexpr double kDefectSigmas = 6;
 constexpr double kEvenStart = 3; // nm, of aberrations that have no first-order effect
 
 class Calibrator {
@@ -172,7 +171,7 @@ bool Calibrator::iterate(Calibration &out) {
             return false;
         const double after = per_freedom(normal_);
         const double sigma = std::sqrt(2 / static_cast<double>(normal_.used));
-        const bool complete = after < 1 + kDefectSigmas * sigma;
+        const bool complete = after < 1 + fit::kOutlierSigmas * sigma;
         if (accepted && blend == 0 &&
             (step.largest < kStill || (!complete && std::fabs(after - before) < kSameChiSquare * before)))
             return true;

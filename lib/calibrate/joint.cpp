@@ -17,10 +17,6 @@ namespace {
 
 constexpr size_t kWhitenedAtOnce = 16; // frames
 
-double sum_of(const double *lane) noexcept {
-    return ((lane[0] + lane[1]) + (lane[2] + lane[3])) + ((lane[4] + lane[5]) + (lane[6] + lane[7]));
-}
-
 } // namespace
 
 Joint::Joint(const Problem &problem, const Point &point, size_t window)
@@ -52,7 +48,9 @@ Block Joint::block(size_t frame, const Planes &planes, double blend) const {
         columns[size] = row.residual;
         kernels::normal_kernels().add(columns.data(), size + 1, row.weight, cols, products.data(), sums.data());
     });
-    const auto sum = [&](size_t i, size_t j) { return sum_of(&sums[(i * (size + 1) + j) * kernels::kNormalLanes]); };
+    const auto sum = [&](size_t i, size_t j) {
+        return kernels::sum_of_lanes(&sums[(i * (size + 1) + j) * kernels::kNormalLanes]);
+    };
     const auto scale = [&](size_t i) { return i < kOwn ? fit::Model::scale_of(i, values) : 1; };
     Block block = {Buffer<double>(size * size), Buffer<double>(size)};
     for (size_t i = 0; i < size; i++) {

@@ -16,10 +16,6 @@ namespace {
 
 constexpr size_t kChunks = 8;
 
-double sum_of(const double *lane) noexcept {
-    return ((lane[0] + lane[1]) + (lane[2] + lane[3])) + ((lane[4] + lane[5]) + (lane[6] + lane[7]));
-}
-
 } // namespace
 
 // A frame row by row; of one thread.
@@ -85,7 +81,7 @@ class MapFrames::Rows {
         kernels::normal_kernels().add(columns_.data(), size_ + 1, weight(), cols_, line(0), sums_.data());
     }
     double product(size_t i, size_t j) const noexcept {
-        return sum_of(&sums_[(std::min(i, j) * (size_ + 1) + std::max(i, j)) * kernels::kNormalLanes]);
+        return kernels::sum_of_lanes(&sums_[(std::min(i, j) * (size_ + 1) + std::max(i, j)) * kernels::kNormalLanes]);
     }
     // Products of all lines with the residual.
     void add_projection() {
@@ -94,7 +90,7 @@ class MapFrames::Rows {
     Buffer<double> projection() const {
         Buffer<double> sums(size_);
         for (size_t i = 0; i < size_; i++)
-            sums[i] = sum_of(&sums_[i * kernels::kNormalLanes]);
+            sums[i] = kernels::sum_of_lanes(&sums_[i * kernels::kNormalLanes]);
         return sums;
     }
 

@@ -1,6 +1,6 @@
 // Method: each frame starts at its predicted places, or at those that a correlation with the expected frame finds,
-// whichever fits better with the best fluxes and background. Places are not refined: with 100 nm of unknown aberrations
-// the best places of a star are false ones, from which the joint steps do not converge.
+// whichever fits better with the best fluxes and background. Places are not refined: the joint steps find them, also
+// from 1 px off, and with wrong optics the best place of a star is a wrong one.
 // Symmetry: a mask that steps where a sum of cosines of odd m is positive has b(-x) = 1 - b(x). With a symmetric
 // aperture and without aberrations, the field in the focus is then real at every wavelength, up to a constant phase,
 // and an aberration of even azimuthal order has the same image as its negative: no first-order effect, and no sign.

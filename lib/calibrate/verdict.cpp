@@ -19,8 +19,6 @@ namespace toliman::calibrate {
 
 namespace {
 
-constexpr double kDefectSigmas = 6; // of the chi-square
-
 struct Neighbour {
     size_t down;
     long right;
@@ -63,7 +61,6 @@ double median_of(std::vector<double> values) {
 // Results of the frames of a window, with both uncertainties of their separation.
 void describe_frames(const Joint &joint, const Problem &problem, const Point &point, const Linearisation &normal,
                      size_t window, Calibration &out, std::vector<double> &alone, std::vector<double> &added) {
-    const double limit = kDefectSigmas;
     for (const size_t frame : problem.windows[window].frames) {
         fit::Result &result = out.frames[frame], known;
         const Block &block = normal.blocks[frame];
@@ -76,7 +73,7 @@ void describe_frames(const Joint &joint, const Problem &problem, const Point &po
         result.excluded = block.saturated;
         if (block.saturated > 0)
             result.flags |= fit::saturated;
-        if (result.chi_square > 1 + limit * std::sqrt(2 * pixels + block.inverse_counts) / pixels)
+        if (result.chi_square > 1 + fit::kOutlierSigmas * std::sqrt(2 * pixels + block.inverse_counts) / pixels)
             result.flags |= fit::outlier;
         alone.push_back(std::sqrt(known.covariance[0]));
         added.push_back(std::sqrt(std::max(0.0, result.covariance[0] - known.covariance[0])));
@@ -146,7 +143,7 @@ void judge(const Problem &problem, const Point &point, const Linearisation &norm
     out.chi_square_sigma = std::sqrt(2 * pixels + normal.inverse_counts) / (pixels - fitted);
     const double loss = std::max(0.0, 1 - out.chi_square);
     out.structure_limit = kStructureLimit + (point.map_m.empty() ? 0 : pixels * loss * loss);
-    if (out.chi_square > 1 + kDefectSigmas * out.chi_square_sigma || out.structure > out.structure_limit)
+    if (out.chi_square > 1 + fit::kOutlierSigmas * out.chi_square_sigma || out.structure > out.structure_limit)
         out.flags |= incomplete;
     for (size_t i = 0; i < size; i++) {
         const double sigma = std::sqrt(out.uncertainty.instrument[i * size + i]);

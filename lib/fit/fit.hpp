@@ -12,6 +12,7 @@
 namespace toliman::fit {
 
 constexpr double kCapturePx = 15, kMostCapturePx = 64;
+constexpr double kOutlierSigmas = 6; // of the chi-square, above which the model lacks an effect
 
 // What is known of a frame: toliman_fit_prediction.
 struct Prediction {

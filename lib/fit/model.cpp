@@ -51,10 +51,6 @@ class Mix {
     double factor_[kernels::kMostTaps] = {};
 };
 
-double sum_of(const double *lane) noexcept {
-    return ((lane[0] + lane[1]) + (lane[2] + lane[3])) + ((lane[4] + lane[5]) + (lane[6] + lane[7]));
-}
-
 // The light of one star alone.
 optics::Light only(optics::Light light, size_t star) {
     std::fill(light.photons[1 - star].begin(), light.photons[1 - star].end(), 0.0);
@@ -306,7 +302,9 @@ void Model::linearise(const ImageView<const double> *counts, const double *value
         kernels::normal_kernels().add(work.columns.data(), n + 1, row.weight, cols_,
                                       work.lines.data() + shared(products) * pitch_, work.sums.data());
     });
-    const auto sum = [&](size_t i, size_t j) { return sum_of(&work.sums[(i * (n + 1) + j) * kernels::kNormalLanes]); };
+    const auto sum = [&](size_t i, size_t j) {
+        return kernels::sum_of_lanes(&work.sums[(i * (n + 1) + j) * kernels::kNormalLanes]);
+    };
     for (size_t i = 0; i < n; i++) {
         for (size_t j = i; j < n; j++)
             work.matrix[i * n + j] = scale_of(i, values) * scale_of(j, values) * sum(i, j);
@@ -372,7 +370,7 @@ void Model::whiten_residual(const ImageView<const double> *counts, const double 
                          work.sums.data());
     }
     for (size_t i = 0; i <= n; i++)
-        filtered[i] = (i < n ? scale_of(i, values) : 1) * sum_of(&work.sums[i * kernels::kNormalLanes]);
+        filtered[i] = (i < n ? scale_of(i, values) : 1) * kernels::sum_of_lanes(&work.sums[i * kernels::kNormalLanes]);
 }
 
 uint64_t Model::digest() const noexcept {

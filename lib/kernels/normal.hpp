@@ -8,6 +8,10 @@ namespace toliman::kernels {
 
 constexpr size_t kNormalLanes = 8; // partial sums of each element
 
+inline double sum_of_lanes(const double *lane) noexcept {
+    return ((lane[0] + lane[1]) + (lane[2] + lane[3])) + ((lane[4] + lane[5]) + (lane[6] + lane[7]));
+}
+
 // How counts become electrons, and their variance.
 struct CountModel {
     double e_per_count, bias, dark;

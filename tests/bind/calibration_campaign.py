@@ -1,11 +1,12 @@
 """Calibrations of the scene `sky` with ten frames over three years: the long form of test_calibration.py.
 
-    calibration_campaign.py pulls|capture|headline|lack|all [--truths 20] [--step-nm 1] [--photons 1e10 1e12]
+    calibration_campaign.py pulls|capture|headline|lack|wrong|all [--truths 20] [--step-nm 1] [--photons 1e10 1e12]
 
 pulls      errors of the parameters and of the separation in their standard deviations, iterations
 capture    starts far from the truth: convergence and iterations
 headline   separations of three years of frames with true, nominal and calibrated optics, and the planet in them
 lack       optics with effects that Zernike polynomials lack: reported, and fitted with a map and spectral modes
+wrong      models that lack a ghost, the depth of the mask's step, or the area of the pixels: verdict and chi-square
 
 A larger --step-nm of the wavelengths, the same in truth and model, is faster. The exit status is 1 if a figure exceeds its
 limit, which is printed next to it."""
@@ -183,13 +184,45 @@ def lack(options):
             check(found.info.incomplete, f"{name}: reported as incomplete")
 
 
+def wrong(options):
+    """Frames of telescopes that no parameter describes: verdict, and what the defect costs the separation."""
+    kinds = (("the same model", 0, {}), ("ghost of 1e-4", 1e-4, {}), ("ghost of 1e-3", 1e-3, {}),
+             ("mask step 1 nm deeper", 0, {"telescope": {"mask": {"opd_nm": 293.5}}}),
+             ("mask step 5 nm deeper", 0, {"telescope": {"mask": {"opd_nm": 297.5}}}),
+             ("square pixels", 0, {"detector": {"pixel": "integrated"}}))
+    for photons in options.photons:
+        nominal = sky(photons, options.step_nm)
+        simulator = toliman.Simulator(nominal)
+        print(f"wrong: {FRAMES} frames of {photons:.0e} photons", flush=True)
+        for name, ghost, change in kinds:
+            scene = merge(draw_truth(nominal, 1), change)
+            wanted = true_separations(toliman.Simulator(scene))
+            scene["noise"] = {"photon": False, "read_e": nominal["noise"]["read_e"], "seed": 1}
+            expected = toliman.Simulator(scene).frames()
+            expected += ghost * (numpy.roll(expected, (40, -25), (1, 2)) - expected)
+            stream = numpy.random.default_rng(1)
+            frames = stream.poisson(expected) + nominal["noise"]["read_e"] * stream.normal(size=expected.shape)
+            found = toliman.calibrate(simulator, frames)
+            error = found.frames["separation_px"] - wanted
+            sigma = rms(found.frames["separation_sigma_px"])
+            check(bool(found.flags) == bool(ghost or change),
+                  f"{name:22s} chi-square {found.info.chi_square:10.4f}, separation wrong by {rms(error):.1e} px "
+                  f"(sigma {sigma:.1e}): {found.verdict}")
+
+
+def merge(scene, change):
+    for key, value in change.items():
+        scene[key] = merge(scene[key], value) if isinstance(value, dict) else value
+    return scene
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parts = {"pulls": pulls, "capture": capture, "headline": headline, "lack": lack}
+    parts = {"pulls": pulls, "capture": capture, "headline": headline, "lack": lack, "wrong": wrong}
     parser.add_argument("part", choices=[*parts, "all"])
     parser.add_argument("--truths", type=int, default=20)
     parser.add_argument("--step-nm", type=float, default=1, help="of the wavelengths")
-    parser.add_argument("--photons", type=float, nargs="+", default=[1e10, 1e12], help="pulls: photons of a frame")
+    parser.add_argument("--photons", type=float, nargs="+", default=[1e10, 1e12], help="pulls, wrong: photons of a frame")
     parser.add_argument("--kind", default="", help="capture: only those whose name has this text")
     parser.add_argument("--frames", type=int, default=1095, help="headline: number of frames")
     parser.add_argument("--iterations", type=int, default=30, help="lack: most iterations")

@@ -11,12 +11,14 @@ using namespace toliman::calibrate;
 
 namespace {
 
-// Frames alternate between the windows.
+// Frames alternate between the windows, window w of which is w + 1 window lengths after the one before.
 Problem problem_of(size_t windows, size_t frames, size_t n, const double *sigma, double smoothness) {
     Problem problem;
     for (size_t i = 0; i < n; i++)
         problem.free.push_back({{Parameter::Kind::zernike, kFirstZernike + static_cast<int>(i)}, sigma[i]});
     problem.windows.resize(windows);
+    for (size_t w = 0; w < windows; w++)
+        problem.windows[w].elapsed = static_cast<double>(w + 1);
     problem.frames.count = frames;
     problem.smoothness = smoothness;
     for (size_t k = 0; k < frames; k++)

@@ -56,7 +56,8 @@ static size_t assemble(size_t windows, double damping) {
         }
     for (size_t w = 0; w < windows; w++)
         for (size_t i = 0; i < N; i++) {
-            const long double sigma = kSigma[i] * (w == 0 ? 1 : kSmoothness), weight = 1 / (sigma * sigma);
+            const long double elapsed = w + 1, /* window lengths since the one before */
+                sigma = kSigma[i] * (w == 0 ? 1 : kSmoothness * sqrtl(elapsed)), weight = 1 / (sigma * sigma);
             const size_t at = w * N + i, before = at - N;
             whole[at][at] += weight;
             right[at] -= weight * (values[at] - (w == 0 ? 0 : values[before]));

@@ -1,46 +1,6 @@
 /* Tests the results of calibrations: values against the truth of the frames, the same bits on any threads, steps,
  * cancellation and resumption, verdicts, windows, and saved scenes. */
-#include "calibrate_scene.h"
-#include "test_folder.h"
-
-enum { SIDE = CALIBRATE_SIDE, PIXELS = CALIBRATE_PIXELS, FRAMES = CALIBRATE_FRAMES, ALL = 8, CELLS = 48, DEFAULT = 25 };
-
-static toliman_sim *nominal, *truth;
-static double frames[ALL * PIXELS];
-static toliman_calibration *whole; /* FRAMES frames, all defaults */
-static char folder[300];
-
-static toliman_calibration *calibrated(const toliman_sim *sim, const double *of, size_t count,
-                                       const toliman_calibration_options *options) {
-    toliman_calibration *made = NULL;
-    assert_ok(toliman_calibrate(sim, PLAIN_IMAGE(of), count, NULL, options, &made));
-    return made;
-}
-
-static int set_up(void **unused) {
-    (void)unused;
-    nominal = calibrate_sim(NULL);
-    truth = calibrate_sim(&kTrueChange);
-    assert_ok(toliman_sim_frame_many(truth, NULL, 3, 0, ALL, 0, frames));
-    whole = calibrated(nominal, frames, FRAMES, NULL);
-    make_folder(folder, sizeof folder);
-    return 0;
-}
-
-static int tear_down(void **unused) {
-    (void)unused;
-    remove_folder(folder);
-    toliman_calibration_destroy(whole);
-    toliman_sim_destroy(truth);
-    toliman_sim_destroy(nominal);
-    return 0;
-}
-
-static const char *in_folder(const char *name) {
-    static char path[400];
-    snprintf(path, sizeof path, "%s/%s", folder, name);
-    return path;
-}
+#include "calibrate_group.h"
 
 /* Results. */
 
@@ -365,6 +325,18 @@ static void signs_that_have_no_effect_are_reported(void **state) {
         toliman_calibration_destroy(made);
         toliman_sim_destroy(other);
     }
+    /* From the other side: the value is positive all the same. */
+    const calibrate_change below = {.no_struts = 1,
+                                    .telescope = ", \"aberrations\": {\"zernike_rms_nm\": {\"4\": -7}}"};
+    toliman_sim *const start = calibrate_sim(&below);
+    const toliman_calibration_options options = {
+        .struct_size = sizeof options, .free = "focus zernike_7", .start = start};
+    toliman_calibration *const made = calibrated(open, both[0], 2, &options);
+    const toliman_calibration_value focus = calibrate_value_of(made, 0, 0), coma = calibrate_value_of(made, 0, 1);
+    assert_close(focus.value, 9, 0, 5 * focus.sigma);
+    assert_close(coma.value, -8, 0, 5 * coma.sigma);
+    toliman_calibration_destroy(made);
+    toliman_sim_destroy(start);
     toliman_sim_destroy(open);
 }
 
