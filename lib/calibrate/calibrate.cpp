@@ -8,6 +8,8 @@
 // deviations. As they shrink quadratically, the estimate is far nearer to the maximum. Where the model lacks an effect,
 // chi-square stays above 1; the steps end when it no longer decreases, and the verdict says so. Measured: 5 or 6 steps
 // from 20 nm of aberrations, 7 or 8 from 100 nm.
+// Where the pupil is nearly symmetric, aberrations of even azimuthal order with the opposite sign give nearly the same
+// image: a second minimum, at which the steps from 100 nm may end. A poor fit is therefore continued from there, too.
 #include "calibrate/calibrate.hpp"
 
 #include <algorithm>
@@ -36,6 +38,7 @@ constexpr double kFarStep = 3;          // px; a longer step of a star leads now
 constexpr double kLeastFlux = -0.9;
 constexpr int kMostHalvings = 3; // of a step of the map
 constexpr double kEvenStart = 3; // nm, of aberrations that have no first-order effect
+constexpr int kMirrorTrial = 4;  // iterations, after which the second minimum must be the better one
 
 class Calibrator {
   public:
@@ -45,7 +48,9 @@ class Calibrator {
     bool run(const std::vector<double> &start, const Buffer<double> &map_m, Calibration &out);
 
   private:
-    bool iterate(Calibration &out);
+    bool iterate(Calibration &out, int patience = 0);
+    bool iterate_mirrored(Calibration &out, bool found);
+    bool is_complete() const noexcept;
     bool iterate_map(Calibration &out);
     void choose_sign(const std::vector<bool> &even);
     bool is_possible(const Point &trial) const;
@@ -53,7 +58,7 @@ class Calibrator {
     size_t unknowns() const noexcept {
         return problem_.frames.count * kOwn + problem_.windows.size() * problem_.free.size();
     }
-    double per_freedom(const Linearisation &normal) const;
+    double per_freedom(const Linearisation &normal) const noexcept;
     void report(Calibration &out, bool of_map, bool accepted, double largest) const;
 
     const Problem &problem_;
@@ -62,6 +67,7 @@ class Calibrator {
     Linearisation normal_;
     std::unique_ptr<Planes> planes_;
     std::vector<double> planes_at_;
+    double chi_square_to_beat_ = 0; // in a trial
 };
 
 Point moved(const Point &point, const Point &change) {
@@ -120,7 +126,7 @@ void Calibrator::refresh_planes(const Point &point) {
     planes_at_ = mean;
 }
 
-double Calibrator::per_freedom(const Linearisation &normal) const {
+double Calibrator::per_freedom(const Linearisation &normal) const noexcept {
     return normal.chi_square / static_cast<double>(normal.used > unknowns() ? normal.used - unknowns() : 1);
 }
 
@@ -131,8 +137,14 @@ void Calibrator::report(Calibration &out, bool of_map, bool accepted, double lar
         options_.on_step(out, {of_map, accepted, out.iterations + out.map_iterations, out.chi_square, largest});
 }
 
-bool Calibrator::iterate(Calibration &out) {
+bool Calibrator::is_complete() const noexcept {
+    return per_freedom(normal_) < 1 + fit::kOutlierSigmas * std::sqrt(2 / static_cast<double>(normal_.used));
+}
+
+// patience: iterations after which chi-square must be below that to beat; 0: any number.
+bool Calibrator::iterate(Calibration &out, int patience) {
     double damping = kFirstDamping, blend = 1;
+    const int first = out.iterations;
     refresh_planes(point_);
     normal_ = linearise(problem_, point_, *planes_, blend);
     if (!normal_.lost && normal_.used <= unknowns())
@@ -170,8 +182,9 @@ bool Calibrator::iterate(Calibration &out) {
         if (!accepted && (blend == 0 || damping > kMostDamping))
             return false;
         const double after = per_freedom(normal_);
-        const double sigma = std::sqrt(2 / static_cast<double>(normal_.used));
-        const bool complete = after < 1 + fit::kOutlierSigmas * sigma;
+        const bool complete = is_complete();
+        if (patience > 0 && out.iterations - first >= patience && after > chi_square_to_beat_)
+            return false;
         if (accepted && blend == 0 &&
             (step.largest < kStill || (!complete && std::fabs(after - before) < kSameChiSquare * before)))
             return true;
@@ -181,6 +194,37 @@ bool Calibrator::iterate(Calibration &out) {
             blend = std::min(blend, next_blend);
     }
     return false;
+}
+
+// Continues a poor fit with the opposite even aberrations; keeps the better of both. Returns whether that is a minimum;
+// found: whether the present one is.
+bool Calibrator::iterate_mirrored(Calibration &out, bool found) {
+    Scene flat = problem_.nominal;
+    flat.telescope.zernikes.clear();
+    const optics::Pupil pupil = optics::outline_of(problem_.nominal, problem_.settings).pupil;
+    Point mirrored = point_;
+    double squares = 0;
+    for (size_t i = 0; i < problem_.free.size(); i++) {
+        const Parameter parameter = problem_.free[i].parameter;
+        if (!is_even_aberration(pupil, parameter))
+            continue;
+        const double nominal = change_of(problem_.nominal, flat, parameter);
+        for (std::vector<double> &window : mirrored.instrument) {
+            squares += (nominal + window[i]) * (nominal + window[i]);
+            window[i] = -window[i] - 2 * nominal;
+        }
+    }
+    if (squares < kEvenStart * kEvenStart * static_cast<double>(mirrored.instrument.size()))
+        return found;
+    const Point before = point_;
+    chi_square_to_beat_ = per_freedom(normal_);
+    point_ = mirrored;
+    if (iterate(out, kMirrorTrial) && per_freedom(normal_) < chi_square_to_beat_)
+        return true;
+    point_ = before;
+    refresh_planes(point_);
+    normal_ = linearise(problem_, point_, *planes_, 0);
+    return found && !normal_.lost;
 }
 
 // Gauss-Newton steps of the map, as long as chi-square decreases; shorter ones where a whole one leads up.
@@ -240,7 +284,10 @@ bool Calibrator::run(const std::vector<double> &start, const Buffer<double> &map
     point_.map_m = map_m;
     point_.own = find_frames(problem_, start, map_m);
     out.before = whitened_frame(problem_, point_, 0);
-    if (!iterate(out))
+    bool found = iterate(out);
+    if (!normal_.lost && !is_complete())
+        found = iterate_mirrored(out, found);
+    if (!found)
         return false;
     choose_sign(out.even);
     if (options_.map && !iterate_map(out))
