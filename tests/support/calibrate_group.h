@@ -5,7 +5,7 @@
 #include "calibrate_scene.h"
 #include "test_folder.h"
 
-enum { SIDE = CALIBRATE_SIDE, PIXELS = CALIBRATE_PIXELS, FRAMES = CALIBRATE_FRAMES, ALL = 8, CELLS = 48, DEFAULT = 25 };
+enum { SIDE = CALIBRATE_SIDE, PIXELS = CALIBRATE_PIXELS, FRAMES = CALIBRATE_FRAMES, ALL = 8, CELLS = 32, DEFAULT = 25 };
 
 static toliman_sim *nominal, *truth;
 static double frames[ALL * PIXELS];

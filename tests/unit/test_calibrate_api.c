@@ -168,10 +168,10 @@ static void bad_arguments_of_results_are_refused(void **state) {
     assert_fails(toliman_calibration_get_opd(whole, 0, NULL), TOLIMAN_E_ARGUMENT, "opd is NULL");
     assert_fails(toliman_calibration_get_chi_map(whole, NULL, SIDE), TOLIMAN_E_ARGUMENT, "map is NULL");
     assert_fails(toliman_calibration_get_chi_map(whole, numbers, SIDE - 1), TOLIMAN_E_ARGUMENT,
-                 "stride of map = 63: must be at least 64");
+                 "stride of map = 39: must be at least 40");
     assert_fails(toliman_calibration_get_residual(whole, 1, NULL, SIDE), TOLIMAN_E_ARGUMENT, "image is NULL");
     assert_fails(toliman_calibration_get_residual(whole, 1, numbers, SIDE - 1), TOLIMAN_E_ARGUMENT,
-                 "stride of image = 63: must be at least 64");
+                 "stride of image = 39: must be at least 40");
     assert_fails(toliman_calibration_get_residual(whole, 2, numbers, SIDE), TOLIMAN_E_ARGUMENT,
                  "fitted = 2: must be 0 or 1");
     assert_fails(toliman_calibration_save_file(whole, 0, NULL), TOLIMAN_E_ARGUMENT, "path is NULL");
@@ -182,11 +182,11 @@ static void bad_arguments_of_results_are_refused(void **state) {
 
 static void other_scenes_are_no_start(void **state) {
     (void)state;
-    static const char *const places[][2] = {{"\"pupil_samples\": 48", "\"pupil_samples\": 64"},
+    static const char *const places[][2] = {{"\"pupil_samples\": 32", "\"pupil_samples\": 48"},
                                             {"\"secondary_m\": 0.032", "\"secondary_m\": 0.03"},
                                             {"\"step_nm\": 55", "\"step_nm\": 27.5"},
                                             {"\"opd_nm\": 292.5", "\"opd_nm\": 290"},
-                                            {"\"shape\": [64, 64]", "\"shape\": [60, 64]"}};
+                                            {"\"shape\": [40, 40]", "\"shape\": [36, 40]"}};
     for (size_t i = 0; i < sizeof places / sizeof *places; i++) {
         char *const text = replaced_again(calibrate_text(NULL), places[i][0], places[i][1]);
         toliman_sim *const other = sim_of(text);
@@ -255,7 +255,7 @@ static void contradictions_of_saved_scenes_are_refused(void **state) {
     char *const group = strstr(text, "\"calibration\":");
     assert_non_null(group);
     for (size_t i = 0; i < 2; i++) {
-        char *const place = strstr(group, i == 0 ? "48" : "area"), kept[5] = {0};
+        char *const place = strstr(group, i == 0 ? "32" : "area"), kept[5] = {0};
         assert_non_null(place);
         memcpy(kept, place, 4);
         memcpy(place, i == 0 ? "50" : "cell", i == 0 ? 2 : 4);
