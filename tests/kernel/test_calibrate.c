@@ -124,9 +124,9 @@ static void step_and_covariance_are_those_of_the_whole_system(void **state) {
 static const char kScene[] =
     "{\"schema\": \"toliman-scene/1\", \"telescope\": {\"aperture_m\": 0.125, \"secondary_m\": 0.032, %s"
     "\"pupil_samples\": 64, \"mask\": {\"kind\": \"spiral\", \"edges\": \"area\", \"opd_nm\": 292.5, \"terms\": "
-    "[{\"a\": 1, \"f\": 2, \"m\": -5, \"p\": 1}, {\"a\": 0.7, \"f\": 3, \"m\": 7, \"p\": 2}]},"
+    "[{\"a\": 1, \"f\": 1.2, \"m\": -5, \"p\": 1}]},"
     "\"aberrations\": {\"zernike_rms_nm\": {\"5\": 4, \"7\": 9, \"11\": -6}}},"
-    "\"band\": {\"min_nm\": 530, \"max_nm\": 640, \"step_nm\": 5}, \"stars\": {"
+    "\"band\": {\"min_nm\": 530, \"max_nm\": 640, \"step_nm\": 27.5}, \"stars\": {"
     "\"A\": {\"spectrum\": {\"kind\": \"blackbody\", \"temperature_k\": 5790}, \"photons_per_s\": 7e7},"
     "\"B\": {\"spectrum\": {\"kind\": \"blackbody\", \"temperature_k\": 5260}, \"photons_per_s\": 2e7}},"
     "\"binary\": {\"separation_arcsec\": 4, \"position_angle_deg\": 30},"
