@@ -31,7 +31,8 @@ nominal.pop("preprocess", None)  # of estimators for stars at rest
 def errors(simulator, frames, truth):
     """Fitted separations minus the true ones, px, and their standard deviation."""
     times, displacements = truth.series()
-    predicted = [Fit(truth).predict(time_days=time)[1][0] for time in times]
+    true = Fit(truth)
+    predicted = [true.predict(time_days=time)[1][0] for time in times]
     fitted = Fit(simulator).frames(frames, times_days=times)
     return fitted["separation_px"] - predicted - displacements, numpy.median(fitted["separation_sigma_px"])
 
