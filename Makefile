@@ -13,10 +13,10 @@ demo: all ## build everything, find a planet in 1095 simulated frames, and draw 
 	$(BUILD)/bin/toliman report chapter.run
 check: everything ## build and run every test
 	tests/with_kernels $(BUILD) ctest --test-dir $(BUILD) --output-on-failure --parallel $$(($(JOBS) + 1)) # some tests wait for disks and clocks
-bench: everything ## measure speed and error, with reference programs, into build/bench and a report (9 minutes)
+bench: everything ## measure speed and error, with reference programs, into build/bench and a report (10 minutes)
 	@/usr/bin/python3 tests/bench/bench.py $(BUILD)/bin $(BUILD)/bench
 	@$(BUILD)/bin/toliman report $(BUILD)/bench
-bench-%: everything ## run one benchmark, with details: sim, cae, period, weights, fit, commands or size
+bench-%: everything ## run one benchmark, with details: sim, cae, period, weights, fit, calibrate, commands or size
 	@/usr/bin/python3 tests/bench/bench.py $(BUILD)/bin $(BUILD)/bench $*
 record: bench ## run make bench and write its results to tests/bench/recorded.json and the tables of the documents
 	@/usr/bin/python3 tests/bench/record.py $(BUILD)/bench

@@ -20,7 +20,7 @@ MAIN = ('image of 101 wavelengths, 0.2"/px, accuracy 1e-9', "encode a frame, fli
         "toliman track, network 256x256, --every 1, --jobs 1",
         "fit a frame of sky.json, 256 x 256 px, prediction off by 0.3 px rms",
         "encode the frame by a network of a bank, beyond the fit, predicted separation exact",
-        "toliman encode, fit 256x256, 2 cores")
+        "toliman encode, fit 256x256, 2 cores", "toliman calibrate")
 
 
 def newest(out):

@@ -17,6 +17,7 @@ BENCH = ROOT / "tests" / "bench"
 sys.path.append(str(BENCH))
 import bench
 import cae
+import calibrate
 import commands
 import fit
 import measuring
@@ -136,7 +137,7 @@ class Bench(ProgramTest):
         done = subprocess.run(["/usr/bin/python3", BENCH / "bench.py", "bin", "out", "size", "foo"], cwd=self.folder,
                               capture_output=True, text=True)
         self.assertEqual((done.returncode, done.stdout, done.stderr),
-                         (2, "", "bench: unknown benchmark foo: must be one of sim, cae, period, weights, fit, commands, size\n"))
+                         (2, "", "bench: unknown benchmark foo: must be one of sim, cae, period, weights, fit, calibrate, commands, size\n"))
 
     def check_rows(self, module, measured):
         """Rows by their `what`, after a check against the schema."""
@@ -297,6 +298,32 @@ class Bench(ProgramTest):
         alone = self.check_rows(fit, own + [{"part": "numpy", "result": None}])  # without numpy
         self.assertEqual(len(alone), 6)
         self.assertNotIn("peer", alone[scene + ", prediction off by 0.3 px rms"])
+
+    def test_rows_of_calibrate(self):
+        run = {"processor_s": 12.0, "wall_s": 8.0, "memory_bytes": 500000000}
+        measured = {"runs": [run, {**run, "processor_s": 11.0}, {**run, "processor_s": 14.0, "wall_s": 9.0}], "frames": 10,
+                    "parameters": 25, "iterations": 6, "verdict": ["converged; the model is complete"], "chi_square": 1.001,
+                    "separation_sigma_px": 5e-5, "calibration_sigma_px": 1e-6, "rms_pull": 1.1, "largest_pull": 2.5}
+        row, = self.check_rows(calibrate, measured).values()
+        self.assertTrue(row["what"].startswith(record.MAIN))
+        self.expect(row, what="toliman calibrate sky.json, wavelengths every 27.5 nm: 10 frames, 25 parameters", seconds=12.0,
+                    spread=1.5, wall_seconds=8.0, memory_bytes=500000000, error=1.1, error_of="of sigma, rms",
+                    error_at="10 frames", error_largest=2.5, steps=6, headline=True)
+        shown = io.StringIO()
+        with contextlib.redirect_stdout(shown):
+            calibrate.show(measured)
+        self.assertIn("complete: chi-square 1.0010, 6 iterations, 1.33 s each (wall time)", shown.getvalue())
+
+    def test_scenes_of_calibrate(self):
+        nominal, truth = calibrate.nominal_scene(), calibrate.true_scene()
+        photons_per_s = sum(star["photons_per_s"] for star in nominal["stars"].values())
+        self.assertAlmostEqual(nominal["cadence"]["exposure_s"] * photons_per_s, 1e10, delta=1)
+        for path in (("band",), ("cadence",), ("binary",), ("stars",), ("noise",), ("telescope", "mask", "terms")):
+            one, other = nominal, truth
+            for key in path:
+                one, other = one[key], other[key]
+            self.assertEqual(one, other)
+        self.assertNotEqual(nominal["telescope"], truth["telescope"])
 
     def test_rows_of_weights_and_size(self):
         one = {"weights": "bf16", "planes": "bf16", "bytes": 1000000, "load_s": 0.01, "load_spread": 0.001, "change": 1e-3,
