@@ -15,7 +15,7 @@ namespace {
 size_t fast_size(size_t n) noexcept {
     for (n += n % 2;; n += 2) {
         size_t rest = n;
-        for (const size_t prime : {2, 3, 5})
+        for (const size_t prime : {size_t{2}, size_t{3}, size_t{5}})
             while (rest % prime == 0)
                 rest /= prime;
         if (rest == 1)
