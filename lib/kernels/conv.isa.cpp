@@ -24,6 +24,20 @@ constexpr size_t kVectors = 2; // of pixels: 16 accumulators
 #else
 constexpr size_t kVectors = 1;
 #endif
+
+// Element i is element from[i] of a followed by b.
+inline Wide::Vector shuffled(Wide::Vector a, Wide::Vector b, Wide::Mask from) noexcept {
+#if defined(__clang__) // which has no shuffle by a vector
+    constexpr int n = Wide::count;
+    Wide::Vector result = {};
+    for (int i = 0; i < n; i++)
+        result[i] = from[i] < n ? a[from[i]] : b[from[i] - n];
+    return result;
+#else
+    return __builtin_shuffle(a, b, from);
+#endif
+}
+
 // Sums of adjacent rows and columns of two bordered rows: element q is the sum of columns q and q + 1 of both.
 inline void sum_boxes(const float *upper, const float *lower, size_t floats, size_t channels, float *out) noexcept {
     for (size_t i = 0; i < floats; i++)
@@ -37,7 +51,7 @@ void sum_eight(const float *upper, const float *lower, size_t cols, float *out) 
     Wide::Vector sum = Wide::load(upper) + Wide::load(lower);
     for (size_t i = 0; i < 16 * cols; i += 16) {
         const Wide::Vector next = Wide::load(upper + i + 16) + Wide::load(lower + i + 16);
-        Wide::store(out + i, sum + __builtin_shuffle(sum, next, shift));
+        Wide::store(out + i, sum + shuffled(sum, next, shift));
         sum = next;
     }
     sum_boxes(upper + 16 * cols, lower + 16 * cols, 8, 8, out + 16 * cols);
@@ -104,8 +118,8 @@ inline void interleave(Wide::Vector (&v)[kEight]) noexcept {
     for (int turn = 0; turn < 3; turn++) {
         Wide::Vector next[kEight];
         for (size_t k = 0; k < kEight / 2; k++) {
-            next[2 * k] = __builtin_shuffle(v[k], v[k + kEight / 2], low);
-            next[2 * k + 1] = __builtin_shuffle(v[k], v[k + kEight / 2], high);
+            next[2 * k] = shuffled(v[k], v[k + kEight / 2], low);
+            next[2 * k + 1] = shuffled(v[k], v[k + kEight / 2], high);
         }
         for (size_t k = 0; k < kEight; k++)
             v[k] = next[k];
