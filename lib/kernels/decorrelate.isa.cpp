@@ -22,11 +22,12 @@ struct One {
 template <class V> constexpr size_t start_of(size_t i) noexcept {
     return i / V::count * V::count;
 }
-template <class V> typename V::Vector &at(float *from) noexcept {
-    return *reinterpret_cast<typename V::Vector *>(from);
+// Pointers: clang takes a reference to be aligned as the vector, not as its typedef.
+template <class V> typename V::Vector *at(float *from) noexcept {
+    return reinterpret_cast<typename V::Vector *>(from);
 }
-template <class V> const typename V::Vector &at(const float *from) noexcept {
-    return *reinterpret_cast<const typename V::Vector *>(from);
+template <class V> const typename V::Vector *at(const float *from) noexcept {
+    return reinterpret_cast<const typename V::Vector *>(from);
 }
 
 constexpr size_t kSamples = 8; // in turn, so that their chains of operations overlap
@@ -35,10 +36,10 @@ constexpr size_t kSamples = 8; // in turn, so that their chains of operations ov
 template <class V, size_t N> void add_samples(const float *samples, size_t count, float *gram) noexcept {
     for (size_t i = 0; i < count; i++)
         for (size_t j = start_of<V>(i); j < count; j += V::count) {
-            typename V::Vector sum = at<V>(gram + i * count + j);
+            typename V::Vector sum = *at<V>(gram + i * count + j);
             for (size_t k = 0; k < N; k++)
-                sum += samples[k * count + i] * at<V>(samples + k * count + j);
-            at<V>(gram + i * count + j) = sum;
+                sum += samples[k * count + i] * *at<V>(samples + k * count + j);
+            *at<V>(gram + i * count + j) = sum;
         }
 }
 
@@ -50,10 +51,10 @@ template <class V> void factor(size_t count, float *matrix) noexcept {
         for (size_t j = 0; j < i; j++)
             row[j] = 0;
         for (size_t j = start_of<V>(i); j < count; j += V::count)
-            at<V>(row + j) /= pivot;
+            *at<V>(row + j) /= pivot;
         for (size_t k = i + 1; k < count; k++)
             for (size_t j = start_of<V>(k); j < count; j += V::count)
-                at<V>(matrix + k * count + j) -= row[k] * at<V>(row + j);
+                *at<V>(matrix + k * count + j) -= row[k] * *at<V>(row + j);
     }
 }
 
@@ -66,7 +67,7 @@ template <class V, size_t N> void solve(size_t count, const float *factor, float
             value[k] = samples[k * count + i] / row[i];
         for (size_t j = start_of<V>(i); j < count; j += V::count)
             for (size_t k = 0; k < N; k++)
-                at<V>(samples + k * count + j) -= value[k] * at<V>(row + j);
+                *at<V>(samples + k * count + j) -= value[k] * *at<V>(row + j);
         for (size_t k = 0; k < N; k++)
             samples[k * count + i] = value[k];
     }

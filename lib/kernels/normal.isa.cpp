@@ -13,11 +13,12 @@ typedef double Vector __attribute__((vector_size(64), aligned(8), may_alias));
 constexpr size_t kColumns = 4; // products with one line at a time
 constexpr double kSaturationSigmas = 5;
 
-const Vector &at(const double *from) noexcept {
-    return *reinterpret_cast<const Vector *>(from);
+// Pointers: clang takes a reference to be aligned as the vector, not as its typedef.
+const Vector *at(const double *from) noexcept {
+    return reinterpret_cast<const Vector *>(from);
 }
-Vector &at(double *from) noexcept {
-    return *reinterpret_cast<Vector *>(from);
+Vector *at(double *from) noexcept {
+    return reinterpret_cast<Vector *>(from);
 }
 
 bool weigh(const double *counts, const double *light, const double *response, const CountModel &how, double blend,
@@ -47,15 +48,15 @@ template <size_t Columns>
 void products(const double *line, const double *const *others, size_t n, double *const *sums) noexcept {
     Vector sum[Columns];
     for (size_t c = 0; c < Columns; c++)
-        sum[c] = at(sums[c]);
+        sum[c] = *at(sums[c]);
     size_t i = 0;
     for (; i + kNormalLanes <= n; i += kNormalLanes) {
-        const Vector value = at(line + i);
+        const Vector value = *at(line + i);
         for (size_t c = 0; c < Columns; c++)
-            sum[c] += value * at(others[c] + i);
+            sum[c] += value * *at(others[c] + i);
     }
     for (size_t c = 0; c < Columns; c++)
-        at(sums[c]) = sum[c];
+        *at(sums[c]) = sum[c];
     for (size_t lane = 0; i + lane < n; lane++)
         for (size_t c = 0; c < Columns; c++)
             sums[c][lane] += line[i + lane] * others[c][i + lane];

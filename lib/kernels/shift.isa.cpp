@@ -9,11 +9,12 @@ namespace {
 typedef double Vector __attribute__((vector_size(64), aligned(8), may_alias));
 constexpr size_t kLanes = 8, kVectors = 4;
 
-const Vector &at(const double *from) noexcept {
-    return *reinterpret_cast<const Vector *>(from);
+// Pointers: clang takes a reference to be aligned as the vector, not as its typedef.
+const Vector *at(const double *from) noexcept {
+    return reinterpret_cast<const Vector *>(from);
 }
-Vector &at(double *from) noexcept {
-    return *reinterpret_cast<Vector *>(from);
+Vector *at(double *from) noexcept {
+    return reinterpret_cast<Vector *>(from);
 }
 
 template <size_t Orders, size_t Vectors>
@@ -23,14 +24,14 @@ void block(const double *samples, const size_t *offset, const double *weights, s
     for (size_t t = 0; t < taps; t++) {
         const double *const from = samples + offset[t] + first;
         for (size_t v = 0; v < Vectors; v++) {
-            const Vector sample = at(from + v * kLanes);
+            const Vector sample = *at(from + v * kLanes);
             for (size_t o = 0; o < Orders; o++)
                 sum[o][v] += weights[o * kMostTaps + t] * sample;
         }
     }
     for (size_t o = 0; o < Orders; o++)
         for (size_t v = 0; v < Vectors; v++)
-            at(out[o] + first + v * kLanes) = sum[o][v];
+            *at(out[o] + first + v * kLanes) = sum[o][v];
 }
 
 template <size_t Orders>
@@ -63,7 +64,7 @@ void spread(const double *values, const size_t *offset, const double *weights, s
         double *const to = samples + offset[t];
         size_t i = 0;
         for (; i + kLanes <= count; i += kLanes)
-            at(to + i) += weights[t] * at(values + i);
+            *at(to + i) += weights[t] * *at(values + i);
         for (; i < count; i++)
             to[i] += weights[t] * values[i];
     }
