@@ -40,10 +40,13 @@ std::string header_text(const std::function<bool(void *data, size_t size)> &read
     return read(text.data(), bytes) ? text : refuse("the .npy header is truncated");
 }
 
-// The address after 'key': and blanks; nullptr if there is no such key.
+// The address after 'key': and blanks, at most the end of the text; nullptr if there is no such key.
 const char *entry(const std::string &text, const char *key) noexcept {
     const size_t at = text.find(key);
-    return at == std::string::npos ? nullptr : text.c_str() + text.find_first_not_of(' ', at + std::strlen(key));
+    if (at == std::string::npos)
+        return nullptr;
+    const char *const value = text.c_str() + at + std::strlen(key);
+    return value + std::strspn(value, " ");
 }
 
 // The type in quotes, at most 20 characters of it; a list describes a structured type.

@@ -50,6 +50,8 @@ static void other_files_are_refused(void **state) {
         {1, "{'descr': '<f8', 'fortran_order': False, 'shape': (0, 96), }",
          "shape: must be two lengths in [1, 1048576]"},
         {1, "{'descr': '<f8', 'fortran_order': False, 'shape': (96, x), }", "shape: must be lengths in parentheses"},
+        {1, "{'descr': '<f8', 'fortran_order': False, 'shape':", "shape: must be lengths in parentheses"},
+        {1, "{'descr': '<f8', 'fortran_order': False, 'shape':  ", "shape: must be lengths in parentheses"},
         {1, "{'descr': '<f8', 'fortran_order': False, 'shape': (1048577, 1), }",
          "shape: must be two lengths in [1, 1048576]"},
         {1, "{'descr': '<f8', 'fortran_order': False, 'shape': (18446744073709551617, 1), }",
