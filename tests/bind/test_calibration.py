@@ -94,6 +94,18 @@ class Calibrations(unittest.TestCase):
                 self.assertEqual(found.flags, ("incomplete",), found.verdict)
                 self.assertRegex(found.verdict, "^model incomplete: chi-square .* standard deviations above 1$")
 
+    def test_the_opposite_sign_is_found(self):
+        """The pupil is nearly symmetric: even aberrations with the opposite sign are a second minimum."""
+        scene, start = draw_truth(SCENE, 3, low_nm=10), copy.deepcopy(SCENE)
+        even = {"4": 40, "5": -30, "6": 15}
+        scene["telescope"]["aberrations"]["zernike_rms_nm"].update(even)
+        start["telescope"]["aberrations"] = {"zernike_rms_nm": {noll: -value for noll, value in even.items()}}
+        found = toliman.calibrate(self.nominal, toliman.Simulator(scene).frames(seed=3), free=STATICS,
+                                  start=toliman.Simulator(start))
+        self.assertEqual(found.flags, (), found.verdict)
+        for name, value in zip(("focus", "zernike_5", "zernike_6"), even.values()):
+            self.assertAlmostEqual(found.values()[name].value, value, delta=5 * found.values()[name].sigma)
+
     def test_results(self):
         info, values = self.calibration.info, self.calibration.values()
         self.assertEqual((info.frames, info.rows, info.cols, info.cells, info.windows), (FRAMES, SIDE, SIDE, CELLS, 1))
