@@ -1,0 +1,47 @@
+// Positions and velocities of a spacecraft relative to the Earth's centre, from a file, and between its rows.
+#pragma once
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "base/progress.hpp"
+#include "ingest/leap_seconds.hpp"
+
+namespace toliman::sky {
+
+// Relative to the Earth's centre, along the axes of the ICRS.
+struct State {
+    double position_m[3] = {0, 0, 0}, velocity_m_s[3] = {0, 0, 0};
+};
+
+// States of one arc without manoeuvre, at increasing times. No state is interpolated between two segments.
+struct Segment {
+    std::vector<int64_t> tai_ns;
+    std::vector<State> states;
+    int64_t first_ns = 0, last_ns = 0; // usable times, within those of the states
+};
+
+class Ephemeris {
+  public:
+    static constexpr size_t kPoints = 8; // of the interpolation; no segment has fewer states
+
+    // source: the name of the file, for messages. segments: increasing, not overlapping.
+    Ephemeris(std::string source, std::vector<Segment> segments);
+
+    // The state at a time. Status::range, with the covered times, outside all segments, and where the states are too
+    // far apart to interpolate.
+    State at(int64_t tai_ns) const;
+
+    const std::string &source() const noexcept { return source_; }
+    const std::vector<Segment> &segments() const noexcept { return segments_; }
+
+  private:
+    std::string source_;
+    std::vector<Segment> segments_;
+};
+
+// Reads a CCSDS Orbit Ephemeris Message in key-value notation (its first line has CCSDS_OEM_VERS), or a table in CSV.
+// leap_seconds: for times in UTC. Status::not_found; Status::format with file, line and reason.
+Ephemeris read_ephemeris(const std::string &path, const ingest::LeapSeconds &leap_seconds, const Log &log);
+
+} // namespace toliman::sky
