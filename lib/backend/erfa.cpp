@@ -4,6 +4,9 @@
 // https://github.com/liberfa/erfa.
 #include "backend/erfa.hpp"
 
+#include <algorithm>
+#include <cmath>
+
 #include <erfa.h>
 #include <erfaextra.h>
 
@@ -13,6 +16,7 @@ namespace {
 
 constexpr int kFirstYear = 1972; // earlier, TAI - UTC was not a whole number of seconds
 constexpr int kLastYear = 2099;
+constexpr double kJ2000 = 2451545.0; // JD
 
 std::vector<LeapSecond> read_rows() {
     eraLEAPSECOND *rows = nullptr;
@@ -43,6 +47,46 @@ std::optional<int64_t> day_of(int year, int month, int day) noexcept {
 const LeapSecondTable &leap_seconds() {
     static const LeapSecondTable table = {read_rows(), first_dubious_day()};
     return table;
+}
+
+EarthState earth_state(double days) noexcept {
+    double heliocentric[2][3], barycentric[2][3];
+    eraEpv00(kJ2000, days, heliocentric, barycentric);
+    EarthState state;
+    std::copy_n(heliocentric[0], 3, state.from_sun.begin());
+    std::copy_n(barycentric[0], 3, state.from_barycentre.begin());
+    std::copy_n(barycentric[1], 3, state.velocity.begin());
+    return state;
+}
+
+double tdb_minus_tt(double days) noexcept {
+    return eraDtdb(kJ2000, days, 0, 0, 0, 0);
+}
+
+// The functions of ERFA do not change their arguments, but are not declared so.
+Vector deflect_by_sun(const Vector &star, const Vector &from_sun, double distance) noexcept {
+    Vector p = star, e = from_sun, bent;
+    eraLdsun(p.data(), e.data(), distance, bent.data());
+    double length = 0;
+    eraPn(bent.data(), &length, bent.data());
+    return bent;
+}
+
+Vector aberrate(const Vector &star, const Vector &velocity, double distance) noexcept {
+    Vector p = star, v = velocity, seen;
+    const double squared = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+    eraAb(p.data(), v.data(), distance, std::sqrt(1 - squared), seen.data());
+    return seen;
+}
+
+double separation(const Vector &a, const Vector &b) noexcept {
+    Vector from = a, to = b;
+    return eraSepp(from.data(), to.data());
+}
+
+double position_angle(const Vector &a, const Vector &b) noexcept {
+    Vector from = a, to = b;
+    return eraPap(from.data(), to.data());
 }
 
 } // namespace toliman::erfa

@@ -97,7 +97,7 @@ uint64_t Fit::digest_of_all() const noexcept {
                                                  detector.scale_anisotropy, detector.shear},
                           model_.digest());
     if (scene_.binary.moving) {
-        const Orbit &orbit = *scene_.binary.orbit;
+        const sky::Orbit &orbit = *scene_.binary.orbit;
         hash = fnv1a(std::array<double, 8>{scene_.binary.date, orbit.period_years, orbit.semi_major_arcsec,
                                            orbit.eccentricity, orbit.inclination_deg, orbit.node_deg,
                                            orbit.periastron_deg, orbit.epoch},

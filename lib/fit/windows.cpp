@@ -12,7 +12,7 @@ namespace toliman::fit {
 
 namespace {
 
-bool same(const Orbit &a, const Orbit &b) noexcept {
+bool same(const sky::Orbit &a, const sky::Orbit &b) noexcept {
     return a.period_years == b.period_years && a.semi_major_arcsec == b.semi_major_arcsec &&
            a.eccentricity == b.eccentricity && a.inclination_deg == b.inclination_deg && a.node_deg == b.node_deg &&
            a.periastron_deg == b.periastron_deg && a.epoch == b.epoch;

@@ -143,9 +143,10 @@ double total(const std::vector<double> &photons) noexcept {
 }
 
 // Offsets of both stars from their separation and position angle.
-Offsets offsets_of(const RelativePosition &position, const Scene &scene, const Light &light) noexcept {
-    const double angle = (position.position_angle_deg - scene.detector.rotation_deg) * kPi / 180;
-    const double separation = position.separation_arcsec / scene.detector.pixel_scale_arcsec;
+Offsets offsets_of(double separation_arcsec, double position_angle_deg, const Scene &scene,
+                   const Light &light) noexcept {
+    const double angle = (position_angle_deg - scene.detector.rotation_deg) * kPi / 180;
+    const double separation = separation_arcsec / scene.detector.pixel_scale_arcsec;
     const double flux_a = total(light.photons[0]), flux_b = total(light.photons[1]);
     double share_a = flux_b / (flux_a + flux_b); // of the separation, from the barycentre of the light to A
     if (scene.binary.centre != Binary::Centre::barycentre)
@@ -205,9 +206,9 @@ Offsets offsets_at(const Scene &scene, const Light &light, double days) noexcept
         return {{{offset[0], offset[1]}, {offset[2], offset[3]}}};
     }
     if (!binary.orbit)
-        return offsets_of({binary.separation_arcsec, binary.position_angle_deg}, scene, light);
-    return offsets_of(position_on_orbit(*binary.orbit, binary.date - binary.orbit->epoch + days / kDaysPerYear), scene,
-                      light);
+        return offsets_of(binary.separation_arcsec, binary.position_angle_deg, scene, light);
+    const sky::OrbitPosition at = sky::position_on_orbit(*binary.orbit, binary.date + days / sky::kDaysPerYear);
+    return offsets_of(at.separation_arcsec(), at.position_angle_deg(), scene, light);
 }
 
 void scale_light(Light &light, double factor) noexcept {

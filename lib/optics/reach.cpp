@@ -25,7 +25,7 @@ std::vector<double> orbit_days(const Scene &scene) {
         first = std::min(0.0, *std::min_element(times.begin(), times.end()));
         last = std::max(0.0, *std::max_element(times.begin(), times.end()));
     }
-    const double period = scene.binary.orbit->period_years * kDaysPerYear;
+    const double period = scene.binary.orbit->period_years * sky::kDaysPerYear;
     const double step = std::min(last - first, period) / kOrbitSteps;
     for (size_t i = 0; i <= kOrbitSteps; i++)
         days.push_back(first + static_cast<double>(i) * step);

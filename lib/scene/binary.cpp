@@ -1,38 +1,31 @@
 #include <algorithm>
+#include <string_view>
 
 #include "scene/groups.hpp"
+#include "scene/system.hpp"
 
 namespace toliman::scene {
 
 namespace {
 
-constexpr Range kDate = within(-1e4, 1e4, "years");
+constexpr std::string_view kSuffix = ".json";
 constexpr Condition kNoOffsets = without("offsets_px", "not allowed with offsets_px, which gives the stars' positions");
 constexpr Condition kNoOrbit =
     without("orbit date", "not allowed with date and orbit, which give the stars' positions");
 constexpr Condition kByOrbit = with("orbit date", "needs date and orbit");
 
-constexpr Row kOrbitRows[] = {
-    required<&Orbit::period_years>("period_years", above(0, 1e6, "years"), "Period in years of 365.25 days"),
-    required<&Orbit::semi_major_arcsec>("semi_major_arcsec", above(0, 1e5, "arcsec"), "Semi-major axis"),
-    required<&Orbit::eccentricity>("eccentricity", kEccentricity, "Eccentricity"),
-    required<&Orbit::inclination_deg>("inclination_deg", within(0, 180, "deg"),
-                                      "Inclination; below 90 the position angle increases"),
-    required<&Orbit::node_deg>("node_deg", kTurn,
-                               "Position angle of a node; either of the two nodes, if periastron_deg is measured from "
-                               "the same one"),
-    required<&Orbit::periastron_deg>("periastron_deg", kTurn,
-                                     "Angle from that node to the periastron of B, in the direction of motion"),
-    required<&Orbit::epoch>("epoch", kDate, "Date of a passage through periastron, Julian year"),
-};
-constexpr Group kOrbit = group_of("orbit", "Elements of the motion of B about A", kOrbitRows);
-
+// A system brings its orbit.
 void read_orbit(const Reader &reader, const Row &row, Binary &binary) {
-    binary.orbit = kAlphaCen;
-    if (reader.has_object(row.key))
-        read_group(kOrbit, reader.object(row.key), &*binary.orbit);
-    else
+    if (reader.has_object(row.key)) {
+        read_group(kOrbit, reader.object(row.key), &binary.orbit.emplace());
+        return;
+    }
+    const std::string &given = reader.text(row.key);
+    const bool is_file = given.size() > kSuffix.size() && given.substr(given.size() - kSuffix.size()) == kSuffix;
+    if (!is_file)
         reader.choice(row);
+    binary.system = is_file ? read_system(reader.file(row.key)) : sky::alpha_cen();
+    binary.orbit = binary.system->value.orbit;
 }
 
 template <size_t star> void read_offset(const Reader &reader, const Row &row, Binary &binary) {
@@ -70,8 +63,11 @@ constexpr Row kBinaryRows[] = {
                             "Date of time 0, Julian year of 365.25 days, e.g. 2027.0; the stars keep these positions "
                             "unless moving is true")
         .when(kNoOffsets, kByOrbit),
-    required<read_orbit>("orbit", &kOrbit, "Orbit of B about A; alpha-cen: Akeson et al. 2021, AJ 162, 14; or elements")
+    required<read_orbit>("orbit", &kOrbit,
+                         "Orbit of B about A; alpha-cen: Akeson et al. 2021, AJ 162, 14; or a system file, "
+                         "NAME.json (schema toliman-system/1); or elements")
         .or_word("alpha-cen")
+        .as(Type::word_file_or_group)
         .when(kNoOffsets, kByOrbit),
     optional<&Binary::moving>("moving", "Whether the stars follow the orbit during the cadence")
         .when(kNoOffsets, kByOrbit),

@@ -22,6 +22,7 @@ enum class Type {
     word,  // one of the row's words
     words, // an array of them, all different
     name,  // as base/name.hpp allows
+    text,  // any
     file,
     numbers,
     integers,
@@ -32,6 +33,7 @@ enum class Type {
     group,
     groups,        // an array of objects
     word_or_group, // one of the row's words, or an object
+    word_file_or_group,
 };
 
 struct Words {

@@ -43,10 +43,10 @@ void derive_positions(const Reader &reader, Scene &scene) {
     Binary &binary = scene.binary;
     if (!binary.orbit)
         return;
-    const RelativePosition position = position_on_orbit(*binary.orbit, binary.date - binary.orbit->epoch);
-    binary.separation_arcsec = position.separation_arcsec;
-    binary.position_angle_deg = position.position_angle_deg;
-    if (position.separation_arcsec == 0)
+    const sky::OrbitPosition position = sky::position_on_orbit(*binary.orbit, binary.date);
+    binary.separation_arcsec = position.separation_arcsec();
+    binary.position_angle_deg = position.position_angle_deg();
+    if (binary.separation_arcsec == 0)
         reader.refuse(Status::scene, "binary.orbit",
                       ": both stars are at the same position: the separation has no direction");
 }

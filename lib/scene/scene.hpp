@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "scene/orbit.hpp"
 #include "scene/parameter.hpp"
+#include "sky/system.hpp"
 
 namespace toliman {
 
@@ -78,9 +78,10 @@ struct Star {
 struct Binary {
     enum class Centre { barycentre, a, b } centre = Centre::barycentre;
     double separation_arcsec = 0, position_angle_deg = 0; // of B from A at time 0
-    std::optional<Orbit> orbit;
-    double date = 0;     // time 0 on the orbit, Julian year
-    bool moving = false; // the stars follow the orbit through the cadence
+    std::optional<sky::Orbit> orbit;
+    std::optional<sky::System> system; // of the orbit, if it is more than elements
+    double date = 0;                   // time 0 on the orbit, Julian year
+    bool moving = false;               // the stars follow the orbit through the cadence
     std::optional<double> distance_pc;
     bool by_offsets = false;
     double offsets_px[4] = {0, 0, 0, 0}; // Ax, Ay, Bx, By

@@ -13,6 +13,7 @@ constexpr const char *kTypes[] = {"boolean",
                                   "word",
                                   "words",
                                   "name",
+                                  "text",
                                   "file",
                                   "numbers",
                                   "integers",
@@ -22,7 +23,8 @@ constexpr const char *kTypes[] = {"boolean",
                                   "number_or_rms",
                                   "group",
                                   "groups",
-                                  "word_or_group"};
+                                  "word_or_group",
+                                  "word_file_or_group"};
 constexpr const char *kConditions[] = {"always", "is", "with", "without"};
 
 void print_text(const char *name, const std::string &text) {

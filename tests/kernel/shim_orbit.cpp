@@ -1,7 +1,7 @@
 #include <cstring>
 
 #include "optics/light.hpp"
-#include "scene/orbit.hpp"
+#include "sky/system.hpp"
 
 using namespace toliman;
 using namespace toliman::optics;
@@ -9,9 +9,9 @@ using namespace toliman::optics;
 extern "C" {
 
 void shim_alpha_cen(double date, double *separation_arcsec, double *position_angle_deg) {
-    const RelativePosition position = position_on_orbit(kAlphaCen, date - kAlphaCen.epoch);
-    *separation_arcsec = position.separation_arcsec;
-    *position_angle_deg = position.position_angle_deg;
+    const sky::OrbitPosition position = sky::position_on_orbit(sky::alpha_cen().value.orbit, date);
+    *separation_arcsec = position.separation_arcsec();
+    *position_angle_deg = position.position_angle_deg();
 }
 
 // {Ax, Ay, Bx, By} of a scene, `days` after its time 0.

@@ -1,0 +1,166 @@
+#include "scene/system.hpp"
+
+#include "backend/file.hpp"
+#include "scene/groups.hpp"
+
+namespace toliman::scene {
+
+namespace {
+
+using sky::Barycentre;
+using sky::Elements;
+using sky::Masses;
+using sky::Orbit;
+using sky::System;
+
+constexpr size_t kLargestFile = size_t{1} << 18;
+constexpr const char *kSourceText = "Where the numbers are from";
+
+template <class T> void read_source(const Reader &reader, const Row &row, T & /*object*/) {
+    reader.text(row.key);
+}
+template <class T> constexpr Row source() {
+    return optional<read_source<T>>("source", kSourceText).as(Type::text);
+}
+
+constexpr Row kOrbitRows[] = {
+    required<&Orbit::period_years>("period_years", above(0, 1e6, "years"), "Period in years of 365.25 days"),
+    required<&Orbit::semi_major_arcsec>("semi_major_arcsec", above(0, 1e5, "arcsec"), "Semi-major axis"),
+    required<&Orbit::eccentricity>("eccentricity", kEccentricity, "Eccentricity"),
+    required<&Orbit::inclination_deg>("inclination_deg", within(0, 180, "deg"),
+                                      "Inclination; below 90 the position angle increases"),
+    required<&Orbit::node_deg>("node_deg", kTurn,
+                               "Position angle of the ascending node, at which B recedes. The other node, with "
+                               "periastron_deg 180 deg larger, gives the same positions, but puts the nearer star "
+                               "behind: parallax then changes the separation wrongly"),
+    required<&Orbit::periastron_deg>("periastron_deg", kTurn,
+                                     "Angle from the ascending node to the periastron of B, in the direction of "
+                                     "motion"),
+    required<&Orbit::epoch>("epoch", kDate, "Date of a passage through periastron, Julian year"),
+    source<Orbit>(),
+};
+
+void read_radial_velocity(const Reader &reader, const Row &row, Barycentre &centre) {
+    centre.radial_velocity_km_s = reader.number(row);
+}
+void read_kind(const Reader &reader, const Row &row, Barycentre & /*centre*/) {
+    reader.choice(row);
+}
+void subtract_shift(const Reader &reader, const Row &row, Barycentre &centre) {
+    centre.radial_velocity_km_s -= reader.number(row);
+}
+
+constexpr Range kVelocity = within(-1e4, 1e4, "km/s"), kMotion = within(-1e5, 1e5, "mas/yr");
+constexpr Row kBarycentreRows[] = {
+    required<&Barycentre::ra_deg>("ra_deg", within(0, 360, "deg"), "Right ascension, ICRS, at the epoch"),
+    required<&Barycentre::dec_deg>("dec_deg", within(-90, 90, "deg"), "Declination, ICRS, at the epoch"),
+    required<&Barycentre::epoch>("epoch", kDate,
+                                 "Date of the place, Julian year; orbital dates refer to the light "
+                                 "time from the distance of this date"),
+    required<&Barycentre::pm_ra_mas_yr>("pm_ra_mas_yr", kMotion,
+                                        "Proper motion in right ascension times cos(declination)"),
+    required<&Barycentre::pm_dec_mas_yr>("pm_dec_mas_yr", kMotion, "Proper motion in declination"),
+    required<&Barycentre::parallax_mas>("parallax_mas", above(0, 1e4, "mas"), "Parallax at the epoch"),
+    required<read_radial_velocity>("radial_velocity_km_s", kVelocity, "Radial velocity; positive: recedes")
+        .as(Type::number),
+    required<read_kind>("radial_velocity_kind", Words{"kinematic spectroscopic"},
+                        "kinematic: velocity of the motion; spectroscopic: of the lines of the spectrum"),
+    required<subtract_shift>("line_shift_km_s", within(-10, 10, "km/s"),
+                             "Shift of the lines by gravity and convection, which is subtracted")
+        .as(Type::number)
+        .when(is("radial_velocity_kind", "spectroscopic", "needs radial_velocity_kind spectroscopic")),
+    source<Barycentre>(),
+};
+constexpr Group kBarycentre =
+    group_of("barycentre", "Place and motion of the barycentre of the two stars", kBarycentreRows);
+
+constexpr Row kMassesRows[] = {
+    required<&Masses::a_sun>("A", above(0, 1e3, "solar masses"), "Mass of star A"),
+    required<&Masses::b_sun>("B", above(0, 1e3, "solar masses"), "Mass of star B"),
+    source<Masses>(),
+};
+constexpr Group kMasses = group_of("masses", "Masses of the stars", kMassesRows);
+
+constexpr const char *kSigmaText = "Standard deviation";
+constexpr Range sigma_in(const char *unit) {
+    return within(0, 1e6, unit);
+}
+constexpr Row kOrbitSigmaRows[] = {
+    optional<&Orbit::period_years>("period_years", sigma_in("years"), kSigmaText),
+    optional<&Orbit::semi_major_arcsec>("semi_major_arcsec", sigma_in("arcsec"), kSigmaText),
+    optional<&Orbit::eccentricity>("eccentricity", sigma_in(""), kSigmaText),
+    optional<&Orbit::inclination_deg>("inclination_deg", sigma_in("deg"), kSigmaText),
+    optional<&Orbit::node_deg>("node_deg", sigma_in("deg"), kSigmaText),
+    optional<&Orbit::periastron_deg>("periastron_deg", sigma_in("deg"), kSigmaText),
+    optional<&Orbit::epoch>("epoch", sigma_in("years"), kSigmaText),
+};
+constexpr Group kOrbitSigma = group_of("orbit_sigma", "Errors of the orbit", kOrbitSigmaRows);
+constexpr Row kBarycentreSigmaRows[] = {
+    optional<&Barycentre::ra_deg>("ra_deg", sigma_in("deg"), kSigmaText),
+    optional<&Barycentre::dec_deg>("dec_deg", sigma_in("deg"), kSigmaText),
+    optional<&Barycentre::pm_ra_mas_yr>("pm_ra_mas_yr", sigma_in("mas/yr"), kSigmaText),
+    optional<&Barycentre::pm_dec_mas_yr>("pm_dec_mas_yr", sigma_in("mas/yr"), kSigmaText),
+    optional<&Barycentre::parallax_mas>("parallax_mas", sigma_in("mas"), kSigmaText),
+    optional<&Barycentre::radial_velocity_km_s>("radial_velocity_km_s", sigma_in("km/s"), kSigmaText),
+};
+constexpr Group kBarycentreSigma = group_of("barycentre_sigma", "Errors of place and motion", kBarycentreSigmaRows);
+constexpr Row kMassesSigmaRows[] = {
+    optional<&Masses::a_sun>("A", sigma_in("solar masses"), kSigmaText),
+    optional<&Masses::b_sun>("B", sigma_in("solar masses"), kSigmaText),
+};
+constexpr Group kMassesSigma = group_of("masses_sigma", "Errors of the masses", kMassesSigmaRows);
+
+constexpr Row kSigmaRows[] = {
+    optional<&Elements::orbit>("orbit", &kOrbitSigma),
+    optional<&Elements::barycentre>("barycentre", &kBarycentreSigma),
+    optional<&Elements::masses>("masses", &kMassesSigma),
+};
+constexpr Group kSigma = group_of("sigma", "Standard deviations of the numbers; 0 or not given: not known", kSigmaRows);
+
+void read_schema(const Reader &reader, const Row &row, System & /*system*/) {
+    reader.choice(row);
+}
+void read_name(const Reader &reader, const Row &row, System &system) {
+    system.name = reader.text(row.key);
+}
+template <auto member> void read_value(const Reader &reader, const Row &row, System &system) {
+    read_group(*row.group, reader.object(row.key), &(system.value.*member));
+}
+
+constexpr Row kSystemRows[] = {
+    required<read_schema>("schema", Words{"toliman-system/1"}, "Schema of the file"),
+    optional<read_name>("name", "Name of the binary").as(Type::text),
+    required<read_value<&Elements::orbit>>("orbit", &kOrbit),
+    required<read_value<&Elements::barycentre>>("barycentre", &kBarycentre),
+    required<read_value<&Elements::masses>>("masses", &kMasses),
+    optional<&System::sigma>("sigma", &kSigma),
+};
+
+} // namespace
+
+constexpr Group kOrbit = group_of("orbit", "Elements of the motion of B about A", kOrbitRows);
+constexpr Group kSystem =
+    group_of("system",
+             "A binary star, from which the separation is predicted that an observer sees. Key names contain the units",
+             kSystemRows);
+
+} // namespace toliman::scene
+
+namespace toliman {
+
+sky::System read_system(const std::string &json, const std::string &source) {
+    const json::Value tree = json::parse(json, source);
+    const Scene none;
+    const std::string folder = ".";
+    const scene::Context context = {source, folder, none};
+    sky::System system = {};
+    read_group(scene::kSystem, scene::Reader(tree, "", context), &system);
+    return system;
+}
+
+sky::System read_system(const std::string &path) {
+    const std::vector<uint8_t> bytes = file::read(path, scene::kLargestFile);
+    return read_system(std::string(bytes.begin(), bytes.end()), path);
+}
+
+} // namespace toliman

@@ -1,0 +1,55 @@
+// Method: a sun-synchronous circular orbit of radius a has the mean motion n = sqrt(GM/a^3), and the inclination i at
+// which the Earth's flattening turns its plane once per year,
+//     cos i = -rate 2 a^2/(3 J2 R^2 n).
+// The node is at the mean Sun's right ascension plus (node_hours - 12)/24 of a turn. Reference: Vallado, Fundamentals
+// of Astrodynamics and Applications, ch. 11.
+#include "sky/observer.hpp"
+
+#include <cmath>
+
+#include "base/constants.hpp"
+#include "sky/time.hpp"
+
+namespace toliman::sky {
+
+namespace {
+
+constexpr double kEarthGm = 3.986004418e14, kEarthRadius = 6378137, kFlattening = 1.0826e-3; // m^3/s^2, m, J2
+constexpr double kTropicalYear = 365.2422;                                                   // days
+constexpr double kMeanSun = 280.46;                                                          // deg, at J2000.0
+
+State on_circle(const CircularOrbit &orbit, int64_t tai_ns) noexcept {
+    const double days = terrestrial_days(tai_ns), radius = kEarthRadius + orbit.altitude_km * 1e3;
+    const double motion = std::sqrt(kEarthGm / radius) / radius, rate = 2 * kPi / (kTropicalYear * kSecondsPerDay);
+    const double flat = -rate * 2 * radius * radius / (3 * kFlattening * kEarthRadius * kEarthRadius * motion);
+    const double lift = std::sqrt((1 - flat) * (1 + flat));
+    const double turns = days / kTropicalYear + kMeanSun / 360 + (orbit.node_hours - 12) / 24;
+    const double node = 2 * kPi * (turns - std::floor(turns));
+    const double revolutions = days * kSecondsPerDay * motion / (2 * kPi);
+    const double angle = 2 * kPi * (revolutions - std::floor(revolutions));
+    const auto turned = [&](double along, double across, double out[3]) {
+        out[0] = along * std::cos(node) - across * flat * std::sin(node);
+        out[1] = along * std::sin(node) + across * flat * std::cos(node);
+        out[2] = across * lift;
+    };
+    State state;
+    turned(radius * std::cos(angle), radius * std::sin(angle), state.position_m);
+    turned(-radius * motion * std::sin(angle), radius * motion * std::cos(angle), state.velocity_m_s);
+    return state;
+}
+
+} // namespace
+
+State Observer::at(int64_t tai_ns) const {
+    switch (kind_) {
+    case Kind::earth:
+        return {};
+    case Kind::circular:
+        return on_circle(orbit_, tai_ns);
+    case Kind::ephemeris:
+        break;
+    }
+    return ephemeris_->at(tai_ns);
+}
+
+} // namespace toliman::sky

@@ -1,0 +1,89 @@
+// Method: mean anomaly M = 2 pi t/P, eccentric anomaly E from Kepler's equation E - e sin E = M, position in the
+// orbital plane
+//     x = a (cos E - e) (towards periastron),   y = a sqrt(1 - e^2) sin E,
+// rotated by the argument of periastron w to p = x cos w - y sin w (towards the node) and q = x sin w + y cos w, by
+// the inclination i to p, q cos i and q sin i (away from the observer), and by the node to north and east. The
+// derivatives follow from dE/dM = 1/(1 - e cos E) and dE/de = sin E/(1 - e cos E).
+//
+// Reference: Green, Spherical Astronomy, ch. 19. Sign of the line of sight: B recedes at the ascending node.
+#include "sky/orbit.hpp"
+
+#include <cmath>
+
+#include "base/constants.hpp"
+#include "kernels/kepler.hpp"
+
+namespace toliman::sky {
+
+namespace {
+
+constexpr double kDegree = kPi / 180;
+
+struct InPlane {
+    double sine, cosine; // of the eccentric anomaly
+    double root;         // sqrt(1 - e^2)
+    double x, y;         // from A, towards periastron and 90 deg ahead
+};
+
+InPlane in_plane(const Orbit &orbit, double years) noexcept {
+    const double mean = 2 * kPi * (std::fmod(years, orbit.period_years) / orbit.period_years);
+    const double e = orbit.eccentricity, anomaly = kernels::kepler(mean, e);
+    InPlane at = {std::sin(anomaly), std::cos(anomaly), std::sqrt((1 - e) * (1 + e)), 0, 0};
+    at.x = orbit.semi_major_arcsec * (at.cosine - e);
+    at.y = orbit.semi_major_arcsec * at.root * at.sine;
+    return at;
+}
+
+// Rotates by the argument of periastron: towards the node, and 90 deg ahead in the plane.
+struct Rotated {
+    double p, q;
+};
+Rotated rotate(const Orbit &orbit, double x, double y) noexcept {
+    const double angle = orbit.periastron_deg * kDegree, cosine = std::cos(angle), sine = std::sin(angle);
+    return {x * cosine - y * sine, x * sine + y * cosine};
+}
+
+} // namespace
+
+double OrbitPosition::separation_arcsec() const noexcept {
+    return std::hypot(north_arcsec, east_arcsec);
+}
+
+double OrbitPosition::position_angle_deg() const noexcept {
+    return std::atan2(east_arcsec, north_arcsec) / kDegree;
+}
+
+OrbitPosition position_on_orbit(const Orbit &orbit, double year) noexcept {
+    const InPlane at = in_plane(orbit, year - orbit.epoch);
+    const auto [p, q] = rotate(orbit, at.x, at.y);
+    const double node = orbit.node_deg * kDegree, inclination = orbit.inclination_deg * kDegree;
+    const double across = q * std::cos(inclination);
+    return {p * std::cos(node) - across * std::sin(node), p * std::sin(node) + across * std::cos(node),
+            q * std::sin(inclination)};
+}
+
+void separation_partials(const Orbit &orbit, double year, double partials[kElements]) noexcept {
+    const double years = year - orbit.epoch, a = orbit.semi_major_arcsec, e = orbit.eccentricity;
+    const InPlane at = in_plane(orbit, years);
+    const double inclination = orbit.inclination_deg * kDegree, flat = std::cos(inclination);
+    const auto [p, q] = rotate(orbit, at.x, at.y);
+    const double separation = std::hypot(p, q * flat);
+    const auto along = [&](double dp, double dq) { return (p * dp + q * flat * flat * dq) / separation; };
+    const auto moved = [&](double dx, double dy) {
+        const Rotated change = rotate(orbit, dx, dy);
+        return along(change.p, change.q);
+    };
+    const double slope = 1 / (1 - e * at.cosine); // dE/dM
+    const double by_mean = moved(-a * at.sine * slope, a * at.root * at.cosine * slope);
+    const double revolution = 2 * kPi / orbit.period_years;
+    partials[0] = -by_mean * revolution * years / orbit.period_years;
+    partials[1] = separation / a;
+    partials[2] =
+        moved(-a * (at.sine * at.sine * slope + 1), a * at.sine * (at.root * at.cosine * slope - e / at.root));
+    partials[3] = -(q * flat) * (q * std::sin(inclination)) / separation * kDegree;
+    partials[4] = 0;
+    partials[5] = along(-q, p) * kDegree;
+    partials[6] = -by_mean * revolution;
+}
+
+} // namespace toliman::sky

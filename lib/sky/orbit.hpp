@@ -1,0 +1,33 @@
+// The orbit of a visual binary: position of star B relative to star A.
+#pragma once
+#include <cstddef>
+
+namespace toliman::sky {
+
+constexpr double kDaysPerYear = 365.25; // Julian
+
+// Campbell elements of B's motion about A. node_deg is the position angle of the ascending node, at which B recedes
+// from the observer, periastron_deg the angle from there to B's periastron in the direction of motion. With the other
+// node, both angles 180 deg larger, north and east are the same and away has the other sign. At inclinations below
+// 90 deg position angles increase.
+struct Orbit {
+    double period_years, semi_major_arcsec, eccentricity, inclination_deg, node_deg, periastron_deg;
+    double epoch; // of a passage through periastron, Julian year
+};
+constexpr size_t kElements = 7; // in this order
+
+// B relative to A: tangential plane and line of sight, as angles at the distance of the system.
+struct OrbitPosition {
+    double north_arcsec, east_arcsec, away_arcsec;
+
+    double separation_arcsec() const noexcept;
+    double position_angle_deg() const noexcept; // north through east, in (-180, 180]
+};
+
+// The position at a Julian year.
+OrbitPosition position_on_orbit(const Orbit &orbit, double year) noexcept;
+
+// Derivatives of separation_arcsec() at a Julian year by the elements, per unit of each. That by the node is 0.
+void separation_partials(const Orbit &orbit, double year, double partials[kElements]) noexcept;
+
+} // namespace toliman::sky
