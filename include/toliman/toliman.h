@@ -20,6 +20,7 @@
 #include <toliman/series.h>
 #include <toliman/sim.h>
 #include <toliman/sim_derivative.h>
+#include <toliman/sky.h>
 #include <toliman/track.h>
 
 #endif

@@ -88,6 +88,9 @@ inline void destroy_period(toliman_period *period) {
 inline void destroy_series(toliman_series *series) {
     toliman_series_destroy(series);
 }
+inline void destroy_sky(toliman_sky *sky) {
+    toliman_sky_destroy(sky);
+}
 inline void destroy_track(toliman_track *track) {
     toliman_track_destroy(track);
 }
@@ -103,6 +106,7 @@ using phase_mask = handle<toliman_mask, destroy_mask>;
 using pair_reader = handle<toliman_ingest, destroy_ingest>;
 using periodogram = handle<toliman_period, destroy_period>;
 using series_parser = handle<toliman_series, destroy_series>;
+using sky_predictor = handle<toliman_sky, destroy_sky>;
 using tracker = handle<toliman_track, destroy_track>;
 
 // Calls create(arguments..., &object) and returns the owning handle of the object; throws error on failure.

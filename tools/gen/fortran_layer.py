@@ -11,7 +11,8 @@ from model import Callback, Function, Handle, Struct
 TYPES = {"toliman_sim": "simulator", "toliman_cae": "autoencoder", "toliman_linear": "linear_estimator",
          "toliman_fit": "frame_fit", "toliman_bank": "network_bank",
          "toliman_calibration": "scene_calibration", "toliman_components": "component_set", "toliman_mask": "phase_mask",
-         "toliman_ingest": "pair_reader", "toliman_period": "periodogram", "toliman_series": "series_parser", "toliman_track": "tracker"}
+         "toliman_ingest": "pair_reader", "toliman_period": "periodogram", "toliman_series": "series_parser",
+         "toliman_sky": "sky_predictor", "toliman_track": "tracker"}
 
 STATUS_ARGUMENTS = ["integer, intent(out), optional :: stat",
           "character(len=*), intent(inout), optional :: errmsg"]

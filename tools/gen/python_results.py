@@ -51,6 +51,8 @@ RESULTS = {
     "toliman_leap_second": None,
     "toliman_ingest_header_time": "HeaderTime",
     "toliman_series_sample": None,
+    "toliman_sky_prediction": "SkyPrediction",
+    "toliman_sky_info": "SkyInfo",
     "toliman_series_info": None,
     "toliman_track_outcome": "Outcome",
     "toliman_track_record": None,
@@ -68,6 +70,7 @@ WORDS = {
     "reason": "TOLIMAN_TRACK_REASON",
     "input": "TOLIMAN_CAE_INPUT",
     "stamp": "TOLIMAN_FRAME_STAMP",
+    "observer": "TOLIMAN_SKY_OBSERVER",
 }
 
 # Prefixes between TOLIMAN_ and a constant's word that are longer than the module's name.
@@ -126,7 +129,8 @@ def members(model, item, field):
     elif kind.base == "char":
         yield name, "str", field.doc, ""
     elif kind.array:
-        yield name, "tuple[int, ...]", field.doc, ""
+        number = "float" if kind.base == "double" else "int"
+        yield name, f"tuple[{number}, ...]", field.doc, ""
     else:
         yield name, "float" if kind.base == "double" else "int", field.doc, ""
 

@@ -1972,6 +1972,107 @@ class toliman_series_info(Sized):
     ]
 
 
+class toliman_sky(Structure):
+    """Prediction of a binary for an observer. Several threads may use it at the same time."""
+
+
+# Number of orbital elements.
+TOLIMAN_SKY_ELEMENTS = 7
+
+# Effects that toliman_sky_options.without leaves out. The sizes are changes of the separation of alpha Centauri from
+# 2027 to 2030.
+TOLIMAN_SKY_EARTH_ABERRATION = 1  # the Earth's velocity: 746 uas, annual
+TOLIMAN_SKY_SPACECRAFT_ABERRATION = 2  # the observer's velocity about the Earth: 205 to 257 uas in 97 min
+TOLIMAN_SKY_PARALLAX = 4  # the observer's place: 44 uas, annual
+TOLIMAN_SKY_ROEMER = 8  # light time to the Sun's barycentre: 2.5 uas, annual
+TOLIMAN_SKY_LIGHT_TIME = 16  # light time between the stars: 294 uas, secular
+TOLIMAN_SKY_RADIAL_MOTION = 32  # of the barycentre: 305 uas, secular
+TOLIMAN_SKY_TRANSVERSE_MOTION = 64  # of the barycentre: 77 uas, secular
+TOLIMAN_SKY_DEFLECTION = 128  # of light by the Sun: 0.8 uas, in November
+
+
+class toliman_sky_options(Sized):
+    """Options of a prediction. Since 0.2.
+    without: effects that are left out: TOLIMAN_SKY_...; 0 = none
+    observer: Observer: one of observer and altitude_km, or none for the Earth's centre.
+        path of an observer file, CCSDS OEM or CSV (formats.md, "Observer files"); may be NULL
+    altitude_km: altitude of a circular sun-synchronous orbit, for simulations, 200 to 2000; 0 = none
+    node_hours: its local mean time at the ascending node, at most 24 h; 0 = 18, above the terminator
+    leap_seconds: [leap_second_count], for observer files in UTC, as in
+    leap_second_count: toliman_ingest_parse_time; 0 = those of ERFA
+    log: receives warnings, during create only; may be NULL"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("without", c_uint32),
+        ("observer", c_char_p),
+        ("altitude_km", c_double),
+        ("node_hours", c_double),
+        ("leap_seconds", POINTER(toliman_leap_second)),
+        ("leap_second_count", c_size_t),
+        ("log", toliman_log_fn),
+        ("log_data", c_void_p),
+    ]
+
+
+class toliman_sky_prediction(Sized):
+    """What an observer sees at a time, or in the mean of intervals. Since 0.2.
+    struct_size: in: sizeof(toliman_sky_prediction)
+    separation_arcsec: apparent separation
+    position_angle_deg: apparent position angle of B from A, north through east, -180 to 180, ICRS
+    geometric_arcsec: separation on the orbit
+    geometric_angle_deg: position angle on the orbit
+    factor: separation_arcsec / geometric_arcsec
+    barycentric_offset_s: barycentric time (TDB) minus TAI, s: time at which the light of the system's
+        barycentre arrives at that of the solar system
+    approach_m_s: velocity of the observer towards the system
+    sun_angle_deg: angle between the system and the Sun
+    partials: derivatives of geometric_arcsec by the elements: arcsec per unit of the element"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("separation_arcsec", c_double),
+        ("position_angle_deg", c_double),
+        ("geometric_arcsec", c_double),
+        ("geometric_angle_deg", c_double),
+        ("factor", c_double),
+        ("barycentric_offset_s", c_double),
+        ("approach_m_s", c_double),
+        ("sun_angle_deg", c_double),
+        ("partials", c_double * 7),
+    ]
+
+
+# Observers.
+TOLIMAN_SKY_OBSERVER_EARTH = 701  # centre of the Earth
+TOLIMAN_SKY_OBSERVER_CIRCULAR = 702  # circular orbit
+TOLIMAN_SKY_OBSERVER_FILE = 703  # observer file
+
+
+class toliman_sky_info(Sized):
+    """Properties of a prediction. Since 0.2.
+    struct_size: in: sizeof(toliman_sky_info)
+    without: effects that are left out
+    observer: TOLIMAN_SKY_OBSERVER_...
+    segments: of the observer file; 0 without one
+    first_ns: first and last usable time of the observer file; 0 without one
+    last_ns: first and last usable time of the observer file; 0 without one
+    orbit_digest: FNV-1a hash of the orbital elements: the reference orbit of geometric_arcsec
+    name: name of the system; "" if the file has none"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("without", c_uint32),
+        ("observer", c_int32),
+        ("segments", c_int32),
+        ("first_ns", c_int64),
+        ("last_ns", c_int64),
+        ("orbit_digest", c_uint64),
+        ("name", c_char * 72),
+    ]
+
+
 class toliman_track(Structure):
     """Tracker. Functions that take a const tracker may run on one tracker from several threads; all others need exclusive
     use."""
@@ -2395,6 +2496,11 @@ OF_OBJECTS = {
     "toliman_series_destroy": True,
     "toliman_series_parse": True,
     "toliman_series_get_info": False,
+    "toliman_sky_destroy": True,
+    "toliman_sky_predict": False,
+    "toliman_sky_predict_mean": False,
+    "toliman_sky_get_info": False,
+    "toliman_sky_get_element": False,
     "toliman_track_destroy": True,
     "toliman_track_push": True,
     "toliman_track_commit": True,
@@ -4027,6 +4133,81 @@ TOLIMAN_E_MISMATCH if the input has no such columns: no line of it can be used. 
     "toliman_series_get_info": (
         c_int32, (("series", POINTER(toliman_series)), ("out", POINTER(toliman_series_info))),
         """Writes the properties to *out, whose struct_size must be set. Since 0.2.""",
+    ),
+    "toliman_sky_options_init": (
+        None, (("options", POINTER(toliman_sky_options)), ("size", c_size_t)),
+        """Sets *options, a struct of `size` bytes, to the defaults. Since 0.2.""",
+    ),
+    "toliman_sky_create": (
+        c_int32, (
+            ("system", c_char_p),
+            ("options", POINTER(toliman_sky_options)),
+            ("out", POINTER(POINTER(toliman_sky))),
+        ),
+        """Creates the prediction of a system.
+  system   "alpha-cen" (Akeson et al. 2021), or the path of a system file (schema toliman-system/1)
+  options  NULL = the defaults: all effects, at the Earth's centre. A warning then says how many uas the spacecraft's
+           velocity adds
+The caller destroys *out. Errors: TOLIMAN_E_NOT_FOUND; TOLIMAN_E_SCENE, with file and key, for a bad system file;
+TOLIMAN_E_FORMAT, with file, line and reason, for a bad observer file; TOLIMAN_E_ARGUMENT. Since 0.2.""",
+    ),
+    "toliman_sky_destroy": (
+        None, (("sky", POINTER(toliman_sky)),),
+        """Destroys a prediction. NULL is allowed. Since 0.2.""",
+    ),
+    "toliman_sky_predict": (
+        c_int32, (
+            ("sky", POINTER(toliman_sky)),
+            ("tai_ns", POINTER(c_int64)),
+            ("count", c_size_t),
+            ("predictions", POINTER(toliman_sky_prediction)),
+        ),
+        """Predicts the separation at times.
+  tai_ns       [count]
+  predictions  [count], with the struct_size of predictions[0] set
+The first prediction in a day takes 50 us, the others 9 us; 100 bytes per day are kept.
+Errors: TOLIMAN_E_RANGE, naming the time and the covered times, if the observer file has no state for it, and outside
+the years 1900 to 2100. No prediction is then written. Since 0.2.""",
+    ),
+    "toliman_sky_predict_mean": (
+        c_int32, (
+            ("sky", POINTER(toliman_sky)),
+            ("intervals", POINTER(c_int64)),
+            ("count", c_size_t),
+            ("prediction", POINTER(toliman_sky_prediction)),
+        ),
+        """Predicts the mean separation of an exposure that is on target in intervals, all with the same rate of photons. The
+middle of an exposure is not enough with an observer in a low orbit: it is wrong by 0.18 uas in 120 s, 4.4 uas in
+600 s and up to 245 uas in a day.
+  intervals   [count][2], start and end; they may be in any order
+  prediction  means over the intervals, weighted with their lengths; factor is the ratio of the mean separations
+Errors: TOLIMAN_E_ARGUMENT if count is 0 or an interval does not begin before it ends; TOLIMAN_E_RANGE as
+toliman_sky_predict. Since 0.2.""",
+    ),
+    "toliman_sky_observer_name": (
+        c_char_p, (("observer", c_int32),),
+        """Returns the name of an observer ("Earth", "circular orbit", "file"), "?" for an unknown one. Static text. Since
+0.2.""",
+    ),
+    "toliman_sky_get_info": (
+        c_int32, (("sky", POINTER(toliman_sky)), ("out", POINTER(toliman_sky_info))),
+        """Writes the properties to *out, whose struct_size must be set. Since 0.2.""",
+    ),
+    "toliman_sky_element_name": (
+        c_char_p, (("element", c_int32),),
+        """Returns the name of an orbital element, with its unit: 0 "period_years", 1 "semi_major_arcsec", 2 "eccentricity",
+3 "inclination_deg", 4 "node_deg", 5 "periastron_deg", 6 "epoch" (Julian year); "?" for other numbers. Static text.
+Since 0.2.""",
+    ),
+    "toliman_sky_get_element": (
+        c_int32, (
+            ("sky", POINTER(toliman_sky)),
+            ("element", c_int32),
+            ("value", POINTER(c_double)),
+            ("sigma", POINTER(c_double)),
+        ),
+        """Writes the value of an orbital element and its standard deviation, 0 if unknown. value and sigma may be NULL. Errors:
+TOLIMAN_E_ARGUMENT for an unknown element. Since 0.2.""",
     ),
     "toliman_track_verdict_name": (
         c_char_p, (("verdict", c_int32),),

@@ -482,6 +482,34 @@ class Sampling(Result):
 
 
 @result
+class SkyPrediction(Result):
+    """What an observer sees at a time, or in the mean of intervals."""
+
+    separation_arcsec: float = member("apparent separation")
+    position_angle_deg: float = member("apparent position angle of B from A, north through east, -180 to 180, ICRS")
+    geometric_arcsec: float = member("separation on the orbit")
+    geometric_angle_deg: float = member("position angle on the orbit")
+    factor: float = member("separation_arcsec / geometric_arcsec")
+    barycentric_offset_s: float = member("barycentric time (TDB) minus TAI, s: time at which the light of the system's barycentre arrives at that of the solar system")
+    approach_m_s: float = member("velocity of the observer towards the system")
+    sun_angle_deg: float = member("angle between the system and the Sun")
+    partials: tuple[float, ...] = member("derivatives of geometric_arcsec by the elements: arcsec per unit of the element")
+
+
+@result
+class SkyInfo(Result):
+    """Properties of a prediction."""
+
+    without: int = member("effects that are left out")
+    observer: str = member("...", words="TOLIMAN_SKY_OBSERVER")
+    segments: int = member("of the observer file; 0 without one")
+    first_ns: int = member("first and last usable time of the observer file; 0 without one")
+    last_ns: int = member("first and last usable time of the observer file; 0 without one")
+    orbit_digest: int = member("FNV-1a hash of the orbital elements: the reference orbit of geometric_arcsec")
+    name: str = member("name of the system; \"\" if the file has none")
+
+
+@result
 class Outcome(Result):
     """Outcome of a pushed frame."""
 

@@ -1,0 +1,85 @@
+"""Separation of a binary as an observer sees it. Reference: include/toliman/sky.h."""
+from __future__ import annotations
+
+import ctypes
+import os
+import typing
+
+import numpy
+from numpy.typing import ArrayLike, NDArray
+
+from . import _raw
+from ._arguments import file_name, options_of, real
+from ._handle import Handle
+from ._library import check, library
+from ._log import log
+from ._predictions import structured
+from ._results import SkyInfo, SkyPrediction
+
+_EFFECTS = ("earth_aberration", "spacecraft_aberration", "parallax", "roemer", "light_time", "radial_motion",
+            "transverse_motion", "deflection")
+_int64 = ctypes.POINTER(ctypes.c_int64)
+
+
+class Sky(Handle):
+    """Predicts the separation of a binary as an observer sees it.
+
+        sky = Sky("alpha-cen", "spacecraft.oem")
+        seen = sky.predict(tai_ns)                    # structured array: seen["separation_arcsec"], seen["factor"]
+        reduced = measured_arcsec / seen["factor"] - seen["geometric_arcsec"]
+
+    system: "alpha-cen" (Akeson et al. 2021), or a system file (schema toliman-system/1).
+    observer: observer file, CCSDS OEM or CSV; None: the Earth's centre, with a warning, or a circular orbit.
+    altitude_km: altitude of a circular sun-synchronous orbit, for simulations; 0: none.
+    node_hours: its local mean time at the ascending node; 0 means 18.
+    without: effects to leave out: "earth_aberration", "spacecraft_aberration", "parallax", "roemer", "light_time",
+        "radial_motion", "transverse_motion", "deflection".
+
+    Times are TAI nanoseconds since 1970-01-01T00:00:00 TAI (parse_time). Raises NotFoundError and InputError for bad
+    files, and InputError for times that the observer file does not cover.
+    """
+
+    _kind, _destroy = _raw.toliman_sky, "toliman_sky_destroy"
+
+    def __init__(self, system: str | os.PathLike[str] = "alpha-cen", observer: str | os.PathLike[str] | None = None, *,
+                 altitude_km: float = 0, node_hours: float = 0, without: str | typing.Iterable[str] = ()):
+        left_out = [without] if isinstance(without, str) else list(without)
+        for name in left_out:
+            if name not in _EFFECTS:
+                raise ValueError(f"without: {name!r}: must be one of {', '.join(_EFFECTS)}")
+        options = options_of(_raw.toliman_sky_options, library.toliman_sky_options_init,
+                             observer=None if observer is None else file_name(observer),
+                             altitude_km=real("altitude_km", altitude_km), node_hours=real("node_hours", node_hours),
+                             without=sum(1 << _EFFECTS.index(name) for name in set(left_out)), log=log)
+        super().__init__(self._create(library.toliman_sky_create, file_name(system), ctypes.byref(options)))
+
+    def predict(self, tai_ns: ArrayLike) -> NDArray:
+        """Returns what the observer sees at each time: a structured array of the times' shape, with the members of
+        SkyPrediction."""
+        times = numpy.ascontiguousarray(tai_ns, numpy.int64)
+        made = (_raw.toliman_sky_prediction * max(times.size, 1))()
+        made[0].struct_size = ctypes.sizeof(_raw.toliman_sky_prediction)
+        check(library.toliman_sky_predict(self._c, times.ctypes.data_as(_int64), times.size, made))
+        return structured(made)[:times.size].reshape(times.shape)
+
+    def predict_mean(self, intervals: ArrayLike) -> SkyPrediction:
+        """Returns the mean over on-target intervals, [start, end] or [n][2], weighted with their lengths."""
+        given = numpy.ascontiguousarray(intervals, numpy.int64).reshape(-1, 2)
+        made = _raw.toliman_sky_prediction()
+        check(library.toliman_sky_predict_mean(self._c, given.ctypes.data_as(_int64), len(given), ctypes.byref(made)))
+        return SkyPrediction._of(made)
+
+    @property
+    def elements(self) -> dict[str, tuple[float, float]]:
+        """The elements of the orbit by name, each with its standard deviation, 0 if unknown."""
+        found = {}
+        value, sigma = ctypes.c_double(), ctypes.c_double()
+        for i in range(7):
+            check(library.toliman_sky_get_element(self._c, i, ctypes.byref(value), ctypes.byref(sigma)))
+            found[library.toliman_sky_element_name(i).decode()] = (value.value, sigma.value)
+        return found
+
+    @property
+    def info(self) -> SkyInfo:
+        """Observer, covered times and reference orbit."""
+        return self._read(library.toliman_sky_get_info, _raw.toliman_sky_info, SkyInfo)

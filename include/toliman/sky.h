@@ -1,0 +1,166 @@
+/* libtoliman, sky: the separation of a binary as an observer sees it.
+ *
+ * Data flow (functions toliman_sky_...)
+ *
+ *   system file or "alpha-cen", observer file -> create -> toliman_sky
+ *    (options_init)                               |
+ *   TAI times [count]          -> predict --------+-> toliman_sky_prediction [count]
+ *   on-target intervals [count] -> predict_mean --+-> toliman_sky_prediction
+ *                                                 +-> get_info, get_element; element_name, observer_name
+ *                                              destroy
+ *
+ * Between the true separation of alpha Centauri A and B and the one on the detector are 746 uas of differential
+ * aberration by the Earth's velocity within a year, 205 to 257 uas by the spacecraft's velocity every 97 minutes, 44
+ * uas of parallax and 2.5 uas of light time. A planet like the Earth moves a star by 2.5 uas.
+ *
+ * Reduction: divide a measured separation by `factor` and subtract `geometric_arcsec`. What is left are the planets,
+ * the error of the orbit and noise. Do not subtract `separation_arcsec`: elements with the published errors would leave
+ * an annual wave of 0.36 uas (95 %: 1.4 uas) instead of 0.08 uas (0.26 uas).
+ *
+ * Conventions
+ *
+ *   System      Elements of the orbit of B about A in three dimensions, place, parallax and motion of the barycentre
+ *               on the axes of the ICRS, masses. The node must be the ascending one, at which B recedes: the other one
+ *               is wrong by 34.5 uas with the period of a year (alpha Centauri).
+ *   Time        Nanoseconds of TAI since 1970-01-01T00:00:00 TAI, of the years 1900 to 2100. Dates in a system file are
+ *               Julian years of TDB, at which light from the distance of its epoch arrives at the barycentre of the
+ *               solar system.
+ *   Apparent    Angle between the directions of A and B, each where it was when its light left it, seen from the
+ *               observer's place, bent by the Sun, and changed by the exact aberration of the observer's velocity.
+ *   Geometric   Length of the projection of the orbit on the tangential plane, at the barycentric time. "factor" is
+ *               apparent over geometric.
+ *   Accuracy    1e-4 uas against the same equations in 50 digits. The Earth is within 5 mm/s of DE405 (1.7e-4 uas).
+ *               Omitted: lensing by planets (1e-3 uas) and of B by A (0.03 uas, nearly constant), galactic
+ * acceleration.
+ */
+#ifndef TOLIMAN_SKY_H
+#define TOLIMAN_SKY_H
+
+#include <toliman/base.h>
+#include <toliman/ingest.h>
+
+TOLIMAN_BEGIN_DECLS
+
+/* Prediction of a binary for an observer. Several threads may use it at the same time. */
+typedef struct toliman_sky toliman_sky;
+
+/* Number of orbital elements. */
+#define TOLIMAN_SKY_ELEMENTS 7u
+
+/* Effects that toliman_sky_options.without leaves out. The sizes are changes of the separation of alpha Centauri from
+ * 2027 to 2030. */
+#define TOLIMAN_SKY_EARTH_ABERRATION 1u      /* the Earth's velocity: 746 uas, annual */
+#define TOLIMAN_SKY_SPACECRAFT_ABERRATION 2u /* the observer's velocity about the Earth: 205 to 257 uas in 97 min */
+#define TOLIMAN_SKY_PARALLAX 4u              /* the observer's place: 44 uas, annual */
+#define TOLIMAN_SKY_ROEMER 8u                /* light time to the Sun's barycentre: 2.5 uas, annual */
+#define TOLIMAN_SKY_LIGHT_TIME 16u           /* light time between the stars: 294 uas, secular */
+#define TOLIMAN_SKY_RADIAL_MOTION 32u        /* of the barycentre: 305 uas, secular */
+#define TOLIMAN_SKY_TRANSVERSE_MOTION 64u    /* of the barycentre: 77 uas, secular */
+#define TOLIMAN_SKY_DEFLECTION 128u          /* of light by the Sun: 0.8 uas, in November */
+
+/* Options of a prediction. Since 0.2. */
+typedef struct toliman_sky_options {
+    uint32_t struct_size;
+    uint32_t without; /* effects that are left out: TOLIMAN_SKY_...; 0 = none */
+    /* Observer: one of observer and altitude_km, or none for the Earth's centre. */
+    const char *observer; /* path of an observer file, CCSDS OEM or CSV (formats.md, "Observer files"); may be NULL */
+    double altitude_km;   /* altitude of a circular sun-synchronous orbit, for simulations, 200 to 2000; 0 = none */
+    double node_hours;    /* its local mean time at the ascending node, at most 24 h; 0 = 18, above the terminator */
+    const toliman_leap_second *leap_seconds; /* [leap_second_count], for observer files in UTC, as in */
+    size_t leap_second_count;                /* toliman_ingest_parse_time; 0 = those of ERFA */
+    toliman_log_fn log;                      /* receives warnings, during create only; may be NULL */
+    void *log_data;
+} toliman_sky_options;
+#define TOLIMAN_SKY_OPTIONS_INIT TOLIMAN_INIT(toliman_sky_options)
+
+/* Sets *options, a struct of `size` bytes, to the defaults. Since 0.2. */
+TOLIMAN_API void toliman_sky_options_init(toliman_sky_options *options, size_t size) TOLIMAN_NOEXCEPT;
+
+/* Creates the prediction of a system.
+ *   system   "alpha-cen" (Akeson et al. 2021), or the path of a system file (schema toliman-system/1)
+ *   options  NULL = the defaults: all effects, at the Earth's centre. A warning then says how many uas the spacecraft's
+ *            velocity adds
+ * The caller destroys *out. Errors: TOLIMAN_E_NOT_FOUND; TOLIMAN_E_SCENE, with file and key, for a bad system file;
+ * TOLIMAN_E_FORMAT, with file, line and reason, for a bad observer file; TOLIMAN_E_ARGUMENT. Since 0.2. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_create(const char *system, const toliman_sky_options *options,
+                                                                 toliman_sky **out) TOLIMAN_NOEXCEPT;
+
+/* Destroys a prediction. NULL is allowed. Since 0.2. */
+TOLIMAN_API void toliman_sky_destroy(toliman_sky *sky) TOLIMAN_NOEXCEPT;
+
+/* What an observer sees at a time, or in the mean of intervals. Since 0.2. */
+typedef struct toliman_sky_prediction {
+    uint32_t struct_size; /* in: sizeof(toliman_sky_prediction) */
+    uint32_t reserved;
+    double separation_arcsec;    /* apparent separation */
+    double position_angle_deg;   /* apparent position angle of B from A, north through east, -180 to 180, ICRS */
+    double geometric_arcsec;     /* separation on the orbit */
+    double geometric_angle_deg;  /* position angle on the orbit */
+    double factor;               /* separation_arcsec / geometric_arcsec */
+    double barycentric_offset_s; /* barycentric time (TDB) minus TAI, s: time at which the light of the system's
+                                    barycentre arrives at that of the solar system */
+    double approach_m_s;         /* velocity of the observer towards the system */
+    double sun_angle_deg;        /* angle between the system and the Sun */
+    double partials[7];          /* derivatives of geometric_arcsec by the elements: arcsec per unit of the element */
+} toliman_sky_prediction;
+#define TOLIMAN_SKY_PREDICTION_INIT TOLIMAN_INIT(toliman_sky_prediction)
+
+/* Predicts the separation at times.
+ *   tai_ns       [count]
+ *   predictions  [count], with the struct_size of predictions[0] set
+ * The first prediction in a day takes 50 us, the others 9 us; 100 bytes per day are kept.
+ * Errors: TOLIMAN_E_RANGE, naming the time and the covered times, if the observer file has no state for it, and outside
+ * the years 1900 to 2100. No prediction is then written. Since 0.2. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_predict(const toliman_sky *sky, const int64_t *tai_ns,
+                                                                  size_t count,
+                                                                  toliman_sky_prediction *predictions) TOLIMAN_NOEXCEPT;
+
+/* Predicts the mean separation of an exposure that is on target in intervals, all with the same rate of photons. The
+ * middle of an exposure is not enough with an observer in a low orbit: it is wrong by 0.18 uas in 120 s, 4.4 uas in
+ * 600 s and up to 245 uas in a day.
+ *   intervals   [count][2], start and end; they may be in any order
+ *   prediction  means over the intervals, weighted with their lengths; factor is the ratio of the mean separations
+ * Errors: TOLIMAN_E_ARGUMENT if count is 0 or an interval does not begin before it ends; TOLIMAN_E_RANGE as
+ * toliman_sky_predict. Since 0.2. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_predict_mean(const toliman_sky *sky, const int64_t *intervals,
+                                                                       size_t count, toliman_sky_prediction *prediction)
+    TOLIMAN_NOEXCEPT;
+
+/* Observers. */
+#define TOLIMAN_SKY_OBSERVER_EARTH 701    /* centre of the Earth */
+#define TOLIMAN_SKY_OBSERVER_CIRCULAR 702 /* circular orbit */
+#define TOLIMAN_SKY_OBSERVER_FILE 703     /* observer file */
+
+/* Returns the name of an observer ("Earth", "circular orbit", "file"), "?" for an unknown one. Static text. Since
+ * 0.2. */
+TOLIMAN_API const char *toliman_sky_observer_name(int32_t observer) TOLIMAN_NOEXCEPT;
+
+/* Properties of a prediction. Since 0.2. */
+typedef struct toliman_sky_info {
+    uint32_t struct_size;      /* in: sizeof(toliman_sky_info) */
+    uint32_t without;          /* effects that are left out */
+    int32_t observer;          /* TOLIMAN_SKY_OBSERVER_... */
+    int32_t segments;          /* of the observer file; 0 without one */
+    int64_t first_ns, last_ns; /* first and last usable time of the observer file; 0 without one */
+    uint64_t orbit_digest;     /* FNV-1a hash of the orbital elements: the reference orbit of geometric_arcsec */
+    char name[72];             /* name of the system; "" if the file has none */
+} toliman_sky_info;
+#define TOLIMAN_SKY_INFO_INIT TOLIMAN_INIT(toliman_sky_info)
+
+/* Writes the properties to *out, whose struct_size must be set. Since 0.2. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_get_info(const toliman_sky *sky,
+                                                                   toliman_sky_info *out) TOLIMAN_NOEXCEPT;
+
+/* Returns the name of an orbital element, with its unit: 0 "period_years", 1 "semi_major_arcsec", 2 "eccentricity",
+ * 3 "inclination_deg", 4 "node_deg", 5 "periastron_deg", 6 "epoch" (Julian year); "?" for other numbers. Static text.
+ * Since 0.2. */
+TOLIMAN_API const char *toliman_sky_element_name(int32_t element) TOLIMAN_NOEXCEPT;
+
+/* Writes the value of an orbital element and its standard deviation, 0 if unknown. value and sigma may be NULL. Errors:
+ * TOLIMAN_E_ARGUMENT for an unknown element. Since 0.2. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_get_element(const toliman_sky *sky, int32_t element,
+                                                                      double *value, double *sigma) TOLIMAN_NOEXCEPT;
+
+TOLIMAN_END_DECLS
+
+#endif

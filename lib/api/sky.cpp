@@ -1,0 +1,199 @@
+// include/toliman/sky.h
+#include <toliman/sky.h>
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <iterator>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "api/choice.hpp"
+#include "api/guard.hpp"
+#include "api/handle.hpp"
+#include "api/struct_array.hpp"
+#include "api/times.hpp"
+#include "base/hash.hpp"
+#include "scene/system.hpp"
+#include "sky/prediction.hpp"
+
+using namespace toliman;
+using namespace toliman::api;
+
+struct toliman_sky : Handle<toliman_sky> {
+    static constexpr char kType[] = "toliman_sky";
+    std::unique_ptr<const sky::Predictor> predictor;
+    uint32_t without = 0;
+};
+
+namespace {
+
+static_assert(sky::kElements == TOLIMAN_SKY_ELEMENTS);
+static_assert(sky::kEarthAberration == TOLIMAN_SKY_EARTH_ABERRATION &&
+              sky::kSpacecraftAberration == TOLIMAN_SKY_SPACECRAFT_ABERRATION &&
+              sky::kParallax == TOLIMAN_SKY_PARALLAX && sky::kRoemer == TOLIMAN_SKY_ROEMER &&
+              sky::kLightTime == TOLIMAN_SKY_LIGHT_TIME && sky::kRadialMotion == TOLIMAN_SKY_RADIAL_MOTION &&
+              sky::kTransverseMotion == TOLIMAN_SKY_TRANSVERSE_MOTION && sky::kDeflection == TOLIMAN_SKY_DEFLECTION);
+
+constexpr Choice<sky::Observer::Kind> kObservers = {TOLIMAN_SKY_OBSERVER_EARTH, TOLIMAN_SKY_OBSERVER_FILE,
+                                                    "TOLIMAN_SKY_OBSERVER_..."};
+constexpr const char *kObserverNames[] = {"Earth", "circular orbit", "file"};
+constexpr const char *kElementNames[] = {"period_years", "semi_major_arcsec", "eccentricity", "inclination_deg",
+                                         "node_deg",     "periastron_deg",    "epoch"};
+constexpr double kLowOrbitSpeed = 7.56e3; // m/s, at an altitude of 600 km
+
+sky::Observer observer_of(const toliman_sky_options &options) {
+    if (options.observer != nullptr && options.altitude_km != 0)
+        fail(Status::argument, "{options->altitude_km} = %g: must be 0 with observer", options.altitude_km);
+    if (options.altitude_km != 0 && !(options.altitude_km >= 200 && options.altitude_km <= 2000))
+        fail(Status::argument, "{options->altitude_km} = %g: must be in [200, 2000] km, or 0 for none",
+             options.altitude_km);
+    if (!(options.node_hours >= 0 && options.node_hours <= 24))
+        fail(Status::argument, "{options->node_hours} = %g: must be in (0, 24] h, or 0 for 18", options.node_hours);
+    const ingest::LeapSeconds leap_seconds =
+        leap_seconds_of(options.leap_seconds, options.leap_second_count, "options->leap_seconds");
+    if (options.observer != nullptr)
+        return sky::Observer(std::make_shared<const sky::Ephemeris>(
+            sky::read_ephemeris(options.observer, leap_seconds, {options.log, options.log_data})));
+    if (options.altitude_km == 0)
+        return {};
+    sky::CircularOrbit orbit;
+    orbit.altitude_km = options.altitude_km;
+    if (options.node_hours != 0)
+        orbit.node_hours = options.node_hours;
+    return sky::Observer(orbit);
+}
+
+sky::System system_of(const char *name) {
+    return std::strcmp(name, "alpha-cen") == 0 ? sky::alpha_cen() : read_system(std::string(name));
+}
+
+// In the order of kElementNames.
+std::array<double, sky::kElements> elements_of(const sky::Orbit &orbit) noexcept {
+    return {orbit.period_years, orbit.semi_major_arcsec, orbit.eccentricity, orbit.inclination_deg,
+            orbit.node_deg,     orbit.periastron_deg,    orbit.epoch};
+}
+
+toliman_sky_prediction public_prediction(const sky::Prediction &prediction) noexcept {
+    toliman_sky_prediction out = {};
+    out.separation_arcsec = prediction.separation_arcsec;
+    out.position_angle_deg = prediction.position_angle_deg;
+    out.geometric_arcsec = prediction.geometric_arcsec;
+    out.geometric_angle_deg = prediction.geometric_angle_deg;
+    out.factor = prediction.factor;
+    out.barycentric_offset_s = prediction.barycentric_offset_s;
+    out.approach_m_s = prediction.approach_m_s;
+    out.sun_angle_deg = prediction.sun_angle_deg;
+    std::copy(std::begin(prediction.partials), std::end(prediction.partials), out.partials);
+    return out;
+}
+
+int32_t known_element(int32_t element) {
+    if (element < 0 || element >= static_cast<int32_t>(sky::kElements))
+        fail(Status::argument, "{element} = %d: must be in [0, %zu]", element, sky::kElements - 1);
+    return element;
+}
+
+} // namespace
+
+extern "C" {
+
+void toliman_sky_options_init(toliman_sky_options *options, size_t size) noexcept {
+    deliver_defaults(toliman_sky_options{}, options, size);
+}
+
+toliman_status toliman_sky_create(const char *system, const toliman_sky_options *options, toliman_sky **out) noexcept {
+    return guard([&] {
+        required(system, "system");
+        toliman_sky *&made = required(out, "out");
+        const toliman_sky_options known = accept(options, toliman_sky_options{}, "options");
+        if ((known.without & ~uint32_t{sky::kEveryEffect}) != 0)
+            fail(Status::argument, "{options->without} = %u: must be TOLIMAN_SKY_..., at most %u", known.without,
+                 static_cast<unsigned>(sky::kEveryEffect));
+        auto handle = std::make_unique<toliman_sky>();
+        handle->without = known.without;
+        handle->predictor =
+            std::make_unique<const sky::Predictor>(system_of(system), observer_of(known), known.without);
+        if (handle->predictor->observer().kind() == sky::Observer::Kind::earth &&
+            (known.without & sky::kSpacecraftAberration) == 0)
+            Log{known.log, known.log_data}.warn(
+                "no observer file: predictions are for the Earth's centre; the velocity of a spacecraft in a low orbit "
+                "changes the separation by up to %.0f uas per arcsec",
+                1e6 * kLowOrbitSpeed / erfa::kLightSpeed);
+        made = handle.release();
+    });
+}
+
+void toliman_sky_destroy(toliman_sky *sky) noexcept {
+    delete sky;
+}
+
+toliman_status toliman_sky_predict(const toliman_sky *sky, const int64_t *tai_ns, size_t count,
+                                   toliman_sky_prediction *predictions) noexcept {
+    return guard([&] {
+        const Use use(sky, "sky");
+        required_array(tai_ns, count, sizeof *tai_ns, "tai_ns");
+        if (count == 0)
+            return;
+        const StructArray<toliman_sky_prediction> rows(predictions, "predictions");
+        required_array(predictions, count, rows.size(), "predictions");
+        std::vector<sky::Prediction> found(count);
+        for (size_t i = 0; i < count; i++)
+            found[i] = sky->predictor->at(tai_ns[i]);
+        for (size_t i = 0; i < count; i++)
+            rows.put(i, public_prediction(found[i]));
+    });
+}
+
+toliman_status toliman_sky_predict_mean(const toliman_sky *sky, const int64_t *intervals, size_t count,
+                                        toliman_sky_prediction *prediction) noexcept {
+    return guard([&] {
+        const Use use(sky, "sky");
+        required_array(intervals, count, 2 * sizeof *intervals, "intervals");
+        std::vector<sky::Interval> given(count);
+        for (size_t i = 0; i < count; i++)
+            given[i] = {intervals[2 * i], intervals[2 * i + 1]};
+        deliver(public_prediction(sky->predictor->mean(given)), prediction, "prediction");
+    });
+}
+
+const char *toliman_sky_observer_name(int32_t observer) noexcept {
+    return kObservers.contains(observer) ? kObserverNames[observer - kObservers.first] : "?";
+}
+
+toliman_status toliman_sky_get_info(const toliman_sky *sky, toliman_sky_info *out) noexcept {
+    return guard([&] {
+        const Use use(sky, "sky");
+        const sky::Predictor &predictor = *sky->predictor;
+        toliman_sky_info info = {};
+        info.without = sky->without;
+        info.observer = kObservers.to_constant(predictor.observer().kind());
+        if (const sky::Ephemeris *const file = predictor.observer().ephemeris(); file != nullptr) {
+            info.segments = static_cast<int32_t>(file->segments().size());
+            info.first_ns = file->segments().front().first_ns;
+            info.last_ns = file->segments().back().last_ns;
+        }
+        info.orbit_digest = fnv1a(elements_of(predictor.system().value.orbit), kFnvOffset);
+        predictor.system().name.copy(info.name, sizeof info.name - 1);
+        deliver(info, out, "out");
+    });
+}
+
+const char *toliman_sky_element_name(int32_t element) noexcept {
+    const bool known = element >= 0 && element < static_cast<int32_t>(sky::kElements);
+    return known ? kElementNames[element] : "?";
+}
+
+toliman_status toliman_sky_get_element(const toliman_sky *sky, int32_t element, double *value, double *sigma) noexcept {
+    return guard([&] {
+        const Use use(sky, "sky");
+        const auto known = static_cast<size_t>(known_element(element));
+        const sky::System &system = sky->predictor->system();
+        if (value != nullptr)
+            *value = elements_of(system.value.orbit)[known];
+        if (sigma != nullptr)
+            *sigma = elements_of(system.sigma.orbit)[known];
+    });
+}
+}
