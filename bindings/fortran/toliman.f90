@@ -203,7 +203,7 @@ module toliman
 
     ! Properties of a prepared scene.
     type, bind(C), public :: toliman_sim_info
-        integer(c_int32_t) :: struct_size = 176 ! in: sizeof(toliman_sim_info)
+        integer(c_int32_t) :: struct_size = 184 ! in: sizeof(toliman_sim_info)
         integer(c_int32_t) :: wavelengths = 0 ! number of wavelengths of the spectrum
         integer(c_int64_t) :: rows = 0 ! shape of a frame
         integer(c_int64_t) :: cols = 0
@@ -230,6 +230,9 @@ module toliman
         integer(c_int32_t) :: bit_depth = 0 ! bits per pixel of the detector; 0 = counts are not rounded
         ! length of an exposure; 0 if the scene has peak_photons instead. Since 0.2
         real(c_double) :: exposure_s = 0.0_c_double
+        ! TAI of time 0, ns since 1970-01-01T00:00:00 TAI: binary.date as a Julian year of TT; 0 without
+        ! binary.observer. Since 0.2
+        integer(c_int64_t) :: time_zero_ns = 0
     end type
 
     ! Cramer-Rao bounds of a frame: the smallest standard deviation of the separation, in px, that an unbiased estimator

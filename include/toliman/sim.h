@@ -60,11 +60,12 @@
  *
  *   Pixel        "point": intensity at the centre of the pixel. "integrated": mean intensity over the square pixel.
  *
- *   Time         The time of a frame is the middle of its exposure. Nothing is averaged over the exposure: stars and
- *                signal are at their positions of that instant. Light travel time to the barycentre is not modelled.
- *                binary.date is time 0. An orbit gives the positions of the stars at time 0, where they stay. Only
- *                with binary.moving do they follow the orbit. Everything that describes the scene as a whole
- *                (get_image, bounds, propagate, expect, and estimators created from the scene) refers to time 0.
+ *   Time         The time of a frame is the middle of its exposure. Stars and signal are at their positions of that
+ *                instant. binary.date is time 0. An orbit gives the positions of the stars at time 0, where they stay.
+ *                Only with binary.moving do they follow the orbit. With binary.observer, they are at their apparent
+ *                positions (sky.h), averaged over the exposure or over cadence.on_target_s, and binary.date is a
+ *                Julian year of TT. Everything that describes the scene as a whole (get_image, bounds, propagate,
+ *                expect, and estimators created from the scene) refers to time 0 on the orbit.
  *
  *   Planet       A planet displaces its star by alpha (r/a) sin(true anomaly + argument) along the axis of the
  *                binary, where alpha = a m/(M + m) is the semi-major axis of the star's orbit. Inclination and node
@@ -192,6 +193,8 @@ typedef struct toliman_sim_info {
     int32_t unit;          /* TOLIMAN_SIM_UNIT_..., of frames and expected images */
     int32_t bit_depth;     /* bits per pixel of the detector; 0 = counts are not rounded */
     double exposure_s;     /* length of an exposure; 0 if the scene has peak_photons instead. Since 0.2 */
+    int64_t time_zero_ns;  /* TAI of time 0, ns since 1970-01-01T00:00:00 TAI: binary.date as a Julian year of TT; 0
+                              without binary.observer. Since 0.2 */
 } toliman_sim_info;
 #define TOLIMAN_SIM_INFO_INIT TOLIMAN_INIT(toliman_sim_info)
 

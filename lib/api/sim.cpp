@@ -152,6 +152,7 @@ toliman_sim_info info_of(const optics::Simulator &simulator) {
     info.unit = kUnits.to_constant(simulator.detector().unit());
     info.bit_depth = static_cast<int32_t>(scene.detector.bit_depth);
     info.exposure_s = scene.cadence.exposure_s;
+    info.time_zero_ns = scene.binary.sky ? toliman::tai_of_date(scene.binary.date) : 0;
     info.peak_counts = simulator.detector().counts_of(*std::max_element(both.begin(), both.end()));
     return info;
 }

@@ -107,7 +107,7 @@ uint64_t Fit::digest_of_all() const noexcept {
 }
 
 std::array<double, 2> Fit::difference(double days) const {
-    const optics::Offsets offset = scene_.binary.moving ? optics::offsets_at(scene_, light_, days) : light_.offset_px;
+    const optics::Offsets offset = optics::offsets_at(scene_, light_, days);
     return {offset[1][0] - offset[0][0], offset[1][1] - offset[0][1]};
 }
 

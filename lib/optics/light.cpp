@@ -114,7 +114,7 @@ std::vector<Sample> sample_star(const Scene &scene, size_t star) {
 // Photons of a star per frame, or relative to the other star if the scene gives the peak.
 double flux_of(const Scene &scene, const Star &star) {
     if (scene.cadence.exposure_s > 0)
-        return *star.photons_per_s * scene.cadence.exposure_s;
+        return *star.photons_per_s * on_target_s(scene.cadence);
     return star.photons_per_s ? *star.photons_per_s : star.relative_flux.value_or(1.0);
 }
 
@@ -143,6 +143,20 @@ double total(const std::vector<double> &photons) noexcept {
 }
 
 // Offsets of both stars from their separation and position angle.
+// Prediction of the exposure whose middle is `days` after time 0.
+sky::Prediction seen_at(const Scene &scene, double days) {
+    const Cadence &cadence = scene.cadence;
+    const double half_s = cadence.exposure_s / 2;
+    const int64_t middle = tai_of_date(scene.binary.date) + std::llround(days * 86400e9);
+    std::vector<sky::Interval> intervals;
+    for (size_t i = 0; i + 1 < cadence.on_target_s.size(); i += 2)
+        intervals.push_back({middle + std::llround((cadence.on_target_s[i] - half_s) * 1e9),
+                             middle + std::llround((cadence.on_target_s[i + 1] - half_s) * 1e9)});
+    if (intervals.empty() && half_s > 0)
+        intervals.push_back({middle - std::llround(half_s * 1e9), middle + std::llround(half_s * 1e9)});
+    return intervals.empty() ? scene.binary.sky->at(middle) : scene.binary.sky->mean(intervals);
+}
+
 Offsets offsets_of(double separation_arcsec, double position_angle_deg, const Scene &scene,
                    const Light &light) noexcept {
     const double angle = (position_angle_deg - scene.detector.rotation_deg) * kPi / 180;
@@ -162,7 +176,7 @@ Offsets offsets_of(double separation_arcsec, double position_angle_deg, const Sc
 }
 
 void place_stars(const Scene &scene, Light &light) {
-    light.offset_px = offsets_at(scene, light, 0);
+    light.offset_px = orbit_offsets_at(scene, light, 0);
     if (scene.stars.size() < 2)
         return;
     light.separation_px =
@@ -199,7 +213,7 @@ std::array<double, 2> axis_of(const Scene &scene, const Offsets &offsets) noexce
     return {x / length, y / length};
 }
 
-Offsets offsets_at(const Scene &scene, const Light &light, double days) noexcept {
+Offsets orbit_offsets_at(const Scene &scene, const Light &light, double days) noexcept {
     const Binary &binary = scene.binary;
     if (scene.stars.size() < 2 || binary.by_offsets) {
         const double *offset = binary.offsets_px;
@@ -209,6 +223,15 @@ Offsets offsets_at(const Scene &scene, const Light &light, double days) noexcept
         return offsets_of(binary.separation_arcsec, binary.position_angle_deg, scene, light);
     const sky::OrbitPosition at = sky::position_on_orbit(*binary.orbit, binary.date + days / sky::kDaysPerYear);
     return offsets_of(at.separation_arcsec(), at.position_angle_deg(), scene, light);
+}
+
+Offsets offsets_at(const Scene &scene, const Light &light, double days) {
+    if (!scene.binary.moving)
+        return light.offset_px;
+    if (scene.binary.sky == nullptr)
+        return orbit_offsets_at(scene, light, days);
+    const sky::Prediction seen = seen_at(scene, days);
+    return offsets_of(seen.separation_arcsec, seen.position_angle_deg, scene, light);
 }
 
 void scale_light(Light &light, double factor) noexcept {

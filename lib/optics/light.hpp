@@ -30,9 +30,12 @@ double mode_rate(const Scene &scene, size_t star, int number, double wavelength_
 // away from the other star; (1, 0) for a single star.
 std::array<double, 2> axis_of(const Scene &scene, const Offsets &offsets) noexcept;
 
-// Offsets of the stars `days` after time 0: on their orbit if the scene has one, else those of time 0. The scene's
-// centre (barycentre of the light, A or B) is on the optical axis at all times.
-Offsets offsets_at(const Scene &scene, const Light &light, double days) noexcept;
+// Offsets of the stars in a frame `days` after time 0: means over the exposure of what the observer sees, if the scene
+// has one; on the orbit if the stars move; otherwise those of time 0. The scene's centre (barycentre of the light, A or
+// B) is on the optical axis at all times. Status::range where the observer file has no state.
+Offsets offsets_at(const Scene &scene, const Light &light, double days);
+// On their orbit, if the scene has one.
+Offsets orbit_offsets_at(const Scene &scene, const Light &light, double days) noexcept;
 
 // Multiplies all photons.
 void scale_light(Light &light, double factor) noexcept;

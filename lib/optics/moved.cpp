@@ -87,7 +87,7 @@ void MovedStars::add_propagated(size_t star, const Place &place, const std::vect
 }
 
 void MovedStars::expect(double displacement_px, const Disturbances &disturbances, double days, double *image) const {
-    const Offsets offsets = scene_.binary.moving ? offsets_at(scene_, light_, days) : light_.offset_px;
+    const Offsets offsets = offsets_at(scene_, light_, days);
     const auto axis = axis_of(scene_, offsets);
     const size_t pixels = plan_.pixels.rows * plan_.pixels.cols;
     std::fill_n(image, pixels, disturbances.background_photons);

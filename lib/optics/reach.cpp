@@ -46,7 +46,7 @@ double orbit_px_per_day(const Scene &scene, const Light &light) {
     const std::vector<double> days = orbit_days(scene);
     double fastest = 0;
     for (size_t i = 1; i < days.size() && days[i] > days[i - 1]; i++) {
-        const Offsets a = offsets_at(scene, light, days[i - 1]), b = offsets_at(scene, light, days[i]);
+        const Offsets a = orbit_offsets_at(scene, light, days[i - 1]), b = orbit_offsets_at(scene, light, days[i]);
         for (size_t star = 0; star < 2; star++) {
             const double distance = std::hypot(b[star][0] - a[star][0], b[star][1] - a[star][1]);
             fastest = std::max(fastest, distance / (days[i] - days[i - 1]));
@@ -58,7 +58,7 @@ double orbit_px_per_day(const Scene &scene, const Light &light) {
 Light farthest_on_orbit(const Scene &scene, const Light &light) {
     Light farthest = light;
     for (const double days : orbit_days(scene)) {
-        const Offsets offsets = offsets_at(scene, light, days);
+        const Offsets offsets = orbit_offsets_at(scene, light, days);
         for (size_t star = 0; star < 2; star++)
             for (size_t axis = 0; axis < 2; axis++)
                 if (std::fabs(offsets[star][axis]) > std::fabs(farthest.offset_px[star][axis]))

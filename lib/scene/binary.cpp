@@ -28,6 +28,48 @@ void read_orbit(const Reader &reader, const Row &row, Binary &binary) {
     binary.orbit = binary.system->value.orbit;
 }
 
+struct GivenObserver {
+    std::string file;
+    sky::CircularOrbit orbit;
+};
+constexpr Condition kCircular = with("altitude_km", "needs altitude_km");
+void read_altitude(const Reader &reader, const Row &row, GivenObserver &given) {
+    given.orbit.altitude_km = reader.number(row);
+}
+void read_node(const Reader &reader, const Row &row, GivenObserver &given) {
+    given.orbit.node_hours = reader.number(row);
+}
+constexpr Row kObserverRows[] = {
+    required<read_altitude>("altitude_km", within(200, 2000, "km"), "Altitude of a circular sun-synchronous orbit")
+        .as(Type::number)
+        .either("file"),
+    optional<read_node>("node_hours", above(0, 24, "h"),
+                        "Local mean time at its ascending node; 18, the default: above the terminator")
+        .as(Type::number)
+        .when(kCircular),
+    optional<&GivenObserver::file>("file", "Observer file, CCSDS OEM or CSV (formats.md)"),
+};
+constexpr Group kObserver = group_of("observer", "Place and velocity of the camera", kObserverRows);
+
+sky::Observer observer_of(const Reader &reader, const Row &row) {
+    GivenObserver given;
+    read_group(kObserver, reader.object(row.key), &given);
+    if (given.file.empty())
+        return sky::Observer(given.orbit);
+    const ingest::LeapSeconds leap_seconds(erfa::leap_seconds().rows);
+    return sky::Observer(std::make_shared<const sky::Ephemeris>(sky::read_ephemeris(given.file, leap_seconds, {})));
+}
+
+void read_observer(const Reader &reader, const Row &row, Binary &binary) {
+    const bool is_object = reader.has_object(row.key);
+    if (!is_object && reader.choice(row) == 0)
+        return;
+    if (!binary.system)
+        reader.refuse(Status::scene, row.key, ": needs an orbit with a system: \"alpha-cen\" or a system file");
+    const sky::Observer observer = is_object ? observer_of(reader, row) : sky::Observer();
+    binary.sky = std::make_shared<const sky::Predictor>(*binary.system, observer);
+}
+
 template <size_t star> void read_offset(const Reader &reader, const Row &row, Binary &binary) {
     const std::vector<double> offset = reader.numbers(row);
     std::copy(offset.begin(), offset.end(), binary.offsets_px + 2 * star);
@@ -70,6 +112,11 @@ constexpr Row kBinaryRows[] = {
         .as(Type::word_file_or_group)
         .when(kNoOffsets, kByOrbit),
     optional<&Binary::moving>("moving", "Whether the stars follow the orbit during the cadence")
+        .when(kNoOffsets, kByOrbit),
+    optional<read_observer>("observer", &kObserver,
+                            "From where the moving stars are seen; none: their orbit; earth: with parallax, aberration "
+                            "and light time at the Earth's centre")
+        .or_word("none earth")
         .when(kNoOffsets, kByOrbit),
     required<&Binary::separation_arcsec>("separation_arcsec", within(1e-6, 1e5, "arcsec"), "Separation")
         .when(kNoOffsets, kNoOrbit),

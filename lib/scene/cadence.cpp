@@ -45,6 +45,20 @@ void read_times(const Reader &reader, const Row &row, Cadence &cadence) {
     cadence.frames = static_cast<int64_t>(cadence.times_days.size());
 }
 
+// Checked after the exposure is known.
+void read_on_target(const Reader &reader, const Row &row, Cadence &cadence) {
+    const std::vector<double> times = reader.numbers(row);
+    if (times.size() % 2 != 0)
+        reader.refuse(Status::scene, row.key, ": has %zu numbers: must have a start and an end of each interval",
+                      times.size());
+    for (size_t i = 1; i < times.size(); i++)
+        if (!(times[i] > times[i - 1]))
+            reader.refuse(Status::scene, row.key, "[%zu] = %g: must be above the number before it", i, times[i]);
+    if (!(times.back() <= cadence.exposure_s))
+        reader.refuse(Status::scene, row.key, ": ends at %g s: must end within exposure_s", times.back());
+    cadence.on_target_s = times;
+}
+
 constexpr Condition kRegular = without("times_days", "not allowed with times_days, which gives all times");
 
 constexpr Row kCadenceRows[] = {
@@ -64,6 +78,13 @@ constexpr Row kCadenceRows[] = {
     optional<&Cadence::exposure_s>("exposure_s", above(0, 1e9, "s"),
                                    "Exposure of a frame; every star then needs photons_per_s; the expected peak must "
                                    "be at least 1e-6 photons"),
+    optional<read_on_target>("on_target_s", within(0, 1e9, "s"),
+                             "Intervals from the start of an exposure in which the telescope points at the stars: "
+                             "start and end of each in turn. photons_per_s counts in them only. The stars are at "
+                             "their mean places over them")
+        .as(Type::numbers)
+        .entries(2, 4096)
+        .when(with("exposure_s", "needs exposure_s")),
 };
 
 } // namespace

@@ -9,12 +9,14 @@
 #include "scene/geometry.hpp"
 #include "scene/groups.hpp"
 #include "scene/wobble.hpp"
+#include "sky/time.hpp"
 
 namespace toliman::scene {
 
 namespace {
 
-constexpr double kLargestWhole = 9007199254740991.0; // 2^53 - 1: larger ones become doubles in other programs
+constexpr double kFirstDate = 1901, kLastDate = 2099; // of the Earth's ephemeris
+constexpr double kLargestWhole = 9007199254740991.0;  // 2^53 - 1: larger ones become doubles in other programs
 
 void read_schema(const Reader &reader, const Row &row, Scene & /*scene*/) {
     reader.choice(row);
@@ -39,10 +41,21 @@ void check_stars(const Reader &reader, const Scene &scene) {
         reader.refuse(Status::scene, "binary", ": a single star allows offsets_px only");
 }
 
+void check_observer(const Reader &reader, const Scene &scene) {
+    if (scene.binary.sky == nullptr)
+        return;
+    if (!scene.binary.moving)
+        reader.refuse(Status::scene, "binary.observer", ": needs binary.moving");
+    if (!(scene.binary.date >= kFirstDate && scene.binary.date <= kLastDate))
+        reader.refuse(Status::scene, "binary.date", " = %g: must be in [%g, %g] with an observer", scene.binary.date,
+                      kFirstDate, kLastDate);
+}
+
 void derive_positions(const Reader &reader, Scene &scene) {
     Binary &binary = scene.binary;
     if (!binary.orbit)
         return;
+    check_observer(reader, scene);
     const sky::OrbitPosition position = sky::position_on_orbit(*binary.orbit, binary.date);
     binary.separation_arcsec = position.separation_arcsec();
     binary.position_angle_deg = position.position_angle_deg();
@@ -154,6 +167,19 @@ double longest_days(const Cadence &cadence) noexcept {
     for (const double days : cadence.times_days)
         longest = std::max(longest, std::fabs(days));
     return longest;
+}
+
+double on_target_s(const Cadence &cadence) noexcept {
+    double total = cadence.on_target_s.empty() ? cadence.exposure_s : 0;
+    for (size_t i = 0; i + 1 < cadence.on_target_s.size(); i += 2)
+        total += cadence.on_target_s[i + 1] - cadence.on_target_s[i];
+    return total;
+}
+
+int64_t tai_of_date(double date) noexcept {
+    const double days = (date - 2000) * sky::kDaysPerYear, whole = std::floor(days);
+    return static_cast<int64_t>(whole) * sky::kNsPerDay +
+           std::llround((days - whole) * static_cast<double>(sky::kNsPerDay)) + sky::kJ2000Ns - sky::kTtMinusTaiNs;
 }
 
 Scene read_scene(const std::string &json, const std::string &source, const std::string &folder) {

@@ -2,12 +2,13 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "scene/parameter.hpp"
-#include "sky/system.hpp"
+#include "sky/prediction.hpp"
 
 namespace toliman {
 
@@ -79,9 +80,10 @@ struct Binary {
     enum class Centre { barycentre, a, b } centre = Centre::barycentre;
     double separation_arcsec = 0, position_angle_deg = 0; // of B from A at time 0
     std::optional<sky::Orbit> orbit;
-    std::optional<sky::System> system; // of the orbit, if it is more than elements
-    double date = 0;                   // time 0 on the orbit, Julian year
-    bool moving = false;               // the stars follow the orbit through the cadence
+    std::optional<sky::System> system;         // of the orbit, if it is more than elements
+    double date = 0;                           // time 0 on the orbit, Julian year
+    bool moving = false;                       // the stars follow the orbit through the cadence
+    std::shared_ptr<const sky::Predictor> sky; // what the observer sees of it; nullptr: the orbit itself
     std::optional<double> distance_pc;
     bool by_offsets = false;
     double offsets_px[4] = {0, 0, 0, 0}; // Ax, Ay, Bx, By
@@ -102,9 +104,12 @@ struct Cadence {
     std::vector<double> times_days; // of the frames; empty: k times the interval
     double peak_photons = 0;        // 0: exposure_s is given instead
     double exposure_s = 0;
+    std::vector<double> on_target_s; // intervals from the start of an exposure: start and end in turn; empty: all of it
 };
 
 double longest_days(const Cadence &cadence) noexcept; // largest |time| of a frame
+double on_target_s(const Cadence &cadence) noexcept;  // total of the intervals
+int64_t tai_of_date(double date) noexcept;            // Julian year of TT
 
 struct Detector {
     size_t rows = 0, cols = 0;

@@ -227,7 +227,9 @@ class toliman_sim_info(Sized):
     peak_counts: brightest pixel of the expected frame, in its unit
     unit: TOLIMAN_SIM_UNIT_..., of frames and expected images
     bit_depth: bits per pixel of the detector; 0 = counts are not rounded
-    exposure_s: length of an exposure; 0 if the scene has peak_photons instead. Since 0.2"""
+    exposure_s: length of an exposure; 0 if the scene has peak_photons instead. Since 0.2
+    time_zero_ns: TAI of time 0, ns since 1970-01-01T00:00:00 TAI: binary.date as a Julian year of TT; 0
+        without binary.observer. Since 0.2"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -254,6 +256,7 @@ class toliman_sim_info(Sized):
         ("unit", c_int32),
         ("bit_depth", c_int32),
         ("exposure_s", c_double),
+        ("time_zero_ns", c_int64),
     ]
 
 

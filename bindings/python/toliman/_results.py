@@ -46,6 +46,7 @@ class SceneInfo(Result):
     unit: str = member("..., of frames and expected images", words="TOLIMAN_SIM_UNIT")
     bit_depth: int = member("bits per pixel of the detector; 0 = counts are not rounded")
     exposure_s: float = member("length of an exposure; 0 if the scene has peak_photons instead. Since 0.2")
+    time_zero_ns: int = member("TAI of time 0, ns since 1970-01-01T00:00:00 TAI: binary.date as a Julian year of TT; 0 without binary.observer. Since 0.2")
 
 
 @result
