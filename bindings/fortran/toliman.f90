@@ -1498,6 +1498,18 @@ module toliman
         character(kind=c_char) :: name(72) = c_null_char ! name of the system; "" if the file has none
     end type
 
+    ! Orbit that was fitted again. Since 0.2.
+    type, bind(C), public :: toliman_sky_refit_result
+        integer(c_int32_t) :: struct_size = 432 ! in: sizeof(toliman_sky_refit_result)
+        integer(c_int32_t) :: iterations = 0 ! number of Gauss-Newton steps
+        real(c_double) :: chi_square = 0.0_c_double ! sum of (residual/sigma)^2 of the measurements, per measurement
+        real(c_double) :: rms_arcsec = 0.0_c_double ! rms of the residuals
+        ! relative error of the plate scale: the measured separations are 1 + scale times too large
+        real(c_double) :: scale = 0.0_c_double
+        real(c_double) :: scale_sigma = 0.0_c_double ! its standard deviation
+        real(c_double) :: covariance(49) = 0.0_c_double ! [7][7], of the elements, in their units
+    end type
+
     ! Verdicts, explained above.
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_VERDICT_ACCEPTED = 501
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_VERDICT_DUPLICATE = 502
@@ -3332,6 +3344,30 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
+        ! Fits the orbital elements again to measured separations, together with the elements' errors in the system
+        ! file: the most probable orbit.
+        function toliman_sky_refit(sky, intervals, interval_counts, separations_arcsec, sigmas_arcsec, count, &
+            scale_sigma, result, out) bind(C) result(answer)
+            import
+            type(c_ptr), value :: sky
+            integer(c_size_t), value :: count
+            real(c_double), value :: scale_sigma
+            integer(c_int64_t), intent(in) :: intervals(*)
+            integer(c_size_t), intent(in), optional :: interval_counts(*)
+            real(c_double), intent(in) :: separations_arcsec(*), sigmas_arcsec(*)
+            type(toliman_sky_refit_result), intent(inout) :: result
+            type(c_ptr), intent(out) :: out
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Writes the system to a file (schema toliman-system/1), replacing it atomically.
+        function toliman_sky_save_file(sky, path) bind(C) result(answer)
+            import
+            type(c_ptr), value :: sky
+            character(kind=c_char), intent(in) :: path(*)
+            integer(c_int32_t) :: answer
+        end function
+
         ! Returns the name of a verdict ("accepted"), "?" for an unknown one.
         function toliman_track_verdict_name(verdict) bind(C) result(answer)
             import
@@ -3688,6 +3724,8 @@ module toliman
     public :: toliman_sky_get_info
     public :: toliman_sky_element_name
     public :: toliman_sky_get_element
+    public :: toliman_sky_refit
+    public :: toliman_sky_save_file
     public :: toliman_track_verdict_name
     public :: toliman_track_reason_name
     public :: toliman_track_options_init
@@ -3974,6 +4012,8 @@ module toliman
         procedure :: get_info => sky_predictor_get_info
         procedure, nopass :: element_name => sky_predictor_element_name
         procedure :: get_element => sky_predictor_get_element
+        procedure :: refit => sky_predictor_refit
+        procedure :: save_file => sky_predictor_save_file
         procedure :: destroy => sky_predictor_destroy
         procedure, private :: sky_predictor_assign
         generic :: assignment(=) => sky_predictor_assign
@@ -6231,6 +6271,49 @@ contains
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
         call conclude(toliman_sky_get_element(self%handle, element, value, sigma), stat, errmsg)
+    end subroutine
+
+    ! Fits the orbital elements again to measured separations, together with the elements' errors in the system file:
+    ! the most probable orbit. intervals(2, count), interval_counts(count), separations_arcsec(count),
+    ! sigmas_arcsec(count).
+    subroutine sky_predictor_refit(self, intervals, interval_counts, separations_arcsec, sigmas_arcsec, &
+        scale_sigma, result, out, stat, errmsg)
+        class(toliman_sky_predictor), intent(in) :: self
+        integer(c_int64_t), intent(in), contiguous :: intervals(:, :)
+        integer(c_size_t), intent(in), optional, contiguous :: interval_counts(:)
+        real(c_double), intent(in), contiguous :: separations_arcsec(:), sigmas_arcsec(:)
+        real(c_double), intent(in) :: scale_sigma
+        type(toliman_sky_refit_result), intent(inout) :: result
+        type(toliman_sky_predictor), intent(inout) :: out
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_count
+        type(c_ptr) :: made
+        integer(c_int32_t) :: status
+        of_count = size(intervals, 2, c_size_t)
+        if (.not. fits(size(intervals, 1, c_size_t), 2_c_size_t, 'intervals', 1, stat, errmsg)) return
+        if (present(interval_counts)) then
+            if (.not. fits(size(interval_counts, 1, c_size_t), of_count, 'interval_counts', 1, stat, errmsg)) return
+        end if
+        if (.not. fits(size(separations_arcsec, 1, c_size_t), of_count, 'separations_arcsec', 1, stat, &
+            errmsg)) return
+        if (.not. fits(size(sigmas_arcsec, 1, c_size_t), of_count, 'sigmas_arcsec', 1, stat, errmsg)) return
+        status = toliman_sky_refit(self%handle, intervals, interval_counts, separations_arcsec, sigmas_arcsec, &
+            of_count, scale_sigma, result, made)
+        if (status == TOLIMAN_OK) then
+            call out%destroy()
+            out%handle = made
+        end if
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Writes the system to a file (schema toliman-system/1), replacing it atomically.
+    subroutine sky_predictor_save_file(self, path, stat, errmsg)
+        class(toliman_sky_predictor), intent(in) :: self
+        character(len=*), intent(in) :: path
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        call conclude(toliman_sky_save_file(self%handle, c_string(path)), stat, errmsg)
     end subroutine
 
     ! Returns the name of a verdict ("accepted"), "?" for an unknown one.

@@ -6,6 +6,7 @@
  *    (options_init)                               |
  *   TAI times [count]          -> predict --------+-> toliman_sky_prediction [count]
  *   on-target intervals [count] -> predict_mean --+-> toliman_sky_prediction
+ *   measured separations [count] -> refit --------+-> toliman_sky with another orbit -> save_file -> system file
  *                                                 +-> get_info, get_element; element_name, observer_name
  *                                              destroy
  *
@@ -160,6 +161,46 @@ TOLIMAN_API const char *toliman_sky_element_name(int32_t element) TOLIMAN_NOEXCE
  * TOLIMAN_E_ARGUMENT for an unknown element. Since 0.2. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_get_element(const toliman_sky *sky, int32_t element,
                                                                       double *value, double *sigma) TOLIMAN_NOEXCEPT;
+
+/* Orbit that was fitted again. Since 0.2. */
+typedef struct toliman_sky_refit_result {
+    uint32_t struct_size; /* in: sizeof(toliman_sky_refit_result) */
+    int32_t iterations;   /* number of Gauss-Newton steps */
+    double chi_square;    /* sum of (residual/sigma)^2 of the measurements, per measurement */
+    double rms_arcsec;    /* rms of the residuals */
+    double scale;       /* relative error of the plate scale: the measured separations are 1 + scale times too large */
+    double scale_sigma; /* its standard deviation */
+    double covariance[49]; /* [7][7], of the elements, in their units */
+} toliman_sky_refit_result;
+#define TOLIMAN_SKY_REFIT_RESULT_INIT TOLIMAN_INIT(toliman_sky_refit_result)
+
+/* Fits the orbital elements again to measured separations, together with the elements' errors in the system file: the
+ * most probable orbit. Elements without a standard deviation stay as they are, and the node, which changes no
+ * separation, stays, too.
+ *   sky                 system and observer
+ *   intervals           [sum of interval_counts][2], on-target intervals of the measurements, start and end in TAI
+ *                       nanoseconds; end = start is an instant
+ *   interval_counts     [count], number of intervals of each measurement; NULL = 1 for each
+ *   separations_arcsec  [count], measured apparent separations
+ *   sigmas_arcsec       [count], their standard deviations
+ *   scale_sigma         standard deviation of the relative error of the plate scale; 0 = none
+ *   result              becomes errors and residuals
+ *   out                 becomes the prediction with the new orbit, whose errors are those after the fit; the caller
+ *                       destroys it
+ * Do not fit an orbit again to measurements that it already contains: its errors would be counted twice.
+ * Errors: TOLIMAN_E_ARGUMENT if no element has a standard deviation, for bad numbers, and if no orbit near that of the
+ * system has these separations; TOLIMAN_E_RANGE as toliman_sky_predict. Since 0.2. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_refit(const toliman_sky *sky, const int64_t *intervals,
+                                                                const size_t *interval_counts,
+                                                                const double *separations_arcsec,
+                                                                const double *sigmas_arcsec, size_t count,
+                                                                double scale_sigma, toliman_sky_refit_result *result,
+                                                                toliman_sky **out) TOLIMAN_NOEXCEPT;
+
+/* Writes the system to a file (schema toliman-system/1), replacing it atomically. Errors: TOLIMAN_E_WRITE. Since 0.2.
+ */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_save_file(const toliman_sky *sky,
+                                                                    const char *path) TOLIMAN_NOEXCEPT;
 
 TOLIMAN_END_DECLS
 

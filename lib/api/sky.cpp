@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstring>
 #include <iterator>
 #include <memory>
@@ -14,9 +15,10 @@
 #include "api/handle.hpp"
 #include "api/struct_array.hpp"
 #include "api/times.hpp"
+#include "backend/file.hpp"
 #include "base/hash.hpp"
 #include "scene/system.hpp"
-#include "sky/prediction.hpp"
+#include "sky/refit.hpp"
 
 using namespace toliman;
 using namespace toliman::api;
@@ -24,7 +26,6 @@ using namespace toliman::api;
 struct toliman_sky : Handle<toliman_sky> {
     static constexpr char kType[] = "toliman_sky";
     std::unique_ptr<const sky::Predictor> predictor;
-    uint32_t without = 0;
 };
 
 namespace {
@@ -71,8 +72,10 @@ sky::System system_of(const char *name) {
 
 // In the order of kElementNames.
 std::array<double, sky::kElements> elements_of(const sky::Orbit &orbit) noexcept {
-    return {orbit.period_years, orbit.semi_major_arcsec, orbit.eccentricity, orbit.inclination_deg,
-            orbit.node_deg,     orbit.periastron_deg,    orbit.epoch};
+    std::array<double, sky::kElements> values;
+    for (size_t i = 0; i < sky::kElements; i++)
+        values[i] = orbit.*sky::kElementOf[i];
+    return values;
 }
 
 toliman_sky_prediction public_prediction(const sky::Prediction &prediction) noexcept {
@@ -87,6 +90,33 @@ toliman_sky_prediction public_prediction(const sky::Prediction &prediction) noex
     out.sun_angle_deg = prediction.sun_angle_deg;
     std::copy(std::begin(prediction.partials), std::end(prediction.partials), out.partials);
     return out;
+}
+
+std::vector<sky::Interval> intervals_of(const int64_t *intervals, size_t count) {
+    std::vector<sky::Interval> given(count);
+    for (size_t i = 0; i < count; i++)
+        given[i] = {intervals[2 * i], intervals[2 * i + 1]};
+    return given;
+}
+
+std::vector<sky::Measurement> measurements_of(const int64_t *intervals, const size_t *interval_counts,
+                                              const double *separations_arcsec, const double *sigmas_arcsec,
+                                              size_t count) {
+    required_array(separations_arcsec, count, sizeof *separations_arcsec, "separations_arcsec");
+    required_array(sigmas_arcsec, count, sizeof *sigmas_arcsec, "sigmas_arcsec");
+    required_array(intervals, count, 2 * sizeof *intervals, "intervals");
+    std::vector<sky::Measurement> measurements;
+    for (size_t i = 0; i < count; i++) {
+        if (!(separations_arcsec[i] > 0 && std::isfinite(separations_arcsec[i])))
+            fail(Status::argument, "{separations_arcsec[%zu]} = %g: must be above 0 and finite", i,
+                 separations_arcsec[i]);
+        if (!(sigmas_arcsec[i] > 0 && std::isfinite(sigmas_arcsec[i])))
+            fail(Status::argument, "{sigmas_arcsec[%zu]} = %g: must be above 0 and finite", i, sigmas_arcsec[i]);
+        const size_t own = interval_counts != nullptr ? interval_counts[i] : 1;
+        measurements.push_back({intervals_of(intervals, own), separations_arcsec[i], sigmas_arcsec[i]});
+        intervals += 2 * own;
+    }
+    return measurements;
 }
 
 int32_t known_element(int32_t element) {
@@ -112,7 +142,6 @@ toliman_status toliman_sky_create(const char *system, const toliman_sky_options 
             fail(Status::argument, "{options->without} = %u: must be TOLIMAN_SKY_..., at most %u", known.without,
                  static_cast<unsigned>(sky::kEveryEffect));
         auto handle = std::make_unique<toliman_sky>();
-        handle->without = known.without;
         handle->predictor =
             std::make_unique<const sky::Predictor>(system_of(system), observer_of(known), known.without);
         if (handle->predictor->observer().kind() == sky::Observer::Kind::earth &&
@@ -151,10 +180,7 @@ toliman_status toliman_sky_predict_mean(const toliman_sky *sky, const int64_t *i
     return guard([&] {
         const Use use(sky, "sky");
         required_array(intervals, count, 2 * sizeof *intervals, "intervals");
-        std::vector<sky::Interval> given(count);
-        for (size_t i = 0; i < count; i++)
-            given[i] = {intervals[2 * i], intervals[2 * i + 1]};
-        deliver(public_prediction(sky->predictor->mean(given)), prediction, "prediction");
+        deliver(public_prediction(sky->predictor->mean(intervals_of(intervals, count))), prediction, "prediction");
     });
 }
 
@@ -167,7 +193,7 @@ toliman_status toliman_sky_get_info(const toliman_sky *sky, toliman_sky_info *ou
         const Use use(sky, "sky");
         const sky::Predictor &predictor = *sky->predictor;
         toliman_sky_info info = {};
-        info.without = sky->without;
+        info.without = predictor.without();
         info.observer = kObservers.to_constant(predictor.observer().kind());
         if (const sky::Ephemeris *const file = predictor.observer().ephemeris(); file != nullptr) {
             info.segments = static_cast<int32_t>(file->segments().size());
@@ -183,6 +209,41 @@ toliman_status toliman_sky_get_info(const toliman_sky *sky, toliman_sky_info *ou
 const char *toliman_sky_element_name(int32_t element) noexcept {
     const bool known = element >= 0 && element < static_cast<int32_t>(sky::kElements);
     return known ? kElementNames[element] : "?";
+}
+
+toliman_status toliman_sky_refit(const toliman_sky *sky, const int64_t *intervals, const size_t *interval_counts,
+                                 const double *separations_arcsec, const double *sigmas_arcsec, size_t count,
+                                 double scale_sigma, toliman_sky_refit_result *result, toliman_sky **out) noexcept {
+    return guard([&] {
+        const Use use(sky, "sky");
+        toliman_sky *&made = required(out, "out");
+        if (!(scale_sigma >= 0 && scale_sigma < 1))
+            fail(Status::argument, "{scale_sigma} = %g: must be in [0, 1)", scale_sigma);
+        const sky::Refit found = sky::refit(
+            *sky->predictor, measurements_of(intervals, interval_counts, separations_arcsec, sigmas_arcsec, count),
+            scale_sigma);
+        auto handle = std::make_unique<toliman_sky>();
+        handle->predictor =
+            std::make_unique<const sky::Predictor>(found.system, sky->predictor->observer(), sky->predictor->without());
+        toliman_sky_refit_result filled = {};
+        filled.iterations = found.iterations;
+        filled.chi_square = found.chi_square;
+        filled.rms_arcsec = found.rms_arcsec;
+        filled.scale = found.scale;
+        filled.scale_sigma = found.scale_sigma;
+        std::copy_n(found.covariance[0], sky::kElements * sky::kElements, filled.covariance);
+        deliver(filled, result, "result");
+        made = handle.release();
+    });
+}
+
+toliman_status toliman_sky_save_file(const toliman_sky *sky, const char *path) noexcept {
+    return guard([&] {
+        const Use use(sky, "sky");
+        required(path, "path");
+        const std::string text = system_json(sky->predictor->system());
+        file::replace(path, text.data(), text.size());
+    });
 }
 
 toliman_status toliman_sky_get_element(const toliman_sky *sky, int32_t element, double *value, double *sigma) noexcept {

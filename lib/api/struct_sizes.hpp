@@ -74,6 +74,7 @@ constexpr StructSize kStructSizes[] = {
     {"toliman_sky_options", sizeof(toliman_sky_options)},
     {"toliman_sky_prediction", sizeof(toliman_sky_prediction)},
     {"toliman_sky_info", sizeof(toliman_sky_info)},
+    {"toliman_sky_refit_result", sizeof(toliman_sky_refit_result)},
     {"toliman_track_outcome", sizeof(toliman_track_outcome)},
     {"toliman_track_options", sizeof(toliman_track_options)},
     {"toliman_track_record", sizeof(toliman_track_record)},

@@ -15,7 +15,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "fit/normal_matrix.hpp"
+#include "base/symmetric.hpp"
 #include "scene/instrument.hpp"
 
 namespace toliman::calibrate {
@@ -36,7 +36,7 @@ bool eliminate(const Block &block, size_t n, double damping, Eliminated &out) {
     for (size_t i = 0; i < kOwn; i++)
         for (size_t j = 0; j < kOwn; j++)
             out.inverse[i * kOwn + j] = block.matrix[i * size + j] * (i == j ? 1 + damping : 1);
-    if (!fit::invert(out.inverse.data(), kOwn))
+    if (!invert_symmetric(out.inverse.data(), kOwn))
         return false;
     out.gain.resize(kOwn * n);
     for (size_t i = 0; i < kOwn; i++) {
@@ -152,7 +152,7 @@ bool solve(const Reduced &sum, const Buffer<double> &matrix, const std::vector<b
         for (size_t j = 0; j < count; j++)
             inverse[i * count + j] = matrix[open[i] * sum.size + open[j]];
     }
-    if (!fit::invert(inverse.data(), count))
+    if (!invert_symmetric(inverse.data(), count))
         return false;
     for (size_t i = 0; i < count; i++) {
         double value = 0;
@@ -213,7 +213,7 @@ Step step_from(const Problem &problem, const Point &point, const Linearisation &
         damped[i * sum.size + i] += damping * sum.diagonal[i];
     std::vector<double> change(sum.size);
     std::vector<bool> fixed(sum.size);
-    if (!solve(sum, damped, fixed, change) || !fit::invert(covariance.data(), sum.size))
+    if (!solve(sum, damped, fixed, change) || !invert_symmetric(covariance.data(), sum.size))
         return step;
     if (hold_jitter(problem, point, change, fixed) && !solve(sum, damped, fixed, change))
         return step;
@@ -250,7 +250,7 @@ Solver::Solver(const Problem &problem, const Linearisation &normal)
     : problem_(problem), equations_(std::make_unique<Equations>(
                              Equations{reduced(problem, nullptr, normal, normal.excess, 0), normal.excess})) {
     Reduced &sum = equations_->sum;
-    sum.solvable = sum.solvable && fit::invert(sum.matrix.data(), sum.size);
+    sum.solvable = sum.solvable && invert_symmetric(sum.matrix.data(), sum.size);
 }
 
 Solver::~Solver() = default;
@@ -300,7 +300,7 @@ Point Solver::solve(const std::vector<Buffer<double>> &gradients, const Point *p
 Uncertainty uncertainty_of(const Problem &problem, const Linearisation &normal) {
     Uncertainty result;
     Reduced sum = reduced(problem, nullptr, normal, 1, 0);
-    if (!sum.solvable || !fit::invert(sum.matrix.data(), sum.size))
+    if (!sum.solvable || !invert_symmetric(sum.matrix.data(), sum.size))
         return result;
     result.alone.resize(problem.frames.count);
     result.whole.resize(problem.frames.count);

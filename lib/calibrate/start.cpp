@@ -10,8 +10,8 @@
 #include <cmath>
 #include <limits>
 
+#include "base/symmetric.hpp"
 #include "base/workers.hpp"
-#include "fit/normal_matrix.hpp"
 #include "optics/derivatives.hpp"
 
 namespace toliman::calibrate {
@@ -40,7 +40,7 @@ Found with_light(const fit::Model &model, ImageView<const double> counts, const 
         for (size_t j = 0; j < kCount; j++)
             inverse[i * kCount + j] = work.matrix[(kFirst + std::min(i, j)) * kOwn + kFirst + std::max(i, j)];
     found.chi_square = work.chi_square;
-    if (!fit::invert(inverse, kCount))
+    if (!invert_symmetric(inverse, kCount))
         return found;
     for (size_t i = 0; i < kCount; i++)
         for (size_t j = 0; j < kCount; j++) {

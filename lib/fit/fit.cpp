@@ -17,7 +17,7 @@
 
 #include "base/constants.hpp"
 #include "base/hash.hpp"
-#include "fit/normal_matrix.hpp"
+#include "base/symmetric.hpp"
 #include "scene/geometry.hpp"
 
 namespace toliman::fit {
@@ -147,7 +147,7 @@ bool Fit::step(ImageView<const double> counts, double blend, double *values, Fit
     if (!model_.covers(values))
         return false;
     model_.linearise(&counts, values, blend, model);
-    if (model.used <= n || !invert(model.matrix.data(), n))
+    if (model.used <= n || !invert_symmetric(model.matrix.data(), n))
         return false;
     moved = 0;
     for (size_t i = 0; i < n; i++) {
@@ -233,7 +233,7 @@ void Fit::predict(const Prediction &prediction, const ImageView<double> *counts,
     if (work.model.used <= n)
         fail(Status::scene, "%s: {detector}: %zu pixels of a frame do not saturate: a fit of %zu parameters needs more",
              scene_.source.c_str(), work.model.used, n);
-    if (!invert(work.model.matrix.data(), n))
+    if (!invert_symmetric(work.model.matrix.data(), n))
         fail(Status::scene, "%s: {options->free}: a parameter is a combination of the others in a frame",
              scene_.source.c_str());
     result = {};

@@ -136,6 +136,35 @@ constexpr Row kSystemRows[] = {
     optional<&System::sigma>("sigma", &kSigma),
 };
 
+// is_sigma: numbers that are 0 are not known, and left out.
+void set_elements(const Elements &elements, bool is_sigma, json::Value &tree) {
+    const auto set = [&](const char *group, const char *key, double value) {
+        if (!is_sigma || value != 0)
+            tree.member(group).member(key) = json::Value::of(value);
+    };
+    const Orbit &orbit = elements.orbit;
+    const Barycentre &centre = elements.barycentre;
+    set("orbit", "period_years", orbit.period_years);
+    set("orbit", "semi_major_arcsec", orbit.semi_major_arcsec);
+    set("orbit", "eccentricity", orbit.eccentricity);
+    set("orbit", "inclination_deg", orbit.inclination_deg);
+    set("orbit", "node_deg", orbit.node_deg);
+    set("orbit", "periastron_deg", orbit.periastron_deg);
+    set("orbit", "epoch", orbit.epoch);
+    set("barycentre", "ra_deg", centre.ra_deg);
+    set("barycentre", "dec_deg", centre.dec_deg);
+    if (!is_sigma)
+        set("barycentre", "epoch", centre.epoch);
+    set("barycentre", "pm_ra_mas_yr", centre.pm_ra_mas_yr);
+    set("barycentre", "pm_dec_mas_yr", centre.pm_dec_mas_yr);
+    set("barycentre", "parallax_mas", centre.parallax_mas);
+    set("barycentre", "radial_velocity_km_s", centre.radial_velocity_km_s);
+    if (!is_sigma)
+        tree.member("barycentre").member("radial_velocity_kind") = json::Value::of("kinematic");
+    set("masses", "A", elements.masses.a_sun);
+    set("masses", "B", elements.masses.b_sun);
+}
+
 } // namespace
 
 constexpr Group kOrbit = group_of("orbit", "Elements of the motion of B about A", kOrbitRows);
@@ -161,6 +190,16 @@ sky::System read_system(const std::string &json, const std::string &source) {
 sky::System read_system(const std::string &path) {
     const std::vector<uint8_t> bytes = file::read(path, scene::kLargestFile);
     return read_system(std::string(bytes.begin(), bytes.end()), path);
+}
+
+std::string system_json(const sky::System &system) {
+    json::Value tree;
+    tree.member("schema") = json::Value::of("toliman-system/1");
+    if (!system.name.empty())
+        tree.member("name") = json::Value::of(system.name);
+    scene::set_elements(system.value, false, tree);
+    scene::set_elements(system.sigma, true, tree.member("sigma"));
+    return json::print(tree);
 }
 
 } // namespace toliman

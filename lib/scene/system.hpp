@@ -9,5 +9,7 @@ namespace toliman {
 // Status::not_found; Status::scene with file and key.
 sky::System read_system(const std::string &path);
 sky::System read_system(const std::string &json, const std::string &source);
+// The text of a system file.
+std::string system_json(const sky::System &system);
 
 } // namespace toliman

@@ -14,7 +14,10 @@ struct Orbit {
     double period_years, semi_major_arcsec, eccentricity, inclination_deg, node_deg, periastron_deg;
     double epoch; // of a passage through periastron, Julian year
 };
-constexpr size_t kElements = 7; // in this order
+constexpr double Orbit::*kElementOf[] = {
+    &Orbit::period_years, &Orbit::semi_major_arcsec, &Orbit::eccentricity, &Orbit::inclination_deg,
+    &Orbit::node_deg,     &Orbit::periastron_deg,    &Orbit::epoch};
+constexpr size_t kElements = 7;
 
 // B relative to A: tangential plane and line of sight, as angles at the distance of the system.
 struct OrbitPosition {

@@ -167,6 +167,8 @@ Prediction Predictor::mean(const std::vector<Interval> &intervals) const {
         fail(Status::argument, "{intervals}: must not be empty");
     double whole = 0;
     for (const auto &[start, end] : intervals) {
+        if (start == end && intervals.size() == 1)
+            return at(start);
         if (!(start < end))
             fail(Status::argument, "{intervals}: start %lld, end %lld ns TAI: must begin before it ends",
                  static_cast<long long>(start), static_cast<long long>(end));

@@ -50,6 +50,7 @@ class Predictor {
 
     const System &system() const noexcept { return system_; }
     const Observer &observer() const noexcept { return observer_; }
+    uint32_t without() const noexcept { return without_; }
 
   private:
     struct Axes {

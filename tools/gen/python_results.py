@@ -53,6 +53,7 @@ RESULTS = {
     "toliman_series_sample": None,
     "toliman_sky_prediction": "SkyPrediction",
     "toliman_sky_info": "SkyInfo",
+    "toliman_sky_refit_result": "Refit",
     "toliman_series_info": None,
     "toliman_track_outcome": "Outcome",
     "toliman_track_record": None,

@@ -4,7 +4,7 @@ from ._library import (Cancelled, CapacityError, Error, InputError, LostError, N
 from ._results import (BankInfo, BankNetwork, BankPlan, BankResult, Bounds, BudgetRow, BudgetStep, BudgetSummary,
                        CalibrationInfo, CalibrationStep, CalibrationValue, CalibrationWindow, ComponentsInfo,
                        ComponentsTraining, FitInfo, FitResult, HeaderTime, Machine, MaskInfo, Model, NetworkInfo,
-                       Outcome, PairInfo, Parameter, PeriodogramInfo, Plan, Sampling, SceneInfo, SkyInfo,
+                       Outcome, PairInfo, Parameter, PeriodogramInfo, Plan, Refit, Sampling, SceneInfo, SkyInfo,
                        SkyPrediction, Stream, TrackInfo, Training)
 from .bank import Bank
 from .budget import Budget
@@ -29,7 +29,7 @@ __all__ = [
     "CalibrationWindow", "Cancelled", "CapacityError",
     "Components", "ComponentsInfo", "ComponentsTraining", "Error", "Estimate", "Fit", "FitInfo", "FitResult", "FoundMask", "Frame", "Grid", "HeaderTime",
     "InputError", "LostError", "Machine", "MaskInfo", "Model", "NetworkInfo", "NoMemoryError", "NotFoundError", "Outcome",
-    "Pair", "PairEvent", "PairInfo", "Parameter", "Peak", "Periodogram", "PeriodogramInfo", "Plan", "REASONS", "Reconstruction",
+    "Pair", "PairEvent", "PairInfo", "Parameter", "Peak", "Periodogram", "PeriodogramInfo", "Plan", "REASONS", "Reconstruction", "Refit",
     "Sampling", "SceneInfo", "Simulator", "Sky", "SkyInfo", "SkyPrediction", "Spectrum", "StateError", "Stream", "Template", "TrackInfo", "Tracker",
     "Training", "UnsupportedError", "VERDICTS", "WriteError", "abi_version", "batch", "blas_speed", "calibrate", "library_path",
     "machine", "parameters", "parse_time", "period", "plan", "read_clock", "read_header", "search_mask", "shipped_scenes", "suited_grid",

@@ -2076,6 +2076,27 @@ class toliman_sky_info(Sized):
     ]
 
 
+class toliman_sky_refit_result(Sized):
+    """Orbit that was fitted again. Since 0.2.
+    struct_size: in: sizeof(toliman_sky_refit_result)
+    iterations: number of Gauss-Newton steps
+    chi_square: sum of (residual/sigma)^2 of the measurements, per measurement
+    rms_arcsec: rms of the residuals
+    scale: relative error of the plate scale: the measured separations are 1 + scale times too large
+    scale_sigma: its standard deviation
+    covariance: [7][7], of the elements, in their units"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("iterations", c_int32),
+        ("chi_square", c_double),
+        ("rms_arcsec", c_double),
+        ("scale", c_double),
+        ("scale_sigma", c_double),
+        ("covariance", c_double * 49),
+    ]
+
+
 class toliman_track(Structure):
     """Tracker. Functions that take a const tracker may run on one tracker from several threads; all others need exclusive
     use."""
@@ -2504,6 +2525,8 @@ OF_OBJECTS = {
     "toliman_sky_predict_mean": False,
     "toliman_sky_get_info": False,
     "toliman_sky_get_element": False,
+    "toliman_sky_refit": False,
+    "toliman_sky_save_file": False,
     "toliman_track_destroy": True,
     "toliman_track_push": True,
     "toliman_track_commit": True,
@@ -4211,6 +4234,39 @@ Since 0.2.""",
         ),
         """Writes the value of an orbital element and its standard deviation, 0 if unknown. value and sigma may be NULL. Errors:
 TOLIMAN_E_ARGUMENT for an unknown element. Since 0.2.""",
+    ),
+    "toliman_sky_refit": (
+        c_int32, (
+            ("sky", POINTER(toliman_sky)),
+            ("intervals", POINTER(c_int64)),
+            ("interval_counts", POINTER(c_size_t)),
+            ("separations_arcsec", POINTER(c_double)),
+            ("sigmas_arcsec", POINTER(c_double)),
+            ("count", c_size_t),
+            ("scale_sigma", c_double),
+            ("result", POINTER(toliman_sky_refit_result)),
+            ("out", POINTER(POINTER(toliman_sky))),
+        ),
+        """Fits the orbital elements again to measured separations, together with the elements' errors in the system file: the
+most probable orbit. Elements without a standard deviation stay as they are, and the node, which changes no
+separation, stays, too.
+  sky                 system and observer
+  intervals           [sum of interval_counts][2], on-target intervals of the measurements, start and end in TAI
+                      nanoseconds; end = start is an instant
+  interval_counts     [count], number of intervals of each measurement; NULL = 1 for each
+  separations_arcsec  [count], measured apparent separations
+  sigmas_arcsec       [count], their standard deviations
+  scale_sigma         standard deviation of the relative error of the plate scale; 0 = none
+  result              becomes errors and residuals
+  out                 becomes the prediction with the new orbit, whose errors are those after the fit; the caller
+                      destroys it
+Do not fit an orbit again to measurements that it already contains: its errors would be counted twice.
+Errors: TOLIMAN_E_ARGUMENT if no element has a standard deviation, for bad numbers, and if no orbit near that of the
+system has these separations; TOLIMAN_E_RANGE as toliman_sky_predict. Since 0.2.""",
+    ),
+    "toliman_sky_save_file": (
+        c_int32, (("sky", POINTER(toliman_sky)), ("path", c_char_p)),
+        """Writes the system to a file (schema toliman-system/1), replacing it atomically. Errors: TOLIMAN_E_WRITE. Since 0.2.""",
     ),
     "toliman_track_verdict_name": (
         c_char_p, (("verdict", c_int32),),

@@ -511,6 +511,18 @@ class SkyInfo(Result):
 
 
 @result
+class Refit(Result):
+    """Orbit that was fitted again."""
+
+    iterations: int = member("number of Gauss-Newton steps")
+    chi_square: float = member("sum of (residual/sigma)^2 of the measurements, per measurement")
+    rms_arcsec: float = member("rms of the residuals")
+    scale: float = member("relative error of the plate scale: the measured separations are 1 + scale times too large")
+    scale_sigma: float = member("its standard deviation")
+    covariance: tuple[float, ...] = member("[7][7], of the elements, in their units")
+
+
+@result
 class Outcome(Result):
     """Outcome of a pushed frame."""
 

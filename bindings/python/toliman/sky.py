@@ -9,12 +9,12 @@ import numpy
 from numpy.typing import ArrayLike, NDArray
 
 from . import _raw
-from ._arguments import file_name, options_of, real
+from ._arguments import file_name, options_of, pointer, real
 from ._handle import Handle
 from ._library import check, library
 from ._log import log
 from ._predictions import structured
-from ._results import SkyInfo, SkyPrediction
+from ._results import Refit, SkyInfo, SkyPrediction
 
 _EFFECTS = ("earth_aberration", "spacecraft_aberration", "parallax", "roemer", "light_time", "radial_motion",
             "transverse_motion", "deflection")
@@ -68,6 +68,32 @@ class Sky(Handle):
         made = _raw.toliman_sky_prediction()
         check(library.toliman_sky_predict_mean(self._c, given.ctypes.data_as(_int64), len(given), ctypes.byref(made)))
         return SkyPrediction._of(made)
+
+    def refit(self, tai_ns: ArrayLike, separations_arcsec: ArrayLike, sigmas_arcsec: ArrayLike, *,
+              scale_sigma: float = 0) -> tuple[Sky, Refit]:
+        """Fits the orbit again to measured separations, together with the errors of its elements.
+
+            better, fit = sky.refit(tai_ns, measured_arcsec, sigma_arcsec, scale_sigma=1e-3)
+            better.save("refitted.json")
+
+        tai_ns: times [n], or on-target intervals: a sequence of n arrays [intervals][2].
+        scale_sigma: standard deviation of the relative error of the plate scale; 0: none.
+        Returns the prediction with the new orbit, and its errors and residuals."""
+        given = tai_ns if isinstance(tai_ns, (list, tuple)) else numpy.asarray(tai_ns)
+        pairs = [numpy.asarray([one, one] if numpy.ndim(one) == 0 else one, numpy.int64).reshape(-1, 2) for one in given]
+        counts = (ctypes.c_size_t * len(pairs))(*(len(pair) for pair in pairs))
+        joined = numpy.ascontiguousarray(numpy.concatenate(pairs))
+        separations, sigmas = (numpy.ascontiguousarray(numpy.broadcast_to(values, len(pairs)), float)
+                               for values in (separations_arcsec, sigmas_arcsec))
+        result = _raw.toliman_sky_refit_result()
+        made = self._create(library.toliman_sky_refit, self._c, joined.ctypes.data_as(_int64), counts,
+                            pointer(separations), pointer(sigmas), len(pairs), real("scale_sigma", scale_sigma),
+                            ctypes.byref(result))
+        return Sky._adopt(made), Refit._of(result)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Writes the system to a file (schema toliman-system/1)."""
+        check(library.toliman_sky_save_file(self._c, file_name(path)))
 
     @property
     def elements(self) -> dict[str, tuple[float, float]]:

@@ -2,11 +2,11 @@
 #pragma once
 #include <cstddef>
 
-namespace toliman::fit {
+namespace toliman {
 
 // Replaces a symmetric positive definite matrix [n][n], of which the upper triangle is read, by its inverse. False,
 // with the matrix overwritten, if it is singular: if a parameter is a combination of the others to 1e-12 of its
-// variance. Allocates memory for more than kMostParameters only.
-bool invert(double *matrix, size_t n);
+// variance. Allocates memory for n above 32 only.
+bool invert_symmetric(double *matrix, size_t n);
 
-} // namespace toliman::fit
+} // namespace toliman

@@ -1,22 +1,22 @@
 // Method: Cholesky's factorisation of the matrix scaled to a unit diagonal, and the inverse of the factor. Parameters
 // differ by many orders of magnitude in their units; scaled, the condition number is that of the correlations alone.
-#include "fit/normal_matrix.hpp"
+#include "base/symmetric.hpp"
 
 #include <cmath>
+#include <vector>
 
-#include "fit/fit.hpp"
-
-namespace toliman::fit {
+namespace toliman {
 
 namespace {
 
+constexpr size_t kFew = 32;
 constexpr double kLeastPivot = 1e-12; // 1 - R^2 of a parameter on those before it
 
 } // namespace
 
-bool invert(double *matrix, size_t n) {
-    double few[kMostParameters];
-    std::vector<double> many(n > kMostParameters ? n : 0);
+bool invert_symmetric(double *matrix, size_t n) {
+    double few[kFew];
+    std::vector<double> many(n > kFew ? n : 0);
     double *const scale = many.empty() ? few : many.data();
     for (size_t i = 0; i < n; i++) {
         if (!(matrix[i * n + i] > 0) || !std::isfinite(matrix[i * n + i]))
@@ -55,4 +55,4 @@ bool invert(double *matrix, size_t n) {
     return true;
 }
 
-} // namespace toliman::fit
+} // namespace toliman

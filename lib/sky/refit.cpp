@@ -1,0 +1,115 @@
+// Method: Gauss-Newton steps on
+//     sum ((s/F(q) - g(q) (1 + k))/sigma)^2 + sum ((q - q0)/sigma_q)^2 + (k/sigma_k)^2,
+// where s are the measured separations, g is the geometric separation on the orbit with elements q, F the factor
+// apparent/geometric, and k the relative error of the plate scale. The prior q0, sigma_q is that of the reference at
+// every step. F is computed again with each orbit, but has no derivative: elements 1 sigma off change it by 1e-7.
+// The steps end when none is longer than 0.001 standard deviations of its prior.
+// Dividing s by F, instead of subtracting a predicted separation, leaves no annual wave where the elements or the plate
+// scale are wrong: 8.4 mas off, 8e-4 of 746 uas of aberration would remain.
+#include "sky/refit.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "base/error.hpp"
+#include "base/symmetric.hpp"
+
+namespace toliman::sky {
+
+namespace {
+
+constexpr int kMostSteps = 20;
+constexpr double kStill = 1e-3; // standard deviations of the prior
+constexpr double kMostEccentricity = 0.9999;
+constexpr size_t kScale = kElements, kAll = kElements + 1;
+
+using Values = std::array<double, kAll>;
+
+// Normal equations of a step, in units of the standard deviations of the prior.
+struct Step {
+    double matrix[kAll][kAll] = {};
+    double gradient[kAll] = {};
+    double chi_square = 0, squares = 0;
+};
+
+Step step_at(const Predictor &predictor, const std::vector<Measurement> &measurements, const Values &sigma,
+             double scale) {
+    Step step;
+    for (const Measurement &one : measurements) {
+        const Prediction seen = predictor.mean(one.intervals);
+        const double noise = one.sigma_arcsec / seen.factor;
+        const double rest = one.separation_arcsec / seen.factor - seen.geometric_arcsec * (1 + scale);
+        double row[kAll];
+        for (size_t i = 0; i < kElements; i++)
+            row[i] = seen.partials[i] * (1 + scale) * sigma[i] / noise;
+        row[kScale] = seen.geometric_arcsec * sigma[kScale] / noise;
+        for (size_t i = 0; i < kAll; i++) {
+            step.gradient[i] += row[i] * rest / noise;
+            for (size_t j = i; j < kAll; j++)
+                step.matrix[i][j] += row[i] * row[j];
+        }
+        step.chi_square += rest / noise * (rest / noise);
+        step.squares += rest * rest;
+    }
+    return step;
+}
+
+} // namespace
+
+Refit refit(const Predictor &reference, const std::vector<Measurement> &measurements, double scale_sigma) {
+    Refit out = {};
+    out.system = reference.system();
+    Values sigma = {}, moved = {}; // moved: from the prior, in its standard deviations
+    for (size_t i = 0; i < kElements; i++)
+        sigma[i] = out.system.sigma.orbit.*kElementOf[i];
+    sigma[kScale] = scale_sigma;
+    if (std::all_of(sigma.begin(), sigma.end() - 1, [](double one) { return one == 0; }))
+        fail(Status::argument, "{sky}: no element has a standard deviation (sigma.orbit of the system file): there is "
+                               "nothing to fit");
+    const Orbit prior = out.system.value.orbit;
+    double longest = 0;
+    do {
+        const Predictor predictor(out.system, reference.observer(), reference.without());
+        Step step = step_at(predictor, measurements, sigma, moved[kScale] * sigma[kScale]);
+        for (size_t i = 0; i < kAll; i++) {
+            step.matrix[i][i] += 1; // the prior
+            step.gradient[i] -= moved[i];
+        }
+        if (!invert_symmetric(step.matrix[0], kAll))
+            fail(Status::argument, "{sky}: the elements do not follow from the separations and their errors");
+        longest = 0;
+        for (size_t i = 0; i < kAll; i++) {
+            double change = 0;
+            for (size_t j = 0; j < kAll; j++)
+                change += step.matrix[i][j] * step.gradient[j];
+            moved[i] += change;
+            longest = std::max(longest, std::fabs(change));
+        }
+        for (size_t i = 0; i < kElements; i++) {
+            const auto element = kElementOf[i];
+            out.system.value.orbit.*element = prior.*element + moved[i] * sigma[i];
+            out.system.sigma.orbit.*element = sigma[i] * std::sqrt(step.matrix[i][i]);
+            for (size_t j = 0; j < kElements; j++)
+                out.covariance[i][j] = sigma[i] * sigma[j] * step.matrix[i][j];
+        }
+        const Orbit &orbit = out.system.value.orbit;
+        if (!(orbit.eccentricity >= 0 && orbit.eccentricity <= kMostEccentricity && orbit.period_years > 0 &&
+              orbit.semi_major_arcsec > 0))
+            fail(Status::argument,
+                 "{separations}: no orbit near that of the system has them: eccentricity %g, "
+                 "semi-major axis %g arcsec, period %g years",
+                 orbit.eccentricity, orbit.semi_major_arcsec, orbit.period_years);
+        out.scale = moved[kScale] * sigma[kScale];
+        out.scale_sigma = sigma[kScale] * std::sqrt(step.matrix[kScale][kScale]);
+        const auto count = static_cast<double>(std::max<size_t>(measurements.size(), 1));
+        out.chi_square = step.chi_square / count;
+        out.rms_arcsec = std::sqrt(step.squares / count);
+        out.iterations++;
+    } while (longest > kStill && out.iterations < kMostSteps);
+    if (longest > kStill)
+        fail(Status::argument, "{separations}: no orbit near that of the system has them");
+    return out;
+}
+
+} // namespace toliman::sky

@@ -1,0 +1,25 @@
+// Orbital elements that agree with their errors and with a series of measured separations.
+#pragma once
+#include "sky/prediction.hpp"
+
+namespace toliman::sky {
+
+struct Measurement {
+    std::vector<Interval> intervals;
+    double separation_arcsec, sigma_arcsec;
+};
+
+struct Refit {
+    System system; // with new elements and errors
+    double covariance[kElements][kElements];
+    double scale = 0, scale_sigma = 0; // relative error of the plate scale
+    double chi_square = 0;             // of the measurements, per measurement
+    double rms_arcsec = 0;             // of what is left
+    int iterations = 0;
+};
+
+// Elements without a standard deviation stay as they are. scale_sigma: relative standard deviation of the plate scale,
+// 0 = exact. Status::argument if no element has a standard deviation.
+Refit refit(const Predictor &reference, const std::vector<Measurement> &measurements, double scale_sigma);
+
+} // namespace toliman::sky
