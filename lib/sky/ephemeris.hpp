@@ -25,11 +25,12 @@ class Ephemeris {
   public:
     static constexpr size_t kPoints = 8; // of the interpolation; no segment has fewer states
 
-    // source: the name of the file, for messages. segments: increasing, not overlapping.
+    // source: the name of the file, for messages. segments: at least one, increasing, not overlapping.
     Ephemeris(std::string source, std::vector<Segment> segments);
 
-    // The state at a time. Status::range, with the covered times, outside all segments, and where the states are too
-    // far apart to interpolate.
+    // The state at a time; one that two segments share belongs to the later segment. Status::range, with the covered
+    // times, outside the usable times of all segments, and where the states are too far apart to interpolate the
+    // velocity to 1 m/s. Any number of threads may call it.
     State at(int64_t tai_ns) const;
 
     const std::string &source() const noexcept { return source_; }
@@ -40,8 +41,9 @@ class Ephemeris {
     std::vector<Segment> segments_;
 };
 
-// Reads a CCSDS Orbit Ephemeris Message in key-value notation (its first line has CCSDS_OEM_VERS), or a table in CSV.
-// leap_seconds: for times in UTC. Status::not_found; Status::format with file, line and reason.
+// Reads a CCSDS Orbit Ephemeris Message in key-value notation (its first line has CCSDS_OEM_VERS), or a table in CSV,
+// of at most 256 MiB. leap_seconds: for times in UTC. Warns once per segment if some of its states are too far apart.
+// Status::not_found; Status::format with file, line and reason.
 Ephemeris read_ephemeris(const std::string &path, const ingest::LeapSeconds &leap_seconds, const Log &log);
 
 } // namespace toliman::sky

@@ -1,0 +1,57 @@
+#include "sky/ephemeris.hpp"
+
+#include <algorithm>
+
+#include "base/error.hpp"
+#include "sky/ephemeris_table.hpp"
+#include "sky/epoch.hpp"
+#include "sky/interpolation.hpp"
+#include "sky/oem.hpp"
+
+namespace toliman::sky {
+
+namespace {
+
+constexpr size_t kLargestFile = size_t{256} << 20;
+
+} // namespace
+
+Ephemeris::Ephemeris(std::string source, std::vector<Segment> segments)
+    : source_(std::move(source)), segments_(std::move(segments)) {}
+
+State Ephemeris::at(int64_t tai_ns) const {
+    const auto later = [](int64_t wanted, const Segment &segment) { return wanted < segment.first_ns; };
+    const auto after = std::upper_bound(segments_.begin(), segments_.end(), tai_ns, later);
+    const bool follows = after != segments_.begin(), precedes = after != segments_.end();
+    if (follows && precedes && tai_ns > (after - 1)->last_ns)
+        fail(Status::range, "{%s}: %s TAI is between segments, of which one ends at %s and the next begins at %s",
+             source_.c_str(), date_text(tai_ns).c_str(), date_text((after - 1)->last_ns).c_str(),
+             date_text(after->first_ns).c_str());
+    if (!follows || tai_ns > (after - 1)->last_ns)
+        fail(Status::range, "{%s}: %s TAI: must be from %s to %s, the times of the states", source_.c_str(),
+             date_text(tai_ns).c_str(), date_text(segments_.front().first_ns).c_str(),
+             date_text(segments_.back().last_ns).c_str());
+    const Interpolated found = interpolate(*(after - 1), tai_ns);
+    if (!(found.doubt_m_s <= kMostDoubt))
+        fail(Status::range,
+             "{%s}: %s TAI: states are %.6g s apart there: too far to interpolate the velocity to 1 m/s; must be at "
+             "most "
+             "300 s apart in a low orbit",
+             source_.c_str(), date_text(tai_ns).c_str(), found.step_s);
+    return found.state;
+}
+
+Ephemeris read_ephemeris(const std::string &path, const ingest::LeapSeconds &leap_seconds, const Log &log) {
+    ingest::TextLines lines(path, kLargestFile);
+    std::string_view first;
+    while (first.empty() && lines.next(first)) {
+        constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
+        if (lines.number() == 1 && first.substr(0, kByteOrderMark.size()) == kByteOrderMark)
+            first.remove_prefix(kByteOrderMark.size());
+    }
+    const bool is_oem = first.substr(0, 6) == "CCSDS_" || first.substr(0, 1) == "<";
+    return {path,
+            is_oem ? read_oem(lines, first, leap_seconds, log) : read_ephemeris_table(lines, first, leap_seconds, log)};
+}
+
+} // namespace toliman::sky

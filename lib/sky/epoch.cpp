@@ -1,0 +1,91 @@
+// Method: a date with the day of the year is rewritten with month and day, then parsed as all dates are. The calendar
+// date of a day counts from 0000-03-01, so that a leap day is the last day of a year. Reference: CCSDS 301.0-B, ASCII
+// time codes A and B.
+#include "sky/epoch.hpp"
+
+#include <optional>
+
+#include "backend/erfa.hpp"
+#include "base/error.hpp"
+#include "base/text.hpp"
+#include "ingest/text_lines.hpp"
+#include "sky/time.hpp"
+
+namespace toliman::sky {
+
+namespace {
+
+constexpr int64_t kDayOf1970 = 40587;       // MJD
+constexpr int64_t kDaysBefore1970 = 719468; // since 0000-03-01
+constexpr int64_t kDaysOf400Years = 146097;
+
+// YYYY-MM-DD of a Modified Julian Day.
+std::string calendar_date(int64_t day) {
+    const int64_t days = day - kDayOf1970 + kDaysBefore1970;
+    const int64_t era = (days >= 0 ? days : days - (kDaysOf400Years - 1)) / kDaysOf400Years;
+    const int64_t of_era = days - era * kDaysOf400Years;
+    const int64_t year_of_era = (of_era - of_era / 1460 + of_era / 36524 - of_era / 146096) / 365;
+    const int64_t of_year = of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
+    const int64_t month = (5 * of_year + 2) / 153; // 0 = March
+    const int64_t day_of_month = of_year - (153 * month + 2) / 5 + 1;
+    const int64_t year = year_of_era + 400 * era + (month >= 10 ? 1 : 0);
+    char text[64];
+    print_text(text, sizeof text, "%04lld-%02lld-%02lld", static_cast<long long>(year),
+               static_cast<long long>(month < 10 ? month + 3 : month - 9), static_cast<long long>(day_of_month));
+    return text;
+}
+
+// The same time with month and day; another text, or a day that does not exist, is unchanged.
+std::string with_month(std::string_view text) {
+    constexpr size_t kEnd = 8; // of YYYY-DDD
+    if (text.size() <= kEnd || text[4] != '-' || text[kEnd] != 'T')
+        return std::string(text);
+    const std::optional<int64_t> year = ingest::integer_of(text.substr(0, 4));
+    const std::optional<int64_t> day = ingest::integer_of(text.substr(5, 3));
+    if (!year || !day || *year < 0 || *day < 1)
+        return std::string(text);
+    const auto first = erfa::day_of(static_cast<int>(*year), 1, 1),
+               next = erfa::day_of(static_cast<int>(*year) + 1, 1, 1);
+    if (!first || !next || *first + *day > *next)
+        return std::string(text);
+    return calendar_date(*first + *day - 1) + std::string(text.substr(kEnd));
+}
+
+} // namespace
+
+int64_t parse_epoch(std::string_view text, ingest::Scale scale, const ingest::LeapSeconds &leap_seconds,
+                    const Place &place, const char *name) {
+    constexpr size_t kLongest = 64, kTime = 10;
+    const std::string shown(text.substr(0, kLongest)), date = with_month(shown);
+    Status status = Status::format;
+    const bool is_whole = text.size() < kLongest && text.find('\0') == std::string_view::npos;
+    if (is_whole && date.size() > kTime && date[kTime] == 'T') {
+        try {
+            return ingest::parse_time(date.c_str(), ingest::TimeFormat::iso, scale, leap_seconds);
+        } catch (const Error &error) {
+            status = error.status();
+        }
+    }
+    if (status == Status::range)
+        fail(Status::format, "{%s}:%d: %s = \"%s\": must be from %s to 2099-12-31", place.path, place.line, name,
+             shown.c_str(), ingest::first_date(scale));
+    fail(Status::format,
+         "{%s}:%d: %s = \"%s\": must be an existing time YYYY-MM-DDThh:mm:ss.s or YYYY-DDDThh:mm:ss.s, with a final Z "
+         "in UTC only",
+         place.path, place.line, name, shown.c_str());
+}
+
+std::string date_text(int64_t tai_ns) {
+    const int64_t days = tai_ns / kNsPerDay - (tai_ns % kNsPerDay < 0 ? 1 : 0), ns = tai_ns - days * kNsPerDay;
+    const int64_t seconds = ns / kNsPerSecond;
+    char time[64];
+    size_t length = print_text(time, sizeof time, "T%02d:%02d:%02d.%09lld", static_cast<int>(seconds / 3600),
+                               static_cast<int>(seconds / 60 % 60), static_cast<int>(seconds % 60),
+                               static_cast<long long>(ns % kNsPerSecond));
+    while (time[length - 1] == '0')
+        length--;
+    length -= time[length - 1] == '.' ? 1 : 0;
+    return calendar_date(kDayOf1970 + days) + std::string(time, length);
+}
+
+} // namespace toliman::sky
