@@ -17,6 +17,7 @@
 #include "cae/payload.hpp"
 #include "memory_file.hpp"
 #include "memory_store.hpp"
+#include "sky/ephemeris.hpp"
 #include "track/tracker.hpp"
 
 using namespace bounds;
@@ -391,6 +392,40 @@ void pairs() {
     pair("pair: a region with the name of a key", line("frame_id", "1"), 2, TOLIMAN_OK, 1);
 }
 
+// A file of an observer that is refused, or has this number of states.
+void ephemeris(const char *what, const std::string &text, size_t states) {
+    static MemoryFile file;
+    file.set(text.data(), text.size());
+    const ingest::LeapSeconds leap_seconds(erfa::leap_seconds().rows);
+    within(what, states * (sizeof(int64_t) + sizeof(sky::State)), [&] {
+        try {
+            const sky::Ephemeris found = sky::read_ephemeris(file.path(), leap_seconds, {});
+            expect(found.segments().front().states.size() == states, what);
+        } catch (const Error &error) {
+            expect(states == 0 && error.status() == Status::format, error.what());
+        }
+    });
+}
+
+void ephemerides() {
+    const std::string header = "t_tai_ns,x_km,y_km,z_km,vx_km_s,vy_km_s,vz_km_s\n";
+    std::string table = header;
+    size_t states = 0;
+    for (int64_t time = 0; table.size() < kMiB - 20; time += 10 + static_cast<int64_t>(states % 5), states++)
+        table += std::to_string(time) + ",1e6,0,0,0,0,0\n";
+    ephemeris("ephemeris: states at uneven steps", table, states);
+    ephemeris("ephemeris: one line", repeated(",", kMiB), 0);
+    ephemeris("ephemeris: one line after the header", header + repeated(",", kMiB - header.size()), 0);
+    ephemeris("ephemeris: empty lines", repeated("\n", kMiB), 0);
+    ephemeris("ephemeris: long numbers", header + "0," + std::string(kMiB - 100, '1') + ",0,0,0,0,0", 0);
+    const std::string message = "CCSDS_OEM_VERS = 2.0\n";
+    ephemeris("ephemeris: comments", message + repeated("COMMENT\n", kMiB - message.size()), 0);
+    ephemeris("ephemeris: a long keyword", message + std::string(kMiB - 100, 'X') + " = 1\n", 0);
+    ephemeris("ephemeris: a long value", message + "ORIGINATOR = " + std::string(kMiB - 100, 'X') + "\n", 0);
+    ephemeris("ephemeris: many segments",
+              message + "CREATION_DATE = 1\nORIGINATOR = 1\n" + repeated("META_START\nMETA_STOP\n", kMiB - 100), 0);
+}
+
 } // namespace
 
 int main() {
@@ -403,5 +438,6 @@ int main() {
     folders();
     tables();
     pairs();
+    ephemerides();
     return failures != 0;
 }
