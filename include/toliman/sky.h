@@ -188,8 +188,8 @@ typedef struct toliman_sky_refit_result {
  *   out                 becomes the prediction with the new orbit, whose errors are those after the fit; the caller
  *                       destroys it
  * Do not fit an orbit again to measurements that it already contains: its errors would be counted twice.
- * Errors: TOLIMAN_E_ARGUMENT if no element has a standard deviation, for bad numbers, and if no orbit near that of the
- * system has these separations; TOLIMAN_E_RANGE as toliman_sky_predict. Since 0.2. */
+ * Errors: TOLIMAN_E_ARGUMENT if no element has a standard deviation, for bad numbers, and if an element would move by
+ * more than 10 of its standard deviations; TOLIMAN_E_RANGE as toliman_sky_predict. Since 0.2. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_refit(const toliman_sky *sky, const int64_t *intervals,
                                                                 const size_t *interval_counts,
                                                                 const double *separations_arcsec,

@@ -223,8 +223,7 @@ toliman_status toliman_sky_refit(const toliman_sky *sky, const int64_t *interval
             *sky->predictor, measurements_of(intervals, interval_counts, separations_arcsec, sigmas_arcsec, count),
             scale_sigma);
         auto handle = std::make_unique<toliman_sky>();
-        handle->predictor =
-            std::make_unique<const sky::Predictor>(found.system, sky->predictor->observer(), sky->predictor->without());
+        handle->predictor = std::make_unique<const sky::Predictor>(found.system, *sky->predictor);
         toliman_sky_refit_result filled = {};
         filled.iterations = found.iterations;
         filled.chi_square = found.chi_square;

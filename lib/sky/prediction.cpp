@@ -77,7 +77,16 @@ void accumulate(const Prediction &value, double weight, const Prediction &first,
 } // namespace
 
 Predictor::Predictor(const System &system, Observer observer, uint32_t without)
-    : system_(system), observer_(std::move(observer)), without_(without) {
+    : system_(system), observer_(std::move(observer)), without_(without), earth_(std::make_shared<const Earth>()) {
+    prepare();
+}
+
+Predictor::Predictor(const System &system, const Predictor &other)
+    : system_(system), observer_(other.observer_), without_(other.without_), earth_(other.earth_) {
+    prepare();
+}
+
+void Predictor::prepare() noexcept {
     const Barycentre &centre = system_.value.barycentre;
     const double ra = centre.ra_deg * kDegree, dec = centre.dec_deg * kDegree;
     axes_.away = {std::cos(dec) * std::cos(ra), std::cos(dec) * std::sin(ra), std::sin(dec)};
@@ -122,7 +131,7 @@ Prediction Predictor::at(int64_t tai_ns) const {
     const double days = terrestrial_days(tai_ns);
     if (!(std::fabs(days) <= kFarthestDays))
         fail(Status::range, "{time} = %lld ns TAI: must be in the years 1900 to 2100", static_cast<long long>(tai_ns));
-    const Earth::State earth = earth_.at(days);
+    const Earth::State earth = earth_->at(days);
     const State spacecraft = observer_.at(tai_ns);
     const Vector offset = vector_of(spacecraft.position_m, erfa::kAstronomicalUnit);
     const Vector place = sum(earth.earth.from_barycentre, 1, offset);

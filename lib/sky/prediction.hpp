@@ -1,6 +1,7 @@
 // Separation of a binary as an observer sees it.
 #pragma once
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "sky/earth.hpp"
@@ -42,6 +43,8 @@ class Predictor {
   public:
     // without: effects to leave out.
     Predictor(const System &system, Observer observer, uint32_t without = 0);
+    // Another system, for the observer and the effects of `other`.
+    Predictor(const System &system, const Predictor &other);
 
     // Status::range outside 1900 to 2100, and as Ephemeris::at.
     Prediction at(int64_t tai_ns) const;
@@ -57,6 +60,7 @@ class Predictor {
         erfa::Vector away, east, north; // at the catalogue's place of the barycentre
     };
 
+    void prepare() noexcept;
     bool has(Effect effect) const noexcept { return (without_ & effect) == 0; }
     erfa::Vector barycentre(double year) const noexcept;
     erfa::Vector star(size_t which, double year) const noexcept;
@@ -68,7 +72,7 @@ class Predictor {
     Axes axes_;
     double distance_;     // of the barycentre at the epoch, au
     erfa::Vector motion_; // of the barycentre, au per Julian year
-    Earth earth_;
+    std::shared_ptr<const Earth> earth_;
 };
 
 } // namespace toliman::sky

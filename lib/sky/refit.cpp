@@ -20,9 +20,12 @@ namespace toliman::sky {
 namespace {
 
 constexpr int kMostSteps = 20;
-constexpr double kStill = 1e-3; // standard deviations of the prior
-constexpr double kMostEccentricity = 0.9999;
+constexpr double kStill = 1e-3;  // standard deviations of the prior
+constexpr double kFarthest = 10; // standard deviations: beyond, separations and system do not belong together
 constexpr size_t kScale = kElements, kAll = kElements + 1;
+constexpr const char *kNames[kAll] = {
+    "a period", "a semi-major axis",         "an eccentricity",   "an inclination",
+    "a node",   "an argument of periastron", "a periastron date", "an error of the plate scale"};
 
 using Values = std::array<double, kAll>;
 
@@ -70,7 +73,7 @@ Refit refit(const Predictor &reference, const std::vector<Measurement> &measurem
     const Orbit prior = out.system.value.orbit;
     double longest = 0;
     do {
-        const Predictor predictor(out.system, reference.observer(), reference.without());
+        const Predictor predictor(out.system, reference);
         Step step = step_at(predictor, measurements, sigma, moved[kScale] * sigma[kScale]);
         for (size_t i = 0; i < kAll; i++) {
             step.matrix[i][i] += 1; // the prior
@@ -93,13 +96,12 @@ Refit refit(const Predictor &reference, const std::vector<Measurement> &measurem
             for (size_t j = 0; j < kElements; j++)
                 out.covariance[i][j] = sigma[i] * sigma[j] * step.matrix[i][j];
         }
-        const Orbit &orbit = out.system.value.orbit;
-        if (!(orbit.eccentricity >= 0 && orbit.eccentricity <= kMostEccentricity && orbit.period_years > 0 &&
-              orbit.semi_major_arcsec > 0))
-            fail(Status::argument,
-                 "{separations}: no orbit near that of the system has them: eccentricity %g, "
-                 "semi-major axis %g arcsec, period %g years",
-                 orbit.eccentricity, orbit.semi_major_arcsec, orbit.period_years);
+        for (size_t i = 0; i < kAll; i++)
+            if (!(std::fabs(moved[i]) <= kFarthest))
+                fail(Status::argument,
+                     "{separations}: need %s %.3g standard deviations from that of the system: wrong system, unit, "
+                     "time or plate scale?",
+                     kNames[i], std::fabs(moved[i]));
         out.scale = moved[kScale] * sigma[kScale];
         out.scale_sigma = sigma[kScale] * std::sqrt(step.matrix[kScale][kScale]);
         const auto count = static_cast<double>(std::max<size_t>(measurements.size(), 1));
@@ -108,7 +110,7 @@ Refit refit(const Predictor &reference, const std::vector<Measurement> &measurem
         out.iterations++;
     } while (longest > kStill && out.iterations < kMostSteps);
     if (longest > kStill)
-        fail(Status::argument, "{separations}: no orbit near that of the system has them");
+        fail(Status::argument, "{separations}: the fit does not converge");
     return out;
 }
 

@@ -4261,8 +4261,8 @@ separation, stays, too.
   out                 becomes the prediction with the new orbit, whose errors are those after the fit; the caller
                       destroys it
 Do not fit an orbit again to measurements that it already contains: its errors would be counted twice.
-Errors: TOLIMAN_E_ARGUMENT if no element has a standard deviation, for bad numbers, and if no orbit near that of the
-system has these separations; TOLIMAN_E_RANGE as toliman_sky_predict. Since 0.2.""",
+Errors: TOLIMAN_E_ARGUMENT if no element has a standard deviation, for bad numbers, and if an element would move by
+more than 10 of its standard deviations; TOLIMAN_E_RANGE as toliman_sky_predict. Since 0.2.""",
     ),
     "toliman_sky_save_file": (
         c_int32, (("sky", POINTER(toliman_sky)), ("path", c_char_p)),

@@ -1,0 +1,217 @@
+"""Scenes with an observer, end to end: the stars are simulated where the observer sees them, their separation is measured
+with the fit, and reduced to what a planet changes. Refits of the orbit."""
+import copy
+import json
+import logging
+import pathlib
+import sys
+import tempfile
+import unittest
+
+import numpy
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path[:0] = [str(ROOT / "bindings" / "python")]
+import toliman  # noqa: E402
+
+DAY, SECOND, SCALE = 86400 * 10**9, 10**9, 0.75
+TIMES = numpy.arange(0, 1095, 27.4)
+SCENE = {
+    "schema": "toliman-scene/1",
+    "telescope": {"aperture_m": 0.0625, "pupil_samples": 48,
+                  "mask": {"kind": "spiral", "opd_nm": 292.5, "edges": "area", "terms": [{"a": 1, "f": 1.2, "m": -5, "p": 1}]}},
+    "band": {"min_nm": 530, "max_nm": 640, "step_nm": 55},
+    "stars": {"A": {"spectrum": {"kind": "blackbody", "temperature_k": 5790}, "photons_per_s": 7.5e7},
+              "B": {"spectrum": {"kind": "blackbody", "temperature_k": 5260}, "photons_per_s": 2.5e7}},
+    "binary": {"orbit": "alpha-cen", "date": 2027.0, "moving": True},
+    "cadence": {"times_days": TIMES.tolist(), "exposure_s": 60},
+    "detector": {"shape": [48, 48], "pixel_scale_arcsec": SCALE},
+    "noise": {"photon": False},
+    "accuracy": 1e-10,
+}
+# On target for 30 minutes in each of 8 orbits of 96.7 minutes, in the first half of an exposure of a day.
+ARCS = [[5800.0 * i, 5800.0 * i + 1800] for i in range(8)]
+
+
+def setUpModule():
+    logging.getLogger("toliman").setLevel(logging.ERROR)
+
+
+def scene_with(**groups):
+    scene = copy.deepcopy(SCENE)
+    for name, keys in groups.items():
+        scene.setdefault(name, {}).update(keys)
+    return scene
+
+
+def measure(scene):
+    """Measured separations (arcsec) of the scene's frames, by a model that knows no observer; TAI of the frames."""
+    simulator = toliman.Simulator(scene)
+    model = copy.deepcopy(scene)
+    model["binary"]["observer"] = "none"
+    found = toliman.Fit(toliman.Simulator(model), capture_px=1).frames(simulator.frames(), times_days=TIMES)
+    tai_ns = simulator.info.time_zero_ns + numpy.round(TIMES * DAY).astype(numpy.int64)
+    return found["separation_px"] * SCALE, tai_ns
+
+
+def reduce(measured, seen):
+    """Separations minus the geometric ones, uas."""
+    return (measured / [one.factor for one in seen] - [one.geometric_arcsec for one in seen]) * 1e6
+
+
+class Observers(unittest.TestCase):
+    def test_frames_show_what_the_observer_sees(self):
+        for observer, sky in (("earth", toliman.Sky()), ({"altitude_km": 600}, toliman.Sky(altitude_km=600)),
+                              ({"altitude_km": 800, "node_hours": 10.5}, toliman.Sky(altitude_km=800, node_hours=10.5))):
+            with self.subTest(observer=observer):
+                measured, tai_ns = measure(scene_with(binary={"observer": observer}))
+                seen = [sky.predict_mean([time - 30 * SECOND, time + 30 * SECOND]) for time in tai_ns]
+                self.assertLess(numpy.abs(measured - [one.separation_arcsec for one in seen]).max() * 1e6, 0.03)
+                self.assertLess(numpy.abs(reduce(measured, seen)).max(), 0.03)
+                self.assertGreater(numpy.ptp([one.factor for one in seen]) * 1e7, 1000)  # uas at 10 arcsec
+
+    def test_arcs_of_a_day(self):
+        """Means over the intervals on target; the middle of the exposure alone is wrong by up to 250 uas."""
+        flat = [number for arc in ARCS for number in arc]
+        measured, tai_ns = measure(scene_with(binary={"observer": {"altitude_km": 600}},
+                                              cadence={"exposure_s": 86400, "on_target_s": flat}))
+        sky = toliman.Sky(altitude_km=600)
+        starts = (numpy.array(ARCS) - 43200) * SECOND
+        seen = [sky.predict_mean(time + starts.astype(numpy.int64)) for time in tai_ns]
+        self.assertLess(numpy.abs(reduce(measured, seen)).max(), 0.03)
+        middle = sky.predict(tai_ns)
+        wrong = (measured / middle["factor"] - middle["geometric_arcsec"]) * 1e6
+        self.assertGreater(numpy.abs(wrong).max(), 50)
+
+    def test_the_light_is_that_of_the_intervals(self):
+        whole, part = (toliman.Simulator(scene_with(cadence={"exposure_s": 100, **more})).info.total_photons
+                       for more in ({}, {"on_target_s": [0, 10, 40, 55]}))
+        self.assertAlmostEqual(part / whole, 0.25, places=12)
+
+    def test_a_planet_is_recovered(self):
+        """1.2 uas in noise-free frames of a moving, aberrated binary: the amplitude is right to 0.03 uas."""
+        planet = {"kind": "sinusoid", "star": "A", "amplitude_px": 1.2e-6 / SCALE, "period_days": 250, "phase_rad": 0.7}
+        scene = scene_with(binary={"observer": {"altitude_km": 600}}, signal=planet)
+        measured, tai_ns = measure(scene)
+        sky = toliman.Sky(altitude_km=600)
+        reduced = reduce(measured, [sky.predict_mean([time - 30 * SECOND, time + 30 * SECOND]) for time in tai_ns])
+        phase = 2 * numpy.pi * TIMES / 250
+        columns = numpy.transpose([numpy.ones_like(phase), numpy.sin(phase), numpy.cos(phase)])
+        _, sine, cosine = numpy.linalg.lstsq(columns, reduced, rcond=None)[0]
+        self.assertAlmostEqual(numpy.hypot(sine, cosine), 1.2, delta=0.03)
+        self.assertAlmostEqual(numpy.arctan2(cosine, sine), 0.7, delta=0.03)
+
+    def test_scenes_without_an_observer_are_as_before(self):
+        plain = toliman.Simulator(SCENE).frames(0, 2)
+        numpy.testing.assert_array_equal(plain, toliman.Simulator(scene_with(binary={"observer": "none"})).frames(0, 2))
+        self.assertEqual(toliman.Simulator(SCENE).info.time_zero_ns, 0)
+
+    def test_a_system_file_is_an_orbit(self):
+        with tempfile.TemporaryDirectory() as folder:
+            toliman.Sky().save(pathlib.Path(folder) / "system.json")
+            by_file = scene_with(binary={"orbit": "system.json", "observer": "earth"})
+            (pathlib.Path(folder) / "scene.json").write_text(json.dumps(by_file))
+            frames = toliman.Simulator(pathlib.Path(folder) / "scene.json").frames(3, 1)
+        numpy.testing.assert_array_equal(frames, toliman.Simulator(scene_with(binary={"observer": "earth"})).frames(3, 1))
+
+    def test_mistakes(self):
+        elements = {name: value for name, (value, _) in toliman.Sky().elements.items()}
+        for groups, message in (
+                ({"binary": {"observer": "moon"}}, 'binary.observer = "moon": must be one of "none", "earth"'),
+                ({"binary": {"observer": "earth", "moving": False}}, "binary.observer: needs binary.moving"),
+                ({"binary": {"observer": "earth", "orbit": elements}}, "binary.observer: needs an orbit with a system"),
+                ({"binary": {"observer": {"altitude_km": 100}}}, "binary.observer.altitude_km = 100: must be in"),
+                ({"binary": {"observer": {"file": "missing.oem"}}}, "missing.oem"),
+                ({"binary": {"observer": {"file": "a.oem", "altitude_km": 600}}}, "altitude_km"),
+                ({"binary": {"observer": "earth", "date": 1850}}, "binary.date = 1850: must be in"),
+                ({"binary": {"orbit": "missing.json"}}, "missing.json"),
+                ({"cadence": {"on_target_s": [0, 10, 20]}}, "cadence.on_target_s: has 3 numbers"),
+                ({"cadence": {"on_target_s": [0, 10, 10, 20]}}, r"cadence.on_target_s\[2\] = 10: must be above"),
+                ({"cadence": {"on_target_s": [0, 61]}}, "cadence.on_target_s: ends at 61 s: must end within exposure_s")):
+            with self.subTest(message), self.assertRaisesRegex(toliman.Error, message):
+                toliman.Simulator(scene_with(**groups))
+
+
+class Refits(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.random = numpy.random.default_rng(1)
+        cls.truth = toliman.Sky(altitude_km=600)
+        cls.tai_ns = toliman.parse_time("2027-01-01", scale="tai") + numpy.sort(
+            cls.random.choice(1095 * 24, 150, replace=False)) * (DAY // 24)
+        cls.measured = cls.truth.predict(cls.tai_ns)["separation_arcsec"]
+        cls.years = (cls.tai_ns - cls.tai_ns[0]) / DAY / 365.25
+
+    def wrong(self):
+        """The system with elements that are wrong by their errors."""
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "system.json"
+            self.truth.save(path)
+            system = json.loads(path.read_text())
+            for name, (value, sigma) in self.truth.elements.items():
+                system["orbit"][name] = value + sigma * self.random.normal()
+            path.write_text(json.dumps(system))
+            return toliman.Sky(path, altitude_km=600)
+
+    def annual(self, sky, measured):
+        """Annual wave and rms of the reduced separations, uas."""
+        seen = sky.predict(self.tai_ns)
+        left = (measured / seen["factor"] - seen["geometric_arcsec"]) * 1e6
+        columns = numpy.c_[numpy.polynomial.chebyshev.chebvander(self.years / 1.5 - 1, 5),
+                           numpy.cos(2 * numpy.pi * self.years), numpy.sin(2 * numpy.pi * self.years)]
+        solution = numpy.linalg.lstsq(columns, left, rcond=None)[0]
+        return numpy.hypot(*solution[-2:]), numpy.sqrt(numpy.mean(left**2))
+
+    def test_wrong_elements_are_corrected(self):
+        waves, rms = [], []
+        for _ in range(20):
+            sky, fit = self.wrong().refit(self.tai_ns, self.measured, 0.375e-6)
+            wave, one = self.annual(sky, self.measured)
+            waves.append(wave)
+            rms.append(one)
+            self.assertLess(fit.iterations, 8)
+        self.assertLess(numpy.percentile(waves, 95), 0.03)
+        self.assertLess(max(rms), 0.1)
+        self.assertGreater(self.annual(self.wrong(), self.measured)[1], 100)
+
+    def test_errors_are_right(self):
+        """Elements, with noise, within their errors; the prior holds what the separations do not tell."""
+        pulls, sigma = [], 3e-4
+        for _ in range(30):
+            noisy = self.measured + sigma * self.random.normal(size=len(self.measured))
+            sky, fit = self.wrong().refit(self.tai_ns, noisy, sigma)
+            pulls.append([(sky.elements[name][0] - self.truth.elements[name][0]) / sky.elements[name][1]
+                          for name in sky.elements])
+            self.assertAlmostEqual(fit.chi_square, 1, delta=0.5)
+            numpy.testing.assert_allclose(numpy.sqrt(numpy.diag(numpy.reshape(fit.covariance, (7, 7)))),
+                                          [error for _, error in sky.elements.values()], rtol=1e-12)
+        rms = numpy.sqrt(numpy.mean(numpy.square(pulls), 0))
+        self.assertTrue((rms > 0.6).all() and (rms < 1.5).all(), rms)
+        self.assertLess(sky.elements["period_years"][1], 0.99 * self.truth.elements["period_years"][1])
+        self.assertEqual(sky.elements["node_deg"][1], self.truth.elements["node_deg"][1])
+
+    def test_the_plate_scale_is_found(self):
+        sky, fit = self.truth.refit(self.tai_ns, self.measured * 1.0002, 1e-5, scale_sigma=1e-3)
+        self.assertLess(abs(fit.scale - 2e-4), 5 * fit.scale_sigma)
+        self.assertLess(self.annual(sky, self.measured)[0], 0.3)
+
+    def test_mistakes(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "system.json"
+            self.truth.save(path)
+            system = json.loads(path.read_text())
+            del system["sigma"]["orbit"]
+            path.write_text(json.dumps(system))
+            exact = toliman.Sky(path, altitude_km=600)
+        for sky, separations, sigma, scale, message in (
+                (exact, self.measured, 1e-6, 0, "no element has a standard deviation"),
+                (self.truth, self.measured * numpy.nan, 1e-6, 0, r"separations_arcsec\[0\] = nan"),
+                (self.truth, self.measured, 0, 0, r"sigmas_arcsec\[0\] = 0"),
+                (self.truth, self.measured, 1e-6, -1, "scale_sigma = -1"),
+                (self.truth, self.measured * 3, 1e-6, 0, "standard deviations from that of the system")):
+            with self.subTest(message), self.assertRaisesRegex(toliman.Error, message):
+                sky.refit(self.tai_ns, separations, sigma, scale_sigma=scale)
+
+
+if __name__ == "__main__":
+    unittest.main()
