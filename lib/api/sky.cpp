@@ -52,6 +52,8 @@ sky::Observer observer_of(const toliman_sky_options &options) {
              options.altitude_km);
     if (!(options.node_hours >= 0 && options.node_hours <= 24))
         fail(Status::argument, "{options->node_hours} = %g: must be in (0, 24] h, or 0 for 18", options.node_hours);
+    if (options.node_hours != 0 && options.altitude_km == 0)
+        fail(Status::argument, "{options->node_hours} = %g: needs altitude_km", options.node_hours);
     const ingest::LeapSeconds leap_seconds =
         leap_seconds_of(options.leap_seconds, options.leap_second_count, "options->leap_seconds");
     if (options.observer != nullptr)

@@ -26,7 +26,7 @@ using erfa::Vector;
 
 constexpr double kArcsec = kPi / 648000, kDegree = kPi / 180;
 constexpr double kLightYear = erfa::kLightSpeed * kSecondsPerDay * kDaysPerYear / erfa::kAstronomicalUnit; // au
-constexpr double kFarthestDays = 36524; // from J2000.0; ERFA's Earth is valid from 1900 to 2100
+constexpr int64_t kFarthestNs = 36524 * kNsPerDay; // from J2000.0; ERFA's Earth is valid from 1900 to 2100
 constexpr int kLightTimeSteps = 4;      // each reduces the error by the velocity over c, 1e-4
 
 Vector sum(const Vector &a, double factor, const Vector &b) noexcept {
@@ -48,6 +48,12 @@ Vector unit(const Vector &a) noexcept {
 
 Vector vector_of(const double values[3], double unit_size) noexcept {
     return {values[0] / unit_size, values[1] / unit_size, values[2] / unit_size};
+}
+
+void check_time(int64_t tai_ns) {
+    constexpr int64_t kMiddle = kJ2000Ns - kTtMinusTaiNs;
+    if (tai_ns < kMiddle - kFarthestNs || tai_ns > kMiddle + kFarthestNs)
+        fail(Status::range, "{time} = %lld ns TAI: must be in the years 1900 to 2100", static_cast<long long>(tai_ns));
 }
 
 // Gauss-Legendre nodes on [-1, 1] with half of their weights: 2 for panels up to kShortPanel, otherwise 4.
@@ -128,9 +134,8 @@ Vector Predictor::seen_star(size_t which, double year, const Vector &from) const
 }
 
 Prediction Predictor::at(int64_t tai_ns) const {
+    check_time(tai_ns);
     const double days = terrestrial_days(tai_ns);
-    if (!(std::fabs(days) <= kFarthestDays))
-        fail(Status::range, "{time} = %lld ns TAI: must be in the years 1900 to 2100", static_cast<long long>(tai_ns));
     const Earth::State earth = earth_->at(days);
     const State spacecraft = observer_.at(tai_ns);
     const Vector offset = vector_of(spacecraft.position_m, erfa::kAstronomicalUnit);
@@ -181,6 +186,8 @@ Prediction Predictor::mean(const std::vector<Interval> &intervals) const {
         if (!(start < end))
             fail(Status::argument, "{intervals}: start %lld, end %lld ns TAI: must begin before it ends",
                  static_cast<long long>(start), static_cast<long long>(end));
+        check_time(start);
+        check_time(end);
         whole += static_cast<double>(end - start);
     }
     const Prediction first = at(intervals.front().start_ns);
