@@ -72,7 +72,7 @@ Reader::Reader(const json::Value &value, std::string path, const Context &contex
     : value_(value), path_(std::move(path)), context_(context) {
     if (value.kind != Kind::object)
         fail(Status::scene, "%s: {%s} = %s: must be an object", context.source.c_str(),
-             path_.empty() ? "the scene" : path_.c_str(), format_value(value).c_str());
+             path_.empty() ? context.whole : path_.c_str(), format_value(value).c_str());
 }
 
 void Reader::refuse(Status status, const char *key, const char *format, ...) const {

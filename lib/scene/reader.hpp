@@ -46,11 +46,12 @@ std::string join(const std::vector<std::string> &words, const char *quote, const
 struct Context {
     const std::string &source, &folder;
     const Scene &scene;
+    const char *whole = "the scene"; // what the file describes, for messages
 };
 
 class Reader {
   public:
-    // value must be an object; path is "" for the scene itself. value and context must outlive the reader.
+    // value must be an object; path is "" for the whole file. value and context must outlive the reader.
     Reader(const json::Value &value, std::string path, const Context &context);
 
     const Scene &scene() const { return context_.scene; }

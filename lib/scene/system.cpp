@@ -181,7 +181,7 @@ sky::System read_system(const std::string &json, const std::string &source) {
     const json::Value tree = json::parse(json, source);
     const Scene none;
     const std::string folder = ".";
-    const scene::Context context = {source, folder, none};
+    const scene::Context context = {source, folder, none, "the system"};
     sky::System system = {};
     read_group(scene::kSystem, scene::Reader(tree, "", context), &system);
     return system;
