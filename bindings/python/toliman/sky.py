@@ -9,7 +9,7 @@ import numpy
 from numpy.typing import ArrayLike, NDArray
 
 from . import _raw
-from ._arguments import file_name, options_of, pointer, real
+from ._arguments import INT64, file_name, options_of, pointer, real
 from ._handle import Handle
 from ._library import check, library
 from ._log import log
@@ -19,6 +19,16 @@ from ._results import Refit, SkyInfo, SkyPrediction
 _EFFECTS = ("earth_aberration", "spacecraft_aberration", "parallax", "roemer", "light_time", "radial_motion",
             "transverse_motion", "deflection")
 _int64 = ctypes.POINTER(ctypes.c_int64)
+
+
+def _nanoseconds(name: str, values: ArrayLike) -> NDArray[numpy.int64]:
+    """Returns times as int64. Dates and days are refused: numpy would truncate them."""
+    array = numpy.asarray(values)
+    if array.dtype.kind not in "iu" and array.size > 0:
+        raise TypeError(f"{name} is an array of {array.dtype}: must be integers, nanoseconds of TAI (parse_time)")
+    if array.dtype.kind == "u" and array.size > 0 and int(array.max()) >= INT64:
+        raise ValueError(f"{name} = {int(array.max())}: must be below 2^63")
+    return numpy.require(array, numpy.int64, "C")
 
 
 class Sky(Handle):
@@ -56,7 +66,7 @@ class Sky(Handle):
     def predict(self, tai_ns: ArrayLike) -> NDArray:
         """Returns what the observer sees at each time: a structured array of the times' shape, with the members of
         SkyPrediction."""
-        times = numpy.ascontiguousarray(tai_ns, numpy.int64)
+        times = _nanoseconds("tai_ns", tai_ns)
         made = (_raw.toliman_sky_prediction * max(times.size, 1))()
         made[0].struct_size = ctypes.sizeof(_raw.toliman_sky_prediction)
         check(library.toliman_sky_predict(self._c, times.ctypes.data_as(_int64), times.size, made))
@@ -64,7 +74,10 @@ class Sky(Handle):
 
     def predict_mean(self, intervals: ArrayLike) -> SkyPrediction:
         """Returns the mean over on-target intervals, [start, end] or [n][2], weighted with their lengths."""
-        given = numpy.ascontiguousarray(intervals, numpy.int64).reshape(-1, 2)
+        given = _nanoseconds("intervals", intervals)
+        if given.ndim == 0 or given.ndim > 2 or (given.size > 0 and given.shape[-1] != 2):
+            raise ValueError(f"intervals has shape {given.shape}: must be (2,) or (n, 2)")
+        given = given.reshape(-1, 2)
         made = _raw.toliman_sky_prediction()
         check(library.toliman_sky_predict_mean(self._c, given.ctypes.data_as(_int64), len(given), ctypes.byref(made)))
         return SkyPrediction._of(made)
