@@ -69,6 +69,8 @@ sky::Observer observer_of(const toliman_sky_options &options) {
 }
 
 sky::System system_of(const char *name) {
+    if (*name == '\0')
+        fail(Status::argument, "{system} = \"\": must be \"alpha-cen\" or a system file");
     return std::strcmp(name, "alpha-cen") == 0 ? sky::alpha_cen() : read_system(std::string(name));
 }
 

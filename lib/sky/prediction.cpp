@@ -27,7 +27,7 @@ using erfa::Vector;
 constexpr double kArcsec = kPi / 648000, kDegree = kPi / 180;
 constexpr double kLightYear = erfa::kLightSpeed * kSecondsPerDay * kDaysPerYear / erfa::kAstronomicalUnit; // au
 constexpr int64_t kFarthestNs = 36524 * kNsPerDay; // from J2000.0; ERFA's Earth is valid from 1900 to 2100
-constexpr int kLightTimeSteps = 4;      // each reduces the error by the velocity over c, 1e-4
+constexpr int kLightTimeSteps = 4;                 // each reduces the error by the velocity over c, 1e-4
 
 Vector sum(const Vector &a, double factor, const Vector &b) noexcept {
     return {a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2]};
