@@ -1,0 +1,123 @@
+/* sky.h */
+#include <string.h>
+
+#include "assert_close.h"
+#include "scenario.h"
+
+enum { TIMES = 3 };
+static const int64_t kTimes[TIMES] = {1800000000000000000, 1800050000000000000, 1900000000000000000};
+static const char kSystem[] = "binary.json", kOrbit[] = "spacecraft.csv";
+
+static const char kBinary[] =
+    "{\"schema\": \"toliman-system/1\", \"name\": \"a binary\", \"orbit\": {\"period_years\": 80, "
+    "\"semi_major_arcsec\": 17, \"eccentricity\": 0.5, \"inclination_deg\": 79, \"node_deg\": 205, \"periastron_deg\": "
+    "231, \"epoch\": 1955.5, \"source\": \"a catalogue\"}, \"barycentre\": {\"ra_deg\": 219, \"dec_deg\": -60, "
+    "\"epoch\": 2019.5, \"pm_ra_mas_yr\": -3640, \"pm_dec_mas_yr\": 700, \"parallax_mas\": 750, "
+    "\"radial_velocity_km_s\": -22, \"radial_velocity_kind\": \"kinematic\"}, \"masses\": {\"A\": 1.1, \"B\": 0.9}}";
+
+static void put_system(void) {
+    write_file(kSystem, kBinary, sizeof kBinary - 1);
+}
+
+static toliman_status create_of(const char *system, const char *observer, void **out) {
+    const toliman_sky_options options = {
+        .struct_size = sizeof options, .observer = observer, .altitude_km = observer != NULL ? 0 : 600};
+    return toliman_sky_create(system, &options, (toliman_sky **)out);
+}
+
+static void *make(void) {
+    void *made = NULL;
+    assert_ok(create_of("alpha-cen", NULL, &made));
+    return made;
+}
+
+static void end(void *made) {
+    toliman_sky_destroy(made);
+}
+
+static uint64_t digest(const void *made) {
+    toliman_sky_info info = {.struct_size = sizeof info};
+    toliman_sky_prediction seen[TIMES] = {{.struct_size = sizeof *seen}};
+    double numbers[2 * TOLIMAN_SKY_ELEMENTS];
+    assert_ok(toliman_sky_get_info(made, &info));
+    assert_ok(toliman_sky_predict(made, kTimes, TIMES, seen));
+    for (int32_t i = 0; i < (int32_t)TOLIMAN_SKY_ELEMENTS; i++)
+        assert_ok(toliman_sky_get_element(made, i, &numbers[2 * i], &numbers[2 * i + 1]));
+    return fnv1a(fnv1a(fnv1a(FNV_START, &info, sizeof info), seen, sizeof seen), numbers, sizeof numbers);
+}
+
+static const object_kind skies = {end, digest};
+
+static toliman_status create(attempt *a) {
+    return create_of("alpha-cen", NULL, &a->made);
+}
+static toliman_status create_from_file(attempt *a) {
+    return create_of(in_folder(kSystem), NULL, &a->made);
+}
+static toliman_status create_without_file(attempt *a) {
+    return create_of("alpha-cen", in_folder(kOrbit), &a->made);
+}
+static toliman_status destroy(attempt *a) {
+    toliman_sky_destroy(a->object);
+    a->object = NULL;
+    return TOLIMAN_OK;
+}
+static toliman_status options_init(attempt *a) {
+    toliman_sky_options_init((void *)a->out, sizeof(toliman_sky_options));
+    return TOLIMAN_OK;
+}
+static toliman_status predict(attempt *a) {
+    return toliman_sky_predict(a->object, kTimes, TIMES, (void *)a->out);
+}
+static toliman_status predict_mean(attempt *a) {
+    return toliman_sky_predict_mean(a->object, kTimes, 1, (void *)a->out);
+}
+static toliman_status get_info(attempt *a) {
+    return toliman_sky_get_info(a->object, (void *)a->out);
+}
+static toliman_status get_element(attempt *a) {
+    return toliman_sky_get_element(a->object, 2, (double *)a->out, (double *)a->out + 1);
+}
+static toliman_status element_name(attempt *a) {
+    strcpy((char *)a->out, toliman_sky_element_name(3));
+    return TOLIMAN_OK;
+}
+static toliman_status observer_name(attempt *a) {
+    strcpy((char *)a->out, toliman_sky_observer_name(TOLIMAN_SKY_OBSERVER_FILE));
+    return TOLIMAN_OK;
+}
+
+static const scenario all[] = {
+    {.function = "toliman_sky_create", .call = create, .made = &skies},
+    {.function = "toliman_sky_create",
+     .variant = "from a file",
+     .call = create_from_file,
+     .made = &skies,
+     .stage = put_system},
+    {.function = "toliman_sky_create",
+     .variant = "missing observer file",
+     .call = create_without_file,
+     .made = &skies,
+     .refused = TOLIMAN_E_NOT_FOUND},
+    {.function = "toliman_sky_destroy", .call = destroy, .make = make, .of = &skies},
+    {.function = "toliman_sky_options_init", .call = options_init},
+    {.function = "toliman_sky_predict",
+     .call = predict,
+     .make = make,
+     .of = &skies,
+     .struct_size = sizeof(toliman_sky_prediction)},
+    {.function = "toliman_sky_predict_mean",
+     .call = predict_mean,
+     .make = make,
+     .of = &skies,
+     .struct_size = sizeof(toliman_sky_prediction)},
+    {.function = "toliman_sky_get_info",
+     .call = get_info,
+     .make = make,
+     .of = &skies,
+     .struct_size = sizeof(toliman_sky_info)},
+    {.function = "toliman_sky_get_element", .call = get_element, .make = make, .of = &skies},
+    {.function = "toliman_sky_element_name", .call = element_name},
+    {.function = "toliman_sky_observer_name", .call = observer_name},
+};
+SCENARIO_LIST(sky_scenarios, all);

@@ -1,0 +1,226 @@
+/* Tests the interface of predictions: arguments and their messages, sizes of structs, warnings, properties, and the
+ * same bits from several threads. */
+#include <math.h>
+#include <pthread.h>
+#include <stdio.h>
+
+#include "assert_close.h"
+
+#include <toliman/sky.h>
+
+enum { TIMES = 64, THREADS = 8 };
+static const int64_t kStart = INT64_C(1798761600000000000), kStep = INT64_C(1234567890123456); /* 2027-01-01, 14.3 d */
+
+static toliman_sky *sky;
+static int64_t times[TIMES];
+
+static int set_up(void **unused) {
+    (void)unused;
+    const toliman_sky_options options = {.struct_size = sizeof options, .altitude_km = 600};
+    assert_ok(toliman_sky_create("alpha-cen", &options, &sky));
+    for (int i = 0; i < TIMES; i++)
+        times[i] = kStart + i * kStep;
+    return 0;
+}
+
+static int tear_down(void **unused) {
+    (void)unused;
+    toliman_sky_destroy(sky);
+    return 0;
+}
+
+static void bad_options_are_refused(void **state) {
+    (void)state;
+    const struct {
+        toliman_sky_options options;
+        const char *message;
+    } cases[] = {
+        {{.without = 256}, "options->without = 256: must be TOLIMAN_SKY_..., at most 255"},
+        {{.altitude_km = 199}, "options->altitude_km = 199: must be in [200, 2000] km, or 0 for none"},
+        {{.altitude_km = 2001}, "options->altitude_km = 2001: must be in [200, 2000] km, or 0 for none"},
+        {{.altitude_km = -1}, "options->altitude_km = -1: must be in [200, 2000] km, or 0 for none"},
+        {{.altitude_km = NAN}, "options->altitude_km = nan: must be in [200, 2000] km, or 0 for none"},
+        {{.altitude_km = 600, .node_hours = -1}, "options->node_hours = -1: must be in (0, 24] h, or 0 for 18"},
+        {{.altitude_km = 600, .node_hours = NAN}, "options->node_hours = nan: must be in (0, 24] h, or 0 for 18"},
+        {{.node_hours = 6}, "options->node_hours = 6: needs altitude_km"},
+        {{.observer = "none.oem", .altitude_km = 600}, "options->altitude_km = 600: must be 0 with observer"},
+        {{.leap_second_count = 1}, "options->leap_seconds is NULL"},
+        {{.struct_size = 4}, "options->struct_size = 4"},
+    };
+    toliman_sky *made = NULL;
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        toliman_sky_options options = cases[i].options;
+        if (options.struct_size == 0)
+            options.struct_size = sizeof options;
+        assert_fails(toliman_sky_create("alpha-cen", &options, &made), TOLIMAN_E_ARGUMENT, cases[i].message);
+    }
+    assert_fails(toliman_sky_create(NULL, NULL, &made), TOLIMAN_E_ARGUMENT, "system is NULL");
+    assert_fails(toliman_sky_create("alpha-cen", NULL, NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
+    assert_fails(toliman_sky_create("", NULL, &made), TOLIMAN_E_ARGUMENT,
+                 "system = \"\": must be \"alpha-cen\" or a system file");
+    assert_fails(toliman_sky_create("beta-cen", NULL, &made), TOLIMAN_E_NOT_FOUND, "beta-cen: No such file");
+    const toliman_sky_options missing = {.struct_size = sizeof missing, .observer = "none.oem"};
+    assert_fails(toliman_sky_create("alpha-cen", &missing, &made), TOLIMAN_E_NOT_FOUND, "none.oem");
+    assert_null(made);
+}
+
+static void bad_arguments_are_refused(void **state) {
+    (void)state;
+    toliman_sky_prediction seen[2] = {TOLIMAN_SKY_PREDICTION_INIT, TOLIMAN_SKY_PREDICTION_INIT}, untouched = seen[0];
+    toliman_sky_info info = TOLIMAN_SKY_INFO_INIT;
+    const int64_t late[2] = {kStart, INT64_MAX}, backwards[4] = {5, 10, 10, 5};
+    assert_fails(toliman_sky_predict(NULL, times, 1, seen), TOLIMAN_E_ARGUMENT, "sky is NULL");
+    assert_fails(toliman_sky_predict(sky, NULL, 1, seen), TOLIMAN_E_ARGUMENT, "tai_ns is NULL");
+    assert_fails(toliman_sky_predict(sky, times, 1, NULL), TOLIMAN_E_ARGUMENT, "predictions is NULL");
+    assert_fails(toliman_sky_predict(sky, times, SIZE_MAX, seen), TOLIMAN_E_RANGE, "tai_ns");
+    assert_fails(toliman_sky_predict(sky, late, 2, seen), TOLIMAN_E_RANGE,
+                 "time = 9223372036854775807 ns TAI: must be in the years 1900 to 2100");
+    assert_memory_equal(&seen[0], &untouched, sizeof untouched);
+    assert_fails(toliman_sky_predict_mean(sky, NULL, 1, seen), TOLIMAN_E_ARGUMENT, "intervals is NULL");
+    assert_fails(toliman_sky_predict_mean(sky, times, 1, NULL), TOLIMAN_E_ARGUMENT, "prediction is NULL");
+    assert_fails(toliman_sky_predict_mean(sky, times, 0, seen), TOLIMAN_E_ARGUMENT, "intervals: must not be empty");
+    assert_fails(toliman_sky_predict_mean(sky, backwards, 2, seen), TOLIMAN_E_ARGUMENT,
+                 "intervals: start 10, end 5 ns TAI: must begin before it ends");
+    assert_fails(toliman_sky_predict_mean(sky, late, 1, seen), TOLIMAN_E_RANGE, "time = 9223372036854775807 ns TAI");
+    assert_memory_equal(&seen[0], &untouched, sizeof untouched);
+    assert_fails(toliman_sky_get_info(sky, NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
+    assert_fails(toliman_sky_get_info((const toliman_sky *)(const void *)&info, &info), TOLIMAN_E_ARGUMENT,
+                 "sky is not a toliman_sky");
+    assert_fails(toliman_sky_get_element(sky, 7, NULL, NULL), TOLIMAN_E_ARGUMENT, "element = 7: must be in [0, 6]");
+    assert_fails(toliman_sky_get_element(sky, -1, NULL, NULL), TOLIMAN_E_ARGUMENT, "element = -1: must be in [0, 6]");
+    seen[0].struct_size = info.struct_size = 4;
+    assert_fails(toliman_sky_predict(sky, times, 1, seen), TOLIMAN_E_ARGUMENT, "predictions->struct_size = 4");
+    assert_fails(toliman_sky_predict_mean(sky, times, 1, seen), TOLIMAN_E_ARGUMENT, "prediction->struct_size = 4");
+    assert_fails(toliman_sky_get_info(sky, &info), TOLIMAN_E_ARGUMENT, "out->struct_size = 4");
+    assert_ok(toliman_sky_predict(sky, NULL, 0, NULL));
+    toliman_sky_destroy(NULL);
+}
+
+static void properties_are_those_of_the_options(void **state) {
+    (void)state;
+    toliman_sky_info info = TOLIMAN_SKY_INFO_INIT;
+    assert_ok(toliman_sky_get_info(sky, &info));
+    assert_int_equal(info.observer, TOLIMAN_SKY_OBSERVER_CIRCULAR);
+    assert_int_equal(info.without, 0);
+    assert_int_equal(info.segments, 0);
+    assert_true(info.first_ns == 0 && info.last_ns == 0 && info.orbit_digest != 0);
+    assert_string_equal(info.name, "alpha Centauri AB");
+    assert_string_equal(toliman_sky_observer_name(info.observer), "circular orbit");
+    assert_string_equal(toliman_sky_observer_name(TOLIMAN_SKY_OBSERVER_EARTH), "Earth");
+    assert_string_equal(toliman_sky_observer_name(TOLIMAN_SKY_OBSERVER_FILE), "file");
+    assert_string_equal(toliman_sky_observer_name(700), "?");
+    assert_string_equal(toliman_sky_observer_name(704), "?");
+    double value = 0, sigma = 0;
+    assert_ok(toliman_sky_get_element(sky, 2, &value, &sigma));
+    assert_true(value == 0.51947 && sigma == 0.00015);
+    assert_ok(toliman_sky_get_element(sky, 6, &value, NULL));
+    assert_true(value == 1955.564);
+    assert_string_equal(toliman_sky_element_name(0), "period_years");
+    assert_string_equal(toliman_sky_element_name(6), "epoch");
+    assert_string_equal(toliman_sky_element_name(7), "?");
+    assert_string_equal(toliman_sky_element_name(-1), "?");
+    toliman_sky_options options = {.altitude_km = 5, .without = 3};
+    toliman_sky_options_init(&options, sizeof options);
+    assert_true(options.struct_size == sizeof options && options.altitude_km == 0 && options.without == 0);
+}
+
+static void keep_text(int32_t level, const char *text, void *data) {
+    assert_int_equal(level, TOLIMAN_LOG_WARNING);
+    snprintf(data, 400, "%s", text);
+}
+
+static void the_centre_of_the_earth_is_a_warning(void **state) {
+    (void)state;
+    char text[400] = "";
+    toliman_sky_options options = {.struct_size = sizeof options, .log = keep_text, .log_data = text};
+    toliman_sky *made = NULL;
+    assert_ok(toliman_sky_create("alpha-cen", &options, &made));
+    assert_non_null(strstr(text, "no observer file: predictions are for the Earth's centre"));
+    toliman_sky_destroy(made);
+    text[0] = '\0';
+    options.without = TOLIMAN_SKY_SPACECRAFT_ABERRATION;
+    assert_ok(toliman_sky_create("alpha-cen", &options, &made));
+    assert_string_equal(text, "");
+    toliman_sky_destroy(made);
+}
+
+/* A caller with a shorter struct gets the members that it knows. */
+static void rows_have_the_caller_s_size(void **state) {
+    (void)state;
+    toliman_sky_prediction whole = TOLIMAN_SKY_PREDICTION_INIT;
+    assert_ok(toliman_sky_predict(sky, times, 1, &whole));
+    assert_close(whole.separation_arcsec / whole.geometric_arcsec, whole.factor, 0, 0);
+    assert_close(whole.geometric_arcsec, 9.765, 0, 1e-3);
+    assert_int_equal(whole.struct_size, sizeof whole);
+    assert_int_equal(whole.reserved, 0);
+    assert_true(whole.partials[4] == 0);
+    const int64_t exposure[2] = {times[0] - 1, times[0] + 1};
+    toliman_sky_prediction mean = TOLIMAN_SKY_PREDICTION_INIT;
+    assert_ok(toliman_sky_predict_mean(sky, exposure, 1, &mean));
+    assert_close(mean.separation_arcsec, whole.separation_arcsec, 1e-15, 0);
+    assert_close(mean.position_angle_deg, whole.position_angle_deg, 1e-13, 0);
+    assert_close(mean.partials[1], whole.partials[1], 1e-14, 0);
+}
+
+typedef struct {
+    const toliman_sky *sky;
+    int order;
+    toliman_status status, mean_status;
+    toliman_sky_prediction seen[TIMES], mean;
+} job;
+
+/* Every thread in another order, so that all fill the table of the Earth at the same time. */
+static void *predict_in_order(void *given) {
+    job *const own = given;
+    for (int i = 0; i < TIMES && own->status == TOLIMAN_OK; i++) {
+        const int k = (own->order * 7 + (own->order % 2 ? TIMES - i : i)) % TIMES;
+        own->seen[k].struct_size = sizeof own->seen[k];
+        own->status = toliman_sky_predict(own->sky, &times[k], 1, &own->seen[k]);
+    }
+    own->mean.struct_size = sizeof own->mean;
+    own->mean_status =
+        toliman_sky_predict_mean(own->sky, (const int64_t[]){kStart, kStart + 3600000000000}, 1, &own->mean);
+    return NULL;
+}
+
+static void threads_give_the_bits_of_one(void **state) {
+    (void)state;
+    static job alone, jobs[THREADS];
+    const toliman_sky_options options = {.struct_size = sizeof options, .altitude_km = 600};
+    toliman_sky *shared = NULL;
+    assert_ok(toliman_sky_create("alpha-cen", &options, &shared));
+    pthread_t threads[THREADS];
+    for (int i = 0; i < THREADS; i++) {
+        jobs[i].sky = shared;
+        jobs[i].order = i;
+        assert_int_equal(pthread_create(&threads[i], NULL, predict_in_order, &jobs[i]), 0);
+    }
+    alone.sky = sky;
+    predict_in_order(&alone);
+    for (int i = 0; i < THREADS; i++) {
+        assert_int_equal(pthread_join(threads[i], NULL), 0);
+        assert_int_equal(jobs[i].status, TOLIMAN_OK);
+        assert_int_equal(jobs[i].mean_status, TOLIMAN_OK);
+        assert_memory_equal(jobs[i].seen, alone.seen, sizeof alone.seen);
+        assert_memory_equal(&jobs[i].mean, &alone.mean, sizeof alone.mean);
+    }
+    toliman_sky_destroy(shared);
+    static toliman_sky_prediction together[TIMES];
+    together[0].struct_size = sizeof *together;
+    assert_ok(toliman_sky_predict(sky, times, TIMES, together));
+    for (int i = 0; i < TIMES; i++)
+        assert_memory_equal(&together[i].separation_arcsec, &alone.seen[i].separation_arcsec,
+                            sizeof *together - offsetof(toliman_sky_prediction, separation_arcsec));
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(bad_options_are_refused),
+        cmocka_unit_test(bad_arguments_are_refused),
+        cmocka_unit_test(properties_are_those_of_the_options),
+        cmocka_unit_test(the_centre_of_the_earth_is_a_warning),
+        cmocka_unit_test(rows_have_the_caller_s_size),
+        cmocka_unit_test(threads_give_the_bits_of_one),
+    };
+    return cmocka_run_group_tests(tests, set_up, tear_down);
+}
