@@ -1,5 +1,7 @@
-// Prints the tables of lib/scene as JSON, from which tools/gen/scene_schema makes the JSON Schema of scenes.
+// Prints the tables of lib/scene as JSON, from which tools/gen/scene_schema makes the JSON Schema of scenes and
+// systems. Usage: scene_table [scene|system]
 #include <cstdio>
+#include <cstring>
 
 #include "scene/groups.hpp"
 
@@ -62,29 +64,31 @@ void print_row(const Row &row, const char *end) {
     std::printf("%s\n", end);
 }
 
-// Groups that the group's rows use, then the group.
-void print_group(const Group &group, std::vector<const Group *> &done) {
+// Groups that the group's rows use, then the group; `last` is the end of the list.
+void print_group(const Group &group, const Group &last, std::vector<const Group *> &done) {
     for (const Group *other : done)
         if (other == &group)
             return;
     done.push_back(&group);
     for (const Row &row : group)
         if (row.group != nullptr)
-            print_group(*row.group, done);
+            print_group(*row.group, last, done);
     std::printf("  \"%s\": {", group.name);
     print_text("text", group.text);
     std::printf("\"rows\": [\n");
     for (const Row &row : group)
         print_row(row, &row + 1 == group.end() ? "" : ",");
-    std::printf("  ]}%s\n", &group == &kScene ? "" : ",");
+    std::printf("  ]}%s\n", &group == &last ? "" : ",");
 }
 
 } // namespace
 
-int main() {
+int main(int argc, char **argv) {
+    const bool of_system = argc > 1 && std::strcmp(argv[1], "system") == 0;
+    const Group &all = of_system ? kSystem : kScene;
     std::vector<const Group *> done;
     std::printf("{\n");
-    print_group(kScene, done);
+    print_group(all, all, done);
     std::printf("}\n");
     return std::fflush(stdout) == 0 ? 0 : 1;
 }

@@ -1,7 +1,9 @@
-"""The published schema and the library agree: shipped scenes are valid, mutilated ones are refused by both."""
+"""The published schemas of scenes and systems agree with the library: shipped files are valid, mutilated ones are refused by
+both."""
 import copy
 import json
 import pathlib
+import shutil
 import subprocess
 import unittest
 
@@ -9,13 +11,14 @@ import jsonschema
 import numpy
 from program import PROGRAM, ROOT, SCENES, ProgramTest
 
-TEXT = (ROOT / "tools" / "schema" / "toliman-scene-1.schema.json").read_text()
-SCHEMA = json.loads(TEXT)
+TEXTS = {name: (ROOT / "tools" / "schema" / f"toliman-{name}-1.schema.json").read_text() for name in ("scene", "system")}
+SCHEMA = json.loads(TEXTS["scene"])
+SYSTEM = ROOT / "examples" / "systems" / "alpha-cen.json"
 
 
-def generated():
+def generated(name):
     """The schema that tools/gen/scene_schema makes from the library's tables."""
-    table = subprocess.run([pathlib.Path(PROGRAM).parent / "scene_table"], stdout=subprocess.PIPE, check=True).stdout
+    table = subprocess.run([pathlib.Path(PROGRAM).parent / "scene_table", name], stdout=subprocess.PIPE, check=True).stdout
     return subprocess.run([ROOT / "tools" / "gen" / "scene_schema"], input=table, stdout=subprocess.PIPE,
                           check=True).stdout.decode()
 
@@ -27,7 +30,8 @@ class Schema(ProgramTest):
         self.validator = jsonschema.Draft202012Validator(SCHEMA)
 
     def test_generated(self):
-        self.assertEqual(TEXT, generated(), "build/bin/scene_table | tools/gen/scene_schema writes the schema")
+        for name, text in TEXTS.items():
+            self.assertEqual(text, generated(name), f"build/bin/scene_table {name} | tools/gen/scene_schema writes the schema")
 
     def test_shipped_scenes_are_valid(self):
         for path in sorted(SCENES.glob("*.json")):
@@ -56,10 +60,15 @@ class Schema(ProgramTest):
         scene["signal"] = {"kind": "planet", "mass_earth": 1, "semi_major_au": 1.23}
         elements = {"period_years": 80, "semi_major_arcsec": 9, "eccentricity": 0.5, "inclination_deg": 79}
         elements.update(node_deg=25, periastron_deg=52, epoch=1955.6)
+        shutil.copy(SYSTEM, self.folder)
         for good, group, changes in (
             (True, "binary", {}),
             (True, "binary", {"moving": False}),
             (True, "binary", {"orbit": elements}),
+            (True, "binary", {"orbit": dict(elements, source="a catalogue")}),
+            (True, "binary", {"orbit": "alpha-cen.json"}),
+            (False, "binary", {"orbit": dict(elements, source=1)}),
+            (False, "binary", {"orbit": ".json"}),
             (True, "signal", {"eccentricity": 0.9999, "argument_deg": -360, "phase_rad": 1000, "star": "A"}),
             (False, "binary", {"orbit": "beta-cen"}),
             (False, "binary", {"orbit": dict(elements, eccentricity=1)}),
@@ -211,6 +220,62 @@ class Schema(ProgramTest):
                 self.assertFalse(self.validator.is_valid(scene))
                 (self.folder / "scene.json").write_text(json.dumps(scene))
                 self.refuse(2, "scene.json: ", key, arguments=("psf", "scene.json", "--out", "x.npy"))
+
+
+class SystemSchema(ProgramTest):
+    """Both accept and refuse the same system files."""
+
+    def setUp(self):
+        super().setUp()
+        schema = json.loads(TEXTS["system"])
+        jsonschema.Draft202012Validator.check_schema(schema)
+        self.validator = jsonschema.Draft202012Validator(schema)
+        self.system = json.loads(SYSTEM.read_text())
+
+    def both(self, good, system, *texts):
+        self.assertEqual(self.validator.is_valid(system), good)
+        (self.folder / "binary.json").write_text(json.dumps(system))
+        arguments = ("predict", "binary.json", "--altitude", 600, "--times", "2027-01-01")
+        if good:
+            self.succeed(*arguments)
+        else:
+            self.refuse(2, "binary.json: ", *texts, arguments=arguments)
+
+    def test_accept(self):
+        self.both(True, self.system)
+        self.both(True, {key: value for key, value in self.system.items() if key not in ("name", "sigma")})
+        self.system["barycentre"].update(radial_velocity_kind="spectroscopic", line_shift_km_s=-0.06)
+        del self.system["orbit"]["source"]
+        self.system["sigma"] = {"orbit": {}}
+        self.both(True, self.system)
+
+    def test_refuse(self):
+        for group, key, value in (
+            ("", "schema", "toliman-scene/1"),
+            ("", "name", 1),
+            ("", "masses", None),
+            ("", "distance_pc", 1.33),
+            ("orbit", "period_years", 0),
+            ("orbit", "eccentricity", 1),
+            ("orbit", "inclination_deg", 181),
+            ("orbit", "epoch", None),
+            ("orbit", "source", 1),
+            ("barycentre", "dec_deg", -91),
+            ("barycentre", "parallax_mas", 0),
+            ("barycentre", "radial_velocity_kind", "optical"),
+            ("barycentre", "line_shift_km_s", 0.06),
+            ("masses", "C", 0.12),
+            ("masses", "A", "1"),
+            ("sigma", "orbit", {"epoch": -1}),
+            ("sigma", "orbit", {"period_days": 1}),
+        ):
+            system = copy.deepcopy(self.system)
+            part = system[group] if group else system
+            part[key] = value
+            if value is None:
+                del part[key]
+            with self.subTest(group=group, key=key, value=value):
+                self.both(False, system, key)
 
 
 if __name__ == "__main__":
