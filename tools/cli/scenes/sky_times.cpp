@@ -1,0 +1,146 @@
+// Method: the times from --from to --to are counted in days of their own scale: both ends are read as TAI, where a day
+// has 86,400 s, and every time is written as a date, which is then read in its scale.
+#include "scenes/sky_times.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <ctime>
+#include <map>
+#include <utility>
+
+#include <toliman/toliman.hpp>
+
+#include "common/failure.hpp"
+#include "common/lines.hpp"
+#include "common/stop.hpp"
+#include "common/text.hpp"
+
+namespace cli {
+
+namespace {
+
+const std::map<std::string, int32_t> kScales = {{"utc", TOLIMAN_INGEST_SCALE_UTC},
+                                                {"tai", TOLIMAN_INGEST_SCALE_TAI},
+                                                {"tt", TOLIMAN_INGEST_SCALE_TT},
+                                                {"tdb", TOLIMAN_INGEST_SCALE_TDB},
+                                                {"gps", TOLIMAN_INGEST_SCALE_GPS}};
+constexpr double kLargestYear = 9999, kFirstJulianDay = 2e6;
+constexpr double kMostTimes = 1e6, kNsPerDay = 86400e9;
+constexpr int64_t kNsPerSecond = 1000000000;
+
+// `where` precedes the message.
+int64_t read_time(const std::string &where, const std::string &text, int32_t scale,
+                  const std::vector<toliman_leap_second> &leap_seconds) {
+    double number = 0;
+    int32_t format = TOLIMAN_INGEST_FORMAT_ISO;
+    if (number_of(text, number)) {
+        format = number < kFirstJulianDay ? TOLIMAN_INGEST_FORMAT_MJD : TOLIMAN_INGEST_FORMAT_JD;
+        if (std::fabs(number) <= kLargestYear)
+            throw Failure(kExitUsage, where + " " + text +
+                                          ": must be a date (2027-07-02T12:00:00), a Modified Julian Day or a Julian "
+                                          "Day");
+    }
+    int64_t tai_ns = 0;
+    const std::string prefix = "text = \"" + text + "\"";
+    try {
+        toliman::check(
+            toliman_ingest_parse_time(text.c_str(), format, scale, leap_seconds.data(), leap_seconds.size(), &tai_ns));
+    } catch (const toliman::error &error) {
+        throw Failure(kExitUsage, where + " " + text + std::string(error.what()).substr(prefix.size()));
+    }
+    return tai_ns;
+}
+
+// "2027-01-01T00:00:00", with the digits of the nanoseconds that are not 0.
+std::string date_text(int64_t ns) {
+    const int64_t below = ((ns % kNsPerSecond) + kNsPerSecond) % kNsPerSecond;
+    const std::time_t seconds = (ns - below) / kNsPerSecond;
+    std::tm parts = {};
+    ::gmtime_r(&seconds, &parts);
+    std::string text = formatted("%04d-%02d-%02dT%02d:%02d:%02d", parts.tm_year + 1900, parts.tm_mon + 1, parts.tm_mday,
+                                 parts.tm_hour, parts.tm_min, parts.tm_sec);
+    if (below == 0)
+        return text;
+    text += formatted(".%09lld", static_cast<long long>(below));
+    return text.erase(text.find_last_not_of('0') + 1);
+}
+
+std::vector<SkyTime> times_of_range(const SkyTimeOptions &options,
+                                    const std::vector<toliman_leap_second> &leap_seconds) {
+    const int64_t first = read_time("--from", options.from, TOLIMAN_INGEST_SCALE_TAI, {});
+    const int64_t last = read_time("--to", options.to, TOLIMAN_INGEST_SCALE_TAI, {});
+    const double days = options.every.value_or(1);
+    if (!(days > 0) || !std::isfinite(days))
+        throw Failure(kExitUsage, formatted("--every %g: must be above 0 days", days));
+    if (last < first)
+        throw Failure(kExitUsage, "--to " + options.to + ": must not be before --from " + options.from);
+    const double length = static_cast<double>(last - first), step = days * kNsPerDay;
+    if (!(length / step < kMostTimes))
+        throw Failure(kExitUsage, formatted("--every %g: more than %.0f times", days, kMostTimes));
+    std::vector<SkyTime> times;
+    for (double k = 0; std::llround(k * step) <= last - first; k++) {
+        const std::string text = date_text(first + std::llround(k * step));
+        times.push_back({text, read_time("--from", text, kScales.at(options.scale), leap_seconds)});
+    }
+    return times;
+}
+
+// The first word of every line; a first line that begins with a letter contains names.
+std::vector<SkyTime> times_of_file(const SkyTimeOptions &options,
+                                   const std::vector<toliman_leap_second> &leap_seconds) {
+    LineSource source(options.file, stop_if_asked);
+    std::vector<SkyTime> times;
+    std::string line;
+    bool is_first = true;
+    for (size_t number = 1; source.next(line); number++) {
+        const size_t start = line.find_first_not_of(" \t\r\n");
+        if (start == std::string::npos || line[start] == '#')
+            continue;
+        const std::string text = line.substr(start, line.find_first_of(" \t\r\n,;", start) - start);
+        if (std::exchange(is_first, false) && std::isalpha(static_cast<unsigned char>(text[0])) != 0)
+            continue;
+        try {
+            times.push_back({text, read_time(":", text, kScales.at(options.scale), leap_seconds)});
+        } catch (const Failure &failure) {
+            malformed(source.name(), "line " + std::to_string(number) + failure.what());
+        }
+    }
+    if (times.empty())
+        malformed(source.name(), "contains no times");
+    return times;
+}
+
+} // namespace
+
+void add_sky_times(CLI::App &command, SkyTimeOptions &options) {
+    CLI::Option *const times =
+        command.add_option("--times", options.times, "dates, Modified Julian Days or Julian Days, separated by commas");
+    times->type_name("TIME,...")->delimiter(',')->allow_extra_args(false);
+    CLI::Option *const file =
+        command.add_option("--times-file", options.file, "file with one time per line, or - for standard input");
+    file->type_name("FILE")->excludes(times);
+    CLI::Option *const from = command.add_option("--from", options.from, "first time of a regular series");
+    from->type_name("TIME")->excludes(times)->excludes(file);
+    CLI::Option *const to = command.add_option("--to", options.to, "end of the series; it may be its last time");
+    to->type_name("TIME")->needs(from);
+    from->needs(to);
+    command.add_option("--every", options.every, "step of the series, default 1")->type_name("DAYS")->needs(from);
+    command.add_option("--scale", options.scale, "time scale of all times: utc (default), tai, tt, tdb or gps")
+        ->check(CLI::IsMember({"utc", "tai", "tt", "tdb", "gps"}));
+}
+
+std::vector<SkyTime> sky_times(const SkyTimeOptions &options, const std::vector<toliman_leap_second> &leap_seconds) {
+    if (!options.file.empty())
+        return times_of_file(options, leap_seconds);
+    if (!options.from.empty())
+        return times_of_range(options, leap_seconds);
+    if (options.times.empty())
+        throw Failure(kExitUsage, "give times: --times, --times-file, or --from and --to");
+    std::vector<SkyTime> times;
+    for (const std::string &text : options.times)
+        times.push_back({text, read_time("--times", text, kScales.at(options.scale), leap_seconds)});
+    return times;
+}
+
+} // namespace cli

@@ -1,0 +1,31 @@
+// Times on the command line: dates, Modified Julian Days or Julian Days of a time scale.
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <CLI/App.hpp>
+
+#include <toliman/ingest.h>
+
+namespace cli {
+
+struct SkyTimeOptions {
+    std::vector<std::string> times;
+    std::string file, from, to, scale = "utc";
+    std::optional<double> every; // days
+};
+
+// Adds --times, --times-file, --from, --to, --every and --scale.
+void add_sky_times(CLI::App &command, SkyTimeOptions &options);
+
+struct SkyTime {
+    std::string text; // in the time scale of the options
+    int64_t tai_ns;
+};
+
+// Throws Failure for bad times, or if there are none.
+std::vector<SkyTime> sky_times(const SkyTimeOptions &options, const std::vector<toliman_leap_second> &leap_seconds);
+
+} // namespace cli
