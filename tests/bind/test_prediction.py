@@ -213,6 +213,17 @@ class Effects(unittest.TestCase):
     def near(self, found, expected, share=0.02):
         self.assertAlmostEqual(found / expected, 1, delta=share, msg=f"{found} instead of {expected}")
 
+    def check_page(self, sizes):
+        """The table of the documentation has these numbers, rounded."""
+        page = (ROOT / "tools" / "docs" / "sky.md").read_text()
+        rows = [line.strip("| ").split(" | ") for line in page.splitlines() if line.startswith("| `")]
+        self.assertEqual({row[0].strip("`") for row in rows}, set(sizes))
+        for effect, *cells, _ in rows:
+            change = sizes[effect.strip("`")]
+            for cell, size in zip(cells, (numpy.ptp(change), annual_amplitude(change), change.min(), change.max())):
+                digits = len(cell.partition(".")[2])
+                self.assertEqual(cell, f"{size:.{digits}f}", f"{effect}: {size}")
+
     def test_each_effect_has_its_size(self):
         sizes = {effect: self.change(effect) for effect in (
             "earth_aberration", "parallax", "roemer", "light_time", "radial_motion", "transverse_motion",
@@ -221,6 +232,7 @@ class Effects(unittest.TestCase):
         for effect, change in sizes.items():
             print(f"{effect:24s} {numpy.ptp(change):8.2f} {annual_amplitude(change):8.2f} {change.min():8.2f} "
                   f"{change.max():8.2f}")
+        self.check_page(sizes)
         for effect, expected in (("earth_aberration", 1514), ("parallax", 94.9), ("roemer", 8.04),
                                  ("light_time", 293), ("radial_motion", 304.5), ("transverse_motion", 77)):
             with self.subTest(effect, size="range"):
