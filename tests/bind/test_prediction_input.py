@@ -66,7 +66,7 @@ class Arguments(Refusals):
         for kind, message, intervals in (
             (toliman.InputError, "intervals: must not be empty", []),
             (toliman.InputError, "intervals: start 10, end 5 ns TAI: must begin before it ends", [10, 5]),
-            (toliman.InputError, "intervals: start 7, end 7 ns TAI: must begin before it ends", [7, 7]),
+            (toliman.InputError, "intervals: start 7, end 7 ns TAI: must begin before it ends", [[0, 5], [7, 7]]),
             (toliman.InputError, "intervals: start 10, end 5 ns TAI: must begin before it ends", [[0, 5], [10, 5]]),
             (toliman.InputError, f"time = {-2**63} ns TAI: {range_text}", [-2**63, 2**63 - 1]),
             (ValueError, "intervals has shape (3,): must be (2,) or (n, 2)", [1, 2, 3]),
@@ -76,6 +76,10 @@ class Arguments(Refusals):
         ):
             with self.subTest(message):
                 self.refuse(kind, message, lambda: sky.predict_mean(intervals))
+
+    def test_an_instant(self):
+        sky = toliman.Sky()
+        self.assertEqual(sky.predict_mean([7, 7]).separation_arcsec, sky.predict(7)["separation_arcsec"])
 
     def test_shapes(self):
         sky = toliman.Sky()

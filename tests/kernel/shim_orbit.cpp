@@ -17,7 +17,7 @@ void shim_alpha_cen(double date, double *separation_arcsec, double *position_ang
 // {Ax, Ay, Bx, By} of a scene, `days` after its time 0.
 void shim_offsets(const char *json, double days, double *offsets_px) {
     const Scene scene = read_scene(json, "scene", ".");
-    const Offsets offsets = offsets_at(scene, make_light(scene), days);
+    const Offsets offsets = orbit_offsets_at(scene, make_light(scene), days);
     std::memcpy(offsets_px, offsets.data(), sizeof offsets);
 }
 }
