@@ -4205,7 +4205,7 @@ the years 1900 to 2100. No prediction is then written. Since 0.2.""",
         """Predicts the mean separation of an exposure that is on target in intervals, all with the same rate of photons. The
 middle of an exposure is not enough with an observer in a low orbit: it is wrong by 0.18 uas in 120 s, 4.4 uas in
 600 s and up to 245 uas in a day.
-  intervals   [count][2], start and end; they may be in any order
+  intervals   [count][2], start and end; they may be in any order. A single one may end at its start: an instant
   prediction  means over the intervals, weighted with their lengths; factor is the ratio of the mean separations
 Errors: TOLIMAN_E_ARGUMENT if count is 0 or an interval does not begin before it ends; TOLIMAN_E_RANGE as
 toliman_sky_predict. Since 0.2.""",
@@ -4252,7 +4252,7 @@ most probable orbit. Elements without a standard deviation stay as they are, and
 separation, stays, too.
   sky                 system and observer
   intervals           [sum of interval_counts][2], on-target intervals of the measurements, start and end in TAI
-                      nanoseconds; end = start is an instant
+                      nanoseconds, as in toliman_sky_predict_mean
   interval_counts     [count], number of intervals of each measurement; NULL = 1 for each
   separations_arcsec  [count], measured apparent separations
   sigmas_arcsec       [count], their standard deviations
