@@ -101,7 +101,7 @@ def resolve_files(part, folder):
     for key, value in part.items():
         if isinstance(value, dict):
             resolve_files(value, folder)
-        elif key in ("file", "opd_file") or (key == "times_days" and isinstance(value, str)):
+        elif key in ("file", "opd_file") or (key in ("times_days", "orbit") and isinstance(value, str) and value != "alpha-cen"):
             part[key] = str(folder / value)
 
 

@@ -19,13 +19,17 @@ using Kind = Parameter::Kind;
 
 constexpr size_t kNpyHeader = 128; // bytes, a multiple of 64
 
+// Whether the text of a key is the name of a file.
+bool is_file(const std::string &key, const std::string &text) {
+    return key == "file" || key == "opd_file" || key == "times_days" || (key == "orbit" && text != "alpha-cen");
+}
+
 // Relative file names, anywhere in the scene, from the nominal scene's folder to the new one.
 void move_files(Value &value, const std::filesystem::path &from, const std::filesystem::path &to) {
     for (size_t i = 0; i < value.items.size(); i++) {
         Value &item = value.items[i];
-        const bool file = value.kind == Value::Kind::object && item.kind == Value::Kind::text &&
-                          (value.names[i] == "file" || value.names[i] == "opd_file" || value.names[i] == "times_days");
-        if (file && std::filesystem::path(item.text).is_relative())
+        if (value.kind == Value::Kind::object && item.kind == Value::Kind::text && is_file(value.names[i], item.text) &&
+            std::filesystem::path(item.text).is_relative())
             item.text =
                 (from / item.text).lexically_normal().lexically_relative(to.lexically_normal()).generic_string();
         move_files(item, from, to);

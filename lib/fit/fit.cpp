@@ -89,7 +89,7 @@ FitWork Fit::work() const {
     return {model_.work(), Search(rows(), cols(), capture_px_), Buffer<double>(rows() * cols())};
 }
 
-uint64_t Fit::digest_of_all() const noexcept {
+uint64_t Fit::digest_of_all() const {
     const Detector &detector = scene_.detector;
     const auto &offset = light_.offset_px;
     uint64_t hash = fnv1a(std::array<double, 11>{capture_px_, share_a_, centre_[0], centre_[1], offset[0][0],
@@ -102,6 +102,8 @@ uint64_t Fit::digest_of_all() const noexcept {
                                            orbit.eccentricity, orbit.inclination_deg, orbit.node_deg,
                                            orbit.periastron_deg, orbit.epoch},
                      hash);
+        if (scene_.binary.sky != nullptr)
+            hash = fnv1a(scene_.binary.sky->digest(), hash);
     }
     return hash;
 }

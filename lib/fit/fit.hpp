@@ -88,7 +88,7 @@ class Fit {
     bool step(ImageView<const double> counts, double blend, double *values, FitWork &work, double &moved) const;
     bool converge(ImageView<const double> counts, double *values, FitWork &work, Result &result) const;
     void report(const double *values, const Work &work, Result &result) const;
-    uint64_t digest_of_all() const noexcept;
+    uint64_t digest_of_all() const;
 
     Scene scene_;
     optics::Light light_;

@@ -23,7 +23,8 @@ bool same(const Binary &a, const Binary &b) noexcept {
            a.position_angle_deg == b.position_angle_deg && a.date == b.date && a.moving == b.moving &&
            a.by_offsets == b.by_offsets &&
            std::equal(std::begin(a.offsets_px), std::end(a.offsets_px), std::begin(b.offsets_px)) &&
-           a.orbit.has_value() == b.orbit.has_value() && (!a.orbit || same(*a.orbit, *b.orbit));
+           a.orbit.has_value() == b.orbit.has_value() && (!a.orbit || same(*a.orbit, *b.orbit)) &&
+           (a.sky == nullptr) == (b.sky == nullptr) && (!a.sky || a.sky->digest() == b.sky->digest());
 }
 
 bool same(const Cadence &a, const Cadence &b) noexcept {

@@ -5,9 +5,11 @@
 // of Astrodynamics and Applications, ch. 11.
 #include "sky/observer.hpp"
 
+#include <array>
 #include <cmath>
 
 #include "base/constants.hpp"
+#include "base/hash.hpp"
 #include "sky/time.hpp"
 
 namespace toliman::sky {
@@ -39,6 +41,20 @@ State on_circle(const CircularOrbit &orbit, int64_t tai_ns) noexcept {
 }
 
 } // namespace
+
+uint64_t Observer::digest(uint64_t hash) const {
+    hash = fnv1a(static_cast<uint64_t>(kind_), hash);
+    if (kind_ == Kind::circular)
+        hash = fnv1a(std::array<double, 2>{orbit_.altitude_km, orbit_.node_hours}, hash);
+    if (kind_ != Kind::ephemeris)
+        return hash;
+    for (const Segment &segment : ephemeris_->segments()) {
+        hash = fnv1a(std::array<int64_t, 2>{segment.first_ns, segment.last_ns}, hash);
+        hash = fnv1a(segment.tai_ns, hash);
+        hash = fnv1a(segment.states, hash);
+    }
+    return hash;
+}
 
 State Observer::at(int64_t tai_ns) const {
     switch (kind_) {

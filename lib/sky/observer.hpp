@@ -25,6 +25,8 @@ class Observer {
     const Ephemeris *ephemeris() const noexcept { return ephemeris_.get(); }
     const CircularOrbit &orbit() const noexcept { return orbit_; }
 
+    uint64_t digest(uint64_t hash) const; // continues an FNV-1a hash
+
     // Relative to the Earth's centre. Status::range as Ephemeris::at.
     State at(int64_t tai_ns) const;
 

@@ -16,6 +16,7 @@
 
 #include "base/constants.hpp"
 #include "base/error.hpp"
+#include "base/hash.hpp"
 #include "sky/time.hpp"
 
 namespace toliman::sky {
@@ -131,6 +132,18 @@ Vector Predictor::seen_star(size_t which, double year, const Vector &from) const
     for (int step = 0; step < kLightTimeSteps; step++)
         left = year - (length(sum(star(which, left), -1, from)) - distance_) / kLightYear;
     return star(which, left);
+}
+
+uint64_t Predictor::digest() const {
+    const Barycentre &centre = system_.value.barycentre;
+    const Masses &masses = system_.value.masses;
+    uint64_t hash = fnv1a(std::array<double, 10>{centre.ra_deg, centre.dec_deg, centre.epoch, centre.pm_ra_mas_yr,
+                                                 centre.pm_dec_mas_yr, centre.parallax_mas, centre.radial_velocity_km_s,
+                                                 masses.a_sun, masses.b_sun, static_cast<double>(without_)},
+                          kFnvOffset);
+    for (const auto element : kElementOf)
+        hash = fnv1a(std::array<double, 1>{system_.value.orbit.*element}, hash);
+    return observer_.digest(hash);
 }
 
 Prediction Predictor::at(int64_t tai_ns) const {

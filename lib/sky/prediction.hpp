@@ -54,6 +54,8 @@ class Predictor {
     const System &system() const noexcept { return system_; }
     const Observer &observer() const noexcept { return observer_; }
     uint32_t without() const noexcept { return without_; }
+    // FNV-1a hash of all numbers on which predictions depend.
+    uint64_t digest() const;
 
   private:
     struct Axes {
