@@ -121,6 +121,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_predict(const toliman_
  * 600 s and up to 245 uas in a day.
  *   intervals   [count][2], start and end; they may be in any order. A single one may end at its start: an instant
  *   prediction  means over the intervals, weighted with their lengths; factor is the ratio of the mean separations
+ * A single interval may be an instant, end = start.
  * Errors: TOLIMAN_E_ARGUMENT if count is 0 or an interval does not begin before it ends; TOLIMAN_E_RANGE as
  * toliman_sky_predict. Since 0.2. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_predict_mean(const toliman_sky *sky, const int64_t *intervals,

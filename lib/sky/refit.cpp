@@ -20,7 +20,8 @@ namespace toliman::sky {
 namespace {
 
 constexpr int kMostSteps = 20;
-constexpr double kStill = 1e-3;  // standard deviations of the prior
+constexpr double kStill = 1e-3; // standard deviations of the prior
+constexpr double kMostEccentricity = 0.9999;
 constexpr double kFarthest = 10; // standard deviations: beyond, separations and system do not belong together
 constexpr size_t kScale = kElements, kAll = kElements + 1;
 constexpr const char *kNames[kAll] = {
@@ -102,6 +103,13 @@ Refit refit(const Predictor &reference, const std::vector<Measurement> &measurem
                      "{separations}: need %s %.3g standard deviations from that of the system: wrong system, unit, "
                      "time or plate scale?",
                      kNames[i], std::fabs(moved[i]));
+        const Orbit &orbit = out.system.value.orbit;
+        if (!(orbit.eccentricity >= 0 && orbit.eccentricity <= kMostEccentricity && orbit.period_years > 0 &&
+              orbit.semi_major_arcsec > 0 && orbit.inclination_deg >= 0 && orbit.inclination_deg <= 180))
+            fail(Status::argument,
+                 "{separations}: no orbit near that of the system has them: eccentricity %g, "
+                 "semi-major axis %g arcsec, period %g years, inclination %g deg",
+                 orbit.eccentricity, orbit.semi_major_arcsec, orbit.period_years, orbit.inclination_deg);
         out.scale = moved[kScale] * sigma[kScale];
         out.scale_sigma = sigma[kScale] * std::sqrt(step.matrix[kScale][kScale]);
         const auto count = static_cast<double>(std::max<size_t>(measurements.size(), 1));
@@ -109,6 +117,9 @@ Refit refit(const Predictor &reference, const std::vector<Measurement> &measurem
         out.rms_arcsec = std::sqrt(step.squares / count);
         out.iterations++;
     } while (longest > kStill && out.iterations < kMostSteps);
+    double &periastron = out.system.value.orbit.periastron_deg; // system files have at most one turn
+    if (std::fabs(periastron) > 360)
+        periastron -= std::copysign(360, periastron);
     if (longest > kStill)
         fail(Status::argument, "{separations}: the fit does not converge");
     return out;
