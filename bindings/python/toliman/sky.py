@@ -93,7 +93,7 @@ class Sky(Handle):
         scale_sigma: standard deviation of the relative error of the plate scale; 0: none.
         Returns the prediction with the new orbit, and its errors and residuals."""
         given = tai_ns if isinstance(tai_ns, (list, tuple)) else numpy.asarray(tai_ns)
-        pairs = [numpy.asarray([one, one] if numpy.ndim(one) == 0 else one, numpy.int64).reshape(-1, 2) for one in given]
+        pairs = [_nanoseconds("tai_ns", [one, one] if numpy.ndim(one) == 0 else one).reshape(-1, 2) for one in given]
         counts = (ctypes.c_size_t * len(pairs))(*(len(pair) for pair in pairs))
         joined = numpy.ascontiguousarray(numpy.concatenate(pairs))
         separations, sigmas = (numpy.ascontiguousarray(numpy.broadcast_to(values, len(pairs)), float)
