@@ -88,6 +88,15 @@ class Arguments(Refusals):
         self.assertEqual(sky.predict(TIMES.reshape(5, 10)).shape, (5, 10))
         numpy.testing.assert_array_equal(sky.predict(TIMES[::-1]), sky.predict(TIMES)[::-1])
 
+    def test_mean_of_an_instant(self):
+        sky = toliman.Sky(altitude_km=600)
+        self.assertEqual(sky.predict_mean([TIMES[0], TIMES[0]]).separation_arcsec, sky.predict(TIMES[0])["separation_arcsec"])
+
+    def test_refit(self):
+        sky, separations = toliman.Sky(), numpy.full(50, 10)
+        self.refuse(TypeError, "tai_ns is an array of float64: must be integers, nanoseconds of TAI (parse_time)",
+                    lambda: sky.refit(TIMES / 86400e9, separations, 1e-6))
+
     def test_warning(self):
         """The Earth's centre is hardly ever meant; an observer, or leaving the spacecraft out, is a decision."""
         with self.assertLogs("toliman", "WARNING") as logs:
@@ -117,6 +126,12 @@ class Systems(Refusals):
             self.assertEqual(named.predict(TIMES).tobytes(), read.predict(TIMES).tobytes())
             self.assertEqual(named.elements, read.elements)
             self.assertEqual(named.info, read.info)
+
+    def test_saved_systems_have_the_same_bits(self):
+        toliman.Sky().save("saved.json")
+        saved = toliman.Sky("saved.json")
+        self.assertEqual(saved.predict(TIMES).tobytes(), toliman.Sky().predict(TIMES).tobytes())
+        self.assertEqual(saved.elements, toliman.Sky().elements)
 
     def test_kinds_of_radial_velocity(self):
         system = copy.deepcopy(SYSTEM)

@@ -7,6 +7,7 @@
 enum { TIMES = 3 };
 static const int64_t kTimes[TIMES] = {1800000000000000000, 1800050000000000000, 1900000000000000000};
 static const char kSystem[] = "binary.json", kOrbit[] = "spacecraft.csv";
+static const char kFolder[] = "systems", kSaved[] = "systems/saved.json";
 
 static const char kBinary[] =
     "{\"schema\": \"toliman-system/1\", \"name\": \"a binary\", \"orbit\": {\"period_years\": 80, "
@@ -87,6 +88,41 @@ static toliman_status observer_name(attempt *a) {
     return TOLIMAN_OK;
 }
 
+enum { DATES = 12 };
+static toliman_status refit(attempt *a) {
+    const toliman_sky *const sky = a->object;
+    int64_t intervals[2 * DATES];
+    double separations[DATES], sigmas[DATES];
+    static const double expected[DATES] = {9.2, 9.3, 9.4, 9.5, 9.6, 9.7, 9.8, 9.9, 10.0, 10.1, 10.1, 10.2};
+    for (int i = 0; i < DATES; i++) {
+        intervals[2 * i] = intervals[2 * i + 1] = kTimes[0] + i * INT64_C(8000000000000000);
+        separations[i] = expected[i];
+        sigmas[i] = 1;
+    }
+    return toliman_sky_refit(sky, intervals, NULL, separations, sigmas, DATES, 1e-3, (void *)a->out,
+                             (toliman_sky **)&a->made);
+}
+static toliman_status save_file(attempt *a) {
+    return toliman_sky_save_file(a->object, in_folder(kSaved));
+}
+static void put_old(void) {
+    empty_folder(kFolder);
+    write_file(kSaved, "old", 3);
+}
+/* The file must be the old or the new one, complete. No other file may remain, unless every call fails and it cannot be
+ * removed. */
+static void check_saved(attempt *a, toliman_status status) {
+    static char text[20000];
+    (void)a;
+    const size_t size = read_file(kSaved, text, sizeof text - 1);
+    text[size < sizeof text ? size : 0] = '\0';
+    const int is_old = strcmp(text, "old") == 0;
+    const char *const end_of_text = strrchr(text, '}');
+    const int is_new = strstr(text, "\"toliman-system/1\"") != NULL && end_of_text != NULL && strlen(end_of_text) <= 2;
+    must(status == TOLIMAN_OK ? is_new : is_new || is_old, "neither the old file nor the new one");
+    must(files_in(kFolder) == 1 || status == TOLIMAN_E_WRITE, "another file is left");
+}
+
 static const scenario all[] = {
     {.function = "toliman_sky_create", .call = create, .made = &skies},
     {.function = "toliman_sky_create",
@@ -117,6 +153,20 @@ static const scenario all[] = {
      .of = &skies,
      .struct_size = sizeof(toliman_sky_info)},
     {.function = "toliman_sky_get_element", .call = get_element, .make = make, .of = &skies},
+    {.function = "toliman_sky_refit",
+     .call = refit,
+     .make = make,
+     .of = &skies,
+     .made = &skies,
+     .struct_size = sizeof(toliman_sky_refit_result),
+     .slow = 1},
+    {.function = "toliman_sky_save_file",
+     .call = save_file,
+     .make = make,
+     .of = &skies,
+     .stage = put_old,
+     .check = check_saved,
+     .slow = 1},
     {.function = "toliman_sky_element_name", .call = element_name},
     {.function = "toliman_sky_observer_name", .call = observer_name},
 };
