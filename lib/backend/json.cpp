@@ -19,6 +19,7 @@
 #include <cjson/cJSON.h>
 
 #include "base/error.hpp"
+#include "base/text.hpp"
 
 namespace toliman::json {
 
@@ -265,6 +266,18 @@ Tree known(cJSON *node) {
     return {node, cJSON_Delete};
 }
 
+// cJSON prints 15 digits if these are the number up to its last bit; here they must be the number itself.
+Tree number_of(double number) {
+    char text[40];
+    const size_t length = print_text(text, sizeof text, "%.15g", number);
+    double read = 0;
+    std::from_chars(text, text + length, read);
+    if (read == number)
+        return known(cJSON_CreateNumber(number));
+    print_text(text, sizeof text, "%.17g", number);
+    return known(cJSON_CreateRaw(text));
+}
+
 Tree tree_of(const Value &value) {
     switch (value.kind) {
     case Value::Kind::null:
@@ -272,8 +285,7 @@ Tree tree_of(const Value &value) {
     case Value::Kind::boolean:
         return known(cJSON_CreateBool(value.boolean ? 1 : 0));
     case Value::Kind::number:
-        return known(value.integer ? cJSON_CreateRaw(std::to_string(*value.integer).c_str())
-                                   : cJSON_CreateNumber(value.number));
+        return value.integer ? known(cJSON_CreateRaw(std::to_string(*value.integer).c_str())) : number_of(value.number);
     case Value::Kind::text:
         return known(cJSON_CreateString(value.text.c_str()));
     case Value::Kind::array:
