@@ -198,7 +198,10 @@ std::string system_json(const sky::System &system) {
     if (!system.name.empty())
         tree.member("name") = json::Value::of(system.name);
     scene::set_elements(system.value, false, tree);
-    scene::set_elements(system.sigma, true, tree.member("sigma"));
+    json::Value sigma;
+    scene::set_elements(system.sigma, true, sigma);
+    if (sigma.kind == json::Value::Kind::object)
+        tree.member("sigma") = std::move(sigma);
     return json::print(tree);
 }
 
