@@ -132,6 +132,13 @@ class Systems(Refusals):
         saved = toliman.Sky("saved.json")
         self.assertEqual(saved.predict(TIMES).tobytes(), toliman.Sky().predict(TIMES).tobytes())
         self.assertEqual(saved.elements, toliman.Sky().elements)
+        system = {key: value for key, value in SYSTEM.items() if key not in ("name", "sigma")}
+        system["orbit"] = {**SYSTEM["orbit"], "epoch": 1955.564 + 2**-42}  # the last bit needs 17 digits
+        sky = self.sky_of(json.dumps(system))
+        sky.save("saved.json")
+        self.assertEqual(set(json.loads(pathlib.Path("saved.json").read_text())), set(system))
+        self.assertEqual(toliman.Sky("saved.json").elements, sky.elements)
+        self.assertNotEqual(sky.elements["epoch"], toliman.Sky().elements["epoch"])
 
     def test_kinds_of_radial_velocity(self):
         system = copy.deepcopy(SYSTEM)
