@@ -4175,7 +4175,8 @@ TOLIMAN_E_MISMATCH if the input has no such columns: no line of it can be used. 
   options  NULL = the defaults: all effects, at the Earth's centre. A warning then says how many uas the spacecraft's
            velocity adds
 The caller destroys *out. Errors: TOLIMAN_E_NOT_FOUND; TOLIMAN_E_SCENE, with file and key, for a bad system file;
-TOLIMAN_E_FORMAT, with file, line and reason, for a bad observer file; TOLIMAN_E_ARGUMENT. Since 0.2.""",
+TOLIMAN_E_FORMAT, with file, line and reason, for a bad observer file and a system file that is not JSON;
+TOLIMAN_E_ARGUMENT. Since 0.2.""",
     ),
     "toliman_sky_destroy": (
         None, (("sky", POINTER(toliman_sky)),),
@@ -4207,6 +4208,7 @@ middle of an exposure is not enough with an observer in a low orbit: it is wrong
 600 s and up to 245 uas in a day.
   intervals   [count][2], start and end; they may be in any order. A single one may end at its start: an instant
   prediction  means over the intervals, weighted with their lengths; factor is the ratio of the mean separations
+A single interval may be an instant, end = start.
 Errors: TOLIMAN_E_ARGUMENT if count is 0 or an interval does not begin before it ends; TOLIMAN_E_RANGE as
 toliman_sky_predict. Since 0.2.""",
     ),
