@@ -104,6 +104,23 @@ class Predict(ProgramTest):
         self.assertEqual(found["system"], "binary.json")
         self.assertEqual(found["predictions"], self.predictions(*LOW, "--times", "2027-01-01")["predictions"])
 
+    def test_observer_file(self):
+        start, lines = toliman.parse_time("2027-01-01"), ["t_tai_ns,x_km,y_km,z_km,vx_km_s,vy_km_s,vz_km_s"]
+        for i in range(12):
+            c, s = numpy.cos(0.00107801 * 60 * i), numpy.sin(0.00107801 * 60 * i)
+            lines.append(f"{start + i * 60 * 10**9},{7000 * c:.6f},{7000 * s:.6f},0,{-7.54607 * s:.9f},{7.54607 * c:.9f},0")
+        (self.folder / "spacecraft.csv").write_text("\n".join(lines) + "\n")
+        arguments = ("predict", "alpha-cen", "--observer", "spacecraft.csv", "--times")
+        found = self.predictions(*arguments, "2027-01-01T00:05:00")
+        self.assertEqual((found["observer"], found["observer_file"], found["altitude_km"], found["node_hours"]),
+                         ("file", "spacecraft.csv", None, None))
+        seen = toliman.Sky("alpha-cen", self.folder / "spacecraft.csv").predict(start + 300 * 10**9)
+        self.assertEqual(found["predictions"][0]["separation_arcsec"], seen["separation_arcsec"])
+        self.assertIn("# observer  spacecraft.csv\n", self.succeed(*arguments, "2027-01-01T00:05:00"))
+        done = self.run_program(*arguments, "2027-01-02")
+        self.assertIn("spacecraft.csv", done.stderr)
+        self.assertEqual((done.returncode, done.stdout), (2, ""))
+
     def test_centre_of_the_earth(self):
         done = self.run_program("predict", "alpha-cen", "--times", "2027-01-01")
         self.assertEqual(done.returncode, 0)
