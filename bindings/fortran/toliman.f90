@@ -1436,7 +1436,7 @@ module toliman
     ! the observer's velocity about the Earth: 205 to 257 uas in 97 min
     integer(c_int32_t), parameter, public :: TOLIMAN_SKY_SPACECRAFT_ABERRATION = 2
     integer(c_int32_t), parameter, public :: TOLIMAN_SKY_PARALLAX = 4 ! the observer's place: 44 uas, annual
-    ! light time to the Sun's barycentre: 2.5 uas, annual
+    ! light time to the barycentre of the solar system: 2.5 uas
     integer(c_int32_t), parameter, public :: TOLIMAN_SKY_ROEMER = 8
     ! light time between the stars: 294 uas, secular
     integer(c_int32_t), parameter, public :: TOLIMAN_SKY_LIGHT_TIME = 16
@@ -1498,7 +1498,7 @@ module toliman
         character(kind=c_char) :: name(72) = c_null_char ! name of the system; "" if the file has none
     end type
 
-    ! Orbit that was fitted again. Since 0.2.
+    ! Result of a refit. Since 0.2.
     type, bind(C), public :: toliman_sky_refit_result
         integer(c_int32_t) :: struct_size = 432 ! in: sizeof(toliman_sky_refit_result)
         integer(c_int32_t) :: iterations = 0 ! number of Gauss-Newton steps
@@ -3289,7 +3289,7 @@ module toliman
         end subroutine
 
         ! Predicts the separation at times. tai_ns [count] predictions [count], with the struct_size of predictions[0]
-        ! set The first prediction in a day takes 50 us, the others 9 us; 100 bytes per day are kept.
+        ! set A prediction takes 5 to 9 us; the first one in a day up to 400 us. 100 bytes per day are kept.
         function toliman_sky_predict(sky, tai_ns, count, predictions) bind(C) result(answer)
             import
             type(c_ptr), value :: sky
@@ -4001,7 +4001,7 @@ module toliman
         final :: series_parser_final
     end type
 
-    ! Prediction of a binary for an observer. Several threads may use it at the same time.
+    ! Predictor for a binary and an observer. Several threads may use it at the same time.
     type, public :: toliman_sky_predictor
         type(c_ptr) :: handle = c_null_ptr
     contains
@@ -6206,7 +6206,7 @@ contains
     end subroutine
 
     ! Predicts the separation at times. tai_ns [count] predictions [count], with the struct_size of predictions[0] set
-    ! The first prediction in a day takes 50 us, the others 9 us; 100 bytes per day are kept. tai_ns(count),
+    ! A prediction takes 5 to 9 us; the first one in a day up to 400 us. 100 bytes per day are kept. tai_ns(count),
     ! predictions(count).
     subroutine sky_predictor_predict(self, tai_ns, predictions, stat, errmsg)
         class(toliman_sky_predictor), intent(in) :: self

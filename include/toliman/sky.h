@@ -10,13 +10,14 @@
  *                                                 +-> get_info, get_element; element_name, observer_name
  *                                              destroy
  *
- * Between the true separation of alpha Centauri A and B and the one on the detector are 746 uas of differential
- * aberration by the Earth's velocity within a year, 205 to 257 uas by the spacecraft's velocity every 97 minutes, 44
- * uas of parallax and 2.5 uas of light time. A planet like the Earth moves a star by 2.5 uas.
+ * The measured separation of alpha Centauri differs from the true one. Differential aberration by the Earth's velocity
+ * contributes 746 uas with a period of one year; by the spacecraft's velocity, 205 to 257 uas every 97 minutes.
+ * Parallax contributes 44 uas and light time 2.5 uas. A planet like the Earth moves a star by 2.5 uas.
  *
- * Reduction: divide a measured separation by `factor` and subtract `geometric_arcsec`. What is left are the planets,
- * the error of the orbit and noise. Do not subtract `separation_arcsec`: elements with the published errors would leave
- * an annual wave of 0.36 uas (95 %: 1.4 uas) instead of 0.08 uas (0.26 uas).
+ * Reduction: divide a measured separation by `factor` and subtract `geometric_arcsec`. The residual contains
+ * planets, the error of the orbit and noise. Do not subtract `separation_arcsec`: with the published errors of the
+ * elements, that leaves an annual residual of 0.36 uas (median; 95th percentile 1.4 uas). Division leaves 0.08 uas
+ * (0.26 uas).
  *
  * Conventions
  *
@@ -42,7 +43,7 @@
 
 TOLIMAN_BEGIN_DECLS
 
-/* Prediction of a binary for an observer. Several threads may use it at the same time. */
+/* Predictor for a binary and an observer. Several threads may use it at the same time. */
 typedef struct toliman_sky toliman_sky;
 
 /* Number of orbital elements. */
@@ -53,7 +54,7 @@ typedef struct toliman_sky toliman_sky;
 #define TOLIMAN_SKY_EARTH_ABERRATION 1u      /* the Earth's velocity: 746 uas, annual */
 #define TOLIMAN_SKY_SPACECRAFT_ABERRATION 2u /* the observer's velocity about the Earth: 205 to 257 uas in 97 min */
 #define TOLIMAN_SKY_PARALLAX 4u              /* the observer's place: 44 uas, annual */
-#define TOLIMAN_SKY_ROEMER 8u                /* light time to the Sun's barycentre: 2.5 uas, annual */
+#define TOLIMAN_SKY_ROEMER 8u                /* light time to the barycentre of the solar system: 2.5 uas */
 #define TOLIMAN_SKY_LIGHT_TIME 16u           /* light time between the stars: 294 uas, secular */
 #define TOLIMAN_SKY_RADIAL_MOTION 32u        /* of the barycentre: 305 uas, secular */
 #define TOLIMAN_SKY_TRANSVERSE_MOTION 64u    /* of the barycentre: 77 uas, secular */
@@ -110,7 +111,7 @@ typedef struct toliman_sky_prediction {
 /* Predicts the separation at times.
  *   tai_ns       [count]
  *   predictions  [count], with the struct_size of predictions[0] set
- * The first prediction in a day takes 50 us, the others 9 us; 100 bytes per day are kept.
+ * A prediction takes 5 to 9 us; the first one in a day up to 400 us. 100 bytes per day are kept.
  * Errors: TOLIMAN_E_RANGE, naming the time and the covered times, if the observer file has no state for it, and outside
  * the years 1900 to 2100. No prediction is then written. Since 0.2. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_predict(const toliman_sky *sky, const int64_t *tai_ns,
@@ -123,8 +124,9 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_predict(const toliman_
  *   intervals   [count][2], start and end; they may be in any order. A single one may end at its start: an instant
  *   prediction  means over the intervals, weighted with their lengths; factor is the ratio of the mean separations
  * A single interval may be an instant, end = start.
- * Errors: TOLIMAN_E_ARGUMENT if count is 0 or an interval does not begin before it ends; TOLIMAN_E_RANGE as
- * toliman_sky_predict. Since 0.2. */
+ * Errors: TOLIMAN_E_ARGUMENT if count is 0, if an interval does not begin before it ends, overlaps another or exceeds
+ * 400 days; TOLIMAN_E_RANGE as toliman_sky_predict, also if the observer file does not cover a whole interval. Since
+ * 0.2. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_predict_mean(const toliman_sky *sky, const int64_t *intervals,
                                                                        size_t count, toliman_sky_prediction *prediction)
     TOLIMAN_NOEXCEPT;
@@ -164,7 +166,7 @@ TOLIMAN_API const char *toliman_sky_element_name(int32_t element) TOLIMAN_NOEXCE
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_get_element(const toliman_sky *sky, int32_t element,
                                                                       double *value, double *sigma) TOLIMAN_NOEXCEPT;
 
-/* Orbit that was fitted again. Since 0.2. */
+/* Result of a refit. Since 0.2. */
 typedef struct toliman_sky_refit_result {
     uint32_t struct_size; /* in: sizeof(toliman_sky_refit_result) */
     int32_t iterations;   /* number of Gauss-Newton steps */
@@ -189,7 +191,9 @@ typedef struct toliman_sky_refit_result {
  *   result              becomes errors and residuals
  *   out                 becomes the prediction with the new orbit, whose errors are those after the fit; the caller
  *                       destroys it
- * Do not fit an orbit again to measurements that it already contains: its errors would be counted twice.
+ * A saved file has the standard deviations of the elements, but not their correlations. To add measurements, refit the
+ * original system to all of them; a refit of the refitted system would lose most of what was known, and would count
+ * measurements twice that it already contains.
  * Errors: TOLIMAN_E_ARGUMENT if no element has a standard deviation, for bad numbers, and if an element would move by
  * more than 10 of its standard deviations; TOLIMAN_E_RANGE as toliman_sky_predict. Since 0.2. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_refit(const toliman_sky *sky, const int64_t *intervals,

@@ -159,7 +159,7 @@ toliman_status toliman_sky_create(const char *system, const toliman_sky_options 
 }
 
 void toliman_sky_destroy(toliman_sky *sky) noexcept {
-    delete sky;
+    destroy(sky);
 }
 
 toliman_status toliman_sky_predict(const toliman_sky *sky, const int64_t *tai_ns, size_t count,

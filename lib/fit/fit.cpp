@@ -102,8 +102,11 @@ uint64_t Fit::digest_of_all() const {
                                            orbit.eccentricity, orbit.inclination_deg, orbit.node_deg,
                                            orbit.periastron_deg, orbit.epoch},
                      hash);
-        if (scene_.binary.sky != nullptr)
+        if (scene_.binary.sky != nullptr) { // the places are means over the exposure
             hash = fnv1a(scene_.binary.sky->digest(), hash);
+            hash = fnv1a(std::array<double, 1>{scene_.cadence.exposure_s}, hash);
+            hash = fnv1a(scene_.cadence.on_target_s, hash);
+        }
     }
     return hash;
 }

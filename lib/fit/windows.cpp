@@ -31,12 +31,18 @@ bool same(const Cadence &a, const Cadence &b) noexcept {
     return a.frames == b.frames && a.interval_days == b.interval_days && a.times_days == b.times_days;
 }
 
+// The places of the stars are means over these with an observer.
+bool same_exposure(const Scene &a, const Scene &b) noexcept {
+    return a.binary.sky == nullptr ||
+           (a.cadence.exposure_s == b.cadence.exposure_s && a.cadence.on_target_s == b.cadence.on_target_s);
+}
+
 void check_same(const Scene &first, const Scene &other, size_t window) {
     const char *const what = first.detector.rows != other.detector.rows || first.detector.cols != other.detector.cols
                                  ? "detector.shape"
-                             : !same(first.binary, other.binary)   ? "binary"
-                             : !same(first.cadence, other.cadence) ? "cadence"
-                                                                   : nullptr;
+                             : !same(first.binary, other.binary)                                   ? "binary"
+                             : !same(first.cadence, other.cadence) || !same_exposure(first, other) ? "cadence"
+                                                                                                   : nullptr;
     if (what != nullptr)
         fail(Status::mismatch, "{sims[%zu]}: %s: %s: must be that of %s", window, other.source.c_str(), what,
              first.source.c_str());

@@ -21,6 +21,8 @@ namespace toliman::optics {
 
 namespace {
 
+constexpr double kFarthestDays = 73000; // within the years of the Earth's ephemeris
+
 struct Sample {
     double wavelength_nm, weight;
 };
@@ -142,10 +144,12 @@ double total(const std::vector<double> &photons) noexcept {
     return std::accumulate(photons.begin(), photons.end(), 0.0);
 }
 
-// Offsets of both stars from their separation and position angle.
 // Prediction of the exposure whose middle is `days` after time 0.
 sky::Prediction seen_at(const Scene &scene, double days) {
     const Cadence &cadence = scene.cadence;
+    if (!(std::fabs(days) < kFarthestDays))
+        fail(Status::range, "%s: {time} = %g days: must be within %g days of time 0 with an observer",
+             scene.source.c_str(), days, kFarthestDays);
     const double half_s = cadence.exposure_s / 2;
     const int64_t middle = tai_of_date(scene.binary.date) + std::llround(days * 86400e9);
     std::vector<sky::Interval> intervals;
@@ -157,6 +161,7 @@ sky::Prediction seen_at(const Scene &scene, double days) {
     return intervals.empty() ? scene.binary.sky->at(middle) : scene.binary.sky->mean(intervals);
 }
 
+// Offsets of both stars from their separation and position angle.
 Offsets offsets_of(double separation_arcsec, double position_angle_deg, const Scene &scene,
                    const Light &light) noexcept {
     const double angle = (position_angle_deg - scene.detector.rotation_deg) * kPi / 180;

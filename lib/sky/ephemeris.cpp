@@ -41,6 +41,16 @@ State Ephemeris::at(int64_t tai_ns) const {
     return found.state;
 }
 
+void Ephemeris::check_interval(int64_t start_ns, int64_t end_ns) const {
+    int64_t covered = start_ns;
+    for (const Segment &segment : segments_)
+        if (segment.first_ns <= covered && segment.last_ns >= covered)
+            covered = segment.last_ns;
+    if (covered < end_ns || start_ns < segments_.front().first_ns)
+        fail(Status::range, "{%s}: the interval from %s to %s TAI is not covered by the states from %s on",
+             source_.c_str(), date_text(start_ns).c_str(), date_text(end_ns).c_str(), date_text(covered).c_str());
+}
+
 Ephemeris read_ephemeris(const std::string &path, const ingest::LeapSeconds &leap_seconds, const Log &log) {
     ingest::TextLines lines(path, kLargestFile);
     std::string_view first;

@@ -33,6 +33,9 @@ class Ephemeris {
     // velocity to 1 m/s. Any number of threads may call it.
     State at(int64_t tai_ns) const;
 
+    // Status::range unless the segments have states for a whole interval.
+    void check_interval(int64_t start_ns, int64_t end_ns) const;
+
     const std::string &source() const noexcept { return source_; }
     const std::vector<Segment> &segments() const noexcept { return segments_; }
 

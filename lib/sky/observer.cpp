@@ -37,6 +37,8 @@ State on_circle(const CircularOrbit &orbit, int64_t tai_ns) noexcept {
     State state;
     turned(radius * std::cos(angle), radius * std::sin(angle), state.position_m);
     turned(-radius * motion * std::sin(angle), radius * motion * std::cos(angle), state.velocity_m_s);
+    state.velocity_m_s[0] -= rate * state.position_m[1]; // the plane turns
+    state.velocity_m_s[1] += rate * state.position_m[0];
     return state;
 }
 

@@ -28,7 +28,8 @@ using erfa::Vector;
 constexpr double kArcsec = kPi / 648000, kDegree = kPi / 180;
 constexpr double kLightYear = erfa::kLightSpeed * kSecondsPerDay * kDaysPerYear / erfa::kAstronomicalUnit; // au
 constexpr int64_t kFarthestNs = 36524 * kNsPerDay; // from J2000.0; ERFA's Earth is valid from 1900 to 2100
-constexpr int kLightTimeSteps = 4;                 // each reduces the error by the velocity over c, 1e-4
+constexpr int64_t kLongestInterval = 400 * kNsPerDay;
+constexpr int kLightTimeSteps = 4; // each reduces the error by the velocity over c, 1e-4
 
 Vector sum(const Vector &a, double factor, const Vector &b) noexcept {
     return {a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2]};
@@ -54,7 +55,8 @@ Vector vector_of(const double values[3], double unit_size) noexcept {
 void check_time(int64_t tai_ns) {
     constexpr int64_t kMiddle = kJ2000Ns - kTtMinusTaiNs;
     if (tai_ns < kMiddle - kFarthestNs || tai_ns > kMiddle + kFarthestNs)
-        fail(Status::range, "{time} = %lld ns TAI: must be in the years 1900 to 2100", static_cast<long long>(tai_ns));
+        fail(Status::range, "{time} = %lld ns TAI: must be from 1900-01-01T12 to 2099-12-31T12 TT",
+             static_cast<long long>(tai_ns));
 }
 
 // Gauss-Legendre nodes on [-1, 1] with half of their weights: 2 for panels up to kShortPanel, otherwise 4.
@@ -79,6 +81,15 @@ void accumulate(const Prediction &value, double weight, const Prediction &first,
     total.sun_angle_deg += weight * value.sun_angle_deg;
     for (size_t i = 0; i < kElements; i++)
         total.partials[i] += weight * value.partials[i];
+}
+
+void check_disjoint(std::vector<Interval> intervals) {
+    std::sort(intervals.begin(), intervals.end(),
+              [](const Interval &a, const Interval &b) { return a.start_ns < b.start_ns; });
+    for (size_t i = 1; i < intervals.size(); i++)
+        if (intervals[i].start_ns < intervals[i - 1].end_ns)
+            fail(Status::argument, "{intervals}: one ends at %lld, another starts at %lld ns TAI: must not overlap",
+                 static_cast<long long>(intervals[i - 1].end_ns), static_cast<long long>(intervals[i].start_ns));
 }
 
 } // namespace
@@ -180,6 +191,9 @@ Prediction Predictor::at(int64_t tai_ns) const {
     out.position_angle_deg = erfa::position_angle(seen[0], seen[1]) / kDegree;
     out.geometric_arcsec = geometric.separation_arcsec();
     out.geometric_angle_deg = geometric.position_angle_deg();
+    if (!(out.geometric_arcsec > 0))
+        fail(Status::range, "{time} = %lld ns TAI: the stars are at the same position: the factor is not defined",
+             static_cast<long long>(tai_ns));
     out.factor = out.separation_arcsec / out.geometric_arcsec;
     const double roemer_s = roemer * kDaysPerYear * kSecondsPerDay;
     out.barycentric_offset_s = static_cast<double>(kTtMinusTaiNs) * 1e-9 + earth.tdb_minus_tt + roemer_s;
@@ -193,6 +207,7 @@ Prediction Predictor::mean(const std::vector<Interval> &intervals) const {
     if (intervals.empty())
         fail(Status::argument, "{intervals}: must not be empty");
     double whole = 0;
+    check_disjoint(intervals);
     for (const auto &[start, end] : intervals) {
         if (start == end && intervals.size() == 1)
             return at(start);
@@ -201,6 +216,11 @@ Prediction Predictor::mean(const std::vector<Interval> &intervals) const {
                  static_cast<long long>(start), static_cast<long long>(end));
         check_time(start);
         check_time(end);
+        if (end - start > kLongestInterval)
+            fail(Status::argument, "{intervals}: %.6g days: must be at most 400 days",
+                 static_cast<double>(end - start) / static_cast<double>(kNsPerDay));
+        if (observer_.ephemeris() != nullptr)
+            observer_.ephemeris()->check_interval(start, end);
         whole += static_cast<double>(end - start);
     }
     const Prediction first = at(intervals.front().start_ns);

@@ -3,7 +3,7 @@
 // where s are the measured separations, g is the geometric separation on the orbit with elements q, F the factor
 // apparent/geometric, and k the relative error of the plate scale. The prior q0, sigma_q is that of the reference at
 // every step. F is computed again with each orbit, but has no derivative: elements 1 sigma off change it by 1e-7.
-// The steps end when none is longer than 0.001 standard deviations of its prior.
+// The steps end when none is longer than 0.01 of the standard deviations after the fit.
 // Dividing s by F, instead of subtracting a predicted separation, leaves no annual wave where the elements or the plate
 // scale are wrong: 8.4 mas off, 8e-4 of 746 uas of aberration would remain.
 #include "sky/refit.hpp"
@@ -20,13 +20,13 @@ namespace toliman::sky {
 namespace {
 
 constexpr int kMostSteps = 20;
-constexpr double kStill = 1e-3; // standard deviations of the prior
+constexpr double kStill = 1e-2; // standard deviations after the fit
 constexpr double kMostEccentricity = 0.9999;
 constexpr double kFarthest = 10; // standard deviations: beyond, separations and system do not belong together
 constexpr size_t kScale = kElements, kAll = kElements + 1;
 constexpr const char *kNames[kAll] = {
-    "a period", "a semi-major axis",         "an eccentricity",   "an inclination",
-    "a node",   "an argument of periastron", "a periastron date", "an error of the plate scale"};
+    "the period", "the semi-major axis",        "the eccentricity",       "the inclination",
+    "the node",   "the argument of periastron", "the date of periastron", "the plate scale"};
 
 using Values = std::array<double, kAll>;
 
@@ -81,14 +81,14 @@ Refit refit(const Predictor &reference, const std::vector<Measurement> &measurem
             step.gradient[i] -= moved[i];
         }
         if (!invert_symmetric(step.matrix[0], kAll))
-            fail(Status::argument, "{sky}: the elements do not follow from the separations and their errors");
+            fail(Status::argument, "{sky}: the normal equations of the elements are singular");
         longest = 0;
         for (size_t i = 0; i < kAll; i++) {
             double change = 0;
             for (size_t j = 0; j < kAll; j++)
                 change += step.matrix[i][j] * step.gradient[j];
             moved[i] += change;
-            longest = std::max(longest, std::fabs(change));
+            longest = std::max(longest, std::fabs(change) / std::sqrt(step.matrix[i][i]));
         }
         for (size_t i = 0; i < kElements; i++) {
             const auto element = kElementOf[i];
@@ -100,8 +100,9 @@ Refit refit(const Predictor &reference, const std::vector<Measurement> &measurem
         for (size_t i = 0; i < kAll; i++)
             if (!(std::fabs(moved[i]) <= kFarthest))
                 fail(Status::argument,
-                     "{separations}: need %s %.3g standard deviations from that of the system: wrong system, unit, "
-                     "time or plate scale?",
+                     "{separations}: the fit moves %s by %.3g standard deviations: must be at most 10; check system, "
+                     "unit "
+                     "(arcsec), times and plate scale",
                      kNames[i], std::fabs(moved[i]));
         const Orbit &orbit = out.system.value.orbit;
         if (!(orbit.eccentricity >= 0 && orbit.eccentricity <= kMostEccentricity && orbit.period_years > 0 &&
@@ -112,9 +113,6 @@ Refit refit(const Predictor &reference, const std::vector<Measurement> &measurem
                  orbit.eccentricity, orbit.semi_major_arcsec, orbit.period_years, orbit.inclination_deg);
         out.scale = moved[kScale] * sigma[kScale];
         out.scale_sigma = sigma[kScale] * std::sqrt(step.matrix[kScale][kScale]);
-        const auto count = static_cast<double>(std::max<size_t>(measurements.size(), 1));
-        out.chi_square = step.chi_square / count;
-        out.rms_arcsec = std::sqrt(step.squares / count);
         out.iterations++;
     } while (longest > kStill && out.iterations < kMostSteps);
     double &periastron = out.system.value.orbit.periastron_deg; // system files have at most one turn
@@ -122,6 +120,10 @@ Refit refit(const Predictor &reference, const std::vector<Measurement> &measurem
         periastron -= std::copysign(360, periastron);
     if (longest > kStill)
         fail(Status::argument, "{separations}: the fit does not converge");
+    const Step last = step_at(Predictor(out.system, reference), measurements, sigma, out.scale);
+    const auto count = static_cast<double>(std::max<size_t>(measurements.size(), 1));
+    out.chi_square = last.chi_square / count;
+    out.rms_arcsec = std::sqrt(last.squares / count);
     return out;
 }
 

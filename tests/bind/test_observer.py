@@ -106,6 +106,18 @@ class Observers(unittest.TestCase):
         numpy.testing.assert_array_equal(plain, toliman.Simulator(scene_with(binary={"observer": "none"})).frames(0, 2))
         self.assertEqual(toliman.Simulator(SCENE).info.time_zero_ns, 0)
 
+    def test_time_zero(self):
+        """2027.0 in Julian years of TT is JD 2461406.75."""
+        info = toliman.Simulator(scene_with(binary={"observer": "earth"})).info
+        self.assertEqual(info.time_zero_ns, toliman.parse_time("2461406.75", "jd", "tt"))
+
+    def test_the_exposure_belongs_to_the_fit(self):
+        def fit(**cadence):
+            scene = scene_with(binary={"observer": {"altitude_km": 600}}, cadence=cadence)
+            return toliman.Fit(toliman.Simulator(scene), capture_px=1).info.digest
+        self.assertEqual(fit(on_target_s=[0, 10]), fit(on_target_s=[0, 10]))
+        self.assertNotEqual(fit(on_target_s=[0, 10]), fit(on_target_s=[50, 60]))
+
     def test_a_system_file_is_an_orbit(self):
         with tempfile.TemporaryDirectory() as folder:
             toliman.Sky().save(pathlib.Path(folder) / "system.json")
@@ -130,6 +142,67 @@ class Observers(unittest.TestCase):
                 ({"cadence": {"on_target_s": [0, 61]}}, "cadence.on_target_s: ends at 61 s: must end within exposure_s")):
             with self.subTest(message), self.assertRaisesRegex(toliman.Error, message):
                 toliman.Simulator(scene_with(**groups))
+
+
+def low_orbit(tai_ns, altitude=600e3, hours=18):
+    """Circular sun-synchronous orbit along the axes of the ICRS: position (m) and velocity (m/s)."""
+    seconds = (tai_ns - toliman.parse_time("2000-01-01T12:00:00", scale="tt")) / SECOND
+    radius, gm, days = 6378137 + altitude, 3.986004418e14, seconds / 86400
+    rate = numpy.sqrt(gm / radius**3)
+    flat = -2 * numpy.pi / (365.2422 * 86400) * 2 * radius**2 / (3 * 1.0826e-3 * 6378137**2 * rate)
+    node = numpy.radians(280.46) + 2 * numpy.pi * ((hours - 12) / 24 + days / 365.2422)
+    along = numpy.array([numpy.cos(node), numpy.sin(node), 0 * node])
+    across = numpy.array([-flat * numpy.sin(node), flat * numpy.cos(node), numpy.sqrt(1 - flat**2) + 0 * node])
+    angle = rate * seconds
+    place = radius * (numpy.cos(angle) * along + numpy.sin(angle) * across)
+    turning = 2 * numpy.pi / (365.2422 * 86400) * numpy.array([-place[1], place[0], 0 * node])  # of the orbit's plane
+    return place.T, (radius * rate * (numpy.cos(angle) * across - numpy.sin(angle) * along) + turning).T
+
+
+class Files(unittest.TestCase):
+    """Observer files, from the text to predictions and frames: the states of an orbit that is known otherwise."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(cls.folder.cleanup)
+        cls.path = pathlib.Path(cls.folder.name) / "low.csv"
+        cls.start = toliman.parse_time("2027-01-01T11:00:00", scale="tt")  # date 2027.0 is at 6 h of this day, TT
+        cls.start -= 6 * 3600 * SECOND
+        times = cls.start + 60 * SECOND * numpy.arange(240)
+        place, velocity = low_orbit(times)
+        rows = numpy.c_[place / 1e3, velocity / 1e3]
+        cls.path.write_text("t_tai_ns,x_km,y_km,z_km,vx_km_s,vy_km_s,vz_km_s\n" + "".join(
+            f"{time}," + ",".join(repr(float(number)) for number in row) + "\n" for time, row in zip(times, rows)))
+        cls.sky, cls.times = toliman.Sky(observer=cls.path), times
+
+    def test_predictions(self):
+        inside = self.times[10:-10:7] + 17 * SECOND
+        file, computed = self.sky.predict(inside), toliman.Sky(altitude_km=600).predict(inside)
+        for name in ("separation_arcsec", "geometric_arcsec", "factor"):
+            self.assertLess(numpy.abs(file[name] - computed[name]).max(), 1e-9, name)  # 1e-3 uas
+        self.assertGreater(numpy.ptp(file["separation_arcsec"]), 400e-6)
+        info = self.sky.info
+        self.assertEqual((info.observer, info.segments, info.first_ns, info.last_ns),
+                         ("file", 1, self.times[0], self.times[-1]))
+
+    def test_means_need_all_states(self):
+        end = int(self.times[-1])
+        self.sky.predict_mean([end - 600 * SECOND, end])
+        with self.assertRaisesRegex(toliman.Error, "is not covered by the states from .* on"):
+            self.sky.predict_mean([end - 600 * SECOND, end + 1])
+        with self.assertRaisesRegex(toliman.Error, "must be from .* to .*, the times of the states"):
+            self.sky.predict(end + SECOND)
+
+    def test_scenes(self):
+        """A relative path in a scene, whose time 0 is within the file."""
+        frames = []
+        for observer in ({"file": "low.csv"}, {"altitude_km": 600}):
+            scene = scene_with(binary={"observer": observer}, cadence={"times_days": [0, 0.02, 0.04]})
+            path = pathlib.Path(self.folder.name) / "scene.json"
+            path.write_text(json.dumps(scene))
+            frames.append(toliman.Simulator(path).frames())
+        numpy.testing.assert_allclose(*frames, rtol=0, atol=1e-9 * frames[0].max())
 
 
 class Refits(unittest.TestCase):
@@ -191,9 +264,24 @@ class Refits(unittest.TestCase):
         self.assertEqual(sky.elements["node_deg"][1], self.truth.elements["node_deg"][1])
 
     def test_the_plate_scale_is_found(self):
-        sky, fit = self.truth.refit(self.tai_ns, self.measured * 1.0002, 1e-5, scale_sigma=1e-3)
-        self.assertLess(abs(fit.scale - 2e-4), 5 * fit.scale_sigma)
-        self.assertLess(self.annual(sky, self.measured)[0], 0.3)
+        with tempfile.TemporaryDirectory() as folder:  # the semi-major axis is known exactly
+            path = pathlib.Path(folder) / "system.json"
+            self.truth.save(path)
+            system = json.loads(path.read_text())
+            del system["sigma"]["orbit"]["semi_major_arcsec"]
+            path.write_text(json.dumps(system))
+            exact = toliman.Sky(path, altitude_km=600)
+        sky, fit = exact.refit(self.tai_ns, self.measured * 1.0002, 1e-5, scale_sigma=1e-3)
+        self.assertAlmostEqual(fit.scale, 2e-4, delta=1e-5)
+        self.assertLess(fit.scale_sigma, 1.5e-4)
+
+    def test_the_residuals_are_those_of_the_result(self):
+        noisy = self.measured + 1e-6 * self.random.normal(size=len(self.measured))
+        sky, fit = self.wrong().refit(self.tai_ns, noisy, 1e-6)
+        seen = sky.predict(self.tai_ns)
+        left = noisy / seen["factor"] - seen["geometric_arcsec"]
+        self.assertAlmostEqual(fit.rms_arcsec, numpy.sqrt(numpy.mean(left**2)), delta=1e-12)
+        self.assertAlmostEqual(fit.chi_square, numpy.mean((left * seen["factor"] / 1e-6)**2), places=5)
 
     def test_mistakes(self):
         with tempfile.TemporaryDirectory() as folder:
@@ -208,7 +296,7 @@ class Refits(unittest.TestCase):
                 (self.truth, self.measured * numpy.nan, 1e-6, 0, r"separations_arcsec\[0\] = nan"),
                 (self.truth, self.measured, 0, 0, r"sigmas_arcsec\[0\] = 0"),
                 (self.truth, self.measured, 1e-6, -1, "scale_sigma = -1"),
-                (self.truth, self.measured * 3, 1e-6, 0, "standard deviations from that of the system")):
+                (self.truth, self.measured * 3, 1e-6, 0, r"the fit moves the \w.* by .* standard deviations: must be at most 10")):
             with self.subTest(message), self.assertRaisesRegex(toliman.Error, message):
                 sky.refit(self.tai_ns, separations, sigma, scale_sigma=scale)
 

@@ -162,8 +162,10 @@ def low_orbit(tai_ns):
     angle = motion * seconds
     to_node = [mp.cos(node), mp.sin(node), mpf(0)]
     ahead = [-mp.sin(node) * mp.cos(inclination), mp.cos(node) * mp.cos(inclination), mp.sin(inclination)]
-    return ([radius * (mp.cos(angle) * u + mp.sin(angle) * v) for u, v in zip(to_node, ahead)],
-            [radius * motion * (mp.cos(angle) * v - mp.sin(angle) * u) for u, v in zip(to_node, ahead)])
+    place = [radius * (mp.cos(angle) * u + mp.sin(angle) * v) for u, v in zip(to_node, ahead)]
+    turning = [-place[1] * 2 * mp.pi / tropical, place[0] * 2 * mp.pi / tropical, mpf(0)]  # of the orbit's plane
+    return place, [radius * motion * (mp.cos(angle) * v - mp.sin(angle) * u) + turn
+                   for u, v, turn in zip(to_node, ahead, turning)]
 
 
 class Accuracy(unittest.TestCase):

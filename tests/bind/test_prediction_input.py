@@ -46,7 +46,7 @@ class Arguments(Refusals):
                 self.refuse(kind, message, lambda: toliman.Sky(**options))
 
     def test_times(self):
-        sky, range_text = toliman.Sky(), "must be in the years 1900 to 2100"
+        sky, range_text = toliman.Sky(), "must be from 1900-01-01T12 to 2099-12-31T12 TT"
         longest = 2**63
         for kind, message, times in (
             (toliman.InputError, f"time = -3786825600000000000 ns TAI: {range_text}", [0, -3786825600 * 10**9]),
@@ -62,11 +62,13 @@ class Arguments(Refusals):
                 self.refuse(kind, message, lambda: sky.predict(times))
 
     def test_intervals(self):
-        sky, range_text = toliman.Sky(), "must be in the years 1900 to 2100"
+        sky, range_text = toliman.Sky(), "must be from 1900-01-01T12 to 2099-12-31T12 TT"
         for kind, message, intervals in (
             (toliman.InputError, "intervals: must not be empty", []),
             (toliman.InputError, "intervals: start 10, end 5 ns TAI: must begin before it ends", [10, 5]),
             (toliman.InputError, "intervals: start 7, end 7 ns TAI: must begin before it ends", [[0, 5], [7, 7]]),
+            (toliman.InputError, "intervals: one ends at 9, another starts at 8 ns TAI: must not overlap", [[8, 12], [2, 9]]),
+            (toliman.InputError, "intervals: 401 days: must be at most 400 days", [0, 401 * 86400 * 10**9]),
             (toliman.InputError, "intervals: start 10, end 5 ns TAI: must begin before it ends", [[0, 5], [10, 5]]),
             (toliman.InputError, f"time = {-2**63} ns TAI: {range_text}", [-2**63, 2**63 - 1]),
             (ValueError, "intervals has shape (3,): must be (2,) or (n, 2)", [1, 2, 3]),

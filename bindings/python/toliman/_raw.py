@@ -1976,7 +1976,7 @@ class toliman_series_info(Sized):
 
 
 class toliman_sky(Structure):
-    """Prediction of a binary for an observer. Several threads may use it at the same time."""
+    """Predictor for a binary and an observer. Several threads may use it at the same time."""
 
 
 # Number of orbital elements.
@@ -1987,7 +1987,7 @@ TOLIMAN_SKY_ELEMENTS = 7
 TOLIMAN_SKY_EARTH_ABERRATION = 1  # the Earth's velocity: 746 uas, annual
 TOLIMAN_SKY_SPACECRAFT_ABERRATION = 2  # the observer's velocity about the Earth: 205 to 257 uas in 97 min
 TOLIMAN_SKY_PARALLAX = 4  # the observer's place: 44 uas, annual
-TOLIMAN_SKY_ROEMER = 8  # light time to the Sun's barycentre: 2.5 uas, annual
+TOLIMAN_SKY_ROEMER = 8  # light time to the barycentre of the solar system: 2.5 uas
 TOLIMAN_SKY_LIGHT_TIME = 16  # light time between the stars: 294 uas, secular
 TOLIMAN_SKY_RADIAL_MOTION = 32  # of the barycentre: 305 uas, secular
 TOLIMAN_SKY_TRANSVERSE_MOTION = 64  # of the barycentre: 77 uas, secular
@@ -2077,7 +2077,7 @@ class toliman_sky_info(Sized):
 
 
 class toliman_sky_refit_result(Sized):
-    """Orbit that was fitted again. Since 0.2.
+    """Result of a refit. Since 0.2.
     struct_size: in: sizeof(toliman_sky_refit_result)
     iterations: number of Gauss-Newton steps
     chi_square: sum of (residual/sigma)^2 of the measurements, per measurement
@@ -4192,7 +4192,7 @@ TOLIMAN_E_ARGUMENT. Since 0.2.""",
         """Predicts the separation at times.
   tai_ns       [count]
   predictions  [count], with the struct_size of predictions[0] set
-The first prediction in a day takes 50 us, the others 9 us; 100 bytes per day are kept.
+A prediction takes 5 to 9 us; the first one in a day up to 400 us. 100 bytes per day are kept.
 Errors: TOLIMAN_E_RANGE, naming the time and the covered times, if the observer file has no state for it, and outside
 the years 1900 to 2100. No prediction is then written. Since 0.2.""",
     ),
@@ -4209,8 +4209,9 @@ middle of an exposure is not enough with an observer in a low orbit: it is wrong
   intervals   [count][2], start and end; they may be in any order. A single one may end at its start: an instant
   prediction  means over the intervals, weighted with their lengths; factor is the ratio of the mean separations
 A single interval may be an instant, end = start.
-Errors: TOLIMAN_E_ARGUMENT if count is 0 or an interval does not begin before it ends; TOLIMAN_E_RANGE as
-toliman_sky_predict. Since 0.2.""",
+Errors: TOLIMAN_E_ARGUMENT if count is 0, if an interval does not begin before it ends, overlaps another or exceeds
+400 days; TOLIMAN_E_RANGE as toliman_sky_predict, also if the observer file does not cover a whole interval. Since
+0.2.""",
     ),
     "toliman_sky_observer_name": (
         c_char_p, (("observer", c_int32),),
@@ -4262,7 +4263,9 @@ separation, stays, too.
   result              becomes errors and residuals
   out                 becomes the prediction with the new orbit, whose errors are those after the fit; the caller
                       destroys it
-Do not fit an orbit again to measurements that it already contains: its errors would be counted twice.
+A saved file has the standard deviations of the elements, but not their correlations. To add measurements, refit the
+original system to all of them; a refit of the refitted system would lose most of what was known, and would count
+measurements twice that it already contains.
 Errors: TOLIMAN_E_ARGUMENT if no element has a standard deviation, for bad numbers, and if an element would move by
 more than 10 of its standard deviations; TOLIMAN_E_RANGE as toliman_sky_predict. Since 0.2.""",
     ),

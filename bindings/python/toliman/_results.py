@@ -512,7 +512,7 @@ class SkyInfo(Result):
 
 @result
 class Refit(Result):
-    """Orbit that was fitted again."""
+    """Result of a refit."""
 
     iterations: int = member("number of Gauss-Newton steps")
     chi_square: float = member("sum of (residual/sigma)^2 of the measurements, per measurement")

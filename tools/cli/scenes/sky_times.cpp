@@ -71,8 +71,8 @@ std::vector<SkyTime> times_of_range(const SkyTimeOptions &options,
     const int64_t first = read_time("--from", options.from, TOLIMAN_INGEST_SCALE_TAI, {});
     const int64_t last = read_time("--to", options.to, TOLIMAN_INGEST_SCALE_TAI, {});
     const double days = options.every.value_or(1);
-    if (!(days > 0) || !std::isfinite(days))
-        throw Failure(kExitUsage, formatted("--every %g: must be above 0 days", days));
+    if (!(days * kNsPerDay >= 1) || !std::isfinite(days))
+        throw Failure(kExitUsage, formatted("--every %g: must be at least 1 ns, in days", days));
     if (last < first)
         throw Failure(kExitUsage, "--to " + options.to + ": must not be before --from " + options.from);
     const double length = static_cast<double>(last - first), step = days * kNsPerDay;
@@ -98,6 +98,8 @@ std::vector<SkyTime> times_of_file(const SkyTimeOptions &options,
         if (start == std::string::npos || line[start] == '#')
             continue;
         const std::string text = line.substr(start, line.find_first_of(" \t\r\n,;", start) - start);
+        if (text.size() == 10 && line.size() > start + 13 && line[start + 13] == ':')
+            malformed(source.name(), "line " + std::to_string(number) + ": date and time: must be joined by T");
         if (std::exchange(is_first, false) && std::isalpha(static_cast<unsigned char>(text[0])) != 0)
             continue;
         try {
