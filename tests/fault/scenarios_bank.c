@@ -132,8 +132,9 @@ static toliman_status get_network(attempt *a) {
 static toliman_status encode(attempt *a) {
     return toliman_bank_encode(bank(), fitter(), large_frames(), LARGE, shifted, (void *)a->out, NULL);
 }
+/* One thread: a second one may find no free workspace in any call, and leave one more in the pool. */
 static toliman_status encode_many(attempt *a) {
-    return toliman_bank_encode_many(bank(), fitter(), PLAIN_IMAGE(large_frames()), 3, shifted, 2, (void *)a->out, NULL);
+    return toliman_bank_encode_many(bank(), fitter(), PLAIN_IMAGE(large_frames()), 3, shifted, 1, (void *)a->out, NULL);
 }
 static toliman_status predict(attempt *a) {
     return toliman_bank_predict(bank(), fitter(), shifted, (void *)a->out);

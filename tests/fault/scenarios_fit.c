@@ -69,7 +69,7 @@ static toliman_status frame(attempt *a) {
     return toliman_fit_frame(fitter(), small_frames(), SMALL, shifted, (void *)a->out, numbers, numbers + 8);
 }
 static toliman_status many_frames(attempt *a) {
-    return toliman_fit_frames(fitter(), PLAIN_IMAGE(small_frames()), FRAMES, shifted, 3, (void *)a->out);
+    return toliman_fit_frames(fitter(), PLAIN_IMAGE(small_frames()), FRAMES, shifted, 1, (void *)a->out);
 }
 static toliman_status predict(attempt *a) {
     double *const numbers = (double *)a->out;
