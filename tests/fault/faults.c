@@ -98,6 +98,17 @@ void empty_folder(const char *name) {
     entries(in_folder(name), 1);
 }
 
+void must_be_old_or_new(const char *where, const char *name, const char *mark, toliman_status status) {
+    static char text[20000];
+    const size_t size = read_file(name, text, sizeof text - 1);
+    text[size < sizeof text ? size : 0] = '\0';
+    const int is_old = strcmp(text, "old") == 0;
+    const char *const end_of_text = strrchr(text, '}');
+    const int is_new = strstr(text, mark) != NULL && end_of_text != NULL && strlen(end_of_text) <= 2;
+    must(status == TOLIMAN_OK ? is_new : is_new || is_old, "neither the old file nor the new one");
+    must(files_in(where) == 1 || status == TOLIMAN_E_WRITE, "another file is left");
+}
+
 /* A call without failures, and its expected results. */
 typedef struct {
     uint64_t before, after, made;

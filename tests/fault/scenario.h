@@ -53,6 +53,9 @@ const char *in_folder(const char *name);
 void write_file(const char *name, const void *bytes, size_t size);
 size_t read_file(const char *name, void *bytes, size_t capacity); /* SIZE_MAX if the file does not exist */
 int files_in(const char *folder);
+/* The JSON file `name` must have the text "old", or be a complete document that contains `mark`; after TOLIMAN_OK the
+ * latter. No other file may remain in folder `where`, unless every call fails and it cannot be removed. */
+void must_be_old_or_new(const char *where, const char *name, const char *mark, toliman_status status);
 void empty_folder(const char *name); /* creates the folder if necessary */
 
 static inline uint64_t fnv1a(uint64_t before, const void *data, size_t size) {

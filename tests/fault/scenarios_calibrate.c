@@ -104,18 +104,9 @@ static void put_old(void) {
     write_file(kSaved, "old", 3);
 }
 
-/* The file must be the old or the new one, complete. No other file may remain, unless every call fails and it cannot be
- * removed. */
 static void check_saved(attempt *a, toliman_status status) {
-    static char text[20000];
     (void)a;
-    const size_t size = read_file(kSaved, text, sizeof text - 1);
-    text[size < sizeof text ? size : 0] = '\0';
-    const int is_old = strcmp(text, "old") == 0;
-    const char *const end_of_text = strrchr(text, '}');
-    const int is_new = strstr(text, "\"calibration\"") != NULL && end_of_text != NULL && strlen(end_of_text) <= 2;
-    must(status == TOLIMAN_OK ? is_new : is_new || is_old, "neither the old file nor the new one");
-    must(files_in(kFolder) == 1 || status == TOLIMAN_E_WRITE, "another file is left");
+    must_be_old_or_new(kFolder, kSaved, "\"calibration\"", status);
 }
 
 static const scenario all[] = {
