@@ -99,7 +99,7 @@ toliman_status toliman_bank_plan(const toliman_sim *sim, const toliman_bank_opti
         const bank::Options options =
             options_of(accept(given, toliman_bank_options{}, "options"), longest_days(scene.cadence));
         const auto dates = bank::dates_of(options.first_days, options.last_days, options.spacing_px, [&](double days) {
-            const optics::Offsets place = optics::offsets_at(scene, light, days);
+            const optics::Offsets place = optics::unobserved_offsets_at(scene, light, days);
             return std::array<double, 2>{place[1][0] - place[0][0], place[1][1] - place[0][1]};
         });
         bank::check_size(scene.detector.rows, scene.detector.cols, dates.size(), options);

@@ -80,7 +80,7 @@ Network new_network(size_t i, const Options &options, cae::Encoder encoder) {
 Bank::Bank(const fit::Fit &fit, const Options &options)
     : options_(options), rows_(fit.rows()), cols_(fit.cols()), fit_digest_(fit.digest()),
       dates_(dates_of(options.first_days, options.last_days, options.spacing_px,
-                      [&fit](double days) { return fit.difference(days); })) {
+                      [&fit](double days) { return fit.difference_on_orbit(days); })) {
     check_size(rows_, cols_, dates_.size(), options);
     const size_t places = options.places;
     fit::FitWork work = fit.work();

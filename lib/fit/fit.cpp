@@ -116,6 +116,11 @@ std::array<double, 2> Fit::difference(double days) const {
     return {offset[1][0] - offset[0][0], offset[1][1] - offset[0][1]};
 }
 
+std::array<double, 2> Fit::difference_on_orbit(double days) const {
+    const optics::Offsets offset = optics::unobserved_offsets_at(scene_, light_, days);
+    return {offset[1][0] - offset[0][0], offset[1][1] - offset[0][1]};
+}
+
 Fit::Start Fit::places_of(const Prediction &prediction) const {
     std::array<double, 2> apart = difference(prediction.days);
     if (prediction.separation_px != 0) {

@@ -80,7 +80,8 @@ class Fit {
     double last_days() const noexcept { return longest_days(scene_.cadence); } // of the scene's frames
     // Predicted place of B minus that of A, px, without a separation given.
     std::array<double, 2> difference(double days) const;
-    double sigma_px() const noexcept { return sigma_px_; } // of the separation in the scene at time 0
+    std::array<double, 2> difference_on_orbit(double days) const; // without an observer
+    double sigma_px() const noexcept { return sigma_px_; }        // of the separation in the scene at time 0
     uint64_t digest() const noexcept { return digest_; }
 
   private:

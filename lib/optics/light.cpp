@@ -230,11 +230,13 @@ Offsets orbit_offsets_at(const Scene &scene, const Light &light, double days) no
     return offsets_of(at.separation_arcsec(), at.position_angle_deg(), scene, light);
 }
 
+Offsets unobserved_offsets_at(const Scene &scene, const Light &light, double days) noexcept {
+    return scene.binary.moving ? orbit_offsets_at(scene, light, days) : light.offset_px;
+}
+
 Offsets offsets_at(const Scene &scene, const Light &light, double days) {
-    if (!scene.binary.moving)
-        return light.offset_px;
-    if (scene.binary.sky == nullptr)
-        return orbit_offsets_at(scene, light, days);
+    if (!scene.binary.moving || scene.binary.sky == nullptr)
+        return unobserved_offsets_at(scene, light, days);
     const sky::Prediction seen = seen_at(scene, days);
     return offsets_of(seen.separation_arcsec, seen.position_angle_deg, scene, light);
 }

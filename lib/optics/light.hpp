@@ -34,6 +34,8 @@ std::array<double, 2> axis_of(const Scene &scene, const Offsets &offsets) noexce
 // has one; on the orbit if the stars move; otherwise those of time 0. The scene's centre (barycentre of the light, A or
 // B) is on the optical axis at all times. Status::range where the observer file has no state.
 Offsets offsets_at(const Scene &scene, const Light &light, double days);
+// The same without an observer, whose aberration in a low orbit varies by 1e-3 px every 97 minutes.
+Offsets unobserved_offsets_at(const Scene &scene, const Light &light, double days) noexcept;
 // On their orbit, if the scene has one.
 Offsets orbit_offsets_at(const Scene &scene, const Light &light, double days) noexcept;
 

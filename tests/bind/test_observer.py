@@ -111,6 +111,15 @@ class Observers(unittest.TestCase):
         info = toliman.Simulator(scene_with(binary={"observer": "earth"})).info
         self.assertEqual(info.time_zero_ns, toliman.parse_time("2461406.75", "jd", "tt"))
 
+    def test_a_bank_follows_the_orbit(self):
+        """The spacecraft's aberration, 1e-3 px every 97 minutes, needs no networks of its own."""
+        def networks(observer):
+            scene = scene_with(binary={"observer": observer}, detector={"shape": [256, 256]}, telescope={"pupil_samples": 128})
+            return toliman.Bank.plan(toliman.Simulator(scene), last_days=365, spacing_px=0.05).networks
+
+        counts = {networks(observer) for observer in ("none", "earth", {"altitude_km": 600})}
+        self.assertEqual(len(counts), 1, counts)
+
     def test_the_exposure_belongs_to_the_fit(self):
         def fit(**cadence):
             scene = scene_with(binary={"observer": {"altitude_km": 600}}, cadence=cadence)
