@@ -524,7 +524,8 @@ module toliman
     type, bind(C), public :: toliman_fit_prediction
         integer(c_int32_t) :: struct_size = 48
         integer(c_int32_t) :: flags = 0 ! 0
-        ! time of the frame: a moving binary is at its place on the scene's orbit
+        ! time of the frame: a moving binary is at its place on the scene's orbit, or, with binary.observer, where the
+        ! observer sees it: mean over the scene's exposure
         real(c_double) :: time_days = 0.0_c_double
         ! expected shift of both stars from their places in the scene, as shift_x and shift_y
         real(c_double) :: x_px = 0.0_c_double
@@ -1444,7 +1445,7 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_SKY_TRANSVERSE_MOTION = 64 ! of the barycentre: 77 uas, secular
     integer(c_int32_t), parameter, public :: TOLIMAN_SKY_DEFLECTION = 128 ! of light by the Sun: 0.8 uas, in November
 
-    ! Options of a prediction. Since 0.2.
+    ! Options of a predictor. Since 0.2.
     type, bind(C), public :: toliman_sky_options
         integer(c_int32_t) :: struct_size = 64
         integer(c_int32_t) :: without = 0 ! effects that are left out: TOLIMAN_SKY_...; 0 = none
@@ -1453,7 +1454,7 @@ module toliman
         type(c_ptr) :: observer = c_null_ptr
         ! altitude of a circular sun-synchronous orbit, for simulations, 200 to 2000; 0 = none
         real(c_double) :: altitude_km = 0.0_c_double
-        ! its local mean time at the ascending node, at most 24 h; 0 = 18, above the terminator
+        ! local mean time at its ascending node, in (0, 24] h; 0 = 18, a dawn-dusk orbit
         real(c_double) :: node_hours = 0.0_c_double
         type(c_ptr) :: leap_seconds = c_null_ptr ! [leap_second_count], for observer files in UTC, as in
         integer(c_size_t) :: leap_second_count = 0 ! toliman_ingest_parse_time; 0 = those of ERFA
@@ -1472,9 +1473,10 @@ module toliman
         real(c_double) :: geometric_angle_deg = 0.0_c_double ! position angle on the orbit
         real(c_double) :: factor = 0.0_c_double ! separation_arcsec / geometric_arcsec
         ! barycentric time (TDB) minus TAI, s: time at which the light of the system's barycentre arrives at that of
-        ! the solar system
+        ! the solar system; without ROEMER, TDB - TAI
         real(c_double) :: barycentric_offset_s = 0.0_c_double
-        real(c_double) :: approach_m_s = 0.0_c_double ! velocity of the observer towards the system
+        ! velocity of the observer towards the system; velocities left out are missing
+        real(c_double) :: approach_m_s = 0.0_c_double
         real(c_double) :: sun_angle_deg = 0.0_c_double ! angle between the system and the Sun
         ! derivatives of geometric_arcsec by the elements: arcsec per unit of the element
         real(c_double) :: partials(7) = 0.0_c_double
@@ -1485,7 +1487,7 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_SKY_OBSERVER_CIRCULAR = 702 ! circular orbit
     integer(c_int32_t), parameter, public :: TOLIMAN_SKY_OBSERVER_FILE = 703 ! observer file
 
-    ! Properties of a prediction. Since 0.2.
+    ! Properties of a predictor. Since 0.2.
     type, bind(C), public :: toliman_sky_info
         integer(c_int32_t) :: struct_size = 112 ! in: sizeof(toliman_sky_info)
         integer(c_int32_t) :: without = 0 ! effects that are left out
@@ -1502,10 +1504,10 @@ module toliman
     type, bind(C), public :: toliman_sky_refit_result
         integer(c_int32_t) :: struct_size = 432 ! in: sizeof(toliman_sky_refit_result)
         integer(c_int32_t) :: iterations = 0 ! number of Gauss-Newton steps
-        real(c_double) :: chi_square = 0.0_c_double ! sum of (residual/sigma)^2 of the measurements, per measurement
+        ! mean of (residual/sigma)^2 of the measurements; the priors do not count
+        real(c_double) :: chi_square = 0.0_c_double
         real(c_double) :: rms_arcsec = 0.0_c_double ! rms of the residuals
-        ! relative error of the plate scale: the measured separations are 1 + scale times too large
-        real(c_double) :: scale = 0.0_c_double
+        real(c_double) :: scale = 0.0_c_double ! relative error of the plate scale: measured = (1 + scale) true
         real(c_double) :: scale_sigma = 0.0_c_double ! its standard deviation
         real(c_double) :: covariance(49) = 0.0_c_double ! [7][7], of the elements, in their units
     end type
@@ -3272,7 +3274,7 @@ module toliman
             type(toliman_sky_options), intent(inout) :: options
         end subroutine
 
-        ! Creates the prediction of a system. system "alpha-cen" (Akeson et al. 2021), or the path of a system file
+        ! Creates the predictor of a system. system "alpha-cen" (Akeson et al. 2021), or the path of a system file
         ! (schema toliman-system/1) options NULL = the defaults: all effects, at the Earth's centre.
         function toliman_sky_create(system, options, out) bind(C) result(answer)
             import
@@ -3282,7 +3284,7 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Destroys a prediction.
+        ! Destroys a predictor.
         subroutine toliman_sky_destroy(sky) bind(C)
             import
             type(c_ptr), value :: sky
@@ -3299,8 +3301,7 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Predicts the mean separation of an exposure that is on target in intervals, all with the same rate of
-        ! photons.
+        ! Predicts the mean over the on-target intervals of an exposure.
         function toliman_sky_predict_mean(sky, intervals, count, prediction) bind(C) result(answer)
             import
             type(c_ptr), value :: sky
@@ -3344,8 +3345,7 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Fits the orbital elements again to measured separations, together with the elements' errors in the system
-        ! file: the most probable orbit.
+        ! Refits the orbital elements to measured separations.
         function toliman_sky_refit(sky, intervals, interval_counts, separations_arcsec, sigmas_arcsec, count, &
             scale_sigma, result, out) bind(C) result(answer)
             import
@@ -6187,8 +6187,8 @@ contains
         call conclude(toliman_series_get_info(self%handle, out), stat, errmsg)
     end subroutine
 
-    ! Creates the prediction of a system. system "alpha-cen" (Akeson et al. 2021), or the path of a system file
-    ! (schema toliman-system/1) options NULL = the defaults: all effects, at the Earth's centre.
+    ! Creates the predictor of a system. system "alpha-cen" (Akeson et al. 2021), or the path of a system file (schema
+    ! toliman-system/1) options NULL = the defaults: all effects, at the Earth's centre.
     subroutine sky_predictor_create(self, system, options, stat, errmsg)
         class(toliman_sky_predictor), intent(inout) :: self
         character(len=*), intent(in) :: system
@@ -6222,8 +6222,7 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Predicts the mean separation of an exposure that is on target in intervals, all with the same rate of photons.
-    ! intervals(2, count).
+    ! Predicts the mean over the on-target intervals of an exposure. intervals(2, count).
     subroutine sky_predictor_predict_mean(self, intervals, prediction, stat, errmsg)
         class(toliman_sky_predictor), intent(in) :: self
         integer(c_int64_t), intent(in), contiguous :: intervals(:, :)
@@ -6273,9 +6272,8 @@ contains
         call conclude(toliman_sky_get_element(self%handle, element, value, sigma), stat, errmsg)
     end subroutine
 
-    ! Fits the orbital elements again to measured separations, together with the elements' errors in the system file:
-    ! the most probable orbit. intervals(2, count), interval_counts(count), separations_arcsec(count),
-    ! sigmas_arcsec(count).
+    ! Refits the orbital elements to measured separations. intervals(2, count), interval_counts(count),
+    ! separations_arcsec(count), sigmas_arcsec(count).
     subroutine sky_predictor_refit(self, intervals, interval_counts, separations_arcsec, sigmas_arcsec, &
         scale_sigma, result, out, stat, errmsg)
         class(toliman_sky_predictor), intent(in) :: self

@@ -121,7 +121,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_fit_get_info(const toliman
 typedef struct toliman_fit_prediction {
     uint32_t struct_size;
     uint32_t flags;            /* 0 */
-    double time_days;          /* time of the frame: a moving binary is at its place on the scene's orbit */
+    double time_days;          /* time of the frame: a moving binary is at its place on the scene's orbit, or, with
+                                  binary.observer, where the observer sees it: mean over the scene's exposure */
     double x_px, y_px;         /* expected shift of both stars from their places in the scene, as shift_x and shift_y */
     double separation_px;      /* 0 = that of the scene at this time */
     double position_angle_deg; /* with separation_px; ignored if that is 0 */

@@ -22,18 +22,21 @@
  * Conventions
  *
  *   System      Elements of the orbit of B about A in three dimensions, place, parallax and motion of the barycentre
- *               on the axes of the ICRS, masses. The node must be the ascending one, at which B recedes: the other one
- *               is wrong by 34.5 uas with the period of a year (alpha Centauri).
- *   Time        Nanoseconds of TAI since 1970-01-01T00:00:00 TAI, of the years 1900 to 2100. Dates in a system file are
- *               Julian years of TDB, at which light from the distance of its epoch arrives at the barycentre of the
- *               solar system.
+ *               on the axes of the ICRS, masses. The node must be the ascending one, at which B recedes. The
+ *               descending node causes an annual error of 34.5 uas (alpha Centauri).
+ *   Time        Nanoseconds of TAI since 1970-01-01T00:00:00 TAI, of the years 1900 to 2100. TAI is
+ *               37 s ahead of UTC, and so of Unix time: 10 uas in a low orbit. A camera usually stamps the start of
+ *               an exposure: predict its mean from start to end. Dates in a system file are Julian years of TDB at the
+ *               barycentre of the solar system; light time from the catalogue distance is not subtracted.
  *   Apparent    Angle between the directions of A and B, each where it was when its light left it, seen from the
  *               observer's place, bent by the Sun, and changed by the exact aberration of the observer's velocity.
  *   Geometric   Length of the projection of the orbit on the tangential plane, at the barycentric time. "factor" is
  *               apparent over geometric.
  *   Accuracy    1e-4 uas against the same equations in 50 digits. The Earth is within 5 mm/s of DE405 (1.7e-4 uas).
- *               Omitted: lensing by planets (1e-3 uas) and of B by A (0.03 uas, nearly constant), galactic
- * acceleration.
+ *               Omitted: galactic acceleration, and lensing by planets (1e-3 uas) and of B by A (0.03 uas, constant).
+ *   Observer    Files give position and velocity relative to the Earth's centre, on the axes of the ICRS (GCRF,
+ *               EME2000), in at least 8 states, at most 300 s apart in a low orbit. TEME and ITRF are refused. A
+ *               circular orbit has an arbitrary phase: use it for statistics.
  */
 #ifndef TOLIMAN_SKY_H
 #define TOLIMAN_SKY_H
@@ -60,14 +63,14 @@ typedef struct toliman_sky toliman_sky;
 #define TOLIMAN_SKY_TRANSVERSE_MOTION 64u    /* of the barycentre: 77 uas, secular */
 #define TOLIMAN_SKY_DEFLECTION 128u          /* of light by the Sun: 0.8 uas, in November */
 
-/* Options of a prediction. Since 0.2. */
+/* Options of a predictor. Since 0.2. */
 typedef struct toliman_sky_options {
     uint32_t struct_size;
     uint32_t without; /* effects that are left out: TOLIMAN_SKY_...; 0 = none */
     /* Observer: one of observer and altitude_km, or none for the Earth's centre. */
     const char *observer; /* path of an observer file, CCSDS OEM or CSV (formats.md, "Observer files"); may be NULL */
     double altitude_km;   /* altitude of a circular sun-synchronous orbit, for simulations, 200 to 2000; 0 = none */
-    double node_hours;    /* its local mean time at the ascending node, at most 24 h; 0 = 18, above the terminator */
+    double node_hours;    /* local mean time at its ascending node, in (0, 24] h; 0 = 18, a dawn-dusk orbit */
     const toliman_leap_second *leap_seconds; /* [leap_second_count], for observer files in UTC, as in */
     size_t leap_second_count;                /* toliman_ingest_parse_time; 0 = those of ERFA */
     toliman_log_fn log;                      /* receives warnings, during create only; may be NULL */
@@ -78,7 +81,7 @@ typedef struct toliman_sky_options {
 /* Sets *options, a struct of `size` bytes, to the defaults. Since 0.2. */
 TOLIMAN_API void toliman_sky_options_init(toliman_sky_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
-/* Creates the prediction of a system.
+/* Creates the predictor of a system.
  *   system   "alpha-cen" (Akeson et al. 2021), or the path of a system file (schema toliman-system/1)
  *   options  NULL = the defaults: all effects, at the Earth's centre. A warning then says how many uas the spacecraft's
  *            velocity adds
@@ -88,7 +91,7 @@ TOLIMAN_API void toliman_sky_options_init(toliman_sky_options *options, size_t s
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_create(const char *system, const toliman_sky_options *options,
                                                                  toliman_sky **out) TOLIMAN_NOEXCEPT;
 
-/* Destroys a prediction. NULL is allowed. Since 0.2. */
+/* Destroys a predictor. NULL is allowed. Since 0.2. */
 TOLIMAN_API void toliman_sky_destroy(toliman_sky *sky) TOLIMAN_NOEXCEPT;
 
 /* What an observer sees at a time, or in the mean of intervals. Since 0.2. */
@@ -101,8 +104,8 @@ typedef struct toliman_sky_prediction {
     double geometric_angle_deg;  /* position angle on the orbit */
     double factor;               /* separation_arcsec / geometric_arcsec */
     double barycentric_offset_s; /* barycentric time (TDB) minus TAI, s: time at which the light of the system's
-                                    barycentre arrives at that of the solar system */
-    double approach_m_s;         /* velocity of the observer towards the system */
+                                    barycentre arrives at that of the solar system; without ROEMER, TDB - TAI */
+    double approach_m_s;         /* velocity of the observer towards the system; velocities left out are missing */
     double sun_angle_deg;        /* angle between the system and the Sun */
     double partials[7];          /* derivatives of geometric_arcsec by the elements: arcsec per unit of the element */
 } toliman_sky_prediction;
@@ -118,12 +121,11 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_predict(const toliman_
                                                                   size_t count,
                                                                   toliman_sky_prediction *predictions) TOLIMAN_NOEXCEPT;
 
-/* Predicts the mean separation of an exposure that is on target in intervals, all with the same rate of photons. The
- * middle of an exposure is not enough with an observer in a low orbit: it is wrong by 0.18 uas in 120 s, 4.4 uas in
- * 600 s and up to 245 uas in a day.
- *   intervals   [count][2], start and end; they may be in any order. A single one may end at its start: an instant
+/* Predicts the mean over the on-target intervals of an exposure. The photon rate is assumed constant. With an observer
+ * in a low orbit, the prediction for mid-exposure differs from this mean by 0.18 uas in 120 s, 4.4 uas in 600 s and up
+ * to 245 uas in a day.
+ *   intervals   [count][2], start and end, in any order. A single interval may have zero length (an instant)
  *   prediction  means over the intervals, weighted with their lengths; factor is the ratio of the mean separations
- * A single interval may be an instant, end = start.
  * Errors: TOLIMAN_E_ARGUMENT if count is 0, if an interval does not begin before it ends, overlaps another or exceeds
  * 400 days; TOLIMAN_E_RANGE as toliman_sky_predict, also if the observer file does not cover a whole interval. Since
  * 0.2. */
@@ -140,7 +142,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_predict_mean(const tol
  * 0.2. */
 TOLIMAN_API const char *toliman_sky_observer_name(int32_t observer) TOLIMAN_NOEXCEPT;
 
-/* Properties of a prediction. Since 0.2. */
+/* Properties of a predictor. Since 0.2. */
 typedef struct toliman_sky_info {
     uint32_t struct_size;      /* in: sizeof(toliman_sky_info) */
     uint32_t without;          /* effects that are left out */
@@ -168,19 +170,20 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_get_element(const toli
 
 /* Result of a refit. Since 0.2. */
 typedef struct toliman_sky_refit_result {
-    uint32_t struct_size; /* in: sizeof(toliman_sky_refit_result) */
-    int32_t iterations;   /* number of Gauss-Newton steps */
-    double chi_square;    /* sum of (residual/sigma)^2 of the measurements, per measurement */
-    double rms_arcsec;    /* rms of the residuals */
-    double scale;       /* relative error of the plate scale: the measured separations are 1 + scale times too large */
-    double scale_sigma; /* its standard deviation */
+    uint32_t struct_size;  /* in: sizeof(toliman_sky_refit_result) */
+    int32_t iterations;    /* number of Gauss-Newton steps */
+    double chi_square;     /* mean of (residual/sigma)^2 of the measurements; the priors do not count */
+    double rms_arcsec;     /* rms of the residuals */
+    double scale;          /* relative error of the plate scale: measured = (1 + scale) true */
+    double scale_sigma;    /* its standard deviation */
     double covariance[49]; /* [7][7], of the elements, in their units */
 } toliman_sky_refit_result;
 #define TOLIMAN_SKY_REFIT_RESULT_INIT TOLIMAN_INIT(toliman_sky_refit_result)
 
-/* Fits the orbital elements again to measured separations, together with the elements' errors in the system file: the
- * most probable orbit. Elements without a standard deviation stay as they are, and the node, which changes no
- * separation, stays, too.
+/* Refits the orbital elements to measured separations. The standard deviations of the elements in the system file are
+ * Gaussian priors (maximum a posteriori). Elements without one, and the node, which changes no separation, keep their
+ * values; parallax, motion and masses are not fitted. Only the priors distinguish an error of the plate scale from one
+ * of the semi-major axis.
  *   sky                 system and observer
  *   intervals           [sum of interval_counts][2], on-target intervals of the measurements, start and end in TAI
  *                       nanoseconds, as in toliman_sky_predict_mean
@@ -188,12 +191,10 @@ typedef struct toliman_sky_refit_result {
  *   separations_arcsec  [count], measured apparent separations
  *   sigmas_arcsec       [count], their standard deviations
  *   scale_sigma         standard deviation of the relative error of the plate scale; 0 = none
- *   result              becomes errors and residuals
- *   out                 becomes the prediction with the new orbit, whose errors are those after the fit; the caller
- *                       destroys it
+ *   result              receives errors and residuals
+ *   out                 receives the predictor of the new orbit, with the errors after the fit; the caller destroys it
  * A saved file has the standard deviations of the elements, but not their correlations. To add measurements, refit the
- * original system to all of them; a refit of the refitted system would lose most of what was known, and would count
- * measurements twice that it already contains.
+ * original system to all of them.
  * Errors: TOLIMAN_E_ARGUMENT if no element has a standard deviation, for bad numbers, and if an element would move by
  * more than 10 of its standard deviations; TOLIMAN_E_RANGE as toliman_sky_predict. Since 0.2. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_refit(const toliman_sky *sky, const int64_t *intervals,

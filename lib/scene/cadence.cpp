@@ -80,7 +80,7 @@ constexpr Row kCadenceRows[] = {
                                    "be at least 1e-6 photons"),
     optional<read_on_target>("on_target_s", within(0, 1e9, "s"),
                              "Intervals from the start of an exposure in which the telescope points at the stars: "
-                             "start and end of each in turn. photons_per_s counts in them only. The stars are at "
+                             "start and end of each in turn. Photons are collected in them only. The stars are at "
                              "their mean places over them")
         .as(Type::numbers)
         .entries(2, 4096)

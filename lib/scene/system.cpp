@@ -31,8 +31,8 @@ constexpr Row kOrbitRows[] = {
                                       "Inclination; below 90 the position angle increases"),
     required<&Orbit::node_deg>("node_deg", kTurn,
                                "Position angle of the ascending node, at which B recedes. The other node, with "
-                               "periastron_deg 180 deg larger, gives the same positions, but puts the nearer star "
-                               "behind: parallax then changes the separation wrongly"),
+                               "periastron_deg 180 deg larger, gives the same positions, but reverses the depth, "
+                               "and with it the sign of the differential parallax"),
     required<&Orbit::periastron_deg>("periastron_deg", kTurn,
                                      "Angle from the ascending node to the periastron of B, in the direction of "
                                      "motion"),

@@ -33,11 +33,11 @@ State Ephemeris::at(int64_t tai_ns) const {
              date_text(segments_.back().last_ns).c_str());
     const Interpolated found = interpolate(*(after - 1), tai_ns);
     if (!(found.doubt_m_s <= kMostDoubt))
-        fail(Status::range,
-             "{%s}: %s TAI: states are %.6g s apart there: too far to interpolate the velocity to 1 m/s; must be at "
-             "most "
-             "300 s apart in a low orbit",
-             source_.c_str(), date_text(tai_ns).c_str(), found.step_s);
+        fail(
+            Status::range,
+            "{%s}: %s TAI: the states there are %.6g s apart: the velocity is uncertain by more than 1 m/s; must be at "
+            "most 300 s apart in a low orbit",
+            source_.c_str(), date_text(tai_ns).c_str(), found.step_s);
     return found.state;
 }
 

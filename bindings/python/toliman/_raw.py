@@ -653,7 +653,8 @@ class toliman_fit_prediction(Sized):
     """What is known of a frame before the fit. The fit starts at the predicted places. From any start that converges to the
     same maximum, places agree to about 1e-7 px. displacement_px is measured from the predicted separation.
     flags: 0
-    time_days: time of the frame: a moving binary is at its place on the scene's orbit
+    time_days: time of the frame: a moving binary is at its place on the scene's orbit, or, with
+        binary.observer, where the observer sees it: mean over the scene's exposure
     x_px: expected shift of both stars from their places in the scene, as shift_x and shift_y
     y_px: expected shift of both stars from their places in the scene, as shift_x and shift_y
     separation_px: 0 = that of the scene at this time
@@ -1995,12 +1996,12 @@ TOLIMAN_SKY_DEFLECTION = 128  # of light by the Sun: 0.8 uas, in November
 
 
 class toliman_sky_options(Sized):
-    """Options of a prediction. Since 0.2.
+    """Options of a predictor. Since 0.2.
     without: effects that are left out: TOLIMAN_SKY_...; 0 = none
     observer: Observer: one of observer and altitude_km, or none for the Earth's centre.
         path of an observer file, CCSDS OEM or CSV (formats.md, "Observer files"); may be NULL
     altitude_km: altitude of a circular sun-synchronous orbit, for simulations, 200 to 2000; 0 = none
-    node_hours: its local mean time at the ascending node, at most 24 h; 0 = 18, above the terminator
+    node_hours: local mean time at its ascending node, in (0, 24] h; 0 = 18, a dawn-dusk orbit
     leap_seconds: [leap_second_count], for observer files in UTC, as in
     leap_second_count: toliman_ingest_parse_time; 0 = those of ERFA
     log: receives warnings, during create only; may be NULL"""
@@ -2027,8 +2028,8 @@ class toliman_sky_prediction(Sized):
     geometric_angle_deg: position angle on the orbit
     factor: separation_arcsec / geometric_arcsec
     barycentric_offset_s: barycentric time (TDB) minus TAI, s: time at which the light of the system's
-        barycentre arrives at that of the solar system
-    approach_m_s: velocity of the observer towards the system
+        barycentre arrives at that of the solar system; without ROEMER, TDB - TAI
+    approach_m_s: velocity of the observer towards the system; velocities left out are missing
     sun_angle_deg: angle between the system and the Sun
     partials: derivatives of geometric_arcsec by the elements: arcsec per unit of the element"""
 
@@ -2054,7 +2055,7 @@ TOLIMAN_SKY_OBSERVER_FILE = 703  # observer file
 
 
 class toliman_sky_info(Sized):
-    """Properties of a prediction. Since 0.2.
+    """Properties of a predictor. Since 0.2.
     struct_size: in: sizeof(toliman_sky_info)
     without: effects that are left out
     observer: TOLIMAN_SKY_OBSERVER_...
@@ -2080,9 +2081,9 @@ class toliman_sky_refit_result(Sized):
     """Result of a refit. Since 0.2.
     struct_size: in: sizeof(toliman_sky_refit_result)
     iterations: number of Gauss-Newton steps
-    chi_square: sum of (residual/sigma)^2 of the measurements, per measurement
+    chi_square: mean of (residual/sigma)^2 of the measurements; the priors do not count
     rms_arcsec: rms of the residuals
-    scale: relative error of the plate scale: the measured separations are 1 + scale times too large
+    scale: relative error of the plate scale: measured = (1 + scale) true
     scale_sigma: its standard deviation
     covariance: [7][7], of the elements, in their units"""
 
@@ -4170,7 +4171,7 @@ TOLIMAN_E_MISMATCH if the input has no such columns: no line of it can be used. 
             ("options", POINTER(toliman_sky_options)),
             ("out", POINTER(POINTER(toliman_sky))),
         ),
-        """Creates the prediction of a system.
+        """Creates the predictor of a system.
   system   "alpha-cen" (Akeson et al. 2021), or the path of a system file (schema toliman-system/1)
   options  NULL = the defaults: all effects, at the Earth's centre. A warning then says how many uas the spacecraft's
            velocity adds
@@ -4180,7 +4181,7 @@ TOLIMAN_E_ARGUMENT. Since 0.2.""",
     ),
     "toliman_sky_destroy": (
         None, (("sky", POINTER(toliman_sky)),),
-        """Destroys a prediction. NULL is allowed. Since 0.2.""",
+        """Destroys a predictor. NULL is allowed. Since 0.2.""",
     ),
     "toliman_sky_predict": (
         c_int32, (
@@ -4203,12 +4204,11 @@ the years 1900 to 2100. No prediction is then written. Since 0.2.""",
             ("count", c_size_t),
             ("prediction", POINTER(toliman_sky_prediction)),
         ),
-        """Predicts the mean separation of an exposure that is on target in intervals, all with the same rate of photons. The
-middle of an exposure is not enough with an observer in a low orbit: it is wrong by 0.18 uas in 120 s, 4.4 uas in
-600 s and up to 245 uas in a day.
-  intervals   [count][2], start and end; they may be in any order. A single one may end at its start: an instant
+        """Predicts the mean over the on-target intervals of an exposure. The photon rate is assumed constant. With an observer
+in a low orbit, the prediction for mid-exposure differs from this mean by 0.18 uas in 120 s, 4.4 uas in 600 s and up
+to 245 uas in a day.
+  intervals   [count][2], start and end, in any order. A single interval may have zero length (an instant)
   prediction  means over the intervals, weighted with their lengths; factor is the ratio of the mean separations
-A single interval may be an instant, end = start.
 Errors: TOLIMAN_E_ARGUMENT if count is 0, if an interval does not begin before it ends, overlaps another or exceeds
 400 days; TOLIMAN_E_RANGE as toliman_sky_predict, also if the observer file does not cover a whole interval. Since
 0.2.""",
@@ -4250,9 +4250,10 @@ TOLIMAN_E_ARGUMENT for an unknown element. Since 0.2.""",
             ("result", POINTER(toliman_sky_refit_result)),
             ("out", POINTER(POINTER(toliman_sky))),
         ),
-        """Fits the orbital elements again to measured separations, together with the elements' errors in the system file: the
-most probable orbit. Elements without a standard deviation stay as they are, and the node, which changes no
-separation, stays, too.
+        """Refits the orbital elements to measured separations. The standard deviations of the elements in the system file are
+Gaussian priors (maximum a posteriori). Elements without one, and the node, which changes no separation, keep their
+values; parallax, motion and masses are not fitted. Only the priors distinguish an error of the plate scale from one
+of the semi-major axis.
   sky                 system and observer
   intervals           [sum of interval_counts][2], on-target intervals of the measurements, start and end in TAI
                       nanoseconds, as in toliman_sky_predict_mean
@@ -4260,12 +4261,10 @@ separation, stays, too.
   separations_arcsec  [count], measured apparent separations
   sigmas_arcsec       [count], their standard deviations
   scale_sigma         standard deviation of the relative error of the plate scale; 0 = none
-  result              becomes errors and residuals
-  out                 becomes the prediction with the new orbit, whose errors are those after the fit; the caller
-                      destroys it
+  result              receives errors and residuals
+  out                 receives the predictor of the new orbit, with the errors after the fit; the caller destroys it
 A saved file has the standard deviations of the elements, but not their correlations. To add measurements, refit the
-original system to all of them; a refit of the refitted system would lose most of what was known, and would count
-measurements twice that it already contains.
+original system to all of them.
 Errors: TOLIMAN_E_ARGUMENT if no element has a standard deviation, for bad numbers, and if an element would move by
 more than 10 of its standard deviations; TOLIMAN_E_RANGE as toliman_sky_predict. Since 0.2.""",
     ),

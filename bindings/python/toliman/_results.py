@@ -491,15 +491,15 @@ class SkyPrediction(Result):
     geometric_arcsec: float = member("separation on the orbit")
     geometric_angle_deg: float = member("position angle on the orbit")
     factor: float = member("separation_arcsec / geometric_arcsec")
-    barycentric_offset_s: float = member("barycentric time (TDB) minus TAI, s: time at which the light of the system's barycentre arrives at that of the solar system")
-    approach_m_s: float = member("velocity of the observer towards the system")
+    barycentric_offset_s: float = member("barycentric time (TDB) minus TAI, s: time at which the light of the system's barycentre arrives at that of the solar system; without ROEMER, TDB - TAI")
+    approach_m_s: float = member("velocity of the observer towards the system; velocities left out are missing")
     sun_angle_deg: float = member("angle between the system and the Sun")
     partials: tuple[float, ...] = member("derivatives of geometric_arcsec by the elements: arcsec per unit of the element")
 
 
 @result
 class SkyInfo(Result):
-    """Properties of a prediction."""
+    """Properties of a predictor."""
 
     without: int = member("effects that are left out")
     observer: str = member("...", words="TOLIMAN_SKY_OBSERVER")
@@ -515,9 +515,9 @@ class Refit(Result):
     """Result of a refit."""
 
     iterations: int = member("number of Gauss-Newton steps")
-    chi_square: float = member("sum of (residual/sigma)^2 of the measurements, per measurement")
+    chi_square: float = member("mean of (residual/sigma)^2 of the measurements; the priors do not count")
     rms_arcsec: float = member("rms of the residuals")
-    scale: float = member("relative error of the plate scale: the measured separations are 1 + scale times too large")
+    scale: float = member("relative error of the plate scale: measured = (1 + scale) true")
     scale_sigma: float = member("its standard deviation")
     covariance: tuple[float, ...] = member("[7][7], of the elements, in their units")
 
