@@ -1520,8 +1520,11 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_VERDICT_REJECTED = 505
     ! never an outcome: a record of counts (repeats, merged ledger)
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_VERDICT_MERGED = 506
+    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_VERDICT_UNREDUCED = 507 ! since 0.2
+    ! never an outcome: on-target intervals of the next frame. Since 0.2
+    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_VERDICT_INTERVALS = 508
 
-    ! Reasons for rejection.
+    ! Reasons for rejection, and why a frame is unreduced.
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_NONE = 511
     ! number of rows or columns differs from the tracker's
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_SHAPE = 512
@@ -1533,20 +1536,27 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_CLOCK = 516
     ! estimator failed, or gave a non-finite value or a sigma out of range
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_ESTIMATE = 517
+    ! unreduced: the observer file has no state at its time. Since 0.2
+    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_NO_ORBIT = 518
+
+    ! Unreduced: the observer is in orbit, and the exposure is unknown, or longer than 600 s without a list of on-target
+    ! intervals. Since 0.2.
+    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_NO_INTERVALS = 519
 
     ! Outcome of a pushed frame.
     type, bind(C), public :: toliman_track_outcome
         integer(c_int32_t) :: struct_size = 64 ! in: sizeof(toliman_track_outcome)
         integer(c_int32_t) :: verdict = 0 ! TOLIMAN_TRACK_VERDICT_...
-        integer(c_int32_t) :: reason = 0 ! TOLIMAN_TRACK_REASON_... of a rejected frame
+        integer(c_int32_t) :: reason = 0 ! TOLIMAN_TRACK_REASON_... of a rejected or unreduced frame
         integer(c_int32_t) :: reserved = 0
         ! first pixel over range, not finite, or completing a zero run; for SHAPE, the shape received
         integer(c_int64_t) :: row = 0
         integer(c_int64_t) :: col = 0
         real(c_double) :: pixel = 0.0_c_double ! value of that pixel
-        real(c_double) :: value = 0.0_c_double ! accepted frames and outliers: the estimate
-        integer(c_int64_t) :: tai_ns = 0 ! accepted frames and outliers: time in TAI
-        ! accepted frames and outliers: chi-square per pixel against the estimator's model; NaN without one
+        ! accepted frames and outliers: the value in the periodogram; unreduced frames: the estimate
+        real(c_double) :: value = 0.0_c_double
+        integer(c_int64_t) :: tai_ns = 0 ! these frames: time in TAI
+        ! these frames: chi-square per pixel against the estimator's model; NaN without one
         real(c_double) :: chi_square = 0.0_c_double
     end type
 
@@ -1555,7 +1565,8 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_READ_ONLY = 1
 
     ! Rebuilds the accumulators from the ledger with the grid and clock table of these options. Frames rejected for their
-    ! time must be pushed again.
+    ! time must be pushed again. With `sky`, all frames are reduced again, also those of a folder without a system; frames
+    ! that its observer file does not cover keep their reduction if the system is the same.
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REBUILD = 2
     ! flag of toliman_track_merge only: skip damaged records
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_SALVAGE = 4
@@ -1576,7 +1587,7 @@ module toliman
 
     ! Options of a tracker.
     type, bind(C), public :: toliman_track_options
-        integer(c_int32_t) :: struct_size = 448
+        integer(c_int32_t) :: struct_size = 464
         integer(c_int32_t) :: flags = 0 ! TOLIMAN_TRACK_...
         ! folder of ledger, setup and checkpoint, created if missing. NULL = in memory, which takes 64 bytes more per
         ! frame and 8 per column
@@ -1628,8 +1639,8 @@ module toliman
         ! Clock table: pairs [clock_points][2] of camera nanoseconds and TAI nanoseconds, both increasing. Linear
         ! interpolation between pairs and extrapolation beyond them; one pair is a constant difference; the pair (0,
         ! 0) means that camera time is TAI. No pairs: the clock table of the folder, also with REBUILD; in a new
-        ! folder the camera time is TAI. If the setup file of the folder is lost, grid, clock table and stamp must be
-        ! given.
+        ! folder the camera time is TAI. If the setup file of the folder is lost, grid, clock table, stamp and system
+        ! must be given.
         type(c_ptr) :: clock = c_null_ptr
         integer(c_size_t) :: clock_points = 0
         integer(c_int32_t) :: sync = 0 ! TOLIMAN_TRACK_SYNC_..., 0 = GROUP
@@ -1664,44 +1675,22 @@ module toliman
         ! least 0.5 at its place (otherwise TOLIMAN_E_ARGUMENT). A folder refuses another bank, as any other
         ! estimator. The bank must outlive the tracker. Since 0.2.
         type(c_ptr) :: bank = c_null_ptr
+        ! System and observer of the reduction, or NULL. The tracker must have a value separation_px: with `fit`, or
+        ! with `estimate` and this name in `values`. Must be given to push frames to a folder with a system, with the
+        ! same system (otherwise TOLIMAN_E_MISMATCH); not needed to read or merge. Must outlive the tracker. With
+        ! `sky`, the default of value_limit is at least 0.25 px. Since 0.2.
+        type(c_ptr) :: sky = c_null_ptr
+        ! arcsec per px, at most 1e6; 0 = that of the folder, or of the scene of `fit`. toliman_track_load_options: 0
+        ! = the folder has no system. Since 0.2
+        real(c_double) :: plate_scale_arcsec = 0.0_c_double
     end type
 
-    ! Record of the ledger: a frame as it arrived and its present verdict, or, with TOLIMAN_TRACK_VERDICT_MERGED, counts
-    ! instead of a frame.
-    type, bind(C), public :: toliman_track_record
-        integer(c_int32_t) :: struct_size = 72 ! sizeof(toliman_track_record)
-        integer(c_int32_t) :: verdict = 0 ! TOLIMAN_TRACK_VERDICT_...; quarantined if a conflicting copy arrived later
-        integer(c_int32_t) :: reason = 0 ! TOLIMAN_TRACK_REASON_... of a rejected frame
-        integer(c_int32_t) :: content = 0 ! CRC32 of the frame
-        integer(c_int64_t) :: stream = 0 ! FNV-1a hash of session and region
-        integer(c_int64_t) :: frame_id = 0
-        integer(c_int64_t) :: camera_ns = 0 ! camera time, and TAI from the tracker's clock table
-        integer(c_int64_t) :: tai_ns = 0
-        integer(c_int64_t) :: dropped = 0
-        real(c_double) :: value = 0.0_c_double ! if the frame has no value: 0, and the sigma of the frame or tracker
-        real(c_double) :: sigma = 0.0_c_double
-    end type
-
-    ! Types of a column.
-    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_COLUMN_F64 = 531
-    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_COLUMN_I64 = 532
-
-    ! Column of the ledger: data of a record in addition to the members of toliman_track_record. Every ledger has the
-    ! columns chi_square and flags (of toliman_estimate), exposure_s, window_row and window_col (of toliman_frame), and
-    ! shift_s: mean time of the good-time intervals minus the middle of the exposure, 0 without intervals (not applied to
-    ! the time). Then follow the names of toliman_track_options.values, and cov_A_B, the covariance of values A and B.
-    ! The first value is named "value"; cov_A_A is a variance. Since 0.2.
-    type, bind(C), public :: toliman_track_column
-        integer(c_int32_t) :: struct_size = 72 ! sizeof(toliman_track_column)
-        integer(c_int32_t) :: type = 0 ! TOLIMAN_TRACK_COLUMN_...
-        character(kind=c_char) :: name(64) = c_null_char
-    end type
-
-    ! Counts and properties of a tracker. received = accepted + outlier + quarantined + repeated + rejected. received,
+    ! Counts and properties of a tracker. received = accepted + unreduced + outlier + quarantined + repeated +
+    ! rejected. received,
     ! repeated and rejected count arrivals: a frame that arrives again counts again, also after the folder was reopened.
     ! The ledger holds all counts: a crash loses those of uncommitted frames only.
     type, bind(C), public :: toliman_track_info
-        integer(c_int32_t) :: struct_size = 136 ! in: sizeof(toliman_track_info)
+        integer(c_int32_t) :: struct_size = 160 ! in: sizeof(toliman_track_info)
         integer(c_int32_t) :: flags = 0 ! TOLIMAN_TRACK_..., as given
         integer(c_int64_t) :: received = 0 ! arrived frames, in this and earlier runs
         integer(c_int64_t) :: accepted = 0 ! frames in the periodogram
@@ -1711,8 +1700,10 @@ module toliman
         integer(c_int64_t) :: repeated = 0
         integer(c_int64_t) :: rejected = 0 ! for any reason; see toliman_track_get_rejected
         integer(c_int64_t) :: expected = 0 ! frame ids from the first to the last of each session and region
-        integer(c_int64_t) :: missing = 0 ! expected ids that are neither accepted nor outlier nor quarantined
-        integer(c_int64_t) :: dropped = 0 ! frames dropped by the camera, as reported by accepted frames and outliers
+        ! expected ids that are neither accepted nor unreduced nor outlier nor quarantined
+        integer(c_int64_t) :: missing = 0
+        ! frames dropped by the camera, as reported by accepted and unreduced frames and outliers
+        integer(c_int64_t) :: dropped = 0
         integer(c_int64_t) :: sessions = 0 ! number of pairs of session and region
         integer(c_int64_t) :: records = 0 ! records of the ledger; in memory, accepted and outliers on arrival
         ! committed records; with READ_ONLY, records that the files show to be committed
@@ -1721,6 +1712,11 @@ module toliman
         integer(c_int64_t) :: estimator_id = 0
         real(c_double) :: sigma = 0.0_c_double ! standard deviation of a value
         real(c_double) :: value_limit = 0.0_c_double
+        integer(c_int64_t) :: unreduced = 0 ! frames that wait for an observer file or intervals. Since 0.2
+        real(c_double) :: plate_scale_arcsec = 0.0_c_double ! of the reduction; 0 = frames are not reduced. Since 0.2
+        ! of the reduction, JSON text that toliman_sky_create takes; NULL = frames are not reduced. Valid until the
+        ! tracker is destroyed. Since 0.2
+        type(c_ptr) :: system = c_null_ptr
     end type
 
     ! Session and region of interest. Both names are empty if unknown: without a folder, or if their line of streams.txt
@@ -1731,10 +1727,44 @@ module toliman
         integer(c_int64_t) :: stream = 0 ! FNV-1a hash of both names, as in toliman_track_record
         integer(c_int64_t) :: first_id = 0 ! lowest and highest frame id
         integer(c_int64_t) :: last_id = 0
-        integer(c_int64_t) :: frames = 0 ! keys that are accepted, outlier or quarantined
+        integer(c_int64_t) :: frames = 0 ! keys that are accepted, unreduced, outlier or quarantined
         integer(c_int64_t) :: missing = 0 ! other ids between first_id and last_id
         character(kind=c_char) :: session(72) = c_null_char
         character(kind=c_char) :: roi(72) = c_null_char
+    end type
+
+    ! Record of the ledger: a frame as it arrived and its present verdict, or, with TOLIMAN_TRACK_VERDICT_MERGED, counts
+    ! instead of a frame.
+    type, bind(C), public :: toliman_track_record
+        integer(c_int32_t) :: struct_size = 72 ! sizeof(toliman_track_record)
+        integer(c_int32_t) :: verdict = 0 ! TOLIMAN_TRACK_VERDICT_...; quarantined if a conflicting copy arrived later
+        integer(c_int32_t) :: reason = 0 ! TOLIMAN_TRACK_REASON_... of a rejected or unreduced frame
+        integer(c_int32_t) :: content = 0 ! CRC32 of the frame
+        integer(c_int64_t) :: stream = 0 ! FNV-1a hash of session and region
+        integer(c_int64_t) :: frame_id = 0
+        integer(c_int64_t) :: camera_ns = 0 ! camera time, and TAI from the tracker's clock table
+        integer(c_int64_t) :: tai_ns = 0
+        integer(c_int64_t) :: dropped = 0
+        ! as in the outcome; if the frame has no value: 0, and the sigma of the frame or tracker
+        real(c_double) :: value = 0.0_c_double
+        real(c_double) :: sigma = 0.0_c_double
+    end type
+
+    ! Types of a column.
+    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_COLUMN_F64 = 531
+    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_COLUMN_I64 = 532
+
+    ! Column of the ledger: data of a record in addition to the members of toliman_track_record. Every ledger has the
+    ! columns chi_square and flags (of toliman_estimate), exposure_s, window_row and window_col (of toliman_frame), and
+    ! shift_s: mean time of the good-time intervals minus the middle of the exposure, 0 without intervals (not applied to
+    ! the time); intervals, their number (-1: lost); and of a reduced frame factor, geometric_arcsec, and the derivatives
+    ! of the latter by the elements of the orbit (sky.h), d_period_years to d_epoch. Then follow the names of
+    ! toliman_track_options.values, and cov_A_B, the covariance of values A and B. The first value is named "value";
+    ! cov_A_A is a variance. Since 0.2.
+    type, bind(C), public :: toliman_track_column
+        integer(c_int32_t) :: struct_size = 72 ! sizeof(toliman_track_column)
+        integer(c_int32_t) :: type = 0 ! TOLIMAN_TRACK_COLUMN_...
+        character(kind=c_char) :: name(64) = c_null_char
     end type
 
     interface
@@ -3449,40 +3479,6 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Reads up to `count` records from number `first` on, in order of arrival; *done becomes their number.
-        function toliman_track_get_records(track, first, count, records, done) bind(C) result(answer)
-            import
-            type(c_ptr), value :: track
-            integer(c_int64_t), value :: first
-            integer(c_size_t), value :: count
-            type(toliman_track_record), intent(inout) :: records(*)
-            integer(c_size_t), intent(out) :: done
-            integer(c_int32_t) :: answer
-        end function
-
-        ! Writes the columns, in the order of the ledger, to columns[capacity]; *count becomes their number.
-        function toliman_track_get_columns(track, columns, capacity, count) bind(C) result(answer)
-            import
-            type(c_ptr), value :: track
-            integer(c_size_t), value :: capacity
-            type(toliman_track_column), intent(inout), optional :: columns(*)
-            integer(c_size_t), intent(out) :: count
-            integer(c_int32_t) :: answer
-        end function
-
-        ! Writes the numbers of a column to values[count], for the records that toliman_track_get_records returns for
-        ! the same `first` and count.
-        function toliman_track_get_column(track, name, first, count, values, done) bind(C) result(answer)
-            import
-            type(c_ptr), value :: track
-            integer(c_int64_t), value :: first
-            integer(c_size_t), value :: count
-            character(kind=c_char), intent(in) :: name(*)
-            real(c_double), intent(out) :: values(*)
-            integer(c_size_t), intent(out) :: done
-            integer(c_int32_t) :: answer
-        end function
-
         ! Writes the counts and properties of a tracker to *out, whose struct_size must be set.
         function toliman_track_get_info(track, out) bind(C) result(answer)
             import
@@ -3544,6 +3540,40 @@ module toliman
             import
             type(c_ptr), value :: track
             type(toliman_period_peak), intent(inout) :: out
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Reads up to `count` records from number `first` on, in order of arrival; *done becomes their number.
+        function toliman_track_get_records(track, first, count, records, done) bind(C) result(answer)
+            import
+            type(c_ptr), value :: track
+            integer(c_int64_t), value :: first
+            integer(c_size_t), value :: count
+            type(toliman_track_record), intent(inout) :: records(*)
+            integer(c_size_t), intent(out) :: done
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Writes the columns, in the order of the ledger, to columns[capacity]; *count becomes their number.
+        function toliman_track_get_columns(track, columns, capacity, count) bind(C) result(answer)
+            import
+            type(c_ptr), value :: track
+            integer(c_size_t), value :: capacity
+            type(toliman_track_column), intent(inout), optional :: columns(*)
+            integer(c_size_t), intent(out) :: count
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Writes the numbers of a column to values[count], for the records that toliman_track_get_records returns for
+        ! the same `first` and count.
+        function toliman_track_get_column(track, name, first, count, values, done) bind(C) result(answer)
+            import
+            type(c_ptr), value :: track
+            integer(c_int64_t), value :: first
+            integer(c_size_t), value :: count
+            character(kind=c_char), intent(in) :: name(*)
+            real(c_double), intent(out) :: values(*)
+            integer(c_size_t), intent(out) :: done
             integer(c_int32_t) :: answer
         end function
     end interface
@@ -3736,9 +3766,6 @@ module toliman
     public :: toliman_track_commit
     public :: toliman_track_save
     public :: toliman_track_merge
-    public :: toliman_track_get_records
-    public :: toliman_track_get_columns
-    public :: toliman_track_get_column
     public :: toliman_track_get_info
     public :: toliman_track_get_options
     public :: toliman_track_get_rejected
@@ -3746,6 +3773,9 @@ module toliman
     public :: toliman_track_get_clock
     public :: toliman_track_get_period
     public :: toliman_track_query_fit
+    public :: toliman_track_get_records
+    public :: toliman_track_get_columns
+    public :: toliman_track_get_column
 
     ! Simulator: a prepared scene. Each image is computed once, and only if it is needed: the images of the stars when
     ! the simulator is created, derivatives and Cramer-Rao bounds by the first call that uses them; TOLIMAN_E_SCENE
@@ -4033,9 +4063,6 @@ module toliman
         procedure :: commit => tracker_commit
         procedure :: save => tracker_save
         procedure :: merge => tracker_merge
-        procedure :: get_records => tracker_get_records
-        procedure :: get_columns => tracker_get_columns
-        procedure :: get_column => tracker_get_column
         procedure :: get_info => tracker_get_info
         procedure :: get_options => tracker_get_options
         procedure :: get_rejected => tracker_get_rejected
@@ -4043,6 +4070,9 @@ module toliman
         procedure :: get_clock => tracker_get_clock
         procedure :: get_period => tracker_get_period
         procedure :: query_fit => tracker_query_fit
+        procedure :: get_records => tracker_get_records
+        procedure :: get_columns => tracker_get_columns
+        procedure :: get_column => tracker_get_column
         procedure :: push_frame => tracker_push_frame
         procedure :: destroy => tracker_destroy
         procedure, private :: tracker_assign
@@ -6371,55 +6401,6 @@ contains
         call conclude(toliman_track_merge(self%handle, c_string(folder), flags, lost), stat, errmsg)
     end subroutine
 
-    ! Reads up to `count` records from number `first` on, in order of arrival; *done becomes their number.
-    ! records(count).
-    subroutine tracker_get_records(self, first, records, done, stat, errmsg)
-        class(toliman_tracker), intent(in) :: self
-        integer(c_int64_t), intent(in) :: first
-        type(toliman_track_record), intent(inout), contiguous :: records(:)
-        integer(c_size_t), intent(out) :: done
-        integer, intent(out), optional :: stat
-        character(len=*), intent(inout), optional :: errmsg
-        integer(c_size_t) :: of_count
-        integer(c_int32_t) :: status
-        of_count = size(records, 1, c_size_t)
-        status = toliman_track_get_records(self%handle, first, of_count, records, done)
-        call conclude(status, stat, errmsg)
-    end subroutine
-
-    ! Writes the columns, in the order of the ledger, to columns[capacity]; *count becomes their number.
-    ! columns(capacity).
-    subroutine tracker_get_columns(self, count, columns, stat, errmsg)
-        class(toliman_tracker), intent(in) :: self
-        type(toliman_track_column), intent(inout), optional, contiguous :: columns(:)
-        integer(c_size_t), intent(out) :: count
-        integer, intent(out), optional :: stat
-        character(len=*), intent(inout), optional :: errmsg
-        integer(c_size_t) :: of_capacity
-        integer(c_int32_t) :: status
-        of_capacity = 0
-        if (present(columns)) of_capacity = size(columns, 1, c_size_t)
-        status = toliman_track_get_columns(self%handle, columns, of_capacity, count)
-        call conclude(status, stat, errmsg)
-    end subroutine
-
-    ! Writes the numbers of a column to values[count], for the records that toliman_track_get_records returns for the
-    ! same `first` and count. values(count).
-    subroutine tracker_get_column(self, name, first, values, done, stat, errmsg)
-        class(toliman_tracker), intent(in) :: self
-        character(len=*), intent(in) :: name
-        integer(c_int64_t), intent(in) :: first
-        real(c_double), intent(out), contiguous :: values(:)
-        integer(c_size_t), intent(out) :: done
-        integer, intent(out), optional :: stat
-        character(len=*), intent(inout), optional :: errmsg
-        integer(c_size_t) :: of_count
-        integer(c_int32_t) :: status
-        of_count = size(values, 1, c_size_t)
-        status = toliman_track_get_column(self%handle, c_string(name), first, of_count, values, done)
-        call conclude(status, stat, errmsg)
-    end subroutine
-
     ! Writes the counts and properties of a tracker to *out, whose struct_size must be set.
     subroutine tracker_get_info(self, out, stat, errmsg)
         class(toliman_tracker), intent(in) :: self
@@ -6492,6 +6473,55 @@ contains
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
         call conclude(toliman_track_query_fit(self%handle, out), stat, errmsg)
+    end subroutine
+
+    ! Reads up to `count` records from number `first` on, in order of arrival; *done becomes their number.
+    ! records(count).
+    subroutine tracker_get_records(self, first, records, done, stat, errmsg)
+        class(toliman_tracker), intent(in) :: self
+        integer(c_int64_t), intent(in) :: first
+        type(toliman_track_record), intent(inout), contiguous :: records(:)
+        integer(c_size_t), intent(out) :: done
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_count
+        integer(c_int32_t) :: status
+        of_count = size(records, 1, c_size_t)
+        status = toliman_track_get_records(self%handle, first, of_count, records, done)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Writes the columns, in the order of the ledger, to columns[capacity]; *count becomes their number.
+    ! columns(capacity).
+    subroutine tracker_get_columns(self, count, columns, stat, errmsg)
+        class(toliman_tracker), intent(in) :: self
+        type(toliman_track_column), intent(inout), optional, contiguous :: columns(:)
+        integer(c_size_t), intent(out) :: count
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_capacity
+        integer(c_int32_t) :: status
+        of_capacity = 0
+        if (present(columns)) of_capacity = size(columns, 1, c_size_t)
+        status = toliman_track_get_columns(self%handle, columns, of_capacity, count)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Writes the numbers of a column to values[count], for the records that toliman_track_get_records returns for the
+    ! same `first` and count. values(count).
+    subroutine tracker_get_column(self, name, first, values, done, stat, errmsg)
+        class(toliman_tracker), intent(in) :: self
+        character(len=*), intent(in) :: name
+        integer(c_int64_t), intent(in) :: first
+        real(c_double), intent(out), contiguous :: values(:)
+        integer(c_size_t), intent(out) :: done
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_count
+        integer(c_int32_t) :: status
+        of_count = size(values, 1, c_size_t)
+        status = toliman_track_get_column(self%handle, c_string(name), first, of_count, values, done)
+        call conclude(status, stat, errmsg)
     end subroutine
 
     ! Destroys the object; create may be called again.

@@ -22,5 +22,6 @@
 #include <toliman/sim_derivative.h>
 #include <toliman/sky.h>
 #include <toliman/track.h>
+#include <toliman/track_records.h>
 
 #endif

@@ -7,8 +7,8 @@
  *                                    |
  *   frames[count] -> push -> toliman_track -> outcomes[count]; get_period -> period.h
  *   other folders -> merge ----------+
- *                                    +-> query_fit, get_info, get_rejected, get_options, get_clock, get_streams,
- *                                    |   get_records, get_columns, get_column; verdict_name, reason_name
+ *                                    +-> query_fit, get_info, get_rejected, get_options, get_clock, get_streams;
+ *                                    |   verdict_name, reason_name; records: track_records.h
  *                                    +-> commit, save -> folder
  *                                 destroy
  *
@@ -22,12 +22,24 @@
  *                the earlier frame is retracted exactly, and every later valid copy is quarantined, too
  *   outlier      valid, but not in the periodogram: |value| exceeds value_limit, or, after a change of the grid or
  *                clock table, the periodogram can no longer represent the time of a frame accepted earlier
+ *   unreduced    valid and recorded, but not in the periodogram: the observer file has no state at its time, or its
+ *                on-target intervals are not known. A rebuild with another observer file reduces it
  *   rejected     damaged (see the reasons). Frames with its key keep their verdicts; an intact copy may still arrive
  *
  * The time of a frame is its camera time, converted to TAI by the clock table. TAI is counted in nanoseconds from the
  * epoch of that table; `toliman track` uses 1970-01-01. Exposure and good-time intervals do not change the time. No
  * barycentric correction is applied: the light travel time to the barycentre varies by up to +-8.3 minutes over a
  * year.
+ *
+ * Reduction. Without a system, the value of a frame is the estimate. With a system and an observer (sky.h), it is
+ *
+ *   value = separation_px / factor - geometric_arcsec / plate_scale_arcsec
+ *
+ * with the means of factor and geometric separation over the frame's on-target intervals. The orbit of the system and
+ * the plate scale are a fixed reference of the folder; the observer file may differ from push to push. The value
+ * contains planets, the error of the reference orbit, and noise. Measured separations and intervals remain in the
+ * ledger, so that a rebuild reduces all frames again without their pixels, with a definitive observer file or a
+ * refitted system: the result has the same bits as if these had been given at first.
  *
  * The periodogram has the same bits for any order of arrival, if all values are computed with the same instruction
  * set. Bit errors in a frame that arrives only once cannot be detected: downlinked frames have no checksum.
@@ -45,6 +57,7 @@
 #include <toliman/frame.h>
 #include <toliman/linear.h>
 #include <toliman/period.h>
+#include <toliman/sky.h>
 
 TOLIMAN_BEGIN_DECLS
 
@@ -58,12 +71,14 @@ typedef struct toliman_track toliman_track;
 #define TOLIMAN_TRACK_VERDICT_QUARANTINED 503
 #define TOLIMAN_TRACK_VERDICT_OUTLIER 504
 #define TOLIMAN_TRACK_VERDICT_REJECTED 505
-#define TOLIMAN_TRACK_VERDICT_MERGED 506 /* never an outcome: a record of counts (repeats, merged ledger) */
+#define TOLIMAN_TRACK_VERDICT_MERGED 506    /* never an outcome: a record of counts (repeats, merged ledger) */
+#define TOLIMAN_TRACK_VERDICT_UNREDUCED 507 /* since 0.2 */
+#define TOLIMAN_TRACK_VERDICT_INTERVALS 508 /* never an outcome: on-target intervals of the next frame. Since 0.2 */
 
 /* Returns the name of a verdict ("accepted"), "?" for an unknown one. Static text. Since 0.2. */
 TOLIMAN_API const char *toliman_track_verdict_name(int32_t verdict) TOLIMAN_NOEXCEPT;
 
-/* Reasons for rejection. */
+/* Reasons for rejection, and why a frame is unreduced. */
 #define TOLIMAN_TRACK_REASON_NONE 511
 #define TOLIMAN_TRACK_REASON_SHAPE 512      /* number of rows or columns differs from the tracker's */
 #define TOLIMAN_TRACK_REASON_OVER_RANGE 513 /* pixel above the bit depth */
@@ -72,6 +87,11 @@ TOLIMAN_API const char *toliman_track_verdict_name(int32_t verdict) TOLIMAN_NOEX
 #define TOLIMAN_TRACK_REASON_CLOCK 516      /* time that overflows in TAI, or that the periodogram cannot represent */
 #define TOLIMAN_TRACK_REASON_ESTIMATE 517   /* estimator failed, or gave a non-finite value or a sigma out of range */
 
+#define TOLIMAN_TRACK_REASON_NO_ORBIT 518 /* unreduced: the observer file has no state at its time. Since 0.2 */
+/* Unreduced: the observer is in orbit, and the exposure is unknown, or longer than 600 s without a list of on-target
+ * intervals. Since 0.2. */
+#define TOLIMAN_TRACK_REASON_NO_INTERVALS 519
+
 /* Returns the name of a reason ("zero run"), "?" for an unknown one. Static text. */
 TOLIMAN_API const char *toliman_track_reason_name(int32_t reason) TOLIMAN_NOEXCEPT;
 
@@ -79,13 +99,13 @@ TOLIMAN_API const char *toliman_track_reason_name(int32_t reason) TOLIMAN_NOEXCE
 typedef struct toliman_track_outcome {
     uint32_t struct_size; /* in: sizeof(toliman_track_outcome) */
     int32_t verdict;      /* TOLIMAN_TRACK_VERDICT_... */
-    int32_t reason;       /* TOLIMAN_TRACK_REASON_... of a rejected frame */
+    int32_t reason;       /* TOLIMAN_TRACK_REASON_... of a rejected or unreduced frame */
     int32_t reserved;
     int64_t row, col;  /* first pixel over range, not finite, or completing a zero run; for SHAPE, the shape received */
     double pixel;      /* value of that pixel */
-    double value;      /* accepted frames and outliers: the estimate */
-    int64_t tai_ns;    /* accepted frames and outliers: time in TAI */
-    double chi_square; /* accepted frames and outliers: chi-square per pixel against the estimator's model; NaN without
+    double value;      /* accepted frames and outliers: the value in the periodogram; unreduced frames: the estimate */
+    int64_t tai_ns;    /* these frames: time in TAI */
+    double chi_square; /* these frames: chi-square per pixel against the estimator's model; NaN without
                           one */
 } toliman_track_outcome;
 #define TOLIMAN_TRACK_OUTCOME_INIT TOLIMAN_INIT(toliman_track_outcome)
@@ -93,7 +113,8 @@ typedef struct toliman_track_outcome {
 /* Flags of toliman_track_options. */
 #define TOLIMAN_TRACK_READ_ONLY 1u /* opens the folder for reading, also while another tracker writes to it */
 /* Rebuilds the accumulators from the ledger with the grid and clock table of these options. Frames rejected for their
- * time must be pushed again. */
+ * time must be pushed again. With `sky`, all frames are reduced again, also those of a folder without a system; frames
+ * that its observer file does not cover keep their reduction if the system is the same. */
 #define TOLIMAN_TRACK_REBUILD 2u
 #define TOLIMAN_TRACK_SALVAGE 4u         /* flag of toliman_track_merge only: skip damaged records */
 #define TOLIMAN_TRACK_ALLOW_ZERO_RUNS 8u /* rejects no frame for a run of zero pixels */
@@ -147,7 +168,8 @@ typedef struct toliman_track_options {
     /* Clock table: pairs [clock_points][2] of camera nanoseconds and TAI nanoseconds, both increasing. Linear
      * interpolation between pairs and extrapolation beyond them; one pair is a constant difference; the pair (0, 0)
      * means that camera time is TAI. No pairs: the clock table of the folder, also with REBUILD; in a new folder the
-     * camera time is TAI. If the setup file of the folder is lost, grid, clock table and stamp must be given. */
+     * camera time is TAI. If the setup file of the folder is lost, grid, clock table, stamp and system must be given.
+     */
     const int64_t *clock;
     size_t clock_points;
     int32_t sync;                       /* TOLIMAN_TRACK_SYNC_..., 0 = GROUP */
@@ -178,6 +200,13 @@ typedef struct toliman_track_options {
      * Each network must be trained to an efficiency of at least 0.5 at its place (otherwise TOLIMAN_E_ARGUMENT). A
      * folder refuses another bank, as any other estimator. The bank must outlive the tracker. Since 0.2. */
     const toliman_bank *bank;
+    /* System and observer of the reduction, or NULL. The tracker must have a value separation_px: with `fit`, or with
+     * `estimate` and this name in `values`. Must be given to push frames to a folder with a system, with the same
+     * system (otherwise TOLIMAN_E_MISMATCH); not needed to read or merge. Must outlive the tracker. With `sky`, the
+     * default of value_limit is at least 0.25 px. Since 0.2. */
+    const toliman_sky *sky;
+    double plate_scale_arcsec; /* arcsec per px, at most 1e6; 0 = that of the folder, or of the scene of `fit`.
+                                  toliman_track_load_options: 0 = the folder has no system. Since 0.2 */
 } toliman_track_options;
 #define TOLIMAN_TRACK_OPTIONS_INIT TOLIMAN_INIT(toliman_track_options)
 
@@ -199,7 +228,8 @@ toliman_track_load_options(const char *folder, toliman_track_options *options) T
  * toliman_track_load_options. Allocates all memory and locks the ledger until the tracker is destroyed. The caller
  * destroys *out. Errors:
  *   - TOLIMAN_E_MISMATCH if the folder has another estimator, other values, geometry or limits, another stamp or
- *     exposure_s, or, without REBUILD, another grid or clock table, and for the bank of another fit;
+ *     exposure_s, or, without REBUILD, another grid, clock table, system or plate scale, and for the bank of another
+ *     fit;
  *   - TOLIMAN_E_STATE if another tracker writes to the folder;
  *   - TOLIMAN_E_LOST if the ledger has lost records. toliman_track_merge with SALVAGE recovers the others;
  *   - TOLIMAN_E_FORMAT if the ledger is damaged otherwise, is missing although other files of the folder exist, or is
@@ -253,60 +283,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_save(toliman_track *
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_merge(toliman_track *track, const char *folder,
                                                                   uint32_t flags, int64_t *lost) TOLIMAN_NOEXCEPT;
 
-/* Record of the ledger: a frame as it arrived and its present verdict, or, with TOLIMAN_TRACK_VERDICT_MERGED, counts
- * instead of a frame. */
-typedef struct toliman_track_record {
-    uint32_t struct_size; /* sizeof(toliman_track_record) */
-    int32_t verdict;      /* TOLIMAN_TRACK_VERDICT_...; quarantined if a conflicting copy arrived later */
-    int32_t reason;       /* TOLIMAN_TRACK_REASON_... of a rejected frame */
-    uint32_t content;     /* CRC32 of the frame */
-    uint64_t stream;      /* FNV-1a hash of session and region */
-    int64_t frame_id;
-    int64_t camera_ns, tai_ns; /* camera time, and TAI from the tracker's clock table */
-    int64_t dropped;
-    double value, sigma; /* if the frame has no value: 0, and the sigma of the frame or tracker */
-} toliman_track_record;
-#define TOLIMAN_TRACK_RECORD_INIT TOLIMAN_INIT(toliman_track_record)
-
-/* Reads up to `count` records from number `first` on, in order of arrival; *done becomes their number. The newest
- * start at toliman_track_info.records - count. Duplicates have no record. Without a folder, only frames that were
- * accepted or outliers on arrival have records. TOLIMAN_E_FORMAT if the ledger has been damaged since it was opened;
- * some records may then have been written. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_records(const toliman_track *track, int64_t first,
-                                                                        size_t count, toliman_track_record *records,
-                                                                        size_t *done) TOLIMAN_NOEXCEPT;
-
-/* Types of a column. */
-#define TOLIMAN_TRACK_COLUMN_F64 531
-#define TOLIMAN_TRACK_COLUMN_I64 532
-
-/* Column of the ledger: data of a record in addition to the members of toliman_track_record. Every ledger has the
- * columns chi_square and flags (of toliman_estimate), exposure_s, window_row and window_col (of toliman_frame), and
- * shift_s: mean time of the good-time intervals minus the middle of the exposure, 0 without intervals (not applied to
- * the time). Then follow the names of toliman_track_options.values, and cov_A_B, the covariance of values A and B.
- * The first value is named "value"; cov_A_A is a variance. Since 0.2. */
-typedef struct toliman_track_column {
-    uint32_t struct_size; /* sizeof(toliman_track_column) */
-    int32_t type;         /* TOLIMAN_TRACK_COLUMN_... */
-    char name[64];
-} toliman_track_column;
-#define TOLIMAN_TRACK_COLUMN_INIT TOLIMAN_INIT(toliman_track_column)
-
-/* Writes the columns, in the order of the ledger, to columns[capacity]; *count becomes their number. To query the
- * number, pass capacity 0 and columns NULL. TOLIMAN_E_CAPACITY if capacity is too small. Since 0.2. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_columns(const toliman_track *track,
-                                                                        toliman_track_column *columns, size_t capacity,
-                                                                        size_t *count) TOLIMAN_NOEXCEPT;
-
-/* Writes the numbers of a column to values[count], for the records that toliman_track_get_records returns for the
- * same `first` and count. A record without a number gives NaN, or 0 in integer columns. Integers above 2^53 are
- * rounded.
- * Errors: as toliman_track_get_records; TOLIMAN_E_NOT_FOUND for an unknown column. Since 0.2. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_column(const toliman_track *track, const char *name,
-                                                                       int64_t first, size_t count, double *values,
-                                                                       size_t *done) TOLIMAN_NOEXCEPT;
-
-/* Counts and properties of a tracker. received = accepted + outlier + quarantined + repeated + rejected. received,
+/* Counts and properties of a tracker. received = accepted + unreduced + outlier + quarantined + repeated +
+ * rejected. received,
  * repeated and rejected count arrivals: a frame that arrives again counts again, also after the folder was reopened.
  * The ledger holds all counts: a crash loses those of uncommitted frames only. */
 typedef struct toliman_track_info {
@@ -319,8 +297,8 @@ typedef struct toliman_track_info {
     int64_t repeated;    /* later arrivals of known keys, with the same or other content, here or in merged folders */
     int64_t rejected;    /* for any reason; see toliman_track_get_rejected */
     int64_t expected;    /* frame ids from the first to the last of each session and region */
-    int64_t missing;     /* expected ids that are neither accepted nor outlier nor quarantined */
-    int64_t dropped;     /* frames dropped by the camera, as reported by accepted frames and outliers */
+    int64_t missing;     /* expected ids that are neither accepted nor unreduced nor outlier nor quarantined */
+    int64_t dropped;     /* frames dropped by the camera, as reported by accepted and unreduced frames and outliers */
     int64_t sessions;    /* number of pairs of session and region */
     int64_t records;     /* records of the ledger; in memory, accepted and outliers on arrival */
     int64_t committed;   /* committed records; with READ_ONLY, records that the files show to be committed */
@@ -328,6 +306,10 @@ typedef struct toliman_track_info {
     uint64_t estimator_id;
     double sigma; /* standard deviation of a value */
     double value_limit;
+    int64_t unreduced;         /* frames that wait for an observer file or intervals. Since 0.2 */
+    double plate_scale_arcsec; /* of the reduction; 0 = frames are not reduced. Since 0.2 */
+    const char *system; /* of the reduction, JSON text that toliman_sky_create takes; NULL = frames are not reduced.
+                           Valid until the tracker is destroyed. Since 0.2 */
 } toliman_track_info;
 #define TOLIMAN_TRACK_INFO_INIT TOLIMAN_INIT(toliman_track_info)
 
@@ -352,7 +334,7 @@ typedef struct toliman_track_stream {
     uint32_t reserved;
     uint64_t stream;           /* FNV-1a hash of both names, as in toliman_track_record */
     int64_t first_id, last_id; /* lowest and highest frame id */
-    int64_t frames;            /* keys that are accepted, outlier or quarantined */
+    int64_t frames;            /* keys that are accepted, unreduced, outlier or quarantined */
     int64_t missing;           /* other ids between first_id and last_id */
     char session[72], roi[72];
 } toliman_track_stream;

@@ -15,5 +15,6 @@ template <> inline constexpr size_t kOldest<toliman_cae_options> = offsetof(toli
 template <> inline constexpr size_t kOldest<toliman_components_options> = offsetof(toliman_components_options, log);
 template <> inline constexpr size_t kOldest<toliman_linear_options> = offsetof(toliman_linear_options, log);
 template <> inline constexpr size_t kOldest<toliman_track_options> = offsetof(toliman_track_options, stamp);
+template <> inline constexpr size_t kOldest<toliman_track_info> = offsetof(toliman_track_info, unreduced);
 
 } // namespace toliman::api

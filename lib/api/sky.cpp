@@ -12,7 +12,7 @@
 
 #include "api/choice.hpp"
 #include "api/guard.hpp"
-#include "api/handle.hpp"
+#include "api/sky_handle.hpp"
 #include "api/struct_array.hpp"
 #include "api/times.hpp"
 #include "backend/file.hpp"
@@ -22,11 +22,6 @@
 
 using namespace toliman;
 using namespace toliman::api;
-
-struct toliman_sky : Handle<toliman_sky> {
-    static constexpr char kType[] = "toliman_sky";
-    std::unique_ptr<const sky::Predictor> predictor;
-};
 
 namespace {
 
@@ -123,6 +118,13 @@ std::vector<sky::Measurement> measurements_of(const int64_t *intervals, const si
     return measurements;
 }
 
+std::unique_ptr<toliman_sky> new_sky(std::unique_ptr<const sky::Predictor> predictor) {
+    auto handle = std::make_unique<toliman_sky>();
+    handle->predictor = std::move(predictor);
+    handle->source = sky_source;
+    return handle;
+}
+
 int32_t known_element(int32_t element) {
     if (element < 0 || element >= static_cast<int32_t>(sky::kElements))
         fail(Status::argument, "{element} = %d: must be in [0, %zu]", element, sky::kElements - 1);
@@ -145,9 +147,8 @@ toliman_status toliman_sky_create(const char *system, const toliman_sky_options 
         if ((known.without & ~uint32_t{sky::kEveryEffect}) != 0)
             fail(Status::argument, "{options->without} = %u: must be TOLIMAN_SKY_..., at most %u", known.without,
                  static_cast<unsigned>(sky::kEveryEffect));
-        auto handle = std::make_unique<toliman_sky>();
-        handle->predictor =
-            std::make_unique<const sky::Predictor>(system_of(system), observer_of(known), known.without);
+        auto handle =
+            new_sky(std::make_unique<const sky::Predictor>(system_of(system), observer_of(known), known.without));
         if (handle->predictor->observer().kind() == sky::Observer::Kind::earth &&
             (known.without & sky::kSpacecraftAberration) == 0)
             Log{known.log, known.log_data}.warn(
@@ -226,8 +227,7 @@ toliman_status toliman_sky_refit(const toliman_sky *sky, const int64_t *interval
         const sky::Refit found = sky::refit(
             *sky->predictor, measurements_of(intervals, interval_counts, separations_arcsec, sigmas_arcsec, count),
             scale_sigma);
-        auto handle = std::make_unique<toliman_sky>();
-        handle->predictor = std::make_unique<const sky::Predictor>(found.system, *sky->predictor);
+        auto handle = new_sky(std::make_unique<const sky::Predictor>(found.system, *sky->predictor));
         toliman_sky_refit_result filled = {};
         filled.iterations = found.iterations;
         filled.chi_square = found.chi_square;

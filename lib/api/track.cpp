@@ -53,7 +53,8 @@ constexpr double kLongestExposure = 1e9; // s
 
 constexpr int64_t kLargestSide = 65536;
 constexpr uint32_t kLargestGroup = 65536;
-constexpr double kSigmasToLimit = 1e4;
+constexpr double kSigmasToLimit = 1e4, kReducedLimitPx = 0.25;
+constexpr double kMostScale = 1e6; // arcsec per px
 
 constexpr int64_t kCapacity = 1 << 20;
 constexpr uint32_t kZeroRunBytes = 4096, kGroup = 64;
@@ -90,6 +91,9 @@ toliman_track_options known_options(const toliman_track_options *given) {
     if (!(options.exposure_s >= 0 && options.exposure_s <= kLongestExposure))
         fail(Status::argument, "{options->exposure_s} = %g: must be in [0, %g], 0 = unknown", options.exposure_s,
              kLongestExposure);
+    if (!(options.plate_scale_arcsec >= 0 && options.plate_scale_arcsec <= kMostScale))
+        fail(Status::argument, "{options->plate_scale_arcsec} = %g: must be in (0, %g] arcsec per px, or 0",
+             options.plate_scale_arcsec, kMostScale);
     if (options.capacity < 1 || options.capacity > track::FrameIndex::kMax)
         fail(Status::argument, "{options->capacity} = %lld: must be in [1, 2^28], or 0 for 2^20",
              static_cast<long long>(options.capacity));
@@ -140,7 +144,8 @@ track::Terms terms_of(const toliman_track_options &options, const Source &source
     terms.sigma = options.sigma != 0 ? options.sigma : source.sigma;
     if (terms.sigma == 0)
         fail(Status::argument, "{options->sigma} = 0: must be above 0 for this estimator");
-    terms.value_limit = options.value_limit != 0 ? options.value_limit : kSigmasToLimit * terms.sigma;
+    const double least = options.sky != nullptr ? kReducedLimitPx : 0; // the error of the reference orbit
+    terms.value_limit = options.value_limit != 0 ? options.value_limit : std::max(kSigmasToLimit * terms.sigma, least);
     terms.estimator = source.digest;
     terms.check();
     return terms;
@@ -177,7 +182,7 @@ track::Columns columns_of(const toliman_track_options &options, const Source &so
     if (options.values[0] != 0 && options.values != source.values)
         fail(Status::argument, "{options->values} = \"%s\": must be \"%s\", the values of the estimator",
              options.values, source.values.c_str());
-    return track::Columns(source.values);
+    return track::Columns(source.values, options.sky != nullptr);
 }
 
 bool has_records(const track::StateFolder &place) {
@@ -195,6 +200,26 @@ track::Timing timing_of(const toliman_track_options &options, const track::State
     const track::Timing otherwise = place.setup ? place.setup->timing : track::Timing();
     return {kStamps.to_enum_or(options.stamp, otherwise.stamp, "options->stamp"),
             options.exposure_s != 0 ? options.exposure_s : otherwise.exposure_s};
+}
+
+// The reference of the options, else that of the folder, which must be the same unless it is rebuilt.
+track::Reference reference_of(const toliman_track_options &options, const Source &source,
+                              const track::StateFolder &place, const std::string &system) {
+    const track::Reference otherwise = place.setup ? place.setup->reference : track::Reference();
+    const bool pushes = source.estimate || options.estimate != nullptr;
+    if (options.sky == nullptr && otherwise.is_given() && pushes)
+        fail(Status::argument, "{options->sky} is NULL: the frames of %s are reduced: must be their system",
+             options.folder);
+    if (options.sky == nullptr && options.plate_scale_arcsec != 0 && !otherwise.is_given())
+        fail(Status::argument, "{options->plate_scale_arcsec} = %g: needs sky", options.plate_scale_arcsec);
+    if (options.sky == nullptr)
+        return otherwise;
+    const double scale = options.plate_scale_arcsec != 0 ? options.plate_scale_arcsec
+                         : otherwise.scale_arcsec != 0   ? otherwise.scale_arcsec
+                                                         : source.scale_arcsec;
+    if (scale == 0)
+        fail(Status::argument, "{options->plate_scale_arcsec} = 0: must be above 0 arcsec per px for this estimator");
+    return {system, scale};
 }
 
 // Grid and clock of the options, else those of the folder. If the folder has records but has lost its setup file, both
@@ -217,7 +242,7 @@ track::Setup setup_of(std::optional<period::Grid> grid, std::optional<track::Clo
              "{options->clock} is NULL: %s, which stores the clock, is missing or damaged: give the clock, or the pair "
              "(0, 0) if camera times are TAI",
              path.c_str());
-    return {*grid, clock.value_or(track::Clock())};
+    return {*grid, clock.value_or(track::Clock()), {}, {}};
 }
 
 void set_terms(toliman_track_options &options, const track::Terms &terms, const track::Columns &columns) {
@@ -263,6 +288,7 @@ toliman_track_options options_of(Store &store) {
     if (setup) {
         set_grid(options, setup->grid);
         set_timing(options, setup->timing);
+        options.plate_scale_arcsec = setup->reference.scale_arcsec;
     }
     return options;
 }
@@ -283,6 +309,7 @@ void keep_options(toliman_track &made, const toliman_track_options &given) {
     set_terms(options, plan.terms, made.tracker->columns());
     set_grid(options, made.period.stream.grid());
     set_timing(options, plan.timing);
+    options.plate_scale_arcsec = plan.reference.scale_arcsec;
     options.folder = given.folder != nullptr ? made.folder.c_str() : nullptr;
     options.clock = made.clock.empty() ? nullptr : made.clock.data();
     options.clock_points = plan.clock.points().size();
@@ -309,6 +336,9 @@ std::unique_ptr<toliman_track> make_track(const toliman_track_options &options) 
     const track::Setup setup = setup_of(grid, clock, place);
     plan.clock = setup.clock;
     plan.timing = timing_of(options, place);
+    SkySource sky = options.sky != nullptr ? options.sky->source(*options.sky) : SkySource();
+    plan.reference = reference_of(options, source, place, sky.system);
+    plan.reduce = std::move(sky.reduce);
     if (options.estimate != nullptr)
         source.estimate = estimate_of(options, plan.terms, plan.columns);
     if (options.fit != nullptr)
@@ -320,7 +350,8 @@ std::unique_ptr<toliman_track> make_track(const toliman_track_options &options) 
                                                                  options.cae,
                                                                  options.linear,
                                                                  options.fit,
-                                                                 options.bank});
+                                                                 options.bank,
+                                                                 options.sky});
     made->tracker.emplace(std::move(plan), std::move(source.estimate), std::move(place), made->period.stream);
     keep_options(*made, options);
     return made;
@@ -447,13 +478,15 @@ void push_batch(track::Tracker &tracker, const Frames &frames, size_t count, con
 extern "C" {
 
 const char *toliman_track_verdict_name(int32_t verdict) noexcept {
-    static const char *const names[] = {"accepted", "duplicate", "quarantined", "outlier", "rejected", "merged"};
+    static const char *const names[] = {"accepted", "duplicate", "quarantined", "outlier",
+                                        "rejected", "merged",    "unreduced",   "intervals"};
     const int32_t place = verdict - TOLIMAN_TRACK_VERDICT_ACCEPTED;
-    return place >= 0 && verdict <= TOLIMAN_TRACK_VERDICT_MERGED ? names[place] : "?";
+    return place >= 0 && verdict <= TOLIMAN_TRACK_VERDICT_INTERVALS ? names[place] : "?";
 }
 
 const char *toliman_track_reason_name(int32_t reason) noexcept {
-    static const char *const names[] = {"none", "shape", "over range", "zero run", "not finite", "clock", "estimate"};
+    static const char *const names[] = {"none",  "shape",    "over range", "zero run",    "not finite",
+                                        "clock", "estimate", "no orbit",   "no intervals"};
     return kReasons.contains(reason) ? names[static_cast<size_t>(kReasons.to_enum(reason, "reason"))] : "?";
 }
 
@@ -490,7 +523,7 @@ toliman_status toliman_track_push(toliman_track *track, const toliman_frame *fra
     return guard([&] {
         const ExclusiveUse use(track);
         track::Tracker &tracker = *use->tracker;
-        const EstimatorUse estimator(use->cae, use->linear, use->fit, use->bank);
+        const EstimatorUse estimator(use->cae, use->linear, use->fit, use->bank, use->sky);
         required(done, "done") = 0;
         if (count == 0)
             return;

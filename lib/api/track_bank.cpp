@@ -68,7 +68,8 @@ Source bank_source(const toliman_bank &handle, const toliman_fit &of_fit, int64_
                 const bank::Estimate estimate = bank.estimate(fit, {image, fit.rows(), fit.cols(), fit.cols()},
                                                               prediction_at(tai_ns, time_offset_ns), *fit_work, *work);
                 store_bank(estimate, (*work).fitted, fit.parameters().size(), estimated);
-            }};
+            },
+            fit.pixel_scale_arcsec()};
 }
 
 } // namespace toliman::api

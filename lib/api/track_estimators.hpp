@@ -8,6 +8,7 @@
 #include <toliman/track.h>
 
 #include "api/handles.hpp"
+#include "api/sky_handle.hpp"
 #include "track/tracker.hpp"
 
 namespace toliman::api {
@@ -19,6 +20,7 @@ struct Source {
     uint64_t digest = 0;       // identity of the estimator
     std::string values;        // names of its further values, separated by commas
     track::Estimate estimate;
+    double scale_arcsec = 0; // of a pixel; 0: unknown
 };
 
 // Returns the estimator chosen in options. For a user-supplied function the member `estimate` stays empty until
@@ -40,9 +42,10 @@ track::Estimate estimate_of(const toliman_track_options &options, const track::T
 // Holds a shared use of the estimator, so that it cannot be trained or destroyed while frames are estimated.
 class EstimatorUse {
   public:
-    EstimatorUse(const toliman_cae *cae, const toliman_linear *linear, const toliman_fit *fit, const toliman_bank *bank)
+    EstimatorUse(const toliman_cae *cae, const toliman_linear *linear, const toliman_fit *fit, const toliman_bank *bank,
+                 const toliman_sky *sky)
         : cae_(use_of(cae, "options->cae")), linear_(use_of(linear, "options->linear")),
-          fit_(use_of(fit, "options->fit")), bank_(use_of(bank, "options->bank")) {}
+          fit_(use_of(fit, "options->fit")), bank_(use_of(bank, "options->bank")), sky_(use_of(sky, "options->sky")) {}
 
   private:
     template <class T> static std::optional<Use<const T>> use_of(const T *handle, const char *name) {
@@ -53,6 +56,7 @@ class EstimatorUse {
     std::optional<Use<const toliman_linear>> linear_;
     std::optional<Use<const toliman_fit>> fit_;
     std::optional<Use<const toliman_bank>> bank_;
+    std::optional<Use<const toliman_sky>> sky_;
 };
 
 } // namespace toliman::api

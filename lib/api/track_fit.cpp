@@ -41,7 +41,8 @@ Source fit_source(const toliman_fit &handle, int64_t time_offset_ns) {
             fit.frame({image, fit.rows(), fit.cols(), fit.cols()}, prediction_at(tai_ns, time_offset_ns), *work,
                       result);
             store_fit(result, fit.parameters().size(), estimated);
-        }};
+        },
+        fit.first().pixel_scale_arcsec()};
 }
 
 } // namespace toliman::api

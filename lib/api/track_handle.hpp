@@ -19,6 +19,7 @@ struct toliman_track : toliman::api::Handle<toliman_track> {
     const toliman_linear *linear = nullptr;
     const toliman_fit *fit = nullptr;
     const toliman_bank *bank = nullptr; // with fit
+    const toliman_sky *sky = nullptr;   // of the reduction, if given
     toliman_track_options options = {}; // in effect, for get_options; folder and clock point to the next two members
     std::string folder = {};
     std::vector<int64_t> clock = {};

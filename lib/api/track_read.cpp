@@ -2,6 +2,7 @@
 #include <vector>
 
 #include <toliman/track.h>
+#include <toliman/track_records.h>
 
 #include "api/guard.hpp"
 #include "api/peak.hpp"
@@ -93,7 +94,7 @@ toliman_status toliman_track_get_rejected(const toliman_track *track, int32_t re
     return guard([&] {
         const Use use(track, "track");
         required(frames, "frames");
-        *frames = use->tracker->counts().rejected[static_cast<size_t>(kReasons.to_enum(reason, "reason"))];
+        *frames = use->tracker->counts().rejected[static_cast<size_t>(kRejections.to_enum(reason, "reason"))];
     });
 }
 

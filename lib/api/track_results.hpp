@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include <toliman/track.h>
+#include <toliman/track_records.h>
 
 #include "api/choice.hpp"
 #include "base/name.hpp"
@@ -12,20 +13,27 @@ namespace toliman::api {
 
 constexpr Choice<track::Verdict> kVerdicts = {TOLIMAN_TRACK_VERDICT_ACCEPTED, TOLIMAN_TRACK_VERDICT_REJECTED,
                                               "TOLIMAN_TRACK_VERDICT_..."};
-constexpr Choice<track::Reason> kReasons = {TOLIMAN_TRACK_REASON_NONE, TOLIMAN_TRACK_REASON_ESTIMATE,
+constexpr Choice<track::Reason> kReasons = {TOLIMAN_TRACK_REASON_NONE, TOLIMAN_TRACK_REASON_NO_INTERVALS,
                                             "TOLIMAN_TRACK_REASON_..."};
+constexpr Choice<track::Reason> kRejections = {TOLIMAN_TRACK_REASON_NONE, TOLIMAN_TRACK_REASON_ESTIMATE,
+                                               "TOLIMAN_TRACK_REASON_..."};
+
+inline int32_t public_verdict(track::Verdict verdict) noexcept {
+    return verdict == track::Verdict::unreduced ? TOLIMAN_TRACK_VERDICT_UNREDUCED : kVerdicts.to_constant(verdict);
+}
 
 constexpr Choice<track::ColumnType> kColumnTypes = {TOLIMAN_TRACK_COLUMN_F64, TOLIMAN_TRACK_COLUMN_I64,
                                                     "TOLIMAN_TRACK_COLUMN_..."};
 
 inline toliman_track_outcome public_outcome(const track::Outcome &outcome) noexcept {
     toliman_track_outcome out = {};
-    out.verdict = kVerdicts.to_constant(outcome.verdict);
+    out.verdict = public_verdict(outcome.verdict);
     out.reason = kReasons.to_constant(outcome.flaw.reason);
     out.row = static_cast<int64_t>(outcome.flaw.row);
     out.col = static_cast<int64_t>(outcome.flaw.col);
     out.pixel = outcome.flaw.value;
-    if (outcome.verdict == track::Verdict::accepted || outcome.verdict == track::Verdict::outlier) {
+    if (outcome.verdict == track::Verdict::accepted || outcome.verdict == track::Verdict::unreduced ||
+        outcome.verdict == track::Verdict::outlier) {
         out.value = outcome.value;
         out.tai_ns = outcome.tai_ns;
     }
@@ -39,13 +47,14 @@ inline toliman_track_record public_record(const track::Record &record, const tra
     out.frame_id = record.frame_id;
     out.camera_ns = record.camera_ns;
     out.tai_ns = outcome.tai_ns;
-    out.value = record.value;
+    out.value = outcome.value;
     out.sigma = record.sigma;
     out.content = record.content;
     out.dropped = record.dropped;
     out.reason = kReasons.to_constant(record.reason);
-    out.verdict =
-        record.kind == track::Kind::merged ? TOLIMAN_TRACK_VERDICT_MERGED : kVerdicts.to_constant(outcome.verdict);
+    out.verdict = record.kind == track::Kind::merged      ? TOLIMAN_TRACK_VERDICT_MERGED
+                  : record.kind == track::Kind::intervals ? TOLIMAN_TRACK_VERDICT_INTERVALS
+                                                          : public_verdict(outcome.verdict);
     return out;
 }
 
@@ -76,13 +85,14 @@ inline toliman_track_info public_info(const track::Tracker &tracker, uint32_t fl
     info.flags = flags;
     info.received = counts.received;
     info.accepted = counts.accepted;
+    info.unreduced = counts.unreduced;
     info.outlier = counts.outlier;
     info.quarantined = counts.quarantined;
     info.repeated = counts.repeated;
     for (const int64_t rejected : counts.rejected)
         info.rejected += rejected;
     info.expected = tracker.expected();
-    info.missing = info.expected - counts.accepted - counts.outlier - counts.quarantined;
+    info.missing = info.expected - counts.accepted - counts.unreduced - counts.outlier - counts.quarantined;
     info.dropped = counts.dropped;
     info.sessions = static_cast<int64_t>(tracker.stream_count());
     info.records = static_cast<int64_t>(tracker.records());
@@ -91,6 +101,9 @@ inline toliman_track_info public_info(const track::Tracker &tracker, uint32_t fl
     info.estimator_id = tracker.plan().terms.estimator;
     info.sigma = tracker.plan().terms.sigma;
     info.value_limit = tracker.plan().terms.value_limit;
+    const track::Reference &reference = tracker.plan().reference;
+    info.plate_scale_arcsec = reference.scale_arcsec;
+    info.system = reference.is_given() ? reference.system.c_str() : nullptr;
     return info;
 }
 

@@ -122,6 +122,11 @@ class Folder final : public Store {
         }
     }
 
+    void lock_created(const std::string &name) override {
+        if (!lock_whole(open(name, Missing::refused)))
+            fail_with_errno(Status::write, name);
+    }
+
     void write(const std::string &name, uint64_t at, const void *data, size_t size) override {
         const int file = open(name, Missing::made);
         const auto *next = static_cast<const uint8_t *>(data);

@@ -81,7 +81,8 @@ class Fit {
     // Predicted place of B minus that of A, px, without a separation given.
     std::array<double, 2> difference(double days) const;
     std::array<double, 2> difference_on_orbit(double days) const; // without an observer
-    double sigma_px() const noexcept { return sigma_px_; }        // of the separation in the scene at time 0
+    double pixel_scale_arcsec() const noexcept { return scene_.detector.pixel_scale_arcsec; }
+    double sigma_px() const noexcept { return sigma_px_; } // of the separation in the scene at time 0
     uint64_t digest() const noexcept { return digest_; }
 
   private:

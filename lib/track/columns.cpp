@@ -16,6 +16,27 @@ namespace {
 constexpr size_t kLongestValue = 24, kNameSize = Columns::kSavedSize - 8;
 constexpr char kFirstValue[] = "value", kCovariance[] = "cov_";
 
+struct Own {
+    const char *name;
+    ColumnType type;
+};
+constexpr Own kOwn[kOwnColumns] = {{"chi_square", ColumnType::f64},
+                                   {"exposure_s", ColumnType::f64},
+                                   {"shift_s", ColumnType::f64},
+                                   {"window_row", ColumnType::i64},
+                                   {"window_col", ColumnType::i64},
+                                   {"flags", ColumnType::i64},
+                                   {"intervals", ColumnType::i64},
+                                   {"factor", ColumnType::f64},
+                                   {"geometric_arcsec", ColumnType::f64},
+                                   {"d_period_years", ColumnType::f64},
+                                   {"d_semi_major_arcsec", ColumnType::f64},
+                                   {"d_eccentricity", ColumnType::f64},
+                                   {"d_inclination_deg", ColumnType::f64},
+                                   {"d_node_deg", ColumnType::f64},
+                                   {"d_periastron_deg", ColumnType::f64},
+                                   {"d_epoch", ColumnType::f64}};
+
 bool is_column_name(std::string_view name, size_t longest) noexcept {
     const auto allowed = [](char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_'; };
     return !name.empty() && name.size() <= longest && std::all_of(name.begin(), name.end(), allowed);
@@ -33,6 +54,10 @@ std::vector<std::string> names_in(std::string_view list) {
 
 } // namespace
 
+const char *name_of(OwnColumn column) noexcept {
+    return kOwn[static_cast<size_t>(column)].name;
+}
+
 uint64_t Column::empty() const noexcept {
     return type == ColumnType::f64 ? with_bits<uint64_t>(std::numeric_limits<double>::quiet_NaN()) : 0;
 }
@@ -41,11 +66,9 @@ double Column::number(uint64_t cell) const noexcept {
     return type == ColumnType::f64 ? with_bits<double>(cell) : static_cast<double>(static_cast<int64_t>(cell));
 }
 
-Columns::Columns(std::string_view further) {
-    for (const char *name : {"chi_square", "exposure_s", "shift_s"})
-        add(name, ColumnType::f64, ColumnRole::own);
-    for (const char *name : {"window_row", "window_col", "flags"})
-        add(name, ColumnType::i64, ColumnRole::own);
+Columns::Columns(std::string_view further, bool reduced) {
+    for (size_t i = 0; i < (reduced ? kOwnColumns : static_cast<size_t>(OwnColumn::factor)); i++)
+        add(kOwn[i].name, kOwn[i].type, ColumnRole::own);
     std::vector<std::string> names = names_in(further);
     for (const std::string &name : names) {
         if (!is_column_name(name, kLongestValue) || name == kFirstValue || name.rfind(kCovariance, 0) == 0 ||
@@ -101,6 +124,11 @@ size_t Columns::find(std::string_view name) const noexcept {
     while (at < all_.size() && all_[at].name != name)
         at++;
     return at;
+}
+
+size_t Columns::own() const noexcept {
+    return static_cast<size_t>(
+        std::count_if(all_.begin(), all_.end(), [](const Column &one) { return one.role == ColumnRole::own; }));
 }
 
 size_t Columns::values() const noexcept {

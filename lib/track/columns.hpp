@@ -15,9 +15,24 @@ enum class ColumnType : uint32_t { f64 = 0, i64 = 1 };
 // Origin of a column: the library; the second and later values of the estimator; covariances of its values.
 enum class ColumnRole : uint32_t { own = 1, value = 2, covariance = 3 };
 
-// Columns of the library in every ledger that this version creates, in this order.
-enum class OwnColumn : size_t { chi_square, exposure_s, shift_s, window_row, window_col, flags };
-constexpr size_t kOwnColumns = 6;
+// Columns of the library in the ledgers that this version creates, in this order. Those from factor on exist if frames
+// are reduced.
+enum class OwnColumn : size_t {
+    chi_square,
+    exposure_s,
+    shift_s,
+    window_row,
+    window_col,
+    flags,
+    intervals, // number of on-target intervals, in records before that of the frame; kLostIntervals: not known any more
+    factor,
+    geometric_arcsec,
+    partials // of the geometric separation by the elements of the orbit: kPartials columns
+};
+constexpr size_t kPartials = 7;
+constexpr size_t kOwnColumns = static_cast<size_t>(OwnColumn::partials) + kPartials; // at most
+constexpr int64_t kLostIntervals = -1;
+const char *name_of(OwnColumn column) noexcept; // of partials: of the first
 
 constexpr size_t kMaxValues = 8; // of an estimator
 constexpr size_t kMaxFurther = kMaxValues - 1 + kMaxValues * (kMaxValues + 1) / 2 - 1;
@@ -38,7 +53,7 @@ class Columns {
   public:
     // The columns of the library, then those of an estimator with these further values (names separated by commas).
     // Status::argument for invalid names and for too many.
-    explicit Columns(std::string_view further = {});
+    explicit Columns(std::string_view further = {}, bool reduced = false);
     // Reads the columns of a ledger header. Status::format if they are invalid.
     static Columns load(ByteReader &in, size_t count);
     void save(ByteWriter &out) const;
@@ -47,6 +62,7 @@ class Columns {
     const std::vector<Column> &all() const noexcept { return all_; }
     size_t count() const noexcept { return all_.size(); }
     size_t find(std::string_view name) const noexcept; // returns count() if there is none
+    size_t own() const noexcept;                       // number of columns of the library
     size_t values() const noexcept;                    // number of values of the estimator, including the first
     std::string further() const;                       // names of the further values, as for the constructor
     Cells empty() const noexcept;

@@ -49,7 +49,7 @@ void FrameIndex::check_capacity() const {
 }
 
 void FrameIndex::add(uint64_t key, uint32_t content, uint64_t record, FrameState state) noexcept {
-    slots_[slot_of(key)] = {key, content, static_cast<uint32_t>(record << 2 | static_cast<uint32_t>(state))};
+    slots_[slot_of(key)] = {key, content, static_cast<uint32_t>(record << 3 | static_cast<uint32_t>(state))};
     count_++;
 }
 

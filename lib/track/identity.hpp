@@ -16,14 +16,14 @@ void check_name(std::string_view name, const char *what);
 uint64_t stream_digest(std::string_view session, std::string_view roi) noexcept;
 uint64_t key_digest(uint64_t stream, int64_t frame_id) noexcept;
 
-enum class FrameState : uint32_t { none = 0, accepted = 1, outlier = 2, quarantined = 3 };
+enum class FrameState : uint32_t { none = 0, accepted = 1, outlier = 2, unreduced = 3, quarantined = 7 };
 
 struct KnownFrame {
     uint64_t key;
     uint32_t content; // CRC32 of the frame
-    uint32_t packed;  // 4 times the number of the frame's record in the ledger, plus its state
-    FrameState state() const noexcept { return static_cast<FrameState>(packed & 3); }
-    uint64_t record() const noexcept { return packed >> 2; }
+    uint32_t packed;  // 8 times the number of the frame's record in the ledger, plus its state
+    FrameState state() const noexcept { return static_cast<FrameState>(packed & 7); }
+    uint64_t record() const noexcept { return packed >> 3; }
 };
 
 class FrameIndex {

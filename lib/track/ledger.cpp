@@ -108,7 +108,7 @@ void Ledger::check_not_failed() const {
 void Ledger::append(const Record &record) {
     check_not_failed();
     if (count() == LedgerFile::kMaxRecords)
-        fail(Status::capacity, "{%s}: is full: holds 2^30 records", file_.path().c_str());
+        fail(Status::capacity, "{%s}: is full: holds 2^29 records", file_.path().c_str());
     const uint32_t chain = to_bytes(record, columns().count(), static_cast<uint32_t>(synced_), chain_,
                                     group_.data() + waiting_ * file_.record_size());
     if ((waiting_ + 1) * file_.record_size() == group_.size()) {

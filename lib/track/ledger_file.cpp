@@ -29,19 +29,32 @@ uint32_t LedgerFile::checksum_in(const uint8_t *bytes) const noexcept {
     return static_cast<uint32_t>(take_number(at, 4));
 }
 
-void LedgerFile::begin(Store &store, const Terms &terms, const Columns &columns) {
-    std::random_device random; // the salt distinguishes this file from an older one of the same name
+namespace {
+
+// The salt distinguishes a file from an older one of the same name.
+uint64_t new_salt() {
+    std::random_device random;
+    return static_cast<uint64_t>(random()) << 32 | random();
+}
+
+std::vector<uint8_t> header_bytes(uint64_t salt, const Terms &terms, const Columns &columns) {
     const TermsBytes bytes = to_bytes(terms);
     ByteWriter header;
     header.raw(kMagic, sizeof kMagic);
     header.u32(kVersion);
-    header.u64(static_cast<uint64_t>(random()) << 32 | random());
+    header.u64(salt);
     header.raw(bytes.data(), bytes.size());
     header.u32(static_cast<uint32_t>(columns.count()));
     header.u32(static_cast<uint32_t>(track::record_size(columns.count())));
     columns.save(header);
     header.u32(zip::crc32(header.bytes().data(), header.bytes().size()));
-    replace_whole(store, kName, header.bytes());
+    return header.bytes();
+}
+
+} // namespace
+
+void LedgerFile::begin(Store &store, const Terms &terms, const Columns &columns) {
+    replace_whole(store, kName, header_bytes(new_salt(), terms, columns));
 }
 
 LedgerFile::LedgerFile(Store &store) : store_(&store) {
@@ -102,7 +115,7 @@ uint64_t LedgerFile::size() const {
 uint64_t LedgerFile::count() const {
     const uint64_t bytes = size(), records = (bytes - header_size()) / record_size();
     if (records > kMaxRecords)
-        fail(Status::format, "{%s}: %llu bytes: must be at most 2^30 records", path().c_str(),
+        fail(Status::format, "{%s}: %llu bytes: must be at most 2^29 records", path().c_str(),
              static_cast<unsigned long long>(bytes));
     return records;
 }
@@ -175,6 +188,36 @@ Record LedgerFile::record(const uint8_t *bytes, uint64_t number, Tail &tail) con
     if (!decode(bytes, number, tail, record))
         fail_at(number, Status::format, "is damaged");
     return record;
+}
+
+LedgerWriter::LedgerWriter(Store &store, const Terms &terms, const Columns &columns)
+    : store_(store), temporary_(temporary_of(LedgerFile::kName)), columns_(columns.count()), salt_(new_salt()),
+      waiting_(header_bytes(salt_, terms, columns)) {
+    ByteReader checksum(waiting_.data() + waiting_.size() - 4, 4, kKind);
+    chain_ = checksum.u32();
+    store_.create(temporary_);
+    store_.lock_created(temporary_);
+}
+
+void LedgerWriter::append(const Record &record) {
+    const size_t size = waiting_.size();
+    waiting_.resize(size + record_size(columns_));
+    chain_ = to_bytes(record, columns_, static_cast<uint32_t>(count_++), chain_, waiting_.data() + size);
+    if (waiting_.size() >= kChunk * record_size(columns_))
+        flush();
+}
+
+void LedgerWriter::flush() {
+    store_.write(temporary_, at_, waiting_.data(), waiting_.size());
+    at_ += waiting_.size();
+    waiting_.clear();
+}
+
+void LedgerWriter::finish() {
+    flush();
+    store_.sync(temporary_);
+    store_.rename(temporary_, LedgerFile::kName);
+    store_.sync_folder();
 }
 
 void LedgerFile::fail_at(uint64_t number, Status status, const char *why) const {

@@ -17,7 +17,7 @@ using EachRecord = std::function<void(const Record &, uint64_t number)>;
 class LedgerFile {
   public:
     static constexpr const char *kName = "ledger.tlml";
-    static constexpr uint64_t kMaxRecords = uint64_t{1} << 30;
+    static constexpr uint64_t kMaxRecords = uint64_t{1} << 29;
     size_t header_size() const noexcept { return header_size(columns_.count()); }
     size_t record_size() const noexcept { return track::record_size(columns_.count()); }
     uint64_t offset_of(uint64_t number) const noexcept { return header_size() + number * record_size(); }
@@ -65,6 +65,26 @@ class LedgerFile {
     Columns columns_;
     uint64_t salt_ = 0;
     uint32_t chain_ = 0; // checksum of the header
+};
+
+// Writes a complete ledger that replaces the present one, whose lock moves to it.
+class LedgerWriter {
+  public:
+    LedgerWriter(Store &store, const Terms &terms, const Columns &columns);
+    void append(const Record &record);
+    void finish(); // makes the file durable and gives it its name
+    uint64_t salt() const noexcept { return salt_; }
+    uint64_t count() const noexcept { return count_; } // records
+    uint32_t chain() const noexcept { return chain_; } // checksum of the last record, or of the header
+
+  private:
+    void flush();
+    Store &store_;
+    std::string temporary_;
+    size_t columns_;
+    uint64_t salt_, at_ = 0, count_ = 0;
+    uint32_t chain_;
+    std::vector<uint8_t> waiting_; // bytes
 };
 
 } // namespace toliman::track

@@ -24,6 +24,11 @@ void check_columns(const LedgerFile &file, const Columns &here) {
     }
 }
 
+void check_same_setup(const Setup &theirs, const Plan &plan, const std::string &path) {
+    check_timing(theirs.timing, plan.timing, path);
+    check_reference(theirs.reference, plan.reference, path);
+}
+
 Record arranged(Record record, const Arrangement &arrange) noexcept {
     record.cells = arrange(record.cells);
     return record;
@@ -42,7 +47,7 @@ uint64_t Tracker::merge(Store &other, bool salvage) {
         fail(Status::argument, "{%s}: is the tracker's own ledger, or a copy of it", file.path().c_str());
     check_columns(file, columns_);
     if (const std::optional<Setup> theirs = load_setup(other))
-        check_timing(theirs->timing, plan_.timing, other.path(Setup::kName));
+        check_same_setup(*theirs, plan_, other.path(Setup::kName));
     uint64_t lost = 0;
     if (salvage)
         lost = merge_salvaged_records(file, point);
@@ -60,6 +65,7 @@ void Tracker::merge_all_records(Store &other, const Checkpoint &point) {
                         [](const Record &, uint64_t) {});
     const std::string path = other.path(LedgerFile::kName);
     const Arrangement arrange(theirs.columns(), columns_);
+    IntervalCollector collector(theirs.columns());
     const MergeMark before = last_merge_of(theirs.salt());
     const auto records = static_cast<uint64_t>(before.records);
     const bool is_continuation = records <= theirs.count() && theirs.chain_before(records) == before.chain;
@@ -68,7 +74,9 @@ void Tracker::merge_all_records(Store &other, const Checkpoint &point) {
     theirs.visit(0, theirs.count(), [&](const Record &record, uint64_t number) {
         if (record.kind == Kind::merged)
             counted_there[record.stream] = merge_mark_of(record);
-        else if (!merge_record(arranged(record, arrange), number >= counted))
+        else if (record.kind == Kind::intervals)
+            collector.add(record);
+        else if (!merge_record(record, arrange, collector, number >= counted))
             fail(Status::format, "{%s}: record %llu: quarantines an unknown frame", path.c_str(),
                  static_cast<unsigned long long>(number));
     });
@@ -87,23 +95,28 @@ void Tracker::merge_all_records(Store &other, const Checkpoint &point) {
 
 uint64_t Tracker::merge_salvaged_records(const LedgerFile &file, const Checkpoint &point) {
     const Arrangement arrange(file.columns(), columns_);
+    IntervalCollector collector(file.columns());
     const uint64_t lost = file.salvage([&](const Record &found, uint64_t) {
-        const Record record = arranged(found, arrange);
-        if (record.kind == Kind::merged || merge_record(record, true))
+        if (found.kind == Kind::intervals)
+            collector.add(found);
+        if (found.kind == Kind::intervals || found.kind == Kind::merged ||
+            merge_record(found, arrange, collector, true))
             return;
         // The record of the quarantined frame is lost: an outlier in its place keeps the key known and out of the sums.
-        Record stand_in = record;
+        Record stand_in = arranged(found, arrange);
         stand_in.kind = Kind::outlier;
         stand_in.dropped = 0;
         add_frame(stand_in);
-        merge_record(record, true);
+        merge_record(found, arrange, collector, true);
     });
     const uint64_t records = file.count();
     return lost + (point.salt == file.salt() && point.records > records ? point.records - records : 0);
 }
 
 // is_new: not counted by an earlier merge. Returns false for a record that quarantines an unknown frame.
-bool Tracker::merge_record(const Record &theirs, bool is_new) {
+bool Tracker::merge_record(const Record &found, const Arrangement &arrange, const IntervalCollector &collector,
+                           bool is_new) {
+    const Record theirs = arranged(found, arrange);
     if (theirs.kind == Kind::rejected) {
         if (is_new)
             count_record(theirs, append_record(theirs));
@@ -115,7 +128,11 @@ bool Tracker::merge_record(const Record &theirs, bool is_new) {
     if (known == nullptr) {
         Record record = theirs;
         record.tai_ns = plan_.clock.tai_ns(record.camera_ns).value_or(record.tai_ns);
-        add_frame(record);
+        bool lost = false;
+        const std::vector<double> intervals = collector.of(found, lost);
+        if (lost)
+            mark_lost_intervals(columns_, record);
+        add_frame(record, intervals.data(), intervals.size() / 2);
         return true;
     }
     const bool conflicts = theirs.kind == Kind::quarantined || known->content != theirs.content;

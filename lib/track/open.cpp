@@ -8,9 +8,11 @@
 // Order of writes: the setup before the checkpoint computed with it, the ledger fsync'ed before the checkpoint that
 // counts it.
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "base/error.hpp"
+#include "track/rewrite.hpp"
 #include "track/tracker.hpp"
 
 namespace toliman::track {
@@ -68,14 +70,20 @@ void Tracker::open(StateFolder &folder) {
     if (writing && store_->size(LedgerFile::kName) < 0)
         LedgerFile::begin(*store_, plan_.terms, plan_.columns);
     check_setup(folder);
+    if (folder.rebuild && plan_.reduce)
+        reduce_again(folder);
     const LedgerFile file(*store_);
     adopt_columns(file);
+    if (plan_.reference.is_given())
+        reducer_.emplace(columns_, plan_.reference, file.path());
     const Checkpoint none, &point = folder.loaded ? folder.loaded->checkpoint : none;
     salt_ = file.salt();
     merged_[salt_].salt = salt_;
     ledger_.emplace(*store_, access_, plan_.terms, plan_.group, plan_.sync,
                     CheckpointMark{point.salt, point.records, point.chain},
                     [this](const Record &record, uint64_t number) { count_record(record, number); });
+    if (!folder.setup && !plan_.reference.is_given())
+        refuse_reduced_records();
     names_.emplace(*store_);
     if (writing)
         names_->begin();
@@ -98,6 +106,17 @@ void Tracker::open(StateFolder &folder) {
     replace_whole(*store_, Checkpoint::kName, sums);
 }
 
+// The checkpoint of the old ledger says nothing about the new one, but its sums are still there after a crash.
+void Tracker::reduce_again(StateFolder &folder) {
+    const Checkpoint none, &point = folder.loaded ? folder.loaded->checkpoint : none;
+    const bool keep = folder.setup && folder.setup->reference == plan_.reference;
+    rewrite_ledger(*store_, plan_.terms, plan_.clock, plan_.timing, plan_.reduce, keep,
+                   {point.salt, point.records, point.chain}, folder.log);
+    folder.loaded.reset();
+    folder.has_checkpoint = false;
+    folder.is_rewritten = true;
+}
+
 void Tracker::resume_from_checkpoint(StateFolder &folder) {
     if (folder.loaded && folder.loaded->checkpoint.salt != salt_)
         folder.loaded.reset();
@@ -112,6 +131,20 @@ void Tracker::resume_from_checkpoint(StateFolder &folder) {
     push_accepted_from(point.records);
 }
 
+// If the setup is lost, the values would otherwise count as not reduced.
+void Tracker::refuse_reduced_records() const {
+    const size_t factor = columns_.find(name_of(OwnColumn::factor));
+    if (factor == columns_.count())
+        return;
+    ledger_->visit(0, ledger_->count(), [&](const Record &record, uint64_t) {
+        if (record.kind == Kind::accepted && std::isfinite(with_bits<double>(record.cells[factor])))
+            fail(Status::argument,
+                 "{options->sky} is NULL: %s, which stores the system, is missing or damaged: give the system with "
+                 "which the frames were reduced",
+                 store_->path(Setup::kName).c_str());
+    });
+}
+
 void Tracker::check_setup(const StateFolder &folder) const {
     if (!folder.setup)
         return;
@@ -122,6 +155,7 @@ void Tracker::check_setup(const StateFolder &folder) const {
     if (folder.setup->grid.digest() != sums_.grid().digest())
         fail(Status::mismatch, "{%s}: has another frequency grid, time offset or unit: rebuild to change it",
              path.c_str());
+    check_reference(folder.setup->reference, plan_.reference, path);
     if (!(folder.setup->clock.points() == plan_.clock.points()))
         fail(Status::mismatch, "{%s}: has another clock: rebuild to change it", path.c_str());
 }
@@ -146,17 +180,12 @@ void Tracker::warn_of_damage(const StateFolder &folder) const {
     const std::string point = store_->path(Checkpoint::kName);
     const char *const recomputed =
         "the sums are computed again from the ledger; records missing at its end are not detected";
-    if (ledger_->torn() > 0)
-        folder.log.warn("%s: %llu bytes after %llu valid records are incomplete and were %s, as after a crash or by a "
-                        "failing disk: push their frames again",
-                        store_->path(LedgerFile::kName).c_str(), static_cast<unsigned long long>(ledger_->torn()),
-                        static_cast<unsigned long long>(ledger_->count()),
-                        access_ == Access::write ? "removed" : "ignored");
+    warn_of_torn(*ledger_, store_->path(LedgerFile::kName), access_, folder.log);
     if (folder.has_checkpoint && !folder.loaded)
         folder.log.warn("%s: is damaged: %s", point.c_str(), recomputed);
     else if (folder.loaded && folder.loaded->checkpoint.salt != salt_)
         folder.log.warn("%s: belongs to another ledger: %s", point.c_str(), recomputed);
-    else if (ledger_->count() > 0 && !folder.loaded && store_->size(Checkpoint::kName) < 0)
+    else if (ledger_->count() > 0 && !folder.loaded && !folder.is_rewritten && store_->size(Checkpoint::kName) < 0)
         folder.log.warn("%s: is missing: %s", point.c_str(), recomputed);
     const std::vector<StreamCount> streams = streams_.all();
     const auto named = std::count_if(streams.begin(), streams.end(), [](const StreamCount &one) { return one.named; });

@@ -13,6 +13,7 @@ enum class Kind : uint8_t {
     quarantined = 3, // another payload of a known key: the accepted sample is retracted
     rejected = 4,    // an invalid frame; a valid copy may still arrive
     merged = 5,      // not a frame: records of another ledger were merged, see MergeMark
+    intervals = 6,   // not a frame: on-target intervals of the frame whose record follows, see interval_records.hpp
 };
 
 // Why a frame was rejected.
@@ -23,9 +24,12 @@ enum class Reason : uint8_t {
     zero_run = 3,
     not_finite = 4,
     clock = 5,
-    estimate = 6
+    estimate = 6,
+    // Of an accepted frame that is not reduced:
+    no_orbit = 7,     // the observer file has no state at its time
+    no_intervals = 8, // its on-target intervals, or its exposure, are not known
 };
-constexpr size_t kKinds = 5, kReasons = 7;
+constexpr size_t kKinds = 6, kReasons = 9;
 
 struct Record {
     uint64_t stream = 0; // digest of session and region

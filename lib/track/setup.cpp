@@ -10,7 +10,9 @@ namespace toliman::track {
 namespace {
 
 constexpr char kMagic[] = "TLMS", kKind[] = "setup";
-constexpr uint32_t kVersion = 2, kVersionWithoutTiming = 1;
+constexpr uint32_t kVersion = 3, kVersionWithoutReference = 2, kVersionWithoutTiming = 1;
+constexpr size_t kLongestSystem = size_t{256} << 10;
+constexpr double kMostScale = 1e6;       // arcsec per px
 constexpr double kLongestExposure = 1e9; // s
 constexpr size_t kPointSize = 16;
 constexpr int64_t kLargest = int64_t{1} << 30;
@@ -28,6 +30,17 @@ Timing read_timing(ByteReader &in) {
     return {static_cast<Stamp>(stamp), exposure};
 }
 
+Reference read_reference(ByteReader &in) {
+    Reference reference;
+    reference.scale_arcsec = in.f64();
+    const size_t size = in.u32();
+    if (!(reference.scale_arcsec > 0 && reference.scale_arcsec <= kMostScale) || size < 1 || size > kLongestSystem ||
+        size > in.left())
+        fail(Status::format, "%s: system of %zu bytes, plate scale %g", kKind, size, reference.scale_arcsec);
+    reference.system.assign(reinterpret_cast<const char *>(in.raw(size)), size);
+    return reference;
+}
+
 Setup read(const std::vector<uint8_t> &bytes) {
     auto [in, version] = checked_content(bytes, kMagic, kVersion, kKind);
     const size_t count = in.u32();
@@ -41,9 +54,10 @@ Setup read(const std::vector<uint8_t> &bytes) {
     const size_t size = period::Stream::kHeaderSize;
     const period::Grid grid = period::Stream::load_header(in.raw(size), size);
     const Timing timing = version == kVersionWithoutTiming ? Timing() : read_timing(in);
+    Reference reference = version == kVersion ? read_reference(in) : Reference();
     if (in.left() > 0)
         fail(Status::format, "%s: has %zu extra bytes", kKind, in.left());
-    return {grid, Clock(std::move(points)), timing};
+    return {grid, Clock(std::move(points)), timing, std::move(reference)};
 }
 
 } // namespace
@@ -53,10 +67,14 @@ uint32_t Setup::digest() const {
     return ByteReader(bytes.data() + bytes.size() - 4, 4, kKind).u32();
 }
 
-// The default timing is written as version 1, so that older folders keep their bytes and their checkpoints stay valid.
+// Without a reference, and with the default timing, earlier versions are written, so that older folders keep their
+// bytes and their checkpoints stay valid.
 std::vector<uint8_t> to_bytes(const Setup &setup) {
-    const bool has_timing = !(setup.timing == Timing());
-    ByteWriter out = begin_file(kMagic, has_timing ? kVersion : kVersionWithoutTiming);
+    const bool has_reference = setup.reference.is_given();
+    const bool has_timing = has_reference || !(setup.timing == Timing());
+    ByteWriter out = begin_file(kMagic, has_reference ? kVersion
+                                        : has_timing  ? kVersionWithoutReference
+                                                      : kVersionWithoutTiming);
     out.u32(static_cast<uint32_t>(setup.clock.points().size()));
     for (const ClockPoint &point : setup.clock.points()) {
         out.i64(point.camera_ns);
@@ -68,7 +86,25 @@ std::vector<uint8_t> to_bytes(const Setup &setup) {
         out.u32(static_cast<uint32_t>(setup.timing.stamp));
         out.f64(setup.timing.exposure_s);
     }
+    if (has_reference) {
+        out.f64(setup.reference.scale_arcsec);
+        out.u32(static_cast<uint32_t>(setup.reference.system.size()));
+        out.raw(setup.reference.system.data(), setup.reference.system.size());
+    }
     return finish_file(std::move(out));
+}
+
+void check_reference(const Reference &in_file, const Reference &own, const std::string &path) {
+    if (in_file == own)
+        return;
+    if (!in_file.is_given() || !own.is_given())
+        fail(Status::mismatch, "{%s}: its frames are %s, those of this tracker are%s: rebuild to change it",
+             path.c_str(), in_file.is_given() ? "reduced" : "not reduced", own.is_given() ? "" : " not");
+    if (in_file.scale_arcsec != own.scale_arcsec)
+        fail(Status::mismatch, "{%s}: has a plate scale of %.17g arcsec per px, not %.17g: rebuild to change it",
+             path.c_str(), in_file.scale_arcsec, own.scale_arcsec);
+    fail(Status::mismatch, "{%s}: has another system, the reference orbit of its frames: rebuild to change it",
+         path.c_str());
 }
 
 void check_timing(const Timing &in_file, const Timing &own, const std::string &path) {

@@ -1,5 +1,5 @@
-// Setup: what a folder records in addition to the ledger: frequency grid, clock, and how the times of its frames were
-// read (tools/docs/formats.md, "TLMS").
+// Setup: what a folder records in addition to the ledger: frequency grid, clock, how the times of its frames were
+// read, and the reference of their reduction (tools/docs/formats.md, "TLMS").
 #pragma once
 #include <cstdint>
 #include <optional>
@@ -9,6 +9,7 @@
 #include "backend/store.hpp"
 #include "period/stream.hpp"
 #include "track/clock.hpp"
+#include "track/reduction.hpp"
 #include "track/terms.hpp"
 
 namespace toliman::track {
@@ -24,6 +25,9 @@ struct Timing {
     }
 };
 
+// Status::mismatch, naming the setup file at `path`, if its reference differs.
+void check_reference(const Reference &in_file, const Reference &own, const std::string &path);
+
 // Status::mismatch, naming the setup file at `path`, if its timing differs from that of the tracker.
 void check_timing(const Timing &in_file, const Timing &own, const std::string &path);
 
@@ -32,6 +36,7 @@ struct Setup {
     period::Grid grid; // as of Stream::grid()
     Clock clock;
     Timing timing = {};
+    Reference reference = {};
     uint32_t digest() const;
 };
 

@@ -23,6 +23,7 @@ namespace toliman::track {
 namespace {
 
 constexpr std::chrono::seconds kCommitInterval{1}; // of records that wait for a full group
+constexpr size_t kSpans = 64;                      // of a frame, for which memory is reserved
 
 } // namespace
 
@@ -32,18 +33,37 @@ Tracker::Tracker(Plan plan, Estimate estimate, StateFolder folder, period::Strea
       arrange_(columns_, columns_) {
     images_.resize(plan_.workers * plan_.terms.geometry.out_rows * plan_.terms.geometry.out_cols);
     jobs_.resize(kBatch);
-    if (store_)
+    on_target_.resize(plan_.workers);
+    for (OnTarget &one : on_target_)
+        one.spans.reserve(kSpans);
+    if (store_) {
         open(folder);
-    else
-        memory_.resize(static_cast<size_t>(plan_.capacity) * record_size(columns_.count()));
+        return;
+    }
+    memory_.resize(static_cast<size_t>(plan_.capacity) * record_size(columns_.count()));
+    if (plan_.reference.is_given())
+        reducer_.emplace(columns_, plan_.reference, "options->values");
 }
 
 std::optional<period::Sample> Tracker::sample_of(const Record &record) const noexcept {
     const std::optional<int64_t> tai_ns = plan_.clock.tai_ns(record.camera_ns);
-    if (record.kind != Kind::accepted || !tai_ns)
+    const double value = value_of(record);
+    if (record.kind != Kind::accepted || !tai_ns || !(std::fabs(value) <= plan_.terms.value_limit))
         return std::nullopt;
-    const period::Sample sample = sums_.sample_ns(*tai_ns, record.value, record.sigma);
+    const period::Sample sample = sums_.sample_ns(*tai_ns, value, record.sigma);
     return sums_.covers(sample) ? std::optional(sample) : std::nullopt;
+}
+
+FrameState Tracker::state_of(const Record &record) const noexcept {
+    if (record.kind == Kind::accepted && std::isnan(value_of(record)))
+        return FrameState::unreduced;
+    return sample_of(record) ? FrameState::accepted : FrameState::outlier;
+}
+
+int64_t &Tracker::count_of(FrameState state) noexcept {
+    return state == FrameState::accepted    ? counts_.accepted
+           : state == FrameState::unreduced ? counts_.unreduced
+                                            : counts_.outlier;
 }
 
 void Tracker::count_repeats(int64_t count) noexcept {
@@ -66,6 +86,8 @@ void Tracker::record_repeats() {
 }
 
 void Tracker::count_record(const Record &record, uint64_t number) {
+    if (record.kind == Kind::intervals)
+        return;
     if (record.kind == Kind::merged)
         return count_merge_mark(merge_mark_of(record));
     if (record.kind == Kind::rejected)
@@ -81,13 +103,13 @@ void Tracker::count_record(const Record &record, uint64_t number) {
 void Tracker::count_frame(const Record &record, uint64_t number) {
     index_.check_capacity();
     streams_.check_capacity(record.stream);
-    const bool accepted = sample_of(record).has_value();
+    const FrameState state = state_of(record);
     if (index_.find(key_of(record)) != nullptr)
         fail(Status::format, "{%s}: record %llu: duplicate frame", store_->path(LedgerFile::kName).c_str(),
              static_cast<unsigned long long>(number));
-    index_.add(key_of(record), record.content, number, accepted ? FrameState::accepted : FrameState::outlier);
+    index_.add(key_of(record), record.content, number, state);
     streams_.add(record.stream, record.frame_id);
-    (accepted ? counts_.accepted : counts_.outlier)++;
+    count_of(state)++;
     counts_.dropped += record.dropped;
 }
 
@@ -96,7 +118,7 @@ void Tracker::count_quarantine(const Record &record, uint64_t number) {
     if (known == nullptr || known->state() == FrameState::quarantined)
         fail(Status::format, "{%s}: record %llu: quarantines an unknown frame", store_->path(LedgerFile::kName).c_str(),
              static_cast<unsigned long long>(number));
-    (known->state() == FrameState::accepted ? counts_.accepted : counts_.outlier)--;
+    count_of(known->state())--;
     counts_.quarantined++;
     counts_.repeated++;
     counts_.dropped -= record.dropped;
@@ -178,7 +200,17 @@ void Tracker::validate_and_estimate(const Frame &frame, Job &job, unsigned worke
     } else {
         outcome.value = found.value;
         outcome.chi_square = found.chi_square;
+        if (plan_.reduce)
+            reduce(frame, job, worker);
     }
+}
+
+void Tracker::reduce(const Frame &frame, Job &job, unsigned worker) {
+    OnTarget &on_target = on_target_[worker];
+    const double exposure_s = frame.exposure_s > 0 ? frame.exposure_s : plan_.timing.exposure_s;
+    const bool fits =
+        find_on_target(frame.camera_ns, exposure_s, frame.intervals, frame.interval_count, plan_.clock, on_target);
+    job.unreduced = fits ? plan_.reduce(on_target, job.reduction) : Reason::no_orbit;
 }
 
 // Cells in the order of the plan's columns.
@@ -191,10 +223,14 @@ Cells Tracker::cells_of(const Frame &frame, const Job &job) const noexcept {
     cell(OwnColumn::window_col) = static_cast<uint64_t>(frame.window_col);
     if (job.outcome.flaw.reason != Reason::none)
         return cells;
+    cell(OwnColumn::intervals) = frame.interval_count;
+    if (plan_.reduce)
+        store(job.unreduced == Reason::none ? &job.reduction : nullptr, cells);
     cell(OwnColumn::chi_square) = with_bits<uint64_t>(job.estimated.chi_square);
     cell(OwnColumn::flags) = job.estimated.flags;
-    for (size_t i = kOwnColumns; i < plan_.columns.count(); i++)
-        cells[i] = with_bits<uint64_t>(job.estimated.further[i - kOwnColumns]);
+    const size_t own = plan_.columns.own();
+    for (size_t i = own; i < plan_.columns.count(); i++)
+        cells[i] = with_bits<uint64_t>(job.estimated.further[i - own]);
     return cells;
 }
 
@@ -215,19 +251,24 @@ Record Tracker::record_of(const Frame &frame, const Job &job) const noexcept {
     record.kind = record.reason != Reason::none                       ? Kind::rejected
                   : std::fabs(record.value) > plan_.terms.value_limit ? Kind::outlier
                                                                       : Kind::accepted;
+    if (record.kind == Kind::accepted)
+        record.reason = job.unreduced;
     return record;
 }
 
 // Decides on the verdict of an evaluated frame. Its record is appended before anything else changes.
-void Tracker::register_frame(const Record &record, Outcome &outcome) {
+void Tracker::register_frame(const Record &record, const Frame &frame, Outcome &outcome) {
     if (record.kind == Kind::rejected) {
         outcome.verdict = Verdict::rejected;
         return count_record(record, append_record(record));
     }
     const KnownFrame *known = index_.find(key_of(record));
     if (known == nullptr) {
-        outcome.verdict = record.kind == Kind::accepted ? Verdict::accepted : Verdict::outlier;
-        return add_frame(record);
+        add_frame(record, frame.intervals, frame.interval_count);
+        const double chi_square = outcome.chi_square; // not in the record of every ledger
+        outcome = outcome_of(record);
+        outcome.chi_square = chi_square;
+        return;
     }
     const bool quarantined = known->state() == FrameState::quarantined;
     if (!quarantined && known->content != record.content) {
@@ -238,10 +279,14 @@ void Tracker::register_frame(const Record &record, Outcome &outcome) {
     count_repeats(1);
 }
 
-void Tracker::add_frame(const Record &record) {
+void Tracker::add_frame(const Record &record, const double *intervals, size_t interval_count) {
     index_.check_capacity();
     streams_.check_capacity(record.stream);
     const std::optional<period::Sample> sample = sample_of(record);
+    if (ledger_)
+        for (const Record &part :
+             interval_records(record, intervals, interval_count, columns_.count(), plan_.terms.sigma))
+            append_record(part);
     count_record(record, append_record(record));
     if (sample)
         sums_.push(*sample);
@@ -260,17 +305,37 @@ void Tracker::quarantine(const KnownFrame &known, Record record) {
 Outcome Tracker::outcome_of(const Record &record) const {
     Outcome outcome;
     outcome.flaw.reason = record.reason;
-    outcome.value = record.value;
     outcome.tai_ns = plan_.clock.tai_ns(record.camera_ns).value_or(record.tai_ns);
-    if (record.kind == Kind::rejected || record.kind == Kind::merged)
+    outcome.value = record.value;
+    if (record.kind != Kind::accepted && record.kind != Kind::outlier && record.kind != Kind::quarantined)
         return outcome;
-    constexpr Verdict kVerdicts[] = {Verdict::rejected, Verdict::accepted, Verdict::outlier, Verdict::quarantined};
-    outcome.verdict = kVerdicts[static_cast<size_t>(index_.find(key_of(record))->state())];
+    if (const double value = value_of(record); std::isfinite(value))
+        outcome.value = value;
+    switch (index_.find(key_of(record))->state()) {
+    case FrameState::accepted:
+        outcome.verdict = Verdict::accepted;
+        break;
+    case FrameState::unreduced:
+        outcome.verdict = Verdict::unreduced;
+        break;
+    case FrameState::outlier:
+        outcome.verdict = Verdict::outlier;
+        break;
+    default:
+        outcome.verdict = Verdict::quarantined;
+    }
     return outcome;
 }
 
 void Tracker::visit(uint64_t first, uint64_t most, const EachFrame &each) const {
-    const auto visit_one = [&](const Record &record, uint64_t) { each(record, outcome_of(record)); };
+    const Cells empty = columns_.empty();
+    const auto visit_one = [&](const Record &record, uint64_t) {
+        if (record.kind != Kind::intervals)
+            return each(record, outcome_of(record));
+        Record part = record; // whose cells are intervals
+        part.cells = empty;
+        each(part, outcome_of(part));
+    };
     if (ledger_)
         return ledger_->visit(first, most, visit_one);
     for (uint64_t number = first; number < records_in_memory_ && number - first < most; number++)
@@ -305,7 +370,7 @@ void Tracker::push(const Frame *frames, size_t count, Outcome *outcomes, size_t 
         const bool unnamed = names_ && record.kind != Kind::rejected && !streams_.is_named(record.stream);
         if (unnamed)
             names_->add(record.stream, frames[done].session, frames[done].roi);
-        register_frame(record, outcomes[done]);
+        register_frame(record, frames[done], outcomes[done]);
         if (unnamed)
             streams_.set_named(record.stream);
     }

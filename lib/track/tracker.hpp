@@ -17,21 +17,23 @@
 #include "track/clock.hpp"
 #include "track/frame.hpp"
 #include "track/identity.hpp"
+#include "track/interval_records.hpp"
 #include "track/ledger.hpp"
 #include "track/names.hpp"
+#include "track/reduction.hpp"
 #include "track/setup.hpp"
 #include "track/streams.hpp"
 #include "track/terms.hpp"
 
 namespace toliman::track {
 
-enum class Verdict : int32_t { accepted = 0, duplicate = 1, quarantined = 2, outlier = 3, rejected = 4 };
+enum class Verdict : int32_t { accepted = 0, duplicate = 1, quarantined = 2, outlier = 3, rejected = 4, unreduced = 5 };
 
 struct Outcome {
     Verdict verdict = Verdict::rejected;
-    Flaw flaw; // rejected frames only
+    Flaw flaw; // rejected and unreduced frames only
     int64_t tai_ns = 0;
-    double value = 0;                                             // accepted frames and outliers only
+    double value = 0; // accepted frames and outliers: reduced if frames are; unreduced frames: that of the estimator
     double chi_square = std::numeric_limits<double>::quiet_NaN(); // per pixel, likewise; NaN: unknown
 };
 
@@ -60,6 +62,8 @@ struct Plan {
     Columns columns; // of a new ledger; an existing ledger keeps its own
     Clock clock;
     Timing timing;
+    Reference reference; // of the values in the sums
+    Reduce reduce;       // with a reference: needed to push frames, and to rebuild
     unsigned workers = 1;
     size_t group = 64; // records per write and fsync
     Sync sync = Sync::group;
@@ -73,6 +77,7 @@ struct StateFolder {
     std::optional<Setup> setup;
     std::optional<Loaded> loaded;
     bool has_checkpoint = false; // the file exists, valid or not
+    bool is_rewritten = false;   // the ledger was, to reduce its frames again: there is no checkpoint of it
     Log log;                     // receives warnings of damage that is repaired or ignored
 };
 // Reads a folder; with Access::write locks its ledger. A setup that does not match the terms belongs to another folder
@@ -82,11 +87,12 @@ StateFolder open_state_folder(std::unique_ptr<Store> store, Access access, const
 // it wrote its setup. Status::format if the ledger is missing although other files exist.
 bool has_state(Store &store);
 
-// A key is counted once in accepted, outlier or quarantined. received = accepted + outlier + quarantined + repeated +
-// all rejected.
+// A key is counted once in accepted, unreduced, outlier or quarantined. received = accepted + unreduced + outlier +
+// quarantined + repeated + all rejected.
 struct Counts {
-    int64_t received = 0, accepted = 0, outlier = 0, quarantined = 0, repeated = 0, rejected[kReasons] = {};
-    int64_t dropped = 0; // by the camera, as reported by accepted frames and outliers
+    int64_t received = 0, accepted = 0, unreduced = 0, outlier = 0, quarantined = 0, repeated = 0,
+            rejected[kReasons] = {};
+    int64_t dropped = 0; // by the camera, as reported by these except quarantined frames
 };
 
 // Time series of the accepted frames: times in the grid's unit from its reference, values, sigmas.
@@ -106,7 +112,7 @@ class Tracker {
 
     // Creates a folder or resumes from it. `sums` must be empty; it receives the sums of the folder's frames and must
     // outlive the tracker. Without an estimator, frames can only be merged. Status::mismatch if the folder has other
-    // terms or, without rebuild, another grid or clock.
+    // terms or, without rebuild, another grid, clock or reference. To rebuild with `reduce` reduces all frames again.
     Tracker(Plan plan, Estimate estimate, StateFolder folder, period::Stream &sums);
 
     // Estimates on all workers, then registers the frames in order. Does not allocate with one worker. On an exception
@@ -145,8 +151,12 @@ class Tracker {
         uint32_t content = 0;
         Outcome outcome;
         Estimated estimated;
+        Reason unreduced = Reason::none;
+        Reduction reduction;
     };
     void open(StateFolder &folder);
+    void reduce_again(StateFolder &folder);
+    void refuse_reduced_records() const;
     void adopt_columns(const LedgerFile &file);
     void resume_from_checkpoint(StateFolder &folder);
     void check_setup(const StateFolder &folder) const;
@@ -158,14 +168,15 @@ class Tracker {
     MergeMark last_merge_of(uint64_t salt) const noexcept; // zero counts if there was none
     void merge_all_records(Store &other, const Checkpoint &point);
     uint64_t merge_salvaged_records(const LedgerFile &file, const Checkpoint &point);
-    bool merge_record(const Record &theirs, bool is_new);
-    Setup setup() const { return {sums_.grid(), plan_.clock, plan_.timing}; }
+    bool merge_record(const Record &found, const Arrangement &arrange, const IntervalCollector &collector, bool is_new);
+    Setup setup() const { return {sums_.grid(), plan_.clock, plan_.timing, plan_.reference}; }
     void evaluate(const Frame &frame, Job &job, unsigned worker) noexcept;
     void validate_and_estimate(const Frame &frame, Job &job, unsigned worker);
+    void reduce(const Frame &frame, Job &job, unsigned worker);
     Cells cells_of(const Frame &frame, const Job &job) const noexcept;
     Record record_of(const Frame &frame, const Job &job) const noexcept;
-    void register_frame(const Record &record, Outcome &outcome);
-    void add_frame(const Record &record);
+    void register_frame(const Record &record, const Frame &frame, Outcome &outcome);
+    void add_frame(const Record &record, const double *intervals = nullptr, size_t interval_count = 0);
     void quarantine(const KnownFrame &known, Record record);
     void count_repeats(int64_t count) noexcept;
     void record_repeats();
@@ -177,7 +188,11 @@ class Tracker {
     Record read_record(uint64_t number) const;
     Outcome outcome_of(const Record &record) const;
     void check_writable() const;
-    // Returns the sample of a record; none unless the frame was accepted and the sums cover its time.
+    // Value of a record in the sums; NaN if it is not reduced.
+    double value_of(const Record &record) const noexcept { return reducer_ ? reducer_->value(record) : record.value; }
+    FrameState state_of(const Record &record) const noexcept;
+    int64_t &count_of(FrameState state) noexcept;
+    // Returns the sample of a record; none unless the frame was accepted, is reduced, and the sums cover it.
     std::optional<period::Sample> sample_of(const Record &record) const noexcept;
 
     Plan plan_;
@@ -192,8 +207,10 @@ class Tracker {
     std::map<uint64_t, MergeMark> merged_; // by salt, the latest mark of each ledger; the own one counts repeats
     uint64_t salt_ = 0;                    // of the own ledger
     Columns columns_;
-    Arrangement arrange_;    // plan's columns -> columns_
-    Buffer<uint8_t> memory_; // without a ledger: records of accepted frames and outliers
+    Arrangement arrange_;             // plan's columns -> columns_
+    std::optional<Reducer> reducer_;  // with a reference
+    std::vector<OnTarget> on_target_; // of each worker
+    Buffer<uint8_t> memory_;          // without a ledger: records of accepted frames and outliers
     size_t records_in_memory_ = 0;
     Buffer<double> images_; // [workers][out_rows * out_cols]
     std::vector<Job> jobs_;

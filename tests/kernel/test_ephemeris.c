@@ -184,7 +184,7 @@ static void gap_in_a_table(void **state) {
         NULL)
         fail_msg("warning \"%s\"", shim_warning());
     assert_non_null(strstr(shim_warning(), "(1 such places)"));
-    assert_no_state(kStart + 7000 * kNs, "states are 3660 s apart there");
+    assert_no_state(kStart + 7000 * kNs, "the states there are 3660 s apart");
     double worst = 0;
     int given = 0;
     for (int t = 5400; t < 10200; t++) {

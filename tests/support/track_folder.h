@@ -8,7 +8,7 @@
 #include "track_frames.h"
 
 /* Six columns: tools/docs/formats.md "TLML". */
-enum { COLUMNS = 6, HEADER = 124 + COLUMNS * 64, LINE = 64 + COLUMNS * 8 };
+enum { COLUMNS = 7, HEADER = 124 + COLUMNS * 64, LINE = 64 + COLUMNS * 8 };
 
 static char folder[256], ledger[300], checkpoint[300], setup[300];
 

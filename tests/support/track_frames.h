@@ -10,7 +10,7 @@
 #include "samples.h"
 #include "test_folder.h"
 
-#include <toliman/track.h>
+#include <toliman/track_records.h>
 
 enum { SIDE = 8, PIXELS = SIDE * SIDE, FREQUENCIES = 40, STATE_CAPACITY = 16384 };
 #define DAY_NS 86400000000000

@@ -5,6 +5,7 @@
 #include "test_folder.h"
 
 #include <toliman/track.h>
+#include <toliman/track_records.h>
 
 enum { SIDE = 256, PIXELS = SIDE * SIDE, FRAMES = 24, SOME = 6, NF = 20 };
 #define DAY_NS 86400000000000

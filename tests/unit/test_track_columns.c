@@ -57,15 +57,27 @@ static void push_exposed(toliman_track *track, int64_t first, int64_t last) {
     }
 }
 
-static double cell(const toliman_track *track, const char *name, int64_t line) {
+/* Number of the record of the frame that arrived as number `arrival`, from 0. Intervals have records of their own. */
+static int64_t record_of(const toliman_track *track, int64_t arrival) {
+    for (int64_t number = 0;; number++) {
+        toliman_track_record record = TOLIMAN_TRACK_RECORD_INIT;
+        size_t done = 0;
+        assert_ok(toliman_track_get_records(track, number, 1, &record, &done));
+        assert_int_equal(done, 1);
+        if (record.verdict != TOLIMAN_TRACK_VERDICT_INTERVALS && arrival-- == 0)
+            return number;
+    }
+}
+
+static double cell(const toliman_track *track, const char *name, int64_t arrival) {
     double value = -1;
     size_t done = 0;
-    assert_ok(toliman_track_get_column(track, name, line, 1, &value, &done));
+    assert_ok(toliman_track_get_column(track, name, record_of(track, arrival), 1, &value, &done));
     assert_int_equal(done, 1);
     return value;
 }
 
-/* Frames 1 ... in records 0 ... */
+/* Frames 1 ... arrived in this order. */
 static void assert_columns(const toliman_track *track, int64_t frames) {
     for (int64_t id = 1; id <= frames; id++) {
         small_frame frame;
@@ -77,6 +89,7 @@ static void assert_columns(const toliman_track *track, int64_t frames) {
         assert_true(cell(track, "window_row", id - 1) == (double)(-7 * id));
         assert_true(cell(track, "window_col", id - 1) == (double)(1000 + id));
         assert_true(cell(track, "flags", id - 1) == 2147483653.0);
+        assert_true(cell(track, "intervals", id - 1) == 2);
         assert_true(cell(track, "dx", id - 1) == frame.pixels[1]);
         assert_true(cell(track, "flux_2", id - 1) == frame.pixels[2]);
         assert_true(cell(track, "cov_value_dx", id - 1) == 1);
@@ -94,34 +107,29 @@ static void columns_hold_the_given_values(void **unused) {
         toliman_track *track = make_track(&options);
         push_exposed(track, 1, FRAMES);
         assert_columns(track, FRAMES);
-        static const char *const names[] = {"chi_square",
-                                            "exposure_s",
-                                            "shift_s",
-                                            "window_row",
-                                            "window_col",
-                                            "flags",
-                                            "dx",
-                                            "flux_2",
-                                            "cov_value_dx",
-                                            "cov_value_flux_2",
-                                            "cov_dx_dx",
-                                            "cov_dx_flux_2",
-                                            "cov_flux_2_flux_2"};
+        static const char *const names[] = {"chi_square",       "exposure_s",
+                                            "shift_s",          "window_row",
+                                            "window_col",       "flags",
+                                            "intervals",        "dx",
+                                            "flux_2",           "cov_value_dx",
+                                            "cov_value_flux_2", "cov_dx_dx",
+                                            "cov_dx_flux_2",    "cov_flux_2_flux_2"};
         enum { ALL = sizeof names / sizeof *names };
         toliman_track_column columns[ALL] = {TOLIMAN_TRACK_COLUMN_INIT};
         size_t count = 0, done = 9;
         assert_ok(toliman_track_get_columns(track, NULL, 0, &count));
         assert_int_equal(count, ALL);
         assert_fails(toliman_track_get_columns(track, columns, ALL - 1, &count), TOLIMAN_E_CAPACITY,
-                     "must be at least 13, the number of columns");
+                     "must be at least 14, the number of columns");
         assert_ok(toliman_track_get_columns(track, columns, ALL, &count));
         for (int i = 0; i < ALL; i++) {
             assert_string_equal(columns[i].name, names[i]);
-            assert_int_equal(columns[i].type, i > 2 && i < 6 ? TOLIMAN_TRACK_COLUMN_I64 : TOLIMAN_TRACK_COLUMN_F64);
+            assert_int_equal(columns[i].type, i > 2 && i < 7 ? TOLIMAN_TRACK_COLUMN_I64 : TOLIMAN_TRACK_COLUMN_F64);
         }
-        double values[FRAMES + 5];
-        assert_ok(toliman_track_get_column(track, "dx", 10, FRAMES + 5, values, &done));
-        assert_int_equal(done, FRAMES - 10);
+        double values[2 * FRAMES];
+        assert_ok(toliman_track_get_column(track, "dx", record_of(track, 10), 2 * FRAMES, values, &done));
+        assert_int_equal(done, on_disk ? 2 * (FRAMES - 10) - 1 : FRAMES - 10);
+        assert_true(!on_disk || isnan(values[1])); /* a record of intervals has no columns */
         assert_fails(toliman_track_get_column(track, "dy", 0, 1, values, &done), TOLIMAN_E_NOT_FOUND, "\"dy\"");
         assert_fails(toliman_track_get_column(track, "dx", -1, 1, values, &done), TOLIMAN_E_ARGUMENT, "first = -1");
         assert_fails(toliman_track_get_column(track, "dx", 0, 1, NULL, &done), TOLIMAN_E_ARGUMENT, "values");
@@ -340,9 +348,9 @@ static void impossible_columns_are_refused(void **unused) {
         off_t at;
         unsigned char byte;
         const char *message;
-    } bad[] = {{112, 49, "columns, records of"},
-               {112, 5, "5 columns, records of 112 bytes"},
-               {116, 120, "6 columns, records of"},
+    } bad[] = {{112, 59, "columns, records of"},
+               {112, 5, "5 columns, records of 120 bytes"},
+               {116, 128, "7 columns, records of"},
                {120, 0, "column 0: name is invalid or duplicate"},
                {120, 'C', "column 0: name is invalid or duplicate"},
                {120 + 56, 2, "column chi_square: type 2, role 1"},

@@ -227,9 +227,9 @@ static void impossible_records_are_refused(void **unused) {
     for (int trial = 0; trial < 8; trial++) {
         memcpy(line, good, LINE);
         if (trial < 3)
-            line[52] = (unsigned char)(trial == 0 ? 3 : trial == 1 ? 0 : 6); /* kind */
+            line[52] = (unsigned char)(trial == 0 ? 3 : trial == 1 ? 0 : 7); /* kind */
         else if (trial == 3)
-            line[53] = 7; /* one more than the last reason */
+            line[53] = 9; /* one more than the last reason */
         else
             memcpy(line + (trial < 6 ? 36 : 44), &wrong[trial - 4], 8);
         const uint32_t crc = crc32(before, line, LINE - 4);

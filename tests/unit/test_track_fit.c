@@ -5,6 +5,7 @@
 #include "test_folder.h"
 
 #include <toliman/track.h>
+#include <toliman/track_records.h>
 
 enum { SIDE = 64, PIXELS = SIDE * SIDE, FRAMES = 6 };
 #define DAY_NS 86400000000000

@@ -2110,8 +2110,10 @@ TOLIMAN_TRACK_VERDICT_QUARANTINED = 503
 TOLIMAN_TRACK_VERDICT_OUTLIER = 504
 TOLIMAN_TRACK_VERDICT_REJECTED = 505
 TOLIMAN_TRACK_VERDICT_MERGED = 506  # never an outcome: a record of counts (repeats, merged ledger)
+TOLIMAN_TRACK_VERDICT_UNREDUCED = 507  # since 0.2
+TOLIMAN_TRACK_VERDICT_INTERVALS = 508  # never an outcome: on-target intervals of the next frame. Since 0.2
 
-# Reasons for rejection.
+# Reasons for rejection, and why a frame is unreduced.
 TOLIMAN_TRACK_REASON_NONE = 511
 TOLIMAN_TRACK_REASON_SHAPE = 512  # number of rows or columns differs from the tracker's
 TOLIMAN_TRACK_REASON_OVER_RANGE = 513  # pixel above the bit depth
@@ -2119,19 +2121,24 @@ TOLIMAN_TRACK_REASON_ZERO_RUN = 514  # run of zero pixels of at least zero_run_b
 TOLIMAN_TRACK_REASON_NOT_FINITE = 515  # pixel that is NaN or infinite
 TOLIMAN_TRACK_REASON_CLOCK = 516  # time that overflows in TAI, or that the periodogram cannot represent
 TOLIMAN_TRACK_REASON_ESTIMATE = 517  # estimator failed, or gave a non-finite value or a sigma out of range
+TOLIMAN_TRACK_REASON_NO_ORBIT = 518  # unreduced: the observer file has no state at its time. Since 0.2
+
+# Unreduced: the observer is in orbit, and the exposure is unknown, or longer than 600 s without a list of on-target
+# intervals. Since 0.2.
+TOLIMAN_TRACK_REASON_NO_INTERVALS = 519
 
 
 class toliman_track_outcome(Sized):
     """Outcome of a pushed frame.
     struct_size: in: sizeof(toliman_track_outcome)
     verdict: TOLIMAN_TRACK_VERDICT_...
-    reason: TOLIMAN_TRACK_REASON_... of a rejected frame
+    reason: TOLIMAN_TRACK_REASON_... of a rejected or unreduced frame
     row: first pixel over range, not finite, or completing a zero run; for SHAPE, the shape received
     col: first pixel over range, not finite, or completing a zero run; for SHAPE, the shape received
     pixel: value of that pixel
-    value: accepted frames and outliers: the estimate
-    tai_ns: accepted frames and outliers: time in TAI
-    chi_square: accepted frames and outliers: chi-square per pixel against the estimator's model; NaN without
+    value: accepted frames and outliers: the value in the periodogram; unreduced frames: the estimate
+    tai_ns: these frames: time in TAI
+    chi_square: these frames: chi-square per pixel against the estimator's model; NaN without
         one"""
 
     _fields_ = [
@@ -2152,7 +2159,8 @@ class toliman_track_outcome(Sized):
 TOLIMAN_TRACK_READ_ONLY = 1  # opens the folder for reading, also while another tracker writes to it
 
 # Rebuilds the accumulators from the ledger with the grid and clock table of these options. Frames rejected for their
-# time must be pushed again.
+# time must be pushed again. With `sky`, all frames are reduced again, also those of a folder without a system; frames
+# that its observer file does not cover keep their reduction if the system is the same.
 TOLIMAN_TRACK_REBUILD = 2
 TOLIMAN_TRACK_SALVAGE = 4  # flag of toliman_track_merge only: skip damaged records
 TOLIMAN_TRACK_ALLOW_ZERO_RUNS = 8  # rejects no frame for a run of zero pixels
@@ -2225,7 +2233,7 @@ class toliman_track_options(Sized):
     clock: Clock table: pairs [clock_points][2] of camera nanoseconds and TAI nanoseconds, both increasing. Linear
         interpolation between pairs and extrapolation beyond them; one pair is a constant difference; the pair (0, 0)
         means that camera time is TAI. No pairs: the clock table of the folder, also with REBUILD; in a new folder the
-        camera time is TAI. If the setup file of the folder is lost, grid, clock table and stamp must be given.
+        camera time is TAI. If the setup file of the folder is lost, grid, clock table, stamp and system must be given.
     sync: TOLIMAN_TRACK_SYNC_..., 0 = GROUP
     group: records per fsync, 1 to 65536; 0 = 64
     allocator: for the large arrays of the object; NULL = malloc
@@ -2249,7 +2257,13 @@ class toliman_track_options(Sized):
         values = "separation_px,x_px,y_px,fit_separation_px": the separation of the networks, the shift of the scene's
         centre, and the separation of the fit. The efficiency is sqrt(cov_fit_separation_px_fit_separation_px)/sigma.
         Each network must be trained to an efficiency of at least 0.5 at its place (otherwise TOLIMAN_E_ARGUMENT). A
-        folder refuses another bank, as any other estimator. The bank must outlive the tracker. Since 0.2."""
+        folder refuses another bank, as any other estimator. The bank must outlive the tracker. Since 0.2.
+    sky: System and observer of the reduction, or NULL. The tracker must have a value separation_px: with `fit`, or with
+        `estimate` and this name in `values`. Must be given to push frames to a folder with a system, with the same
+        system (otherwise TOLIMAN_E_MISMATCH); not needed to read or merge. Must outlive the tracker. With `sky`, the
+        default of value_limit is at least 0.25 px. Since 0.2.
+    plate_scale_arcsec: arcsec per px, at most 1e6; 0 = that of the folder, or of the scene of `fit`.
+        toliman_track_load_options: 0 = the folder has no system. Since 0.2"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -2292,6 +2306,80 @@ class toliman_track_options(Sized):
         ("exposure_s", c_double),
         ("fit", POINTER(toliman_fit)),
         ("bank", POINTER(toliman_bank)),
+        ("sky", POINTER(toliman_sky)),
+        ("plate_scale_arcsec", c_double),
+    ]
+
+
+class toliman_track_info(Sized):
+    """Counts and properties of a tracker. received = accepted + unreduced + outlier + quarantined + repeated +
+    rejected. received,
+    repeated and rejected count arrivals: a frame that arrives again counts again, also after the folder was reopened.
+    The ledger holds all counts: a crash loses those of uncommitted frames only.
+    struct_size: in: sizeof(toliman_track_info)
+    flags: TOLIMAN_TRACK_..., as given
+    received: arrived frames, in this and earlier runs
+    accepted: frames in the periodogram
+    quarantined: keys
+    repeated: later arrivals of known keys, with the same or other content, here or in merged folders
+    rejected: for any reason; see toliman_track_get_rejected
+    expected: frame ids from the first to the last of each session and region
+    missing: expected ids that are neither accepted nor unreduced nor outlier nor quarantined
+    dropped: frames dropped by the camera, as reported by accepted and unreduced frames and outliers
+    sessions: number of pairs of session and region
+    records: records of the ledger; in memory, accepted and outliers on arrival
+    committed: committed records; with READ_ONLY, records that the files show to be committed
+    sigma: standard deviation of a value
+    unreduced: frames that wait for an observer file or intervals. Since 0.2
+    plate_scale_arcsec: of the reduction; 0 = frames are not reduced. Since 0.2
+    system: of the reduction, JSON text that toliman_sky_create takes; NULL = frames are not reduced.
+        Valid until the tracker is destroyed. Since 0.2"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("flags", c_uint32),
+        ("received", c_int64),
+        ("accepted", c_int64),
+        ("outlier", c_int64),
+        ("quarantined", c_int64),
+        ("repeated", c_int64),
+        ("rejected", c_int64),
+        ("expected", c_int64),
+        ("missing", c_int64),
+        ("dropped", c_int64),
+        ("sessions", c_int64),
+        ("records", c_int64),
+        ("committed", c_int64),
+        ("capacity", c_int64),
+        ("estimator_id", c_uint64),
+        ("sigma", c_double),
+        ("value_limit", c_double),
+        ("unreduced", c_int64),
+        ("plate_scale_arcsec", c_double),
+        ("system", c_char_p),
+    ]
+
+
+class toliman_track_stream(Sized):
+    """Session and region of interest. Both names are empty if unknown: without a folder, or if their line of streams.txt
+    was lost and none of their frames has arrived since.
+    struct_size: sizeof(toliman_track_stream)
+    stream: FNV-1a hash of both names, as in toliman_track_record
+    first_id: lowest and highest frame id
+    last_id: lowest and highest frame id
+    frames: keys that are accepted, unreduced, outlier or quarantined
+    missing: other ids between first_id and last_id"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("stream", c_uint64),
+        ("first_id", c_int64),
+        ("last_id", c_int64),
+        ("frames", c_int64),
+        ("missing", c_int64),
+        ("session", c_char * 72),
+        ("roi", c_char * 72),
     ]
 
 
@@ -2300,13 +2388,13 @@ class toliman_track_record(Sized):
     instead of a frame.
     struct_size: sizeof(toliman_track_record)
     verdict: TOLIMAN_TRACK_VERDICT_...; quarantined if a conflicting copy arrived later
-    reason: TOLIMAN_TRACK_REASON_... of a rejected frame
+    reason: TOLIMAN_TRACK_REASON_... of a rejected or unreduced frame
     content: CRC32 of the frame
     stream: FNV-1a hash of session and region
     camera_ns: camera time, and TAI from the tracker's clock table
     tai_ns: camera time, and TAI from the tracker's clock table
-    value: if the frame has no value: 0, and the sigma of the frame or tracker
-    sigma: if the frame has no value: 0, and the sigma of the frame or tracker"""
+    value: as in the outcome; if the frame has no value: 0, and the sigma of the frame or tracker
+    sigma: as in the outcome; if the frame has no value: 0, and the sigma of the frame or tracker"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -2332,8 +2420,10 @@ class toliman_track_column(Sized):
     """Column of the ledger: data of a record in addition to the members of toliman_track_record. Every ledger has the
     columns chi_square and flags (of toliman_estimate), exposure_s, window_row and window_col (of toliman_frame), and
     shift_s: mean time of the good-time intervals minus the middle of the exposure, 0 without intervals (not applied to
-    the time). Then follow the names of toliman_track_options.values, and cov_A_B, the covariance of values A and B.
-    The first value is named "value"; cov_A_A is a variance. Since 0.2.
+    the time); intervals, their number (-1: lost); and of a reduced frame factor, geometric_arcsec, and the derivatives
+    of the latter by the elements of the orbit (sky.h), d_period_years to d_epoch. Then follow the names of
+    toliman_track_options.values, and cov_A_B, the covariance of values A and B. The first value is named "value";
+    cov_A_A is a variance. Since 0.2.
     struct_size: sizeof(toliman_track_column)
     type: TOLIMAN_TRACK_COLUMN_..."""
 
@@ -2341,70 +2431,6 @@ class toliman_track_column(Sized):
         ("struct_size", c_uint32),
         ("type", c_int32),
         ("name", c_char * 64),
-    ]
-
-
-class toliman_track_info(Sized):
-    """Counts and properties of a tracker. received = accepted + outlier + quarantined + repeated + rejected. received,
-    repeated and rejected count arrivals: a frame that arrives again counts again, also after the folder was reopened.
-    The ledger holds all counts: a crash loses those of uncommitted frames only.
-    struct_size: in: sizeof(toliman_track_info)
-    flags: TOLIMAN_TRACK_..., as given
-    received: arrived frames, in this and earlier runs
-    accepted: frames in the periodogram
-    quarantined: keys
-    repeated: later arrivals of known keys, with the same or other content, here or in merged folders
-    rejected: for any reason; see toliman_track_get_rejected
-    expected: frame ids from the first to the last of each session and region
-    missing: expected ids that are neither accepted nor outlier nor quarantined
-    dropped: frames dropped by the camera, as reported by accepted frames and outliers
-    sessions: number of pairs of session and region
-    records: records of the ledger; in memory, accepted and outliers on arrival
-    committed: committed records; with READ_ONLY, records that the files show to be committed
-    sigma: standard deviation of a value"""
-
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("flags", c_uint32),
-        ("received", c_int64),
-        ("accepted", c_int64),
-        ("outlier", c_int64),
-        ("quarantined", c_int64),
-        ("repeated", c_int64),
-        ("rejected", c_int64),
-        ("expected", c_int64),
-        ("missing", c_int64),
-        ("dropped", c_int64),
-        ("sessions", c_int64),
-        ("records", c_int64),
-        ("committed", c_int64),
-        ("capacity", c_int64),
-        ("estimator_id", c_uint64),
-        ("sigma", c_double),
-        ("value_limit", c_double),
-    ]
-
-
-class toliman_track_stream(Sized):
-    """Session and region of interest. Both names are empty if unknown: without a folder, or if their line of streams.txt
-    was lost and none of their frames has arrived since.
-    struct_size: sizeof(toliman_track_stream)
-    stream: FNV-1a hash of both names, as in toliman_track_record
-    first_id: lowest and highest frame id
-    last_id: lowest and highest frame id
-    frames: keys that are accepted, outlier or quarantined
-    missing: other ids between first_id and last_id"""
-
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("reserved", c_uint32),
-        ("stream", c_uint64),
-        ("first_id", c_int64),
-        ("last_id", c_int64),
-        ("frames", c_int64),
-        ("missing", c_int64),
-        ("session", c_char * 72),
-        ("roi", c_char * 72),
     ]
 
 
@@ -2533,9 +2559,6 @@ OF_OBJECTS = {
     "toliman_track_commit": True,
     "toliman_track_save": True,
     "toliman_track_merge": True,
-    "toliman_track_get_records": False,
-    "toliman_track_get_columns": False,
-    "toliman_track_get_column": False,
     "toliman_track_get_info": False,
     "toliman_track_get_options": False,
     "toliman_track_get_rejected": False,
@@ -2543,6 +2566,9 @@ OF_OBJECTS = {
     "toliman_track_get_clock": False,
     "toliman_track_get_period": False,
     "toliman_track_query_fit": False,
+    "toliman_track_get_records": False,
+    "toliman_track_get_columns": False,
+    "toliman_track_get_column": False,
 }
 
 # name: (type of the result, ((argument, its type), ...), comment)
@@ -4301,7 +4327,8 @@ defaults. Errors:
 toliman_track_load_options. Allocates all memory and locks the ledger until the tracker is destroyed. The caller
 destroys *out. Errors:
   - TOLIMAN_E_MISMATCH if the folder has another estimator, other values, geometry or limits, another stamp or
-    exposure_s, or, without REBUILD, another grid or clock table, and for the bank of another fit;
+    exposure_s, or, without REBUILD, another grid, clock table, system or plate scale, and for the bank of another
+    fit;
   - TOLIMAN_E_STATE if another tracker writes to the folder;
   - TOLIMAN_E_LOST if the ledger has lost records. toliman_track_merge with SALVAGE recovers the others;
   - TOLIMAN_E_FORMAT if the ledger is damaged otherwise, is missing although other files of the folder exist, or is
@@ -4366,43 +4393,6 @@ column that this ledger lacks; TOLIMAN_E_ARGUMENT for the tracker's own folder. 
 have been added. If the merge is repeated, they count again as received and as repeated or rejected, but not in the
 periodogram.""",
     ),
-    "toliman_track_get_records": (
-        c_int32, (
-            ("track", POINTER(toliman_track)),
-            ("first", c_int64),
-            ("count", c_size_t),
-            ("records", POINTER(toliman_track_record)),
-            ("done", POINTER(c_size_t)),
-        ),
-        """Reads up to `count` records from number `first` on, in order of arrival; *done becomes their number. The newest
-start at toliman_track_info.records - count. Duplicates have no record. Without a folder, only frames that were
-accepted or outliers on arrival have records. TOLIMAN_E_FORMAT if the ledger has been damaged since it was opened;
-some records may then have been written.""",
-    ),
-    "toliman_track_get_columns": (
-        c_int32, (
-            ("track", POINTER(toliman_track)),
-            ("columns", POINTER(toliman_track_column)),
-            ("capacity", c_size_t),
-            ("count", POINTER(c_size_t)),
-        ),
-        """Writes the columns, in the order of the ledger, to columns[capacity]; *count becomes their number. To query the
-number, pass capacity 0 and columns NULL. TOLIMAN_E_CAPACITY if capacity is too small. Since 0.2.""",
-    ),
-    "toliman_track_get_column": (
-        c_int32, (
-            ("track", POINTER(toliman_track)),
-            ("name", c_char_p),
-            ("first", c_int64),
-            ("count", c_size_t),
-            ("values", POINTER(c_double)),
-            ("done", POINTER(c_size_t)),
-        ),
-        """Writes the numbers of a column to values[count], for the records that toliman_track_get_records returns for the
-same `first` and count. A record without a number gives NaN, or 0 in integer columns. Integers above 2^53 are
-rounded.
-Errors: as toliman_track_get_records; TOLIMAN_E_NOT_FOUND for an unknown column. Since 0.2.""",
-    ),
     "toliman_track_get_info": (
         c_int32, (("track", POINTER(toliman_track)), ("out", POINTER(toliman_track_info))),
         """Writes the counts and properties of a tracker to *out, whose struct_size must be set.""",
@@ -4449,6 +4439,43 @@ the tracker, which destroys it. Queries during a push return TOLIMAN_E_STATE."""
 time_offset_ns, and standard errors. The result does not depend on the order of arrival. Reads all records and
 temporarily takes 100 bytes per frame. Errors as toliman_period_query_fit; TOLIMAN_E_FORMAT if the ledger has been
 damaged since it was opened.""",
+    ),
+    "toliman_track_get_records": (
+        c_int32, (
+            ("track", POINTER(toliman_track)),
+            ("first", c_int64),
+            ("count", c_size_t),
+            ("records", POINTER(toliman_track_record)),
+            ("done", POINTER(c_size_t)),
+        ),
+        """Reads up to `count` records from number `first` on, in order of arrival; *done becomes their number. The newest
+start at toliman_track_info.records - count. Duplicates have no record. Without a folder, only frames that were
+accepted or outliers on arrival have records. TOLIMAN_E_FORMAT if the ledger has been damaged since it was opened;
+some records may then have been written.""",
+    ),
+    "toliman_track_get_columns": (
+        c_int32, (
+            ("track", POINTER(toliman_track)),
+            ("columns", POINTER(toliman_track_column)),
+            ("capacity", c_size_t),
+            ("count", POINTER(c_size_t)),
+        ),
+        """Writes the columns, in the order of the ledger, to columns[capacity]; *count becomes their number. To query the
+number, pass capacity 0 and columns NULL. TOLIMAN_E_CAPACITY if capacity is too small. Since 0.2.""",
+    ),
+    "toliman_track_get_column": (
+        c_int32, (
+            ("track", POINTER(toliman_track)),
+            ("name", c_char_p),
+            ("first", c_int64),
+            ("count", c_size_t),
+            ("values", POINTER(c_double)),
+            ("done", POINTER(c_size_t)),
+        ),
+        """Writes the numbers of a column to values[count], for the records that toliman_track_get_records returns for the
+same `first` and count. A record without a number gives NaN, or 0 in integer columns. Integers above 2^53 are
+rounded.
+Errors: as toliman_track_get_records; TOLIMAN_E_NOT_FOUND for an unknown column. Since 0.2.""",
     ),
 }
 

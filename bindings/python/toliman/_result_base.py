@@ -47,7 +47,7 @@ class Result:
         if field.type == "bool":
             return bool(value)
         if field.type == "str":
-            return value.decode()
+            return value.decode() if value is not None else ""  # NULL: there is none
         return value if field.type in ("int", "float") else tuple(value)
 
     def __repr__(self) -> str:

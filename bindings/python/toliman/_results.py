@@ -527,18 +527,19 @@ class Outcome(Result):
     """Outcome of a pushed frame."""
 
     verdict: str = member("...", words="TOLIMAN_TRACK_VERDICT")
-    reason: str = member("... of a rejected frame", words="TOLIMAN_TRACK_REASON")
+    reason: str = member("... of a rejected or unreduced frame", words="TOLIMAN_TRACK_REASON")
     row: int = member("first pixel over range, not finite, or completing a zero run; for SHAPE, the shape received")
     col: int = member("first pixel over range, not finite, or completing a zero run; for SHAPE, the shape received")
     pixel: float = member("value of that pixel")
-    value: float = member("accepted frames and outliers: the estimate")
-    tai_ns: int = member("accepted frames and outliers: time in TAI")
-    chi_square: float = member("accepted frames and outliers: chi-square per pixel against the estimator's model; NaN without one")
+    value: float = member("accepted frames and outliers: the value in the periodogram; unreduced frames: the estimate")
+    tai_ns: int = member("these frames: time in TAI")
+    chi_square: float = member("these frames: chi-square per pixel against the estimator's model; NaN without one")
 
 
 @result
 class TrackInfo(Result):
-    """Counts and properties of a tracker. received = accepted + outlier + quarantined + repeated + rejected. received,
+    """Counts and properties of a tracker. received = accepted + unreduced + outlier + quarantined + repeated +
+    rejected. received,
     repeated and rejected count arrivals: a frame that arrives again counts again, also after the folder was reopened.
     The ledger holds all counts: a crash loses those of uncommitted frames only."""
 
@@ -549,8 +550,8 @@ class TrackInfo(Result):
     repeated: int = member("later arrivals of known keys, with the same or other content, here or in merged folders")
     rejected: int = member("for any reason; see toliman_track_get_rejected")
     expected: int = member("frame ids from the first to the last of each session and region")
-    missing: int = member("expected ids that are neither accepted nor outlier nor quarantined")
-    dropped: int = member("frames dropped by the camera, as reported by accepted frames and outliers")
+    missing: int = member("expected ids that are neither accepted nor unreduced nor outlier nor quarantined")
+    dropped: int = member("frames dropped by the camera, as reported by accepted and unreduced frames and outliers")
     sessions: int = member("number of pairs of session and region")
     records: int = member("records of the ledger; in memory, accepted and outliers on arrival")
     committed: int = member("committed records; with READ_ONLY, records that the files show to be committed")
@@ -558,6 +559,9 @@ class TrackInfo(Result):
     estimator_id: int
     sigma: float = member("standard deviation of a value")
     value_limit: float
+    unreduced: int = member("frames that wait for an observer file or intervals. Since 0.2")
+    plate_scale_arcsec: float = member("of the reduction; 0 = frames are not reduced. Since 0.2")
+    system: str = member("of the reduction, JSON text that toliman_sky_create takes; NULL = frames are not reduced. Valid until the tracker is destroyed. Since 0.2")
 
 
 @result
@@ -568,7 +572,7 @@ class Stream(Result):
     stream: int = member("FNV-1a hash of both names, as in toliman_track_record")
     first_id: int = member("lowest and highest frame id")
     last_id: int = member("lowest and highest frame id")
-    frames: int = member("keys that are accepted, outlier or quarantined")
+    frames: int = member("keys that are accepted, unreduced, outlier or quarantined")
     missing: int = member("other ids between first_id and last_id")
     session: str
     roi: str

@@ -1,0 +1,72 @@
+/* libtoliman, records of a tracker: what became of each frame.
+ *
+ * Data flow (functions toliman_track_...)
+ *
+ *   toliman_track -> get_records -> verdicts, times, values
+ *                 -> get_columns -> get_column -> further data of the same records
+ */
+#ifndef TOLIMAN_TRACK_RECORDS_H
+#define TOLIMAN_TRACK_RECORDS_H
+
+#include <toliman/track.h>
+
+TOLIMAN_BEGIN_DECLS
+
+/* Record of the ledger: a frame as it arrived and its present verdict, or, with TOLIMAN_TRACK_VERDICT_MERGED, counts
+ * instead of a frame. */
+typedef struct toliman_track_record {
+    uint32_t struct_size; /* sizeof(toliman_track_record) */
+    int32_t verdict;      /* TOLIMAN_TRACK_VERDICT_...; quarantined if a conflicting copy arrived later */
+    int32_t reason;       /* TOLIMAN_TRACK_REASON_... of a rejected or unreduced frame */
+    uint32_t content;     /* CRC32 of the frame */
+    uint64_t stream;      /* FNV-1a hash of session and region */
+    int64_t frame_id;
+    int64_t camera_ns, tai_ns; /* camera time, and TAI from the tracker's clock table */
+    int64_t dropped;
+    double value, sigma; /* as in the outcome; if the frame has no value: 0, and the sigma of the frame or tracker */
+} toliman_track_record;
+#define TOLIMAN_TRACK_RECORD_INIT TOLIMAN_INIT(toliman_track_record)
+
+/* Reads up to `count` records from number `first` on, in order of arrival; *done becomes their number. The newest
+ * start at toliman_track_info.records - count. Duplicates have no record. Without a folder, only frames that were
+ * accepted or outliers on arrival have records. TOLIMAN_E_FORMAT if the ledger has been damaged since it was opened;
+ * some records may then have been written. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_records(const toliman_track *track, int64_t first,
+                                                                        size_t count, toliman_track_record *records,
+                                                                        size_t *done) TOLIMAN_NOEXCEPT;
+
+/* Types of a column. */
+#define TOLIMAN_TRACK_COLUMN_F64 531
+#define TOLIMAN_TRACK_COLUMN_I64 532
+
+/* Column of the ledger: data of a record in addition to the members of toliman_track_record. Every ledger has the
+ * columns chi_square and flags (of toliman_estimate), exposure_s, window_row and window_col (of toliman_frame), and
+ * shift_s: mean time of the good-time intervals minus the middle of the exposure, 0 without intervals (not applied to
+ * the time); intervals, their number (-1: lost); and of a reduced frame factor, geometric_arcsec, and the derivatives
+ * of the latter by the elements of the orbit (sky.h), d_period_years to d_epoch. Then follow the names of
+ * toliman_track_options.values, and cov_A_B, the covariance of values A and B. The first value is named "value";
+ * cov_A_A is a variance. Since 0.2. */
+typedef struct toliman_track_column {
+    uint32_t struct_size; /* sizeof(toliman_track_column) */
+    int32_t type;         /* TOLIMAN_TRACK_COLUMN_... */
+    char name[64];
+} toliman_track_column;
+#define TOLIMAN_TRACK_COLUMN_INIT TOLIMAN_INIT(toliman_track_column)
+
+/* Writes the columns, in the order of the ledger, to columns[capacity]; *count becomes their number. To query the
+ * number, pass capacity 0 and columns NULL. TOLIMAN_E_CAPACITY if capacity is too small. Since 0.2. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_columns(const toliman_track *track,
+                                                                        toliman_track_column *columns, size_t capacity,
+                                                                        size_t *count) TOLIMAN_NOEXCEPT;
+
+/* Writes the numbers of a column to values[count], for the records that toliman_track_get_records returns for the
+ * same `first` and count. A record without a number gives NaN, or 0 in integer columns. Integers above 2^53 are
+ * rounded.
+ * Errors: as toliman_track_get_records; TOLIMAN_E_NOT_FOUND for an unknown column. Since 0.2. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_column(const toliman_track *track, const char *name,
+                                                                       int64_t first, size_t count, double *values,
+                                                                       size_t *done) TOLIMAN_NOEXCEPT;
+
+TOLIMAN_END_DECLS
+
+#endif

@@ -1,0 +1,30 @@
+// Definition of toliman_sky.
+#pragma once
+#include <memory>
+#include <string>
+
+#include <toliman/sky.h>
+
+#include "api/handle.hpp"
+#include "sky/prediction.hpp"
+#include "track/reduction.hpp"
+
+namespace toliman::api {
+
+// The reduction of a tracker's frames.
+struct SkySource {
+    std::string system; // JSON text
+    track::Reduce reduce;
+};
+
+// The system, and the means over the time on target of a frame. `sky` must outlive the result.
+SkySource sky_source(const toliman_sky &sky);
+
+} // namespace toliman::api
+
+struct toliman_sky : toliman::api::Handle<toliman_sky> {
+    static constexpr char kType[] = "toliman_sky";
+    std::unique_ptr<const toliman::sky::Predictor> predictor;
+    // For trackers, sky_source(): a pointer, so that programs without a system are linked without it.
+    toliman::api::SkySource (*source)(const toliman_sky &sky);
+};
