@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "base/error.hpp"
+#include "ingest/epoch.hpp"
 #include "sky/ephemeris_table.hpp"
-#include "sky/epoch.hpp"
 #include "sky/interpolation.hpp"
 #include "sky/oem.hpp"
 
@@ -25,19 +25,19 @@ State Ephemeris::at(int64_t tai_ns) const {
     const bool follows = after != segments_.begin(), precedes = after != segments_.end();
     if (follows && precedes && tai_ns > (after - 1)->last_ns)
         fail(Status::range, "{%s}: %s TAI is between segments, of which one ends at %s and the next begins at %s",
-             source_.c_str(), date_text(tai_ns).c_str(), date_text((after - 1)->last_ns).c_str(),
-             date_text(after->first_ns).c_str());
+             source_.c_str(), ingest::date_text(tai_ns).c_str(), ingest::date_text((after - 1)->last_ns).c_str(),
+             ingest::date_text(after->first_ns).c_str());
     if (!follows || tai_ns > (after - 1)->last_ns)
         fail(Status::range, "{%s}: %s TAI: must be from %s to %s, the times of the states", source_.c_str(),
-             date_text(tai_ns).c_str(), date_text(segments_.front().first_ns).c_str(),
-             date_text(segments_.back().last_ns).c_str());
+             ingest::date_text(tai_ns).c_str(), ingest::date_text(segments_.front().first_ns).c_str(),
+             ingest::date_text(segments_.back().last_ns).c_str());
     const Interpolated found = interpolate(*(after - 1), tai_ns);
     if (!(found.doubt_m_s <= kMostDoubt))
         fail(
             Status::range,
             "{%s}: %s TAI: the states there are %.6g s apart: the velocity is uncertain by more than 1 m/s; must be at "
             "most 300 s apart in a low orbit",
-            source_.c_str(), date_text(tai_ns).c_str(), found.step_s);
+            source_.c_str(), ingest::date_text(tai_ns).c_str(), found.step_s);
     return found.state;
 }
 
@@ -48,7 +48,8 @@ void Ephemeris::check_interval(int64_t start_ns, int64_t end_ns) const {
             covered = segment.last_ns;
     if (covered < end_ns || start_ns < segments_.front().first_ns)
         fail(Status::range, "{%s}: the interval from %s to %s TAI is not covered by the states from %s on",
-             source_.c_str(), date_text(start_ns).c_str(), date_text(end_ns).c_str(), date_text(covered).c_str());
+             source_.c_str(), ingest::date_text(start_ns).c_str(), ingest::date_text(end_ns).c_str(),
+             ingest::date_text(covered).c_str());
 }
 
 Ephemeris read_ephemeris(const std::string &path, const ingest::LeapSeconds &leap_seconds, const Log &log) {

@@ -4,51 +4,33 @@
 #include "sky/ephemeris_table.hpp"
 
 #include <algorithm>
-#include <array>
 #include <iterator>
 #include <string>
 
 #include "base/error.hpp"
 #include "base/nearest_word.hpp"
-#include "sky/epoch.hpp"
+#include "ingest/csv_table.hpp"
 #include "sky/segment_builder.hpp"
-#include "sky/time.hpp"
 
 namespace toliman::sky {
 
 namespace {
 
+using ingest::column_of;
+using ingest::Fields;
+using ingest::kMostColumns;
+using ingest::split_fields;
 using ingest::TextLines;
+using ingest::without_comment;
 
-constexpr const char *kTimes[] = {"t_utc", "t_tai", "t_tt", "t_tdb", "t_gps", "t_tai_ns"}; // the first as in Scale
-constexpr size_t kNanoseconds = 5;
+constexpr const char *kTimes[] = {"t_utc", "t_tai", "t_tt", "t_tdb", "t_gps", "t_tai_ns"}; // as ingest::kTimeKinds
 constexpr const char *kPositions[2][3] = {{"x_km", "y_km", "z_km"}, {"x_m", "y_m", "z_m"}};
 constexpr const char *kVelocities[2][3] = {{"vx_km_s", "vy_km_s", "vz_km_s"}, {"vx_m_s", "vy_m_s", "vz_m_s"}};
 constexpr double kFactors[2] = {1000, 1};
 constexpr const char *kAllowed =
     "one of t_tai_ns (integers), t_utc, t_tai, t_tt, t_tdb, t_gps (dates), with x_km,y_km,z_km or x_m,y_m,z_m and "
     "vx_km_s,vy_km_s,vz_km_s or vx_m_s,vy_m_s,vz_m_s, in any order";
-constexpr size_t kColumns = 7, kMostColumns = 16, kNone = kMostColumns;
-constexpr int64_t kFirstNs = -4383 * kNsPerDay, kEndNs = 47482 * kNsPerDay; // 1958-01-01, 2100-01-01
-
-using Fields = std::array<std::string_view, kMostColumns>;
-
-// The fields of a line, without its comment; returns their number, of which at most 16 are kept.
-size_t split(std::string_view line, Fields &fields) noexcept {
-    size_t count = 0, at = 0;
-    while (at <= line.size()) {
-        const size_t end = std::min(line.find(',', at), line.size());
-        if (count < kMostColumns)
-            fields[count] = TextLines::trimmed(line.substr(at, end - at));
-        count++;
-        at = end + 1;
-    }
-    return count;
-}
-
-std::string_view without_comment(std::string_view line) noexcept {
-    return TextLines::trimmed(line.substr(0, line.find('#')));
-}
+constexpr size_t kColumns = 7, kNone = ingest::kNoColumn;
 
 // Columns of the numbers of a state.
 struct Columns {
@@ -71,11 +53,6 @@ std::vector<std::string> all_names() {
     return names;
 }
 
-size_t column_of(const char *name, const Fields &header, size_t count) noexcept {
-    const auto *const found = std::find(header.begin(), header.begin() + count, name);
-    return found == header.begin() + count ? kNone : static_cast<size_t>(found - header.begin());
-}
-
 // Finds a triple in one of its units, that of most of its columns. Returns 0 for km, 1 for m.
 size_t find_triple(const char *const (&names)[2][3], const Fields &header, size_t count, const TextLines &lines,
                    size_t columns[3]) {
@@ -94,7 +71,7 @@ size_t find_triple(const char *const (&names)[2][3], const Fields &header, size_
 
 Columns columns_of(std::string_view line, const TextLines &lines) {
     Fields header;
-    const size_t count = split(without_comment(line), header);
+    const size_t count = split_fields(without_comment(line), header);
     const size_t kept = std::min(count, kMostColumns);
     const std::vector<std::string> names = all_names();
     for (size_t i = 0; i < kept; i++) {
@@ -125,20 +102,6 @@ Columns columns_of(std::string_view line, const TextLines &lines) {
     if (count != kColumns)
         fail_header(lines, "there are " + std::to_string(count) + " columns, not 7");
     return columns;
-}
-
-int64_t time_of(std::string_view text, size_t kind, const ingest::LeapSeconds &leap_seconds, const TextLines &lines) {
-    if (kind != kNanoseconds)
-        return parse_epoch(text, static_cast<ingest::Scale>(kind), leap_seconds, {lines.path(), lines.number()},
-                           kTimes[kind]);
-    const std::optional<int64_t> ns = ingest::integer_of(text);
-    if (!ns || *ns < kFirstNs || *ns >= kEndNs)
-        fail(Status::format,
-             "{%s}:%d: t_tai_ns = \"%s\": must be an integer, nanoseconds since 1970-01-01T00:00:00 TAI, of the years "
-             "1958 "
-             "to 2099",
-             lines.path(), lines.number(), std::string(text.substr(0, 60)).c_str());
-    return *ns;
 }
 
 double value_of(std::string_view text, double factor, const char *name, const TextLines &lines) {
@@ -178,11 +141,12 @@ std::vector<Segment> read_ephemeris_table(ingest::TextLines &lines, std::string_
         if (line.empty())
             continue;
         Fields fields;
-        const size_t count = split(line, fields);
+        const size_t count = split_fields(line, fields);
         if (count != kColumns)
             fail(Status::format, "{%s}:%d: %zu fields: must be 7, as in the header", lines.path(), lines.number(),
                  count);
-        const int64_t tai_ns = time_of(fields[columns.time], columns.time_kind, leap_seconds, lines);
+        const int64_t tai_ns =
+            ingest::time_of(fields[columns.time], columns.time_kind, kTimes[columns.time_kind], leap_seconds, lines);
         builder.add(tai_ns, state_of(fields, columns, lines), lines.number());
     }
     std::vector<Segment> segments;

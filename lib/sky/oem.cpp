@@ -14,7 +14,7 @@
 
 #include "base/error.hpp"
 #include "base/nearest_word.hpp"
-#include "sky/epoch.hpp"
+#include "ingest/epoch.hpp"
 #include "sky/segment_builder.hpp"
 
 namespace toliman::sky {
@@ -125,8 +125,8 @@ class OemReader {
     }
 
   private:
-    Place place() const noexcept { return {lines_.path(), lines_.number()}; }
-    Place place(const Value &value) const noexcept { return {lines_.path(), value.line}; }
+    ingest::TextPlace place() const noexcept { return {lines_.path(), lines_.number()}; }
+    ingest::TextPlace place(const Value &value) const noexcept { return {lines_.path(), value.line}; }
 
     // The next line with content; comments are skipped.
     bool next() {
@@ -233,12 +233,12 @@ class OemReader {
     }
 
     int64_t time_of(const Value &value, const char *name) const {
-        return parse_epoch(value.text, *scale_, leap_seconds_, place(value), name);
+        return ingest::parse_epoch(value.text, *scale_, leap_seconds_, place(value), name);
     }
 
     // From the line META_START to the next one or the end of the file.
     void read_segment(std::vector<Segment> &segments) {
-        const Place begin = place();
+        const ingest::TextPlace begin = place();
         std::array<Value, kMetadataKeywords> values;
         read_keywords(kMetadata, values, "META_STOP");
         check_names(values);
@@ -287,7 +287,7 @@ class OemReader {
             fail(Status::format,
                  "{%s}:%d: \"%s\": must be a time and 6 or 9 finite numbers, META_START or COVARIANCE_START",
                  lines_.path(), lines_.number(), std::string(line_.substr(0, 60)).c_str());
-        const int64_t tai_ns = parse_epoch(fields[0], *scale_, leap_seconds_, place(), "time");
+        const int64_t tai_ns = ingest::parse_epoch(fields[0], *scale_, leap_seconds_, place(), "time");
         if (tai_ns < start || tai_ns > stop)
             fail(Status::format, "{%s}:%d: the time %s is outside START_TIME to STOP_TIME", lines_.path(),
                  lines_.number(), std::string(fields[0]).c_str());

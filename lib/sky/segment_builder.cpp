@@ -132,7 +132,7 @@ void SegmentBuilder::add(int64_t tai_ns, const State &state, int line) {
              path_.c_str(), line, speed * 1e-3, units_.position, units_.velocity);
     if (!is_empty() && tai_ns <= last_ns())
         fail(Status::format, "{%s}:%d: the time, %s TAI, must be after that of the state before, %s TAI", path_.c_str(),
-             line, date_text(tai_ns).c_str(), date_text(last_ns()).c_str());
+             line, ingest::date_text(tai_ns).c_str(), ingest::date_text(last_ns()).c_str());
     segment_.tai_ns.push_back(tai_ns);
     segment_.states.push_back(state);
     lines_.push_back(line);
@@ -256,11 +256,12 @@ void SegmentBuilder::warn_of_gaps(const Log &log) const {
             static_cast<double>(segment_.tai_ns[first + 1] - segment_.tai_ns[first]) * 1e-9, gaps);
 }
 
-void append_segment(std::vector<Segment> &segments, Segment segment, const Place &place) {
+void append_segment(std::vector<Segment> &segments, Segment segment, const ingest::TextPlace &place) {
     if (!segments.empty() && segment.first_ns < segments.back().last_ns)
         fail(Status::format,
              "{%s}:%d: the segment is usable from %s TAI: must not begin before the one before it ends, %s TAI",
-             place.path, place.line, date_text(segment.first_ns).c_str(), date_text(segments.back().last_ns).c_str());
+             place.path, place.line, ingest::date_text(segment.first_ns).c_str(),
+             ingest::date_text(segments.back().last_ns).c_str());
     segments.push_back(std::move(segment));
 }
 

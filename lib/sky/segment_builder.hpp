@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "ingest/epoch.hpp"
 #include "sky/ephemeris.hpp"
-#include "sky/epoch.hpp"
 
 namespace toliman::sky {
 
@@ -46,7 +46,7 @@ class SegmentBuilder {
 };
 
 // Appends a segment, whose usable times must not begin before those of the last one end.
-void append_segment(std::vector<Segment> &segments, Segment segment, const Place &place);
+void append_segment(std::vector<Segment> &segments, Segment segment, const ingest::TextPlace &place);
 
 // A finite decimal number that is the whole text, with an optional sign; NaN for other texts.
 double number_of(std::string_view text) noexcept;

@@ -3,7 +3,7 @@
 #include <memory>
 #include <string>
 
-#include "sky/epoch.hpp"
+#include "ingest/epoch.hpp"
 #include "sky/segment_builder.hpp"
 
 using namespace toliman;
@@ -86,6 +86,6 @@ int32_t shim_check_states(const double *states, size_t count) {
 }
 
 void shim_date_text(int64_t tai_ns, char *text, size_t capacity) {
-    std::snprintf(text, capacity, "%s", sky::date_text(tai_ns).c_str());
+    std::snprintf(text, capacity, "%s", ingest::date_text(tai_ns).c_str());
 }
 }

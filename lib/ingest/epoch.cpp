@@ -1,7 +1,7 @@
 // Method: a date with the day of the year is rewritten with month and day, then parsed as all dates are. The calendar
 // date of a day counts from 0000-03-01, so that a leap day is the last day of a year. Reference: CCSDS 301.0-B, ASCII
 // time codes A and B.
-#include "sky/epoch.hpp"
+#include "ingest/epoch.hpp"
 
 #include <optional>
 
@@ -9,12 +9,12 @@
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "ingest/text_lines.hpp"
-#include "sky/time.hpp"
 
-namespace toliman::sky {
+namespace toliman::ingest {
 
 namespace {
 
+constexpr int64_t kSecond = 1000000000, kDay = 86400 * kSecond;
 constexpr int64_t kDayOf1970 = 40587;       // MJD
 constexpr int64_t kDaysBefore1970 = 719468; // since 0000-03-01
 constexpr int64_t kDaysOf400Years = 146097;
@@ -40,8 +40,8 @@ std::string with_month(std::string_view text) {
     constexpr size_t kEnd = 8; // of YYYY-DDD
     if (text.size() <= kEnd || text[4] != '-' || text[kEnd] != 'T')
         return std::string(text);
-    const std::optional<int64_t> year = ingest::integer_of(text.substr(0, 4));
-    const std::optional<int64_t> day = ingest::integer_of(text.substr(5, 3));
+    const std::optional<int64_t> year = integer_of(text.substr(0, 4));
+    const std::optional<int64_t> day = integer_of(text.substr(5, 3));
     if (!year || !day || *year < 0 || *day < 1)
         return std::string(text);
     const auto first = erfa::day_of(static_cast<int>(*year), 1, 1),
@@ -53,22 +53,22 @@ std::string with_month(std::string_view text) {
 
 } // namespace
 
-int64_t parse_epoch(std::string_view text, ingest::Scale scale, const ingest::LeapSeconds &leap_seconds,
-                    const Place &place, const char *name) {
+int64_t parse_epoch(std::string_view text, Scale scale, const LeapSeconds &leap_seconds, const TextPlace &place,
+                    const char *name) {
     constexpr size_t kLongest = 64, kTime = 10;
     const std::string shown(text.substr(0, kLongest)), date = with_month(shown);
     Status status = Status::format;
     const bool is_whole = text.size() < kLongest && text.find('\0') == std::string_view::npos;
     if (is_whole && date.size() > kTime && date[kTime] == 'T') {
         try {
-            return ingest::parse_time(date.c_str(), ingest::TimeFormat::iso, scale, leap_seconds);
+            return parse_time(date.c_str(), TimeFormat::iso, scale, leap_seconds);
         } catch (const Error &error) {
             status = error.status();
         }
     }
     if (status == Status::range)
         fail(Status::format, "{%s}:%d: %s = \"%s\": must be from %s to 2099-12-31", place.path, place.line, name,
-             shown.c_str(), ingest::first_date(scale));
+             shown.c_str(), first_date(scale));
     fail(Status::format,
          "{%s}:%d: %s = \"%s\": must be an existing time YYYY-MM-DDThh:mm:ss.s or YYYY-DDDThh:mm:ss.s, with a final Z "
          "in UTC only",
@@ -76,16 +76,16 @@ int64_t parse_epoch(std::string_view text, ingest::Scale scale, const ingest::Le
 }
 
 std::string date_text(int64_t tai_ns) {
-    const int64_t days = tai_ns / kNsPerDay - (tai_ns % kNsPerDay < 0 ? 1 : 0), ns = tai_ns - days * kNsPerDay;
-    const int64_t seconds = ns / kNsPerSecond;
+    const int64_t days = tai_ns / kDay - (tai_ns % kDay < 0 ? 1 : 0), ns = tai_ns - days * kDay;
+    const int64_t seconds = ns / kSecond;
     char time[64];
     size_t length = print_text(time, sizeof time, "T%02d:%02d:%02d.%09lld", static_cast<int>(seconds / 3600),
                                static_cast<int>(seconds / 60 % 60), static_cast<int>(seconds % 60),
-                               static_cast<long long>(ns % kNsPerSecond));
+                               static_cast<long long>(ns % kSecond));
     while (time[length - 1] == '0')
         length--;
     length -= time[length - 1] == '.' ? 1 : 0;
     return calendar_date(kDayOf1970 + days) + std::string(time, length);
 }
 
-} // namespace toliman::sky
+} // namespace toliman::ingest

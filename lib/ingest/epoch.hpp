@@ -1,4 +1,4 @@
-// Dates in files of states.
+// Dates in text files and in messages.
 #pragma once
 #include <cstdint>
 #include <string>
@@ -6,20 +6,20 @@
 
 #include "ingest/time_scale.hpp"
 
-namespace toliman::sky {
+namespace toliman::ingest {
 
 // A line of a file, for messages.
-struct Place {
+struct TextPlace {
     const char *path;
     int line;
 };
 
 // YYYY-MM-DDThh:mm:ss[.s...] or YYYY-DDDThh:mm:ss[.s...], with a final Z in UTC only, to nanoseconds of TAI. name: of
 // the keyword or column. Status::format with place and name.
-int64_t parse_epoch(std::string_view text, ingest::Scale scale, const ingest::LeapSeconds &leap_seconds,
-                    const Place &place, const char *name);
+int64_t parse_epoch(std::string_view text, Scale scale, const LeapSeconds &leap_seconds, const TextPlace &place,
+                    const char *name);
 
 // YYYY-MM-DDThh:mm:ss[.s...] of TAI.
 std::string date_text(int64_t tai_ns);
 
-} // namespace toliman::sky
+} // namespace toliman::ingest
