@@ -926,10 +926,10 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_FRAME_STAMP_MIDDLE = 602
     integer(c_int32_t), parameter, public :: TOLIMAN_FRAME_STAMP_END = 603
 
-    ! Downlinked frame. As an input, its pixels belong to the caller and are not needed after the call. As an output of
-    ! toliman_ingest_next, they belong to the reader. session, roi and frame_id together are the key of a frame. A second
-    ! valid frame with the same key is a duplicate if its content is the same: pixels and their type, shape, camera_ns,
-    ! dropped, sigma, exposure_s, intervals and window. Otherwise both are quarantined.
+    ! Downlinked frame. As an input, its pixels and intervals belong to the caller and are not needed after the call. As an
+    ! output of toliman_ingest_next, they belong to the reader. session, roi and frame_id together are the key of a frame.
+    ! A second valid frame with the same key is a duplicate if its content is the same: pixels and their type, shape,
+    ! camera_ns, dropped, sigma, exposure_s, intervals and window. Otherwise both are quarantined.
     type, bind(C), public :: toliman_frame
         integer(c_int32_t) :: struct_size = 128 ! sizeof(toliman_frame)
         integer(c_int32_t) :: pixel = 0 ! TOLIMAN_PIXEL_...; there is no default

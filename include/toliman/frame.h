@@ -17,10 +17,10 @@ TOLIMAN_BEGIN_DECLS
 #define TOLIMAN_FRAME_STAMP_MIDDLE 602
 #define TOLIMAN_FRAME_STAMP_END 603
 
-/* Downlinked frame. As an input, its pixels belong to the caller and are not needed after the call. As an output of
- * toliman_ingest_next, they belong to the reader. session, roi and frame_id together are the key of a frame. A second
- * valid frame with the same key is a duplicate if its content is the same: pixels and their type, shape, camera_ns,
- * dropped, sigma, exposure_s, intervals and window. Otherwise both are quarantined. */
+/* Downlinked frame. As an input, its pixels and intervals belong to the caller and are not needed after the call. As an
+ * output of toliman_ingest_next, they belong to the reader. session, roi and frame_id together are the key of a frame.
+ * A second valid frame with the same key is a duplicate if its content is the same: pixels and their type, shape,
+ * camera_ns, dropped, sigma, exposure_s, intervals and window. Otherwise both are quarantined. */
 typedef struct toliman_frame {
     uint32_t struct_size; /* sizeof(toliman_frame) */
     int32_t pixel;        /* TOLIMAN_PIXEL_...; there is no default */

@@ -105,8 +105,11 @@ typedef struct toliman_ingest_event {
  * Time: camera_ns is the middle of the exposure by the camera clock. It is timestamp_ns, plus half of exposure_s for
  * START, minus half of it for END, rounded to 1 ns. If the exposure is unknown, camera_ns is timestamp_ns.
  *
- * Memory: pixels, names and texts belong to the reader and stay valid during the next `buffers` - 1 calls of next,
- * whatever event these return. With buffers = 1 they are valid until the next call.
+ * Intervals: those of on_target_s in the line, at most 64, or NULL if the line has none. A line that has some is DAMAGE
+ * if exposure_s of the options is 0.
+ *
+ * Memory: pixels, intervals, names and texts belong to the reader and stay valid during the next `buffers` - 1 calls of
+ * next, whatever event these return. With buffers = 1 they are valid until the next call.
  *
  * With GROWING, the first call and each call after NOTHING examine both files and read only what is new. A frame is
  * reported once its line, with the newline, and all its pixels are in the files. If a file has been replaced,

@@ -87,6 +87,7 @@ ingest::PairOptions pair_options(const toliman_ingest_options &options) {
     pair.growing = (options.flags & TOLIMAN_INGEST_GROWING) != 0;
     pair.pixel_bytes = size_of(kPixels.to_enum(options.pixel, "options->pixel"));
     pair.shift_ns = shift_of(options);
+    pair.exposure_s = options.exposure_s;
     pair.rows = static_cast<size_t>(options.rows);
     pair.cols = static_cast<size_t>(options.cols);
     if (options.first_id != 0 || options.end_id != 0)
@@ -112,6 +113,10 @@ toliman_frame public_frame(const ingest::Event &event, const toliman_ingest_opti
     frame.pixel = options.pixel;
     frame.pixels = event.pixels;
     frame.exposure_s = options.exposure_s;
+    if (line.on_target_s) {
+        frame.intervals = line.on_target_s->data();
+        frame.interval_count = line.on_target_s->size() / 2;
+    }
     return frame;
 }
 

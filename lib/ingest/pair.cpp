@@ -68,7 +68,7 @@ void Pair::add_line(const std::string &text, int64_t most) {
         fail(Status::format, "{%s}: has more than %lld lines in %llu bytes: a frame takes %llu bytes",
              side_path_.c_str(), static_cast<long long>(most), static_cast<unsigned long long>(side_stamp_.size),
              static_cast<unsigned long long>(kShortestLine));
-    SideLine line = parse_side_line(text, names_);
+    SideLine line = parse_side_line(text, options_.exposure_s, names_);
     int64_t middle = 0;
     if (line.error.empty() && __builtin_add_overflow(line.stamp_ns, options_.shift_ns, &middle))
         line.error = "timestamp_ns: the middle of the exposure exceeds 64 bits";
@@ -167,6 +167,7 @@ Event Pair::frame(Slot &slot, const Place &place) {
     event.file = &side_path_;
     event.number = front_number();
     event.line = front();
+    slot.on_target_s = event.line.on_target_s;
     event.pixels = slot.pixels.data();
     counts_.frames++;
     calls_since_frame_ = 0;

@@ -1,6 +1,7 @@
 // Reader of a pair of files, X_frames.bin and X_meta.jsonl, which may still grow.
 #pragma once
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <set>
 #include <string>
@@ -18,7 +19,8 @@ namespace toliman::ingest {
 struct PairOptions {
     bool growing = false;
     size_t pixel_bytes = 2;
-    int64_t shift_ns = 0; // from a time stamp to the middle of the exposure
+    int64_t shift_ns = 0;  // from a time stamp to the middle of the exposure
+    double exposure_s = 0; // 0: unknown
     size_t rows = 0, cols = 0;
     std::optional<std::pair<int64_t, int64_t>> ids; // first and end; others are skipped
     size_t buffers = 1;
@@ -60,6 +62,7 @@ class Pair {
   private:
     struct Slot {
         Buffer<uint8_t> pixels;
+        std::shared_ptr<const std::vector<double>> on_target_s; // of the frame
         std::string text;
     };
     void look();

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <utility>
 
 #include "backend/json.hpp"
 #include "base/error.hpp"
@@ -13,8 +14,8 @@ namespace {
 
 using json::Value;
 
-constexpr const char *kKeys[] = {"frame_id",  "timestamp_ns", "host_time", "nframes_dropped",
-                                 "roi_label", "n_rows",       "n_cols",    "session_id"};
+constexpr const char *kKeys[] = {"frame_id", "timestamp_ns", "host_time",  "nframes_dropped", "roi_label",
+                                 "n_rows",   "n_cols",       "session_id", "on_target_s"};
 constexpr int64_t kLargestSide = 65536, kMostDropped = 65535;
 
 const Value &member(const Value &object, const char *key) {
@@ -43,6 +44,35 @@ const char *name(const Value &object, const char *key, std::set<std::string> &na
     return names.insert(value.text).first->c_str();
 }
 
+// Checks what toliman_track_push requires of the intervals of a frame.
+std::shared_ptr<const std::vector<double>> on_target(const Value &object, double exposure_s) {
+    const Value *const list = object.find("on_target_s");
+    if (list == nullptr)
+        return {};
+    if (list->kind != Value::Kind::array || list->items.size() % 2 != 0 || list->items.empty() ||
+        list->items.size() > 2 * kMostIntervals)
+        fail(Status::format, "on_target_s must be an array of 2 to %zu numbers, start and end of each interval in turn",
+             2 * kMostIntervals);
+    if (!(exposure_s > 0))
+        fail(Status::format, "on_target_s needs the length of the exposure: exposure_s, or --exposure of toliman");
+    std::vector<double> times;
+    for (const Value &item : list->items) {
+        const size_t i = times.size();
+        if (item.kind != Value::Kind::number)
+            fail(Status::format, "on_target_s[%zu] must be a number", i);
+        const double least = i > 0 ? times.back() : 0, time = item.number;
+        const bool is_end = i % 2 == 1;
+        if (!(is_end ? time > least : time >= least))
+            fail(Status::format, "on_target_s[%zu] must be %s %.9g s, not %.9g s", i, is_end ? "above" : "at least",
+                 least, time);
+        if (!(time <= exposure_s))
+            fail(Status::format, "on_target_s[%zu] must be within the exposure of %.9g s, not %.9g s", i, exposure_s,
+                 time);
+        times.push_back(time);
+    }
+    return std::make_shared<const std::vector<double>>(std::move(times));
+}
+
 void check_keys(const Value &object) {
     for (size_t i = 0; i < object.names.size(); i++) {
         const std::string &key = object.names[i];
@@ -53,7 +83,7 @@ void check_keys(const Value &object) {
     }
 }
 
-void parse(const std::string &text, std::set<std::string> &names, SideLine &line) {
+void parse(const std::string &text, double exposure_s, std::set<std::string> &names, SideLine &line) {
     if (text.size() > kLongestLine)
         fail(Status::format, "longer than %zu bytes", kLongestLine);
     const Value object = json::parse(text, "malformed JSON", json::Form::line);
@@ -71,15 +101,16 @@ void parse(const std::string &text, std::set<std::string> &names, SideLine &line
     if (host.kind != Value::Kind::number)
         fail(Status::format, "host_time must be a number");
     line.host_s = host.number;
+    line.on_target_s = on_target(object, exposure_s);
     check_keys(object);
 }
 
 } // namespace
 
-SideLine parse_side_line(const std::string &text, std::set<std::string> &names) {
+SideLine parse_side_line(const std::string &text, double exposure_s, std::set<std::string> &names) {
     SideLine line;
     try {
-        parse(text, names, line);
+        parse(text, exposure_s, names, line);
     } catch (const Error &error) {
         if (error.status() != Status::format)
             throw;

@@ -2,24 +2,28 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <set>
 #include <string>
+#include <vector>
 
 namespace toliman::ingest {
 
 constexpr size_t kLongestLine = 4096;
+constexpr size_t kMostIntervals = 64; // with 17 digits per number they fit in a line
 
 struct SideLine {
     int64_t frame_id = 0, stamp_ns = 0, dropped = 0;
-    double host_s = 0;                             // host clock
-    uint32_t rows = 0, cols = 0;                   // in [1, 65536]
-    const char *session = nullptr, *roi = nullptr; // of the set of names
-    bool has_key = false;                          // session, roi and frame_id are valid, also if `error` is not empty
-    std::string error;                             // empty if the line is valid
+    double host_s = 0;                                      // host clock
+    uint32_t rows = 0, cols = 0;                            // in [1, 65536]
+    std::shared_ptr<const std::vector<double>> on_target_s; // start and end of each interval in turn; empty: unknown
+    const char *session = nullptr, *roi = nullptr;          // of the set of names
+    bool has_key = false; // session, roi and frame_id are valid, also if `error` is not empty
+    std::string error;    // empty if the line is valid
 };
 
-// Parses a JSON object with exactly the eight keys of formats.md. Names are added to `names`. A malformed line is not
-// an exception: `error` describes it.
-SideLine parse_side_line(const std::string &text, std::set<std::string> &names);
+// Parses a JSON object with the keys of formats.md and no others. Names are added to `names`. A malformed line is not
+// an exception: `error` describes it. exposure_s: length of the exposure, 0 if it is unknown.
+SideLine parse_side_line(const std::string &text, double exposure_s, std::set<std::string> &names);
 
 } // namespace toliman::ingest

@@ -53,6 +53,15 @@ class Frames(Pairs):
         (frame,) = Pair(self.stem, "u32le")
         numpy.testing.assert_array_equal(frame.pixels, PIXELS[:2].view("<u4").reshape(3, 4))
 
+    def test_on_target_intervals(self):
+        self.write([line(0, on_target_s=[0, 0.125, 0.25, 0.5]), line(1), line(2, on_target_s=[0.25, 0.5])], PIXELS[:3])
+        frames = list(Pair(self.stem, "u16le", exposure_s=0.5))
+        self.assertEqual([None if frame.intervals is None else frame.intervals.tolist() for frame in frames],
+                         [[[0, 0.125], [0.25, 0.5]], None, [[0.25, 0.5]]])
+        with self.assertLogs("toliman", logging.WARNING) as logged:
+            self.assertEqual([frame.frame_id for frame in Pair(self.stem, "u16le")], [1])
+        self.assertIn("_meta.jsonl:1: on_target_s needs the length of the exposure", logged.output[0])
+
     def test_views_keep_the_memory_of_a_closed_reader(self):
         with Pair(self.stem, "u16le", copy=False) as pair:
             for k, frame in enumerate(pair):

@@ -13,7 +13,8 @@ static void put_pair(void) {
     for (int i = 0; i < 4; i++)
         snprintf(text + strlen(text), sizeof text - strlen(text),
                  "{\"frame_id\": %d, \"timestamp_ns\": %d, \"host_time\": 0, \"nframes_dropped\": 0, \"roi_label\": "
-                 "\"a-region-with-a-long-name\", \"n_rows\": %s, \"n_cols\": 4, \"session_id\": \"day1\"}\n",
+                 "\"a-region-with-a-long-name\", \"n_rows\": %s, \"n_cols\": 4, \"session_id\": \"day1\", "
+                 "\"on_target_s\": [0, 0.25, 0.5, 1]}\n",
                  i, 5 - i, i == 2 ? "null" : "4");
     for (size_t i = 0; i < 3 * PIXELS; i++)
         pixels[i] = (uint16_t)i;
@@ -26,6 +27,7 @@ static toliman_status open_pair(uint32_t flags, toliman_ingest **out) {
     options.pixel = TOLIMAN_PIXEL_U16;
     options.flags = flags;
     options.buffers = 2;
+    options.exposure_s = 1;
     return toliman_ingest_create(in_folder("day1"), &options, out);
 }
 
@@ -41,6 +43,8 @@ static toliman_status next_into(toliman_ingest *ingest, unsigned char *out) {
     uint64_t hash = fnv1a(FNV_START, event.text, strlen(event.text));
     if (frame.pixels != NULL)
         hash = fnv1a(hash, frame.pixels, sizeof(uint16_t) * PIXELS);
+    if (frame.intervals != NULL)
+        hash = fnv1a(hash, frame.intervals, 2 * frame.interval_count * sizeof *frame.intervals);
     memcpy(out + sizeof numbers, &hash, sizeof hash);
     return status;
 }

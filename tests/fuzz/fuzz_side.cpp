@@ -70,6 +70,10 @@ class Watch {
         require(taken_ <= input_.pixel_bytes, "more frames than the file has");
         const auto *const pixels = static_cast<const uint8_t *>(frame.pixels);
         require(std::all_of(pixels, pixels + bytes, [](uint8_t byte) { return byte == 0; }), "wrong pixels");
+        require((frame.intervals != nullptr) == (frame.interval_count > 0), "intervals without their number");
+        double before = 0;
+        for (size_t i = 0; i < 2 * frame.interval_count; before = frame.intervals[i++])
+            require(frame.intervals[i] >= before && frame.intervals[i] <= frame.exposure_s, "impossible intervals");
     }
 
     struct Destroy {
@@ -118,7 +122,7 @@ std::vector<Bytes> fuzz::seeds() {
          {R"({"frame_id": 7, "timestamp_ns": 1700000000000000001, "host_time": 1.5, "nframes_dropped": 0,)"
           R"( "roi_label": "single_roi", "n_rows": 4, "n_cols": 4, "session_id": "pass-1"})",
           R"({"frame_id":8,"timestamp_ns":-5,"host_time":1e3,"nframes_dropped":2,"roi_label":"r","n_rows":2,)"
-          R"("n_cols":8,"session_id":"s"})"})
+          R"("n_cols":8,"session_id":"s","on_target_s":[0,0.25,0.5,1]})"})
         text += line + std::string("\n");
     std::vector<Bytes> seeds;
     for (const std::string size : {"\x40", "\x80", "\x21", "\x41"})

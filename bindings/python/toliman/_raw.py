@@ -1265,10 +1265,10 @@ TOLIMAN_FRAME_STAMP_END = 603
 
 
 class toliman_frame(Sized):
-    """Downlinked frame. As an input, its pixels belong to the caller and are not needed after the call. As an output of
-    toliman_ingest_next, they belong to the reader. session, roi and frame_id together are the key of a frame. A second
-    valid frame with the same key is a duplicate if its content is the same: pixels and their type, shape, camera_ns,
-    dropped, sigma, exposure_s, intervals and window. Otherwise both are quarantined.
+    """Downlinked frame. As an input, its pixels and intervals belong to the caller and are not needed after the call. As an
+    output of toliman_ingest_next, they belong to the reader. session, roi and frame_id together are the key of a frame.
+    A second valid frame with the same key is a duplicate if its content is the same: pixels and their type, shape,
+    camera_ns, dropped, sigma, exposure_s, intervals and window. Otherwise both are quarantined.
     struct_size: sizeof(toliman_frame)
     pixel: TOLIMAN_PIXEL_...; there is no default
     session: name of the session: 1 to 64 characters A-Z a-z 0-9 . _ -, not starting with a dot
@@ -3605,8 +3605,11 @@ The struct_size of both must be set.
 Time: camera_ns is the middle of the exposure by the camera clock. It is timestamp_ns, plus half of exposure_s for
 START, minus half of it for END, rounded to 1 ns. If the exposure is unknown, camera_ns is timestamp_ns.
 
-Memory: pixels, names and texts belong to the reader and stay valid during the next `buffers` - 1 calls of next,
-whatever event these return. With buffers = 1 they are valid until the next call.
+Intervals: those of on_target_s in the line, at most 64, or NULL if the line has none. A line that has some is DAMAGE
+if exposure_s of the options is 0.
+
+Memory: pixels, intervals, names and texts belong to the reader and stay valid during the next `buffers` - 1 calls of
+next, whatever event these return. With buffers = 1 they are valid until the next call.
 
 With GROWING, the first call and each call after NOTHING examine both files and read only what is new. A frame is
 reported once its line, with the newline, and all its pixels are in the files. If a file has been replaced,

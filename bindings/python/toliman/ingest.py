@@ -69,7 +69,8 @@ class Pair(Handle):
     growing: the files may still grow.
     rows, cols: expected shape of a frame, which locates the frames if lines are damaged; 0: that of the first valid one.
     stamp: point of the exposure to which the time stamps refer: "start", "middle" or "end".
-    exposure_s: length of an exposure; 0: unknown. With it, Frame.camera_ns is the middle of the exposure.
+    exposure_s: length of an exposure; 0: unknown. With it, Frame.camera_ns is the middle of the exposure. Lines with
+        on-target intervals, Frame.intervals, need it.
     frame_ids: a range; frames with other ids are skipped.
     copy: False gives pixels without copying them. They are valid until the next frame or the next iteration.
 
@@ -140,8 +141,11 @@ class Pair(Handle):
         memory = (self._type * (frame.rows * frame.cols)).from_address(frame.pixels)
         memory.owner = self._c  # the reader owns the pixels
         pixels = numpy.frombuffer(memory, memory._type_).reshape(frame.rows, frame.cols)
+        intervals = None
+        if frame.interval_count:
+            intervals = numpy.ctypeslib.as_array(frame.intervals, (frame.interval_count, 2)).copy()
         return Frame(pixels.copy() if self._copy else pixels, frame.frame_id, frame.camera_ns, frame.session.decode(),
-                     frame.roi.decode(), frame.dropped, exposure_s=frame.exposure_s)
+                     frame.roi.decode(), frame.dropped, exposure_s=frame.exposure_s, intervals=intervals)
 
     def _summary(self) -> str:
         info = self.info()
