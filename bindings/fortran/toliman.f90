@@ -2846,6 +2846,21 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
+        ! Reads on-target (good-time) windows: times in which the telescope points at the stars (formats.md, "On-
+        ! target windows"). leap_seconds [leap_second_count] leap seconds for UTC, as in toliman_ingest_parse_time
+        ! intervals [capacity][2], start and end of each window in TAI nanoseconds since 1970-01-01T00:00:00 TAI,
+        ! increasing.
+        function toliman_ingest_read_on_target(path, leap_seconds, leap_second_count, intervals, capacity, &
+            count) bind(C) result(answer)
+            import
+            integer(c_size_t), value :: leap_second_count, capacity
+            character(kind=c_char), intent(in) :: path(*)
+            type(toliman_leap_second), intent(in), optional :: leap_seconds(*)
+            integer(c_int64_t), intent(out), optional :: intervals(*)
+            integer(c_size_t), intent(out) :: count
+            integer(c_int32_t) :: answer
+        end function
+
         ! Reads the time of the first frame from the keywords of a FITS header.
         function toliman_ingest_read_header(header, table, count, expires, time) bind(C) result(answer)
             import
@@ -3696,6 +3711,7 @@ module toliman
     public :: toliman_ingest_read_clock
     public :: toliman_ingest_read_leap_seconds
     public :: toliman_ingest_parse_time
+    public :: toliman_ingest_read_on_target
     public :: toliman_ingest_read_header
     public :: toliman_ingest_convert_times
     public :: toliman_linear_options_init
@@ -3941,6 +3957,7 @@ module toliman
         procedure, nopass :: read_clock => pair_reader_read_clock
         procedure, nopass :: read_leap_seconds => pair_reader_read_leap_seconds
         procedure, nopass :: parse_time => pair_reader_parse_time
+        procedure, nopass :: read_on_target => pair_reader_read_on_target
         procedure, nopass :: read_header => pair_reader_read_header
         procedure, nopass :: convert_times => pair_reader_convert_times
         procedure :: destroy => pair_reader_destroy
@@ -5659,6 +5676,31 @@ contains
         of_count = 0
         if (present(table)) of_count = size(table, 1, c_size_t)
         status = toliman_ingest_parse_time(c_string(text), format, scale, table, of_count, tai_ns)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Reads on-target (good-time) windows: times in which the telescope points at the stars (formats.md, "On-target
+    ! windows"). leap_seconds [leap_second_count] leap seconds for UTC, as in toliman_ingest_parse_time intervals
+    ! [capacity][2], start and end of each window in TAI nanoseconds since 1970-01-01T00:00:00 TAI, increasing.
+    ! leap_seconds(leap_second_count), intervals(2, capacity).
+    subroutine pair_reader_read_on_target(path, count, leap_seconds, intervals, stat, errmsg)
+        character(len=*), intent(in) :: path
+        type(toliman_leap_second), intent(in), optional, contiguous :: leap_seconds(:)
+        integer(c_int64_t), intent(out), optional, contiguous :: intervals(:, :)
+        integer(c_size_t), intent(out) :: count
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_leap_second_count, of_capacity
+        integer(c_int32_t) :: status
+        of_leap_second_count = 0
+        if (present(leap_seconds)) of_leap_second_count = size(leap_seconds, 1, c_size_t)
+        of_capacity = 0
+        if (present(intervals)) of_capacity = size(intervals, 2, c_size_t)
+        if (present(intervals)) then
+            if (.not. fits(size(intervals, 1, c_size_t), 2_c_size_t, 'intervals', 1, stat, errmsg)) return
+        end if
+        status = toliman_ingest_read_on_target(c_string(path), leap_seconds, of_leap_second_count, intervals, &
+            of_capacity, count)
         call conclude(status, stat, errmsg)
     end subroutine
 

@@ -9,9 +9,10 @@
  *                   get_info, destroy
  *
  *   clock table           read_clock -> toliman_track_options.clock
+ *   on-target windows     read_on_target -> TAI nanoseconds, for toliman_frame.intervals and sky.h
  *   dates, Julian days    parse_time, convert_times -> TAI nanoseconds
  *   FITS keywords         read_header -> TAI nanoseconds of the first frame
- *   leap-seconds.list     read_leap_seconds -> parse_time, convert_times, read_header
+ *   leap-seconds.list     read_leap_seconds -> parse_time, convert_times, read_header, read_on_target
  *
  * The mission writes a session as a pair of files: X_frames.bin holds the pixels without header, and X_meta.jsonl, the
  * side file, one JSON object per frame (formats.md, "The mission's pair of files"). Both files grow while the session
@@ -212,6 +213,21 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_read_leap_seconds(c
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_parse_time(const char *text, int32_t format, int32_t scale,
                                                                         const toliman_leap_second *table, size_t count,
                                                                         int64_t *tai_ns) TOLIMAN_NOEXCEPT;
+
+/* Reads on-target (good-time) windows: times in which the telescope points at the stars (formats.md, "On-target
+ * windows").
+ *   leap_seconds  [leap_second_count] leap seconds for UTC, as in toliman_ingest_parse_time
+ *   intervals     [capacity][2], start and end of each window in TAI nanoseconds since 1970-01-01T00:00:00 TAI,
+ *                 increasing. A window may begin where the one before it ends. To query the number, pass capacity 0 and
+ *                 intervals NULL
+ *   count         becomes the number of windows, at least 1
+ * Errors: TOLIMAN_E_NOT_FOUND; TOLIMAN_E_FORMAT, with file and line, if the file is malformed or has no window;
+ * TOLIMAN_E_CAPACITY if capacity is too small; TOLIMAN_E_ARGUMENT for a wrong table of leap seconds. Since 0.2. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_read_on_target(const char *path,
+                                                                            const toliman_leap_second *leap_seconds,
+                                                                            size_t leap_second_count,
+                                                                            int64_t *intervals, size_t capacity,
+                                                                            size_t *count) TOLIMAN_NOEXCEPT;
 
 /* Keywords of a FITS header that give the time of its first frame. Each is the text of the header, strings with or
  * without their quotes; NULL = the keyword is missing or has no value. Since 0.2. */

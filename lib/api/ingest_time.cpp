@@ -9,6 +9,7 @@
 #include "api/times.hpp"
 #include "ingest/clock_table.hpp"
 #include "ingest/header_time.hpp"
+#include "ingest/on_target_table.hpp"
 #include "ingest/time_scale.hpp"
 
 using namespace toliman;
@@ -45,6 +46,24 @@ toliman_status toliman_ingest_read_clock(const char *path, int64_t *clock, size_
             clock[2 * i + 1] = pairs[i].tai_ns;
         }
         *points = pairs.size();
+    });
+}
+
+toliman_status toliman_ingest_read_on_target(const char *path, const toliman_leap_second *leap_seconds,
+                                             size_t leap_second_count, int64_t *intervals, size_t capacity,
+                                             size_t *count) noexcept {
+    return guard([&] {
+        required(path, "path");
+        required_array(intervals, capacity, 2 * sizeof *intervals, "intervals");
+        required(count, "count");
+        const std::vector<ingest::OnTargetWindow> windows =
+            ingest::read_on_target(path, leap_seconds_of(leap_seconds, leap_second_count, "leap_seconds"));
+        check_capacity(capacity, windows.size(), "windows");
+        for (size_t i = 0; capacity > 0 && i < windows.size(); i++) {
+            intervals[2 * i] = windows[i].start_ns;
+            intervals[2 * i + 1] = windows[i].end_ns;
+        }
+        *count = windows.size();
     });
 }
 

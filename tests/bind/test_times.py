@@ -200,6 +200,22 @@ class Files(unittest.TestCase):
             with self.assertRaises(toliman.NotFoundError):
                 toliman.read_clock(path.with_name("none"))
 
+    def test_on_target(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "windows.csv"
+            path.write_text("start_utc,end_utc # day\n2028-03-01T12:00:00,2028-03-01T12:00:01.5Z\n"
+                            "2028-061T12:10:00,2028-061T12:20:00\n")
+            windows = toliman.read_on_target(path)
+            times = Time(["2028-03-01T12:00:00", "2028-03-01T12:00:01.5", "2028-03-01T12:10:00", "2028-03-01T12:20:00"],
+                         scale="utc").tai - Time("1970-01-01", scale="tai")
+            self.assertEqual(windows.dtype, numpy.int64)
+            self.assertEqual(windows.ravel().tolist(), [round(2 * seconds) * 5 * 10**8 for seconds in times.sec])
+            path.write_text("start_utc,end_utc\n2028-03-01T12:00:00,2028-03-01T11:00:00\n")
+            with self.assertRaisesRegex(toliman.InputError, r"windows.csv:2: end_utc = .*: must be after start_utc"):
+                toliman.read_on_target(path)
+            with self.assertRaises(toliman.NotFoundError):
+                toliman.read_on_target(path.with_name("none"))
+
     def test_astropy_is_not_imported(self):
         code = (f"import sys; sys.path.insert(0, {str(PACKAGE)!r}); import numpy, toliman; "
                 "t = numpy.datetime64('2028-01-01') + numpy.arange(50); toliman.period(t, numpy.sin(numpy.arange(50.0))); "

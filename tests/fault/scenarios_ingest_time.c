@@ -1,15 +1,21 @@
-/* ingest.h: clock tables, leap seconds, dates */
+/* ingest.h: clock tables, on-target windows, leap seconds, dates */
 #include <string.h>
 
 #include "scenario.h"
 
 enum { ROWS = 2 };
 
-static const char kClock[] = "clock", kList[] = "list";
+static const char kClock[] = "clock", kList[] = "list", kWindows[] = "windows";
 
 static void put_clock(void) {
     static const char text[] = "camera_ns,tai_ns\n0,5\n1000,2005\n";
     write_file(kClock, text, sizeof text - 1);
+}
+
+static void put_windows(void) {
+    static const char text[] = "start_utc,end_utc\n2016-12-31T23:59:59,2017-01-01T00:00:00\n"
+                               "2017-001T00:00:00,2017-001T00:00:01\n";
+    write_file(kWindows, text, sizeof text - 1);
 }
 
 static void put_list(void) {
@@ -28,6 +34,14 @@ static toliman_status read_clock(attempt *a) {
 
 static toliman_status read_small(attempt *a) {
     return toliman_ingest_read_clock(in_folder(kClock), (int64_t *)(a->out + 8), 1, (size_t *)a->out, NULL, NULL);
+}
+
+static toliman_status read_windows(attempt *a) {
+    return toliman_ingest_read_on_target(in_folder(kWindows), NULL, 0, (int64_t *)(a->out + 8), ROWS, (size_t *)a->out);
+}
+
+static toliman_status read_few_windows(attempt *a) {
+    return toliman_ingest_read_on_target(in_folder(kWindows), NULL, 0, (int64_t *)(a->out + 8), 1, (size_t *)a->out);
 }
 
 static toliman_status read_leap_seconds(attempt *a) {
@@ -67,6 +81,12 @@ static const scenario all[] = {
      .variant = "too many pairs",
      .call = read_small,
      .stage = put_clock,
+     .refused = TOLIMAN_E_CAPACITY},
+    {.function = "toliman_ingest_read_on_target", .call = read_windows, .stage = put_windows},
+    {.function = "toliman_ingest_read_on_target",
+     .variant = "too many windows",
+     .call = read_few_windows,
+     .stage = put_windows,
      .refused = TOLIMAN_E_CAPACITY},
     {.function = "toliman_ingest_read_leap_seconds", .call = read_leap_seconds, .stage = put_list},
     {.function = "toliman_ingest_read_leap_seconds", .variant = "of ERFA", .call = known_leap_seconds},

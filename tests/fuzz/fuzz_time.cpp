@@ -1,4 +1,5 @@
-// Clock tables, leap seconds and times as text, through the public functions. The first byte selects which.
+// Clock tables, on-target windows, leap seconds and times as text, through the public functions. The first byte selects
+// which.
 #include <toliman/ingest.h>
 
 #include "fuzz.hpp"
@@ -24,6 +25,18 @@ void read_clock(const std::string &text) {
     require(toliman_ingest_read_clock(path, clock.data(), points, &points, nullptr, nullptr) == TOLIMAN_OK, "again");
     for (size_t i = 2; i < clock.size(); i++)
         require(clock[i] > clock[i - 2], "a clock that does not increase");
+}
+
+void read_on_target(const std::string &text) {
+    const char *const path = path_of(text).c_str();
+    size_t count = 0;
+    if (!succeeds(toliman_ingest_read_on_target(path, nullptr, 0, nullptr, 0, &count)))
+        return;
+    require(count > 0, "no windows");
+    std::vector<int64_t> windows(2 * count);
+    require(toliman_ingest_read_on_target(path, nullptr, 0, windows.data(), count, &count) == TOLIMAN_OK, "again");
+    for (size_t i = 1; i < windows.size(); i++)
+        require(i % 2 == 1 ? windows[i] > windows[i - 1] : windows[i] >= windows[i - 1], "windows that overlap");
 }
 
 // A table that is read can be used.
@@ -65,7 +78,9 @@ void read_time(const std::string &text) {
 } // namespace
 
 std::vector<Bytes> fuzz::seeds() {
-    return seeds_of({"ccamera_ns,tai_ns\n1,2 # comment\n1000000001,1000000002\n",
+    return seeds_of({"wstart_tai_ns,end_tai_ns\n1,2 # comment\n2,1000000002\n",
+                     "wend_utc,start_utc\n2028-03-01T12:00:00Z,2028-060T12:00:00\n",
+                     "ccamera_ns,tai_ns\n1,2 # comment\n1000000001,1000000002\n",
                      "l#@ 3928521600\n2272060800 10\n2287785600 11 # 1\n", "t2016-12-31T23:59:60.5",
                      "t2028-03-01T12:00:00Z", "t60000.25", "t2460000.5", "t+577539.9e-1", "t1.5D+4"});
 }
@@ -76,6 +91,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     const std::string text(reinterpret_cast<const char *>(data) + 1, size - 1);
     if (data[0] == 'c')
         read_clock(text);
+    else if (data[0] == 'w')
+        read_on_target(text);
     else if (data[0] == 'l')
         read_leap_seconds(text);
     else

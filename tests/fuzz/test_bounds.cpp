@@ -348,6 +348,28 @@ void tables() {
     });
 }
 
+// A table of on-target windows that is refused, or has this number of them.
+void on_target(const char *what, const std::string &text, size_t windows) {
+    static MemoryFile file;
+    file.set(text.data(), text.size());
+    size_t count = 0;
+    within(what, windows * 2 * sizeof(int64_t), [&] {
+        const toliman_status status =
+            toliman_ingest_read_on_target(file.path().c_str(), nullptr, 0, nullptr, 0, &count);
+        expect(windows > 0 ? status == TOLIMAN_OK && count == windows : status == TOLIMAN_E_FORMAT, what);
+    });
+}
+
+void on_target_tables() {
+    std::string table = "start_tai_ns,end_tai_ns\n";
+    size_t count = 0;
+    for (; table.size() < kMiB - 20; count++)
+        table += std::to_string(2 * count) + "," + std::to_string(2 * count + 1) + "\n";
+    on_target("windows", table, count);
+    on_target("windows: one line", repeated(",", kMiB), 0);
+    on_target("windows: one long field", "start_utc,end_utc\n" + std::string(kMiB - 20, '9'), 0);
+}
+
 // A pair whose side file has this text, read to its end.
 void pair(const char *what, const std::string &text, size_t pixel_bytes, toliman_status status, int64_t frames) {
     static MemoryFile side("x_meta.jsonl"), pixels("x_frames.bin");
@@ -437,6 +459,7 @@ int main() {
     banks();
     folders();
     tables();
+    on_target_tables();
     pairs();
     ephemerides();
     return failures != 0;

@@ -1,4 +1,4 @@
-/* Tests on-target intervals of frames: on_target_s of the side file. */
+/* Tests on-target intervals: on_target_s of the side file, and tables of windows. Constants of dates: astropy 5.2. */
 #include <inttypes.h>
 
 #include "pair_files.h"
@@ -120,10 +120,137 @@ static void malformed_intervals(void **state) {
     }
 }
 
+static void put_table(const char *text) {
+    put_text(stem_path, "wb", text);
+}
+
+static toliman_status read_table(int64_t *intervals, size_t capacity, size_t *count) {
+    return toliman_ingest_read_on_target(stem_path, NULL, 0, intervals, capacity, count);
+}
+
+static void tables(void **state) {
+    (void)state;
+    const int64_t start = INT64_C(1835524837000000000), s = 1000000000; /* 2028-03-01T12:00:00 UTC */
+    const char *const texts[] = {
+        "start_tai_ns,end_tai_ns\n1835524837000000000,1835524838500000000\n1835524838500000000,1835524839000000000\n",
+        "# x\n\n end_tai_ns , start_tai_ns # y\r\n1835524838500000000,1835524837000000000 # z\r\n# between\n"
+        "1835524839000000000, 1835524838500000000",
+        "start_utc,end_utc\n2028-03-01T12:00:00,2028-03-01T12:00:01.5Z\n2028-061T12:00:01.5,2028-061T12:00:02Z\n",
+        "start_tai,end_tai\n2028-03-01T12:00:37,2028-03-01T12:00:38.5\n2028-061T12:00:38.5,2028-061T12:00:39\n",
+        "start_tt,end_tt\n2028-03-01T12:01:09.184,2028-03-01T12:01:10.684\n"
+        "2028-03-01T12:01:10.684,2028-03-01T12:01:11.184\n",
+        "start_tdb,end_tdb\n2028-03-01T12:01:09.184,2028-03-01T12:01:10.684\n"
+        "2028-03-01T12:01:10.684,2028-03-01T12:01:11.184\n",
+        "start_gps,end_gps\n2028-03-01T12:00:18,2028-03-01T12:00:19.5\n2028-03-01T12:00:19.5,2028-03-01T12:00:20\n",
+    };
+    for (size_t i = 0; i < sizeof texts / sizeof *texts; i++) {
+        int64_t intervals[4] = {0};
+        size_t count = 0;
+        put_table(texts[i]);
+        assert_ok(read_table(NULL, 0, &count));
+        assert_int_equal(count, 2);
+        count = 77;
+        assert_fails(read_table(intervals, 1, &count), TOLIMAN_E_CAPACITY, "capacity = 1: must be at least 2");
+        assert_true(count == 77 && intervals[0] == 0);
+        assert_ok(read_table(intervals, 2, &count));
+        assert_int_equal(count, 2);
+        assert_int_equal(intervals[0], start);
+        assert_int_equal(intervals[1], start + 3 * s / 2);
+        assert_int_equal(intervals[2], start + 3 * s / 2);
+        assert_int_equal(intervals[3], start + 2 * s);
+    }
+}
+
+static void leap_seconds_of_the_caller(void **state) {
+    (void)state;
+    const toliman_leap_second table[2] = {{sizeof *table, 10, 41317}, {0, 11, 41499}};
+    const char *const text = "start_utc,end_utc\n2016-12-31T23:59:59,2017-01-01T00:00:00\n";
+    int64_t known[2], given[2];
+    size_t count = 0;
+    put_table(text);
+    assert_ok(read_table(known, 1, &count));
+    assert_int_equal(known[0], INT64_C(1483228835000000000));
+    assert_int_equal(known[1], INT64_C(1483228837000000000)); /* a leap second is between them */
+    assert_ok(toliman_ingest_read_on_target(stem_path, table, 2, given, 1, &count));
+    assert_int_equal(given[0], known[0] - INT64_C(25000000000));
+    assert_int_equal(given[1], known[1] - INT64_C(26000000000));
+    assert_fails(toliman_ingest_read_on_target(stem_path, table, 1, NULL, 1, &count), TOLIMAN_E_ARGUMENT, "intervals");
+    const toliman_leap_second wrong = {sizeof wrong, 11, 41317};
+    assert_fails(toliman_ingest_read_on_target(stem_path, &wrong, 1, NULL, 0, &count), TOLIMAN_E_ARGUMENT,
+                 "leap_seconds[0]");
+}
+
+#define NS "start_tai_ns,end_tai_ns\n"
+#define UTC "start_utc,end_utc\n"
+
+static void malformed_tables(void **state) {
+    (void)state;
+    const char *const header = "the header must name start_tai_ns and end_tai_ns (integers), or start_utc";
+    const char *const bad[][3] = {
+        {"", "is empty", ""},
+        {"# nothing\n\n", "contains no window", ""},
+        {NS "# nothing\n", "contains no window", ""},
+        {"1,2\n", header, "day1:1: \"1,2\""},
+        {"#\nstart,end\n1,2\n", header, "day1:2: "},
+        {"start_tai_ns\n1\n", header, "day1:1: "},
+        {"start_tai_ns,end_tai_ns,flag\n1,2,3\n", header, "day1:1: "},
+        {"start_tai_ns,end_utc\n", header, "day1:1: "},
+        {"start_tai_ns,start_tai_ns\n", header, "day1:1: "},
+        {"start_tcb,end_tcb\n", header, "day1:1: "},
+        {"START_UTC,END_UTC\n", header, "day1:1: "},
+        {NS "1\n", "1 fields: must be 2, as in the header", "day1:2: "},
+        {NS "1,2,3\n", "3 fields: must be 2", "day1:2: "},
+        {NS "1;2\n", "1 fields: must be 2", "day1:2: "},
+        {NS "1,\n", "end_tai_ns = \"\": must be an integer, nanoseconds since 1970-01-01T00:00:00 TAI", "day1:2: "},
+        {NS "1e3,2e3\n", "start_tai_ns = \"1e3\": must be an integer", "day1:2: "},
+        {NS "1,9223372036854775808\n", "end_tai_ns = \"9223372036854775808\": must be an integer", "day1:2: "},
+        {NS "1,4102444800000000000\n", "end_tai_ns = \"4102444800000000000\": must be an integer", "day1:2: "},
+        {NS "-378691200000000001,1\n", "must be an integer, nanoseconds since 1970", "day1:2: "},
+        {NS "# y\n5,5\n", "end_tai_ns = 5: must be after start_tai_ns = 5", "day1:3: "},
+        {NS "5,4\n", "end_tai_ns = 4: must be after start_tai_ns = 5", "day1:2: "},
+        {NS "0,1000000000\n\n999999999,1500000000\n",
+         "start_tai_ns: begins at 1970-01-01T00:00:00.999999999 TAI: must not begin before the end of the window "
+         "before, 1970-01-01T00:00:01 TAI",
+         "day1:4: "},
+        {NS "0,5\n-5,-1\n", "must not begin before the end of the window before", "day1:3: "},
+        {NS "1,2\n" NS, "start_tai_ns = \"start_tai_ns\": must be an integer", "day1:3: "},
+        {UTC "2028-03-01,2028-03-02\n", "start_utc = \"2028-03-01\": must be an existing time", "day1:2: "},
+        {UTC "2028-03-01T12:00:00,2028-02-30T12:00:00\n", "end_utc = \"2028-02-30T12:00:00\": must be an existing",
+         "day1:2: "},
+        {UTC "1971-03-01T12:00:00,1973-02-20T12:00:00\n",
+         "must be from 1972-01-01, when leap seconds began, to 2099-12-31", "day1:2: "},
+        {"start_gps,end_gps\n2028-03-01T12:00:00,2028-03-01T12:00:01Z\n", "with a final Z in UTC only", "day1:2: "},
+    };
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
+        size_t count = 77;
+        put_table(bad[i][0]);
+        assert_fails(read_table(NULL, 0, &count), TOLIMAN_E_FORMAT, bad[i][1]);
+        assert_string_equal(toliman_last_error_field(), stem_path);
+        assert_non_null(strstr(toliman_last_error(), bad[i][2]));
+        assert_int_equal(count, 77);
+    }
+}
+
+static void wrong_arguments(void **state) {
+    (void)state;
+    int64_t intervals[2];
+    size_t count = 0;
+    assert_fails(toliman_ingest_read_on_target(NULL, NULL, 0, NULL, 0, &count), TOLIMAN_E_ARGUMENT, "path");
+    assert_fails(toliman_ingest_read_on_target("x", NULL, 1, intervals, 1, &count), TOLIMAN_E_ARGUMENT, "leap_seconds");
+    assert_fails(toliman_ingest_read_on_target("x", NULL, 0, NULL, 1, &count), TOLIMAN_E_ARGUMENT, "intervals");
+    assert_fails(toliman_ingest_read_on_target("x", NULL, 0, intervals, 1, NULL), TOLIMAN_E_ARGUMENT, "count");
+    assert_fails(toliman_ingest_read_on_target("/none/w.csv", NULL, 0, NULL, 0, &count), TOLIMAN_E_NOT_FOUND,
+                 "/none/w.csv");
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(intervals_of_frames, make_pair, remove_pair),
         cmocka_unit_test_setup_teardown(malformed_intervals, make_pair, remove_pair),
+        cmocka_unit_test_setup_teardown(tables, make_pair, remove_pair),
+        cmocka_unit_test_setup_teardown(leap_seconds_of_the_caller, make_pair, remove_pair),
+        cmocka_unit_test_setup_teardown(malformed_tables, make_pair, remove_pair),
+        cmocka_unit_test(wrong_arguments),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -18,7 +18,7 @@ from .mask import FoundMask, search_mask
 from .periodogram import AccuracyWarning, Grid, Peak, Periodogram, batch, period, suited_grid
 from .sim import Simulator, Spectrum, parameters, plan, shipped_scenes
 from .sky import Sky
-from .times import parse_time, read_clock, read_header
+from .times import parse_time, read_clock, read_header, read_on_target
 from .track import REASONS, VERDICTS, Estimate, Frame, Tracker
 
 
@@ -32,6 +32,6 @@ __all__ = [
     "Pair", "PairEvent", "PairInfo", "Parameter", "Peak", "Periodogram", "PeriodogramInfo", "Plan", "REASONS", "Reconstruction", "Refit",
     "Sampling", "SceneInfo", "Simulator", "Sky", "SkyInfo", "SkyPrediction", "Spectrum", "StateError", "Stream", "Template", "TrackInfo", "Tracker",
     "Training", "UnsupportedError", "VERDICTS", "WriteError", "abi_version", "batch", "blas_speed", "calibrate", "library_path",
-    "machine", "parameters", "parse_time", "period", "plan", "read_clock", "read_header", "search_mask", "shipped_scenes", "suited_grid",
+    "machine", "parameters", "parse_time", "period", "plan", "read_clock", "read_header", "read_on_target", "search_mask", "shipped_scenes", "suited_grid",
     "version",
 ]

@@ -3692,6 +3692,25 @@ TAI - UTC remains constant.
 Errors: TOLIMAN_E_FORMAT if the text is not such a time, TOLIMAN_E_RANGE outside these years, TOLIMAN_E_ARGUMENT for
 a wrong table, also if the scale is not UTC. Since 0.2.""",
     ),
+    "toliman_ingest_read_on_target": (
+        c_int32, (
+            ("path", c_char_p),
+            ("leap_seconds", POINTER(toliman_leap_second)),
+            ("leap_second_count", c_size_t),
+            ("intervals", POINTER(c_int64)),
+            ("capacity", c_size_t),
+            ("count", POINTER(c_size_t)),
+        ),
+        """Reads on-target (good-time) windows: times in which the telescope points at the stars (formats.md, "On-target
+windows").
+  leap_seconds  [leap_second_count] leap seconds for UTC, as in toliman_ingest_parse_time
+  intervals     [capacity][2], start and end of each window in TAI nanoseconds since 1970-01-01T00:00:00 TAI,
+                increasing. A window may begin where the one before it ends. To query the number, pass capacity 0 and
+                intervals NULL
+  count         becomes the number of windows, at least 1
+Errors: TOLIMAN_E_NOT_FOUND; TOLIMAN_E_FORMAT, with file and line, if the file is malformed or has no window;
+TOLIMAN_E_CAPACITY if capacity is too small; TOLIMAN_E_ARGUMENT for a wrong table of leap seconds. Since 0.2.""",
+    ),
     "toliman_ingest_read_header": (
         c_int32, (
             ("header", POINTER(toliman_ingest_header)),

@@ -1,4 +1,4 @@
-"""Dates, time scales, clock tables and units. Reference: include/toliman/ingest.h.
+"""Dates, time scales, clock tables, on-target windows and units. Reference: include/toliman/ingest.h.
 
 astropy is never imported: its objects are recognised by their attributes and converted by their own methods.
 """
@@ -59,6 +59,17 @@ def read_clock(path: str | os.PathLike[str]) -> NDArray[numpy.int64]:
     check(library.toliman_ingest_read_clock(file_name(path), clock.ctypes.data_as(_int64), len(clock),
                                             ctypes.byref(points), log, None))
     return clock[:points.value]
+
+
+def read_on_target(path: str | os.PathLike[str]) -> NDArray[numpy.int64]:
+    """Reads a table of on-target (good-time) windows. Returns start and end of each in TAI nanoseconds [n][2], for
+    example for Sky.predict_mean(). Leap seconds are those of ERFA."""
+    count = ctypes.c_size_t()
+    check(library.toliman_ingest_read_on_target(file_name(path), None, 0, None, 0, ctypes.byref(count)))
+    windows = numpy.empty((count.value, 2), numpy.int64)
+    check(library.toliman_ingest_read_on_target(file_name(path), None, 0, windows.ctypes.data_as(_int64), len(windows),
+                                                ctypes.byref(count)))
+    return windows[:count.value]
 
 
 def plain_times(name: str, times: typing.Any) -> typing.Any:
