@@ -88,7 +88,9 @@ class Stamps(Track):
         self.assertEqual([line["camera_ns"] for line in out if "value" in line], self.stamps)
 
 
-class Simulated(Track):
+class Exposed(Track):
+    """Pairs of a scene with an exposure."""
+
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
@@ -100,6 +102,8 @@ class Simulated(Track):
         scene["cadence"]["exposure_s"] = EXPOSURE
         cls.scene = json.dumps(scene)
 
+
+class Simulated(Exposed):
     def test_start_of_each_exposure(self):
         """The file has the start, the scene the length: the times are those of the cadence again."""
         lines = [json.loads(line) for line in self.lines]

@@ -66,6 +66,8 @@ toliman_track_options track_options(FolderOptions &given, const std::string &dty
         how.stamp = TOLIMAN_FRAME_STAMP_START;
         how.exposure_s = estimator.exposure_s;
     }
+    if (!made)
+        how.time_offset_ns = estimator.time_zero_ns;
     given.setup.set(how, progress);
     how.bit_depth = given.bit_depth.value_or(how.bit_depth);
     how.bin = given.bin.value_or(how.bin);

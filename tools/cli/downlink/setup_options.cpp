@@ -64,8 +64,10 @@ void SetupOptions::add_to(CLI::App &command) {
     add_option(&command, "--clock", clock_, "FILE",
                "CSV file of pairs camera_ns,tai_ns, or the word camera if the camera's time is TAI; default: that "
                "of the folder; for a new folder, camera");
-    command.add_option("--epoch", epoch_,
-                       "TAI in ns of time 0, to which phases refer; default: that of the folder; for a new folder, 0");
+    command.add_option(
+        "--epoch", epoch_,
+        "TAI in ns of time 0, to which phases refer; default: that of the folder; for a new folder, that of a "
+        "scene with an observer, otherwise 0");
     add_choice(&command, "--stamp", stamp_, {"start", "middle", "end"},
                "point of the exposure to which the time stamps of raw pairs refer; default: that of the folder; "
                "for a new folder, start");

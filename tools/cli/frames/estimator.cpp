@@ -62,6 +62,7 @@ Estimator::Estimator(const EstimatorOptions &given, Progress &progress) {
     rows = scene.info.rows;
     cols = scene.info.cols;
     exposure_s = scene.info.exposure_s;
+    time_zero_ns = scene.info.time_zero_ns;
     const auto options = with_warnings<toliman_linear_options>(progress);
     linear = toliman::make<toliman::linear_estimator>(toliman_linear_create, scene.sim.get(), &options);
 }
@@ -74,6 +75,7 @@ void Estimator::set_fit(const EstimatorOptions &given, Progress &progress) {
     rows = made.scene.info.rows;
     cols = made.scene.info.cols;
     exposure_s = made.scene.info.exposure_s;
+    time_zero_ns = made.scene.info.time_zero_ns;
     times = Cadence(made.scene).times;
     fit = std::move(made.fit);
     if (bank) {

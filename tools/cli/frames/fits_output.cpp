@@ -8,6 +8,7 @@
 #include "common/text.hpp"
 #include "frames/fits.hpp"
 #include "frames/frames_out.hpp"
+#include "scenes/dates.hpp"
 
 namespace cli {
 
@@ -78,6 +79,7 @@ class FitsOutput : public FrameOutput {
         number("SEED", frames.seed, "of the noise");
         number("FRAME1", static_cast<uint64_t>(frames.range.first), "number of the first frame");
         number("FRAMEN", static_cast<uint64_t>(frames.range.end - 1), "number of the last frame");
+        date(frames);
         cube_.emplace(frames);
     }
 
@@ -92,6 +94,17 @@ class FitsOutput : public FrameOutput {
 
     void number(const char *key, uint64_t value, const char *comment) {
         fits_write_key(file_.get(), TULONGLONG, key, &value, comment, &status_);
+    }
+
+    // The time of the first frame, where time 0 of the scene is a date.
+    void date(const Simulated &frames) {
+        const toliman_sim_info &info = frames.scene.info;
+        const double days = Cadence(frames.scene).times[static_cast<size_t>(frames.range.first)];
+        const std::optional<int64_t> tai_ns = frame_time(days, info);
+        if (info.time_zero_ns == 0 || !tai_ns) // no frame can be made at such a time
+            return;
+        text("TIMESYS", "TAI", "scale of the dates");
+        text("DATE-AVG", date_text(*tai_ns), "middle of the first exposure");
     }
 
     void write_table() {

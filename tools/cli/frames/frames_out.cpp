@@ -8,6 +8,7 @@
 #include "common/output.hpp"
 #include "common/text.hpp"
 #include "frames/frames_in.hpp"
+#include "scenes/scene_json.hpp"
 
 namespace cli {
 
@@ -79,12 +80,30 @@ class CountOutput : public FrameOutput {
     double largest_;
 };
 
-long long nanoseconds(double days) {
-    const std::optional<int64_t> ns = ns_of_days(days);
-    if (!ns)
+constexpr int kMostIntervals = 64; // of a line that toliman/ingest.h reads
+
+// Time stamp of an exposure whose middle is `days` after time 0: its start.
+int64_t stamp_of(double days, const toliman_sim_info &scene) {
+    const std::optional<int64_t> middle = frame_time(days, scene);
+    int64_t stamp = 0;
+    if (!middle || __builtin_sub_overflow(*middle, std::llround(scene.exposure_s * 5e8), &stamp))
         throw Failure(kExitUsage,
                       "timestamp_ns: a frame at " + std::to_string(days) + " days: must be within 100000 days");
-    return *ns;
+    return stamp;
+}
+
+// The member of a line for the intervals of a scene; "" if it has none.
+std::string on_target_member(const Scene &scene) {
+    const JsonTree tree = read_scene_json(scene.path);
+    const cJSON *const intervals = item_of(item_of(tree.get(), "cadence"), "on_target_s");
+    if (intervals == nullptr)
+        return "";
+    const int count = cJSON_GetArraySize(intervals) / 2;
+    if (count > kMostIntervals)
+        throw Failure(kExitUsage, scene.path + ": cadence.on_target_s has " + std::to_string(count) +
+                                      " intervals: must be at most " + std::to_string(kMostIntervals) +
+                                      " for --session");
+    return ", \"on_target_s\": " + line_of(intervals);
 }
 
 // Existing files of a downlink may be the only copy.
@@ -98,21 +117,21 @@ class SessionOutput : public FrameOutput {
   public:
     SessionOutput(const std::string &folder, const std::string &session, const CountFormat &format,
                   const Simulated &frames)
-        : folder_(folder), session_(session), cadence_(frames.scene),
-          half_ns_(std::llround(frames.scene.info.exposure_s * 5e8)), next_(frames.range.first), rows_(frames.rows()),
-          cols_(frames.cols()), counts_(count_output(folder_.file(session + "_frames.bin"), format, frames)),
+        : on_target_(on_target_member(frames.scene)), folder_(folder), session_(session), cadence_(frames.scene),
+          scene_(frames.scene.info), next_(frames.range.first), rows_(frames.rows()), cols_(frames.cols()),
+          counts_(count_output(folder_.file(session + "_frames.bin"), format, frames)),
           meta_(folder_.file(session + "_meta.jsonl")) {}
 
     void write(const double *images, size_t count) override {
         counts_->write(images, count);
         for (size_t k = 0; k < count; k++, next_++) {
             const double days = cadence_.times[static_cast<size_t>(next_)];
-            const long long start_ns = nanoseconds(days) - half_ns_; // of the exposure
-            meta_.write(
-                formatted("{\"frame_id\": %lld, \"timestamp_ns\": %lld, \"host_time\": %.9f, \"nframes_dropped\": 0, "
-                          "\"roi_label\": \"single_roi\", \"n_rows\": %zu, \"n_cols\": %zu, \"session_id\": \"%s\"}\n",
-                          static_cast<long long>(next_), start_ns, static_cast<double>(start_ns) / 1e9, rows_, cols_,
-                          session_.c_str()));
+            const int64_t start_ns = stamp_of(days, scene_);
+            meta_.write(formatted(
+                "{\"frame_id\": %lld, \"timestamp_ns\": %lld, \"host_time\": %.9f, \"nframes_dropped\": 0, "
+                "\"roi_label\": \"single_roi\", \"n_rows\": %zu, \"n_cols\": %zu, \"session_id\": \"%s\"%s}\n",
+                static_cast<long long>(next_), static_cast<long long>(start_ns), static_cast<double>(start_ns) / 1e9,
+                rows_, cols_, session_.c_str(), on_target_.c_str()));
         }
     }
 
@@ -124,17 +143,24 @@ class SessionOutput : public FrameOutput {
     }
 
   private:
+    std::string on_target_; // member of every line
     OutputFolder folder_;
     std::string session_;
-    Cadence cadence_;   // middle of each exposure
-    long long half_ns_; // of an exposure
-    int64_t next_;      // number of the next frame
+    Cadence cadence_; // middle of each exposure
+    toliman_sim_info scene_;
+    int64_t next_; // number of the next frame
     size_t rows_, cols_;
     std::unique_ptr<FrameOutput> counts_;
     OutputFile meta_;
 };
 
 } // namespace
+
+std::optional<int64_t> frame_time(double days, const toliman_sim_info &scene) {
+    const std::optional<int64_t> ns = ns_of_days(days);
+    int64_t time = 0;
+    return ns && !__builtin_add_overflow(*ns, scene.time_zero_ns, &time) ? std::optional(time) : std::nullopt;
+}
 
 std::unique_ptr<FrameOutput> image_output(const std::string &path, const std::vector<size_t> &axes,
                                           const Scene *scene) {

@@ -2,6 +2,7 @@
 #pragma once
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -29,6 +30,10 @@ struct Simulated {
     size_t rows() const noexcept { return static_cast<size_t>(scene.info.rows); }
     size_t cols() const noexcept { return static_cast<size_t>(scene.info.cols); }
 };
+
+// Time in ns of a frame `days` after time 0 of a scene: TAI with an observer, otherwise since time 0. Nothing beyond
+// 100,000 days or 64 bits.
+std::optional<int64_t> frame_time(double days, const toliman_sim_info &scene);
 
 // Format of headerless counts; a count above 2^bit_depth - 1 is an error and is never wrapped.
 struct CountFormat {

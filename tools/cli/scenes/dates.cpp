@@ -13,6 +13,7 @@ namespace cli {
 
 namespace {
 
+constexpr int64_t kNsPerSecond = 1000000000;
 constexpr double kDay = 86400, kEpochYear = 2000, kEpochDay = 2451545.0 - 2440587.5;
 
 } // namespace
@@ -44,6 +45,19 @@ std::string day_text(double zero, double days) {
     std::tm parts = {};
     ::gmtime_r(&whole, &parts);
     return formatted("%04d-%02d-%02d", parts.tm_year + 1900, parts.tm_mon + 1, parts.tm_mday);
+}
+
+std::string date_text(int64_t ns) {
+    const int64_t below = ((ns % kNsPerSecond) + kNsPerSecond) % kNsPerSecond;
+    const std::time_t seconds = (ns - below) / kNsPerSecond;
+    std::tm parts = {};
+    ::gmtime_r(&seconds, &parts);
+    std::string text = formatted("%04d-%02d-%02dT%02d:%02d:%02d", parts.tm_year + 1900, parts.tm_mon + 1, parts.tm_mday,
+                                 parts.tm_hour, parts.tm_min, parts.tm_sec);
+    if (below == 0)
+        return text;
+    text += formatted(".%09lld", static_cast<long long>(below));
+    return text.erase(text.find_last_not_of('0') + 1);
 }
 
 } // namespace cli

@@ -1,5 +1,6 @@
-// Dates of scenes whose stars follow an orbit: Julian years of 365.25 days, as binary.date.
+// Dates of scenes whose stars follow an orbit, Julian years of 365.25 days as binary.date, and of frames.
 #pragma once
+#include <cstdint>
 #include <optional>
 #include <string>
 
@@ -15,6 +16,9 @@ std::optional<double> year_of(const std::string &text);
 
 // "2026-07-02": the day of scene time `days` if time 0 is at the date `zero`.
 std::string day_text(double zero, double days);
+
+// "2027-01-01T00:00:00" of nanoseconds since 1970, with the digits of the nanoseconds that are not 0.
+std::string date_text(int64_t ns);
 
 constexpr double kDaysPerYear = 365.25;
 

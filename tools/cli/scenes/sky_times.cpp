@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <ctime>
 #include <map>
 #include <utility>
 
@@ -15,6 +14,7 @@
 #include "common/lines.hpp"
 #include "common/stop.hpp"
 #include "common/text.hpp"
+#include "scenes/dates.hpp"
 
 namespace cli {
 
@@ -27,7 +27,6 @@ const std::map<std::string, int32_t> kScales = {{"utc", TOLIMAN_INGEST_SCALE_UTC
                                                 {"gps", TOLIMAN_INGEST_SCALE_GPS}};
 constexpr double kLargestYear = 9999, kFirstJulianDay = 2e6;
 constexpr double kMostTimes = 1e6, kNsPerDay = 86400e9;
-constexpr int64_t kNsPerSecond = 1000000000;
 
 // `where` precedes the message.
 int64_t read_time(const std::string &where, const std::string &text, int32_t scale,
@@ -50,20 +49,6 @@ int64_t read_time(const std::string &where, const std::string &text, int32_t sca
         throw Failure(kExitUsage, where + " " + text + std::string(error.what()).substr(prefix.size()));
     }
     return tai_ns;
-}
-
-// "2027-01-01T00:00:00", with the digits of the nanoseconds that are not 0.
-std::string date_text(int64_t ns) {
-    const int64_t below = ((ns % kNsPerSecond) + kNsPerSecond) % kNsPerSecond;
-    const std::time_t seconds = (ns - below) / kNsPerSecond;
-    std::tm parts = {};
-    ::gmtime_r(&seconds, &parts);
-    std::string text = formatted("%04d-%02d-%02dT%02d:%02d:%02d", parts.tm_year + 1900, parts.tm_mon + 1, parts.tm_mday,
-                                 parts.tm_hour, parts.tm_min, parts.tm_sec);
-    if (below == 0)
-        return text;
-    text += formatted(".%09lld", static_cast<long long>(below));
-    return text.erase(text.find_last_not_of('0') + 1);
 }
 
 std::vector<SkyTime> times_of_range(const SkyTimeOptions &options,

@@ -1,0 +1,90 @@
+"""Simulated frames of a scene with an observer: their times are TAI, in pairs and in FITS files, and track reads them."""
+import json
+import unittest
+
+from astropy.io import fits
+from astropy.time import Time
+from program import ProgramTest
+from test_track_stamps import DAY, GRID
+
+TIMES = [0, 0.25, 27.4, 300.125]
+ZERO = 20819 * DAY + DAY // 4 - 32184000000  # TAI of 2027.0, JD 2461406.75 of TT; 1970-01-01 is JD 2440587.5
+SCENE = {
+    "schema": "toliman-scene/1",
+    "telescope": {"aperture_m": 0.0625, "pupil_samples": 48,
+                  "mask": {"kind": "spiral", "opd_nm": 292.5, "edges": "area", "terms": [{"a": 1, "f": 1.2, "m": -5, "p": 1}]}},
+    "band": {"wavelength_nm": 580},
+    "stars": {"A": {"spectrum": {"kind": "blackbody", "temperature_k": 5790}, "photons_per_s": 7.5e7},
+              "B": {"spectrum": {"kind": "blackbody", "temperature_k": 5260}, "photons_per_s": 2.5e7}},
+    "binary": {"orbit": "alpha-cen", "date": 2027.0, "moving": True, "observer": {"altitude_km": 600}},
+    "cadence": {"times_days": TIMES, "exposure_s": 60, "on_target_s": [0, 10, 20, 60]},
+    "detector": {"shape": [48, 48], "pixel_scale_arcsec": 0.75},
+    "noise": {"photon": True},
+}
+
+
+def middle(day):
+    return ZERO + round(day * DAY)
+
+
+class ObserverFrames(ProgramTest):
+    def setUp(self):
+        super().setUp()
+        (self.folder / "scene.json").write_text(json.dumps(SCENE))
+
+    def simulate(self):
+        self.succeed("simulate", "scene.json", "--out", "in", "--session", "day", "--dtype", "u32le")
+        self.succeed("simulate", "scene.json", "--out", "day.fits")
+        return [json.loads(line) for line in (self.folder / "in/day_meta.jsonl").read_text().splitlines()]
+
+    def track(self, state, name, *more):
+        done = self.run_program("track", "--fit", "scene.json", "--state", state, "--dtype", "u32le", *GRID, *map(str, more), name)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return [line for line in map(json.loads, done.stdout.splitlines()) if line["schema"] == "toliman-frame/2"]
+
+    def test_times_are_tai(self):
+        lines = self.simulate()
+        self.assertEqual([line["timestamp_ns"] for line in lines], [middle(day) - 30 * 10**9 for day in TIMES])
+        for line in lines:
+            self.assertAlmostEqual(line["host_time"], line["timestamp_ns"] / 1e9, delta=1e-6)
+            self.assertEqual(line["on_target_s"], [0, 10, 20, 60])
+        header = fits.getheader(self.folder / "day.fits")
+        self.assertEqual(header["TIMESYS"], "TAI")
+        seconds = (Time(header["DATE-AVG"], scale="tai") - Time("1970-01-01", scale="tai")).sec
+        self.assertAlmostEqual(seconds, ZERO / 1e9, delta=1e-6)
+        self.succeed("simulate", "scene.json", "--out", "last.fits", "--frames", "3:4")
+        last = fits.getheader(self.folder / "last.fits")["DATE-AVG"]
+        self.assertEqual(round((Time(last, scale="tai") - Time(header["DATE-AVG"], scale="tai")).sec * 1e3), round(TIMES[3] * 86400e3))
+
+    def test_track_reads_them(self):
+        """Pairs and FITS files have the same times and values, with the scene's own time 0 or with the same --epoch."""
+        self.simulate()
+        pairs, cube = self.track("a", "in"), self.track("b", "day.fits")
+        for number, lines in enumerate((pairs, cube, self.track("c", "in", "--epoch", ZERO))):
+            self.assertEqual([(line["verdict"], line["tai_ns"]) for line in lines], [("accepted", middle(day)) for day in TIMES])
+            self.assertEqual([line["value"] for line in lines], [line["value"] for line in pairs], number)
+            self.assertLess(max(abs(line["value"]) for line in lines), 1e-3)  # px, of stars that move by 1 px
+        status = json.loads(self.succeed("status", "a", "--json"))
+        self.assertEqual(status["grid"]["time_offset_ns"], ZERO)
+
+    def test_times_by_cadence_begin_at_0(self):
+        self.simulate()
+        self.succeed("simulate", "scene.json", "--out", "day.npy", "--frames", "0:2")
+        lines = self.track("n", "day.npy", "--cadence", DAY // 4 // 10**9, "--epoch", 0)
+        self.assertEqual([line["tai_ns"] for line in lines], [0, DAY // 4])
+        self.assertEqual([line["value"] for line in lines], [line["value"] for line in self.track("a", "in")][:2])
+
+    def test_without_an_observer_times_are_those_of_the_cadence(self):
+        scene = json.loads(json.dumps(SCENE))
+        del scene["binary"]["observer"]
+        (self.folder / "scene.json").write_text(json.dumps(scene))
+        lines = self.simulate()
+        self.assertEqual([line["timestamp_ns"] for line in lines], [round(day * DAY) - 30 * 10**9 for day in TIMES])
+        header = fits.getheader(self.folder / "day.fits")
+        self.assertNotIn("DATE-AVG", header)
+        self.assertNotIn("TIMESYS", header)
+        self.assertEqual([line["tai_ns"] for line in self.track("a", "day.fits")], [round(day * DAY) for day in TIMES])
+
+
+if __name__ == "__main__":
+    unittest.main()
