@@ -1,5 +1,5 @@
-"""On-target intervals in track. The ledger's columns of exposure and mean time are compared with plain loops over
-fractions."""
+"""On-target intervals in track: those of the side file, and --on-target. The ledger's columns of exposure and mean time
+are compared with plain loops over fractions."""
 import fractions
 import json
 import struct
@@ -32,6 +32,18 @@ class OnTarget(Exposed):
     def follow(self, state, *more, inputs=("all",), code=0):
         out = self.track(state, *more, *inputs, grid=GRID, code=code)
         return {line["frame_id"]: line for line in out if line["schema"] == "toliman-frame/2"}
+
+    def without_intervals(self):
+        """The same frames, their lines with the mission's eight keys."""
+        lines = [json.loads(line) for line in self.lines]
+        for line in lines:
+            del line["on_target_s"]
+        self.pair("bare/x", [json.dumps(line) for line in lines], self.frames)
+        return ("bare",)
+
+    def put(self, windows, name="w.csv"):
+        (self.folder / name).write_text("start_tai_ns,end_tai_ns\n" + "".join(f"{a},{b}\n" for a, b in windows))
+        return ("--on-target", name)
 
     def check(self, columns, windows, own=((0, EXPOSURE),)):
         """windows: camera time in ns."""
@@ -84,6 +96,98 @@ class SideFile(OnTarget):
         self.succeed("simulate", "many.json", "--out", "many", "--session", "day", "--dtype", "u32le", "--frames", "0:2")
         self.follow("s", inputs=("many",))
         self.check(self.columns("s"), ALL, [(second + 0.1234567890123456, second + 1.1234567890123456) for second in range(0, 128, 2)])
+
+
+class Windows(OnTarget):
+    def windows(self):
+        """Some of every kind, in ns of camera time: several in an exposure, across its ends, one for several frames, none
+        for frame 4."""
+        windows = [(-3 * DAY, -2 * DAY), (-HALF + 1000 * SECOND, HALF - 2000 * SECOND)]
+        for k in range(1, 20):
+            middle = k * DAY
+            windows += {0: [(middle - HALF - 5, middle + 7), (middle + 8, middle + HALF + 5 * SECOND)],
+                        1: [(middle - 30000 * SECOND, middle - 20000 * SECOND), (middle - 20000 * SECOND, middle + 1)],
+                        2: [(middle + 20000 * SECOND + 123456789, middle + 30000 * SECOND)]}[k % 3] if k != 4 else []
+        return windows + [(20 * DAY - HALF, 23 * DAY), (24 * DAY - HALF, 60 * DAY)]
+
+    def test_windows(self):
+        windows, bare = self.windows(), self.without_intervals()
+        given = self.put(windows)
+        lines = self.follow("s", *given, "--strict", inputs=bare, code=4)
+        off = lines.pop(4)
+        self.assertEqual((off["verdict"], off["reason"], off["camera_ns"], off["value"], off["input"]),
+                         ("rejected", "off target", 4 * DAY, None, "bare/x_meta.jsonl:5"))
+        self.assertEqual(self.errors.splitlines()[0],
+                         "toliman: warning: bare/x_meta.jsonl:5: rejected: off target: no window of w.csv contains on-target "
+                         f"time of frame 4, exposed from {4 * DAY - HALF} to {4 * DAY + HALF} ns of camera time")
+        self.assertEqual({line["verdict"] for line in lines.values()}, {"accepted"})
+        columns = self.columns("s")
+        self.assertEqual(sorted(columns), [k for k in range(FRAMES) if k != 4])
+        self.check(columns, windows)
+        again = self.follow("s", *given, inputs=bare)
+        self.assertEqual({line["verdict"] for k, line in again.items() if k != 4}, {"duplicate"})
+        batch = self.follow("batch", *given, "--jobs", "3", "--every", "10", inputs=bare)
+        self.assertEqual(batch[4]["reason"], "off target")
+        self.assertEqual(self.columns("batch"), columns)
+        self.assertEqual(self.sums("batch"), self.sums("s"))
+        other = self.follow("s", inputs=bare)  # the whole exposure is other content
+        self.assertEqual(other[5]["verdict"], "quarantined")
+
+    def test_frames_with_intervals_of_their_own(self):
+        windows = self.windows()
+        lines = self.follow("s", *self.put(windows))
+        self.assertEqual(lines[4]["reason"], "off target")
+        self.check(self.columns("s"), windows, OWN_PAIRS)
+        between = [(k * DAY - HALF + 9001 * SECOND, k * DAY - HALF + 20000 * SECOND) for k in range(FRAMES)]
+        lines = self.follow("none", *self.put(between), "--strict", code=4)  # on target by one of the two only
+        self.assertEqual({line["reason"] for line in lines.values()}, {"off target"})
+
+    def test_windows_are_tai(self):
+        """TAI of the camera's time is 10^9 ns + 1.005 of it up to 10 days, and then 0.995."""
+        bare, knee = self.without_intervals(), 10 * DAY
+        table = [(0, SECOND), (knee, SECOND + knee * 1005 // 1000), (knee + 1000, SECOND + knee * 1005 // 1000 + 995)]
+        (self.folder / "clock.csv").write_text("".join(f"{a},{b}\n" for a, b in table))
+
+        def tai(camera):
+            return SECOND + camera * 1005 // 1000 if camera < knee else table[1][1] + (camera - knee) * 995 // 1000
+        windows = [(200 * (a // 200), 200 * (b // 200)) for a, b in self.windows()]
+        lines = self.follow("s", "--clock", "clock.csv", *self.put([(tai(a), tai(b)) for a, b in windows]), inputs=bare)
+        self.assertEqual((lines[4]["reason"], lines[12]["tai_ns"]), ("off target", tai(12 * DAY)))
+        self.check(self.columns("s"), windows)
+
+    def test_windows_in_utc(self):
+        bare = self.without_intervals()
+        day = "1972-06-30T"
+        zero = 78796800 * SECOND - 13 * DAY + 10 * SECOND  # frame 13 is at 0 h of 1972-07-01 minus the leap second
+        (self.folder / "clock.csv").write_text(f"0,{zero}\n")
+        (self.folder / "w.csv").write_text(f"start_utc,end_utc\n{day}23:59:30,{day}23:59:60.5Z\n")
+        (self.folder / "list").write_text("#@ 3928521600\n2272060800 10\n")
+        for name, seconds in (("known", None), ("given", ("--leap-seconds", "list"))):
+            if seconds:
+                (self.folder / "w.csv").write_text(f"start_utc,end_utc\n{day}23:59:30,1972-07-01T00:00:00.5Z\n")
+            self.follow(name, "--clock", "clock.csv", "--on-target", "w.csv", *(seconds or ()), inputs=bare)
+            columns = self.columns(name)
+            self.assertEqual(list(columns), [13])
+            self.check(columns, [(13 * DAY - 30 * SECOND, 13 * DAY + SECOND // 2)])
+
+    def test_fits_frames_have_the_exposure_of_the_folder(self):
+        self.succeed("simulate", "scene.json", "--out", "day.fits")
+        windows = self.windows()
+        lines = self.follow("s", *self.put(windows), "--exposure", "43200", inputs=("day.fits",))
+        self.assertEqual((lines[4]["reason"], lines[4]["input"]), ("off target", "day.fits:4"))
+        self.check(self.columns("s"), windows)
+
+    def test_mistakes(self):
+        command = ("track", "--template", "scene.json", "--state", "s", "--dtype", "u32le", *GRID, "all")
+        self.refuse(3, "w.csv: No such file", arguments=(*command, "--on-target", "w.csv"))
+        (self.folder / "w.csv").write_text("start_utc,end_tai\n")
+        self.refuse(3, "w.csv:1: ", "the header must name start_tai_ns and end_tai_ns", arguments=(*command, "--on-target", "w.csv"))
+        self.put([(5, 6), (6, 6)])
+        self.refuse(3, "w.csv:3: end_tai_ns = 6: must be after start_tai_ns = 6", arguments=(*command, "--on-target", "w.csv"))
+        self.put([(5, 6)])
+        self.follow("s", "--on-target", "w.csv", "--exposure", "0", code=2)
+        self.assertIn("--on-target w.csv: needs the length of an exposure: give a new folder with --exposure SECONDS", self.errors)
+        self.assertFalse((self.folder / "s").exists())
 
 
 if __name__ == "__main__":

@@ -16,7 +16,7 @@ namespace {
 struct Options {
     FolderOptions folder;
     InputOptions input;
-    std::string frames, leap_seconds;
+    std::string frames, leap_seconds, on_target;
     size_t every = 1;
     bool strict = false;
 };
@@ -35,6 +35,9 @@ void track(Options &options, Progress &progress) {
     check_inputs(input);
     input.frames = frame_ids(options.frames);
     input.dated.leap_seconds = LeapSeconds(options.leap_seconds);
+    std::optional<OnTarget> on_target;
+    if (!options.on_target.empty())
+        on_target.emplace(options.on_target, input.dated.leap_seconds);
     const std::string &folder = options.folder.folder, unused = exists(folder) ? "" : folder;
     Estimator estimator;
     const size_t jobs = options.folder.jobs == 0 ? 64 : options.folder.jobs;
@@ -42,6 +45,8 @@ void track(Options &options, Progress &progress) {
     const std::optional<std::string> renewal = estimator.bank ? std::make_optional(estimator.renewal) : std::nullopt;
     Tracking tracking(std::move(tracker), {options.every, jobs, unused, renewal}, progress);
     try {
+        if (on_target)
+            tracking.set_on_target(std::move(*on_target));
         Downlink(input, tracking).read();
     } catch (...) {
         tracking.rescue();
@@ -76,6 +81,8 @@ void add_track(CLI::App &app, Context &context) {
                "session name for .npy and FITS files, default their file names");
     add_option(command, "--leap-seconds", options->leap_seconds, "FILE",
                "leap-seconds.list of the IERS, default the table of ERFA");
+    add_option(command, "--on-target", options->on_target, "FILE",
+               "CSV file of on-target windows: intervals of each exposure in which the telescope points at the stars");
     command->add_flag("--follow", input.follow,
                       "wait for folders and pairs to grow, until stopped by SIGINT or SIGTERM");
     command->add_flag("--strict", options->strict, "exit with code 4 if anything was damaged or quarantined");

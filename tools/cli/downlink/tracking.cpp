@@ -100,20 +100,29 @@ Tracking::Tracking(toliman::tracker &&tracker, const TrackingOptions &options, P
         bank_.emplace(records_, *options.renewal);
 }
 
-void Tracking::take(const std::shared_ptr<FrameSource> &source, const toliman_frame &frame,
+void Tracking::set_on_target(OnTarget windows) {
+    windows.set_clock(settings_);
+    on_target_ = std::move(windows);
+}
+
+void Tracking::take(const std::shared_ptr<FrameSource> &source, const toliman_frame &given,
                     const toliman_ingest_event &event) {
     const std::string place = place_of(event);
     if (event.event != TOLIMAN_INGEST_EVENT_FRAME)
         reasons_[event.reason]++;
     if (event.event == TOLIMAN_INGEST_EVENT_DAMAGE)
-        return reject(frame, place, event);
+        return reject(given, event.has_key != 0, place, toliman_ingest_reason_name(event.reason), event.text);
     if (event.event == TOLIMAN_INGEST_EVENT_WARNING)
         return report(event.reason == TOLIMAN_INGEST_REASON_CLOCKS_DIFFER ? Severity::warning : Severity::damage,
                       toliman_ingest_reason_name(event.reason), place, event.text);
     if (dynamic_cast<const PairSource *>(source.get()) != nullptr)
         note_unknown_exposure(place);
+    toliman_frame frame = given;
+    std::vector<double> intervals;
+    if (on_target_ && !on_target_->limit(frame, intervals))
+        return reject(frame, true, place, "off target", on_target_->complaint(frame));
     frames_.push_back(frame);
-    origins_.push_back({source, place});
+    origins_.push_back({source, place, std::move(intervals)}); // does not move the numbers
     // No update is skipped: a batch ends at the next update at the latest.
     if (frames_.size() >= std::min(batch_, std::max<size_t>(1, options_.every - since_update_))) {
         flush();
@@ -196,15 +205,15 @@ void Tracking::warn(const std::string &place, const std::string &text) {
         progress_.tell(place + " and more of this file: see the lines on standard output");
 }
 
-void Tracking::reject(const toliman_frame &frame, const std::string &place, const toliman_ingest_event &event) {
+void Tracking::reject(const toliman_frame &frame, bool has_key, const std::string &place, const char *reason,
+                      const std::string &text) {
     flush();
     refused_++;
-    const char *const reason = toliman_ingest_reason_name(event.reason);
-    warn(place, std::string("rejected: ") + reason + ": " + event.text);
+    warn(place, std::string("rejected: ") + reason + ": " + text);
     auto outcome = toliman::sized<toliman_track_outcome>();
     outcome.verdict = TOLIMAN_TRACK_VERDICT_REJECTED;
     outcome.chi_square = NAN;
-    say(frame_line(frame, event.has_key != 0, event.has_key != 0 && frame.rows > 0, place, reason, outcome));
+    say(frame_line(frame, has_key, has_key && frame.rows > 0, place, reason, outcome));
 }
 
 void Tracking::report(Severity severity, const std::string &warning, const std::string &input,

@@ -11,6 +11,7 @@
 #include "common/terminal.hpp"
 #include "downlink/bank_watch.hpp"
 #include "downlink/frame_source.hpp"
+#include "downlink/on_target.hpp"
 #include "downlink/state_folder.hpp"
 
 namespace cli {
@@ -32,6 +33,8 @@ class Tracking {
     const toliman_track_options &settings() const noexcept { return settings_; } // of the folder
     size_t batch() const noexcept { return batch_; } // frames of a source that must stay valid at the same time
 
+    // Limits the frames that follow to the windows.
+    void set_on_target(OnTarget windows);
     // Takes what source->next() delivered, and keeps the source as long as the frame is needed.
     void take(const std::shared_ptr<FrameSource> &source, const toliman_frame &frame,
               const toliman_ingest_event &event);
@@ -50,6 +53,7 @@ class Tracking {
     struct Origin {
         std::shared_ptr<FrameSource> source;
         std::string place;
+        std::vector<double> intervals; // of the frame, with --on-target
     };
     struct Line {
         int64_t records; // of the ledger that must be durable before it is printed
@@ -57,7 +61,9 @@ class Tracking {
     };
     void flush();
     void settle(const toliman_frame &frame, const std::string &place, const toliman_track_outcome &outcome);
-    void reject(const toliman_frame &frame, const std::string &place, const toliman_ingest_event &event);
+    // has_key: session, roi and frame_id are known. reason: in a word or two.
+    void reject(const toliman_frame &frame, bool has_key, const std::string &place, const char *reason,
+                const std::string &text);
     void warn_if_far(const std::string &place, double value);
     void note_unknown_exposure(const std::string &place);
     PeriodFacts update(Fit fit); // prints it
@@ -80,6 +86,7 @@ class Tracking {
     size_t since_update_ = 0;                      // accepted frames
     int64_t records_ = 0, saved_ = 0;              // of the ledger; at the last checkpoint
     std::optional<BankWatch> bank_;
+    std::optional<OnTarget> on_target_;
     bool noted_exposure_ = false;
     // Counts of this run.
     int64_t accepted_ = 0, refused_ = 0; // refused: rejected, or outliers

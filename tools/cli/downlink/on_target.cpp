@@ -1,0 +1,102 @@
+// Method: the windows are converted from TAI to the camera clock once, by the inverse of the clock table: straight
+// lines, with the nearest one beyond both ends, in long double, which has all bits of a time in nanoseconds. A binary
+// search then finds the windows of a frame.
+#include "downlink/on_target.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <toliman/toliman.hpp>
+
+#include "common/failure.hpp"
+
+namespace cli {
+
+namespace {
+
+struct ClockPair {
+    int64_t camera_ns, tai_ns;
+};
+
+// Beyond the range of 64 bits: its end.
+int64_t camera_time(int64_t tai_ns, const std::vector<ClockPair> &clock) {
+    if (clock.empty())
+        return tai_ns;
+    const auto later = [](int64_t time, const ClockPair &pair) { return time < pair.tai_ns; };
+    const auto after = std::upper_bound(clock.begin(), clock.end(), tai_ns, later) - clock.begin();
+    const auto last = static_cast<std::ptrdiff_t>(clock.size()) - 1;
+    const auto segment = std::clamp<std::ptrdiff_t>(after - 1, 0, std::max<std::ptrdiff_t>(last - 1, 0));
+    const ClockPair &from = clock[static_cast<size_t>(segment)];
+    long double elapsed = static_cast<long double>(tai_ns) - from.tai_ns;
+    if (last > 0) {
+        const ClockPair &to = clock[static_cast<size_t>(segment) + 1];
+        elapsed *= (static_cast<long double>(to.camera_ns) - from.camera_ns) /
+                   (static_cast<long double>(to.tai_ns) - from.tai_ns);
+    }
+    const long double time = from.camera_ns + elapsed;
+    if (std::fabs(time) < 0x1p63L)
+        return std::llround(time);
+    return time < 0 ? INT64_MIN : INT64_MAX;
+}
+
+int64_t start_of(const toliman_frame &frame) {
+    return frame.camera_ns - std::llround(frame.exposure_s * 5e8);
+}
+
+} // namespace
+
+OnTarget::OnTarget(const std::string &path, const LeapSeconds &leap_seconds) : path_(path) {
+    const auto read = [&](int64_t *intervals, size_t capacity) {
+        size_t count = 0;
+        toliman::check(toliman_ingest_read_on_target(path.c_str(), leap_seconds.rows.data(), leap_seconds.rows.size(),
+                                                     intervals, capacity, &count));
+        return count;
+    };
+    std::vector<int64_t> times(2 * read(nullptr, 0));
+    windows_.resize(read(times.data(), times.size() / 2));
+    for (size_t i = 0; i < windows_.size(); i++)
+        windows_[i] = {times[2 * i], times[2 * i + 1]};
+}
+
+void OnTarget::set_clock(const toliman_track_options &settings) {
+    exposure_s_ = settings.exposure_s;
+    if (!(exposure_s_ > 0))
+        throw Failure(kExitUsage, "--on-target " + path_ +
+                                      ": needs the length of an exposure: give a new folder with --exposure SECONDS");
+    std::vector<ClockPair> clock(settings.clock_points);
+    for (size_t i = 0; i < clock.size(); i++)
+        clock[i] = {settings.clock[2 * i], settings.clock[2 * i + 1]};
+    for (Window &window : windows_)
+        window = {camera_time(window.start_ns, clock), camera_time(window.end_ns, clock)};
+}
+
+bool OnTarget::limit(toliman_frame &frame, std::vector<double> &intervals) const {
+    if (!(frame.exposure_s > 0))
+        frame.exposure_s = exposure_s_;
+    const double whole[] = {0, frame.exposure_s};
+    const double *const own = frame.interval_count > 0 ? frame.intervals : whole;
+    const auto seconds = [start = start_of(frame)](int64_t ns) {
+        return static_cast<double>((static_cast<long double>(ns) - start) / 1e9L);
+    };
+    for (size_t i = 0; i < std::max<size_t>(frame.interval_count, 1); i++) {
+        const double from = own[2 * i], to = own[2 * i + 1];
+        auto window = std::partition_point(windows_.begin(), windows_.end(),
+                                           [&](const Window &each) { return seconds(each.end_ns) <= from; });
+        for (; window != windows_.end() && seconds(window->start_ns) < to; ++window) {
+            const double start = std::max(from, seconds(window->start_ns)), end = std::min(to, seconds(window->end_ns));
+            if (start < end)
+                intervals.insert(intervals.end(), {start, end});
+        }
+    }
+    frame.intervals = intervals.data();
+    frame.interval_count = intervals.size() / 2;
+    return !intervals.empty();
+}
+
+std::string OnTarget::complaint(const toliman_frame &frame) const {
+    const int64_t start = start_of(frame), end = start + std::llround(frame.exposure_s * 1e9);
+    return "no window of " + path_ + " contains on-target time of frame " + std::to_string(frame.frame_id) +
+           ", exposed from " + std::to_string(start) + " to " + std::to_string(end) + " ns of camera time";
+}
+
+} // namespace cli
