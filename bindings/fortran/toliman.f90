@@ -3319,8 +3319,9 @@ module toliman
             type(toliman_sky_options), intent(inout) :: options
         end subroutine
 
-        ! Creates the predictor of a system. system "alpha-cen" (Akeson et al. 2021), or the path of a system file
-        ! (schema toliman-system/1) options NULL = the defaults: all effects, at the Earth's centre.
+        ! Creates the predictor of a system. system "alpha-cen" (Akeson et al. 2021), the path of a system file
+        ! (schema toliman-system/1), or, if the text begins with "{", with or without blanks before it, the JSON of
+        ! the system itself options NULL = the defaults: all effects, at the Earth's centre.
         function toliman_sky_create(system, options, out) bind(C) result(answer)
             import
             character(kind=c_char), intent(in) :: system(*)
@@ -6259,8 +6260,9 @@ contains
         call conclude(toliman_series_get_info(self%handle, out), stat, errmsg)
     end subroutine
 
-    ! Creates the predictor of a system. system "alpha-cen" (Akeson et al. 2021), or the path of a system file (schema
-    ! toliman-system/1) options NULL = the defaults: all effects, at the Earth's centre.
+    ! Creates the predictor of a system. system "alpha-cen" (Akeson et al. 2021), the path of a system file (schema
+    ! toliman-system/1), or, if the text begins with "{", with or without blanks before it, the JSON of the system
+    ! itself options NULL = the defaults: all effects, at the Earth's centre.
     subroutine sky_predictor_create(self, system, options, stat, errmsg)
         class(toliman_sky_predictor), intent(inout) :: self
         character(len=*), intent(in) :: system

@@ -82,11 +82,12 @@ typedef struct toliman_sky_options {
 TOLIMAN_API void toliman_sky_options_init(toliman_sky_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
 /* Creates the predictor of a system.
- *   system   "alpha-cen" (Akeson et al. 2021), or the path of a system file (schema toliman-system/1)
+ *   system   "alpha-cen" (Akeson et al. 2021), the path of a system file (schema toliman-system/1), or, if the text
+ *            begins with "{", with or without blanks before it, the JSON of the system itself
  *   options  NULL = the defaults: all effects, at the Earth's centre. A warning then says how many uas the spacecraft's
  *            velocity adds
- * The caller destroys *out. Errors: TOLIMAN_E_NOT_FOUND; TOLIMAN_E_SCENE, with file and key, for a bad system file;
- * TOLIMAN_E_FORMAT, with file, line and reason, for a bad observer file and a system file that is not JSON;
+ * The caller destroys *out. Errors: TOLIMAN_E_NOT_FOUND; TOLIMAN_E_SCENE, with file and key, for a bad system;
+ * TOLIMAN_E_FORMAT, with file, line and reason, for a bad observer file and a system that is not JSON;
  * TOLIMAN_E_ARGUMENT. Since 0.2. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_create(const char *system, const toliman_sky_options *options,
                                                                  toliman_sky **out) TOLIMAN_NOEXCEPT;

@@ -66,6 +66,8 @@ sky::Observer observer_of(const toliman_sky_options &options) {
 sky::System system_of(const char *name) {
     if (*name == '\0')
         fail(Status::argument, "{system} = \"\": must be \"alpha-cen\" or a system file");
+    if (name[std::strspn(name, " \t\r\n")] == '{')
+        return read_system(std::string(name), "system");
     return std::strcmp(name, "alpha-cen") == 0 ? sky::alpha_cen() : read_system(std::string(name));
 }
 

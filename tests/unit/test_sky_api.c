@@ -64,6 +64,32 @@ static void bad_options_are_refused(void **state) {
     assert_null(made);
 }
 
+static const char kJson[] =
+    " \n{\"schema\": \"toliman-system/1\", \"name\": \"a binary\", \"orbit\": {\"period_years\": 80, "
+    "\"semi_major_arcsec\": 17, \"eccentricity\": 0.5, \"inclination_deg\": 79, \"node_deg\": 205, \"periastron_deg\": "
+    "231, \"epoch\": 1955.5}, \"barycentre\": {\"ra_deg\": 219, \"dec_deg\": -60, \"epoch\": 2019.5, \"pm_ra_mas_yr\": "
+    "-3640, \"pm_dec_mas_yr\": 700, \"parallax_mas\": 750, \"radial_velocity_km_s\": -22, \"radial_velocity_kind\": "
+    "\"kinematic\"}, \"masses\": {\"A\": 1.1, \"B\": 0.9}}";
+
+static void a_text_is_the_system(void **state) {
+    (void)state;
+    toliman_sky *made = NULL;
+    toliman_sky_info info = TOLIMAN_SKY_INFO_INIT;
+    double period = 0;
+    assert_ok(toliman_sky_create(kJson, NULL, &made));
+    assert_ok(toliman_sky_get_info(made, &info));
+    assert_ok(toliman_sky_get_element(made, 0, &period, NULL));
+    assert_string_equal(info.name, "a binary");
+    assert_true(period == 80);
+    toliman_sky_destroy(made);
+    made = NULL;
+    assert_fails(toliman_sky_create("{", NULL, &made), TOLIMAN_E_FORMAT, "system: ");
+    assert_fails(toliman_sky_create("{\"schema\": \"toliman-system/1\"}", NULL, &made), TOLIMAN_E_SCENE,
+                 "system: orbit");
+    assert_fails(toliman_sky_create(" alpha-cen", NULL, &made), TOLIMAN_E_NOT_FOUND, " alpha-cen: No such file");
+    assert_null(made);
+}
+
 static void bad_arguments_are_refused(void **state) {
     (void)state;
     toliman_sky_prediction seen[2] = {TOLIMAN_SKY_PREDICTION_INIT, TOLIMAN_SKY_PREDICTION_INIT}, untouched = seen[0];
@@ -216,6 +242,7 @@ static void threads_give_the_bits_of_one(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(bad_options_are_refused),
+        cmocka_unit_test(a_text_is_the_system),
         cmocka_unit_test(bad_arguments_are_refused),
         cmocka_unit_test(properties_are_those_of_the_options),
         cmocka_unit_test(the_centre_of_the_earth_is_a_warning),

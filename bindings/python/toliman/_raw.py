@@ -4220,11 +4220,12 @@ TOLIMAN_E_MISMATCH if the input has no such columns: no line of it can be used. 
             ("out", POINTER(POINTER(toliman_sky))),
         ),
         """Creates the predictor of a system.
-  system   "alpha-cen" (Akeson et al. 2021), or the path of a system file (schema toliman-system/1)
+  system   "alpha-cen" (Akeson et al. 2021), the path of a system file (schema toliman-system/1), or, if the text
+           begins with "{", with or without blanks before it, the JSON of the system itself
   options  NULL = the defaults: all effects, at the Earth's centre. A warning then says how many uas the spacecraft's
            velocity adds
-The caller destroys *out. Errors: TOLIMAN_E_NOT_FOUND; TOLIMAN_E_SCENE, with file and key, for a bad system file;
-TOLIMAN_E_FORMAT, with file, line and reason, for a bad observer file and a system file that is not JSON;
+The caller destroys *out. Errors: TOLIMAN_E_NOT_FOUND; TOLIMAN_E_SCENE, with file and key, for a bad system;
+TOLIMAN_E_FORMAT, with file, line and reason, for a bad observer file and a system that is not JSON;
 TOLIMAN_E_ARGUMENT. Since 0.2.""",
     ),
     "toliman_sky_destroy": (

@@ -38,7 +38,7 @@ class Sky(Handle):
         seen = sky.predict(tai_ns)                    # structured array: seen["separation_arcsec"], seen["factor"]
         reduced = measured_arcsec / seen["factor"] - seen["geometric_arcsec"]
 
-    system: "alpha-cen" (Akeson et al. 2021), or a system file (schema toliman-system/1).
+    system: "alpha-cen" (Akeson et al. 2021), a system file (schema toliman-system/1), or its JSON text.
     observer: observer file, CCSDS OEM or CSV; None: the Earth's centre, with a warning, or a circular orbit.
     altitude_km: altitude of a circular sun-synchronous orbit, for simulations; 0: none.
     node_hours: its local mean time at the ascending node; 0 means 18.
