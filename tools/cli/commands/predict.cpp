@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstring>
-#include <optional>
 
 #include "common/failure.hpp"
 #include "common/json.hpp"
@@ -12,7 +11,7 @@
 #include "common/text.hpp"
 #include "downlink/frame_times.hpp"
 #include "options/command.hpp"
-#include "scenes/scene.hpp"
+#include "scenes/observer_options.hpp"
 #include "scenes/sky_times.hpp"
 
 namespace cli {
@@ -20,8 +19,8 @@ namespace cli {
 namespace {
 
 struct Options {
-    std::string system, observer, leap_seconds;
-    std::optional<double> altitude, node;
+    std::string system;
+    ObserverOptions observer;
     SkyTimeOptions times;
     std::vector<std::string> without;
     bool as_json = false;
@@ -40,26 +39,6 @@ uint32_t effects_of(const std::vector<std::string> &names) {
     return effects;
 }
 
-void check_orbit(const Options &options) {
-    if (options.altitude && !(*options.altitude >= 200 && *options.altitude <= 2000))
-        throw Failure(kExitUsage, formatted("--altitude %g: must be in [200, 2000] km", *options.altitude));
-    if (options.node && !(*options.node >= 0 && *options.node <= 24))
-        throw Failure(kExitUsage, formatted("--node %g: must be in [0, 24] h", *options.node));
-}
-
-toliman::sky_predictor predictor_of(const Options &options, const LeapSeconds &leap_seconds, Progress &progress) {
-    auto how = with_warnings<toliman_sky_options>(progress);
-    if (!options.observer.empty())
-        how.observer = options.observer.c_str();
-    how.altitude_km = options.altitude.value_or(0);
-    if (options.node)
-        how.node_hours = *options.node == 0 ? 24 : *options.node; // 0 in the struct is its default
-    how.without = effects_of(options.without);
-    how.leap_seconds = leap_seconds.rows.data();
-    how.leap_second_count = leap_seconds.rows.size();
-    return toliman::make<toliman::sky_predictor>(toliman_sky_create, options.system.c_str(), &how);
-}
-
 std::vector<toliman_sky_prediction> predictions_of(const toliman_sky *sky, const std::vector<SkyTime> &times) {
     std::vector<int64_t> tai_ns;
     for (const SkyTime &time : times)
@@ -72,20 +51,13 @@ std::vector<toliman_sky_prediction> predictions_of(const toliman_sky *sky, const
     return seen;
 }
 
-std::string observer_text(const Options &options, const toliman_sky_info &info) {
-    const std::string name = toliman_sky_observer_name(info.observer);
-    if (info.observer == TOLIMAN_SKY_OBSERVER_CIRCULAR)
-        return name + formatted(", altitude %g km, node at %g h", *options.altitude, options.node.value_or(18));
-    return info.observer == TOLIMAN_SKY_OBSERVER_FILE ? options.observer : "centre of the " + name;
-}
-
 void print_table(const Options &options, const toliman_sky_info &info, const std::vector<SkyTime> &times,
                  const std::vector<toliman_sky_prediction> &seen) {
     size_t width = std::strlen("time");
     for (const SkyTime &time : times)
         width = std::max(width, time.text.size());
     std::string text = "# system    " + std::string(info.name[0] != '\0' ? info.name : options.system.c_str()) + "\n";
-    text += "# observer  " + observer_text(options, info) + "\n";
+    text += "# observer  " + options.observer.text() + "\n";
     text += "# without   " + (options.without.empty() ? "nothing" : joined(options.without)) + "\n";
     text += "# scale     " + options.times.scale + "\n";
     const auto cells = static_cast<int>(width);
@@ -109,10 +81,8 @@ void print_json(const Options &options, const toliman_sky_info &info, const std:
                 const std::vector<toliman_sky_prediction> &seen) {
     Json json("schema", "toliman-predict/1", "version", toliman_version(), "system", options.system, "name",
               text_or_null(info.name), "orbit_digest", digest_text(info.orbit_digest));
-    json.set("observer", toliman_sky_observer_name(info.observer), "observer_file", text_or_null(options.observer));
-    json.set("altitude_km", options.altitude, "node_hours",
-             if_known(options.altitude.has_value(), options.node.value_or(18)), "without", options.without, "scale",
-             options.times.scale);
+    options.observer.set(json);
+    json.set("without", options.without, "scale", options.times.scale);
     std::vector<Json> rows;
     for (size_t i = 0; i < times.size(); i++) {
         const toliman_sky_prediction &row = seen[i];
@@ -128,10 +98,9 @@ void print_json(const Options &options, const toliman_sky_info &info, const std:
 }
 
 void predict(const Options &options, Progress &progress) {
-    check_orbit(options);
-    const LeapSeconds leap_seconds(options.leap_seconds);
-    const std::vector<SkyTime> times = sky_times(options.times, leap_seconds.rows);
-    const auto sky = predictor_of(options, leap_seconds, progress);
+    options.observer.check();
+    const std::vector<SkyTime> times = sky_times(options.times, LeapSeconds(options.observer.leap_seconds()).rows);
+    const auto sky = options.observer.predictor(options.system, effects_of(options.without), progress);
     const auto info = info_from<toliman_sky_info>(toliman_sky_get_info, sky.get());
     const auto seen = predictions_of(sky.get(), times);
     (options.as_json ? print_json : print_table)(options, info, times, seen);
@@ -145,13 +114,7 @@ void add_predict(CLI::App &app, Context &context) {
     add_option(command, "SYSTEM", options->system, "",
                "alpha-cen (Akeson et al. 2021), or a system file (JSON, schema toliman-system/1)")
         ->required();
-    CLI::Option *const observer =
-        add_option(command, "--observer", options->observer, "FILE", "orbit of the spacecraft: CCSDS OEM or CSV");
-    CLI::Option *const altitude = add_option(command, "--altitude", options->altitude, "KM",
-                                             "circular sun-synchronous orbit of this altitude, 200 to 2000");
-    altitude->excludes(observer);
-    add_option(command, "--node", options->node, "HOURS", "local mean time at its ascending node, default 18")
-        ->needs(altitude);
+    options->observer.add_to(*command);
     add_sky_times(*command, options->times);
     command->add_option("--without", options->without, "effects to leave out, separated by commas")
         ->type_name("EFFECT,...")
@@ -159,8 +122,6 @@ void add_predict(CLI::App &app, Context &context) {
         ->allow_extra_args(false)
         ->check(CLI::IsMember(kEffects));
     command->add_flag("--json", options->as_json, "print JSON, schema toliman-predict/1");
-    add_option(command, "--leap-seconds", options->leap_seconds, "FILE",
-               "leap-seconds.list of the IERS, default the table of ERFA");
     set_action(*command, context, options, predict);
 }
 

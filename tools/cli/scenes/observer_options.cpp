@@ -1,0 +1,67 @@
+#include "scenes/observer_options.hpp"
+
+#include "common/failure.hpp"
+#include "common/text.hpp"
+#include "downlink/frame_times.hpp"
+#include "options/command.hpp"
+#include "scenes/scene.hpp"
+
+namespace cli {
+
+void ObserverOptions::add_to(CLI::App &command) {
+    CLI::Option *const observer =
+        add_option(&command, "--observer", file_, "FILE", "orbit of the spacecraft: CCSDS OEM or CSV");
+    CLI::Option *const altitude = add_option(&command, "--altitude", altitude_, "KM",
+                                             "circular sun-synchronous orbit of this altitude, 200 to 2000");
+    altitude->excludes(observer);
+    add_option(&command, "--node", node_, "HOURS", "local mean time at its ascending node, default 18")
+        ->needs(altitude);
+    add_option(&command, "--leap-seconds", leap_seconds_, "FILE",
+               "leap-seconds.list of the IERS, default the table of ERFA");
+}
+
+void ObserverOptions::check() const {
+    if (altitude_ && !(*altitude_ >= 200 && *altitude_ <= 2000))
+        throw Failure(kExitUsage, formatted("--altitude %g: must be in [200, 2000] km", *altitude_));
+    if (node_ && !(*node_ >= 0 && *node_ <= 24))
+        throw Failure(kExitUsage, formatted("--node %g: must be in [0, 24] h", *node_));
+}
+
+double ObserverOptions::node_hours() const {
+    return node_.value_or(18);
+}
+
+toliman::sky_predictor ObserverOptions::predictor(const std::string &system, uint32_t without,
+                                                  Progress &progress) const {
+    check();
+    const LeapSeconds table(leap_seconds_);
+    auto how = with_warnings<toliman_sky_options>(progress);
+    if (!file_.empty())
+        how.observer = file_.c_str();
+    how.altitude_km = altitude_.value_or(0);
+    if (altitude_)
+        how.node_hours = node_hours() == 0 ? 24 : node_hours(); // 0 in the struct is its default
+    how.without = without;
+    how.leap_seconds = table.rows.data();
+    how.leap_second_count = table.rows.size();
+    return toliman::make<toliman::sky_predictor>(toliman_sky_create, system.c_str(), &how);
+}
+
+std::string ObserverOptions::name() const {
+    return toliman_sky_observer_name(altitude_        ? TOLIMAN_SKY_OBSERVER_CIRCULAR
+                                     : !file_.empty() ? TOLIMAN_SKY_OBSERVER_FILE
+                                                      : TOLIMAN_SKY_OBSERVER_EARTH);
+}
+
+std::string ObserverOptions::text() const {
+    if (altitude_)
+        return name() + formatted(", altitude %g km, node at %g h", *altitude_, node_hours());
+    return file_.empty() ? "centre of the " + name() : file_;
+}
+
+void ObserverOptions::set(Json &json) const {
+    json.set("observer", name(), "observer_file", text_or_null(file_), "altitude_km", altitude_, "node_hours",
+             if_known(altitude_.has_value(), node_hours()));
+}
+
+} // namespace cli

@@ -1,0 +1,41 @@
+// Options of the observer of a system: --observer, --altitude, --node and --leap-seconds.
+#pragma once
+#include <optional>
+#include <string>
+
+#include <toliman/toliman.hpp>
+
+#include "common/json.hpp"
+#include "common/terminal.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace cli {
+
+class ObserverOptions {
+  public:
+    void add_to(CLI::App &command);
+    // False for the Earth's centre.
+    bool given() const noexcept { return altitude_.has_value() || !file_.empty(); }
+    // The path of --leap-seconds; empty: the table of the library.
+    const std::string &leap_seconds() const noexcept { return leap_seconds_; }
+    // Throws Failure for bad options; other commands call it by predictor().
+    void check() const;
+    // system: "alpha-cen", the path of a system file, or its JSON. without: effects to leave out, TOLIMAN_SKY_...
+    toliman::sky_predictor predictor(const std::string &system, uint32_t without, Progress &progress) const;
+    // "spacecraft.oem", "circular orbit, altitude 600 km, node at 18 h", "centre of the Earth".
+    std::string text() const;
+    // Adds the members observer, observer_file, altitude_km and node_hours.
+    void set(Json &json) const;
+
+  private:
+    std::string name() const; // of the kind of observer
+    double node_hours() const;
+
+    std::string file_, leap_seconds_;
+    std::optional<double> altitude_, node_;
+};
+
+} // namespace cli
