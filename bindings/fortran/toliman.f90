@@ -3357,6 +3357,24 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
+        ! Reduces measured separations to the orbit: reduced = measured/factor - geometric_arcsec, of
+        ! toliman_sky_predict_mean over the exposure. intervals [sum of interval_counts][2], on-target intervals of
+        ! the measurements, start and end in TAI nanoseconds interval_counts [count], number of intervals of each
+        ! measurement.
+        function toliman_sky_reduce(sky, intervals, interval_counts, separations_arcsec, count, reduced_arcsec, &
+            predictions, unreduced) bind(C) result(answer)
+            import
+            type(c_ptr), value :: sky
+            integer(c_size_t), value :: count
+            integer(c_int64_t), intent(in) :: intervals(*)
+            integer(c_size_t), intent(in), optional :: interval_counts(*)
+            real(c_double), intent(in) :: separations_arcsec(*)
+            real(c_double), intent(out) :: reduced_arcsec(*)
+            type(toliman_sky_prediction), intent(inout), optional :: predictions(*)
+            integer(c_size_t), intent(out) :: unreduced
+            integer(c_int32_t) :: answer
+        end function
+
         ! Returns the name of an observer ("Earth", "circular orbit", "file"), "?" for an unknown one.
         function toliman_sky_observer_name(observer) bind(C) result(answer)
             import
@@ -3767,6 +3785,7 @@ module toliman
     public :: toliman_sky_destroy
     public :: toliman_sky_predict
     public :: toliman_sky_predict_mean
+    public :: toliman_sky_reduce
     public :: toliman_sky_observer_name
     public :: toliman_sky_get_info
     public :: toliman_sky_element_name
@@ -4056,6 +4075,7 @@ module toliman
         procedure :: create => sky_predictor_create
         procedure :: predict => sky_predictor_predict
         procedure :: predict_mean => sky_predictor_predict_mean
+        procedure :: reduce => sky_predictor_reduce
         procedure, nopass :: observer_name => sky_predictor_observer_name
         procedure :: get_info => sky_predictor_get_info
         procedure, nopass :: element_name => sky_predictor_element_name
@@ -6308,6 +6328,40 @@ contains
         of_count = size(intervals, 2, c_size_t)
         if (.not. fits(size(intervals, 1, c_size_t), 2_c_size_t, 'intervals', 1, stat, errmsg)) return
         status = toliman_sky_predict_mean(self%handle, intervals, of_count, prediction)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Reduces measured separations to the orbit: reduced = measured/factor - geometric_arcsec, of
+    ! toliman_sky_predict_mean over the exposure. intervals [sum of interval_counts][2], on-target intervals of the
+    ! measurements, start and end in TAI nanoseconds interval_counts [count], number of intervals of each measurement.
+    ! intervals(2, count), interval_counts(count), separations_arcsec(count), reduced_arcsec(count),
+    ! predictions(count).
+    subroutine sky_predictor_reduce(self, intervals, interval_counts, separations_arcsec, reduced_arcsec, &
+        unreduced, predictions, stat, errmsg)
+        class(toliman_sky_predictor), intent(in) :: self
+        integer(c_int64_t), intent(in), contiguous :: intervals(:, :)
+        integer(c_size_t), intent(in), optional, contiguous :: interval_counts(:)
+        real(c_double), intent(in), contiguous :: separations_arcsec(:)
+        real(c_double), intent(out), contiguous :: reduced_arcsec(:)
+        type(toliman_sky_prediction), intent(inout), optional, contiguous :: predictions(:)
+        integer(c_size_t), intent(out) :: unreduced
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_count
+        integer(c_int32_t) :: status
+        of_count = size(intervals, 2, c_size_t)
+        if (.not. fits(size(intervals, 1, c_size_t), 2_c_size_t, 'intervals', 1, stat, errmsg)) return
+        if (present(interval_counts)) then
+            if (.not. fits(size(interval_counts, 1, c_size_t), of_count, 'interval_counts', 1, stat, errmsg)) return
+        end if
+        if (.not. fits(size(separations_arcsec, 1, c_size_t), of_count, 'separations_arcsec', 1, stat, &
+            errmsg)) return
+        if (.not. fits(size(reduced_arcsec, 1, c_size_t), of_count, 'reduced_arcsec', 1, stat, errmsg)) return
+        if (present(predictions)) then
+            if (.not. fits(size(predictions, 1, c_size_t), of_count, 'predictions', 1, stat, errmsg)) return
+        end if
+        status = toliman_sky_reduce(self%handle, intervals, interval_counts, separations_arcsec, of_count, &
+            reduced_arcsec, predictions, unreduced)
         call conclude(status, stat, errmsg)
     end subroutine
 

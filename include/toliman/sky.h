@@ -6,6 +6,7 @@
  *    (options_init)                               |
  *   TAI times [count]          -> predict --------+-> toliman_sky_prediction [count]
  *   on-target intervals [count] -> predict_mean --+-> toliman_sky_prediction
+ *   measured separations [count] -> reduce -------+-> reduced separations [count]
  *   measured separations [count] -> refit --------+-> toliman_sky with another orbit -> save_file -> system file
  *                                                 +-> get_info, get_element; element_name, observer_name
  *                                              destroy
@@ -14,10 +15,10 @@
  * contributes 746 uas with a period of one year; by the spacecraft's velocity, 205 to 257 uas every 97 minutes.
  * Parallax contributes 44 uas and light time 2.5 uas. A planet like the Earth moves a star by 2.5 uas.
  *
- * Reduction: divide a measured separation by `factor` and subtract `geometric_arcsec`. The residual contains
- * planets, the error of the orbit and noise. Do not subtract `separation_arcsec`: with the published errors of the
- * elements, that leaves an annual residual of 0.36 uas (median; 95th percentile 1.4 uas). Division leaves 0.08 uas
- * (0.26 uas).
+ * Reduction (toliman_sky_reduce): divide a measured separation by `factor` and subtract `geometric_arcsec`. The
+ * residual contains planets, the error of the orbit and noise. Do not subtract `separation_arcsec`: with the published
+ * errors of the elements, that leaves an annual residual of 0.36 uas (median; 95th percentile 1.4 uas). Division leaves
+ * 0.08 uas (0.26 uas).
  *
  * Conventions
  *
@@ -133,6 +134,26 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_predict(const toliman_
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_predict_mean(const toliman_sky *sky, const int64_t *intervals,
                                                                        size_t count, toliman_sky_prediction *prediction)
     TOLIMAN_NOEXCEPT;
+
+/* Reduces measured separations to the orbit: reduced = measured/factor - geometric_arcsec, of toliman_sky_predict_mean
+ * over the exposure.
+ *   intervals           [sum of interval_counts][2], on-target intervals of the measurements, start and end in TAI
+ *                       nanoseconds
+ *   interval_counts     [count], number of intervals of each measurement. NULL: one for each, from the start to the end
+ *                       of an exposure whose on-target intervals are not known
+ *   separations_arcsec  [count], measured apparent separations. NaN (no measurement) remains NaN
+ *   reduced_arcsec      [count], receives the reduced separations
+ *   predictions         [count], receives the predictions, with the struct_size of predictions[0] set; may be NULL
+ *   unreduced           receives the number of measurements for which the observer file has no state. Their reduced
+ *                       separation and all numbers of their prediction are NaN
+ * With an observer in orbit (circular or from a file), these are refused: an interval of zero length, because the
+ * prediction for an instant is wrong by up to 245 uas; and, with interval_counts NULL, an interval longer than 600 s,
+ * because such an exposure is a sum of shorter ones and the mean over all of it is wrong by up to 245 uas.
+ * Errors: TOLIMAN_E_ARGUMENT, naming the measurement, for these and for bad numbers; otherwise as
+ * toliman_sky_predict_mean. Nothing is then written. Since 0.2. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_reduce(
+    const toliman_sky *sky, const int64_t *intervals, const size_t *interval_counts, const double *separations_arcsec,
+    size_t count, double *reduced_arcsec, toliman_sky_prediction *predictions, size_t *unreduced) TOLIMAN_NOEXCEPT;
 
 /* Observers. */
 #define TOLIMAN_SKY_OBSERVER_EARTH 701    /* centre of the Earth */

@@ -7,6 +7,7 @@
 #include <cstring>
 #include <iterator>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,7 @@
 #include "backend/file.hpp"
 #include "base/hash.hpp"
 #include "scene/system.hpp"
+#include "sky/reduction.hpp"
 #include "sky/refit.hpp"
 
 using namespace toliman;
@@ -100,6 +102,20 @@ std::vector<sky::Interval> intervals_of(const int64_t *intervals, size_t count) 
     return given;
 }
 
+// The intervals of measurement i, which begin at `next`; moves it to those of measurement i + 1.
+std::vector<sky::Interval> take_intervals(const int64_t *&next, const size_t *interval_counts, size_t i) {
+    const size_t own = interval_counts != nullptr ? interval_counts[i] : 1;
+    std::vector<sky::Interval> taken = intervals_of(next, own);
+    next += 2 * own;
+    return taken;
+}
+
+double known_separation(const double *separations_arcsec, size_t i) {
+    if (!(separations_arcsec[i] > 0 && std::isfinite(separations_arcsec[i])))
+        fail(Status::argument, "{separations_arcsec[%zu]} = %g: must be above 0 and finite", i, separations_arcsec[i]);
+    return separations_arcsec[i];
+}
+
 std::vector<sky::Measurement> measurements_of(const int64_t *intervals, const size_t *interval_counts,
                                               const double *separations_arcsec, const double *sigmas_arcsec,
                                               size_t count) {
@@ -108,14 +124,10 @@ std::vector<sky::Measurement> measurements_of(const int64_t *intervals, const si
     required_array(intervals, count, 2 * sizeof *intervals, "intervals");
     std::vector<sky::Measurement> measurements;
     for (size_t i = 0; i < count; i++) {
-        if (!(separations_arcsec[i] > 0 && std::isfinite(separations_arcsec[i])))
-            fail(Status::argument, "{separations_arcsec[%zu]} = %g: must be above 0 and finite", i,
-                 separations_arcsec[i]);
+        const double separation = known_separation(separations_arcsec, i);
         if (!(sigmas_arcsec[i] > 0 && std::isfinite(sigmas_arcsec[i])))
             fail(Status::argument, "{sigmas_arcsec[%zu]} = %g: must be above 0 and finite", i, sigmas_arcsec[i]);
-        const size_t own = interval_counts != nullptr ? interval_counts[i] : 1;
-        measurements.push_back({intervals_of(intervals, own), separations_arcsec[i], sigmas_arcsec[i]});
-        intervals += 2 * own;
+        measurements.push_back({take_intervals(intervals, interval_counts, i), separation, sigmas_arcsec[i]});
     }
     return measurements;
 }
@@ -125,6 +137,22 @@ std::unique_ptr<toliman_sky> new_sky(std::unique_ptr<const sky::Predictor> predi
     handle->predictor = std::move(predictor);
     handle->source = sky_source;
     return handle;
+}
+
+std::vector<sky::Reduced> reduced_of(const sky::Predictor &predictor, const int64_t *intervals,
+                                     const size_t *interval_counts, const double *separations_arcsec, size_t count) {
+    std::vector<sky::Reduced> reduced;
+    for (size_t i = 0; i < count; i++) {
+        const double separation =
+            std::isnan(separations_arcsec[i]) ? separations_arcsec[i] : known_separation(separations_arcsec, i);
+        const sky::Exposure exposure = {take_intervals(intervals, interval_counts, i), interval_counts != nullptr};
+        try {
+            reduced.push_back(sky::reduce(predictor, exposure, separation));
+        } catch (const Error &error) {
+            fail_within(error, error.status(), "measurement %zu: %s", i, error.what());
+        }
+    }
+    return reduced;
 }
 
 int32_t known_element(int32_t element) {
@@ -188,6 +216,31 @@ toliman_status toliman_sky_predict_mean(const toliman_sky *sky, const int64_t *i
         const Use use(sky, "sky");
         required_array(intervals, count, 2 * sizeof *intervals, "intervals");
         deliver(public_prediction(sky->predictor->mean(intervals_of(intervals, count))), prediction, "prediction");
+    });
+}
+
+toliman_status toliman_sky_reduce(const toliman_sky *sky, const int64_t *intervals, const size_t *interval_counts,
+                                  const double *separations_arcsec, size_t count, double *reduced_arcsec,
+                                  toliman_sky_prediction *predictions, size_t *unreduced) noexcept {
+    return guard([&] {
+        const Use use(sky, "sky");
+        required_array(intervals, count, 2 * sizeof *intervals, "intervals");
+        required_array(separations_arcsec, count, sizeof *separations_arcsec, "separations_arcsec");
+        required_array(reduced_arcsec, count, sizeof *reduced_arcsec, "reduced_arcsec");
+        required(unreduced, "unreduced");
+        std::optional<StructArray<toliman_sky_prediction>> rows;
+        if (predictions != nullptr && count > 0) {
+            rows.emplace(predictions, "predictions");
+            required_array(predictions, count, rows->size(), "predictions");
+        }
+        const auto found = reduced_of(*sky->predictor, intervals, interval_counts, separations_arcsec, count);
+        for (size_t i = 0; i < count; i++) {
+            reduced_arcsec[i] = found[i].separation_arcsec;
+            if (rows)
+                rows->put(i, public_prediction(found[i].seen));
+        }
+        *unreduced = static_cast<size_t>(std::count_if(
+            found.begin(), found.end(), [](const sky::Reduced &one) { return std::isnan(one.seen.factor); }));
     });
 }
 

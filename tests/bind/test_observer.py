@@ -203,6 +203,28 @@ class Files(unittest.TestCase):
         with self.assertRaisesRegex(toliman.Error, "must be from .* to .*, the times of the states"):
             self.sky.predict(end + SECOND)
 
+    def test_reduction(self):
+        """Measurements without a state of the spacecraft are left out, the others reduced by their means."""
+        starts = self.times[0] + numpy.array([[300], [-86400], [6000], [400000]]) * SECOND
+        exposures = starts + numpy.array([0, 120]) * SECOND
+        reduced, seen = self.sky.reduce(exposures, 9.8)
+        expected = [self.sky.predict_mean(exposures[i]) for i in (0, 2)]
+        self.assertEqual(reduced[[0, 2]].tolist(), [9.8 / one.factor - one.geometric_arcsec for one in expected])
+        for name in seen.dtype.names:
+            self.assertTrue(numpy.isnan(seen[name][[1, 3]]).all(), name)
+        self.assertTrue(numpy.isnan(reduced[[1, 3]]).all())
+        self.assertEqual(seen["factor"][[0, 2]].tolist(), [one.factor for one in expected])
+        with self.assertRaisesRegex(toliman.Error, "measurement 0: intervals: zero length"):
+            self.sky.reduce(starts[:, 0], 9.8)
+        day = exposures[:1] + numpy.array([0, 86400]) * SECOND
+        with self.assertRaisesRegex(toliman.Error, "measurement 0: intervals: longer than 600 s"):
+            self.sky.reduce(day, 9.8, on_target=False)
+        with self.assertRaisesRegex(ValueError, "on_target=False: must have one interval"):
+            self.sky.reduce([exposures[:2]], 9.8, on_target=False)
+        with self.assertRaisesRegex(toliman.Error, "measurement 0: time = "):  # not a matter of the file
+            self.sky.reduce([[-(2**62), 1 - 2**62]], 9.8)
+        self.assertEqual(self.sky.reduce([], [])[0].size, 0)
+
     def test_scenes(self):
         """A relative path in a scene, whose time 0 is within the file."""
         frames = []

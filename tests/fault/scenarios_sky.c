@@ -48,6 +48,13 @@ static void *make(void) {
     return made;
 }
 
+static void *make_with_observer(void) {
+    void *made = NULL;
+    put_observer();
+    assert_ok(create_of(in_folder(kSystem), in_folder(kOrbit), &made));
+    return made;
+}
+
 static void end(void *made) {
     toliman_sky_destroy(made);
 }
@@ -88,6 +95,19 @@ static toliman_status predict(attempt *a) {
 }
 static toliman_status predict_mean(attempt *a) {
     return toliman_sky_predict_mean(a->object, kTimes, 1, (void *)a->out);
+}
+/* One measurement, of which the file of make_with_observer has no state, and two others. */
+static toliman_status reduce(attempt *a) {
+    static const double measured[TIMES] = {9.8, 9.9, 10};
+    int64_t intervals[2 * TIMES];
+    for (int i = 0; i < TIMES; i++) {
+        intervals[2 * i] = kTimes[0] + (i == 1 ? INT64_C(86400000000000) : 0);
+        intervals[2 * i + 1] = intervals[2 * i] + INT64_C(60000000000);
+    }
+    toliman_sky_prediction *const seen = (void *)a->out;
+    double *const reduced = (double *)(seen + TIMES);
+    size_t *const unreduced = (size_t *)(reduced + TIMES);
+    return toliman_sky_reduce(a->object, intervals, NULL, measured, TIMES, reduced, seen, unreduced);
 }
 static toliman_status get_info(attempt *a) {
     return toliman_sky_get_info(a->object, (void *)a->out);
@@ -152,6 +172,11 @@ static const scenario all[] = {
     {.function = "toliman_sky_predict_mean",
      .call = predict_mean,
      .make = make,
+     .of = &skies,
+     .struct_size = sizeof(toliman_sky_prediction)},
+    {.function = "toliman_sky_reduce",
+     .call = reduce,
+     .make = make_with_observer,
      .of = &skies,
      .struct_size = sizeof(toliman_sky_prediction)},
     {.function = "toliman_sky_get_info",

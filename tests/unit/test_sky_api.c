@@ -122,6 +122,102 @@ static void bad_arguments_are_refused(void **state) {
     toliman_sky_destroy(NULL);
 }
 
+enum { MEASURED = 3 };
+static const size_t kCounts[MEASURED] = {1, 2, 1};
+static int64_t exposures[2 * (MEASURED + 1)]; /* [interval], two of the second measurement */
+
+static void set_exposures(int64_t length_ns) {
+    for (int i = 0; i < MEASURED + 1; i++) {
+        exposures[2 * i] = times[0] + i * INT64_C(86400000000000);
+        exposures[2 * i + 1] = exposures[2 * i] + length_ns;
+    }
+}
+
+/* The definition, with the means of predict_mean, to the last bit. */
+static void reduced_is_measured_over_factor_minus_geometric(void **state) {
+    (void)state;
+    set_exposures(INT64_C(1800000000000));
+    const double measured[MEASURED] = {9.8, NAN, 10.1};
+    double reduced[MEASURED];
+    toliman_sky_prediction seen[MEASURED] = {TOLIMAN_SKY_PREDICTION_INIT}, mean = TOLIMAN_SKY_PREDICTION_INIT;
+    size_t unreduced = 7;
+    assert_ok(toliman_sky_reduce(sky, exposures, kCounts, measured, MEASURED, reduced, seen, &unreduced));
+    assert_int_equal(unreduced, 0);
+    for (size_t i = 0, next = 0; i < MEASURED; next += kCounts[i++]) {
+        assert_ok(toliman_sky_predict_mean(sky, &exposures[2 * next], kCounts[i], &mean));
+        assert_memory_equal(&seen[i], &mean, sizeof mean);
+        if (i == 1)
+            assert_true(isnan(reduced[i]));
+        else
+            assert_true(reduced[i] == measured[i] / mean.factor - mean.geometric_arcsec);
+    }
+    double again[MEASURED];
+    assert_ok(toliman_sky_reduce(sky, exposures, kCounts, measured, MEASURED, again, NULL, &unreduced));
+    assert_memory_equal(again, reduced, sizeof again);
+    assert_ok(toliman_sky_reduce(sky, NULL, NULL, NULL, 0, NULL, NULL, &unreduced));
+}
+
+/* An exposure in orbit must be known: neither its middle nor a whole that is longer than 600 s is enough. */
+static void unknown_exposures_are_refused(void **state) {
+    (void)state;
+    const double measured[MEASURED] = {9.8, 9.9, 10.1};
+    const size_t ones[MEASURED] = {1, 1, 1};
+    double reduced[MEASURED] = {5, 5, 5};
+    size_t unreduced = 7;
+    set_exposures(INT64_C(600000000000));
+    assert_ok(toliman_sky_reduce(sky, exposures, NULL, measured, MEASURED, reduced, NULL, &unreduced));
+    exposures[5]++;
+    reduced[0] = 5;
+    assert_fails(toliman_sky_reduce(sky, exposures, NULL, measured, MEASURED, reduced, NULL, &unreduced),
+                 TOLIMAN_E_ARGUMENT,
+                 "measurement 2: intervals: longer than 600 s: must be the on-target intervals, as the observer is in "
+                 "orbit: the mean over the whole exposure is wrong by up to 245 uas");
+    assert_true(reduced[0] == 5);
+    assert_ok(toliman_sky_reduce(sky, exposures, ones, measured, MEASURED, reduced, NULL, &unreduced));
+    exposures[3] = exposures[2];
+    assert_fails(toliman_sky_reduce(sky, exposures, ones, measured, MEASURED, reduced, NULL, &unreduced),
+                 TOLIMAN_E_ARGUMENT, "measurement 1: intervals: zero length: must be from start to end");
+    toliman_sky *earth = NULL;
+    const toliman_sky_options options = {.struct_size = sizeof options, .without = TOLIMAN_SKY_SPACECRAFT_ABERRATION};
+    assert_ok(toliman_sky_create("alpha-cen", &options, &earth));
+    set_exposures(0);
+    assert_ok(toliman_sky_reduce(earth, exposures, NULL, measured, MEASURED, reduced, NULL, &unreduced));
+    set_exposures(INT64_C(86400000000000));
+    assert_ok(toliman_sky_reduce(earth, exposures, NULL, measured, MEASURED, reduced, NULL, &unreduced));
+    toliman_sky_destroy(earth);
+}
+
+static void bad_measurements_are_refused(void **state) {
+    (void)state;
+    set_exposures(INT64_C(60000000000));
+    double reduced = 5;
+    size_t unreduced = 7;
+    toliman_sky_prediction seen = {.struct_size = 4};
+    const double good = 9.8, bad[] = {0, -9.8, INFINITY};
+    const size_t none = 0;
+    const int64_t late[2] = {INT64_MAX - 1, INT64_MAX}, backwards[2] = {INT64_MAX, INT64_MIN};
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++)
+        assert_fails(toliman_sky_reduce(sky, exposures, NULL, &bad[i], 1, &reduced, NULL, &unreduced),
+                     TOLIMAN_E_ARGUMENT, "separations_arcsec[0] = ");
+    assert_fails(toliman_sky_reduce(sky, exposures, &none, &good, 1, &reduced, NULL, &unreduced), TOLIMAN_E_ARGUMENT,
+                 "measurement 0: intervals: must not be empty");
+    assert_fails(toliman_sky_reduce(sky, late, NULL, &good, 1, &reduced, NULL, &unreduced), TOLIMAN_E_RANGE,
+                 "measurement 0: time = ");
+    assert_fails(toliman_sky_reduce(sky, backwards, NULL, &good, 1, &reduced, NULL, &unreduced), TOLIMAN_E_ARGUMENT,
+                 "measurement 0: intervals: start ");
+    assert_fails(toliman_sky_reduce(sky, exposures, NULL, &good, 1, &reduced, &seen, &unreduced), TOLIMAN_E_ARGUMENT,
+                 "predictions->struct_size = 4");
+    assert_fails(toliman_sky_reduce(sky, NULL, NULL, &good, 1, &reduced, NULL, &unreduced), TOLIMAN_E_ARGUMENT,
+                 "intervals is NULL");
+    assert_fails(toliman_sky_reduce(sky, exposures, NULL, NULL, 1, &reduced, NULL, &unreduced), TOLIMAN_E_ARGUMENT,
+                 "separations_arcsec is NULL");
+    assert_fails(toliman_sky_reduce(sky, exposures, NULL, &good, 1, NULL, NULL, &unreduced), TOLIMAN_E_ARGUMENT,
+                 "reduced_arcsec is NULL");
+    assert_fails(toliman_sky_reduce(sky, exposures, NULL, &good, 1, &reduced, NULL, NULL), TOLIMAN_E_ARGUMENT,
+                 "unreduced is NULL");
+    assert_true(reduced == 5 && unreduced == 7);
+}
+
 static void properties_are_those_of_the_options(void **state) {
     (void)state;
     toliman_sky_info info = TOLIMAN_SKY_INFO_INIT;
@@ -244,6 +340,9 @@ int main(void) {
         cmocka_unit_test(bad_options_are_refused),
         cmocka_unit_test(a_text_is_the_system),
         cmocka_unit_test(bad_arguments_are_refused),
+        cmocka_unit_test(reduced_is_measured_over_factor_minus_geometric),
+        cmocka_unit_test(unknown_exposures_are_refused),
+        cmocka_unit_test(bad_measurements_are_refused),
         cmocka_unit_test(properties_are_those_of_the_options),
         cmocka_unit_test(the_centre_of_the_earth_is_a_warning),
         cmocka_unit_test(rows_have_the_caller_s_size),

@@ -2550,6 +2550,7 @@ OF_OBJECTS = {
     "toliman_sky_destroy": True,
     "toliman_sky_predict": False,
     "toliman_sky_predict_mean": False,
+    "toliman_sky_reduce": False,
     "toliman_sky_get_info": False,
     "toliman_sky_get_element": False,
     "toliman_sky_refit": False,
@@ -4261,6 +4262,34 @@ to 245 uas in a day.
 Errors: TOLIMAN_E_ARGUMENT if count is 0, if an interval does not begin before it ends, overlaps another or exceeds
 400 days; TOLIMAN_E_RANGE as toliman_sky_predict, also if the observer file does not cover a whole interval. Since
 0.2.""",
+    ),
+    "toliman_sky_reduce": (
+        c_int32, (
+            ("sky", POINTER(toliman_sky)),
+            ("intervals", POINTER(c_int64)),
+            ("interval_counts", POINTER(c_size_t)),
+            ("separations_arcsec", POINTER(c_double)),
+            ("count", c_size_t),
+            ("reduced_arcsec", POINTER(c_double)),
+            ("predictions", POINTER(toliman_sky_prediction)),
+            ("unreduced", POINTER(c_size_t)),
+        ),
+        """Reduces measured separations to the orbit: reduced = measured/factor - geometric_arcsec, of toliman_sky_predict_mean
+over the exposure.
+  intervals           [sum of interval_counts][2], on-target intervals of the measurements, start and end in TAI
+                      nanoseconds
+  interval_counts     [count], number of intervals of each measurement. NULL: one for each, from the start to the end
+                      of an exposure whose on-target intervals are not known
+  separations_arcsec  [count], measured apparent separations. NaN (no measurement) remains NaN
+  reduced_arcsec      [count], receives the reduced separations
+  predictions         [count], receives the predictions, with the struct_size of predictions[0] set; may be NULL
+  unreduced           receives the number of measurements for which the observer file has no state. Their reduced
+                      separation and all numbers of their prediction are NaN
+With an observer in orbit (circular or from a file), these are refused: an interval of zero length, because the
+prediction for an instant is wrong by up to 245 uas; and, with interval_counts NULL, an interval longer than 600 s,
+because such an exposure is a sum of shorter ones and the mean over all of it is wrong by up to 245 uas.
+Errors: TOLIMAN_E_ARGUMENT, naming the measurement, for these and for bad numbers; otherwise as
+toliman_sky_predict_mean. Nothing is then written. Since 0.2.""",
     ),
     "toliman_sky_observer_name": (
         c_char_p, (("observer", c_int32),),

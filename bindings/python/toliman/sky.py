@@ -19,6 +19,7 @@ from ._results import Refit, SkyInfo, SkyPrediction
 _EFFECTS = ("earth_aberration", "spacecraft_aberration", "parallax", "roemer", "light_time", "radial_motion",
             "transverse_motion", "deflection")
 _int64 = ctypes.POINTER(ctypes.c_int64)
+_size = ctypes.POINTER(ctypes.c_size_t)
 
 
 def _nanoseconds(name: str, values: ArrayLike) -> NDArray[numpy.int64]:
@@ -31,12 +32,27 @@ def _nanoseconds(name: str, values: ArrayLike) -> NDArray[numpy.int64]:
     return numpy.require(array, numpy.int64, "C")
 
 
+class _Exposures:
+    """On-target intervals of measurements, from times [n] or a sequence of n arrays [intervals][2]."""
+
+    def __init__(self, tai_ns: typing.Any):
+        given = tai_ns if isinstance(tai_ns, (list, tuple)) else numpy.asarray(tai_ns)
+        pairs = [_nanoseconds("tai_ns", [one, one] if numpy.ndim(one) == 0 else one).reshape(-1, 2) for one in given]
+        self.count = len(pairs)
+        self.counts = (ctypes.c_size_t * len(pairs))(*(len(pair) for pair in pairs))
+        self.intervals = numpy.ascontiguousarray(numpy.concatenate([*pairs, numpy.empty((0, 2), numpy.int64)]))
+
+    def column(self, values: ArrayLike) -> NDArray[numpy.float64]:
+        """One number for each measurement, or one for all."""
+        return numpy.ascontiguousarray(numpy.broadcast_to(values, self.count), float)
+
+
 class Sky(Handle):
     """Predicts the separation of a binary as an observer sees it.
 
         sky = Sky("alpha-cen", "spacecraft.oem")
         seen = sky.predict(tai_ns)                    # structured array: seen["separation_arcsec"], seen["factor"]
-        reduced = measured_arcsec / seen["factor"] - seen["geometric_arcsec"]
+        reduced, seen = sky.reduce(intervals, measured_arcsec)
 
     system: "alpha-cen" (Akeson et al. 2021), a system file (schema toliman-system/1), or its JSON text.
     observer: observer file, CCSDS OEM or CSV; None: the Earth's centre, with a warning, or a circular orbit.
@@ -82,6 +98,30 @@ class Sky(Handle):
         check(library.toliman_sky_predict_mean(self._c, given.ctypes.data_as(_int64), len(given), ctypes.byref(made)))
         return SkyPrediction._of(made)
 
+    def reduce(self, tai_ns: ArrayLike, separations_arcsec: ArrayLike, *,
+               on_target: bool = True) -> tuple[NDArray[numpy.float64], NDArray]:
+        """Reduces measured separations to the orbit: measured / factor - geometric_arcsec.
+
+            reduced, seen = sky.reduce([[start, end], ...], measured_arcsec)
+
+        tai_ns: on-target intervals, a sequence of n arrays [intervals][2] or [2]; times [n] for the Earth's centre only.
+        on_target: False if each interval is a whole exposure of which the on-target intervals are not known; it is then
+            refused if it is longer than 600 s and the observer in orbit.
+        Returns the reduced separations and the predictions, a structured array as that of predict. They are NaN where
+        the observer file has no state, and where a measured separation is NaN."""
+        exposures = _Exposures(tai_ns)
+        if not on_target and any(own != 1 for own in exposures.counts):
+            raise ValueError("on_target=False: must have one interval for each measurement")
+        separations, reduced = exposures.column(separations_arcsec), numpy.empty(exposures.count)
+        made = (_raw.toliman_sky_prediction * max(exposures.count, 1))()
+        made[0].struct_size = ctypes.sizeof(_raw.toliman_sky_prediction)
+        unreduced = ctypes.c_size_t()
+        check(library.toliman_sky_reduce(self._c, exposures.intervals.ctypes.data_as(_int64),
+                                         ctypes.cast(exposures.counts, _size) if on_target else None,
+                                         pointer(separations), exposures.count, pointer(reduced), made,
+                                         ctypes.byref(unreduced)))
+        return reduced, structured(made)[:exposures.count]
+
     def refit(self, tai_ns: ArrayLike, separations_arcsec: ArrayLike, sigmas_arcsec: ArrayLike, *,
               scale_sigma: float = 0) -> tuple[Sky, Refit]:
         """Fits the orbit again to measured separations, together with the errors of its elements.
@@ -92,15 +132,12 @@ class Sky(Handle):
         tai_ns: times [n], or on-target intervals: a sequence of n arrays [intervals][2].
         scale_sigma: standard deviation of the relative error of the plate scale; 0: none.
         Returns the prediction with the new orbit, and its errors and residuals."""
-        given = tai_ns if isinstance(tai_ns, (list, tuple)) else numpy.asarray(tai_ns)
-        pairs = [_nanoseconds("tai_ns", [one, one] if numpy.ndim(one) == 0 else one).reshape(-1, 2) for one in given]
-        counts = (ctypes.c_size_t * len(pairs))(*(len(pair) for pair in pairs))
-        joined = numpy.ascontiguousarray(numpy.concatenate(pairs))
-        separations, sigmas = (numpy.ascontiguousarray(numpy.broadcast_to(values, len(pairs)), float)
-                               for values in (separations_arcsec, sigmas_arcsec))
+        exposures = _Exposures(tai_ns)
+        separations, sigmas = exposures.column(separations_arcsec), exposures.column(sigmas_arcsec)
         result = _raw.toliman_sky_refit_result()
-        made = self._create(library.toliman_sky_refit, self._c, joined.ctypes.data_as(_int64), counts,
-                            pointer(separations), pointer(sigmas), len(pairs), real("scale_sigma", scale_sigma),
+        made = self._create(library.toliman_sky_refit, self._c, exposures.intervals.ctypes.data_as(_int64),
+                            exposures.counts, pointer(separations), pointer(sigmas), exposures.count,
+                            real("scale_sigma", scale_sigma),
                             ctypes.byref(result))
         return Sky._adopt(made), Refit._of(result)
 
