@@ -9,8 +9,8 @@
 #include "common/output.hpp"
 #include "common/stop.hpp"
 #include "common/text.hpp"
-#include "downlink/frame_times.hpp"
 #include "options/command.hpp"
+#include "scenes/leap_seconds.hpp"
 #include "scenes/observer_options.hpp"
 #include "scenes/sky_times.hpp"
 
@@ -111,9 +111,7 @@ void predict(const Options &options, Progress &progress) {
 void add_predict(CLI::App &app, Context &context) {
     CLI::App *command = add_command(app, "predict");
     auto options = std::make_shared<Options>();
-    add_option(command, "SYSTEM", options->system, "",
-               "alpha-cen (Akeson et al. 2021), or a system file (JSON, schema toliman-system/1)")
-        ->required();
+    add_system(*command, options->system);
     options->observer.add_to(*command);
     add_sky_times(*command, options->times);
     command->add_option("--without", options->without, "effects to leave out, separated by commas")

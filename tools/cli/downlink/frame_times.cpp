@@ -51,15 +51,6 @@ std::vector<int64_t> table_of(FrameFile &file) {
 
 } // namespace
 
-LeapSeconds::LeapSeconds(const std::string &path) {
-    const char *const name = path.empty() ? nullptr : path.c_str();
-    size_t count = 0;
-    toliman::check(toliman_ingest_read_leap_seconds(name, nullptr, 0, &count, nullptr));
-    rows.assign(count, toliman::sized<toliman_leap_second>());
-    toliman::check(toliman_ingest_read_leap_seconds(name, rows.data(), count, &count, &expires));
-    rows.resize(count);
-}
-
 FrameTimes::FrameTimes(FrameFile &file, int64_t number, const std::optional<double> &cadence,
                        const LeapSeconds &leap_seconds)
     : path_(file.path()), header_(header_time(file, leap_seconds)), steps_(table_of(file)), cadence_(cadence) {

@@ -7,15 +7,9 @@
 #include <toliman/ingest.h>
 
 #include "frames/frames_in.hpp"
+#include "scenes/leap_seconds.hpp"
 
 namespace cli {
-
-// A leap-seconds.list, or the table of the library for "".
-struct LeapSeconds {
-    explicit LeapSeconds(const std::string &path = "");
-    std::vector<toliman_leap_second> rows;
-    int64_t expires = 0; // MJD
-};
 
 // What a file states of its times goes before the cadence (s):
 // - frame 0 has the TAI of the header's keywords; without keywords its time in the table FRAMES of `toliman simulate`,

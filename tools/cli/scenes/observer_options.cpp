@@ -1,12 +1,23 @@
 #include "scenes/observer_options.hpp"
 
+#include <cmath>
+
 #include "common/failure.hpp"
+#include "common/library.hpp"
 #include "common/text.hpp"
-#include "downlink/frame_times.hpp"
 #include "options/command.hpp"
+#include "scenes/leap_seconds.hpp"
 #include "scenes/scene.hpp"
+#include "scenes/sky_times.hpp"
 
 namespace cli {
+
+double plate_scale_of(const std::optional<double> &given, double otherwise) {
+    const double scale = given.value_or(otherwise);
+    if (!(scale > 0 && std::isfinite(scale)))
+        throw Failure(kExitUsage, formatted("--plate-scale %g: must be above 0 arcsec per px and finite", scale));
+    return scale;
+}
 
 void ObserverOptions::add_to(CLI::App &command) {
     CLI::Option *const observer =
@@ -45,6 +56,11 @@ toliman::sky_predictor ObserverOptions::predictor(const std::string &system, uin
     how.leap_seconds = table.rows.data();
     how.leap_second_count = table.rows.size();
     return toliman::make<toliman::sky_predictor>(toliman_sky_create, system.c_str(), &how);
+}
+
+std::string ObserverOptions::coverage(const toliman_sky *sky) const {
+    const auto info = info_from<toliman_sky_info>(toliman_sky_get_info, sky);
+    return file_ + " has states from " + date_text(info.first_ns) + " to " + date_text(info.last_ns) + " TAI";
 }
 
 std::string ObserverOptions::name() const {
