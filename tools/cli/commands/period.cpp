@@ -13,13 +13,15 @@
 #include "options/command.hpp"
 #include "series/fap.hpp"
 #include "series/period_stream.hpp"
+#include "series/reduction.hpp"
 
 namespace cli {
 
 namespace {
 
 struct Options {
-    std::string file, power_file, from_state, save_state;
+    std::string file, power_file, from_state, save_state, system;
+    ReductionOptions reduction; // with system
     std::optional<double> f0, df;
     std::optional<int64_t> nf;
     SumOptions sums;
@@ -80,6 +82,24 @@ std::vector<toliman_period_peak> peaks_of(const Periodogram &periodogram, size_t
     return peaks;
 }
 
+// A series reduced to the orbit.
+struct Reduced {
+    Series series;
+    Json json; // how
+    std::string text;
+};
+
+Reduced reduced_of(const Series &series, const Options &options, Progress &progress) {
+    const auto sky = options.reduction.observer.predictor(options.system, 0, progress);
+    const Measurements measured = reduce(series, options.reduction, sky.get(), progress);
+    Json json("system", options.system);
+    options.reduction.set(json);
+    json.set("unreduced", measured.unreduced);
+    return {measured.reduced, json,
+            options.system + " seen from: " + options.reduction.observer.text() +
+                formatted("; %zu samples left out", measured.unreduced)};
+}
+
 struct Report {
     const Periodogram &periodogram;
     FrequencyGrid grid;
@@ -87,6 +107,7 @@ struct Report {
     std::vector<toliman_period_peak> peaks; // the highest first
     const Fap &fap;
     std::string time_scale; // of Modified Julian Days; empty for plain numbers
+    const Reduced *reduced; // NULL if the samples are not reduced
 
     double shortest() const { return 1 / (grid.f0 + grid.df * static_cast<double>(grid.nf - 1)); }
     double longest() const { return 1 / grid.f0; } // infinite if the grid begins at 0
@@ -113,6 +134,8 @@ void print_text(const Report &report) {
     std::printf("samples     %lld, grid %.6g + k %.6g, %lld frequencies\n", static_cast<long long>(report.samples),
                 report.grid.f0, report.grid.df, static_cast<long long>(report.grid.nf));
     std::printf("searched    periods from %.6g to %.6g\n", report.shortest(), report.longest());
+    if (report.reduced != nullptr)
+        std::printf("reduced     %s\n", report.reduced->text.c_str());
     print_stdout("");
 }
 
@@ -138,11 +161,14 @@ std::string json_text(const Report &report) {
                                  (peak.flags & TOLIMAN_PERIOD_ALIAS) != 0, "at_edge",
                                  (peak.flags & TOLIMAN_PERIOD_AT_EDGE) != 0);
                  }));
+    if (report.reduced != nullptr)
+        json.set("reduction", report.reduced->json);
     return json.text();
 }
 
-// Writes and prints the results. series: NULL if only the sums are known.
-void write_results(const Options &options, const Series *series, const Periodogram &periodogram, Progress &progress) {
+// Writes and prints the results. series: NULL if only the sums are known. reduced: NULL if the series is as given.
+void write_results(const Options &options, const Series *series, const Reduced *reduced, const Periodogram &periodogram,
+                   Progress &progress) {
     const std::string given = options.samples.time_scale.empty() ? "" : result_scale(options.samples.time_scale);
     const Fap fap(options.fap, periodogram.handle, series, progress);
     progress.clear();
@@ -156,7 +182,8 @@ void write_results(const Options &options, const Series *series, const Periodogr
     }
     const Report report = {periodogram, {info.f0, info.df, info.nf},
                            info.count,  peaks_of(periodogram, options.peaks),
-                           fap,         series != nullptr ? series->time_scale : given};
+                           fap,         series != nullptr ? series->time_scale : given,
+                           reduced};
     if (options.as_json)
         print_stdout(json_text(report));
     else
@@ -177,24 +204,30 @@ void stream(const Options &options, Progress &progress) {
     }
     toliman::periodogram handle = stream_samples(how, progress);
     if (!options.follow)
-        write_results(options, nullptr, from_sums(std::move(handle)), progress);
+        write_results(options, nullptr, nullptr, from_sums(std::move(handle)), progress);
 }
 
-void period(const Options &options, Progress &progress) {
+void period(Options &options, Progress &progress) {
+    options.samples.leap_seconds = options.reduction.observer.leap_seconds();
     for (const std::string &output : {options.save_state, options.power_file})
         if (!output.empty())
             check_output(output);
     if (options.follow || !options.from_state.empty())
         return stream(options, progress);
-    const Series series = read_series(options.file, options.samples);
+    Series series = read_series(options.file, options.samples);
     if (!series.warning.empty())
         progress.warn(series.warning);
+    std::optional<Reduced> reduced;
+    if (!options.system.empty()) {
+        reduced = reduced_of(series, options, progress);
+        series = reduced->series;
+    }
     SumOptions sums = options.sums;
     sums.margins = !options.save_state.empty();
     const Periodogram periodogram = search(series, grid_of(options, series), sums, progress);
     if (!options.save_state.empty())
         save_state(periodogram.handle, options.save_state);
-    write_results(options, &series, periodogram, progress);
+    write_results(options, &series, reduced ? &*reduced : nullptr, periodogram, progress);
 }
 
 } // namespace
@@ -236,6 +269,11 @@ void add_period(CLI::App &app, Context &context) {
     CLI::Option *follow = command->add_flag("--follow", options->follow, "print a JSON line after every sample");
     for (const char *name : {"--power", "--normalisation", "--peaks", "--fap", "--resamplings", "--seed"})
         follow->excludes(command->get_option(name)); // of a result at the end
+    CLI::Option *system = add_option(command, "--system", options->system, "SYSTEM",
+                                     "reduce measured separations to the orbit of this binary: alpha-cen, or a system "
+                                     "file");
+    system->excludes(follow)->excludes(state); // which have the sums, but not the samples
+    options->reduction.add_to(*command, system);
     command->add_flag("--strict", options->strict, "with --follow: exit with code 4 if lines were skipped")
         ->needs(follow);
     set_action(*command, context, options, period, [options, file] {

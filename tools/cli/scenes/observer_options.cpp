@@ -8,6 +8,7 @@
 #include "options/command.hpp"
 #include "scenes/leap_seconds.hpp"
 #include "scenes/scene.hpp"
+#include "scenes/dates.hpp"
 #include "scenes/sky_times.hpp"
 
 namespace cli {

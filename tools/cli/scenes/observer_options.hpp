@@ -14,6 +14,9 @@ class App;
 
 namespace cli {
 
+// The value of --plate-scale, arcsec per px, or `otherwise` if it is not given. Throws Failure for a bad one.
+double plate_scale_of(const std::optional<double> &given, double otherwise);
+
 class ObserverOptions {
   public:
     void add_to(CLI::App &command);
@@ -21,10 +24,12 @@ class ObserverOptions {
     bool given() const noexcept { return altitude_.has_value() || !file_.empty(); }
     // The path of --leap-seconds; empty: the table of the library.
     const std::string &leap_seconds() const noexcept { return leap_seconds_; }
-    // Throws Failure for bad options; other commands call it by predictor().
+    // Throws Failure for bad options, as predictor() does.
     void check() const;
     // system: "alpha-cen", the path of a system file, or its JSON. without: effects to leave out, TOLIMAN_SKY_...
     toliman::sky_predictor predictor(const std::string &system, uint32_t without, Progress &progress) const;
+    // "spacecraft.oem has states from 2027-01-01T00:00:00 to 2027-12-31T00:00:00 TAI".
+    std::string coverage(const toliman_sky *sky) const;
     // "spacecraft.oem", "circular orbit, altitude 600 km, node at 18 h", "centre of the Earth".
     std::string text() const;
     // Adds the members observer, observer_file, altitude_km and node_hours.

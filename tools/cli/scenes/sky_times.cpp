@@ -28,7 +28,8 @@ const std::map<std::string, int32_t> kScales = {{"utc", TOLIMAN_INGEST_SCALE_UTC
 constexpr double kLargestYear = 9999, kFirstJulianDay = 2e6;
 constexpr double kMostTimes = 1e6, kNsPerDay = 86400e9;
 
-// `where` precedes the message.
+} // namespace
+
 int64_t read_time(const std::string &where, const std::string &text, int32_t scale,
                   const std::vector<toliman_leap_second> &leap_seconds) {
     double number = 0;
@@ -50,6 +51,8 @@ int64_t read_time(const std::string &where, const std::string &text, int32_t sca
     }
     return tai_ns;
 }
+
+namespace {
 
 std::vector<SkyTime> times_of_range(const SkyTimeOptions &options,
                                     const std::vector<toliman_leap_second> &leap_seconds) {

@@ -20,6 +20,10 @@ struct SkyTimeOptions {
 // Adds --times, --times-file, --from, --to, --every and --scale.
 void add_sky_times(CLI::App &command, SkyTimeOptions &options);
 
+// Reads one time. `where` precedes the message of a Failure. scale: TOLIMAN_INGEST_SCALE_...
+int64_t read_time(const std::string &where, const std::string &text, int32_t scale,
+                  const std::vector<toliman_leap_second> &leap_seconds);
+
 struct SkyTime {
     std::string text; // in the time scale of the options
     int64_t tai_ns;

@@ -10,6 +10,7 @@
 #include "common/npy.hpp"
 #include "common/stop.hpp"
 #include "common/text.hpp"
+#include "scenes/leap_seconds.hpp"
 
 namespace cli {
 
@@ -55,6 +56,9 @@ SampleParser::SampleParser(const char *name, const SampleOptions &options, uint3
     how.time_format = kFormats.at(options.time_format);
     how.time_scale = kScales.at(options.time_scale);
     how.name = name;
+    const LeapSeconds table(options.leap_seconds);
+    how.leap_seconds = table.rows.data();
+    how.leap_second_count = table.rows.size();
     how.columns = options.columns.empty() ? nullptr : options.columns.c_str();
     try {
         parser_ = toliman::make<toliman::series_parser>(toliman_series_create, &how);
@@ -174,6 +178,22 @@ Series read_npy_series(const std::string &name, SampleOptions options) {
 }
 
 } // namespace
+
+std::vector<int64_t> tai_of(const Series &series) {
+    if (series.time_scale.empty())
+        malformed(series.name, "times are plain numbers: must be dates, Modified Julian Days or Julian Days "
+                               "(--time-format mjd or jd)");
+    std::string scale = series.time_scale;
+    std::transform(scale.begin(), scale.end(), scale.begin(),
+                   [](unsigned char letter) { return static_cast<char>(std::tolower(letter)); });
+    std::vector<int64_t> times;
+    for (const double t : series.t) {
+        times.emplace_back();
+        toliman::check(toliman_ingest_parse_time(formatted("%.17g", t).c_str(), TOLIMAN_INGEST_FORMAT_MJD,
+                                                 kScales.at(scale), nullptr, 0, &times.back()));
+    }
+    return times;
+}
 
 Series read_series(const std::string &name, const SampleOptions &options) {
     const SampleParser options_are_valid(nullptr, options); // an error before the file is opened

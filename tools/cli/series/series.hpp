@@ -21,7 +21,8 @@ using Sample = toliman_series_sample;
 // Options of the command line; empty: the defaults of series.h.
 struct SampleOptions {
     std::string columns, time_format, time_scale; // of --columns, --time-format and --time-scale
-    bool of_state = false; // the samples continue sums, whose time scale is unknown: time_scale must be given
+    std::string leap_seconds = {}; // path of a leap-seconds.list for times in UTC; empty: the table of the library
+    bool of_state = false;         // the samples continue sums, whose time scale is unknown: time_scale must be given
 };
 void add_times(CLI::App &command, SampleOptions &options);
 
@@ -77,6 +78,9 @@ struct Series {
     std::string warning = {};        // "" for none
     std::string time_scale = {};     // as SampleParser
 };
+
+// Times of the samples in TAI, ns since 1970-01-01T00:00:00 TAI. Throws Failure for plain numbers.
+std::vector<int64_t> tai_of(const Series &series);
 
 // All samples of a file, at least one; also of .npy files, float64 [samples][2 or 3].
 Series read_series(const std::string &name, const SampleOptions &options = {});
