@@ -21,12 +21,12 @@ void add_commands(CLI::App &app, Context &context) {
     app.require_subcommand(1);
     app.formatter(std::make_shared<HelpFormatter>());
     app.fallthrough();
-    for (const auto add : {add_run, add_experiment, add_psf, add_simulate, add_calibrate, add_train, add_encode,
-                           add_convert, add_period, add_merge, add_track, add_status, add_rebuild, add_plan, add_budget,
-                           add_predict, add_pupil, add_report, add_doctor})
+    for (const auto add : {add_run,     add_experiment, add_psf,   add_simulate, add_calibrate, add_train,   add_encode,
+                           add_convert, add_period,     add_merge, add_track,    add_status,    add_rebuild, add_plan,
+                           add_budget,  add_predict,    add_refit, add_pupil,    add_report,    add_doctor})
         add(app, context);
     for (const char *name : {"run", "experiment", "psf", "simulate", "calibrate", "train", "convert", "period", "merge",
-                             "pupil", "report", "status"})
+                             "pupil", "refit", "report", "status"})
         app.get_subcommand(name)->add_flag_callback("--force", replace_anything,
                                                     "replace any existing file, not only those written by toliman");
 }
@@ -41,6 +41,12 @@ std::string help_text(const std::string &command) {
 
 CLI::App *add_command(CLI::App &app, const std::string &name) {
     return app.add_subcommand(name, help_text(name));
+}
+
+void add_system(CLI::App &command, std::string &name) {
+    add_option(&command, "SYSTEM", name, "",
+               "alpha-cen (Akeson et al. 2021), or a system file (JSON, schema toliman-system/1)")
+        ->required();
 }
 
 void add_scene(CLI::App &command, std::string &name) {

@@ -58,6 +58,9 @@ CLI::Option *add_option(CLI::App *command, const char *name, Value &value, const
 // The positional SCENE of many commands.
 void add_scene(CLI::App &command, std::string &name);
 
+// The positional SYSTEM.
+void add_system(CLI::App &command, std::string &name);
+
 // --seed: a whole number of 64 bits without sign. Parsed here because CLI11 wraps -1 around and clips numbers that are
 // too large.
 template <class Seed> CLI::Option *add_seed(CLI::App &command, Seed &seed, const std::string &description) {
@@ -74,7 +77,7 @@ template <class Seed> CLI::Option *add_seed(CLI::App &command, Seed &seed, const
 // The subcommands.
 using AddCommand = void(CLI::App &app, Context &context);
 AddCommand add_run, add_experiment, add_psf, add_simulate, add_calibrate, add_train, add_encode, add_convert,
-    add_period, add_merge, add_track, add_status, add_rebuild, add_plan, add_budget, add_predict, add_pupil, add_report,
-    add_doctor;
+    add_period, add_merge, add_track, add_status, add_rebuild, add_plan, add_budget, add_predict, add_refit, add_pupil,
+    add_report, add_doctor;
 
 } // namespace cli

@@ -1,0 +1,119 @@
+"""toliman refit: elements that are wrong by their errors agree with a series of measured separations afterwards."""
+import json
+import logging
+import unittest
+
+import numpy
+from observed import DAY, EXPOSURE, SCALE, SECOND, START, SYSTEM, measured, mjd, toliman, write_orbit, write_series
+from program import ProgramTest
+
+LOW = ("--altitude", 600, "--exposure", EXPOSURE, "--time-scale", "tai")
+PX = ("--plate-scale", SCALE)
+
+
+def setUpModule():
+    logging.getLogger("toliman").setLevel(logging.ERROR)
+
+
+class Refit(ProgramTest):
+    @classmethod
+    def setUpClass(cls):
+        days = numpy.sort(numpy.random.default_rng(5).choice(1095 * 24, 120, replace=False)) / 24
+        cls.tai_ns = START + (days * DAY).astype(numpy.int64)
+        cls.truth = toliman.Sky(altitude_km=600)
+        cls.arcsec = measured(cls.truth, cls.tai_ns)
+        middle = EXPOSURE * SECOND // 2
+        cls.exposures = [[t - middle, t + middle] for t in cls.tai_ns.tolist()]
+
+    def setUp(self):
+        super().setUp()
+        self.wrong = json.loads(SYSTEM.read_text())
+        random = numpy.random.default_rng(11)
+        for name, (value, sigma) in self.truth.elements.items():
+            self.wrong["orbit"][name] = value + sigma * (1 if random.uniform() < 0.5 else -1)
+        (self.folder / "wrong.json").write_text(json.dumps(self.wrong))
+        write_series(self.folder / "s.csv", mjd(self.tai_ns), self.arcsec / SCALE, 1e-6)
+
+    def residuals(self, path):
+        """Reduced separations in uas."""
+        return toliman.Sky(path, altitude_km=600).reduce(self.exposures, self.arcsec)[0] * 1e6
+
+    def test_wrong_elements_are_corrected(self):
+        self.assertGreater(numpy.abs(self.residuals(self.folder / "wrong.json")).max(), 1000)
+        found = json.loads(self.succeed("refit", "wrong.json", "s.csv", *LOW, *PX, "--out", "refit.json", "--json"))
+        left = self.residuals(self.folder / "refit.json")
+        self.assertLess(numpy.sqrt(numpy.mean(left**2)), 0.03)
+        self.assertAlmostEqual(found["rms_uas"], numpy.sqrt(numpy.mean(left**2)), delta=1e-3)
+        self.assertEqual((found["schema"], found["n"], found["unreduced"], found["out"], found["plate_scale_arcsec"]),
+                         ("toliman-refit/1", 120, 0, "refit.json", SCALE))
+        # as in Python
+        sky, fit = toliman.Sky(self.folder / "wrong.json", altitude_km=600).refit(
+            self.exposures, self.arcsec, 1e-6 * SCALE)
+        saved = toliman.Sky(self.folder / "refit.json", altitude_km=600)
+        for row in found["elements"]:
+            value, sigma = sky.elements[row["name"]]
+            self.assertAlmostEqual(row["after"], value, delta=1e-4 * max(sigma, 1e-9))
+            self.assertEqual(saved.elements[row["name"]][0], row["after"])
+            self.assertEqual(row["before"], self.wrong["orbit"][row["name"]])
+            self.assertAlmostEqual(row["change_sigmas"] * row["sigma_before"], row["after"] - row["before"], delta=1e-12)
+        numpy.testing.assert_allclose(numpy.ravel(found["covariance"]), fit.covariance, rtol=1e-4, atol=1e-12)
+
+    def test_table(self):
+        (self.folder / "wrong.json").write_text(json.dumps({**self.wrong, "sigma": {"orbit": {"period_years": 0.019}}}))
+        write_series(self.folder / "s.csv", mjd(self.tai_ns), self.arcsec, 1e-2)
+        lines = self.succeed("refit", "wrong.json", "s.csv", *LOW, "--scale-sigma", 1e-3).splitlines()
+        self.assertEqual(lines[:3], ["# system    wrong.json", "# observer  circular orbit, altitude 600 km, node at 18 h",
+                                     "# samples   120, 0 left out"])
+        self.assertEqual(lines[3].split(), ["element", "before", "after", "sigma", "change"])
+        rows = {line.split()[0]: line.split()[1:] for line in lines[4:]}
+        self.assertEqual(list(rows), [*toliman.Sky().elements, "chi-square", "rms", "scale"])
+        self.assertEqual(rows["eccentricity"][2:], ["-", "-"])
+        self.assertEqual(rows["eccentricity"][0], rows["eccentricity"][1])
+        before, after, _, change = map(float, rows["period_years"])
+        self.assertAlmostEqual((after - before) / 0.019, change, delta=0.01)
+        self.assertEqual(rows["chi-square"][1:], ["per", "sample"])
+
+    def test_a_wrong_plate_scale(self):
+        """--scale-sigma fits it; without it, the elements would absorb it."""
+        write_series(self.folder / "s.csv", mjd(self.tai_ns), self.arcsec / SCALE * 1.001, 1e-6)
+        found = json.loads(self.succeed("refit", "alpha-cen", "s.csv", *LOW, *PX, "--scale-sigma", 0.01, "--json"))
+        self.assertLess(abs(found["scale"] - 1e-3), 5 * found["scale_sigma"])
+        self.assertLess(found["scale_sigma"], 0.01)
+
+    def test_samples_without_a_state(self):
+        write_orbit(self.folder / "low.csv", START, 120)
+        tai_ns = START + (300 + 650 * numpy.arange(12)) * SECOND
+        arcsec = numpy.full(12, 9.8)
+        arcsec[:11] = measured(toliman.Sky(observer=self.folder / "low.csv"), tai_ns[:11])
+        write_series(self.folder / "s.csv", mjd(tai_ns), arcsec, 1e-6)
+        done = self.run_program("refit", "alpha-cen", "s.csv", "--observer", "low.csv", *LOW[2:], "--json")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("warning: 1 of 12 samples are left out", done.stderr)
+        found = json.loads(done.stdout)
+        self.assertEqual((found["n"], found["unreduced"], found["observer_file"]), (11, 1, "low.csv"))
+        self.assertLess(found["rms_uas"], 0.01)
+
+    def test_mistakes(self):
+        write_series(self.folder / "plain.csv", mjd(self.tai_ns), self.arcsec, 1e-6, name="t")
+        write_series(self.folder / "alone.csv", mjd(self.tai_ns), self.arcsec)
+        (self.folder / "exact.json").write_text(json.dumps({**self.wrong, "sigma": {}}))
+        (self.folder / "mine.txt").write_text("notes\n")
+        for code, message, arguments in (
+                (3, "plain.csv: times are plain numbers", ("alpha-cen", "plain.csv", *LOW[:4])),
+                (3, "alone.csv: has no column sigma: must have the standard deviation", ("alpha-cen", "alone.csv", *LOW)),
+                (2, "--exposure not given: zero length: must be from start to end", ("alpha-cen", "s.csv", *LOW[:2], *PX)),
+                (2, "--plate-scale -0.375: must be above 0", ("alpha-cen", "s.csv", *LOW, "--plate-scale", -SCALE)),
+                (2, "--scale-sigma 1: must be in [0, 1)", ("alpha-cen", "s.csv", *LOW, "--scale-sigma", 1)),
+                (2, "no element has a standard deviation", ("exact.json", "s.csv", *LOW, *PX)),
+                (6, "mine.txt", ("alpha-cen", "s.csv", *LOW, *PX, "--out", "mine.txt")),
+                (3, "missing.csv: No such file", ("alpha-cen", "missing.csv", *LOW))):
+            with self.subTest(message):
+                self.refuse(code, message, arguments=("refit", *arguments))
+        done = self.run_program("refit", "alpha-cen", "s.csv", *LOW, "--plate-scale", 0.4)
+        self.assertEqual((done.returncode, done.stdout), (2, ""))
+        self.assertIn("are system, unit and --plate-scale right?", done.stderr)
+        self.assertIn("by ", done.stderr.splitlines()[-1])
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,141 @@
+// toliman refit: the orbit of a binary, fitted again to measured separations.
+#include <cmath>
+#include <vector>
+
+#include "common/failure.hpp"
+#include "common/json.hpp"
+#include "common/library.hpp"
+#include "common/output.hpp"
+#include "common/text.hpp"
+#include "options/command.hpp"
+#include "series/reduction.hpp"
+
+namespace cli {
+
+namespace {
+
+struct Options {
+    std::string system, series, out;
+    ReductionOptions reduction;
+    SampleOptions samples;
+    double scale_sigma = 0;
+    bool as_json = false;
+};
+
+struct Element {
+    const char *name;
+    double before, after;             // values
+    double sigma_before, sigma_after; // standard deviations, 0 = unknown: the value is kept
+    double change() const { return (after - before) / sigma_before; }
+};
+
+struct Fitted {
+    toliman::sky_predictor sky;
+    toliman_sky_refit_result result;
+    std::vector<Element> elements;
+    size_t measurements, unreduced;
+};
+
+std::vector<Element> elements_of(const toliman_sky *before, const toliman_sky *after) {
+    std::vector<Element> elements(TOLIMAN_SKY_ELEMENTS);
+    for (int32_t i = 0; i < static_cast<int32_t>(TOLIMAN_SKY_ELEMENTS); i++) {
+        Element &element = elements[static_cast<size_t>(i)];
+        element.name = toliman_sky_element_name(i);
+        toliman::check(toliman_sky_get_element(before, i, &element.before, &element.sigma_before));
+        toliman::check(toliman_sky_get_element(after, i, &element.after, &element.sigma_after));
+    }
+    return elements;
+}
+
+Fitted fit(const Options &options, Progress &progress) {
+    const auto sky = options.reduction.observer.predictor(options.system, 0, progress);
+    const Series series = read_series(options.series, options.samples);
+    if (!series.warning.empty())
+        progress.warn(series.warning);
+    if (series.sigma.empty())
+        malformed(series.name, "has no column sigma: must have the standard deviation of each separation");
+    const Measurements measured = reduce(series, options.reduction, sky.get(), progress);
+    Fitted fitted = {
+        nullptr, toliman::sized<toliman_sky_refit_result>(), {}, measured.separations.size(), measured.unreduced};
+    fitted.sky = toliman::make<toliman::sky_predictor>(
+        toliman_sky_refit, sky.get(), measured.intervals.data(), nullptr, measured.separations.data(),
+        measured.sigmas.data(), measured.separations.size(), options.scale_sigma, &fitted.result);
+    fitted.elements = elements_of(sky.get(), fitted.sky.get());
+    return fitted;
+}
+
+void save(const toliman_sky *sky, const std::string &path) {
+    OutputFile out(path);
+    toliman::check(toliman_sky_save_file(sky, out.hand_over().c_str()));
+    out.commit();
+}
+
+void print_table(const Options &options, const Fitted &fitted) {
+    std::string text = "# system    " + options.system + "\n";
+    text += "# observer  " + options.reduction.observer.text() + "\n";
+    text += formatted("# samples   %zu, %zu left out\n", fitted.measurements, fitted.unreduced);
+    text += formatted("%-17s  %16s  %16s  %12s  %9s\n", "element", "before", "after", "sigma", "change");
+    for (const Element &element : fitted.elements) {
+        text += formatted("%-17s  %16.10g  %16.10g", element.name, element.before, element.after);
+        text += element.sigma_before > 0 ? formatted("  %12.3g  %+9.2f\n", element.sigma_after, element.change())
+                                         : formatted("  %12s  %9s\n", "-", "-");
+    }
+    text += formatted("chi-square  %.4g per sample\n", fitted.result.chi_square);
+    text += formatted("rms         %.4g uas\n", fitted.result.rms_arcsec * 1e6);
+    text += formatted("scale       %.3g +- %.2g\n", fitted.result.scale, fitted.result.scale_sigma);
+    print_stdout(text);
+}
+
+void print_json(const Options &options, const Fitted &fitted) {
+    const toliman_sky_refit_result &result = fitted.result;
+    Json json("schema", "toliman-refit/1", "version", toliman_version(), "system", options.system);
+    options.reduction.set(json);
+    json.set("n", fitted.measurements, "unreduced", fitted.unreduced, "elements",
+             array_of(fitted.elements, [](const Element &element) {
+                 return Json("name", element.name, "before", Exact{element.before}, "after", Exact{element.after},
+                             "sigma_before", element.sigma_before, "sigma_after", element.sigma_after, "change_sigmas",
+                             if_known(element.sigma_before > 0, element.change()));
+             }));
+    std::vector<std::vector<double>> covariance;
+    for (size_t i = 0; i < TOLIMAN_SKY_ELEMENTS; i++)
+        covariance.emplace_back(&result.covariance[i * TOLIMAN_SKY_ELEMENTS],
+                                &result.covariance[i * TOLIMAN_SKY_ELEMENTS] + TOLIMAN_SKY_ELEMENTS);
+    json.set("covariance", covariance, "chi_square", result.chi_square, "rms_uas", result.rms_arcsec * 1e6, "scale",
+             result.scale, "scale_sigma", result.scale_sigma, "iterations", result.iterations, "out",
+             text_or_null(options.out));
+    print_stdout(json.text());
+}
+
+void refit(Options &options, Progress &progress) {
+    if (!(options.scale_sigma >= 0 && options.scale_sigma < 1))
+        throw Failure(kExitUsage, formatted("--scale-sigma %g: must be in [0, 1)", options.scale_sigma));
+    if (!options.out.empty())
+        check_output(options.out);
+    options.samples.leap_seconds = options.reduction.observer.leap_seconds();
+    const Fitted fitted = fit(options, progress);
+    if (!options.out.empty())
+        save(fitted.sky.get(), options.out);
+    (options.as_json ? print_json : print_table)(options, fitted);
+}
+
+} // namespace
+
+void add_refit(CLI::App &app, Context &context) {
+    CLI::App *command = add_command(app, "refit");
+    auto options = std::make_shared<Options>();
+    add_system(*command, options->system);
+    add_option(command, "SERIES", options->series, "",
+               "series t,y,sigma of measured separations: text, JSON Lines or .npy")
+        ->required();
+    add_option(command, "--columns", options->samples.columns, "NAMES",
+               "names of the columns to use: T,Y,SIGMA; default t,y,sigma");
+    add_times(*command, options->samples);
+    options->reduction.add_to(*command, nullptr);
+    command->add_option("--scale-sigma", options->scale_sigma,
+                        "standard deviation of the relative error of the plate scale, default 0");
+    add_option(command, "--out", options->out, "FILE", "write the system with the new orbit to this file");
+    command->add_flag("--json", options->as_json, "print JSON, schema toliman-refit/1");
+    set_action(*command, context, options, refit);
+}
+
+} // namespace cli
