@@ -12,6 +12,7 @@
 #include "common/text.hpp"
 #include "frames/encoder.hpp"
 #include "frames/frame_options.hpp"
+#include "frames/reducing_encoder.hpp"
 #include "options/command.hpp"
 
 namespace cli {
@@ -20,6 +21,7 @@ namespace {
 
 struct EncodeOptions {
     EstimatorOptions estimator_options;
+    FrameReductionOptions reduction;
     FrameOptions frames;
 };
 
@@ -105,11 +107,18 @@ class Doubts {
     std::map<std::string, size_t> counts_;
 };
 
+std::unique_ptr<Encoder> encoder_of(const EncodeOptions &options, const Estimator &estimator, Progress &progress) {
+    auto encoder = make_encoder(estimator, Batch::kMost, options.frames.cadence);
+    return options.reduction.system.empty()
+               ? std::move(encoder)
+               : make_reducing_encoder(std::move(encoder), options.reduction, estimator, progress);
+}
+
 class Encoding {
   public:
     Encoding(const EncodeOptions &options, Progress &progress)
         : options_(options), progress_(progress), estimator_(options.estimator_options, progress),
-          encoder_(make_encoder(estimator_, Batch::kMost, options.frames.cadence)), doubts_(progress),
+          encoder_(encoder_of(options, estimator_, progress)), doubts_(progress),
           head_(std::string("file,frame,") + encoder_->columns() + "\n") {}
 
     void encode_file(const std::string &path);
@@ -204,6 +213,7 @@ void add_encode(CLI::App &app, Context &context) {
     options->frames.add_to(*command,
                            "with --fit: seconds from frame to frame, default the times of the table FRAMES of a FITS "
                            "file, or else those of the scene's frames");
+    options->reduction.add_to(*command);
     set_action(*command, context, options, encode);
 }
 

@@ -16,6 +16,11 @@ struct Doubt {
     std::string text; // of one frame
 };
 
+// What a fit measured in a frame.
+struct Separation {
+    double time_days, px; // px is NaN if the fit did not converge
+};
+
 class Encoder {
   public:
     virtual ~Encoder() = default;
@@ -29,6 +34,8 @@ class Encoder {
     // Of frame i of the last call: its numbers, and doubts about them.
     virtual std::string line(size_t i) const = 0;
     virtual std::vector<Doubt> doubts(size_t i) const = 0;
+    // Of frame i of the last call; of fits only.
+    virtual Separation separation(size_t) const { return {}; }
     // Messages about all frames, after the last one.
     virtual void end(Progress &) const {}
 

@@ -75,8 +75,10 @@ void Estimator::set_fit(const EstimatorOptions &given, Progress &progress) {
     rows = made.scene.info.rows;
     cols = made.scene.info.cols;
     exposure_s = made.scene.info.exposure_s;
-    time_zero_ns = made.scene.info.time_zero_ns;
     times = Cadence(made.scene).times;
+    fit_scene = made.scene.path;
+    time_zero_ns = made.scene.info.time_zero_ns;
+    pixel_scale_arcsec = made.scene.info.pixel_scale_arcsec;
     fit = std::move(made.fit);
     if (bank) {
         check_bank(bank, fit, given.weights, given.fit, given.free);

@@ -30,12 +30,14 @@ struct Estimator {
     std::optional<Network> network;
     toliman::linear_estimator linear;
     toliman::frame_fit fit;
-    toliman::network_bank bank; // fully trained, for the fit, which is also there
-    int64_t rows = 0, cols = 0; // of its images
-    double exposure_s = 0;      // of its scene; 0: unknown
-    int64_t time_zero_ns = 0;   // TAI of time 0 of a scene with an observer, else 0
-    std::vector<double> times;  // days, of the frames of a fit's scene
-    std::string renewal;        // until when the bank can be used and how to train the next; "" if stars do not move
+    toliman::network_bank bank;    // fully trained, for the fit, which is also there
+    int64_t rows = 0, cols = 0;    // of its images
+    double exposure_s = 0;         // of its scene; 0: unknown
+    std::vector<double> times;     // days, of the frames of a fit's scene
+    std::string fit_scene;         // path of a fit's scene
+    int64_t time_zero_ns = 0;      // TAI of time 0 of a scene with an observer, else 0
+    double pixel_scale_arcsec = 0; // of a fit's scene
+    std::string renewal;           // until when the bank can be used and how to train the next; "" if stars do not move
 
   private:
     void set_fit(const EstimatorOptions &given, Progress &progress);

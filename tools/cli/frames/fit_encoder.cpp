@@ -74,6 +74,7 @@ class FitEncoder final : public Encoder {
     }
 
     std::vector<Doubt> doubts(size_t i) const override { return fit_doubts(results_[i]); }
+    Separation separation(size_t i) const override { return {predictions_.days(i), results_[i].separation_px}; }
 
   private:
     const toliman_fit *fit_;
@@ -125,6 +126,8 @@ class BankEncoder final : public Encoder {
                                         results_[i].efficiency, kLeastEfficiency)});
         return doubts;
     }
+
+    Separation separation(size_t i) const override { return {predictions_.days(i), results_[i].separation_px}; }
 
     void end(Progress &progress) const override {
         if (outside_ > 0 && !estimator_.renewal.empty())

@@ -20,6 +20,8 @@ class Predictions {
     void open(FrameFile &frames);
     // Those of frames first ... first + count - 1 of the file.
     const toliman_fit_prediction *from(size_t first, size_t count);
+    // Time of frame i of the last call.
+    double days(size_t i) const { return predictions_[i].time_days; }
 
   private:
     const std::vector<double> &times() const { return file_times_.empty() ? scene_times_ : file_times_; }
