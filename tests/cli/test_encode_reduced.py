@@ -105,12 +105,17 @@ class Reduced(ProgramTest):
             if name == "instant":
                 scene["stars"] = SCENE["stars"]
             (self.folder / f"{name}.json").write_text(json.dumps(scene))
+        undated = copy.deepcopy(OBSERVED)
+        del undated["binary"]["observer"]
+        (self.folder / "undated.json").write_text(json.dumps(undated))
         for code, message, scene, arguments in (
                 (2, "--epoch 2027-01-01: the scene has a date", "s", (*LOW, "--epoch", "2027-01-01")),
                 (2, "--plate-scale -1: must be above 0 arcsec per px and finite", "s", (*LOW, "--plate-scale", -1)),
                 (3, "long.json: cadence.exposure_s = 900: longer than 600 s: must be the on-target intervals", "long", LOW),
                 (3, "instant.json: cadence.exposure_s = 0: zero length: must be from start to end", "instant", LOW),
                 (2, "--altitude requires --system", "s", LOW[2:]),
+                (2, "--epoch : must be YYYY-MM-DD", "undated", (*LOW, "--epoch", "")),
+                (2, 'system = "": must be "alpha-cen" or a system file', "s", ("--system", "", *LOW[2:])),
                 (3, "missing.json: No such file", "s", ("--system", "missing.json", "--altitude", 600))):
             with self.subTest(message):
                 self.refuse(code, message, arguments=("encode", "--fit", f"{scene}.json", "f.fits", *arguments))

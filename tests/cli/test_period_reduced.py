@@ -122,6 +122,7 @@ class Reduced(ProgramTest):
                 (3, "negative.csv: sample 1: y = -0.1: must be a measured separation, above 0",
                  ("negative.csv", *LOW, *SHORT)),
                 (3, "missing.json: No such file", ("s.csv", "--system", "missing.json", "--altitude", 600)),
+                (2, 'system = "": must be "alpha-cen" or a system file', ("s.csv", "--system", "", *LOW[2:], *SHORT)),
                 (2, "--plate-scale requires --system", ("s.csv", *PX)),
                 (2, "--altitude requires --system", ("s.csv", "--altitude", 600)),
                 (2, "--follow excludes --system", ("s.csv", *LOW, *SHORT, "--follow")),

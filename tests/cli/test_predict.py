@@ -162,6 +162,7 @@ class Predict(ProgramTest):
             (2, "--node requires --altitude", ("--node", 6)),
             (2, "excludes --", ("--altitude", 600, "--observer", "spacecraft.oem")),
             (3, "spacecraft.oem: No such file or directory", ("--observer", "spacecraft.oem")),
+            (3, "No such file or directory", ("--observer", "")),
         ):
             with self.subTest(text):
                 self.refuse(code, text,

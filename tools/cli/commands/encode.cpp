@@ -109,9 +109,9 @@ class Doubts {
 
 std::unique_ptr<Encoder> encoder_of(const EncodeOptions &options, const Estimator &estimator, Progress &progress) {
     auto encoder = make_encoder(estimator, Batch::kMost, options.frames.cadence);
-    return options.reduction.system.empty()
-               ? std::move(encoder)
-               : make_reducing_encoder(std::move(encoder), options.reduction, estimator, progress);
+    if (!options.reduction.system)
+        return encoder;
+    return make_reducing_encoder(std::move(encoder), options.reduction, estimator, progress);
 }
 
 class Encoding {

@@ -20,8 +20,9 @@ namespace cli {
 namespace {
 
 struct Options {
-    std::string file, power_file, from_state, save_state, system;
-    ReductionOptions reduction; // with system
+    std::string file, power_file, from_state, save_state;
+    std::optional<std::string> system; // of measured separations
+    ReductionOptions reduction;        // with system
     std::optional<double> f0, df;
     std::optional<int64_t> nf;
     SumOptions sums;
@@ -90,13 +91,13 @@ struct Reduced {
 };
 
 Reduced reduced_of(const Series &series, const Options &options, Progress &progress) {
-    const auto sky = options.reduction.observer.predictor(options.system, 0, progress);
+    const auto sky = options.reduction.observer.predictor(*options.system, 0, progress);
     const Measurements measured = reduce(series, options.reduction, sky.get(), progress);
-    Json json("system", options.system);
+    Json json("system", *options.system);
     options.reduction.set(json);
     json.set("unreduced", measured.unreduced);
     return {measured.reduced, json,
-            options.system + " seen from: " + options.reduction.observer.text() +
+            *options.system + " seen from: " + options.reduction.observer.text() +
                 formatted("; %zu samples left out", measured.unreduced)};
 }
 
@@ -218,7 +219,7 @@ void period(Options &options, Progress &progress) {
     if (!series.warning.empty())
         progress.warn(series.warning);
     std::optional<Reduced> reduced;
-    if (!options.system.empty()) {
+    if (options.system) {
         reduced = reduced_of(series, options, progress);
         series = reduced->series;
     }

@@ -42,10 +42,10 @@ std::vector<Interval> intervals_of(const cJSON *on_target, double exposure_s) {
 }
 
 int64_t time_zero_of(const FrameReductionOptions &options, const Estimator &estimator) {
-    if (!options.epoch.empty() && estimator.time_zero_ns != 0)
-        throw Failure(kExitUsage, "--epoch " + options.epoch + ": the scene has a date, that of binary.observer");
-    if (!options.epoch.empty())
-        return read_time("--epoch", options.epoch, TOLIMAN_INGEST_SCALE_UTC,
+    if (options.epoch && estimator.time_zero_ns != 0)
+        throw Failure(kExitUsage, "--epoch " + *options.epoch + ": the scene has a date, that of binary.observer");
+    if (options.epoch)
+        return read_time("--epoch", *options.epoch, TOLIMAN_INGEST_SCALE_UTC,
                          LeapSeconds(options.observer.leap_seconds()).rows);
     if (estimator.time_zero_ns == 0)
         throw Failure(kExitUsage, estimator.fit_scene +
@@ -61,7 +61,7 @@ class ReducingEncoder final : public Encoder {
         : encoder_(std::move(encoder)), options_(options), scene_(estimator.fit_scene),
           time_zero_ns_(time_zero_of(options, estimator)),
           plate_scale_(plate_scale_of(options.plate_scale, estimator.pixel_scale_arcsec)),
-          sky_(options.observer.predictor(options.system, 0, progress)),
+          sky_(options.observer.predictor(*options.system, 0, progress)),
           columns_(std::string(encoder_->columns()) + ",mjd,factor,geometric_arcsec,reduced_px"),
           exposure_s_(estimator.exposure_s) {
         const JsonTree tree = read_scene_json(scene_);

@@ -12,7 +12,7 @@ namespace cli {
 struct FrameReductionOptions {
     void add_to(CLI::App &command);
 
-    std::string system, epoch; // empty: no reduction; the date of the scene
+    std::optional<std::string> system, epoch; // no reduction without a system; the date of the scene without an epoch
     ObserverOptions observer;
     std::optional<double> plate_scale; // arcsec per px; otherwise that of the scene
 };

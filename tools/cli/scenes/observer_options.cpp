@@ -48,8 +48,8 @@ toliman::sky_predictor ObserverOptions::predictor(const std::string &system, uin
     check();
     const LeapSeconds table(leap_seconds_);
     auto how = with_warnings<toliman_sky_options>(progress);
-    if (!file_.empty())
-        how.observer = file_.c_str();
+    if (file_)
+        how.observer = file_->c_str();
     how.altitude_km = altitude_.value_or(0);
     if (altitude_)
         how.node_hours = node_hours() == 0 ? 24 : node_hours(); // 0 in the struct is its default
@@ -61,23 +61,23 @@ toliman::sky_predictor ObserverOptions::predictor(const std::string &system, uin
 
 std::string ObserverOptions::coverage(const toliman_sky *sky) const {
     const auto info = info_from<toliman_sky_info>(toliman_sky_get_info, sky);
-    return file_ + " has states from " + date_text(info.first_ns) + " to " + date_text(info.last_ns) + " TAI";
+    return *file_ + " has states from " + date_text(info.first_ns) + " to " + date_text(info.last_ns) + " TAI";
 }
 
 std::string ObserverOptions::name() const {
-    return toliman_sky_observer_name(altitude_        ? TOLIMAN_SKY_OBSERVER_CIRCULAR
-                                     : !file_.empty() ? TOLIMAN_SKY_OBSERVER_FILE
-                                                      : TOLIMAN_SKY_OBSERVER_EARTH);
+    return toliman_sky_observer_name(altitude_ ? TOLIMAN_SKY_OBSERVER_CIRCULAR
+                                     : file_   ? TOLIMAN_SKY_OBSERVER_FILE
+                                               : TOLIMAN_SKY_OBSERVER_EARTH);
 }
 
 std::string ObserverOptions::text() const {
     if (altitude_)
         return name() + formatted(", altitude %g km, node at %g h", *altitude_, node_hours());
-    return file_.empty() ? "centre of the " + name() : file_;
+    return file_ ? *file_ : "centre of the " + name();
 }
 
 void ObserverOptions::set(Json &json) const {
-    json.set("observer", name(), "observer_file", text_or_null(file_), "altitude_km", altitude_, "node_hours",
+    json.set("observer", name(), "observer_file", file_, "altitude_km", altitude_, "node_hours",
              if_known(altitude_.has_value(), node_hours()));
 }
 

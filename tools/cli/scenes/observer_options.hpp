@@ -21,7 +21,7 @@ class ObserverOptions {
   public:
     void add_to(CLI::App &command);
     // False for the Earth's centre.
-    bool given() const noexcept { return altitude_.has_value() || !file_.empty(); }
+    bool given() const noexcept { return altitude_ || file_; }
     // The path of --leap-seconds; empty: the table of the library.
     const std::string &leap_seconds() const noexcept { return leap_seconds_; }
     // Throws Failure for bad options, as predictor() does.
@@ -39,7 +39,8 @@ class ObserverOptions {
     std::string name() const; // of the kind of observer
     double node_hours() const;
 
-    std::string file_, leap_seconds_;
+    std::optional<std::string> file_;
+    std::string leap_seconds_;
     std::optional<double> altitude_, node_;
 };
 
