@@ -23,7 +23,8 @@ struct Interval {
 // Modified Julian Day of a time in ns since 1970; whole days are exact.
 double mjd_of(int64_t ns) {
     constexpr int64_t kDay = 86400000000000, kMjdOf1970 = 40587;
-    return static_cast<double>(kMjdOf1970 + ns / kDay) + static_cast<double>(ns % kDay) / static_cast<double>(kDay);
+    const int64_t days = ns / kDay;
+    return static_cast<double>(kMjdOf1970 + days) + static_cast<double>(ns - days * kDay) / static_cast<double>(kDay);
 }
 
 int64_t ns_of(double seconds) {

@@ -33,9 +33,9 @@ std::vector<int64_t> intervals_of(const std::vector<int64_t> &middles, double ex
 
 // Values of the series in arcsec.
 std::vector<double> scaled(const std::vector<double> &values, double plate_scale) {
-    std::vector<double> arcsec;
-    for (const double value : values)
-        arcsec.push_back(value * plate_scale);
+    std::vector<double> arcsec = values;
+    for (double &value : arcsec)
+        value *= plate_scale;
     return arcsec;
 }
 
