@@ -114,6 +114,12 @@ void merge_folders(Options &options, Progress &progress) {
     }
     if (setup.has_grid() != setup.has_clock())
         throw Failure(kExitUsage, "merge: --clock and --grid or --mission-days: both, or the first folder's");
+    toliman::sky_predictor system; // of the first folder, for the columns of a reduction
+    if (how.plate_scale_arcsec > 0) {
+        const toliman::tracker first = open_tracker(state_to_read(folders.front()), progress);
+        system = toliman::make<toliman::sky_predictor>(toliman_sky_create, info_of(first).system, nullptr);
+        how.sky = system.get();
+    }
     const bool has_setup = setup.has_grid();
     if (setup.has_timing() && !has_setup)
         throw Failure(kExitUsage, "merge: --stamp and --exposure: only together with --clock and --grid");

@@ -3,9 +3,11 @@
 
 #include "common/failure.hpp"
 #include "common/input.hpp"
+#include "common/library.hpp"
 #include "common/output.hpp"
 #include "common/text.hpp"
 #include "downlink/ledger_report.hpp"
+#include "downlink/reference_options.hpp"
 #include "downlink/setup_options.hpp"
 #include "options/command.hpp"
 
@@ -20,12 +22,20 @@ struct Options {
 
 struct RebuildOptions : Options {
     SetupOptions setup;
+    ReferenceOptions reference;
+    std::string leap_seconds;
 };
 
 constexpr size_t kShownSessions = 20;
 
+std::string name_of_system(const char *system) {
+    const auto sky = toliman::make<toliman::sky_predictor>(toliman_sky_create, system, nullptr);
+    const std::string name = info_from<toliman_sky_info>(toliman_sky_get_info, sky.get()).name;
+    return name.empty() ? "a system without name" : name;
+}
+
 // The settings that the folder was created with.
-std::string settings_text(const toliman_track_options &how) {
+std::string settings_text(const toliman_track_options &how, const toliman_track_info &info) {
     const auto number = [](int64_t value) { return static_cast<long long>(value); };
     std::string text = formatted("  grid        %.6g + k %.6g per day, %lld frequencies; time 0 at TAI %lld ns\n",
                                  how.f0, how.df, number(how.nf), number(how.time_offset_ns));
@@ -38,6 +48,9 @@ std::string settings_text(const toliman_track_options &how) {
         text += formatted(", cropped to %lldx%lld from row %lld, column %lld%s", number(how.image_rows * how.bin),
                           number(how.image_cols * how.bin), number(how.crop_row), number(how.crop_col),
                           how.bin > 1 ? formatted(", binned %lldx%lld", number(how.bin), number(how.bin)).c_str() : "");
+    if (info.system != nullptr)
+        text += formatted("\n  reduction   to the orbit of %s, plate scale %.9g arcsec per px",
+                          name_of_system(info.system).c_str(), info.plate_scale_arcsec);
     return text + formatted("\n  estimator   %016llx, sigma %.3g px, values beyond %.3g px are outliers\n",
                             static_cast<unsigned long long>(how.estimator_id), how.sigma, how.value_limit);
 }
@@ -59,8 +72,8 @@ std::string sessions_text(const std::vector<toliman_track_stream> &streams) {
 void print(const toliman::tracker &tracker, const toliman_track_options &how, const PeriodFacts &period, bool as_json) {
     if (as_json)
         return print_stdout(status_json(tracker, how, period).text());
-    print_stdout(how.folder + ("\n  " + period.text() + "\n") + counts_text(tracker) + settings_text(how) +
-                 sessions_text(streams_of(tracker)));
+    print_stdout(how.folder + ("\n  " + period.text() + "\n") + counts_text(tracker) +
+                 settings_text(how, info_of(tracker)) + sessions_text(streams_of(tracker)));
 }
 
 void status(Options &options, Progress &progress) {
@@ -86,6 +99,12 @@ void rebuild(RebuildOptions &options, Progress &progress) {
     if (how.nf == 0)
         options.setup.check_complete(options.folder);
     options.setup.set(how, progress);
+    options.reference.set_leap_seconds(options.leap_seconds);
+    if (options.reference.given())
+        options.reference.set(how, how, progress);
+    if (how.sky != nullptr && how.plate_scale_arcsec == 0)
+        throw Failure(kExitUsage, "rebuild: --system needs --plate-scale: the separations of " + options.folder +
+                                      " were not reduced before");
     how.flags |= TOLIMAN_TRACK_REBUILD;
     const toliman::tracker tracker = open_tracker(how, progress);
     toliman::check(toliman_track_save(tracker.get()));
@@ -119,6 +138,9 @@ void add_rebuild(CLI::App &app, Context &context) {
     auto options = std::make_shared<RebuildOptions>();
     add_option(command, "DIR", options->folder, "", "a state folder")->required();
     options->setup.add_to(*command);
+    options->reference.add_to(*command);
+    add_option(command, "--leap-seconds", options->leap_seconds, "FILE",
+               "leap-seconds.list of the IERS, default the table of ERFA");
     command->add_flag("--json", options->as_json, "print JSON, schema toliman-track-status/2");
     set_action(*command, context, options, rebuild);
 }

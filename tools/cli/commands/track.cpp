@@ -35,6 +35,7 @@ void track(Options &options, Progress &progress) {
     check_inputs(input);
     input.frames = frame_ids(options.frames);
     input.dated.leap_seconds = LeapSeconds(options.leap_seconds);
+    options.folder.reference.set_leap_seconds(options.leap_seconds);
     std::optional<OnTarget> on_target;
     if (!options.on_target.empty())
         on_target.emplace(options.on_target, input.dated.leap_seconds);
@@ -43,7 +44,8 @@ void track(Options &options, Progress &progress) {
     const size_t jobs = options.folder.jobs == 0 ? 64 : options.folder.jobs;
     toliman::tracker tracker = options.folder.open(input.dtype, estimator, progress);
     const std::optional<std::string> renewal = estimator.bank ? std::make_optional(estimator.renewal) : std::nullopt;
-    Tracking tracking(std::move(tracker), {options.every, jobs, unused, renewal}, progress);
+    Tracking tracking(std::move(tracker), {options.every, jobs, unused, renewal, options.folder.reference.coverage()},
+                      progress);
     try {
         if (on_target)
             tracking.set_on_target(std::move(*on_target));

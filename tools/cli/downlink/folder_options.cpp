@@ -69,6 +69,7 @@ toliman_track_options track_options(FolderOptions &given, const std::string &dty
     if (!made)
         how.time_offset_ns = estimator.time_zero_ns;
     given.setup.set(how, progress);
+    given.reference.set(how, made, progress);
     how.bit_depth = given.bit_depth.value_or(how.bit_depth);
     how.bin = given.bin.value_or(how.bin);
     how.capacity = given.capacity.value_or(how.capacity);
@@ -116,7 +117,8 @@ std::string remedy_of(const FolderOptions &given, const toliman_track_options &h
     if (made && (made->stamp != how.stamp || made->exposure_s != how.exposure_s))
         return fixed + "--stamp and --exposure, or give a new folder";
     if (field == given.folder + "/setup.tlms")
-        return "`toliman rebuild " + given.folder + given.setup.text() + "`, or give a new folder";
+        return "`toliman rebuild " + given.folder + given.setup.text() + given.reference.text() +
+               "`, or give a new folder";
     return other_estimator(given.folder, progress);
 }
 
@@ -124,6 +126,7 @@ std::string remedy_of(const FolderOptions &given, const toliman_track_options &h
 
 void FolderOptions::check() const {
     estimator_options.check();
+    reference.check();
 }
 
 toliman::tracker FolderOptions::open(const std::string &dtype, Estimator &estimator, Progress &progress) {
@@ -160,6 +163,7 @@ void FolderOptions::add_to(CLI::App &command) {
         ->required()
         ->transform(plain);
     setup.add_to(command);
+    reference.add_to(command);
     add_choice(&command, "--sync", sync, {"frame", "group", "none"},
                "durability of ledger records: fsync after each record (frame), after 64 records or a second (group, "
                "default), or never (none)");
@@ -177,7 +181,7 @@ void FolderOptions::add_to(CLI::App &command) {
     command
         .add_option("--value-limit", value_limit,
                     "largest absolute value in px, beyond which a frame is an outlier; default 10,000 times the "
-                    "Cramer-Rao bound of a frame")
+                    "Cramer-Rao bound of a frame, with --system at least 0.25 px")
         ->check(CLI::PositiveNumber);
     command.add_option("--capacity", capacity, "largest number of frames, 24 bytes of memory each, default 2^20")
         ->check(CLI::Range(int64_t{1}, int64_t{1} << 28));

@@ -3,6 +3,7 @@
 #include <optional>
 #include <string>
 
+#include "downlink/reference_options.hpp"
 #include "downlink/setup_options.hpp"
 #include "downlink/state_folder.hpp"
 #include "frames/estimator.hpp"
@@ -19,6 +20,7 @@ struct FolderOptions {
     EstimatorOptions estimator_options;
     std::string folder, sync = "group", crop, shape;
     SetupOptions setup;
+    ReferenceOptions reference;
     std::optional<double> value_limit;
     std::optional<uint32_t> bit_depth;
     std::optional<int64_t> bin, capacity;

@@ -1,6 +1,7 @@
 #include "downlink/ledger_report.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <map>
 
@@ -33,6 +34,41 @@ void each_line(const toliman::tracker &tracker, Each each,
     }
 }
 
+// The columns of a reduction, for each record in turn.
+class Reductions {
+  public:
+    explicit Reductions(const toliman::tracker &tracker)
+        : tracker_(tracker), is_reduced_(info_of(tracker).system != nullptr) {}
+    // Those of the next record, null without a number; nothing if the frames of the folder are not reduced.
+    std::optional<Json> next() {
+        const size_t row = static_cast<size_t>(next_++) % kChunk;
+        if (!is_reduced_)
+            return std::nullopt;
+        Json json;
+        for (size_t i = 0; i < kNames.size(); i++) {
+            if (row == 0)
+                read(i);
+            json.set(kNames[i], Exact{columns_[i][row]});
+        }
+        return json;
+    }
+
+  private:
+    static constexpr std::array<const char *, 3> kNames = {"separation_px", "factor", "geometric_arcsec"};
+
+    void read(size_t i) {
+        size_t done = 0;
+        columns_[i].resize(kChunk);
+        toliman::check(
+            toliman_track_get_column(tracker_.get(), kNames[i], next_ - 1, kChunk, columns_[i].data(), &done));
+    }
+
+    const toliman::tracker &tracker_;
+    bool is_reduced_;
+    int64_t next_ = 0; // number of the record
+    std::array<std::vector<double>, kNames.size()> columns_;
+};
+
 // Of a line, in units of unit_ns of TAI since offset_ns.
 double time_of(const toliman_track_record &line, int64_t offset_ns, double unit_ns) {
     const long double elapsed = static_cast<long double>(line.tai_ns) - static_cast<long double>(offset_ns);
@@ -41,7 +77,7 @@ double time_of(const toliman_track_record &line, int64_t offset_ns, double unit_
 
 bool is_known(const toliman_track_record &line) noexcept {
     return line.verdict == TOLIMAN_TRACK_VERDICT_ACCEPTED || line.verdict == TOLIMAN_TRACK_VERDICT_OUTLIER ||
-           line.verdict == TOLIMAN_TRACK_VERDICT_QUARANTINED;
+           line.verdict == TOLIMAN_TRACK_VERDICT_UNREDUCED || line.verdict == TOLIMAN_TRACK_VERDICT_QUARANTINED;
 }
 
 Json session_json(const toliman_track_stream &stream) {
@@ -77,19 +113,27 @@ void print_records(const toliman::tracker &tracker) {
     std::map<uint64_t, toliman_track_stream> names;
     for (const toliman_track_stream &stream : streams_of(tracker))
         names[stream.stream] = stream;
+    Reductions reductions(tracker);
     each_line(tracker, [&](const toliman_track_record &line, std::string &text) {
-        if (line.verdict == TOLIMAN_TRACK_VERDICT_MERGED)
+        const std::optional<Json> reduction = reductions.next();
+        const bool is_frame =
+            line.verdict != TOLIMAN_TRACK_VERDICT_MERGED && line.verdict != TOLIMAN_TRACK_VERDICT_INTERVALS;
+        const bool is_valid = is_frame && line.verdict != TOLIMAN_TRACK_VERDICT_REJECTED;
+        if (!is_frame)
             return;
         const bool is_named = names.count(line.stream) > 0;
         const toliman_track_stream stream = is_named ? names.at(line.stream) : toliman_track_stream{};
         Json json("schema", "toliman-record/1", "session", if_known(is_named, stream.session), "roi",
                   if_known(is_named, stream.roi), "frame_id", line.frame_id, "camera_ns", line.camera_ns, "verdict",
                   toliman_track_verdict_name(line.verdict));
-        if (line.verdict == TOLIMAN_TRACK_VERDICT_REJECTED)
+        if (!is_valid || line.verdict == TOLIMAN_TRACK_VERDICT_UNREDUCED)
             json.set("reason", toliman_track_reason_name(line.reason));
-        else
+        if (is_valid)
             json.set("tai_ns", line.tai_ns, "value", Exact{line.value}, "sigma", Exact{line.sigma});
-        text += json.set("dropped", line.dropped).line();
+        json.set("dropped", line.dropped);
+        if (is_valid && reduction)
+            json.set("reduction", *reduction);
+        text += json.line();
     });
 }
 
@@ -132,8 +176,9 @@ Json status_json(const toliman::tracker &tracker, const toliman_track_options &h
     period.add_to(json);
     add_counts(tracker, json);
     json.set("records", info.records, "sigma", info.sigma, "grid",
-             Json("f0", how.f0, "df", how.df, "nf", how.nf, "time_offset_ns", how.time_offset_ns), "clock",
-             how.clock_points > 0, "streams", array_of(streams_of(tracker), session_json));
+             Json("f0", how.f0, "df", how.df, "nf", how.nf, "time_offset_ns", how.time_offset_ns), "plate_scale_arcsec",
+             if_known(info.system != nullptr, info.plate_scale_arcsec), "clock", how.clock_points > 0, "streams",
+             array_of(streams_of(tracker), session_json));
     add_timing(how, json);
     return json;
 }

@@ -61,10 +61,23 @@ std::string verdict_text(const toliman_frame &frame, const toliman_track_outcome
 }
 
 bool has_value(const toliman_track_outcome &outcome) noexcept {
-    return outcome.verdict == TOLIMAN_TRACK_VERDICT_ACCEPTED || outcome.verdict == TOLIMAN_TRACK_VERDICT_OUTLIER;
+    return outcome.verdict == TOLIMAN_TRACK_VERDICT_ACCEPTED || outcome.verdict == TOLIMAN_TRACK_VERDICT_UNREDUCED ||
+           outcome.verdict == TOLIMAN_TRACK_VERDICT_OUTLIER;
 }
 
-// A line toliman-frame/2. has_key, has_time: the frame's name and time are known; reason: NULL unless it is rejected.
+std::string unreduced_text(int32_t reason, int64_t frames, const std::string &folder, const std::string &coverage) {
+    const bool one = frames == 1;
+    const std::string text = std::to_string(frames) + (one ? " frame is" : " frames are") +
+                             " recorded, but not reduced and not in the periodogram: ";
+    if (reason == TOLIMAN_TRACK_REASON_NO_ORBIT)
+        return text + (coverage.empty() ? "the observer has no state then" : coverage) + "; `toliman rebuild " +
+               folder + " --observer FILE` adds " + (one ? "it" : "them");
+    return text + (one ? "its" : "their") +
+           " time on target is not known: give --exposure, and for exposures above 600 s --on-target";
+}
+
+// A line toliman-frame/2. has_key, has_time: the frame's name and time are known; reason: NULL unless it is rejected or
+// unreduced.
 std::string frame_line(const toliman_frame &frame, bool has_key, bool has_time, const std::string &place,
                        const char *reason, const toliman_track_outcome &outcome) {
     const bool known = has_value(outcome);
@@ -170,14 +183,17 @@ void Tracking::settle(const toliman_frame &frame, const std::string &place, cons
     const int32_t verdict = outcome.verdict;
     const bool is_good = verdict == TOLIMAN_TRACK_VERDICT_ACCEPTED,
                is_rejected = verdict == TOLIMAN_TRACK_VERDICT_REJECTED;
-    say(frame_line(frame, true, true, place, is_rejected ? toliman_track_reason_name(outcome.reason) : nullptr,
+    const bool has_reason = is_rejected || verdict == TOLIMAN_TRACK_VERDICT_UNREDUCED;
+    say(frame_line(frame, true, true, place, has_reason ? toliman_track_reason_name(outcome.reason) : nullptr,
                    outcome));
     since_update_ += is_good;
     accepted_ += is_good;
     known_ += verdict == TOLIMAN_TRACK_VERDICT_DUPLICATE || verdict == TOLIMAN_TRACK_VERDICT_QUARANTINED;
+    if (verdict == TOLIMAN_TRACK_VERDICT_UNREDUCED)
+        unreduced_[outcome.reason]++;
     refused_ += is_rejected || verdict == TOLIMAN_TRACK_VERDICT_OUTLIER;
     outside_clock_ += has_value(outcome) && is_outside_clock(settings_, frame.camera_ns);
-    if (!is_good && verdict != TOLIMAN_TRACK_VERDICT_DUPLICATE)
+    if (!is_good && verdict != TOLIMAN_TRACK_VERDICT_DUPLICATE && verdict != TOLIMAN_TRACK_VERDICT_UNREDUCED)
         warn(place, verdict_text(frame, outcome, settings_));
     if (is_good)
         warn_if_far(place, outcome.value);
@@ -186,7 +202,8 @@ void Tracking::settle(const toliman_frame &frame, const std::string &place, cons
 // A strong signal takes most values that far from 0, damage takes few.
 void Tracking::warn_if_far(const std::string &place, double value) {
     const double sigmas = std::fabs(value) / settings_.sigma;
-    if (sigmas <= kFar)
+    const bool has_orbit_error = settings_.plate_scale_arcsec > 0; // of the reference, far above the noise
+    if (sigmas <= kFar || has_orbit_error)
         return;
     far_++;
     if (10 * far_ <= accepted_ + 10)
@@ -256,6 +273,8 @@ void Tracking::conclude() {
     if (outside_clock_ > 0)
         progress_.warn("frames outside the clock table: " + std::to_string(outside_clock_) +
                        "; their times are extrapolated: is there a newer table?");
+    for (const auto &[reason, frames] : unreduced_)
+        progress_.warn(unreduced_text(reason, frames, settings_.folder, options_.coverage));
     if (refused_ > 0 && accepted_ + known_ == 0)
         progress_.warn("none of the " + std::to_string(refused_) +
                        " frames of this run is good, all were rejected or are outliers: check the scene or weights, "

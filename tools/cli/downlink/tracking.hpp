@@ -21,6 +21,7 @@ struct TrackingOptions {
     size_t jobs = 1;                    // if above 1, the frames between two updates are estimated together
     std::string new_folder;             // the folder, if it is new: it is removed again if no frame arrives
     std::optional<std::string> renewal; // of the bank that measures the frames, if there is one
+    std::string coverage;               // of the observer file, if there is one
 };
 
 // Of a message about an input. `damage` counts for --strict.
@@ -89,8 +90,9 @@ class Tracking {
     std::optional<OnTarget> on_target_;
     bool noted_exposure_ = false;
     // Counts of this run.
-    int64_t accepted_ = 0, refused_ = 0; // refused: rejected, or outliers
-    int64_t known_ = 0;                  // frames of which the folder has a copy
+    int64_t accepted_ = 0, refused_ = 0;   // refused: rejected, or outliers
+    int64_t known_ = 0;                    // frames of which the folder has a copy
+    std::map<int32_t, int64_t> unreduced_; // TOLIMAN_TRACK_REASON_...
     int64_t outside_clock_ = 0, far_ = 0, skipped_ = 0, damaged_ = 0, unreadable_ = 0;
     std::map<int32_t, int64_t> reasons_;      // TOLIMAN_INGEST_REASON_...
     std::map<std::string, int64_t> warnings_; // by file

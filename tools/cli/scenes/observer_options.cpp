@@ -6,9 +6,9 @@
 #include "common/library.hpp"
 #include "common/text.hpp"
 #include "options/command.hpp"
+#include "scenes/dates.hpp"
 #include "scenes/leap_seconds.hpp"
 #include "scenes/scene.hpp"
-#include "scenes/dates.hpp"
 #include "scenes/sky_times.hpp"
 
 namespace cli {
@@ -20,7 +20,7 @@ double plate_scale_of(const std::optional<double> &given, double otherwise) {
     return scale;
 }
 
-void ObserverOptions::add_to(CLI::App &command) {
+void ObserverOptions::add_to(CLI::App &command, Times times) {
     CLI::Option *const observer =
         add_option(&command, "--observer", file_, "FILE", "orbit of the spacecraft: CCSDS OEM or CSV");
     CLI::Option *const altitude = add_option(&command, "--altitude", altitude_, "KM",
@@ -28,8 +28,9 @@ void ObserverOptions::add_to(CLI::App &command) {
     altitude->excludes(observer);
     add_option(&command, "--node", node_, "HOURS", "local mean time at its ascending node, default 18")
         ->needs(altitude);
-    add_option(&command, "--leap-seconds", leap_seconds_, "FILE",
-               "leap-seconds.list of the IERS, default the table of ERFA");
+    if (times == Times::own)
+        add_option(&command, "--leap-seconds", leap_seconds_, "FILE",
+                   "leap-seconds.list of the IERS, default the table of ERFA");
 }
 
 void ObserverOptions::check() const {
@@ -62,6 +63,11 @@ toliman::sky_predictor ObserverOptions::predictor(const std::string &system, uin
 std::string ObserverOptions::coverage(const toliman_sky *sky) const {
     const auto info = info_from<toliman_sky_info>(toliman_sky_get_info, sky);
     return *file_ + " has states from " + date_text(info.first_ns) + " to " + date_text(info.last_ns) + " TAI";
+}
+
+std::string ObserverOptions::options() const {
+    return (file_ ? " --observer " + *file_ : "") + (altitude_ ? formatted(" --altitude %.17g", *altitude_) : "") +
+           (node_ ? formatted(" --node %.17g", *node_) : "");
 }
 
 std::string ObserverOptions::name() const {

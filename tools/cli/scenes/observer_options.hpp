@@ -19,9 +19,14 @@ double plate_scale_of(const std::optional<double> &given, double otherwise);
 
 class ObserverOptions {
   public:
-    void add_to(CLI::App &command);
+    enum class Times { own, given_elsewhere };
+    // times: whether the command has an option --leap-seconds of its own, which set_leap_seconds() passes on.
+    void add_to(CLI::App &command, Times times = Times::own);
+    void set_leap_seconds(const std::string &path) { leap_seconds_ = path; }
     // False for the Earth's centre.
     bool given() const noexcept { return altitude_ || file_; }
+    bool is_file() const noexcept { return file_.has_value(); }
+    std::string options() const; // " --observer spacecraft.oem", as given
     // The path of --leap-seconds; empty: the table of the library.
     const std::string &leap_seconds() const noexcept { return leap_seconds_; }
     // Throws Failure for bad options, as predictor() does.

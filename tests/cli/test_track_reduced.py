@@ -1,0 +1,206 @@
+"""toliman track --system: separations are reduced while frames arrive, and again by rebuild, with a definitive observer file or
+a refitted system, without pixels. The values are compared with Sky.predict_mean of the Python package."""
+import copy
+import json
+import logging
+import shutil
+import struct
+import unittest
+
+import numpy
+from observed import DAY, SECOND, SYSTEM, toliman, write_orbit
+from program import ProgramTest
+
+SCALE, HOURS = 0.75, 40
+SCENE = {
+    "schema": "toliman-scene/1",
+    "telescope": {"aperture_m": 0.0625, "pupil_samples": 48,
+                  "mask": {"kind": "spiral", "opd_nm": 292.5, "edges": "area", "terms": [{"a": 1, "f": 1.2, "m": -5, "p": 1}]}},
+    "band": {"wavelength_nm": 580},
+    "stars": {"A": {"spectrum": {"kind": "blackbody", "temperature_k": 5790}, "photons_per_s": 7.5e7},
+              "B": {"spectrum": {"kind": "blackbody", "temperature_k": 5260}, "photons_per_s": 2.5e7}},
+    "binary": {"orbit": "alpha-cen", "date": 2027.0, "moving": True},
+    "cadence": {"times_days": [0.05 + 0.0617 * k for k in range(24)], "exposure_s": 60},
+    "detector": {"shape": [48, 48], "pixel_scale_arcsec": SCALE},
+    "noise": {"photon": False},
+}
+ARCS = [[5800.0 * i, 5800.0 * i + 1800] for i in range(8)]  # one side of each orbit, in an exposure of a day
+GRID = ("--grid", "0.1:0.1:50")
+ORBIT = ("--system", "alpha-cen", "--observer", "definitive.csv")
+
+
+def setUpModule():
+    logging.getLogger("toliman").setLevel(logging.ERROR)
+
+
+class Reduced(ProgramTest):
+    """A spacecraft takes 24 frames in 36 hours. Its predicted orbit is 1 s late and covers 20 hours."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.zero = toliman.parse_time("2461406.75", "jd", "tt")
+
+    def setUp(self):
+        super().setUp()
+        write_orbit(self.folder / "definitive.csv", self.zero, 60 * HOURS)
+        write_orbit(self.folder / "predicted.csv", self.zero + SECOND, 60 * HOURS // 2)
+        self.write_scene("scene.json", {"file": "definitive.csv"}, rate=8)
+        self.write_scene("model.json", "none", rate=8)
+
+    def write_scene(self, name, observer, rate=1, **cadence):
+        scene = copy.deepcopy(SCENE)
+        scene["binary"]["observer"] = observer
+        scene["cadence"].update(cadence)
+        for star in scene["stars"].values():
+            star["photons_per_s"] *= rate
+        (self.folder / name).write_text(json.dumps(scene))
+
+    def simulate(self):
+        done = self.run_program("simulate", "scene.json", "--out", "in", "--session", "s", "--dtype", "u32le")
+        self.assertEqual(done.returncode, 0, done.stderr)
+
+    def track(self, state, *more):
+        done = self.run_program("track", "--fit", "model.json", "--state", state, "--dtype", "u32le", *GRID,
+                                "--epoch", self.zero, *map(str, more), "in")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.stderr = done.stderr
+        lines = map(json.loads, done.stdout.splitlines())
+        return {line["frame_id"]: line for line in lines if line["schema"] == "toliman-frame/2"}
+
+    def records(self, state):
+        return {line["frame_id"]: line for line in map(json.loads, self.succeed("status", state, "--records").splitlines())}
+
+    def sums(self, state):
+        """The bytes of grid and sums in the checkpoint."""
+        return (self.folder / state / "checkpoint.tlmc").read_bytes()[40:-4]
+
+    def status(self, state):
+        return json.loads(self.succeed("status", state, "--json"))
+
+    def check(self, records, sky):
+        for frame, record in records.items():
+            middle = self.zero + round(SCENE["cadence"]["times_days"][frame] * DAY)
+            mean = sky.predict_mean([[middle - 30 * SECOND, middle + 30 * SECOND]])
+            found = record["reduction"]
+            self.assertAlmostEqual(found["factor"], mean.factor, delta=1e-14)
+            self.assertAlmostEqual(found["geometric_arcsec"], mean.geometric_arcsec, delta=1e-11)
+            value = found["separation_px"] / found["factor"] - found["geometric_arcsec"] / SCALE
+            self.assertAlmostEqual(record["value"], value, delta=1e-14)
+
+    def test_predicted_then_definitive(self):
+        self.simulate()
+        lines = self.track("late", "--system", "alpha-cen", "--observer", "predicted.csv")
+        covered = {frame for frame, line in lines.items() if line["verdict"] == "accepted"}
+        self.assertEqual(covered, set(range(13)))
+        self.assertEqual({line["reason"] for line in lines.values() if line["verdict"] == "unreduced"}, {"no orbit"})
+        self.assertRegex(self.stderr, "11 frames are recorded, but not reduced and not in the periodogram: predicted.csv has "
+                         "states from 2027-01-01T[0-9:.]* to 2027-01-02T[0-9:.]* TAI; `toliman rebuild late --observer FILE` "
+                         "adds them")
+        status = self.status("late")
+        self.assertEqual((status["accepted"], status["unreduced"], status["n"], status["received"]), (13, 11, 13, 24))
+        self.assertEqual(status["plate_scale_arcsec"], SCALE)
+        records = self.records("late")
+        self.check({k: records[k] for k in covered}, toliman.Sky(observer=self.folder / "predicted.csv"))
+        self.assertEqual(records[20]["reason"], "no orbit")
+        self.assertNotEqual(records[20]["value"], 0)  # the estimate
+
+        self.track("true", *ORBIT)
+        self.assertNotIn("frames are recorded, but", self.stderr)
+        self.succeed("rebuild", "late", "--observer", "definitive.csv")
+        late, true = self.records("late"), self.records("true")
+        self.assertEqual({k: v["value"] for k, v in late.items()}, {k: v["value"] for k, v in true.items()})
+        self.assertEqual(self.sums("late"), self.sums("true"))  # the same bits as if it had been there at first
+        self.assertEqual(self.status("late")["unreduced"], 0)
+        self.check(true, toliman.Sky(observer=self.folder / "definitive.csv"))
+        self.assertLess(max(abs(one["value"]) for one in true.values()) * SCALE * 1e6, 0.03)
+        predicted = max(abs(records[k]["value"]) for k in covered) * SCALE * 1e6
+        self.assertTrue(0.1 < predicted < 0.35, predicted)  # 1 s late: up to 8 m/s along the star
+
+        # an older file afterwards: frames that it does not cover keep their reduction
+        self.succeed("rebuild", "true", "--observer", "predicted.csv")
+        mixed = self.records("true")
+        self.assertEqual({k for k in mixed if mixed[k]["value"] == late[k]["value"]}, set(range(13, 24)))
+
+    def test_resume_merge_and_repeats(self):
+        """Shards, reopened folders and repeated frames give the sums of one run, also after a rebuild."""
+        self.simulate()
+        self.track("whole", *ORBIT)
+        for first in (0, 8, 16):
+            self.track(f"shard{first}", *ORBIT, "--frames", f"{first}:{first + 8}")
+        self.run_program("merge", "shard16", "shard0", "shard8", "--out", "merged")
+        self.assertEqual(self.sums("merged"), self.sums("whole"))
+        self.assertEqual(self.status("merged")["plate_scale_arcsec"], SCALE)
+        again = self.track("whole", *ORBIT)
+        self.assertEqual({line["verdict"] for line in again.values()}, {"duplicate"})
+        before = self.sums("whole")
+        self.succeed("rebuild", "whole", "--observer", "definitive.csv")
+        self.assertEqual(self.sums("whole"), before)
+        status = self.status("whole")
+        self.assertEqual((status["received"], status["repeated"], status["accepted"]), (48, 24, 24))
+        (self.folder / "whole/checkpoint.tlmc").unlink()
+        self.assertEqual(json.loads(self.run_program("status", "whole", "--json").stdout)["n"], 24)
+
+    def test_day_sums(self):
+        """One-sided arcs of a day: the mean over the arcs is exact; without them the frame is not reduced."""
+        days = {"times_days": [0.5], "exposure_s": 86400.0, "rate": 0.5}
+        self.write_scene("scene.json", {"file": "definitive.csv"}, on_target_s=[t for arc in ARCS for t in arc], **days)
+        self.write_scene("model.json", "none", **days)
+        self.simulate()
+        self.track("day", *ORBIT)
+        self.assertLess(abs(self.records("day")[0]["value"]) * SCALE * 1e6, 0.03)
+        shutil.copytree(self.folder / "day", self.folder / "again")
+        self.succeed("rebuild", "again", "--observer", "definitive.csv")
+        self.assertEqual(self.sums("again"), self.sums("day"))  # the arcs are in the ledger
+        side = self.folder / "in/s_meta.jsonl"
+        line = json.loads(side.read_text())
+        del line["on_target_s"]
+        side.write_text(json.dumps(line) + "\n")
+        lines = self.track("bare", *ORBIT)
+        self.assertEqual(lines[0]["verdict"], "unreduced")
+        self.assertIn("1 frame is recorded, but not reduced and not in the periodogram: its time on target is not known",
+                      self.stderr)
+        self.assertEqual(self.records("bare")[0]["reason"], "no intervals")
+        lines = self.track("earth", "--system", "alpha-cen")  # the Earth's centre moves slowly
+        self.assertEqual(lines[0]["verdict"], "accepted")
+
+    def test_reduced_later(self):
+        """A folder without a system is reduced by rebuild; another system and plate scale are a rebuild, too."""
+        self.simulate()
+        self.track("plain")
+        self.refuse(2, "rebuild: --system needs --plate-scale", arguments=("rebuild", "plain", *ORBIT))
+        self.succeed("rebuild", "plain", *ORBIT, "--plate-scale", SCALE)
+        limit = struct.unpack_from("<d", (self.folder / "plain/ledger.tlml").read_bytes(), 96)[0]
+        self.track("first", *ORBIT, "--value-limit", repr(limit))
+        self.assertEqual(self.sums("plain"), self.sums("first"))
+        system = json.loads(SYSTEM.read_text())
+        system["orbit"]["semi_major_arcsec"] += 0.001
+        (self.folder / "other.json").write_text(json.dumps(system))
+        other = ("--system", "other.json", "--observer", "definitive.csv")
+        self.refuse(2, "has another system, the reference orbit of its frames: rebuild to change it: `toliman rebuild plain "
+                    "--system other.json --observer definitive.csv`",
+                    arguments=("track", "--fit", "model.json", "--state", "plain", "--dtype", "u32le", *other, "in"))
+        self.succeed("rebuild", "plain", *other)
+        self.assertGreater(abs(self.records("plain")[3]["value"]) * SCALE, 4e-4)
+
+    def test_mistakes(self):
+        self.simulate()
+        self.track("s", *ORBIT)
+        self.track("plain", "--value-limit", 0.25)
+        model = ("track", "--fit", "model.json", "--dtype", "u32le", "in")
+        new = ("--state", "new", *GRID)
+        for text, more in (
+                ("s: its separations are reduced: give the orbit of the spacecraft, --observer FILE", ("--state", "s")),
+                ("--observer and --altitude: need --system", (*new, "--observer", "definitive.csv")),
+                ("--plate-scale: need --system", (*new, "--plate-scale", "1")),
+                ("--plate-scale -1: must be above 0 arcsec per px", (*new, "--system", "alpha-cen", "--plate-scale", "-1")),
+                ("has a plate scale of 0.75 arcsec per px, not 0.5", ("--state", "s", "--observer", "definitive.csv",
+                                                                      "--plate-scale", "0.5"))):
+            with self.subTest(text):
+                self.refuse(2, text, arguments=(*model, *more))
+        self.refuse(3, "nowhere.csv", arguments=(*model, "--state", "s", "--observer", "nowhere.csv"))
+        self.refuse(3, "its frames are not reduced, those of this tracker are",
+                    arguments=("merge", "s", "plain", "--out", "m"))
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,38 @@
+// Options of `track` and `rebuild` for the reduction of separations: system, observer and plate scale.
+#pragma once
+#include <optional>
+#include <string>
+
+#include <toliman/toliman.hpp>
+
+#include "common/terminal.hpp"
+#include "scenes/observer_options.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace cli {
+
+class ReferenceOptions {
+  public:
+    void add_to(CLI::App &command);
+    void check() const; // of what needs no file
+    bool given() const { return !system_.empty() || observer_.given() || plate_scale_; }
+    // Opens the system for the observer, and sets both and the plate scale. made: the settings of the folder if it
+    // exists; a folder with a system provides it. The predictor remains in this object.
+    void set(toliman_track_options &how, const std::optional<toliman_track_options> &made, Progress &progress);
+    // " --system alpha-cen --observer spacecraft.oem", as given.
+    std::string text() const;
+    // "spacecraft.oem has states from ... to ... TAI"; "" without a file.
+    std::string coverage() const;
+    void set_leap_seconds(const std::string &path) { observer_.set_leap_seconds(path); }
+
+  private:
+    std::string system_;
+    ObserverOptions observer_;
+    std::optional<double> plate_scale_;
+    toliman::sky_predictor sky_;
+};
+
+} // namespace cli
