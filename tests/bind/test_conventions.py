@@ -69,7 +69,7 @@ class Coverage(unittest.TestCase):
     def test_words_match_the_header(self):
         self.assertEqual(tuple(words("TOLIMAN_SIM_UNIT").values()), ("photon", "electron", "dn"))
         self.assertEqual(words("TOLIMAN_TRACK_VERDICT")[_raw.TOLIMAN_TRACK_VERDICT_MERGED], "merged")
-        self.assertEqual(list(toliman.REASONS.values())[-1], "estimate")
+        self.assertEqual(list(toliman.REASONS.values())[-1], "no_intervals")
         for number, word in toliman.REASONS.items():
             name_in_c = _library.library.toliman_track_reason_name(number).decode()
             self.assertEqual(word.replace("_", " "), name_in_c)

@@ -27,6 +27,7 @@ from .cae import CAE
 from .fit import Fit
 from .linear import Template
 from .periodogram import Peak, View, warn_if_inaccurate
+from .sky import Sky
 
 
 @dataclasses.dataclass(frozen=True)
@@ -115,7 +116,7 @@ class Tracker(Handle):
         that of a Fit or of the fit of a Bank.
     estimator_id: a number that distinguishes this estimator from others.
     values: names of the values in Estimate.further.
-    value_limit: frames with |value| above the limit are outliers; 0 means 10,000 sigma.
+    value_limit: frames with |value| above the limit are outliers; 0 means 10,000 sigma, with sky at least 0.25 px.
     rows, cols: shape of the frames. Only a function needs it, and image_shape.
     crop, bin, image_shape: first (row, column) of the crop, side of the square of pixels that are summed, and shape of
         the resulting image, which the estimator receives.
@@ -133,6 +134,10 @@ class Tracker(Handle):
     stamp, exposure_s: the time stamps from which the camera times of all frames were computed: "start", "middle" or
         "end" of an exposure of this length, in s. Recorded in the folder; they change no time. None and 0 take the
         folder's, or for a new folder "middle" and unknown.
+    sky: the Sky, a system and its observer, by which separations are reduced: the value of a frame is then its measured
+        separation divided by the factor, minus the separation on the orbit (Sky.reduce), in px. Needs a Fit or Bank, or
+        a function with the value separation_px. With rebuild, all frames of the folder are reduced again.
+    plate_scale_arcsec: arcsec per px of the reduction; 0 takes the folder's, or that of the scene of a Fit.
 
     Recoverable damage to the folder is logged as warnings to Python's logging, logger "toliman".
 
@@ -150,7 +155,8 @@ class Tracker(Handle):
                  bit_depth: int = 0, zero_run_bytes: int = 4096, allow_zero_runs: bool = False, time_offset_ns: int = 0,
                  unit_ns: float = 86400e9, fit_mean: bool = True, double_limb: bool = False, threads: int = 0,
                  clock: ArrayLike | None = None, sync: str = "group", group: int = 64, read_only: bool = False,
-                 rebuild: bool = False, stamp: str | None = None, exposure_s: float = 0.0):
+                 rebuild: bool = False, stamp: str | None = None, exposure_s: float = 0.0, sky: Sky | None = None,
+                 plate_scale_arcsec: float = 0.0):
         period_flags = ((0 if fit_mean else _raw.TOLIMAN_PERIOD_FIXED_MEAN)
                         | (_raw.TOLIMAN_PERIOD_DOUBLE_LIMB if double_limb else 0))
         options = options_of(
@@ -166,7 +172,7 @@ class Tracker(Handle):
             threads=whole("threads", threads, 2**32), group=whole("group", group, 2**32),
             sync=number("sync", sync, "TOLIMAN_TRACK_SYNC"), log=log, period_flags=period_flags,
             stamp=0 if stamp is None else number("stamp", stamp, "TOLIMAN_FRAME_STAMP"),
-            exposure_s=real("exposure_s", exposure_s),
+            exposure_s=real("exposure_s", exposure_s), plate_scale_arcsec=real("plate_scale_arcsec", plate_scale_arcsec),
             flags=(_raw.TOLIMAN_TRACK_READ_ONLY if read_only else 0) | (_raw.TOLIMAN_TRACK_REBUILD if rebuild else 0)
             | (_raw.TOLIMAN_TRACK_ALLOW_ZERO_RUNS if allow_zero_runs else 0))
         if folder is not None:
@@ -175,6 +181,9 @@ class Tracker(Handle):
             options.clock, options.clock_points = _clock_of(clock)
         self._running, self._read_only = _RunningCall(), read_only
         kept = _set_estimator(options, estimator, self._running)
+        if sky is not None:
+            options.sky = of_kind("sky", sky, Sky)._c
+            kept = kept, sky._c
         super().__init__(self._create(library.toliman_track_create, ctypes.byref(options), keep=kept))
         if isinstance(estimator, CAE):
             estimator._trackers.add(self)
@@ -281,7 +290,7 @@ class Tracker(Handle):
     def rejected(self) -> dict[str, int]:
         """Number of frames rejected for each reason."""
         counts, frames = {}, ctypes.c_int64()
-        for reason in list(REASONS)[1:]:
+        for reason in range(_raw.TOLIMAN_TRACK_REASON_SHAPE, _raw.TOLIMAN_TRACK_REASON_ESTIMATE + 1):
             check(library.toliman_track_get_rejected(self._c, reason, ctypes.byref(frames)))
             counts[REASONS[reason]] = frames.value
         return counts
