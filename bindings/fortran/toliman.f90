@@ -1540,7 +1540,7 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_NO_ORBIT = 518
 
     ! Unreduced: the observer is in orbit, and the exposure is unknown, or longer than 600 s without a list of on-target
-    ! intervals. Since 0.2.
+    ! intervals. Also an exposure of more than 400 days. Since 0.2.
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_NO_INTERVALS = 519
 
     ! Outcome of a pushed frame.
@@ -1553,7 +1553,7 @@ module toliman
         integer(c_int64_t) :: row = 0
         integer(c_int64_t) :: col = 0
         real(c_double) :: pixel = 0.0_c_double ! value of that pixel
-        ! accepted frames and outliers: the value in the periodogram; unreduced frames: the estimate
+        ! accepted frames and outliers: reduced if the folder has a system; unreduced frames: the estimate
         real(c_double) :: value = 0.0_c_double
         integer(c_int64_t) :: tai_ns = 0 ! these frames: time in TAI
         ! these frames: chi-square per pixel against the estimator's model; NaN without one
@@ -1565,8 +1565,9 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_READ_ONLY = 1
 
     ! Rebuilds the accumulators from the ledger with the grid and clock table of these options. Frames rejected for their
-    ! time must be pushed again. With `sky`, all frames are reduced again, also those of a folder without a system; frames
-    ! that its observer file does not cover keep their reduction if the system is the same.
+    ! time must be pushed again. With `sky`, all frames are reduced again, also those of a folder without a system. Frames
+    ! that its observer file does not cover keep their reduction if system and clock table are unchanged; otherwise they
+    ! become unreduced. The ledger is replaced: a tracker that merged the folder before counts its frames as repeated.
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REBUILD = 2
     ! flag of toliman_track_merge only: skip damaged records
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_SALVAGE = 4
@@ -1652,8 +1653,8 @@ module toliman
         type(c_funptr) :: log = c_null_funptr
         type(c_ptr) :: log_data = c_null_ptr
         ! Origin of the camera_ns of all frames: stamp and exposure_s of toliman_ingest_options. The tracker records
-        ! both in the setup file and uses them for nothing else. Since 0.2. TOLIMAN_FRAME_STAMP_..., 0 = that of the
-        ! folder; in a new folder MIDDLE
+        ! both in the setup file. In a reduction, exposure_s is the exposure of frames without their own. Since 0.2.
+        ! TOLIMAN_FRAME_STAMP_..., 0 = that of the folder; in a new folder MIDDLE
         integer(c_int32_t) :: stamp = 0
         integer(c_int32_t) :: reserved = 0 ! 0
         ! length of an exposure, at most 1e9 s; 0 = that of the folder; in a new folder unknown
@@ -1675,10 +1676,11 @@ module toliman
         ! least 0.5 at its place (otherwise TOLIMAN_E_ARGUMENT). A folder refuses another bank, as any other
         ! estimator. The bank must outlive the tracker. Since 0.2.
         type(c_ptr) :: bank = c_null_ptr
-        ! System and observer of the reduction, or NULL. The tracker must have a value separation_px: with `fit`, or
-        ! with `estimate` and this name in `values`. Must be given to push frames to a folder with a system, with the
-        ! same system (otherwise TOLIMAN_E_MISMATCH); not needed to read or merge. Must outlive the tracker. With
-        ! `sky`, the default of value_limit is at least 0.25 px. Since 0.2.
+        ! System and observer of the reduction, with all effects, or NULL. The tracker must have a value
+        ! separation_px: with `fit`, or with `estimate` and this name in `values`. To push frames to a folder with a
+        ! system, give the same system, and an observer in orbit if it had one (TOLIMAN_E_ARGUMENT if NULL,
+        ! TOLIMAN_E_MISMATCH for another). To read or merge, give NULL. Must outlive the tracker. With `sky`, the
+        ! default of value_limit is at least 0.25 px. Since 0.2.
         type(c_ptr) :: sky = c_null_ptr
         ! arcsec per px, at most 1e6; 0 = that of the folder, or of the scene of `fit`. toliman_track_load_options: 0
         ! = the folder has no system. Since 0.2
@@ -1686,9 +1688,8 @@ module toliman
     end type
 
     ! Counts and properties of a tracker. received = accepted + unreduced + outlier + quarantined + repeated +
-    ! rejected. received,
-    ! repeated and rejected count arrivals: a frame that arrives again counts again, also after the folder was reopened.
-    ! The ledger holds all counts: a crash loses those of uncommitted frames only.
+    ! rejected. received, repeated and rejected count arrivals: a frame that arrives again counts again, also after the
+    ! folder was reopened. The ledger holds all counts: a crash loses those of uncommitted frames only.
     type, bind(C), public :: toliman_track_info
         integer(c_int32_t) :: struct_size = 160 ! in: sizeof(toliman_track_info)
         integer(c_int32_t) :: flags = 0 ! TOLIMAN_TRACK_..., as given
@@ -1705,14 +1706,15 @@ module toliman
         ! frames dropped by the camera, as reported by accepted and unreduced frames and outliers
         integer(c_int64_t) :: dropped = 0
         integer(c_int64_t) :: sessions = 0 ! number of pairs of session and region
-        integer(c_int64_t) :: records = 0 ! records of the ledger; in memory, accepted and outliers on arrival
+        ! records of the ledger; in memory, of accepted and unreduced frames and outliers
+        integer(c_int64_t) :: records = 0
         ! committed records; with READ_ONLY, records that the files show to be committed
         integer(c_int64_t) :: committed = 0
         integer(c_int64_t) :: capacity = 0
         integer(c_int64_t) :: estimator_id = 0
         real(c_double) :: sigma = 0.0_c_double ! standard deviation of a value
         real(c_double) :: value_limit = 0.0_c_double
-        integer(c_int64_t) :: unreduced = 0 ! frames that wait for an observer file or intervals. Since 0.2
+        integer(c_int64_t) :: unreduced = 0 ! frames that are not reduced. Since 0.2
         real(c_double) :: plate_scale_arcsec = 0.0_c_double ! of the reduction; 0 = frames are not reduced. Since 0.2
         ! of the reduction, JSON text that toliman_sky_create takes; NULL = frames are not reduced. Valid until the
         ! tracker is destroyed. Since 0.2
@@ -1733,8 +1735,9 @@ module toliman
         character(kind=c_char) :: roi(72) = c_null_char
     end type
 
-    ! Record of the ledger: a frame as it arrived and its present verdict, or, with TOLIMAN_TRACK_VERDICT_MERGED, counts
-    ! instead of a frame.
+    ! Record of the ledger: a frame as it arrived and its present verdict; with TOLIMAN_TRACK_VERDICT_MERGED, counts
+    ! instead of a frame; with TOLIMAN_TRACK_VERDICT_INTERVALS, on-target intervals of a later frame, without values or
+    ! columns.
     type, bind(C), public :: toliman_track_record
         integer(c_int32_t) :: struct_size = 72 ! sizeof(toliman_track_record)
         integer(c_int32_t) :: verdict = 0 ! TOLIMAN_TRACK_VERDICT_...; quarantined if a conflicting copy arrived later
@@ -1754,13 +1757,20 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_COLUMN_F64 = 531
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_COLUMN_I64 = 532
 
-    ! Column of the ledger: data of a record in addition to the members of toliman_track_record. Every ledger has the
-    ! columns chi_square and flags (of toliman_estimate), exposure_s, window_row and window_col (of toliman_frame), and
-    ! shift_s: mean time of the good-time intervals minus the middle of the exposure, 0 without intervals (not applied to
-    ! the time); intervals, their number (-1: lost); and of a reduced frame factor, geometric_arcsec, and the derivatives
-    ! of the latter by the elements of the orbit (sky.h), d_period_years to d_epoch. Then follow the names of
-    ! toliman_track_options.values, and cov_A_B, the covariance of values A and B. The first value is named "value";
-    ! cov_A_A is a variance. Since 0.2.
+    ! Column of the ledger: data of a record in addition to the members of toliman_track_record:
+    !   chi_square, flags           of toliman_estimate
+    !   exposure_s                  of toliman_frame, in s; 0 = unknown
+    !   shift_s                     mean on-target time minus the middle of the exposure, in s; 0 without intervals. Not
+    !                               applied to the time
+    !   window_row, window_col      of toliman_frame
+    !   intervals                   number of on-target intervals; -1 = they are lost
+    ! In a folder with a system, NaN in unreduced frames:
+    !   factor                      mean apparent separation over mean geometric separation
+    !   geometric_arcsec            mean separation on the orbit, in arcsec
+    !   d_period_years ... d_epoch  its derivatives by the seven elements of the orbit (toliman_sky_element_name), in
+    !                               arcsec per unit of the element
+    ! Then follow the names of toliman_track_options.values, and cov_A_B, the covariance of values A and B. The first value
+    ! is named "value"; cov_A_A is a variance. Since 0.2.
     type, bind(C), public :: toliman_track_column
         integer(c_int32_t) :: struct_size = 72 ! sizeof(toliman_track_column)
         integer(c_int32_t) :: type = 0 ! TOLIMAN_TRACK_COLUMN_...
@@ -3455,8 +3465,8 @@ module toliman
 
         ! Reads the options of a folder to *options, whose struct_size must be set, for toliman_track_create: folder
         ! (the given pointer), estimator_id, values, sigma, value_limit, bit_depth, zero_run_bytes, the flag
-        ! TOLIMAN_TRACK_ALLOW_ZERO_RUNS, geometry, grid, stamp and exposure_s (nf = 0 and stamp = 0 if the setup file
-        ! is lost), and a capacity of twice the number of records, at least 2^20 and at most 2^28.
+        ! TOLIMAN_TRACK_ALLOW_ZERO_RUNS, geometry, grid, stamp, exposure_s and plate_scale_arcsec (nf = 0 and stamp =
+        ! 0 if the setup file is lost), and a capacity of twice the number of records, at least 2^20 and at most 2^28.
         function toliman_track_load_options(folder, options) bind(C) result(answer)
             import
             character(kind=c_char), intent(in) :: folder(*)
@@ -3522,7 +3532,7 @@ module toliman
         end function
 
         ! Writes the options in force to *options, whose struct_size must be set, with defaults resolved. folder and
-        ! clock point to memory of the tracker. cae, linear, fit, bank, estimate, allocator and log are NULL.
+        ! clock point to memory of the tracker. cae, linear, fit, bank, estimate, sky, allocator and log are NULL.
         function toliman_track_get_options(track, options) bind(C) result(answer)
             import
             type(c_ptr), value :: track
@@ -3608,6 +3618,18 @@ module toliman
             character(kind=c_char), intent(in) :: name(*)
             real(c_double), intent(out) :: values(*)
             integer(c_size_t), intent(out) :: done
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Writes the on-target intervals with which the frame of a record came to intervals[capacity][2], start and
+        ! end in s from the start of the exposure by the camera clock; *count becomes their number, 0 without a list.
+        function toliman_track_get_intervals(track, record, intervals, capacity, count) bind(C) result(answer)
+            import
+            type(c_ptr), value :: track
+            integer(c_int64_t), value :: record
+            integer(c_size_t), value :: capacity
+            real(c_double), intent(out), optional :: intervals(*)
+            integer(c_size_t), intent(out) :: count
             integer(c_int32_t) :: answer
         end function
     end interface
@@ -3812,6 +3834,7 @@ module toliman
     public :: toliman_track_get_records
     public :: toliman_track_get_columns
     public :: toliman_track_get_column
+    public :: toliman_track_get_intervals
 
     ! Simulator: a prepared scene. Each image is computed once, and only if it is needed: the images of the stars when
     ! the simulator is created, derivatives and Cramer-Rao bounds by the first call that uses them; TOLIMAN_E_SCENE
@@ -4111,6 +4134,7 @@ module toliman
         procedure :: get_records => tracker_get_records
         procedure :: get_columns => tracker_get_columns
         procedure :: get_column => tracker_get_column
+        procedure :: get_intervals => tracker_get_intervals
         procedure :: push_frame => tracker_push_frame
         procedure :: destroy => tracker_destroy
         procedure, private :: tracker_assign
@@ -6509,7 +6533,7 @@ contains
     end subroutine
 
     ! Writes the options in force to *options, whose struct_size must be set, with defaults resolved. folder and clock
-    ! point to memory of the tracker. cae, linear, fit, bank, estimate, allocator and log are NULL.
+    ! point to memory of the tracker. cae, linear, fit, bank, estimate, sky, allocator and log are NULL.
     subroutine tracker_get_options(self, options, stat, errmsg)
         class(toliman_tracker), intent(in) :: self
         type(toliman_track_options), intent(inout) :: options
@@ -6619,6 +6643,27 @@ contains
         integer(c_int32_t) :: status
         of_count = size(values, 1, c_size_t)
         status = toliman_track_get_column(self%handle, c_string(name), first, of_count, values, done)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Writes the on-target intervals with which the frame of a record came to intervals[capacity][2], start and end in
+    ! s from the start of the exposure by the camera clock; *count becomes their number, 0 without a list.
+    ! intervals(2, capacity).
+    subroutine tracker_get_intervals(self, record, count, intervals, stat, errmsg)
+        class(toliman_tracker), intent(in) :: self
+        integer(c_int64_t), intent(in) :: record
+        real(c_double), intent(out), optional, contiguous :: intervals(:, :)
+        integer(c_size_t), intent(out) :: count
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_capacity
+        integer(c_int32_t) :: status
+        of_capacity = 0
+        if (present(intervals)) of_capacity = size(intervals, 2, c_size_t)
+        if (present(intervals)) then
+            if (.not. fits(size(intervals, 1, c_size_t), 2_c_size_t, 'intervals', 1, stat, errmsg)) return
+        end if
+        status = toliman_track_get_intervals(self%handle, record, intervals, of_capacity, count)
         call conclude(status, stat, errmsg)
     end subroutine
 

@@ -13,8 +13,8 @@
  *                                 destroy
  *
  * Frames may arrive in any order, repeatedly or damaged. A frame is identified by its key (session, frame id, region
- * of interest), because packet counters wrap and times repeat. Each frame is checked, reduced to a value by an
- * estimator, assigned a time, and added to a periodogram. Its verdict is one of:
+ * of interest), because packet counters wrap and times repeat. Each frame is checked, measured by an estimator,
+ * assigned a time, and added to a periodogram. Its verdict is one of:
  *
  *   accepted     valid, and the first valid frame with its key
  *   duplicate    valid, same key and same content (frame.h) as an earlier valid frame; ignored
@@ -22,24 +22,29 @@
  *                the earlier frame is retracted exactly, and every later valid copy is quarantined, too
  *   outlier      valid, but not in the periodogram: |value| exceeds value_limit, or, after a change of the grid or
  *                clock table, the periodogram can no longer represent the time of a frame accepted earlier
- *   unreduced    valid and recorded, but not in the periodogram: the observer file has no state at its time, or its
- *                on-target intervals are not known. A rebuild with another observer file reduces it
+ *   unreduced    valid and recorded, but not in the periodogram: the observer file does not cover its exposure (a
+ *                rebuild with another file reduces it), or its on-target intervals are not known (it must be pushed to
+ *                a new folder with them)
  *   rejected     damaged (see the reasons). Frames with its key keep their verdicts; an intact copy may still arrive
  *
  * The time of a frame is its camera time, converted to TAI by the clock table. TAI is counted in nanoseconds from the
- * epoch of that table; `toliman track` uses 1970-01-01. Exposure and good-time intervals do not change the time. No
- * barycentric correction is applied: the light travel time to the barycentre varies by up to +-8.3 minutes over a
- * year.
+ * epoch of that table; `toliman track` uses 1970-01-01, and so must a tracker with a system. Exposure and on-target
+ * intervals do not change the time. No barycentric correction is applied: the light travel time to the barycentre
+ * varies by up to +-8.3 minutes over a year.
  *
- * Reduction. Without a system, the value of a frame is the estimate. With a system and an observer (sky.h), it is
+ * Reduction. Without a system, the value of a frame is the estimate. With a system and an observer (sky.h), it is, in
+ * pixels,
  *
  *   value = separation_px / factor - geometric_arcsec / plate_scale_arcsec
  *
- * with the means of factor and geometric separation over the frame's on-target intervals. The orbit of the system and
- * the plate scale are a fixed reference of the folder; the observer file may differ from push to push. The value
- * contains planets, the error of the reference orbit, and noise. Measured separations and intervals remain in the
- * ledger, so that a rebuild reduces all frames again without their pixels, with a definitive observer file or a
- * refitted system: the result has the same bits as if these had been given at first.
+ * Factor and geometric separation are means over the on-target intervals (good-time intervals) of the frame, or,
+ * without a list of these, over the exposure. An observer in orbit needs the list for exposures longer than 600 s. The
+ * system and the plate scale are the fixed reference of a folder. The observer file may differ from run to run. The
+ * value contains planets, the error of the reference orbit, and noise.
+ *
+ * The ledger keeps the measured separation and the intervals. A rebuild with `sky` reduces all frames again without
+ * their pixels, for instance with a definitive observer file or a refitted system. The periodogram then has the bits of
+ * a folder that had them from the start, with the same grid, clock table, plate scale and value_limit.
  *
  * The periodogram has the same bits for any order of arrival, if all values are computed with the same instruction
  * set. Bit errors in a frame that arrives only once cannot be detected: downlinked frames have no checksum.
@@ -89,7 +94,7 @@ TOLIMAN_API const char *toliman_track_verdict_name(int32_t verdict) TOLIMAN_NOEX
 
 #define TOLIMAN_TRACK_REASON_NO_ORBIT 518 /* unreduced: the observer file has no state at its time. Since 0.2 */
 /* Unreduced: the observer is in orbit, and the exposure is unknown, or longer than 600 s without a list of on-target
- * intervals. Since 0.2. */
+ * intervals. Also an exposure of more than 400 days. Since 0.2. */
 #define TOLIMAN_TRACK_REASON_NO_INTERVALS 519
 
 /* Returns the name of a reason ("zero run"), "?" for an unknown one. Static text. */
@@ -101,9 +106,9 @@ typedef struct toliman_track_outcome {
     int32_t verdict;      /* TOLIMAN_TRACK_VERDICT_... */
     int32_t reason;       /* TOLIMAN_TRACK_REASON_... of a rejected or unreduced frame */
     int32_t reserved;
-    int64_t row, col;  /* first pixel over range, not finite, or completing a zero run; for SHAPE, the shape received */
-    double pixel;      /* value of that pixel */
-    double value;      /* accepted frames and outliers: the value in the periodogram; unreduced frames: the estimate */
+    int64_t row, col; /* first pixel over range, not finite, or completing a zero run; for SHAPE, the shape received */
+    double pixel;     /* value of that pixel */
+    double value; /* accepted frames and outliers: reduced if the folder has a system; unreduced frames: the estimate */
     int64_t tai_ns;    /* these frames: time in TAI */
     double chi_square; /* these frames: chi-square per pixel against the estimator's model; NaN without
                           one */
@@ -113,8 +118,9 @@ typedef struct toliman_track_outcome {
 /* Flags of toliman_track_options. */
 #define TOLIMAN_TRACK_READ_ONLY 1u /* opens the folder for reading, also while another tracker writes to it */
 /* Rebuilds the accumulators from the ledger with the grid and clock table of these options. Frames rejected for their
- * time must be pushed again. With `sky`, all frames are reduced again, also those of a folder without a system; frames
- * that its observer file does not cover keep their reduction if the system is the same. */
+ * time must be pushed again. With `sky`, all frames are reduced again, also those of a folder without a system. Frames
+ * that its observer file does not cover keep their reduction if system and clock table are unchanged; otherwise they
+ * become unreduced. The ledger is replaced: a tracker that merged the folder before counts its frames as repeated. */
 #define TOLIMAN_TRACK_REBUILD 2u
 #define TOLIMAN_TRACK_SALVAGE 4u         /* flag of toliman_track_merge only: skip damaged records */
 #define TOLIMAN_TRACK_ALLOW_ZERO_RUNS 8u /* rejects no frame for a run of zero pixels */
@@ -181,7 +187,7 @@ typedef struct toliman_track_options {
     toliman_log_fn log;
     void *log_data;
     /* Origin of the camera_ns of all frames: stamp and exposure_s of toliman_ingest_options. The tracker records both
-     * in the setup file and uses them for nothing else. Since 0.2. */
+     * in the setup file. In a reduction, exposure_s is the exposure of frames without their own. Since 0.2. */
     int32_t stamp;     /* TOLIMAN_FRAME_STAMP_..., 0 = that of the folder; in a new folder MIDDLE */
     int32_t reserved;  /* 0 */
     double exposure_s; /* length of an exposure, at most 1e9 s; 0 = that of the folder; in a new folder unknown */
@@ -200,10 +206,11 @@ typedef struct toliman_track_options {
      * Each network must be trained to an efficiency of at least 0.5 at its place (otherwise TOLIMAN_E_ARGUMENT). A
      * folder refuses another bank, as any other estimator. The bank must outlive the tracker. Since 0.2. */
     const toliman_bank *bank;
-    /* System and observer of the reduction, or NULL. The tracker must have a value separation_px: with `fit`, or with
-     * `estimate` and this name in `values`. Must be given to push frames to a folder with a system, with the same
-     * system (otherwise TOLIMAN_E_MISMATCH); not needed to read or merge. Must outlive the tracker. With `sky`, the
-     * default of value_limit is at least 0.25 px. Since 0.2. */
+    /* System and observer of the reduction, with all effects, or NULL. The tracker must have a value separation_px:
+     * with `fit`, or with `estimate` and this name in `values`. To push frames to a folder with a system, give the same
+     * system, and an observer in orbit if it had one (TOLIMAN_E_ARGUMENT if NULL, TOLIMAN_E_MISMATCH for another). To
+     * read or merge, give NULL. Must outlive the tracker. With `sky`, the default of value_limit is at least 0.25 px.
+     * Since 0.2. */
     const toliman_sky *sky;
     double plate_scale_arcsec; /* arcsec per px, at most 1e6; 0 = that of the folder, or of the scene of `fit`.
                                   toliman_track_load_options: 0 = the folder has no system. Since 0.2 */
@@ -215,9 +222,9 @@ TOLIMAN_API void toliman_track_options_init(toliman_track_options *options, size
 
 /* Reads the options of a folder to *options, whose struct_size must be set, for toliman_track_create: folder (the
  * given pointer), estimator_id, values, sigma, value_limit, bit_depth, zero_run_bytes, the flag
- * TOLIMAN_TRACK_ALLOW_ZERO_RUNS, geometry, grid, stamp and exposure_s (nf = 0 and stamp = 0 if the setup file is lost),
- * and a capacity of twice the number of records, at least 2^20 and at most 2^28. Other members are set to their
- * defaults. Errors:
+ * TOLIMAN_TRACK_ALLOW_ZERO_RUNS, geometry, grid, stamp, exposure_s and plate_scale_arcsec (nf = 0 and stamp = 0 if the
+ * setup file is lost), and a capacity of twice the number of records, at least 2^20 and at most 2^28. Other members are
+ * set to their defaults. Errors:
  *   - TOLIMAN_E_NOT_FOUND, with the folder as the field of the error, if it does not exist, cannot be opened or has no
  *     ledger of frames: toliman_track_create may begin one in it. With a file as the field if that cannot be read;
  *   - TOLIMAN_E_FORMAT if the ledger is damaged, or is missing although other files of the folder exist. */
@@ -276,17 +283,16 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_save(toliman_track *
  *          toliman_track_get_streams
  * If several folders hold a frame, the value that was added first remains; networks on CPUs with different
  * instruction sets may differ by 1e-5 sigma.
- * Errors: as toliman_track_create and _push; TOLIMAN_E_MISMATCH for another estimator, other geometry or limits, or a
- * column that this ledger lacks; TOLIMAN_E_ARGUMENT for the tracker's own folder. After an error some records may
- * have been added. If the merge is repeated, they count again as received and as repeated or rejected, but not in the
- * periodogram. */
+ * Errors: as toliman_track_create and _push; TOLIMAN_E_MISMATCH for another estimator, other geometry or limits,
+ * another stamp, exposure_s, system or plate scale, another clock table if the frames are reduced, or a column that
+ * this ledger lacks; TOLIMAN_E_ARGUMENT for the tracker's own folder. After an error some records may have been added.
+ * If the merge is repeated, they count again as received and as repeated or rejected, but not in the periodogram. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_merge(toliman_track *track, const char *folder,
                                                                   uint32_t flags, int64_t *lost) TOLIMAN_NOEXCEPT;
 
 /* Counts and properties of a tracker. received = accepted + unreduced + outlier + quarantined + repeated +
- * rejected. received,
- * repeated and rejected count arrivals: a frame that arrives again counts again, also after the folder was reopened.
- * The ledger holds all counts: a crash loses those of uncommitted frames only. */
+ * rejected. received, repeated and rejected count arrivals: a frame that arrives again counts again, also after the
+ * folder was reopened. The ledger holds all counts: a crash loses those of uncommitted frames only. */
 typedef struct toliman_track_info {
     uint32_t struct_size; /* in: sizeof(toliman_track_info) */
     uint32_t flags;       /* TOLIMAN_TRACK_..., as given */
@@ -300,13 +306,13 @@ typedef struct toliman_track_info {
     int64_t missing;     /* expected ids that are neither accepted nor unreduced nor outlier nor quarantined */
     int64_t dropped;     /* frames dropped by the camera, as reported by accepted and unreduced frames and outliers */
     int64_t sessions;    /* number of pairs of session and region */
-    int64_t records;     /* records of the ledger; in memory, accepted and outliers on arrival */
+    int64_t records;     /* records of the ledger; in memory, of accepted and unreduced frames and outliers */
     int64_t committed;   /* committed records; with READ_ONLY, records that the files show to be committed */
     int64_t capacity;
     uint64_t estimator_id;
     double sigma; /* standard deviation of a value */
     double value_limit;
-    int64_t unreduced;         /* frames that wait for an observer file or intervals. Since 0.2 */
+    int64_t unreduced;         /* frames that are not reduced. Since 0.2 */
     double plate_scale_arcsec; /* of the reduction; 0 = frames are not reduced. Since 0.2 */
     const char *system; /* of the reduction, JSON text that toliman_sky_create takes; NULL = frames are not reduced.
                            Valid until the tracker is destroyed. Since 0.2 */
@@ -318,7 +324,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_info(const tolim
                                                                      toliman_track_info *out) TOLIMAN_NOEXCEPT;
 
 /* Writes the options in force to *options, whose struct_size must be set, with defaults resolved. folder and clock
- * point to memory of the tracker. cae, linear, fit, bank, estimate, allocator and log are NULL. Since 0.2. */
+ * point to memory of the tracker. cae, linear, fit, bank, estimate, sky, allocator and log are NULL. Since 0.2. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
 toliman_track_get_options(const toliman_track *track, toliman_track_options *options) TOLIMAN_NOEXCEPT;
 

@@ -4,6 +4,7 @@
  *
  *   toliman_track -> get_records -> verdicts, times, values
  *                 -> get_columns -> get_column -> further data of the same records
+ *                 -> get_intervals -> on-target intervals of a frame
  */
 #ifndef TOLIMAN_TRACK_RECORDS_H
 #define TOLIMAN_TRACK_RECORDS_H
@@ -12,8 +13,9 @@
 
 TOLIMAN_BEGIN_DECLS
 
-/* Record of the ledger: a frame as it arrived and its present verdict, or, with TOLIMAN_TRACK_VERDICT_MERGED, counts
- * instead of a frame. */
+/* Record of the ledger: a frame as it arrived and its present verdict; with TOLIMAN_TRACK_VERDICT_MERGED, counts
+ * instead of a frame; with TOLIMAN_TRACK_VERDICT_INTERVALS, on-target intervals of a later frame, without values or
+ * columns. */
 typedef struct toliman_track_record {
     uint32_t struct_size; /* sizeof(toliman_track_record) */
     int32_t verdict;      /* TOLIMAN_TRACK_VERDICT_...; quarantined if a conflicting copy arrived later */
@@ -28,8 +30,8 @@ typedef struct toliman_track_record {
 #define TOLIMAN_TRACK_RECORD_INIT TOLIMAN_INIT(toliman_track_record)
 
 /* Reads up to `count` records from number `first` on, in order of arrival; *done becomes their number. The newest
- * start at toliman_track_info.records - count. Duplicates have no record. Without a folder, only frames that were
- * accepted or outliers on arrival have records. TOLIMAN_E_FORMAT if the ledger has been damaged since it was opened;
+ * start at toliman_track_info.records - count. Duplicates have no record. In memory, only frames that were accepted,
+ * unreduced or outliers on arrival have records. TOLIMAN_E_FORMAT if the ledger has been damaged since it was opened;
  * some records may then have been written. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_records(const toliman_track *track, int64_t first,
                                                                         size_t count, toliman_track_record *records,
@@ -39,13 +41,20 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_records(const to
 #define TOLIMAN_TRACK_COLUMN_F64 531
 #define TOLIMAN_TRACK_COLUMN_I64 532
 
-/* Column of the ledger: data of a record in addition to the members of toliman_track_record. Every ledger has the
- * columns chi_square and flags (of toliman_estimate), exposure_s, window_row and window_col (of toliman_frame), and
- * shift_s: mean time of the good-time intervals minus the middle of the exposure, 0 without intervals (not applied to
- * the time); intervals, their number (-1: lost); and of a reduced frame factor, geometric_arcsec, and the derivatives
- * of the latter by the elements of the orbit (sky.h), d_period_years to d_epoch. Then follow the names of
- * toliman_track_options.values, and cov_A_B, the covariance of values A and B. The first value is named "value";
- * cov_A_A is a variance. Since 0.2. */
+/* Column of the ledger: data of a record in addition to the members of toliman_track_record:
+ *   chi_square, flags           of toliman_estimate
+ *   exposure_s                  of toliman_frame, in s; 0 = unknown
+ *   shift_s                     mean on-target time minus the middle of the exposure, in s; 0 without intervals. Not
+ *                               applied to the time
+ *   window_row, window_col      of toliman_frame
+ *   intervals                   number of on-target intervals; -1 = they are lost
+ * In a folder with a system, NaN in unreduced frames:
+ *   factor                      mean apparent separation over mean geometric separation
+ *   geometric_arcsec            mean separation on the orbit, in arcsec
+ *   d_period_years ... d_epoch  its derivatives by the seven elements of the orbit (toliman_sky_element_name), in
+ *                               arcsec per unit of the element
+ * Then follow the names of toliman_track_options.values, and cov_A_B, the covariance of values A and B. The first value
+ * is named "value"; cov_A_A is a variance. Since 0.2. */
 typedef struct toliman_track_column {
     uint32_t struct_size; /* sizeof(toliman_track_column) */
     int32_t type;         /* TOLIMAN_TRACK_COLUMN_... */
@@ -66,6 +75,15 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_columns(const to
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_column(const toliman_track *track, const char *name,
                                                                        int64_t first, size_t count, double *values,
                                                                        size_t *done) TOLIMAN_NOEXCEPT;
+
+/* Writes the on-target intervals with which the frame of a record came to intervals[capacity][2], start and end in s
+ * from the start of the exposure by the camera clock; *count becomes their number, 0 without a list. To query the
+ * number, pass capacity 0 and intervals NULL. record  number of the record, as for toliman_track_get_records Errors:
+ * TOLIMAN_E_CAPACITY if capacity is too small; TOLIMAN_E_STATE in memory, where intervals are not kept; TOLIMAN_E_LOST
+ * if damage to the ledger has lost them. Since 0.2. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_intervals(const toliman_track *track, int64_t record,
+                                                                          double *intervals, size_t capacity,
+                                                                          size_t *count) TOLIMAN_NOEXCEPT;
 
 TOLIMAN_END_DECLS
 

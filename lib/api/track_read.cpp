@@ -1,4 +1,5 @@
 // include/toliman/track.h: queries of a tracker.
+#include <algorithm>
 #include <vector>
 
 #include <toliman/track.h>
@@ -73,6 +74,29 @@ toliman_status toliman_track_get_column(const toliman_track *track, const char *
                                 values[written++] = columns.all()[at].number(record.cells[at]);
                             });
         *done = written;
+    });
+}
+
+toliman_status toliman_track_get_intervals(const toliman_track *track, int64_t record, double *intervals,
+                                           size_t capacity, size_t *count) noexcept {
+    return guard([&] {
+        const Use use(track, "track");
+        const track::Tracker &tracker = *use->tracker;
+        required(count, "count");
+        if (use->options.folder == nullptr)
+            fail(Status::state, "{track}: is in memory, which keeps no intervals");
+        if (record < 0 || static_cast<uint64_t>(record) >= tracker.records())
+            fail(Status::argument, "{record} = %lld: must be in [0, %llu)", static_cast<long long>(record),
+                 static_cast<unsigned long long>(tracker.records()));
+        const std::vector<double> found = tracker.intervals_of(static_cast<uint64_t>(record));
+        if (intervals == nullptr && capacity > 0)
+            fail(Status::argument, "{intervals} is NULL");
+        if (intervals != nullptr && capacity < found.size() / 2)
+            fail(Status::capacity, "{capacity} = %zu: must be at least %zu, the number of intervals", capacity,
+                 found.size() / 2);
+        if (intervals != nullptr)
+            std::copy(found.begin(), found.end(), intervals);
+        *count = found.size() / 2;
     });
 }
 

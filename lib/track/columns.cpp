@@ -88,12 +88,15 @@ Columns::Columns(std::string_view further, bool reduced) {
 }
 
 void Columns::add(std::string name, ColumnType type, ColumnRole role) {
+    is_reduced_ = is_reduced_ || name == name_of(OwnColumn::factor);
+    has_intervals_ = has_intervals_ || name == name_of(OwnColumn::intervals);
     all_.push_back({std::move(name), type, role});
 }
 
 Columns Columns::load(ByteReader &in, size_t count) {
     Columns columns;
     columns.all_.clear();
+    columns.is_reduced_ = columns.has_intervals_ = false;
     for (size_t i = 0; i < count; i++) {
         char name[kNameSize + 1] = {};
         std::memcpy(name, in.raw(kNameSize), kNameSize);

@@ -61,15 +61,19 @@ class Columns {
 
     const std::vector<Column> &all() const noexcept { return all_; }
     size_t count() const noexcept { return all_.size(); }
-    size_t find(std::string_view name) const noexcept; // returns count() if there is none
-    size_t own() const noexcept;                       // number of columns of the library
-    size_t values() const noexcept;                    // number of values of the estimator, including the first
-    std::string further() const;                       // names of the further values, as for the constructor
+    size_t find(std::string_view name) const noexcept;       // returns count() if there is none
+    size_t own() const noexcept;                             // number of columns of the library
+    bool is_reduced() const noexcept { return is_reduced_; } // whether it has those of a reduction
+    // Whether on-target intervals have records of their own (interval_records.hpp).
+    bool has_intervals() const noexcept { return has_intervals_ && count() > 1; }
+    size_t values() const noexcept; // number of values of the estimator, including the first
+    std::string further() const;    // names of the further values, as for the constructor
     Cells empty() const noexcept;
 
   private:
     void add(std::string name, ColumnType type, ColumnRole role);
     std::vector<Column> all_;
+    bool is_reduced_ = false, has_intervals_ = false;
 };
 
 // Maps cells in the columns of one ledger to those of another, matched by name and type.

@@ -123,7 +123,8 @@ uint64_t LedgerFile::count() const {
 // Returns false for a torn record. Fails for one that is valid but impossible.
 bool LedgerFile::decode(const uint8_t *bytes, uint64_t number, Tail &tail, Record &record) const {
     const RecordStatus found = from_bytes(bytes, columns_.count(), record, tail.synced, tail.chain);
-    if (found == RecordStatus::impossible || (found == RecordStatus::whole && !terms_.allow(record)))
+    if (found == RecordStatus::impossible ||
+        (found == RecordStatus::whole && !terms_.allow(record, columns_.is_reduced())))
         fail_at(number, Status::format, "is impossible: written by another version?");
     return found == RecordStatus::whole;
 }

@@ -47,6 +47,14 @@ void store(const Reduction *reduction, Cells &cells) noexcept {
             with_bits<uint64_t>(reduction != nullptr ? reduction->partials[i] : kNone);
 }
 
+void clear_reduction(const Columns &columns, Record &record) noexcept {
+    for (const OwnColumn own : {OwnColumn::intervals, OwnColumn::factor, OwnColumn::geometric_arcsec}) {
+        const size_t column = columns.find(name_of(own));
+        if (column < columns.count())
+            record.cells[column] = columns.all()[column].empty();
+    }
+}
+
 bool find_on_target(int64_t camera_ns, double exposure_s, const double *intervals, size_t count, const Clock &clock,
                     OnTarget &on_target) {
     const double whole[] = {0, exposure_s};

@@ -61,6 +61,9 @@ class Reducer {
 // Stores the reduction in cells of columns of this version; NULL: none.
 void store(const Reduction *reduction, Cells &cells) noexcept;
 
+// Removes reduction and number of intervals from a record with these columns.
+void clear_reduction(const Columns &columns, Record &record) noexcept;
+
 // Sets the time on target of an exposure about camera_ns; exposure_s = 0: not known. intervals: pairs (start, end) in s
 // from its start. Returns false if a time does not fit in TAI.
 bool find_on_target(int64_t camera_ns, double exposure_s, const double *intervals, size_t count, const Clock &clock,

@@ -28,6 +28,8 @@ class Rewriter {
         const std::vector<double> intervals = collector_.of(old, lost);
         if (old.kind == Kind::accepted || old.kind == Kind::outlier)
             reduce(intervals, lost, record);
+        else
+            clear_reduction(columns_, record);
         for (const Record &part :
              interval_records(record, intervals.data(), intervals.size() / 2, columns_.count(), sigma))
             writer.append(part);

@@ -22,12 +22,13 @@ void Terms::check() const {
         fail(Status::argument, "{value_limit} = %g: must be in [%g, %g]", value_limit, kMin, kMax);
 }
 
-bool Terms::allow(const Record &record) const noexcept {
+bool Terms::allow(const Record &record, bool reduced) const noexcept {
     if (record.kind == Kind::merged) {
         const MergeMark merged = merge_mark_of(record);
         return merged.records >= 0 && merged.repeats >= 0 && merged.repeats <= kMaxRepeats;
     }
-    return allows_sigma(record.sigma) && !(record.kind == Kind::accepted && std::fabs(record.value) > value_limit);
+    const bool is_limited = record.kind == Kind::accepted && !reduced;
+    return allows_sigma(record.sigma) && !(is_limited && std::fabs(record.value) > value_limit);
 }
 
 std::string difference(const Terms &there, const Terms &here) {

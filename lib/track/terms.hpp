@@ -17,8 +17,9 @@ struct Terms {
     // Returns whether a frame may have this sigma of its own.
     bool allows_sigma(double own) const noexcept { return own >= sigma && own <= kMaxSigmaRatio * sigma; }
     static constexpr double kMaxSigmaRatio = 32;
-    // Returns whether a record with these terms can have this content.
-    bool allow(const Record &record) const noexcept;
+    // Returns whether a record with these terms can have this content. reduced: of a ledger whose values are reduced,
+    // so that the limit does not apply to the estimate.
+    bool allow(const Record &record, bool reduced) const noexcept;
 };
 
 // Describes the first difference, for messages.

@@ -248,9 +248,10 @@ Record Tracker::record_of(const Frame &frame, const Job &job) const noexcept {
         record.sigma = job.estimated.sigma;
     record.cells = arrange_(cells_of(frame, job));
     record.dropped = frame.dropped;
-    record.kind = record.reason != Reason::none                       ? Kind::rejected
-                  : std::fabs(record.value) > plan_.terms.value_limit ? Kind::outlier
-                                                                      : Kind::accepted;
+    const bool is_limited = !plan_.reduce; // otherwise the reduced value is: sample_of()
+    record.kind = record.reason != Reason::none                                     ? Kind::rejected
+                  : is_limited && std::fabs(record.value) > plan_.terms.value_limit ? Kind::outlier
+                                                                                    : Kind::accepted;
     if (record.kind == Kind::accepted)
         record.reason = job.unreduced;
     return record;
@@ -283,7 +284,7 @@ void Tracker::add_frame(const Record &record, const double *intervals, size_t in
     index_.check_capacity();
     streams_.check_capacity(record.stream);
     const std::optional<period::Sample> sample = sample_of(record);
-    if (ledger_)
+    if (ledger_ && columns_.has_intervals())
         for (const Record &part :
              interval_records(record, intervals, interval_count, columns_.count(), plan_.terms.sigma))
             append_record(part);
@@ -295,7 +296,9 @@ void Tracker::add_frame(const Record &record, const double *intervals, size_t in
 void Tracker::quarantine(const KnownFrame &known, Record record) {
     const Record original = read_record(known.record());
     record.kind = Kind::quarantined;
+    record.reason = Reason::none;
     record.dropped = original.dropped; // to be subtracted from the counts
+    clear_reduction(columns_, record);
     count_record(record, append_record(record));
     if (const std::optional<period::Sample> sample = sample_of(original))
         sums_.retract(*sample);
@@ -340,6 +343,23 @@ void Tracker::visit(uint64_t first, uint64_t most, const EachFrame &each) const 
         return ledger_->visit(first, most, visit_one);
     for (uint64_t number = first; number < records_in_memory_ && number - first < most; number++)
         visit_one(read_record(number), number);
+}
+
+std::vector<double> Tracker::intervals_of(uint64_t number) const {
+    const size_t column = columns_.find(name_of(OwnColumn::intervals)), pairs = columns_.count() / 2;
+    const Record frame = ledger_->read(number);
+    const auto count = column < columns_.count() ? static_cast<int64_t>(frame.cells[column]) : 0;
+    const uint64_t parts = count > 0 ? (static_cast<uint64_t>(count) + pairs - 1) / pairs : 0;
+    IntervalCollector collector(columns_);
+    for (uint64_t part = number - std::min(parts, number); part < number; part++)
+        if (const Record record = ledger_->read(part); record.kind == Kind::intervals)
+            collector.add(record);
+    bool lost = false;
+    std::vector<double> intervals = collector.of(frame, lost);
+    if (lost && frame.kind != Kind::intervals)
+        fail(Status::lost, "{%s}: record %llu: its on-target intervals are lost",
+             store_->path(LedgerFile::kName).c_str(), static_cast<unsigned long long>(number));
+    return intervals;
 }
 
 void Tracker::check_writable() const {

@@ -132,6 +132,10 @@ class Tracker {
     using EachFrame = std::function<void(const Record &, const Outcome &)>;
     void visit(uint64_t first, uint64_t most, const EachFrame &each) const;
 
+    // Returns the on-target intervals that came with the frame of a record, pairs (start, end) in s; empty without.
+    // Status::lost if their records are damaged or missing. Only with a folder.
+    std::vector<double> intervals_of(uint64_t number) const;
+
     // Returns the samples in the sums, sorted by time.
     Series series() const;
 

@@ -2124,7 +2124,7 @@ TOLIMAN_TRACK_REASON_ESTIMATE = 517  # estimator failed, or gave a non-finite va
 TOLIMAN_TRACK_REASON_NO_ORBIT = 518  # unreduced: the observer file has no state at its time. Since 0.2
 
 # Unreduced: the observer is in orbit, and the exposure is unknown, or longer than 600 s without a list of on-target
-# intervals. Since 0.2.
+# intervals. Also an exposure of more than 400 days. Since 0.2.
 TOLIMAN_TRACK_REASON_NO_INTERVALS = 519
 
 
@@ -2136,7 +2136,7 @@ class toliman_track_outcome(Sized):
     row: first pixel over range, not finite, or completing a zero run; for SHAPE, the shape received
     col: first pixel over range, not finite, or completing a zero run; for SHAPE, the shape received
     pixel: value of that pixel
-    value: accepted frames and outliers: the value in the periodogram; unreduced frames: the estimate
+    value: accepted frames and outliers: reduced if the folder has a system; unreduced frames: the estimate
     tai_ns: these frames: time in TAI
     chi_square: these frames: chi-square per pixel against the estimator's model; NaN without
         one"""
@@ -2159,8 +2159,9 @@ class toliman_track_outcome(Sized):
 TOLIMAN_TRACK_READ_ONLY = 1  # opens the folder for reading, also while another tracker writes to it
 
 # Rebuilds the accumulators from the ledger with the grid and clock table of these options. Frames rejected for their
-# time must be pushed again. With `sky`, all frames are reduced again, also those of a folder without a system; frames
-# that its observer file does not cover keep their reduction if the system is the same.
+# time must be pushed again. With `sky`, all frames are reduced again, also those of a folder without a system. Frames
+# that its observer file does not cover keep their reduction if system and clock table are unchanged; otherwise they
+# become unreduced. The ledger is replaced: a tracker that merged the folder before counts its frames as repeated.
 TOLIMAN_TRACK_REBUILD = 2
 TOLIMAN_TRACK_SALVAGE = 4  # flag of toliman_track_merge only: skip damaged records
 TOLIMAN_TRACK_ALLOW_ZERO_RUNS = 8  # rejects no frame for a run of zero pixels
@@ -2241,7 +2242,7 @@ class toliman_track_options(Sized):
         a checkpoint that is damaged, missing or of another ledger; an incomplete record at the end of the ledger; lost
         session names. May be NULL.
     stamp: Origin of the camera_ns of all frames: stamp and exposure_s of toliman_ingest_options. The tracker records both
-        in the setup file and uses them for nothing else. Since 0.2.
+        in the setup file. In a reduction, exposure_s is the exposure of frames without their own. Since 0.2.
         TOLIMAN_FRAME_STAMP_..., 0 = that of the folder; in a new folder MIDDLE
     reserved: 0
     exposure_s: length of an exposure, at most 1e9 s; 0 = that of the folder; in a new folder unknown
@@ -2258,10 +2259,11 @@ class toliman_track_options(Sized):
         centre, and the separation of the fit. The efficiency is sqrt(cov_fit_separation_px_fit_separation_px)/sigma.
         Each network must be trained to an efficiency of at least 0.5 at its place (otherwise TOLIMAN_E_ARGUMENT). A
         folder refuses another bank, as any other estimator. The bank must outlive the tracker. Since 0.2.
-    sky: System and observer of the reduction, or NULL. The tracker must have a value separation_px: with `fit`, or with
-        `estimate` and this name in `values`. Must be given to push frames to a folder with a system, with the same
-        system (otherwise TOLIMAN_E_MISMATCH); not needed to read or merge. Must outlive the tracker. With `sky`, the
-        default of value_limit is at least 0.25 px. Since 0.2.
+    sky: System and observer of the reduction, with all effects, or NULL. The tracker must have a value separation_px:
+        with `fit`, or with `estimate` and this name in `values`. To push frames to a folder with a system, give the same
+        system, and an observer in orbit if it had one (TOLIMAN_E_ARGUMENT if NULL, TOLIMAN_E_MISMATCH for another). To
+        read or merge, give NULL. Must outlive the tracker. With `sky`, the default of value_limit is at least 0.25 px.
+        Since 0.2.
     plate_scale_arcsec: arcsec per px, at most 1e6; 0 = that of the folder, or of the scene of `fit`.
         toliman_track_load_options: 0 = the folder has no system. Since 0.2"""
 
@@ -2313,9 +2315,8 @@ class toliman_track_options(Sized):
 
 class toliman_track_info(Sized):
     """Counts and properties of a tracker. received = accepted + unreduced + outlier + quarantined + repeated +
-    rejected. received,
-    repeated and rejected count arrivals: a frame that arrives again counts again, also after the folder was reopened.
-    The ledger holds all counts: a crash loses those of uncommitted frames only.
+    rejected. received, repeated and rejected count arrivals: a frame that arrives again counts again, also after the
+    folder was reopened. The ledger holds all counts: a crash loses those of uncommitted frames only.
     struct_size: in: sizeof(toliman_track_info)
     flags: TOLIMAN_TRACK_..., as given
     received: arrived frames, in this and earlier runs
@@ -2327,10 +2328,10 @@ class toliman_track_info(Sized):
     missing: expected ids that are neither accepted nor unreduced nor outlier nor quarantined
     dropped: frames dropped by the camera, as reported by accepted and unreduced frames and outliers
     sessions: number of pairs of session and region
-    records: records of the ledger; in memory, accepted and outliers on arrival
+    records: records of the ledger; in memory, of accepted and unreduced frames and outliers
     committed: committed records; with READ_ONLY, records that the files show to be committed
     sigma: standard deviation of a value
-    unreduced: frames that wait for an observer file or intervals. Since 0.2
+    unreduced: frames that are not reduced. Since 0.2
     plate_scale_arcsec: of the reduction; 0 = frames are not reduced. Since 0.2
     system: of the reduction, JSON text that toliman_sky_create takes; NULL = frames are not reduced.
         Valid until the tracker is destroyed. Since 0.2"""
@@ -2384,8 +2385,9 @@ class toliman_track_stream(Sized):
 
 
 class toliman_track_record(Sized):
-    """Record of the ledger: a frame as it arrived and its present verdict, or, with TOLIMAN_TRACK_VERDICT_MERGED, counts
-    instead of a frame.
+    """Record of the ledger: a frame as it arrived and its present verdict; with TOLIMAN_TRACK_VERDICT_MERGED, counts
+    instead of a frame; with TOLIMAN_TRACK_VERDICT_INTERVALS, on-target intervals of a later frame, without values or
+    columns.
     struct_size: sizeof(toliman_track_record)
     verdict: TOLIMAN_TRACK_VERDICT_...; quarantined if a conflicting copy arrived later
     reason: TOLIMAN_TRACK_REASON_... of a rejected or unreduced frame
@@ -2417,13 +2419,20 @@ TOLIMAN_TRACK_COLUMN_I64 = 532
 
 
 class toliman_track_column(Sized):
-    """Column of the ledger: data of a record in addition to the members of toliman_track_record. Every ledger has the
-    columns chi_square and flags (of toliman_estimate), exposure_s, window_row and window_col (of toliman_frame), and
-    shift_s: mean time of the good-time intervals minus the middle of the exposure, 0 without intervals (not applied to
-    the time); intervals, their number (-1: lost); and of a reduced frame factor, geometric_arcsec, and the derivatives
-    of the latter by the elements of the orbit (sky.h), d_period_years to d_epoch. Then follow the names of
-    toliman_track_options.values, and cov_A_B, the covariance of values A and B. The first value is named "value";
-    cov_A_A is a variance. Since 0.2.
+    """Column of the ledger: data of a record in addition to the members of toliman_track_record:
+      chi_square, flags           of toliman_estimate
+      exposure_s                  of toliman_frame, in s; 0 = unknown
+      shift_s                     mean on-target time minus the middle of the exposure, in s; 0 without intervals. Not
+                                  applied to the time
+      window_row, window_col      of toliman_frame
+      intervals                   number of on-target intervals; -1 = they are lost
+    In a folder with a system, NaN in unreduced frames:
+      factor                      mean apparent separation over mean geometric separation
+      geometric_arcsec            mean separation on the orbit, in arcsec
+      d_period_years ... d_epoch  its derivatives by the seven elements of the orbit (toliman_sky_element_name), in
+                                  arcsec per unit of the element
+    Then follow the names of toliman_track_options.values, and cov_A_B, the covariance of values A and B. The first value
+    is named "value"; cov_A_A is a variance. Since 0.2.
     struct_size: sizeof(toliman_track_column)
     type: TOLIMAN_TRACK_COLUMN_..."""
 
@@ -2570,6 +2579,7 @@ OF_OBJECTS = {
     "toliman_track_get_records": False,
     "toliman_track_get_columns": False,
     "toliman_track_get_column": False,
+    "toliman_track_get_intervals": False,
 }
 
 # name: (type of the result, ((argument, its type), ...), comment)
@@ -4366,9 +4376,9 @@ more than 10 of its standard deviations; TOLIMAN_E_RANGE as toliman_sky_predict.
         c_int32, (("folder", c_char_p), ("options", POINTER(toliman_track_options))),
         """Reads the options of a folder to *options, whose struct_size must be set, for toliman_track_create: folder (the
 given pointer), estimator_id, values, sigma, value_limit, bit_depth, zero_run_bytes, the flag
-TOLIMAN_TRACK_ALLOW_ZERO_RUNS, geometry, grid, stamp and exposure_s (nf = 0 and stamp = 0 if the setup file is lost),
-and a capacity of twice the number of records, at least 2^20 and at most 2^28. Other members are set to their
-defaults. Errors:
+TOLIMAN_TRACK_ALLOW_ZERO_RUNS, geometry, grid, stamp, exposure_s and plate_scale_arcsec (nf = 0 and stamp = 0 if the
+setup file is lost), and a capacity of twice the number of records, at least 2^20 and at most 2^28. Other members are
+set to their defaults. Errors:
   - TOLIMAN_E_NOT_FOUND, with the folder as the field of the error, if it does not exist, cannot be opened or has no
     ledger of frames: toliman_track_create may begin one in it. With a file as the field if that cannot be read;
   - TOLIMAN_E_FORMAT if the ledger is damaged, or is missing although other files of the folder exist.""",
@@ -4440,10 +4450,10 @@ folders.
          toliman_track_get_streams
 If several folders hold a frame, the value that was added first remains; networks on CPUs with different
 instruction sets may differ by 1e-5 sigma.
-Errors: as toliman_track_create and _push; TOLIMAN_E_MISMATCH for another estimator, other geometry or limits, or a
-column that this ledger lacks; TOLIMAN_E_ARGUMENT for the tracker's own folder. After an error some records may
-have been added. If the merge is repeated, they count again as received and as repeated or rejected, but not in the
-periodogram.""",
+Errors: as toliman_track_create and _push; TOLIMAN_E_MISMATCH for another estimator, other geometry or limits,
+another stamp, exposure_s, system or plate scale, another clock table if the frames are reduced, or a column that
+this ledger lacks; TOLIMAN_E_ARGUMENT for the tracker's own folder. After an error some records may have been added.
+If the merge is repeated, they count again as received and as repeated or rejected, but not in the periodogram.""",
     ),
     "toliman_track_get_info": (
         c_int32, (("track", POINTER(toliman_track)), ("out", POINTER(toliman_track_info))),
@@ -4452,7 +4462,7 @@ periodogram.""",
     "toliman_track_get_options": (
         c_int32, (("track", POINTER(toliman_track)), ("options", POINTER(toliman_track_options))),
         """Writes the options in force to *options, whose struct_size must be set, with defaults resolved. folder and clock
-point to memory of the tracker. cae, linear, fit, bank, estimate, allocator and log are NULL. Since 0.2.""",
+point to memory of the tracker. cae, linear, fit, bank, estimate, sky, allocator and log are NULL. Since 0.2.""",
     ),
     "toliman_track_get_rejected": (
         c_int32, (("track", POINTER(toliman_track)), ("reason", c_int32), ("frames", POINTER(c_int64))),
@@ -4501,8 +4511,8 @@ damaged since it was opened.""",
             ("done", POINTER(c_size_t)),
         ),
         """Reads up to `count` records from number `first` on, in order of arrival; *done becomes their number. The newest
-start at toliman_track_info.records - count. Duplicates have no record. Without a folder, only frames that were
-accepted or outliers on arrival have records. TOLIMAN_E_FORMAT if the ledger has been damaged since it was opened;
+start at toliman_track_info.records - count. Duplicates have no record. In memory, only frames that were accepted,
+unreduced or outliers on arrival have records. TOLIMAN_E_FORMAT if the ledger has been damaged since it was opened;
 some records may then have been written.""",
     ),
     "toliman_track_get_columns": (
@@ -4528,6 +4538,20 @@ number, pass capacity 0 and columns NULL. TOLIMAN_E_CAPACITY if capacity is too 
 same `first` and count. A record without a number gives NaN, or 0 in integer columns. Integers above 2^53 are
 rounded.
 Errors: as toliman_track_get_records; TOLIMAN_E_NOT_FOUND for an unknown column. Since 0.2.""",
+    ),
+    "toliman_track_get_intervals": (
+        c_int32, (
+            ("track", POINTER(toliman_track)),
+            ("record", c_int64),
+            ("intervals", POINTER(c_double)),
+            ("capacity", c_size_t),
+            ("count", POINTER(c_size_t)),
+        ),
+        """Writes the on-target intervals with which the frame of a record came to intervals[capacity][2], start and end in s
+from the start of the exposure by the camera clock; *count becomes their number, 0 without a list. To query the
+number, pass capacity 0 and intervals NULL. record  number of the record, as for toliman_track_get_records Errors:
+TOLIMAN_E_CAPACITY if capacity is too small; TOLIMAN_E_STATE in memory, where intervals are not kept; TOLIMAN_E_LOST
+if damage to the ledger has lost them. Since 0.2.""",
     ),
 }
 

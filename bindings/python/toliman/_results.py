@@ -531,7 +531,7 @@ class Outcome(Result):
     row: int = member("first pixel over range, not finite, or completing a zero run; for SHAPE, the shape received")
     col: int = member("first pixel over range, not finite, or completing a zero run; for SHAPE, the shape received")
     pixel: float = member("value of that pixel")
-    value: float = member("accepted frames and outliers: the value in the periodogram; unreduced frames: the estimate")
+    value: float = member("accepted frames and outliers: reduced if the folder has a system; unreduced frames: the estimate")
     tai_ns: int = member("these frames: time in TAI")
     chi_square: float = member("these frames: chi-square per pixel against the estimator's model; NaN without one")
 
@@ -539,9 +539,8 @@ class Outcome(Result):
 @result
 class TrackInfo(Result):
     """Counts and properties of a tracker. received = accepted + unreduced + outlier + quarantined + repeated +
-    rejected. received,
-    repeated and rejected count arrivals: a frame that arrives again counts again, also after the folder was reopened.
-    The ledger holds all counts: a crash loses those of uncommitted frames only."""
+    rejected. received, repeated and rejected count arrivals: a frame that arrives again counts again, also after the
+    folder was reopened. The ledger holds all counts: a crash loses those of uncommitted frames only."""
 
     received: int = member("arrived frames, in this and earlier runs")
     accepted: int = member("frames in the periodogram")
@@ -553,13 +552,13 @@ class TrackInfo(Result):
     missing: int = member("expected ids that are neither accepted nor unreduced nor outlier nor quarantined")
     dropped: int = member("frames dropped by the camera, as reported by accepted and unreduced frames and outliers")
     sessions: int = member("number of pairs of session and region")
-    records: int = member("records of the ledger; in memory, accepted and outliers on arrival")
+    records: int = member("records of the ledger; in memory, of accepted and unreduced frames and outliers")
     committed: int = member("committed records; with READ_ONLY, records that the files show to be committed")
     capacity: int
     estimator_id: int
     sigma: float = member("standard deviation of a value")
     value_limit: float
-    unreduced: int = member("frames that wait for an observer file or intervals. Since 0.2")
+    unreduced: int = member("frames that are not reduced. Since 0.2")
     plate_scale_arcsec: float = member("of the reduction; 0 = frames are not reduced. Since 0.2")
     system: str = member("of the reduction, JSON text that toliman_sky_create takes; NULL = frames are not reduced. Valid until the tracker is destroyed. Since 0.2")
 

@@ -275,7 +275,7 @@ void Tracking::conclude() {
                        "; their times are extrapolated: is there a newer table?");
     for (const auto &[reason, frames] : unreduced_)
         progress_.warn(unreduced_text(reason, frames, settings_.folder, options_.coverage));
-    if (refused_ > 0 && accepted_ + known_ == 0)
+    if (refused_ > 0 && accepted_ + known_ == 0 && unreduced_.empty())
         progress_.warn("none of the " + std::to_string(refused_) +
                        " frames of this run is good, all were rejected or are outliers: check the scene or weights, "
                        "--dtype, --bit-depth and --shape");
