@@ -94,7 +94,7 @@ TOLIMAN_API const char *toliman_track_verdict_name(int32_t verdict) TOLIMAN_NOEX
 
 #define TOLIMAN_TRACK_REASON_NO_ORBIT 518 /* unreduced: the observer file has no state at its time. Since 0.2 */
 /* Unreduced: the observer is in orbit, and the exposure is unknown, or longer than 600 s without a list of on-target
- * intervals. Also an exposure of more than 400 days. Since 0.2. */
+ * intervals; or an interval is shorter than 1 ns or longer than 400 days. Since 0.2. */
 #define TOLIMAN_TRACK_REASON_NO_INTERVALS 519
 
 /* Returns the name of a reason ("zero run"), "?" for an unknown one. Static text. */

@@ -25,6 +25,8 @@ track::Reason reduce(const sky::Predictor &predictor, const track::OnTarget &on_
         std::copy_n(mean.partials, track::kPartials, reduction.partials);
         return track::Reason::none;
     } catch (const Error &error) {
+        if (error.status() == Status::argument) // no length in ns, or longer than a mean may be
+            return track::Reason::no_intervals;
         if (error.status() != Status::range)
             throw;
         return track::Reason::no_orbit;

@@ -65,7 +65,7 @@ bool find_on_target(int64_t camera_ns, double exposure_s, const double *interval
         int64_t tai_ns[2];
         for (size_t end = 0; end < 2; end++) {
             const double offset = (pairs[2 * i + end] - exposure_s / 2) * kNsPerSecond;
-            if (std::fabs(static_cast<double>(camera_ns) + offset) > kFarthest)
+            if (!(std::fabs(static_cast<double>(camera_ns) + offset) <= kFarthest))
                 return false;
             const std::optional<int64_t> tai = clock.tai_ns(camera_ns + std::llround(offset));
             if (!tai)

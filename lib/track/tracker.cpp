@@ -205,12 +205,15 @@ void Tracker::validate_and_estimate(const Frame &frame, Job &job, unsigned worke
     }
 }
 
-void Tracker::reduce(const Frame &frame, Job &job, unsigned worker) {
+// A frame is not rejected because memory is short: the push fails instead.
+void Tracker::reduce(const Frame &frame, Job &job, unsigned worker) noexcept try {
     OnTarget &on_target = on_target_[worker];
     const double exposure_s = frame.exposure_s > 0 ? frame.exposure_s : plan_.timing.exposure_s;
     const bool fits =
         find_on_target(frame.camera_ns, exposure_s, frame.intervals, frame.interval_count, plan_.clock, on_target);
     job.unreduced = fits ? plan_.reduce(on_target, job.reduction) : Reason::no_orbit;
+} catch (...) {
+    job.failure = std::current_exception();
 }
 
 // Cells in the order of the plan's columns.
@@ -383,6 +386,8 @@ void Tracker::push(const Frame *frames, size_t count, Outcome *outcomes, size_t 
     else
         evaluate_next(0);
     for (; done < count; done++) {
+        if (jobs_[done].failure)
+            std::rethrow_exception(std::exchange(jobs_[done].failure, nullptr));
         if (!has_uncommitted())
             oldest_ = std::chrono::steady_clock::now();
         outcomes[done] = jobs_[done].outcome;

@@ -3,6 +3,7 @@
 #pragma once
 #include <array>
 #include <chrono>
+#include <exception>
 #include <functional>
 #include <limits>
 #include <map>
@@ -157,6 +158,7 @@ class Tracker {
         Estimated estimated;
         Reason unreduced = Reason::none;
         Reduction reduction;
+        std::exception_ptr failure; // of the reduction: no memory
     };
     void open(StateFolder &folder);
     void reduce_again(StateFolder &folder);
@@ -176,7 +178,7 @@ class Tracker {
     Setup setup() const { return {sums_.grid(), plan_.clock, plan_.timing, plan_.reference}; }
     void evaluate(const Frame &frame, Job &job, unsigned worker) noexcept;
     void validate_and_estimate(const Frame &frame, Job &job, unsigned worker);
-    void reduce(const Frame &frame, Job &job, unsigned worker);
+    void reduce(const Frame &frame, Job &job, unsigned worker) noexcept;
     Cells cells_of(const Frame &frame, const Job &job) const noexcept;
     Record record_of(const Frame &frame, const Job &job) const noexcept;
     void register_frame(const Record &record, const Frame &frame, Outcome &outcome);
