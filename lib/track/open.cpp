@@ -6,7 +6,7 @@
 // A lost or damaged checkpoint costs time, never a frame, but without it a ledger truncated at a record boundary is not
 // detected.
 // Order of writes: the setup before the checkpoint computed with it, the ledger fsync'ed before the checkpoint that
-// counts it.
+// counts it. A rebuild that reduces the frames again replaces ledger and setup as one (setup.cpp).
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -70,8 +70,11 @@ void Tracker::open(StateFolder &folder) {
     if (writing && store_->size(LedgerFile::kName) < 0)
         LedgerFile::begin(*store_, plan_.terms, plan_.columns);
     check_setup(folder);
+    adopt_columns(LedgerFile(*store_));
     if (folder.rebuild && plan_.reduce)
         reduce_again(folder);
+    if (writing)
+        settle_setup(*store_);
     const LedgerFile file(*store_);
     adopt_columns(file);
     if (plan_.reference.is_given())
@@ -110,8 +113,8 @@ void Tracker::open(StateFolder &folder) {
 void Tracker::reduce_again(StateFolder &folder) {
     const Checkpoint none, &point = folder.loaded ? folder.loaded->checkpoint : none;
     const bool keep = folder.setup && folder.setup->reference == plan_.reference;
-    rewrite_ledger(*store_, plan_.terms, plan_.clock, plan_.timing, plan_.reduce, keep,
-                   {point.salt, point.records, point.chain}, folder.log);
+    rewrite_ledger(*store_, plan_.terms, setup(), plan_.reduce, keep, {point.salt, point.records, point.chain},
+                   folder.log);
     folder.loaded.reset();
     folder.has_checkpoint = false;
     folder.is_rewritten = true;

@@ -12,9 +12,9 @@ namespace {
 
 class Rewriter {
   public:
-    Rewriter(const Columns &from, const Clock &clock, const Timing &timing, const Reduce &reduce, bool keep)
-        : columns_(from.further(), true), arrange_(from, columns_), collector_(from), clock_(clock), timing_(timing),
-          reduce_(reduce), keep_(keep) {}
+    Rewriter(const Columns &from, const Setup &setup, const Reduce &reduce, bool keep)
+        : columns_(from.further(), true), arrange_(from, columns_), collector_(from), setup_(setup), reduce_(reduce),
+          keep_(keep) {}
 
     const Columns &columns() const noexcept { return columns_; }
 
@@ -42,13 +42,13 @@ class Rewriter {
         if (lost)
             mark_lost_intervals(columns_, record);
         const double own = with_bits<double>(cell(OwnColumn::exposure_s));
-        const double exposure_s = own > 0 ? own : timing_.exposure_s;
+        const double exposure_s = own > 0 ? own : setup_.timing.exposure_s;
         Reduction reduction;
-        const Reason reason =
-            lost ? Reason::no_intervals
-            : find_on_target(record.camera_ns, exposure_s, intervals.data(), intervals.size() / 2, clock_, on_target_)
-                ? reduce_(on_target_, reduction)
-                : Reason::no_orbit;
+        const Reason reason = lost ? Reason::no_intervals
+                              : find_on_target(record.camera_ns, exposure_s, intervals.data(), intervals.size() / 2,
+                                               setup_.clock, on_target_)
+                                  ? reduce_(on_target_, reduction)
+                                  : Reason::no_orbit;
         const bool is_reduced = std::isfinite(with_bits<double>(cell(OwnColumn::factor)));
         if (reason != Reason::none && keep_ && is_reduced)
             return;
@@ -59,8 +59,7 @@ class Rewriter {
     Columns columns_;
     Arrangement arrange_;
     IntervalCollector collector_;
-    const Clock &clock_;
-    const Timing &timing_;
+    const Setup &setup_;
     const Reduce &reduce_;
     bool keep_;
     OnTarget on_target_;
@@ -76,11 +75,12 @@ void warn_of_torn(const Ledger &ledger, const std::string &path, Access access, 
                  static_cast<unsigned long long>(ledger.count()), access == Access::write ? "removed" : "ignored");
 }
 
-void rewrite_ledger(Store &store, const Terms &terms, const Clock &clock, const Timing &timing, const Reduce &reduce,
-                    bool keep, CheckpointMark mark, const Log &log) {
+void rewrite_ledger(Store &store, const Terms &terms, Setup setup, const Reduce &reduce, bool keep, CheckpointMark mark,
+                    const Log &log) {
     const Ledger old(store, Access::write, terms, 1, Sync::none, mark, [](const Record &, uint64_t) {});
     warn_of_torn(old, store.path(LedgerFile::kName), Access::write, log);
-    Rewriter rewrite(old.columns(), clock, timing, reduce, keep);
+    Rewriter rewrite(old.columns(), setup, reduce, keep);
+    Reducer(rewrite.columns(), setup.reference, store.path(LedgerFile::kName)); // refuses before anything is written
     LedgerWriter writer(store, terms, rewrite.columns());
     old.visit(0, old.count(), [&](const Record &record, uint64_t) {
         if (record.kind != Kind::merged || record.stream != old.salt())
@@ -91,6 +91,8 @@ void rewrite_ledger(Store &store, const Terms &terms, const Clock &clock, const 
         own.chain = writer.chain();
         writer.append(to_record(own, terms.sigma, rewrite.columns().empty()));
     });
+    setup.salt = writer.salt();
+    replace_whole(store, Setup::kNewName, to_bytes(setup));
     writer.finish();
 }
 

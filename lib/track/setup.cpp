@@ -1,9 +1,13 @@
+// Method: to reduce all frames again changes two files, ledger and setup. The new setup is written under a new name,
+// with the salt of the new ledger. The ledger is then replaced, which is the moment of the change: from there on the
+// setup with the new name is in force. It is renamed last.
 #include "track/setup.hpp"
 
 #include <cmath>
 #include <utility>
 
 #include "track/framing.hpp"
+#include "track/ledger_file.hpp"
 
 namespace toliman::track {
 
@@ -54,10 +58,24 @@ Setup read(const std::vector<uint8_t> &bytes) {
     const size_t size = period::Stream::kHeaderSize;
     const period::Grid grid = period::Stream::load_header(in.raw(size), size);
     const Timing timing = version == kVersionWithoutTiming ? Timing() : read_timing(in);
+    const uint64_t salt = version == kVersion ? in.u64() : 0;
     Reference reference = version == kVersion ? read_reference(in) : Reference();
     if (in.left() > 0)
         fail(Status::format, "%s: has %zu extra bytes", kKind, in.left());
-    return {grid, Clock(std::move(points)), timing, std::move(reference)};
+    return {grid, Clock(std::move(points)), timing, std::move(reference), salt};
+}
+
+std::optional<Setup> load(Store &store, const char *name) {
+    return read_if_whole(store, name, kFramingSize, kLargest, read);
+}
+
+bool is_of_ledger(const Setup &setup, Store &store) {
+    return store.size(LedgerFile::kName) < 0 || setup.salt == LedgerFile(store).salt();
+}
+
+std::optional<Setup> load_new(Store &store) {
+    std::optional<Setup> setup = load(store, Setup::kNewName);
+    return setup && setup->reference.is_given() && is_of_ledger(*setup, store) ? setup : std::nullopt;
 }
 
 } // namespace
@@ -87,6 +105,7 @@ std::vector<uint8_t> to_bytes(const Setup &setup) {
         out.f64(setup.timing.exposure_s);
     }
     if (has_reference) {
+        out.u64(setup.salt);
         out.f64(setup.reference.scale_arcsec);
         out.u32(static_cast<uint32_t>(setup.reference.system.size()));
         out.raw(setup.reference.system.data(), setup.reference.system.size());
@@ -126,7 +145,17 @@ period::Grid for_terms(period::Grid grid, const Terms &terms) {
 }
 
 std::optional<Setup> load_setup(Store &store) {
-    return read_if_whole(store, Setup::kName, kFramingSize, kLargest, read);
+    if (std::optional<Setup> setup = load_new(store))
+        return setup;
+    std::optional<Setup> setup = load(store, Setup::kName);
+    return setup && (!setup->reference.is_given() || is_of_ledger(*setup, store)) ? setup : std::nullopt;
+}
+
+void settle_setup(Store &store) {
+    if (!load_new(store))
+        return;
+    store.rename(Setup::kNewName, Setup::kName);
+    store.sync_folder();
 }
 
 } // namespace toliman::track

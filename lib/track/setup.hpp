@@ -33,17 +33,23 @@ void check_timing(const Timing &in_file, const Timing &own, const std::string &p
 
 struct Setup {
     static constexpr const char *kName = "setup.tlms";
-    period::Grid grid; // as of Stream::grid()
+    static constexpr const char *kNewName = "setup.tlms.new"; // of a ledger that is about to get its name
+    period::Grid grid;                                        // as of Stream::grid()
     Clock clock;
     Timing timing = {};
     Reference reference = {};
+    uint64_t salt = 0; // with a reference: of the ledger whose frames are reduced to it
     uint32_t digest() const;
 };
 
 std::vector<uint8_t> to_bytes(const Setup &setup);
 
-// Returns none if the file is missing or damaged.
+// Returns the setup of the folder's ledger, also if a crash left it under the new name. None if it is missing or
+// damaged, or if the frames of the ledger are not reduced to its reference.
 std::optional<Setup> load_setup(Store &store);
+
+// Gives a setup that has the new name, and belongs to the ledger, its name.
+void settle_setup(Store &store);
 
 // Returns the grid with value_bound and sigmas as the terms determine them. A grid that differs from the result does
 // not belong to a ledger with these terms.

@@ -175,7 +175,7 @@ class Tracker {
     void merge_all_records(Store &other, const Checkpoint &point);
     uint64_t merge_salvaged_records(const LedgerFile &file, const Checkpoint &point);
     bool merge_record(const Record &found, const Arrangement &arrange, const IntervalCollector &collector, bool is_new);
-    Setup setup() const { return {sums_.grid(), plan_.clock, plan_.timing, plan_.reference}; }
+    Setup setup() const { return {sums_.grid(), plan_.clock, plan_.timing, plan_.reference, salt_}; }
     void evaluate(const Frame &frame, Job &job, unsigned worker) noexcept;
     void validate_and_estimate(const Frame &frame, Job &job, unsigned worker);
     void reduce(const Frame &frame, Job &job, unsigned worker) noexcept;
