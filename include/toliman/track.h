@@ -120,7 +120,8 @@ typedef struct toliman_track_outcome {
 /* Rebuilds the accumulators from the ledger with the grid and clock table of these options. Frames rejected for their
  * time must be pushed again. With `sky`, all frames are reduced again, also those of a folder without a system. Frames
  * that its observer file does not cover keep their reduction if system and clock table are unchanged; otherwise they
- * become unreduced. The ledger is replaced: a tracker that merged the folder before counts its frames as repeated. */
+ * become unreduced. The ledger is replaced: a tracker that merged the folder before counts its frames as repeated.
+ * Another plate scale alone needs no `sky`. */
 #define TOLIMAN_TRACK_REBUILD 2u
 #define TOLIMAN_TRACK_SALVAGE 4u         /* flag of toliman_track_merge only: skip damaged records */
 #define TOLIMAN_TRACK_ALLOW_ZERO_RUNS 8u /* rejects no frame for a run of zero pixels */

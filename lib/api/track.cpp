@@ -212,11 +212,11 @@ track::Reference reference_of(const toliman_track_options &options, const Source
              options.folder);
     if (options.sky == nullptr && options.plate_scale_arcsec != 0 && !otherwise.is_given())
         fail(Status::argument, "{options->plate_scale_arcsec} = %g: needs sky", options.plate_scale_arcsec);
-    if (options.sky == nullptr)
-        return otherwise;
     const double scale = options.plate_scale_arcsec != 0 ? options.plate_scale_arcsec
                          : otherwise.scale_arcsec != 0   ? otherwise.scale_arcsec
                                                          : source.scale_arcsec;
+    if (options.sky == nullptr)
+        return {otherwise.system, otherwise.is_given() ? scale : 0};
     if (scale == 0)
         fail(Status::argument, "{options->plate_scale_arcsec} = 0: must be above 0 arcsec per px for this estimator");
     return {system, scale};

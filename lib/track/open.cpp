@@ -112,7 +112,7 @@ void Tracker::open(StateFolder &folder) {
 // The checkpoint of the old ledger says nothing about the new one, but its sums are still there after a crash.
 void Tracker::reduce_again(StateFolder &folder) {
     const Checkpoint none, &point = folder.loaded ? folder.loaded->checkpoint : none;
-    const bool keep = folder.setup && folder.setup->reference == plan_.reference;
+    const bool keep = folder.setup && folder.setup->reference.system == plan_.reference.system;
     rewrite_ledger(*store_, plan_.terms, setup(), plan_.reduce, keep, {point.salt, point.records, point.chain},
                    folder.log);
     folder.loaded.reset();
@@ -134,13 +134,15 @@ void Tracker::resume_from_checkpoint(StateFolder &folder) {
     push_accepted_from(point.records);
 }
 
-// If the setup is lost, the values would otherwise count as not reduced.
+// If the setup is lost, the values would otherwise count as not reduced, also those that wait for an observer file.
 void Tracker::refuse_reduced_records() const {
     const size_t factor = columns_.find(name_of(OwnColumn::factor));
     if (factor == columns_.count())
         return;
     ledger_->visit(0, ledger_->count(), [&](const Record &record, uint64_t) {
-        if (record.kind == Kind::accepted && std::isfinite(with_bits<double>(record.cells[factor])))
+        const bool was_reduced =
+            record.reason != Reason::none || std::isfinite(with_bits<double>(record.cells[factor]));
+        if (record.kind == Kind::accepted && was_reduced)
             fail(Status::argument,
                  "{options->sky} is NULL: %s, which stores the system, is missing or damaged: give the system with "
                  "which the frames were reduced",
