@@ -13,7 +13,6 @@ namespace toliman::track {
 
 namespace {
 
-constexpr char kMeasured[] = "separation_px";
 constexpr double kNsPerSecond = 1e9, kFarthest = 4e18; // ns
 
 uint64_t &cell(Cells &cells, OwnColumn column, size_t further = 0) noexcept {

@@ -13,6 +13,8 @@
 
 namespace toliman::track {
 
+constexpr char kMeasured[] = "separation_px"; // name of the value that is reduced
+
 // Time on target, TAI.
 struct Span {
     int64_t start_ns, end_ns;

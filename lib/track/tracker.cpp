@@ -193,8 +193,9 @@ void Tracker::validate_and_estimate(const Frame &frame, Job &job, unsigned worke
         return;
     }
     const Estimated &found = job.estimated;
-    if (!std::isfinite(found.value)) {
-        outcome.flaw = {Reason::estimate, 0, 0, found.value};
+    const double measured = plan_.reduce ? found.further[plan_.columns.find(kMeasured) - plan_.columns.own()] : 0;
+    if (!std::isfinite(found.value) || !std::isfinite(measured)) {
+        outcome.flaw = {Reason::estimate, 0, 0, std::isfinite(found.value) ? measured : found.value};
     } else if (found.sigma != 0 && !terms.allows_sigma(found.sigma)) {
         outcome.flaw = {Reason::estimate, 0, 0, found.sigma};
     } else {
