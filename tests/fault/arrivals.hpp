@@ -13,12 +13,22 @@ namespace fault {
 using namespace toliman;
 
 constexpr size_t kSide = 4, kPixels = kSide * kSide;
+constexpr size_t kArcs = 12; // intervals of a frame: two records in a ledger that reduces
 
 struct Arrival {
     uint16_t pixels[kPixels];
     int64_t id;
+    // Every third frame has intervals.
     track::Frame frame() const {
-        return {"pass", "core", id, id * 1000, 0, pixels, kSide, kSide, kSide, Pixel::u16, 0, 0, nullptr, 0, 0, 0};
+        static const std::vector<double> arcs = [] {
+            std::vector<double> ends(2 * kArcs);
+            for (size_t i = 0; i < ends.size(); i++)
+                ends[i] = static_cast<double>(i) / 64;
+            return ends;
+        }();
+        const size_t count = id % 3 == 1 ? kArcs : 0;
+        return {"pass", "core",     id, id * 1000, 0,           pixels, kSide, kSide,
+                kSide,  Pixel::u16, 0,  1,         arcs.data(), count,  0,     0};
     }
 };
 
@@ -59,15 +69,19 @@ inline track::Plan make_plan(size_t group, track::Sync sync) {
 
 // A tracker and its periodogram.
 struct Run {
-    Run(std::unique_ptr<FakeStore> store, size_t group, track::Sync sync = track::Sync::group) : sums(grid()) {
-        const track::Plan plan = make_plan(group, sync);
-        track::StateFolder place = track::open_state_folder(std::move(store), Access::write, plan.terms);
+    Run(std::unique_ptr<FakeStore> store, size_t group, track::Sync sync = track::Sync::group)
+        : Run(open(std::move(store)), make_plan(group, sync)) {}
+    Run(track::StateFolder place, track::Plan plan) : sums(grid()) {
         tracker.emplace(
-            plan,
+            std::move(plan),
             [](const double *image, const track::Frame &, int64_t, unsigned, track::Estimated &estimated) {
                 estimated.value = (image[0] - image[1] + image[2]) / 1024;
+                estimated.further[0] = 9 + estimated.value;
             },
             std::move(place), sums);
+    }
+    static track::StateFolder open(std::unique_ptr<FakeStore> store) {
+        return track::open_state_folder(std::move(store), Access::write, make_plan(1, track::Sync::group).terms);
     }
     static period::Grid grid() {
         period::Grid grid;
@@ -87,11 +101,11 @@ struct Run {
     std::optional<track::Tracker> tracker;
 };
 
-// Number of records without the marks that count repeats.
+// Number of records of frames.
 inline uint64_t frame_records(const Run &run) {
     uint64_t lines = 0;
     run.tracker->visit(0, run.tracker->records(), [&](const track::Record &record, const track::Outcome &) {
-        lines += record.kind != track::Kind::merged;
+        lines += record.kind != track::Kind::merged && record.kind != track::Kind::intervals;
     });
     return lines;
 }

@@ -42,7 +42,7 @@ typedef struct {
 } scenario_list;
 extern const scenario_list base_scenarios, sim_scenarios, cae_scenarios, linear_scenarios, fit_scenarios,
     bank_scenarios, calibrate_scenarios, period_scenarios, track_scenarios, ingest_scenarios, ingest_time_scenarios,
-    mask_scenarios, series_scenarios, sky_scenarios;
+    mask_scenarios, series_scenarios, sky_scenarios, track_reduced_scenarios;
 #define SCENARIO_LIST(name, array) const scenario_list name = {array, sizeof array / sizeof *array}
 
 /* Reports a defect with the name of the scenario unless `holds`. */
@@ -64,6 +64,10 @@ static inline uint64_t fnv1a(uint64_t before, const void *data, size_t size) {
     return before;
 }
 #define FNV_START 0xcbf29ce484222325u
+
+/* Trackers, and copies of their folders, of several lists. */
+extern const object_kind trackers;
+void copy_tracker(const char *from, const char *to);
 
 /* Scenes and images shared by several lists. */
 toliman_sim *large_sim(void);     /* 256 x 256, for networks */

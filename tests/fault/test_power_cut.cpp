@@ -91,6 +91,88 @@ void cut_during_creation(uint64_t seed) {
     }
 }
 
+// A plan that reduces to this system; "": that does not reduce.
+track::Plan plan_of(const std::string &system) {
+    track::Plan plan = make_plan(4, track::Sync::group);
+    plan.columns = track::Columns(track::kMeasured, !system.empty());
+    if (system.empty())
+        return plan;
+    plan.reference = {system, 0.5};
+    plan.reduce = [system](const track::OnTarget &on_target, track::Reduction &reduction) {
+        reduction.factor = 1 + 1e-3 * static_cast<double>(on_target.spans.size());
+        reduction.geometric_arcsec = system == "old" ? 4.5 : 4.625;
+        return on_target.spans.front().end_ns / 1000 % 5 == 0 ? track::Reason::no_orbit : track::Reason::none;
+    };
+    return plan;
+}
+
+struct State {
+    std::string system;
+    Bytes sums;
+    int64_t received, repeated, unreduced;
+    bool operator==(const State &other) const {
+        return system == other.system && sums == other.sums && received == other.received &&
+               repeated == other.repeated && unreduced == other.unreduced;
+    }
+};
+
+State state_of(const Run &run) {
+    const track::Counts &counts = run.tracker->counts();
+    return {run.tracker->plan().reference.system, run.sums.save(), counts.received, counts.repeated, counts.unreduced};
+}
+
+// The folder as it is, without a system.
+State found_state(Disk &disk) {
+    track::StateFolder place = Run::open(std::make_unique<FakeStore>(disk));
+    if (!place.setup)
+        fail(Status::format, "the setup is lost");
+    track::Plan plan = plan_of("");
+    plan.reference = place.setup->reference;
+    return state_of(Run(std::move(place), std::move(plan)));
+}
+
+State rebuilt_state(std::unique_ptr<FakeStore> store, const std::string &system) {
+    track::StateFolder place = Run::open(std::move(store));
+    place.rebuild = true;
+    return state_of(Run(std::move(place), plan_of(system)));
+}
+
+Disk filled_disk(const std::string &system, std::mt19937_64 &random) {
+    Disk disk;
+    Run run(Run::open(std::make_unique<FakeStore>(disk)), plan_of(system));
+    for (const Arrival &arrival : make_arrivals(15, random))
+        run.push(arrival);
+    if (random() % 2 == 0)
+        run.tracker->save();
+    else
+        run.tracker->commit();
+    return disk;
+}
+
+// Cuts the power at each call of a rebuild that reduces the frames again: the folder is the old or the new one, whole,
+// and can be rebuilt.
+void cut_during_rebuild(uint64_t seed) {
+    std::mt19937_64 random(seed);
+    const Disk start = filled_disk(seed % 2 == 0 ? "old" : "", random);
+    Disk copy = start, rebuilt = start;
+    const State before = found_state(copy), after = rebuilt_state(std::make_unique<FakeStore>(rebuilt), "new");
+    expect(before.received == after.received && before.sums != after.sums, "a rebuild changes nothing", seed);
+    for (long at = 0, is_cut = 1; is_cut != 0; at++) {
+        Disk disk = start;
+        try {
+            rebuilt_state(std::make_unique<FakeStore>(disk, at), "new");
+            is_cut = 0;
+        } catch (const PowerCut &) {
+        }
+        disk = disk.after_power_cut(random);
+        const State found = found_state(disk);
+        expect(found == after || (is_cut != 0 && found == before), "a mixture of two references", seed);
+        expect(rebuilt_state(std::make_unique<FakeStore>(disk), "new") == after, "cannot be rebuilt again", seed);
+        disk = disk.after_power_cut(random);
+        expect(found_state(disk) == after, "a rebuilt folder is lost", seed);
+    }
+}
+
 } // namespace
 
 int main() {
@@ -99,8 +181,10 @@ int main() {
     for (uint64_t seed = 0; seed < scenarios; seed++)
         try {
             run_scenario(seed);
-            if (seed < 50)
+            if (seed < 50) {
                 cut_during_creation(seed);
+                cut_during_rebuild(seed);
+            }
         } catch (const Error &error) {
             expect(false, error.what(), seed);
         }
