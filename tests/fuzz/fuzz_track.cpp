@@ -1,5 +1,6 @@
 // A tracker's folder: ledger, setup, checkpoint and names. A folder that opens gives its records and counts, continues,
-// and is the same after it is saved and reopened. It can be merged into another one.
+// and is the same after it is saved and reopened. It can be merged into another one, and its frames can be reduced
+// again.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -14,8 +15,8 @@ using namespace toliman;
 namespace {
 
 constexpr const char *kNames[] = {track::LedgerFile::kName, track::Setup::kName, track::Checkpoint::kName,
-                                  track::Names::kName};
-constexpr size_t kFiles = 4, kLedger = 0, kSetup = 1, kCheckpoint = 2;
+                                  track::Names::kName, track::Setup::kNewName};
+constexpr size_t kFiles = 5, kNewSetup = 4, kLedger = 0, kSetup = 1, kCheckpoint = 2;
 constexpr size_t kState = 4 + 4 + 8 + 8 + 8 + 4 + 4; // offset of the state in a checkpoint
 constexpr int64_t kMostFrequencies = 64, kCapacity = 64;
 constexpr size_t kMostPixels = 64, kPixels = 16;
@@ -55,11 +56,13 @@ struct Made {
     track::Terms terms;
     std::string further; // names of the values
     track::Timing timing;
+    track::Reference reference;
+    bool rebuild = false;
 };
 
 // A tracker and its periodogram, on files.
 struct Run {
-    Run(Files &files, Access access, const Made &made) : Run(place_of(files, access, made.terms), made) {}
+    Run(Files &files, Access access, const Made &made) : Run(place_of(files, access, made), made) {}
     explicit Run(const Made &made) : Run(track::StateFolder(), made) {} // in memory
 
     void push(int64_t id) { push_pixel(id, 1); }
@@ -77,8 +80,16 @@ struct Run {
     std::optional<track::Tracker> tracker;
 
   private:
-    static track::StateFolder place_of(Files &files, Access access, const track::Terms &terms) {
-        return track::open_state_folder(std::make_unique<MemoryStore>(files), access, terms);
+    static track::StateFolder place_of(Files &files, Access access, const Made &made) {
+        track::StateFolder place = track::open_state_folder(std::make_unique<MemoryStore>(files), access, made.terms);
+        place.rebuild = made.rebuild;
+        return place;
+    }
+    // By its length only, as the intervals of a ledger may be any numbers.
+    static track::Reason reduce(const track::OnTarget &on_target, track::Reduction &reduction) {
+        reduction.factor = 1 + 1e-3 * static_cast<double>(on_target.spans.size());
+        reduction.geometric_arcsec = 0.25;
+        return on_target.spans.front().start_ns % 3000 == 0 ? track::Reason::no_orbit : track::Reason::none;
     }
     static period::Grid grid_of(const track::StateFolder &place, const track::Terms &terms) {
         if (place.setup && place.setup->grid.nf <= kMostFrequencies)
@@ -95,8 +106,11 @@ struct Run {
         track::Plan plan;
         plan.capacity = kCapacity;
         plan.terms = made.terms;
-        plan.columns = track::Columns(made.further);
+        plan.columns = track::Columns(made.further, made.reference.is_given());
         plan.timing = made.timing;
+        plan.reference = made.reference;
+        if (made.reference.is_given())
+            plan.reduce = reduce;
         if (place.setup)
             plan.clock = place.setup->clock;
         tracker.emplace(
@@ -122,12 +136,12 @@ std::optional<Made> made_of(Files &files) {
     const std::string further = ledger.columns().further();
     track::Columns expected(further);
     const std::optional<track::Setup> setup = track::load_setup(store);
-    return Made{terms, further, setup ? setup->timing : track::Timing()};
+    return Made{terms, further, setup ? setup->timing : track::Timing(), setup ? setup->reference : track::Reference()};
 }
 
 void check(const track::Tracker &tracker) {
     const track::Counts &counts = tracker.counts();
-    int64_t sum = counts.accepted + counts.outlier + counts.quarantined + counts.repeated;
+    int64_t sum = counts.accepted + counts.unreduced + counts.outlier + counts.quarantined + counts.repeated;
     for (const int64_t rejected : counts.rejected)
         sum += rejected;
     require(counts.received == sum, "received is not the sum of the verdicts");
@@ -164,6 +178,28 @@ void reopen(Files files, const Made &made) {
     require(again.tracker->records() == lines && again.sums.save() == sums, "reopened with different contents");
     again.tracker->save();
     require(files == saved, "saved files differ from the opened ones");
+}
+
+// Reduces all frames again: none is lost, and the folder is then as it was made.
+void reduce_again(Files files, Made made) {
+    const auto frames_of = [](const Run &run) {
+        const track::Counts &counts = run.tracker->counts();
+        return counts.accepted + counts.unreduced + counts.outlier + counts.quarantined;
+    };
+    const int64_t frames = frames_of(Run(files, Access::write, made));
+    made.reference = {"{}", 0.5};
+    made.rebuild = true;
+    std::vector<uint8_t> sums;
+    {
+        const Run run(files, Access::write, made);
+        check(*run.tracker);
+        require(frames_of(run) == frames, "a rebuild has lost frames");
+        sums = run.sums.save();
+    }
+    const std::optional<Made> found = made_of(files);
+    require(found && found->reference == made.reference, "a rebuild has not changed the reference");
+    require(Run(files, Access::read, *found).sums.save() == sums, "rebuilt with different contents");
+    require(Run(files, Access::write, made).sums.save() == sums, "rebuilt again with different contents");
 }
 
 void merge(Files files, const Made &made, bool salvage) {
@@ -235,11 +271,12 @@ std::vector<Bytes> fuzz::seeds() {
     terms.value_limit = 100;
     terms.estimator = 5;
     std::vector<Bytes> seeds;
-    Files files, timed_files;
-    for (int64_t pass = 0; pass < 4; pass++) {
-        const bool timed = pass == 3;
-        Files &own = timed ? timed_files : files;
-        Run run(own, Access::write, {terms, "dx", timed ? track::Timing{track::Stamp::start, 0.5} : track::Timing()});
+    Files files, timed_files, reduced_files;
+    const Made plain = {terms, "dx", {}, {}}, timed = {terms, "dx", {track::Stamp::start, 0.5}, {}},
+               reduced = {terms, track::kMeasured, {}, {"{}", 0.5}};
+    for (int64_t pass = 0; pass < 6; pass++) {
+        Files &own = pass == 3 ? timed_files : pass > 3 ? reduced_files : files;
+        Run run(own, Access::write, pass == 3 ? timed : pass > 3 ? reduced : plain);
         for (int64_t id = 0; id < 6; id++)
             run.push(2 * pass + id);
         run.push_pixel(1, 2);
@@ -251,7 +288,9 @@ std::vector<Bytes> fuzz::seeds() {
             run.tracker->save();
         Parts parts;
         for (size_t i = 0; i < kFiles; i++)
-            parts[i] = own[kNames[i]];
+            parts[i] = own.count(kNames[i]) != 0 ? own[kNames[i]] : Bytes();
+        if (pass == 5) // as after a crash
+            std::swap(parts[kSetup], parts[kNewSetup]);
         seeds.push_back(input_of(parts));
     }
     return seeds;
@@ -265,6 +304,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
         if (!made)
             return;
         tried([&] { reopen(files, *made); });
+        tried([&] { reduce_again(files, *made); });
         tried([&] { merge(files, *made, false); });
         tried([&] { merge(files, *made, true); });
     });
@@ -277,6 +317,7 @@ size_t LLVMFuzzerCustomMutator(uint8_t *data, size_t size, size_t most, unsigned
     if (seed / kFiles % 8 != 0) {
         repair_ledger(parts[kLedger]);
         seal(parts[kSetup]);
+        seal(parts[kNewSetup]);
         repair_checkpoint(parts);
     }
     return give(input_of(parts), data, most);
