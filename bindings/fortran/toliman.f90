@@ -1540,7 +1540,7 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_NO_ORBIT = 518
 
     ! Unreduced: the observer is in orbit, and the exposure is unknown, or longer than 600 s without a list of on-target
-    ! intervals. Also an exposure of more than 400 days. Since 0.2.
+    ! intervals; or an interval is shorter than 1 ns or longer than 400 days. Since 0.2.
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_NO_INTERVALS = 519
 
     ! Outcome of a pushed frame.
@@ -1568,6 +1568,7 @@ module toliman
     ! time must be pushed again. With `sky`, all frames are reduced again, also those of a folder without a system. Frames
     ! that its observer file does not cover keep their reduction if system and clock table are unchanged; otherwise they
     ! become unreduced. The ledger is replaced: a tracker that merged the folder before counts its frames as repeated.
+    ! Another plate scale alone needs no `sky`.
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REBUILD = 2
     ! flag of toliman_track_merge only: skip damaged records
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_SALVAGE = 4
@@ -1588,7 +1589,7 @@ module toliman
 
     ! Options of a tracker.
     type, bind(C), public :: toliman_track_options
-        integer(c_int32_t) :: struct_size = 464
+        integer(c_int32_t) :: struct_size = 472
         integer(c_int32_t) :: flags = 0 ! TOLIMAN_TRACK_...
         ! folder of ledger, setup and checkpoint, created if missing. NULL = in memory, which takes 64 bytes more per
         ! frame and 8 per column
@@ -1685,6 +1686,9 @@ module toliman
         ! arcsec per px, at most 1e6; 0 = that of the folder, or of the scene of `fit`. toliman_track_load_options: 0
         ! = the folder has no system. Since 0.2
         real(c_double) :: plate_scale_arcsec = 0.0_c_double
+        ! NULL, or an existing folder: a new folder takes its clock table, system and plate scale, with nf = 0 also
+        ! its grid, and with stamp = 0 its stamp and exposure_s. For a merge. Since 0.2.
+        type(c_ptr) :: setup_folder = c_null_ptr
     end type
 
     ! Counts and properties of a tracker. received = accepted + unreduced + outlier + quarantined + repeated +

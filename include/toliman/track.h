@@ -215,6 +215,9 @@ typedef struct toliman_track_options {
     const toliman_sky *sky;
     double plate_scale_arcsec; /* arcsec per px, at most 1e6; 0 = that of the folder, or of the scene of `fit`.
                                   toliman_track_load_options: 0 = the folder has no system. Since 0.2 */
+    /* NULL, or an existing folder: a new folder takes its clock table, system and plate scale, with nf = 0 also its
+     * grid, and with stamp = 0 its stamp and exposure_s. For a merge. Since 0.2. */
+    const char *setup_folder;
 } toliman_track_options;
 #define TOLIMAN_TRACK_OPTIONS_INIT TOLIMAN_INIT(toliman_track_options)
 

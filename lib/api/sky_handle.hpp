@@ -13,12 +13,14 @@ namespace toliman::api {
 
 // The reduction of a tracker's frames.
 struct SkySource {
-    std::string system; // JSON text
+    std::string system; // JSON text; that of `folder` if it has the same numbers
+    bool in_orbit = false;
     track::Reduce reduce;
 };
 
-// The system, and the means over the time on target of a frame. `sky` must outlive the result.
-SkySource sky_source(const toliman_sky &sky);
+// The system, and the means over the time on target of a frame. `sky` must outlive the result. folder: the system of a
+// folder, or "". Status::argument if the predictor leaves out effects.
+SkySource sky_source(const toliman_sky &sky, const std::string &folder);
 
 } // namespace toliman::api
 
@@ -26,5 +28,5 @@ struct toliman_sky : toliman::api::Handle<toliman_sky> {
     static constexpr char kType[] = "toliman_sky";
     std::unique_ptr<const toliman::sky::Predictor> predictor;
     // For trackers, sky_source(): a pointer, so that programs without a system are linked without it.
-    toliman::api::SkySource (*source)(const toliman_sky &sky);
+    toliman::api::SkySource (*source)(const toliman_sky &sky, const std::string &folder);
 };

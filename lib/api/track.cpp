@@ -178,11 +178,12 @@ std::optional<track::Clock> clock_of(const toliman_track_options &options) {
 }
 
 // The columns of a new ledger. An estimator of the library has values of its own.
-track::Columns columns_of(const toliman_track_options &options, const Source &source) {
+track::Columns columns_of(const toliman_track_options &options, const Source &source,
+                          const track::Reference &reference) {
     if (options.values[0] != 0 && options.values != source.values)
         fail(Status::argument, "{options->values} = \"%s\": must be \"%s\", the values of the estimator",
              options.values, source.values.c_str());
-    return track::Columns(source.values, options.sky != nullptr);
+    return track::Columns(source.values, reference.is_given());
 }
 
 bool has_records(const track::StateFolder &place) {
@@ -190,25 +191,46 @@ bool has_records(const track::StateFolder &place) {
            track::LedgerFile(*place.store).has_records();
 }
 
+void check_measured(const toliman_track_options &options, const track::Columns &columns) {
+    if (options.sky != nullptr && columns.find(track::kMeasured) == columns.count())
+        fail(Status::argument, "{options->sky}: needs a value %s: use fit, or estimate with this name in values",
+             track::kMeasured);
+}
+
+// The setup of the folder; else that of setup_folder, for a new folder.
+using KnownSetup = std::optional<track::Setup>;
+KnownSetup known_setup(const toliman_track_options &options, const track::StateFolder &place,
+                       const track::Terms &terms) {
+    if (place.setup || options.setup_folder == nullptr || has_records(place))
+        return place.setup;
+    KnownSetup other = track::load_setup(*open_folder(options.setup_folder, Access::read));
+    if (!other)
+        fail(Status::format, "{%s}: its setup.tlms is missing or damaged", options.setup_folder);
+    if (track::for_terms(other->grid, terms).digest() != other->grid.digest())
+        fail(Status::mismatch, "{%s}: has other terms, such as sigma or value_limit", options.setup_folder);
+    return other;
+}
+
 // Stamp and exposure of the options, else those of the folder. If the folder has records but has lost its setup file,
 // the stamp must be given: a guess would shift the times of further frames.
-track::Timing timing_of(const toliman_track_options &options, const track::StateFolder &place) {
-    if (!place.setup && options.stamp == 0 && has_records(place))
+track::Timing timing_of(const toliman_track_options &options, const KnownSetup &known,
+                        const track::StateFolder &place) {
+    if (!known && options.stamp == 0 && has_records(place))
         fail(Status::argument,
              "{options->stamp} = 0: must be TOLIMAN_FRAME_STAMP_...: %s, which stores the stamp, is missing or damaged",
              place.store->path(track::Setup::kName).c_str());
-    const track::Timing otherwise = place.setup ? place.setup->timing : track::Timing();
+    const track::Timing otherwise = known ? known->timing : track::Timing();
     return {kStamps.to_enum_or(options.stamp, otherwise.stamp, "options->stamp"),
             options.exposure_s != 0 ? options.exposure_s : otherwise.exposure_s};
 }
 
 // The reference of the options, else that of the folder, which must be the same unless it is rebuilt.
-track::Reference reference_of(const toliman_track_options &options, const Source &source,
-                              const track::StateFolder &place, const std::string &system) {
-    const track::Reference otherwise = place.setup ? place.setup->reference : track::Reference();
+track::Reference reference_of(const toliman_track_options &options, const Source &source, const KnownSetup &known,
+                              const SkySource &sky) {
+    const track::Reference otherwise = known ? known->reference : track::Reference();
     const bool pushes = source.estimate || options.estimate != nullptr;
     if (options.sky == nullptr && otherwise.is_given() && pushes)
-        fail(Status::argument, "{options->sky} is NULL: the frames of %s are reduced: must be their system",
+        fail(Status::argument, "{options->sky} is NULL: must be the system of %s, whose frames are reduced",
              options.folder);
     if (options.sky == nullptr && options.plate_scale_arcsec != 0 && !otherwise.is_given())
         fail(Status::argument, "{options->plate_scale_arcsec} = %g: needs sky", options.plate_scale_arcsec);
@@ -216,20 +238,20 @@ track::Reference reference_of(const toliman_track_options &options, const Source
                          : otherwise.scale_arcsec != 0   ? otherwise.scale_arcsec
                                                          : source.scale_arcsec;
     if (options.sky == nullptr)
-        return {otherwise.system, otherwise.is_given() ? scale : 0};
+        return {otherwise.system, otherwise.is_given() ? scale : 0, otherwise.in_orbit};
     if (scale == 0)
         fail(Status::argument, "{options->plate_scale_arcsec} = 0: must be above 0 arcsec per px for this estimator");
-    return {system, scale};
+    return {sky.system, scale, sky.in_orbit};
 }
 
 // Grid and clock of the options, else those of the folder. If the folder has records but has lost its setup file, both
 // must be given: a guess would silently shift all times.
-track::Setup setup_of(std::optional<period::Grid> grid, std::optional<track::Clock> clock,
+track::Setup setup_of(std::optional<period::Grid> grid, std::optional<track::Clock> clock, const KnownSetup &known,
                       const track::StateFolder &place) {
     const bool has_ledger = place.store && place.store->size(track::LedgerFile::kName) >= 0;
-    if (place.setup && (has_ledger || !grid)) {
-        grid = grid.value_or(place.setup->grid);
-        clock = clock.value_or(place.setup->clock);
+    if (known && (has_ledger || !place.setup || !grid)) {
+        grid = grid.value_or(known->grid);
+        clock = clock.value_or(known->clock);
     }
     const std::string path = place.store ? place.store->path(track::Setup::kName) : "";
     if (!grid && place.store)
@@ -323,7 +345,7 @@ std::unique_ptr<toliman_track> make_track(const toliman_track_options &options) 
     plan.sync = kSyncs.to_enum(options.sync, "options->sync");
     Source source = source_of(options, plan.workers);
     plan.terms = terms_of(options, source);
-    plan.columns = columns_of(options, source);
+    check_measured(options, columns_of(options, source, track::Reference()));
 
     const std::optional<period::Grid> grid = grid_of(options, plan.terms);
     const std::optional<track::Clock> clock = clock_of(options);
@@ -333,11 +355,14 @@ std::unique_ptr<toliman_track> make_track(const toliman_track_options &options) 
         place = track::open_state_folder(open_folder(options.folder, access), access, plan.terms);
     place.log = {options.log, options.log_data};
     place.rebuild = (options.flags & TOLIMAN_TRACK_REBUILD) != 0;
-    const track::Setup setup = setup_of(grid, clock, place);
+    const KnownSetup known = known_setup(options, place, plan.terms);
+    const track::Setup setup = setup_of(grid, clock, known, place);
     plan.clock = setup.clock;
-    plan.timing = timing_of(options, place);
-    SkySource sky = options.sky != nullptr ? options.sky->source(*options.sky) : SkySource();
-    plan.reference = reference_of(options, source, place, sky.system);
+    plan.timing = timing_of(options, known, place);
+    const std::string system = known ? known->reference.system : "";
+    SkySource sky = options.sky != nullptr ? options.sky->source(*options.sky, system) : SkySource();
+    plan.reference = reference_of(options, source, known, sky);
+    plan.columns = columns_of(options, source, plan.reference);
     plan.reduce = std::move(sky.reduce);
     if (options.estimate != nullptr)
         source.estimate = estimate_of(options, plan.terms, plan.columns);

@@ -11,6 +11,12 @@ namespace toliman::api {
 
 namespace {
 
+// Names and standard deviations change no value.
+bool has_same_numbers(const sky::System &a, const sky::System &b) {
+    const sky::Predictor first(a, {}), second(b, {});
+    return first.digest() == second.digest();
+}
+
 track::Reason reduce(const sky::Predictor &predictor, const track::OnTarget &on_target, track::Reduction &reduction) {
     sky::Exposure exposure = {{}, on_target.listed};
     exposure.intervals.reserve(on_target.spans.size());
@@ -35,10 +41,14 @@ track::Reason reduce(const sky::Predictor &predictor, const track::OnTarget &on_
 
 } // namespace
 
-SkySource sky_source(const toliman_sky &sky) {
+SkySource sky_source(const toliman_sky &sky, const std::string &folder) {
     static_assert(track::kPartials == sky::kElements);
     const sky::Predictor &predictor = *sky.predictor;
-    return {system_json(predictor.system()),
+    if (predictor.without() != 0)
+        fail(Status::argument, "{options->sky}: leaves out effects 0x%x: must include all", predictor.without());
+    const bool is_same = !folder.empty() && has_same_numbers(read_system(folder, "setup.tlms"), predictor.system());
+    return {is_same ? folder : system_json(predictor.system()),
+            predictor.observer().kind() != sky::Observer::Kind::earth,
             [&predictor](const track::OnTarget &on_target, track::Reduction &reduction) {
                 return reduce(predictor, on_target, reduction);
             }};

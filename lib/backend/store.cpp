@@ -122,6 +122,11 @@ class Folder final : public Store {
         }
     }
 
+    void discard(const std::string &name) noexcept override {
+        close_file(name);
+        ::unlinkat(folder_, name.c_str(), 0);
+    }
+
     void lock_created(const std::string &name) override {
         if (!lock_whole(open(name, Missing::refused)))
             fail_with_errno(Status::write, name);

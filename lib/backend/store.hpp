@@ -31,6 +31,7 @@ class Store {
     virtual void create(const std::string &name) = 0; // empty, replacing one of that name
     // Locks a file just created, which will be renamed to a locked one. Status::write if locking fails.
     virtual void lock_created(const std::string &name) = 0;
+    virtual void discard(const std::string &name) noexcept = 0; // removes a file that is not needed, if possible
     virtual void write(const std::string &name, uint64_t at, const void *data, size_t size) = 0; // creates the file
     virtual void truncate(const std::string &name, uint64_t size) = 0;
     virtual void sync(const std::string &name) = 0; // makes the file's contents durable (fdatasync)

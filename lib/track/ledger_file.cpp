@@ -200,6 +200,11 @@ LedgerWriter::LedgerWriter(Store &store, const Terms &terms, const Columns &colu
     store_.lock_created(temporary_);
 }
 
+LedgerWriter::~LedgerWriter() {
+    if (!finished_)
+        store_.discard(temporary_);
+}
+
 void LedgerWriter::append(const Record &record) {
     const size_t size = waiting_.size();
     waiting_.resize(size + record_size(columns_));
@@ -218,6 +223,7 @@ void LedgerWriter::finish() {
     flush();
     store_.sync(temporary_);
     store_.rename(temporary_, LedgerFile::kName);
+    finished_ = true;
     store_.sync_folder();
 }
 

@@ -71,6 +71,9 @@ class LedgerFile {
 class LedgerWriter {
   public:
     LedgerWriter(Store &store, const Terms &terms, const Columns &columns);
+    ~LedgerWriter(); // removes the file unless it is finished
+    LedgerWriter(const LedgerWriter &) = delete;
+    LedgerWriter &operator=(const LedgerWriter &) = delete;
     void append(const Record &record);
     void finish(); // makes the file durable and gives it its name
     uint64_t salt() const noexcept { return salt_; }
@@ -84,6 +87,7 @@ class LedgerWriter {
     size_t columns_;
     uint64_t salt_, at_ = 0, count_ = 0;
     uint32_t chain_;
+    bool finished_ = false;
     std::vector<uint8_t> waiting_; // bytes
 };
 

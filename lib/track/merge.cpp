@@ -27,14 +27,22 @@ void check_columns(const LedgerFile &file, const Columns &here) {
 void check_same_setup(const Setup &theirs, const Plan &plan, const std::string &path) {
     check_timing(theirs.timing, plan.timing, path);
     check_reference(theirs.reference, plan.reference, path);
-}
-
-Record arranged(Record record, const Arrangement &arrange) noexcept {
-    record.cells = arrange(record.cells);
-    return record;
+    if (plan.reference.is_given() && !(theirs.clock.points() == plan.clock.points()))
+        fail(Status::mismatch, "{%s}: its frames are reduced for the times of another clock", path.c_str());
 }
 
 } // namespace
+
+Tracker::Foreign Tracker::foreign(const Columns &columns, bool is_known) const {
+    return {Arrangement(columns, columns_), IntervalCollector(columns), is_known};
+}
+
+// In the columns of this ledger.
+Record Tracker::Foreign::record(const Record &found) const noexcept {
+    Record record = found;
+    record.cells = arrange(found.cells);
+    return record;
+}
 
 uint64_t Tracker::merge(Store &other, bool salvage) {
     check_writable();
@@ -46,13 +54,14 @@ uint64_t Tracker::merge(Store &other, bool salvage) {
     if (ledger_ && file.salt() == ledger_->salt())
         fail(Status::argument, "{%s}: is the tracker's own ledger, or a copy of it", file.path().c_str());
     check_columns(file, columns_);
-    if (const std::optional<Setup> theirs = load_setup(other))
+    const std::optional<Setup> theirs = load_setup(other);
+    if (theirs)
         check_same_setup(*theirs, plan_, other.path(Setup::kName));
     uint64_t lost = 0;
     if (salvage)
-        lost = merge_salvaged_records(file, point);
+        lost = merge_salvaged_records(file, point, theirs.has_value());
     else
-        merge_all_records(other, point);
+        merge_all_records(other, point, theirs.has_value());
     if (names_)
         merge_names(Names(other));
     commit();
@@ -60,12 +69,11 @@ uint64_t Tracker::merge(Store &other, bool salvage) {
 }
 
 // Merges an undamaged ledger.
-void Tracker::merge_all_records(Store &other, const Checkpoint &point) {
+void Tracker::merge_all_records(Store &other, const Checkpoint &point, bool is_known) {
     const Ledger theirs(other, Access::read, plan_.terms, 1, Sync::none, {point.salt, point.records, point.chain},
                         [](const Record &, uint64_t) {});
     const std::string path = other.path(LedgerFile::kName);
-    const Arrangement arrange(theirs.columns(), columns_);
-    IntervalCollector collector(theirs.columns());
+    Foreign from = foreign(theirs.columns(), is_known);
     const MergeMark before = last_merge_of(theirs.salt());
     const auto records = static_cast<uint64_t>(before.records);
     const bool is_continuation = records <= theirs.count() && theirs.chain_before(records) == before.chain;
@@ -75,8 +83,8 @@ void Tracker::merge_all_records(Store &other, const Checkpoint &point) {
         if (record.kind == Kind::merged)
             counted_there[record.stream] = merge_mark_of(record);
         else if (record.kind == Kind::intervals)
-            collector.add(record);
-        else if (!merge_record(record, arrange, collector, number >= counted))
+            from.intervals.add(record);
+        else if (!merge_record(record, from, number >= counted))
             fail(Status::format, "{%s}: record %llu: quarantines an unknown frame", path.c_str(),
                  static_cast<unsigned long long>(number));
     });
@@ -93,30 +101,27 @@ void Tracker::merge_all_records(Store &other, const Checkpoint &point) {
     count_record(mark, append_record(mark));
 }
 
-uint64_t Tracker::merge_salvaged_records(const LedgerFile &file, const Checkpoint &point) {
-    const Arrangement arrange(file.columns(), columns_);
-    IntervalCollector collector(file.columns());
+uint64_t Tracker::merge_salvaged_records(const LedgerFile &file, const Checkpoint &point, bool is_known) {
+    Foreign from = foreign(file.columns(), is_known);
     const uint64_t lost = file.salvage([&](const Record &found, uint64_t) {
         if (found.kind == Kind::intervals)
-            collector.add(found);
-        if (found.kind == Kind::intervals || found.kind == Kind::merged ||
-            merge_record(found, arrange, collector, true))
+            from.intervals.add(found);
+        if (found.kind == Kind::intervals || found.kind == Kind::merged || merge_record(found, from, true))
             return;
         // The record of the quarantined frame is lost: an outlier in its place keeps the key known and out of the sums.
-        Record stand_in = arranged(found, arrange);
+        Record stand_in = from.record(found);
         stand_in.kind = Kind::outlier;
         stand_in.dropped = 0;
         add_frame(stand_in);
-        merge_record(found, arrange, collector, true);
+        merge_record(found, from, true);
     });
     const uint64_t records = file.count();
     return lost + (point.salt == file.salt() && point.records > records ? point.records - records : 0);
 }
 
 // is_new: not counted by an earlier merge. Returns false for a record that quarantines an unknown frame.
-bool Tracker::merge_record(const Record &found, const Arrangement &arrange, const IntervalCollector &collector,
-                           bool is_new) {
-    const Record theirs = arranged(found, arrange);
+bool Tracker::merge_record(const Record &found, const Foreign &from, bool is_new) {
+    const Record theirs = from.record(found);
     if (theirs.kind == Kind::rejected) {
         if (is_new)
             count_record(theirs, append_record(theirs));
@@ -127,9 +132,11 @@ bool Tracker::merge_record(const Record &found, const Arrangement &arrange, cons
         return false;
     if (known == nullptr) {
         Record record = theirs;
+        if (!from.is_known && columns_.is_reduced())
+            forget_reduction(columns_, record);
         record.tai_ns = plan_.clock.tai_ns(record.camera_ns).value_or(record.tai_ns);
         bool lost = false;
-        const std::vector<double> intervals = collector.of(found, lost);
+        const std::vector<double> intervals = from.intervals.of(found, lost);
         if (lost)
             mark_lost_intervals(columns_, record);
         add_frame(record, intervals.data(), intervals.size() / 2);

@@ -112,7 +112,12 @@ void Tracker::open(StateFolder &folder) {
 // The checkpoint of the old ledger says nothing about the new one, but its sums are still there after a crash.
 void Tracker::reduce_again(StateFolder &folder) {
     const Checkpoint none, &point = folder.loaded ? folder.loaded->checkpoint : none;
-    const bool keep = folder.setup && folder.setup->reference.system == plan_.reference.system;
+    const bool is_same = folder.setup && folder.setup->clock.points() == plan_.clock.points();
+    const bool keep = is_same && folder.setup->reference.system == plan_.reference.system &&
+                      folder.setup->reference.in_orbit == plan_.reference.in_orbit;
+    if (folder.setup && folder.setup->reference.in_orbit && !plan_.reference.in_orbit)
+        folder.log.warn("%s: was reduced for an observer in orbit, and is now reduced for one at the Earth's centre",
+                        store_->path("").c_str());
     rewrite_ledger(*store_, plan_.terms, setup(), plan_.reduce, keep, {point.salt, point.records, point.chain},
                    folder.log);
     folder.loaded.reset();
@@ -155,13 +160,19 @@ void Tracker::check_setup(const StateFolder &folder) const {
         return;
     const std::string path = store_->path(Setup::kName);
     check_timing(folder.setup->timing, plan_.timing, path);
+    const bool is_same_clock = folder.setup->clock.points() == plan_.clock.points();
+    if (folder.rebuild && plan_.reference.is_given() && !plan_.reduce && !is_same_clock)
+        fail(Status::argument,
+             "{options->sky} is NULL: another clock changes the times for which the frames of %s are "
+             "reduced: must be their system and observer",
+             store_->path("").c_str());
     if (folder.rebuild)
         return;
     if (folder.setup->grid.digest() != sums_.grid().digest())
         fail(Status::mismatch, "{%s}: has another frequency grid, time offset or unit: rebuild to change it",
              path.c_str());
     check_reference(folder.setup->reference, plan_.reference, path);
-    if (!(folder.setup->clock.points() == plan_.clock.points()))
+    if (!is_same_clock)
         fail(Status::mismatch, "{%s}: has another clock: rebuild to change it", path.c_str());
 }
 

@@ -46,12 +46,25 @@ void store(const Reduction *reduction, Cells &cells) noexcept {
             with_bits<uint64_t>(reduction != nullptr ? reduction->partials[i] : kNone);
 }
 
+namespace {
+
+void empty_cell(const Columns &columns, OwnColumn own, Record &record) noexcept {
+    const size_t column = columns.find(name_of(own));
+    if (column < columns.count())
+        record.cells[column] = columns.all()[column].empty();
+}
+
+} // namespace
+
+void forget_reduction(const Columns &columns, Record &record) noexcept {
+    empty_cell(columns, OwnColumn::factor, record);
+    empty_cell(columns, OwnColumn::geometric_arcsec, record);
+    record.reason = record.kind == Kind::accepted ? Reason::no_orbit : record.reason;
+}
+
 void clear_reduction(const Columns &columns, Record &record) noexcept {
-    for (const OwnColumn own : {OwnColumn::intervals, OwnColumn::factor, OwnColumn::geometric_arcsec}) {
-        const size_t column = columns.find(name_of(own));
-        if (column < columns.count())
-            record.cells[column] = columns.all()[column].empty();
-    }
+    empty_cell(columns, OwnColumn::intervals, record);
+    forget_reduction(columns, record);
 }
 
 bool find_on_target(int64_t camera_ns, double exposure_s, const double *intervals, size_t count, const Clock &clock,
@@ -64,9 +77,11 @@ bool find_on_target(int64_t camera_ns, double exposure_s, const double *interval
         int64_t tai_ns[2];
         for (size_t end = 0; end < 2; end++) {
             const double offset = (pairs[2 * i + end] - exposure_s / 2) * kNsPerSecond;
-            if (!(std::fabs(static_cast<double>(camera_ns) + offset) <= kFarthest))
+            int64_t camera_end = 0;
+            if (!(std::fabs(offset) <= kFarthest) ||
+                __builtin_add_overflow(camera_ns, std::llround(offset), &camera_end))
                 return false;
-            const std::optional<int64_t> tai = clock.tai_ns(camera_ns + std::llround(offset));
+            const std::optional<int64_t> tai = clock.tai_ns(camera_end);
             if (!tai)
                 return false;
             tai_ns[end] = *tai;

@@ -41,9 +41,10 @@ using Reduce = std::function<Reason(const OnTarget &on_target, Reduction &reduct
 struct Reference {
     std::string system;      // JSON text; empty: frames are not reduced
     double scale_arcsec = 0; // per px
+    bool in_orbit = false;   // the observer; false: at the Earth's centre, up to 8 km/s slower
     bool is_given() const noexcept { return !system.empty(); }
     bool operator==(const Reference &other) const noexcept {
-        return system == other.system && scale_arcsec == other.scale_arcsec;
+        return system == other.system && scale_arcsec == other.scale_arcsec && in_orbit == other.in_orbit;
     }
 };
 
@@ -65,6 +66,9 @@ void store(const Reduction *reduction, Cells &cells) noexcept;
 
 // Removes reduction and number of intervals from a record with these columns.
 void clear_reduction(const Columns &columns, Record &record) noexcept;
+
+// Makes a frame that was reduced to an unknown reference unreduced.
+void forget_reduction(const Columns &columns, Record &record) noexcept;
 
 // Sets the time on target of an exposure about camera_ns; exposure_s = 0: not known. intervals: pairs (start, end) in s
 // from its start. Returns false if a time does not fit in TAI.

@@ -26,6 +26,10 @@ const char *name_of(Stamp stamp) noexcept {
     return names[static_cast<size_t>(stamp)];
 }
 
+const char *place_of(const Reference &reference) noexcept {
+    return reference.in_orbit ? "in orbit" : "at the Earth's centre";
+}
+
 Timing read_timing(ByteReader &in) {
     const uint32_t stamp = in.u32();
     const double exposure = in.f64();
@@ -36,10 +40,12 @@ Timing read_timing(ByteReader &in) {
 
 Reference read_reference(ByteReader &in) {
     Reference reference;
+    const uint32_t in_orbit = in.u32();
+    reference.in_orbit = in_orbit != 0;
     reference.scale_arcsec = in.f64();
     const size_t size = in.u32();
     if (!(reference.scale_arcsec > 0 && reference.scale_arcsec <= kMostScale) || size < 1 || size > kLongestSystem ||
-        size > in.left())
+        size > in.left() || in_orbit > 1)
         fail(Status::format, "%s: system of %zu bytes, plate scale %g", kKind, size, reference.scale_arcsec);
     reference.system.assign(reinterpret_cast<const char *>(in.raw(size)), size);
     return reference;
@@ -106,6 +112,7 @@ std::vector<uint8_t> to_bytes(const Setup &setup) {
     }
     if (has_reference) {
         out.u64(setup.salt);
+        out.u32(setup.reference.in_orbit ? 1 : 0);
         out.f64(setup.reference.scale_arcsec);
         out.u32(static_cast<uint32_t>(setup.reference.system.size()));
         out.raw(setup.reference.system.data(), setup.reference.system.size());
@@ -119,6 +126,9 @@ void check_reference(const Reference &in_file, const Reference &own, const std::
     if (!in_file.is_given() || !own.is_given())
         fail(Status::mismatch, "{%s}: its frames are %s, those of this tracker are%s: rebuild to change it",
              path.c_str(), in_file.is_given() ? "reduced" : "not reduced", own.is_given() ? "" : " not");
+    if (in_file.in_orbit != own.in_orbit)
+        fail(Status::mismatch, "{%s}: is reduced for an observer %s, this tracker for one %s: rebuild to change it",
+             path.c_str(), place_of(in_file), place_of(own));
     if (in_file.scale_arcsec != own.scale_arcsec)
         fail(Status::mismatch, "{%s}: has a plate scale of %.17g arcsec per px, not %.17g: rebuild to change it",
              path.c_str(), in_file.scale_arcsec, own.scale_arcsec);

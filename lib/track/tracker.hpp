@@ -172,9 +172,17 @@ class Tracker {
     void merge_names(const Names &names);
     void count_merge_mark(const MergeMark &merged);
     MergeMark last_merge_of(uint64_t salt) const noexcept; // zero counts if there was none
-    void merge_all_records(Store &other, const Checkpoint &point);
-    uint64_t merge_salvaged_records(const LedgerFile &file, const Checkpoint &point);
-    bool merge_record(const Record &found, const Arrangement &arrange, const IntervalCollector &collector, bool is_new);
+    // How to read the records of another ledger.
+    struct Foreign {
+        Arrangement arrange;
+        IntervalCollector intervals;
+        bool is_known; // the reference to which its frames are reduced; false: its setup is lost
+        Record record(const Record &found) const noexcept;
+    };
+    Foreign foreign(const Columns &columns, bool is_known) const;
+    void merge_all_records(Store &other, const Checkpoint &point, bool is_known);
+    uint64_t merge_salvaged_records(const LedgerFile &file, const Checkpoint &point, bool is_known);
+    bool merge_record(const Record &found, const Foreign &from, bool is_new);
     Setup setup() const { return {sums_.grid(), plan_.clock, plan_.timing, plan_.reference, salt_}; }
     void evaluate(const Frame &frame, Job &job, unsigned worker) noexcept;
     void validate_and_estimate(const Frame &frame, Job &job, unsigned worker);

@@ -110,6 +110,7 @@ class FakeStore final : public toliman::Store {
         call(toliman::Status::write);
         make(name);
     }
+    void discard(const std::string &) noexcept override {}
     void lock_created(const std::string &) override { call(toliman::Status::write); }
     void write(const std::string &name, uint64_t at, const void *data, size_t size) override {
         const auto *bytes = static_cast<const uint8_t *>(data);

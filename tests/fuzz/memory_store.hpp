@@ -30,6 +30,7 @@ class MemoryStore final : public toliman::Store {
         return there;
     }
     void create(const std::string &name) override { files_[name].clear(); }
+    void discard(const std::string &name) noexcept override { files_.erase(name); }
     void lock_created(const std::string &) override {}
     void write(const std::string &name, uint64_t at, const void *data, size_t size) override {
         Bytes &bytes = files_[name];

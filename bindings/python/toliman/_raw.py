@@ -2124,7 +2124,7 @@ TOLIMAN_TRACK_REASON_ESTIMATE = 517  # estimator failed, or gave a non-finite va
 TOLIMAN_TRACK_REASON_NO_ORBIT = 518  # unreduced: the observer file has no state at its time. Since 0.2
 
 # Unreduced: the observer is in orbit, and the exposure is unknown, or longer than 600 s without a list of on-target
-# intervals. Also an exposure of more than 400 days. Since 0.2.
+# intervals; or an interval is shorter than 1 ns or longer than 400 days. Since 0.2.
 TOLIMAN_TRACK_REASON_NO_INTERVALS = 519
 
 
@@ -2162,6 +2162,7 @@ TOLIMAN_TRACK_READ_ONLY = 1  # opens the folder for reading, also while another 
 # time must be pushed again. With `sky`, all frames are reduced again, also those of a folder without a system. Frames
 # that its observer file does not cover keep their reduction if system and clock table are unchanged; otherwise they
 # become unreduced. The ledger is replaced: a tracker that merged the folder before counts its frames as repeated.
+# Another plate scale alone needs no `sky`.
 TOLIMAN_TRACK_REBUILD = 2
 TOLIMAN_TRACK_SALVAGE = 4  # flag of toliman_track_merge only: skip damaged records
 TOLIMAN_TRACK_ALLOW_ZERO_RUNS = 8  # rejects no frame for a run of zero pixels
@@ -2265,7 +2266,9 @@ class toliman_track_options(Sized):
         read or merge, give NULL. Must outlive the tracker. With `sky`, the default of value_limit is at least 0.25 px.
         Since 0.2.
     plate_scale_arcsec: arcsec per px, at most 1e6; 0 = that of the folder, or of the scene of `fit`.
-        toliman_track_load_options: 0 = the folder has no system. Since 0.2"""
+        toliman_track_load_options: 0 = the folder has no system. Since 0.2
+    setup_folder: NULL, or an existing folder: a new folder takes its clock table, system and plate scale, with nf = 0 also its
+        grid, and with stamp = 0 its stamp and exposure_s. For a merge. Since 0.2."""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -2310,6 +2313,7 @@ class toliman_track_options(Sized):
         ("bank", POINTER(toliman_bank)),
         ("sky", POINTER(toliman_sky)),
         ("plate_scale_arcsec", c_double),
+        ("setup_folder", c_char_p),
     ]
 
 

@@ -55,7 +55,7 @@ void check_weights(const toliman_period_info &before, const toliman_period_info 
                                   std::string(is_folder(file) ? ", or --salvage for a damaged folder" : ""));
 }
 
-constexpr const char kLedger[] = "/ledger.tlml", kSetup[] = "/setup.tlms";
+constexpr const char kLedger[] = "/ledger.tlml";
 constexpr size_t kSaltOffset = 8, kSaltSize = 8, kLineSize = 64; // formats.md, TLML
 
 // Each ledger has a random number, which its copies share.
@@ -114,12 +114,6 @@ void merge_folders(Options &options, Progress &progress) {
     }
     if (setup.has_grid() != setup.has_clock())
         throw Failure(kExitUsage, "merge: --clock and --grid or --mission-days: both, or the first folder's");
-    toliman::sky_predictor system; // of the first folder, for the columns of a reduction
-    if (how.plate_scale_arcsec > 0) {
-        const toliman::tracker first = open_tracker(state_to_read(folders.front()), progress);
-        system = toliman::make<toliman::sky_predictor>(toliman_sky_create, info_of(first).system, nullptr);
-        how.sky = system.get();
-    }
     const bool has_setup = setup.has_grid();
     if (setup.has_timing() && !has_setup)
         throw Failure(kExitUsage, "merge: --stamp and --exposure: only together with --clock and --grid");
@@ -131,16 +125,9 @@ void merge_folders(Options &options, Progress &progress) {
     auto made = new_folder(out);
     how.folder = out.c_str();
     how.capacity = std::min(records, int64_t{1} << 28);
-    if (has_setup) {
+    how.setup_folder = how.nf > 0 ? folders.front().c_str() : nullptr;
+    if (has_setup)
         setup.set(how, progress);
-    } else { // the ledger comes first, then the grid and clock of the first folder
-        open_tracker(how, progress);
-        ::unlink((out + kSetup).c_str());
-        OutputFile copy(out + kSetup);
-        copy.write(whole_text(folders.front() + kSetup));
-        copy.commit();
-        how.nf = 0;
-    }
     toliman::tracker tracker = open_tracker(how, progress);
     for (const std::string &folder : folders)
         merge_folder(tracker, folder, options.salvage);
