@@ -948,8 +948,8 @@ module toliman
         ! standard deviation of this frame's value, 1 to 32 times the tracker's; 0 = the tracker's
         real(c_double) :: sigma = 0.0_c_double
         real(c_double) :: exposure_s = 0.0_c_double ! length of the exposure, at most 1e9 s; 0 = unknown
-        ! [interval_count][2]: good-time intervals (on target), start and end in s from the start of the exposure,
-        ! increasing and within it; NULL if interval_count is 0
+        ! [interval_count][2]: on-target intervals (good-time intervals), start and end in s from the start of the
+        ! exposure, increasing and within it; NULL if interval_count is 0
         type(c_ptr) :: intervals = c_null_ptr
         integer(c_size_t) :: interval_count = 0 ! at most 65536; 0 = unknown
         integer(c_int64_t) :: window_row = 0 ! row and column of the first pixel on the detector, at most 2^31
@@ -1431,17 +1431,17 @@ module toliman
     ! Number of orbital elements.
     integer(c_int32_t), parameter, public :: TOLIMAN_SKY_ELEMENTS = 7
 
-    ! Effects that toliman_sky_options.without leaves out. The sizes are changes of the separation of alpha Centauri from
-    ! 2027 to 2030.
+    ! Effects that toliman_sky_options.without leaves out. The sizes are those for alpha Centauri from 2027 to 2030: the
+    ! amplitude of periodic effects, and the change in these three years of secular ones.
     integer(c_int32_t), parameter, public :: TOLIMAN_SKY_EARTH_ABERRATION = 1 ! the Earth's velocity: 746 uas, annual
     ! the observer's velocity about the Earth: 205 to 257 uas in 97 min
     integer(c_int32_t), parameter, public :: TOLIMAN_SKY_SPACECRAFT_ABERRATION = 2
     integer(c_int32_t), parameter, public :: TOLIMAN_SKY_PARALLAX = 4 ! the observer's place: 44 uas, annual
     ! light time to the barycentre of the solar system: 2.5 uas
     integer(c_int32_t), parameter, public :: TOLIMAN_SKY_ROEMER = 8
-    ! light time between the stars: 294 uas, secular
+    ! light time between the stars: 292 uas, secular
     integer(c_int32_t), parameter, public :: TOLIMAN_SKY_LIGHT_TIME = 16
-    integer(c_int32_t), parameter, public :: TOLIMAN_SKY_RADIAL_MOTION = 32 ! of the barycentre: 305 uas, secular
+    integer(c_int32_t), parameter, public :: TOLIMAN_SKY_RADIAL_MOTION = 32 ! of the barycentre: 304 uas, secular
     integer(c_int32_t), parameter, public :: TOLIMAN_SKY_TRANSVERSE_MOTION = 64 ! of the barycentre: 77 uas, secular
     integer(c_int32_t), parameter, public :: TOLIMAN_SKY_DEFLECTION = 128 ! of light by the Sun: 0.8 uas, in November
 
@@ -1456,8 +1456,8 @@ module toliman
         real(c_double) :: altitude_km = 0.0_c_double
         ! local mean time at its ascending node, in (0, 24] h; 0 = 18, a dawn-dusk orbit
         real(c_double) :: node_hours = 0.0_c_double
-        type(c_ptr) :: leap_seconds = c_null_ptr ! [leap_second_count], for observer files in UTC, as in
-        integer(c_size_t) :: leap_second_count = 0 ! toliman_ingest_parse_time; 0 = those of ERFA
+        type(c_ptr) :: leap_seconds = c_null_ptr ! [leap_second_count], for observer files in UTC; NULL if it is 0
+        integer(c_size_t) :: leap_second_count = 0 ! rows of the table; 0 = the table of ERFA
         type(c_funptr) :: log = c_null_funptr ! receives warnings, during create only; may be NULL
         type(c_ptr) :: log_data = c_null_ptr
     end type
@@ -1475,7 +1475,7 @@ module toliman
         ! barycentric time (TDB) minus TAI, s: time at which the light of the system's barycentre arrives at that of
         ! the solar system; without ROEMER, TDB - TAI
         real(c_double) :: barycentric_offset_s = 0.0_c_double
-        ! velocity of the observer towards the system; velocities left out are missing
+        ! velocity of the observer towards the system, without the effects left out
         real(c_double) :: approach_m_s = 0.0_c_double
         real(c_double) :: sun_angle_deg = 0.0_c_double ! angle between the system and the Sun
         ! derivatives of geometric_arcsec by the elements: arcsec per unit of the element
@@ -2860,10 +2860,9 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Reads on-target (good-time) windows: times in which the telescope points at the stars (formats.md, "On-
-        ! target windows"). leap_seconds [leap_second_count] leap seconds for UTC, as in toliman_ingest_parse_time
-        ! intervals [capacity][2], start and end of each window in TAI nanoseconds since 1970-01-01T00:00:00 TAI,
-        ! increasing.
+        ! Reads a table of on-target windows: times in which the telescope points at the stars (formats.md, "On-target
+        ! windows"). leap_seconds [leap_second_count] leap seconds for UTC, as in toliman_ingest_parse_time intervals
+        ! [capacity][2], start and end of each window in TAI nanoseconds since 1970-01-01T00:00:00 TAI, increasing.
         function toliman_ingest_read_on_target(path, leap_seconds, leap_second_count, intervals, capacity, &
             count) bind(C) result(answer)
             import
@@ -3334,8 +3333,7 @@ module toliman
         end subroutine
 
         ! Creates the predictor of a system. system "alpha-cen" (Akeson et al. 2021), the path of a system file
-        ! (schema toliman-system/1), or, if the text begins with "{", with or without blanks before it, the JSON of
-        ! the system itself options NULL = the defaults: all effects, at the Earth's centre.
+        ! (schema toliman-system/1), or the JSON text of a system.
         function toliman_sky_create(system, options, out) bind(C) result(answer)
             import
             character(kind=c_char), intent(in) :: system(*)
@@ -5728,7 +5726,7 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Reads on-target (good-time) windows: times in which the telescope points at the stars (formats.md, "On-target
+    ! Reads a table of on-target windows: times in which the telescope points at the stars (formats.md, "On-target
     ! windows"). leap_seconds [leap_second_count] leap seconds for UTC, as in toliman_ingest_parse_time intervals
     ! [capacity][2], start and end of each window in TAI nanoseconds since 1970-01-01T00:00:00 TAI, increasing.
     ! leap_seconds(leap_second_count), intervals(2, capacity).
@@ -6309,8 +6307,7 @@ contains
     end subroutine
 
     ! Creates the predictor of a system. system "alpha-cen" (Akeson et al. 2021), the path of a system file (schema
-    ! toliman-system/1), or, if the text begins with "{", with or without blanks before it, the JSON of the system
-    ! itself options NULL = the defaults: all effects, at the Earth's centre.
+    ! toliman-system/1), or the JSON text of a system.
     subroutine sky_predictor_create(self, system, options, stat, errmsg)
         class(toliman_sky_predictor), intent(inout) :: self
         character(len=*), intent(in) :: system

@@ -34,8 +34,8 @@ typedef struct toliman_frame {
     int64_t stride;       /* pixels from row to row; 0 = cols */
     double sigma;         /* standard deviation of this frame's value, 1 to 32 times the tracker's; 0 = the tracker's */
     double exposure_s;    /* length of the exposure, at most 1e9 s; 0 = unknown */
-    const double *intervals; /* [interval_count][2]: good-time intervals (on target), start and end in s from the start
-                                of the exposure, increasing and within it; NULL if interval_count is 0 */
+    const double *intervals; /* [interval_count][2]: on-target intervals (good-time intervals), start and end in s from
+                                the start of the exposure, increasing and within it; NULL if interval_count is 0 */
     size_t interval_count;   /* at most 65536; 0 = unknown */
     int64_t window_row, window_col; /* row and column of the first pixel on the detector, at most 2^31 */
 } toliman_frame;

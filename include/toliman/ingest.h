@@ -106,8 +106,8 @@ typedef struct toliman_ingest_event {
  * Time: camera_ns is the middle of the exposure by the camera clock. It is timestamp_ns, plus half of exposure_s for
  * START, minus half of it for END, rounded to 1 ns. If the exposure is unknown, camera_ns is timestamp_ns.
  *
- * Intervals: those of on_target_s in the line, at most 64, or NULL if the line has none. A line that has some is DAMAGE
- * if exposure_s of the options is 0.
+ * Intervals: those of on_target_s in the line, at most 64, or NULL if the line has none. A line with intervals is
+ * reported as DAMAGE if options.exposure_s is 0.
  *
  * Memory: pixels, intervals, names and texts belong to the reader and stay valid during the next `buffers` - 1 calls of
  * next, whatever event these return. With buffers = 1 they are valid until the next call.
@@ -214,7 +214,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_parse_time(const ch
                                                                         const toliman_leap_second *table, size_t count,
                                                                         int64_t *tai_ns) TOLIMAN_NOEXCEPT;
 
-/* Reads on-target (good-time) windows: times in which the telescope points at the stars (formats.md, "On-target
+/* Reads a table of on-target windows: times in which the telescope points at the stars (formats.md, "On-target
  * windows").
  *   leap_seconds  [leap_second_count] leap seconds for UTC, as in toliman_ingest_parse_time
  *   intervals     [capacity][2], start and end of each window in TAI nanoseconds since 1970-01-01T00:00:00 TAI,

@@ -33,11 +33,11 @@
  *               observer's place, bent by the Sun, and changed by the exact aberration of the observer's velocity.
  *   Geometric   Length of the projection of the orbit on the tangential plane, at the barycentric time. "factor" is
  *               apparent over geometric.
- *   Accuracy    1e-4 uas against the same equations in 50 digits. The Earth is within 5 mm/s of DE405 (1.7e-4 uas).
- *               Omitted: galactic acceleration, and lensing by planets (1e-3 uas) and of B by A (0.03 uas, constant).
- *   Observer    Files give position and velocity relative to the Earth's centre, on the axes of the ICRS (GCRF,
- *               EME2000), in at least 8 states, at most 300 s apart in a low orbit. TEME and ITRF are refused. A
- *               circular orbit has an arbitrary phase: use it for statistics.
+ *   Accuracy    Within 1e-4 uas of the same equations in 50 digits. The velocity of the Earth is within 5 mm/s of
+ *               DE405, which is 1.7e-4 uas. sky.md lists the effects that are omitted ("Omitted effects").
+ *   Observer    An observer file has positions and velocities relative to the Earth's centre, on the axes of the ICRS
+ *               (GCRF, EME2000). It has at least 8 states, in a low orbit at most 300 s apart. The axes TEME and ITRF
+ *               are refused. A circular orbit has an arbitrary phase: use it for statistics.
  */
 #ifndef TOLIMAN_SKY_H
 #define TOLIMAN_SKY_H
@@ -53,14 +53,14 @@ typedef struct toliman_sky toliman_sky;
 /* Number of orbital elements. */
 #define TOLIMAN_SKY_ELEMENTS 7u
 
-/* Effects that toliman_sky_options.without leaves out. The sizes are changes of the separation of alpha Centauri from
- * 2027 to 2030. */
+/* Effects that toliman_sky_options.without leaves out. The sizes are those for alpha Centauri from 2027 to 2030: the
+ * amplitude of periodic effects, and the change in these three years of secular ones. */
 #define TOLIMAN_SKY_EARTH_ABERRATION 1u      /* the Earth's velocity: 746 uas, annual */
 #define TOLIMAN_SKY_SPACECRAFT_ABERRATION 2u /* the observer's velocity about the Earth: 205 to 257 uas in 97 min */
 #define TOLIMAN_SKY_PARALLAX 4u              /* the observer's place: 44 uas, annual */
 #define TOLIMAN_SKY_ROEMER 8u                /* light time to the barycentre of the solar system: 2.5 uas */
-#define TOLIMAN_SKY_LIGHT_TIME 16u           /* light time between the stars: 294 uas, secular */
-#define TOLIMAN_SKY_RADIAL_MOTION 32u        /* of the barycentre: 305 uas, secular */
+#define TOLIMAN_SKY_LIGHT_TIME 16u           /* light time between the stars: 292 uas, secular */
+#define TOLIMAN_SKY_RADIAL_MOTION 32u        /* of the barycentre: 304 uas, secular */
 #define TOLIMAN_SKY_TRANSVERSE_MOTION 64u    /* of the barycentre: 77 uas, secular */
 #define TOLIMAN_SKY_DEFLECTION 128u          /* of light by the Sun: 0.8 uas, in November */
 
@@ -72,8 +72,8 @@ typedef struct toliman_sky_options {
     const char *observer; /* path of an observer file, CCSDS OEM or CSV (formats.md, "Observer files"); may be NULL */
     double altitude_km;   /* altitude of a circular sun-synchronous orbit, for simulations, 200 to 2000; 0 = none */
     double node_hours;    /* local mean time at its ascending node, in (0, 24] h; 0 = 18, a dawn-dusk orbit */
-    const toliman_leap_second *leap_seconds; /* [leap_second_count], for observer files in UTC, as in */
-    size_t leap_second_count;                /* toliman_ingest_parse_time; 0 = those of ERFA */
+    const toliman_leap_second *leap_seconds; /* [leap_second_count], for observer files in UTC; NULL if it is 0 */
+    size_t leap_second_count;                /* rows of the table; 0 = the table of ERFA */
     toliman_log_fn log;                      /* receives warnings, during create only; may be NULL */
     void *log_data;
 } toliman_sky_options;
@@ -83,10 +83,10 @@ typedef struct toliman_sky_options {
 TOLIMAN_API void toliman_sky_options_init(toliman_sky_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
 /* Creates the predictor of a system.
- *   system   "alpha-cen" (Akeson et al. 2021), the path of a system file (schema toliman-system/1), or, if the text
- *            begins with "{", with or without blanks before it, the JSON of the system itself
- *   options  NULL = the defaults: all effects, at the Earth's centre. A warning then says how many uas the spacecraft's
- *            velocity adds
+ *   system   "alpha-cen" (Akeson et al. 2021), the path of a system file (schema toliman-system/1), or the JSON text
+ *            of a system. The first character of a JSON text that is not a blank is "{"
+ *   options  NULL = the defaults: all effects, at the Earth's centre. Without an observer, a warning states by how many
+ *            uas the velocity of a spacecraft in a low orbit changes the separation of this system
  * The caller destroys *out. Errors: TOLIMAN_E_NOT_FOUND; TOLIMAN_E_SCENE, with file and key, for a bad system;
  * TOLIMAN_E_FORMAT, with file, line and reason, for a bad observer file and a system that is not JSON;
  * TOLIMAN_E_ARGUMENT. Since 0.2. */
@@ -107,7 +107,7 @@ typedef struct toliman_sky_prediction {
     double factor;               /* separation_arcsec / geometric_arcsec */
     double barycentric_offset_s; /* barycentric time (TDB) minus TAI, s: time at which the light of the system's
                                     barycentre arrives at that of the solar system; without ROEMER, TDB - TAI */
-    double approach_m_s;         /* velocity of the observer towards the system; velocities left out are missing */
+    double approach_m_s;         /* velocity of the observer towards the system, without the effects left out */
     double sun_angle_deg;        /* angle between the system and the Sun */
     double partials[7];          /* derivatives of geometric_arcsec by the elements: arcsec per unit of the element */
 } toliman_sky_prediction;
@@ -144,11 +144,12 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_predict_mean(const tol
  *   separations_arcsec  [count], measured apparent separations. NaN (no measurement) remains NaN
  *   reduced_arcsec      [count], receives the reduced separations
  *   predictions         [count], receives the predictions, with the struct_size of predictions[0] set; may be NULL
- *   unreduced           receives the number of measurements for which the observer file has no state. Their reduced
- *                       separation and all numbers of their prediction are NaN
- * With an observer in orbit (circular or from a file), these are refused: an interval of zero length, because the
- * prediction for an instant is wrong by up to 245 uas; and, with interval_counts NULL, an interval longer than 600 s,
- * because such an exposure is a sum of shorter ones and the mean over all of it is wrong by up to 245 uas.
+ *   unreduced           receives the number of measurements whose exposure the observer file does not cover
+ *                       completely. Their reduced separation and all numbers of their prediction are NaN
+ * Two kinds of measurements are refused if the observer is in orbit, circular or from a file:
+ *   - a single interval of zero length. The prediction for an instant is wrong by up to 245 uas;
+ *   - with interval_counts NULL, an interval longer than 600 s. The telescope points elsewhere during a part of it, and
+ *     the mean from its start to its end is wrong by up to 245 uas.
  * Errors: TOLIMAN_E_ARGUMENT, naming the measurement, for these and for bad numbers; otherwise as
  * toliman_sky_predict_mean. Nothing is then written. Since 0.2. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_reduce(
@@ -208,17 +209,23 @@ typedef struct toliman_sky_refit_result {
  * of the semi-major axis.
  *   sky                 system and observer
  *   intervals           [sum of interval_counts][2], on-target intervals of the measurements, start and end in TAI
- *                       nanoseconds, as in toliman_sky_predict_mean
- *   interval_counts     [count], number of intervals of each measurement; NULL = 1 for each
+ *                       nanoseconds
+ *   interval_counts     [count], number of intervals of each measurement. NULL: one for each, from the start to the end
+ *                       of an exposure whose on-target intervals are not known
  *   separations_arcsec  [count], measured apparent separations
  *   sigmas_arcsec       [count], their standard deviations
- *   scale_sigma         standard deviation of the relative error of the plate scale; 0 = none
- *   result              receives errors and residuals
+ *   scale_sigma         standard deviation of the relative error of the plate scale, in [0, 1); 0 = no error
+ *   result              receives errors and residuals, with its struct_size set; must not be NULL
  *   out                 receives the predictor of the new orbit, with the errors after the fit; the caller destroys it
  * A saved file has the standard deviations of the elements, but not their correlations. To add measurements, refit the
  * original system to all of them.
- * Errors: TOLIMAN_E_ARGUMENT if no element has a standard deviation, for bad numbers, and if an element would move by
- * more than 10 of its standard deviations; TOLIMAN_E_RANGE as toliman_sky_predict. Since 0.2. */
+ * Errors, after which neither result nor out is written:
+ *   - TOLIMAN_E_ARGUMENT, naming the measurement, for those that toliman_sky_reduce refuses and for bad numbers;
+ *   - TOLIMAN_E_ARGUMENT if no element has a standard deviation, if the fit is singular or does not converge, if it
+ *     moves an element by more than 10 of its standard deviations, and if the fitted orbit is outside the limits of a
+ *     system file;
+ *   - TOLIMAN_E_RANGE, naming the measurement, as toliman_sky_predict_mean: one that the observer file does not cover
+ *     completely fails the call. Since 0.2. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_refit(const toliman_sky *sky, const int64_t *intervals,
                                                                 const size_t *interval_counts,
                                                                 const double *separations_arcsec,

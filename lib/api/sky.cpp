@@ -40,6 +40,7 @@ constexpr const char *kObserverNames[] = {"Earth", "circular orbit", "file"};
 constexpr const char *kElementNames[] = {"period_years", "semi_major_arcsec", "eccentricity", "inclination_deg",
                                          "node_deg",     "periastron_deg",    "epoch"};
 constexpr double kLowOrbitSpeed = 7.56e3; // m/s, at an altitude of 600 km
+constexpr double kWarnedYear = 2030;      // of the separation in the warning without an observer
 
 sky::Observer observer_of(const toliman_sky_options &options) {
     if (options.observer != nullptr && options.altitude_km != 0)
@@ -102,10 +103,10 @@ std::vector<sky::Interval> intervals_of(const int64_t *intervals, size_t count) 
     return given;
 }
 
-// The intervals of measurement i, which begin at `next`; moves it to those of measurement i + 1.
-std::vector<sky::Interval> take_intervals(const int64_t *&next, const size_t *interval_counts, size_t i) {
+// The exposure of measurement i, whose intervals begin at `next`; moves it to those of measurement i + 1.
+sky::Exposure take_exposure(const int64_t *&next, const size_t *interval_counts, size_t i) {
     const size_t own = interval_counts != nullptr ? interval_counts[i] : 1;
-    std::vector<sky::Interval> taken = intervals_of(next, own);
+    sky::Exposure taken = {intervals_of(next, own), interval_counts != nullptr};
     next += 2 * own;
     return taken;
 }
@@ -127,7 +128,7 @@ std::vector<sky::Measurement> measurements_of(const int64_t *intervals, const si
         const double separation = known_separation(separations_arcsec, i);
         if (!(sigmas_arcsec[i] > 0 && std::isfinite(sigmas_arcsec[i])))
             fail(Status::argument, "{sigmas_arcsec[%zu]} = %g: must be above 0 and finite", i, sigmas_arcsec[i]);
-        measurements.push_back({take_intervals(intervals, interval_counts, i), separation, sigmas_arcsec[i]});
+        measurements.push_back({take_exposure(intervals, interval_counts, i), separation, sigmas_arcsec[i]});
     }
     return measurements;
 }
@@ -145,7 +146,7 @@ std::vector<sky::Reduced> reduced_of(const sky::Predictor &predictor, const int6
     for (size_t i = 0; i < count; i++) {
         const double separation =
             std::isnan(separations_arcsec[i]) ? separations_arcsec[i] : known_separation(separations_arcsec, i);
-        const sky::Exposure exposure = {take_intervals(intervals, interval_counts, i), interval_counts != nullptr};
+        const sky::Exposure exposure = take_exposure(intervals, interval_counts, i);
         try {
             reduced.push_back(sky::reduce(predictor, exposure, separation));
         } catch (const Error &error) {
@@ -153,6 +154,13 @@ std::vector<sky::Reduced> reduced_of(const sky::Predictor &predictor, const int6
         }
     }
     return reduced;
+}
+
+void warn_of_centre(const sky::Predictor &predictor, const Log &log) {
+    const double arcsec = sky::position_on_orbit(predictor.system().value.orbit, kWarnedYear).separation_arcsec();
+    log.warn("no observer given: predictions are for the Earth's centre; the velocity of a spacecraft in a low orbit "
+             "changes the separation (%.3g arcsec in %.0f) by up to %.3g uas",
+             arcsec, kWarnedYear, 1e6 * arcsec * kLowOrbitSpeed / erfa::kLightSpeed);
 }
 
 int32_t known_element(int32_t element) {
@@ -181,10 +189,7 @@ toliman_status toliman_sky_create(const char *system, const toliman_sky_options 
             new_sky(std::make_unique<const sky::Predictor>(system_of(system), observer_of(known), known.without));
         if (handle->predictor->observer().kind() == sky::Observer::Kind::earth &&
             (known.without & sky::kSpacecraftAberration) == 0)
-            Log{known.log, known.log_data}.warn(
-                "no observer file: predictions are for the Earth's centre; the velocity of a spacecraft in a low orbit "
-                "changes the separation by up to %.0f uas per arcsec",
-                1e6 * kLowOrbitSpeed / erfa::kLightSpeed);
+            warn_of_centre(*handle->predictor, {known.log, known.log_data});
         made = handle.release();
     });
 }

@@ -30,7 +30,7 @@ constexpr size_t kErrorTextSize = 1024;
 
 // An error with its message and field in fixed arrays, so that throwing allocates nothing beyond the exception itself.
 // Both are one line; control bytes are replaced by '?'.
-class Error final : public std::exception {
+class Error : public std::exception {
   public:
     Error(Status status, const char *text, const char *field) noexcept;
     Status status() const noexcept { return status_; }

@@ -1,4 +1,4 @@
-// Tables of on-target (good-time) windows.
+// Tables of on-target windows.
 #pragma once
 #include <cstdint>
 #include <string>

@@ -20,6 +20,14 @@ Ephemeris::Ephemeris(std::string source, std::vector<Segment> segments)
     : source_(std::move(source)), segments_(std::move(segments)) {}
 
 State Ephemeris::at(int64_t tai_ns) const {
+    try {
+        return known_state(tai_ns);
+    } catch (const Error &error) {
+        throw NoState(error);
+    }
+}
+
+State Ephemeris::known_state(int64_t tai_ns) const {
     const auto later = [](int64_t wanted, const Segment &segment) { return wanted < segment.first_ns; };
     const auto after = std::upper_bound(segments_.begin(), segments_.end(), tai_ns, later);
     const bool follows = after != segments_.begin(), precedes = after != segments_.end();
@@ -46,19 +54,21 @@ void Ephemeris::check_interval(int64_t start_ns, int64_t end_ns) const {
     for (const Segment &segment : segments_)
         if (segment.first_ns <= covered && segment.last_ns >= covered)
             covered = segment.last_ns;
-    if (covered < end_ns || start_ns < segments_.front().first_ns)
+    if (covered >= end_ns && start_ns >= segments_.front().first_ns)
+        return;
+    try {
         fail(Status::range, "{%s}: the interval from %s to %s TAI is not covered by the states from %s on",
              source_.c_str(), ingest::date_text(start_ns).c_str(), ingest::date_text(end_ns).c_str(),
              ingest::date_text(covered).c_str());
+    } catch (const Error &error) {
+        throw NoState(error);
+    }
 }
 
 Ephemeris read_ephemeris(const std::string &path, const ingest::LeapSeconds &leap_seconds, const Log &log) {
     ingest::TextLines lines(path, kLargestFile);
     std::string_view first;
     while (first.empty() && lines.next(first)) {
-        constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
-        if (lines.number() == 1 && first.substr(0, kByteOrderMark.size()) == kByteOrderMark)
-            first.remove_prefix(kByteOrderMark.size());
     }
     const bool is_oem = first.substr(0, 6) == "CCSDS_" || first.substr(0, 1) == "<";
     return {path,

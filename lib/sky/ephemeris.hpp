@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "base/error.hpp"
 #include "base/progress.hpp"
 #include "ingest/leap_seconds.hpp"
 
@@ -21,6 +22,12 @@ struct Segment {
     int64_t first_ns = 0, last_ns = 0; // usable times, within those of the states
 };
 
+// Status::range: there is no state for a time.
+class NoState final : public Error {
+  public:
+    explicit NoState(const Error &error) noexcept : Error(error) {}
+};
+
 class Ephemeris {
   public:
     static constexpr size_t kPoints = 8; // of the interpolation; no segment has fewer states
@@ -28,18 +35,20 @@ class Ephemeris {
     // source: the name of the file, for messages. segments: at least one, increasing, not overlapping.
     Ephemeris(std::string source, std::vector<Segment> segments);
 
-    // The state at a time; one that two segments share belongs to the later segment. Status::range, with the covered
+    // The state at a time; one that two segments share belongs to the later segment. Throws NoState, with the covered
     // times, outside the usable times of all segments, and where the states are too far apart to interpolate the
     // velocity to 1 m/s. Any number of threads may call it.
     State at(int64_t tai_ns) const;
 
-    // Status::range unless the segments have states for a whole interval.
+    // Throws NoState unless the segments have states for a whole interval.
     void check_interval(int64_t start_ns, int64_t end_ns) const;
 
     const std::string &source() const noexcept { return source_; }
     const std::vector<Segment> &segments() const noexcept { return segments_; }
 
   private:
+    State known_state(int64_t tai_ns) const; // as at(), but throws Error
+
     std::string source_;
     std::vector<Segment> segments_;
 };

@@ -9,7 +9,7 @@
 #include "sky/reduction.hpp"
 
 #include <algorithm>
-#include <cstring>
+#include <cstdio>
 #include <iterator>
 #include <limits>
 
@@ -35,27 +35,38 @@ std::string why_unknown(const Observer &observer, const Exposure &exposure) {
         return "";
     const auto [start_ns, end_ns] = exposure.intervals.front();
     if (start_ns == end_ns)
-        return "zero length: must be from start to end of the exposure, as the observer is in orbit: the prediction "
-               "for its middle is wrong by 0.18 uas in 120 s, 4.4 uas in 600 s and up to 245 uas in a day";
+        return "zero length: must be start and end of the exposure for an observer in orbit";
     const uint64_t length = static_cast<uint64_t>(end_ns) - static_cast<uint64_t>(start_ns);
     if (exposure.on_target || start_ns > end_ns || length <= kLongest)
         return "";
-    return "longer than 600 s: must be the on-target intervals, as the observer is in orbit: the mean over the whole "
-           "exposure is wrong by up to 245 uas";
+    char text[100];
+    std::snprintf(text, sizeof text, "%.6g s: must be on-target intervals above 600 s for an observer in orbit",
+                  static_cast<double>(length) * 1e-9);
+    return text;
+}
+
+ExposureMean mean_over(const Predictor &predictor, const Exposure &exposure) {
+    using Outcome = ExposureMean::Outcome;
+    if (std::string why = why_unknown(predictor.observer(), exposure); !why.empty())
+        return {Outcome::unknown, {}, std::move(why)};
+    try {
+        return {Outcome::known, predictor.mean(exposure.intervals), ""};
+    } catch (const NoState &) {
+        return {Outcome::no_state, {}, ""};
+    }
 }
 
 Reduced reduce(const Predictor &predictor, const Exposure &exposure, double separation_arcsec) {
-    if (const std::string why = why_unknown(predictor.observer(), exposure); !why.empty())
-        fail(Status::argument, "{intervals}: %s", why.c_str());
-    try {
-        const Prediction seen = predictor.mean(exposure.intervals);
-        return {separation_arcsec / seen.factor - seen.geometric_arcsec, seen};
-    } catch (const Error &error) { // field: "time" outside the years of predictions, else the name of the file
-        const bool by_file = error.status() == Status::range && predictor.observer().ephemeris() != nullptr;
-        if (!by_file || std::strcmp(error.field(), "time") == 0)
-            throw;
+    const ExposureMean mean = mean_over(predictor, exposure);
+    switch (mean.outcome) {
+    case ExposureMean::Outcome::unknown:
+        fail(Status::argument, "{intervals}: %s", mean.why.c_str());
+    case ExposureMean::Outcome::no_state:
         return not_covered();
+    case ExposureMean::Outcome::known:
+        break;
     }
+    return {separation_arcsec / mean.seen.factor - mean.seen.geometric_arcsec, mean.seen};
 }
 
 } // namespace toliman::sky

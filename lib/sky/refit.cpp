@@ -37,11 +37,27 @@ struct Step {
     double chi_square = 0, squares = 0;
 };
 
+// Fails if the mean over an exposure cannot be predicted.
+void check_known(const Observer &observer, const std::vector<Measurement> &measurements) {
+    for (size_t i = 0; i < measurements.size(); i++)
+        if (const std::string why = why_unknown(observer, measurements[i].exposure); !why.empty())
+            fail(Status::argument, "measurement %zu: {intervals}: %s", i, why.c_str());
+}
+
+Prediction mean_of(const Predictor &predictor, const std::vector<Measurement> &measurements, size_t i) {
+    try {
+        return predictor.mean(measurements[i].exposure.intervals);
+    } catch (const Error &error) {
+        fail_within(error, error.status(), "measurement %zu: %s", i, error.what());
+    }
+}
+
 Step step_at(const Predictor &predictor, const std::vector<Measurement> &measurements, const Values &sigma,
              double scale) {
     Step step;
-    for (const Measurement &one : measurements) {
-        const Prediction seen = predictor.mean(one.intervals);
+    for (size_t m = 0; m < measurements.size(); m++) {
+        const Measurement &one = measurements[m];
+        const Prediction seen = mean_of(predictor, measurements, m);
         const double noise = one.sigma_arcsec / seen.factor;
         const double rest = one.separation_arcsec / seen.factor - seen.geometric_arcsec * (1 + scale);
         double row[kAll];
@@ -71,6 +87,7 @@ Refit refit(const Predictor &reference, const std::vector<Measurement> &measurem
     if (std::all_of(sigma.begin(), sigma.end() - 1, [](double one) { return one == 0; }))
         fail(Status::argument, "{sky}: no element has a standard deviation (sigma.orbit of the system file): there is "
                                "nothing to fit");
+    check_known(reference.observer(), measurements);
     const Orbit prior = out.system.value.orbit;
     double longest = 0;
     do {
@@ -100,15 +117,14 @@ Refit refit(const Predictor &reference, const std::vector<Measurement> &measurem
         for (size_t i = 0; i < kAll; i++)
             if (!(std::fabs(moved[i]) <= kFarthest))
                 fail(Status::argument,
-                     "{separations}: the fit moves %s by %.3g standard deviations: must be at most 10; check system, "
-                     "unit "
-                     "(arcsec), times and plate scale",
+                     "{separations_arcsec}: the fit moves %s by %.3g standard deviations: must be at most 10; check "
+                     "system, unit (arcsec), times and plate scale",
                      kNames[i], std::fabs(moved[i]));
         const Orbit &orbit = out.system.value.orbit;
         if (!(orbit.eccentricity >= 0 && orbit.eccentricity <= kMostEccentricity && orbit.period_years > 0 &&
               orbit.semi_major_arcsec > 0 && orbit.inclination_deg >= 0 && orbit.inclination_deg <= 180))
             fail(Status::argument,
-                 "{separations}: no orbit near that of the system has them: eccentricity %g, "
+                 "{separations_arcsec}: no orbit near that of the system has them: eccentricity %g, "
                  "semi-major axis %g arcsec, period %g years, inclination %g deg",
                  orbit.eccentricity, orbit.semi_major_arcsec, orbit.period_years, orbit.inclination_deg);
         out.scale = moved[kScale] * sigma[kScale];
@@ -119,7 +135,7 @@ Refit refit(const Predictor &reference, const std::vector<Measurement> &measurem
     if (std::fabs(periastron) > 360)
         periastron -= std::copysign(360, periastron);
     if (longest > kStill)
-        fail(Status::argument, "{separations}: the fit does not converge");
+        fail(Status::argument, "{separations_arcsec}: the fit does not converge");
     const Step last = step_at(Predictor(out.system, reference), measurements, sigma, out.scale);
     const auto count = static_cast<double>(std::max<size_t>(measurements.size(), 1));
     out.chi_square = last.chi_square / count;

@@ -1,11 +1,11 @@
 // Orbital elements that agree with their errors and with a series of measured separations.
 #pragma once
-#include "sky/prediction.hpp"
+#include "sky/reduction.hpp"
 
 namespace toliman::sky {
 
 struct Measurement {
-    std::vector<Interval> intervals;
+    Exposure exposure;
     double separation_arcsec, sigma_arcsec;
 };
 
@@ -19,7 +19,8 @@ struct Refit {
 };
 
 // Elements without a standard deviation stay as they are. scale_sigma: relative standard deviation of the plate scale,
-// 0 = exact. Status::argument if no element has a standard deviation.
+// 0 = exact. Status::argument if no element has a standard deviation, and for exposures for which why_unknown() has a
+// reason; otherwise as Predictor::mean. Errors of a measurement have its number.
 Refit refit(const Predictor &reference, const std::vector<Measurement> &measurements, double scale_sigma);
 
 } // namespace toliman::sky

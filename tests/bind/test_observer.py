@@ -216,13 +216,23 @@ class Files(unittest.TestCase):
         self.assertEqual(seen["factor"][[0, 2]].tolist(), [one.factor for one in expected])
         with self.assertRaisesRegex(toliman.Error, "measurement 0: intervals: zero length"):
             self.sky.reduce(starts[:, 0], 9.8)
-        day = exposures[:1] + numpy.array([0, 86400]) * SECOND
-        with self.assertRaisesRegex(toliman.Error, "measurement 0: intervals: longer than 600 s"):
-            self.sky.reduce(day, 9.8, on_target=False)
+        long = exposures[:1, :1] + numpy.array([0, 900]) * SECOND
+        for more in ({}, {"on_target": False}):
+            with self.assertRaisesRegex(toliman.Error, "measurement 0: intervals: 900 s: must be on-target intervals"):
+                self.sky.reduce(long, 9.8, **more)
+            with self.assertRaisesRegex(toliman.Error, "measurement 0: intervals: 900 s: must be on-target intervals"):
+                self.sky.refit(long, 9.8, 1, **more)
+        for known in ({"tai_ns": long, "on_target": True}, {"tai_ns": long[:, None]}):
+            self.assertEqual(self.sky.reduce(**known, separations_arcsec=9.8)[1]["factor"][0],
+                             self.sky.predict_mean(long).factor)
+        with self.assertRaisesRegex(ValueError, "tai_ns: must be a time or a pair for each measurement, or an array"):
+            self.sky.reduce([exposures[0], exposures[:2]], 9.8)
+        with self.assertRaisesRegex(toliman.Error, "measurement 1: .*low.csv: "):  # a refit leaves none out
+            self.sky.refit(exposures, 9.8, 1)
         with self.assertRaisesRegex(ValueError, "on_target=False: must have one interval"):
             self.sky.reduce([exposures[:2]], 9.8, on_target=False)
         with self.assertRaisesRegex(toliman.Error, "measurement 0: time = "):  # not a matter of the file
-            self.sky.reduce([[-(2**62), 1 - 2**62]], 9.8)
+            self.sky.reduce([[-(2**62), 1 - 2**62]], 9.8, on_target=True)
         self.assertEqual(self.sky.reduce([], [])[0].size, 0)
 
     def test_scenes(self):
@@ -244,6 +254,7 @@ class Refits(unittest.TestCase):
         cls.tai_ns = toliman.parse_time("2027-01-01", scale="tai") + numpy.sort(
             cls.random.choice(1095 * 24, 150, replace=False)) * (DAY // 24)
         cls.measured = cls.truth.predict(cls.tai_ns)["separation_arcsec"]
+        cls.exposures = cls.tai_ns[:, None] + numpy.array([-10**6, 10**6])  # short, so that instants are their means
         cls.years = (cls.tai_ns - cls.tai_ns[0]) / DAY / 365.25
 
     def wrong(self):
@@ -269,7 +280,7 @@ class Refits(unittest.TestCase):
     def test_wrong_elements_are_corrected(self):
         waves, rms = [], []
         for _ in range(20):
-            sky, fit = self.wrong().refit(self.tai_ns, self.measured, 0.375e-6)
+            sky, fit = self.wrong().refit(self.exposures, self.measured, 0.375e-6)
             wave, one = self.annual(sky, self.measured)
             waves.append(wave)
             rms.append(one)
@@ -283,7 +294,7 @@ class Refits(unittest.TestCase):
         pulls, sigma = [], 3e-4
         for _ in range(30):
             noisy = self.measured + sigma * self.random.normal(size=len(self.measured))
-            sky, fit = self.wrong().refit(self.tai_ns, noisy, sigma)
+            sky, fit = self.wrong().refit(self.exposures, noisy, sigma)
             pulls.append([(sky.elements[name][0] - self.truth.elements[name][0]) / sky.elements[name][1]
                           for name in sky.elements])
             self.assertAlmostEqual(fit.chi_square, 1, delta=0.5)
@@ -302,13 +313,13 @@ class Refits(unittest.TestCase):
             del system["sigma"]["orbit"]["semi_major_arcsec"]
             path.write_text(json.dumps(system))
             exact = toliman.Sky(path, altitude_km=600)
-        sky, fit = exact.refit(self.tai_ns, self.measured * 1.0002, 1e-5, scale_sigma=1e-3)
+        sky, fit = exact.refit(self.exposures, self.measured * 1.0002, 1e-5, scale_sigma=1e-3)
         self.assertAlmostEqual(fit.scale, 2e-4, delta=1e-5)
         self.assertLess(fit.scale_sigma, 1.5e-4)
 
     def test_the_residuals_are_those_of_the_result(self):
         noisy = self.measured + 1e-6 * self.random.normal(size=len(self.measured))
-        sky, fit = self.wrong().refit(self.tai_ns, noisy, 1e-6)
+        sky, fit = self.wrong().refit(self.exposures, noisy, 1e-6)
         seen = sky.predict(self.tai_ns)
         left = noisy / seen["factor"] - seen["geometric_arcsec"]
         self.assertAlmostEqual(fit.rms_arcsec, numpy.sqrt(numpy.mean(left**2)), delta=1e-12)
@@ -322,6 +333,8 @@ class Refits(unittest.TestCase):
             del system["sigma"]["orbit"]
             path.write_text(json.dumps(system))
             exact = toliman.Sky(path, altitude_km=600)
+        with self.assertRaisesRegex(toliman.Error, "measurement 0: intervals: zero length"):
+            self.truth.refit(self.tai_ns, self.measured, 1e-6)
         for sky, separations, sigma, scale, message in (
                 (exact, self.measured, 1e-6, 0, "no element has a standard deviation"),
                 (self.truth, self.measured * numpy.nan, 1e-6, 0, r"separations_arcsec\[0\] = nan"),
@@ -329,7 +342,7 @@ class Refits(unittest.TestCase):
                 (self.truth, self.measured, 1e-6, -1, "scale_sigma = -1"),
                 (self.truth, self.measured * 3, 1e-6, 0, r"the fit moves the \w.* by .* standard deviations: must be at most 10")):
             with self.subTest(message), self.assertRaisesRegex(toliman.Error, message):
-                sky.refit(self.tai_ns, separations, sigma, scale_sigma=scale)
+                sky.refit(self.exposures, separations, sigma, scale_sigma=scale)
 
 
 if __name__ == "__main__":

@@ -131,7 +131,8 @@ static toliman_status refit(attempt *a) {
     double separations[DATES], sigmas[DATES];
     static const double expected[DATES] = {9.2, 9.3, 9.4, 9.5, 9.6, 9.7, 9.8, 9.9, 10.0, 10.1, 10.1, 10.2};
     for (int i = 0; i < DATES; i++) {
-        intervals[2 * i] = intervals[2 * i + 1] = kTimes[0] + i * INT64_C(8000000000000000);
+        intervals[2 * i] = kTimes[0] + i * INT64_C(8000000000000000);
+        intervals[2 * i + 1] = intervals[2 * i] + INT64_C(60000000000);
         separations[i] = expected[i];
         sigmas[i] = 1;
     }

@@ -170,13 +170,12 @@ static void unknown_exposures_are_refused(void **state) {
     reduced[0] = 5;
     assert_fails(toliman_sky_reduce(sky, exposures, NULL, measured, MEASURED, reduced, NULL, &unreduced),
                  TOLIMAN_E_ARGUMENT,
-                 "measurement 2: intervals: longer than 600 s: must be the on-target intervals, as the observer is in "
-                 "orbit: the mean over the whole exposure is wrong by up to 245 uas");
+                 "measurement 2: intervals: 600 s: must be on-target intervals above 600 s for an observer in orbit");
     assert_true(reduced[0] == 5);
     assert_ok(toliman_sky_reduce(sky, exposures, ones, measured, MEASURED, reduced, NULL, &unreduced));
     exposures[3] = exposures[2];
     assert_fails(toliman_sky_reduce(sky, exposures, ones, measured, MEASURED, reduced, NULL, &unreduced),
-                 TOLIMAN_E_ARGUMENT, "measurement 1: intervals: zero length: must be from start to end");
+                 TOLIMAN_E_ARGUMENT, "measurement 1: intervals: zero length: must be start and end of the exposure");
     toliman_sky *earth = NULL;
     const toliman_sky_options options = {.struct_size = sizeof options, .without = TOLIMAN_SKY_SPACECRAFT_ABERRATION};
     assert_ok(toliman_sky_create("alpha-cen", &options, &earth));
@@ -185,6 +184,38 @@ static void unknown_exposures_are_refused(void **state) {
     set_exposures(INT64_C(86400000000000));
     assert_ok(toliman_sky_reduce(earth, exposures, NULL, measured, MEASURED, reduced, NULL, &unreduced));
     toliman_sky_destroy(earth);
+}
+
+/* A refit refuses what a reduction refuses, and what the observer file does not cover. */
+static void a_refit_refuses_unknown_exposures(void **state) {
+    (void)state;
+    const double measured[MEASURED] = {9.8, 9.9, 10.1}, sigmas[MEASURED] = {1, 1, 1};
+    const size_t ones[MEASURED] = {1, 1, 1};
+    toliman_sky_refit_result result = TOLIMAN_SKY_REFIT_RESULT_INIT;
+    toliman_sky *fitted = NULL;
+    set_exposures(INT64_C(600000000000));
+    exposures[5]++;
+    assert_fails(toliman_sky_refit(sky, exposures, NULL, measured, sigmas, MEASURED, 0, &result, &fitted),
+                 TOLIMAN_E_ARGUMENT,
+                 "measurement 2: intervals: 600 s: must be on-target intervals above 600 s for an observer in orbit");
+    assert_string_equal(toliman_last_error_field(), "intervals");
+    assert_ok(toliman_sky_refit(sky, exposures, ones, measured, sigmas, MEASURED, 0, &result, &fitted));
+    toliman_sky_destroy(fitted);
+    fitted = NULL;
+    exposures[3] = exposures[2];
+    assert_fails(toliman_sky_refit(sky, exposures, ones, measured, sigmas, MEASURED, 0, &result, &fitted),
+                 TOLIMAN_E_ARGUMENT, "measurement 1: intervals: zero length");
+    set_exposures(INT64_C(60000000000));
+    exposures[4] = INT64_MAX - 2;
+    exposures[5] = INT64_MAX - 1;
+    assert_fails(toliman_sky_refit(sky, exposures, ones, measured, sigmas, MEASURED, 0, &result, &fitted),
+                 TOLIMAN_E_RANGE, "measurement 2: time = ");
+    const double far[MEASURED] = {29.4, 29.7, 30.3}, exact[MEASURED] = {1e-4, 1e-4, 1e-4};
+    set_exposures(INT64_C(60000000000));
+    assert_fails(toliman_sky_refit(sky, exposures, ones, far, exact, MEASURED, 0, &result, &fitted), TOLIMAN_E_ARGUMENT,
+                 "separations_arcsec: the fit moves ");
+    assert_string_equal(toliman_last_error_field(), "separations_arcsec");
+    assert_null(fitted);
 }
 
 static void bad_measurements_are_refused(void **state) {
@@ -257,7 +288,7 @@ static void the_centre_of_the_earth_is_a_warning(void **state) {
     toliman_sky_options options = {.struct_size = sizeof options, .log = keep_text, .log_data = text};
     toliman_sky *made = NULL;
     assert_ok(toliman_sky_create("alpha-cen", &options, &made));
-    assert_non_null(strstr(text, "no observer file: predictions are for the Earth's centre"));
+    assert_non_null(strstr(text, "no observer given: predictions are for the Earth's centre"));
     toliman_sky_destroy(made);
     text[0] = '\0';
     options.without = TOLIMAN_SKY_SPACECRAFT_ABERRATION;
@@ -342,6 +373,7 @@ int main(void) {
         cmocka_unit_test(bad_arguments_are_refused),
         cmocka_unit_test(reduced_is_measured_over_factor_minus_geometric),
         cmocka_unit_test(unknown_exposures_are_refused),
+        cmocka_unit_test(a_refit_refuses_unknown_exposures),
         cmocka_unit_test(bad_measurements_are_refused),
         cmocka_unit_test(properties_are_those_of_the_options),
         cmocka_unit_test(the_centre_of_the_earth_is_a_warning),

@@ -1282,8 +1282,8 @@ class toliman_frame(Sized):
     stride: pixels from row to row; 0 = cols
     sigma: standard deviation of this frame's value, 1 to 32 times the tracker's; 0 = the tracker's
     exposure_s: length of the exposure, at most 1e9 s; 0 = unknown
-    intervals: [interval_count][2]: good-time intervals (on target), start and end in s from the start
-        of the exposure, increasing and within it; NULL if interval_count is 0
+    intervals: [interval_count][2]: on-target intervals (good-time intervals), start and end in s from
+        the start of the exposure, increasing and within it; NULL if interval_count is 0
     interval_count: at most 65536; 0 = unknown
     window_row: row and column of the first pixel on the detector, at most 2^31
     window_col: row and column of the first pixel on the detector, at most 2^31"""
@@ -1983,14 +1983,14 @@ class toliman_sky(Structure):
 # Number of orbital elements.
 TOLIMAN_SKY_ELEMENTS = 7
 
-# Effects that toliman_sky_options.without leaves out. The sizes are changes of the separation of alpha Centauri from
-# 2027 to 2030.
+# Effects that toliman_sky_options.without leaves out. The sizes are those for alpha Centauri from 2027 to 2030: the
+# amplitude of periodic effects, and the change in these three years of secular ones.
 TOLIMAN_SKY_EARTH_ABERRATION = 1  # the Earth's velocity: 746 uas, annual
 TOLIMAN_SKY_SPACECRAFT_ABERRATION = 2  # the observer's velocity about the Earth: 205 to 257 uas in 97 min
 TOLIMAN_SKY_PARALLAX = 4  # the observer's place: 44 uas, annual
 TOLIMAN_SKY_ROEMER = 8  # light time to the barycentre of the solar system: 2.5 uas
-TOLIMAN_SKY_LIGHT_TIME = 16  # light time between the stars: 294 uas, secular
-TOLIMAN_SKY_RADIAL_MOTION = 32  # of the barycentre: 305 uas, secular
+TOLIMAN_SKY_LIGHT_TIME = 16  # light time between the stars: 292 uas, secular
+TOLIMAN_SKY_RADIAL_MOTION = 32  # of the barycentre: 304 uas, secular
 TOLIMAN_SKY_TRANSVERSE_MOTION = 64  # of the barycentre: 77 uas, secular
 TOLIMAN_SKY_DEFLECTION = 128  # of light by the Sun: 0.8 uas, in November
 
@@ -2002,8 +2002,8 @@ class toliman_sky_options(Sized):
         path of an observer file, CCSDS OEM or CSV (formats.md, "Observer files"); may be NULL
     altitude_km: altitude of a circular sun-synchronous orbit, for simulations, 200 to 2000; 0 = none
     node_hours: local mean time at its ascending node, in (0, 24] h; 0 = 18, a dawn-dusk orbit
-    leap_seconds: [leap_second_count], for observer files in UTC, as in
-    leap_second_count: toliman_ingest_parse_time; 0 = those of ERFA
+    leap_seconds: [leap_second_count], for observer files in UTC; NULL if it is 0
+    leap_second_count: rows of the table; 0 = the table of ERFA
     log: receives warnings, during create only; may be NULL"""
 
     _fields_ = [
@@ -2029,7 +2029,7 @@ class toliman_sky_prediction(Sized):
     factor: separation_arcsec / geometric_arcsec
     barycentric_offset_s: barycentric time (TDB) minus TAI, s: time at which the light of the system's
         barycentre arrives at that of the solar system; without ROEMER, TDB - TAI
-    approach_m_s: velocity of the observer towards the system; velocities left out are missing
+    approach_m_s: velocity of the observer towards the system, without the effects left out
     sun_angle_deg: angle between the system and the Sun
     partials: derivatives of geometric_arcsec by the elements: arcsec per unit of the element"""
 
@@ -3620,8 +3620,8 @@ The struct_size of both must be set.
 Time: camera_ns is the middle of the exposure by the camera clock. It is timestamp_ns, plus half of exposure_s for
 START, minus half of it for END, rounded to 1 ns. If the exposure is unknown, camera_ns is timestamp_ns.
 
-Intervals: those of on_target_s in the line, at most 64, or NULL if the line has none. A line that has some is DAMAGE
-if exposure_s of the options is 0.
+Intervals: those of on_target_s in the line, at most 64, or NULL if the line has none. A line with intervals is
+reported as DAMAGE if options.exposure_s is 0.
 
 Memory: pixels, intervals, names and texts belong to the reader and stay valid during the next `buffers` - 1 calls of
 next, whatever event these return. With buffers = 1 they are valid until the next call.
@@ -3716,7 +3716,7 @@ a wrong table, also if the scale is not UTC. Since 0.2.""",
             ("capacity", c_size_t),
             ("count", POINTER(c_size_t)),
         ),
-        """Reads on-target (good-time) windows: times in which the telescope points at the stars (formats.md, "On-target
+        """Reads a table of on-target windows: times in which the telescope points at the stars (formats.md, "On-target
 windows").
   leap_seconds  [leap_second_count] leap seconds for UTC, as in toliman_ingest_parse_time
   intervals     [capacity][2], start and end of each window in TAI nanoseconds since 1970-01-01T00:00:00 TAI,
@@ -4235,10 +4235,10 @@ TOLIMAN_E_MISMATCH if the input has no such columns: no line of it can be used. 
             ("out", POINTER(POINTER(toliman_sky))),
         ),
         """Creates the predictor of a system.
-  system   "alpha-cen" (Akeson et al. 2021), the path of a system file (schema toliman-system/1), or, if the text
-           begins with "{", with or without blanks before it, the JSON of the system itself
-  options  NULL = the defaults: all effects, at the Earth's centre. A warning then says how many uas the spacecraft's
-           velocity adds
+  system   "alpha-cen" (Akeson et al. 2021), the path of a system file (schema toliman-system/1), or the JSON text
+           of a system. The first character of a JSON text that is not a blank is "{"
+  options  NULL = the defaults: all effects, at the Earth's centre. Without an observer, a warning states by how many
+           uas the velocity of a spacecraft in a low orbit changes the separation of this system
 The caller destroys *out. Errors: TOLIMAN_E_NOT_FOUND; TOLIMAN_E_SCENE, with file and key, for a bad system;
 TOLIMAN_E_FORMAT, with file, line and reason, for a bad observer file and a system that is not JSON;
 TOLIMAN_E_ARGUMENT. Since 0.2.""",
@@ -4297,11 +4297,12 @@ over the exposure.
   separations_arcsec  [count], measured apparent separations. NaN (no measurement) remains NaN
   reduced_arcsec      [count], receives the reduced separations
   predictions         [count], receives the predictions, with the struct_size of predictions[0] set; may be NULL
-  unreduced           receives the number of measurements for which the observer file has no state. Their reduced
-                      separation and all numbers of their prediction are NaN
-With an observer in orbit (circular or from a file), these are refused: an interval of zero length, because the
-prediction for an instant is wrong by up to 245 uas; and, with interval_counts NULL, an interval longer than 600 s,
-because such an exposure is a sum of shorter ones and the mean over all of it is wrong by up to 245 uas.
+  unreduced           receives the number of measurements whose exposure the observer file does not cover
+                      completely. Their reduced separation and all numbers of their prediction are NaN
+Two kinds of measurements are refused if the observer is in orbit, circular or from a file:
+  - a single interval of zero length. The prediction for an instant is wrong by up to 245 uas;
+  - with interval_counts NULL, an interval longer than 600 s. The telescope points elsewhere during a part of it, and
+    the mean from its start to its end is wrong by up to 245 uas.
 Errors: TOLIMAN_E_ARGUMENT, naming the measurement, for these and for bad numbers; otherwise as
 toliman_sky_predict_mean. Nothing is then written. Since 0.2.""",
     ),
@@ -4348,17 +4349,23 @@ values; parallax, motion and masses are not fitted. Only the priors distinguish 
 of the semi-major axis.
   sky                 system and observer
   intervals           [sum of interval_counts][2], on-target intervals of the measurements, start and end in TAI
-                      nanoseconds, as in toliman_sky_predict_mean
-  interval_counts     [count], number of intervals of each measurement; NULL = 1 for each
+                      nanoseconds
+  interval_counts     [count], number of intervals of each measurement. NULL: one for each, from the start to the end
+                      of an exposure whose on-target intervals are not known
   separations_arcsec  [count], measured apparent separations
   sigmas_arcsec       [count], their standard deviations
-  scale_sigma         standard deviation of the relative error of the plate scale; 0 = none
-  result              receives errors and residuals
+  scale_sigma         standard deviation of the relative error of the plate scale, in [0, 1); 0 = no error
+  result              receives errors and residuals, with its struct_size set; must not be NULL
   out                 receives the predictor of the new orbit, with the errors after the fit; the caller destroys it
 A saved file has the standard deviations of the elements, but not their correlations. To add measurements, refit the
 original system to all of them.
-Errors: TOLIMAN_E_ARGUMENT if no element has a standard deviation, for bad numbers, and if an element would move by
-more than 10 of its standard deviations; TOLIMAN_E_RANGE as toliman_sky_predict. Since 0.2.""",
+Errors, after which neither result nor out is written:
+  - TOLIMAN_E_ARGUMENT, naming the measurement, for those that toliman_sky_reduce refuses and for bad numbers;
+  - TOLIMAN_E_ARGUMENT if no element has a standard deviation, if the fit is singular or does not converge, if it
+    moves an element by more than 10 of its standard deviations, and if the fitted orbit is outside the limits of a
+    system file;
+  - TOLIMAN_E_RANGE, naming the measurement, as toliman_sky_predict_mean: one that the observer file does not cover
+    completely fails the call. Since 0.2.""",
     ),
     "toliman_sky_save_file": (
         c_int32, (("sky", POINTER(toliman_sky)), ("path", c_char_p)),

@@ -33,13 +33,22 @@ def _nanoseconds(name: str, values: ArrayLike) -> NDArray[numpy.int64]:
 
 
 class _Exposures:
-    """On-target intervals of measurements, from times [n] or a sequence of n arrays [intervals][2]."""
+    """Intervals of measurements: times [n], pairs of start and end [n][2], or a sequence of n arrays [intervals][2].
 
-    def __init__(self, tai_ns: typing.Any):
+    on_target: whether they are on-target intervals. None: only if each measurement has an array [intervals][2]."""
+
+    def __init__(self, tai_ns: typing.Any, on_target: bool | None):
         given = tai_ns if isinstance(tai_ns, (list, tuple)) else numpy.asarray(tai_ns)
+        are_lists = {numpy.ndim(one) > 1 for one in given}
+        if on_target is None and len(are_lists) > 1:
+            raise ValueError("tai_ns: must be a time or a pair for each measurement, or an array [intervals][2] for each")
         pairs = [_nanoseconds("tai_ns", [one, one] if numpy.ndim(one) == 0 else one).reshape(-1, 2) for one in given]
+        is_known = True in are_lists if on_target is None else on_target
+        if not is_known and any(len(pair) != 1 for pair in pairs):
+            raise ValueError("on_target=False: must have one interval for each measurement")
         self.count = len(pairs)
-        self.counts = (ctypes.c_size_t * len(pairs))(*(len(pair) for pair in pairs))
+        lengths = (ctypes.c_size_t * len(pairs))(*(len(pair) for pair in pairs))
+        self.counts = ctypes.cast(lengths, _size) if is_known else None
         self.intervals = numpy.ascontiguousarray(numpy.concatenate([*pairs, numpy.empty((0, 2), numpy.int64)]))
 
     def column(self, values: ArrayLike) -> NDArray[numpy.float64]:
@@ -99,46 +108,44 @@ class Sky(Handle):
         return SkyPrediction._of(made)
 
     def reduce(self, tai_ns: ArrayLike, separations_arcsec: ArrayLike, *,
-               on_target: bool = True) -> tuple[NDArray[numpy.float64], NDArray]:
+               on_target: bool | None = None) -> tuple[NDArray[numpy.float64], NDArray]:
         """Reduces measured separations to the orbit: measured / factor - geometric_arcsec.
 
-            reduced, seen = sky.reduce([[start, end], ...], measured_arcsec)
+            reduced, seen = sky.reduce([[start, end], ...], measured_arcsec)             # exposures of at most 600 s
+            reduced, seen = sky.reduce([[[start, end], ...], ...], measured_arcsec)      # on-target intervals
 
-        tai_ns: on-target intervals, a sequence of n arrays [intervals][2] or [2]; times [n] for the Earth's centre only.
-        on_target: False if each interval is a whole exposure of which the on-target intervals are not known; it is then
-            refused if it is longer than 600 s and the observer in orbit.
+        tai_ns: start and end of each exposure, [n][2], or its on-target intervals, a sequence of n arrays
+            [intervals][2]; times [n] for the Earth's centre only.
+        on_target: whether the telescope pointed at the stars in all of tai_ns. None: True for arrays [intervals][2],
+            False for pairs and times. With False and an observer in orbit, exposures above 600 s are refused.
         Returns the reduced separations and the predictions, a structured array as that of predict. They are NaN where
         the observer file has no state, and where a measured separation is NaN."""
-        exposures = _Exposures(tai_ns)
-        if not on_target and any(own != 1 for own in exposures.counts):
-            raise ValueError("on_target=False: must have one interval for each measurement")
+        exposures = _Exposures(tai_ns, on_target)
         separations, reduced = exposures.column(separations_arcsec), numpy.empty(exposures.count)
         made = (_raw.toliman_sky_prediction * max(exposures.count, 1))()
         made[0].struct_size = ctypes.sizeof(_raw.toliman_sky_prediction)
         unreduced = ctypes.c_size_t()
-        check(library.toliman_sky_reduce(self._c, exposures.intervals.ctypes.data_as(_int64),
-                                         ctypes.cast(exposures.counts, _size) if on_target else None,
+        check(library.toliman_sky_reduce(self._c, exposures.intervals.ctypes.data_as(_int64), exposures.counts,
                                          pointer(separations), exposures.count, pointer(reduced), made,
                                          ctypes.byref(unreduced)))
         return reduced, structured(made)[:exposures.count]
 
     def refit(self, tai_ns: ArrayLike, separations_arcsec: ArrayLike, sigmas_arcsec: ArrayLike, *,
-              scale_sigma: float = 0) -> tuple[Sky, Refit]:
+              scale_sigma: float = 0, on_target: bool | None = None) -> tuple[Sky, Refit]:
         """Fits the orbit again to measured separations, together with the errors of its elements.
 
-            better, fit = sky.refit(tai_ns, measured_arcsec, sigma_arcsec, scale_sigma=1e-3)
+            better, fit = sky.refit([[start, end], ...], measured_arcsec, sigma_arcsec, scale_sigma=1e-3)
             better.save("refitted.json")
 
-        tai_ns: times [n], or on-target intervals: a sequence of n arrays [intervals][2].
-        scale_sigma: standard deviation of the relative error of the plate scale; 0: none.
-        Returns the prediction with the new orbit, and its errors and residuals."""
-        exposures = _Exposures(tai_ns)
+        tai_ns, on_target: exposures or on-target intervals, as in reduce.
+        scale_sigma: standard deviation of the relative error of the plate scale, in [0, 1); 0: no error.
+        Returns the Sky with the new orbit, and its errors and residuals."""
+        exposures = _Exposures(tai_ns, on_target)
         separations, sigmas = exposures.column(separations_arcsec), exposures.column(sigmas_arcsec)
         result = _raw.toliman_sky_refit_result()
         made = self._create(library.toliman_sky_refit, self._c, exposures.intervals.ctypes.data_as(_int64),
                             exposures.counts, pointer(separations), pointer(sigmas), exposures.count,
-                            real("scale_sigma", scale_sigma),
-                            ctypes.byref(result))
+                            real("scale_sigma", scale_sigma), ctypes.byref(result))
         return Sky._adopt(made), Refit._of(result)
 
     def save(self, path: str | os.PathLike[str]) -> None:

@@ -62,7 +62,7 @@ def read_clock(path: str | os.PathLike[str]) -> NDArray[numpy.int64]:
 
 
 def read_on_target(path: str | os.PathLike[str]) -> NDArray[numpy.int64]:
-    """Reads a table of on-target (good-time) windows. Returns start and end of each in TAI nanoseconds [n][2], for
+    """Reads a table of on-target windows. Returns start and end of each in TAI nanoseconds [n][2], for
     example for Sky.predict_mean(). Leap seconds are those of ERFA."""
     count = ctypes.c_size_t()
     check(library.toliman_ingest_read_on_target(file_name(path), None, 0, None, 0, ctypes.byref(count)))
