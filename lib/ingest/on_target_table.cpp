@@ -32,7 +32,7 @@ Columns columns_of(std::string_view line, const TextLines &lines) {
             if (columns.start != kNoColumn && columns.end != kNoColumn)
                 return columns;
         }
-    fail(Status::format, "{%s}:%d: \"%s\": the header must name %s", lines.path(), lines.number(),
+    fail(Status::format, "{%s}:%d: \"%s\": the header must name exactly two columns: %s", lines.path(), lines.number(),
          std::string(line.substr(0, kShown)).c_str(), kAllowed);
 }
 
@@ -41,7 +41,8 @@ OnTargetWindow window_of(std::string_view line, const Columns &columns, const Le
     Fields fields;
     const size_t count = split_fields(line, fields);
     if (count != kColumns)
-        fail(Status::format, "{%s}:%d: %zu fields: must be 2, as in the header", lines.path(), lines.number(), count);
+        fail(Status::format, "{%s}:%d: %zu fields: must be exactly two columns, as in the header", lines.path(),
+             lines.number(), count);
     const OnTargetWindow window = {
         time_of(fields[columns.start], columns.kind, columns.start_name.c_str(), leap_seconds, lines),
         time_of(fields[columns.end], columns.kind, columns.end_name.c_str(), leap_seconds, lines)};

@@ -14,8 +14,12 @@ namespace toliman::ingest {
 
 class TextLines {
   public:
-    // Reads the file, of at most `limit` bytes, as file::read.
-    TextLines(const std::string &path, size_t limit) : path_(path), bytes_(file::read(path, limit)) {}
+    // Reads the file, of at most `limit` bytes, as file::read. A byte order mark at its beginning is skipped.
+    TextLines(const std::string &path, size_t limit) : path_(path), bytes_(file::read(path, limit)) {
+        constexpr unsigned char kByteOrderMark[] = {0xef, 0xbb, 0xbf};
+        if (bytes_.size() >= 3 && std::equal(bytes_.begin(), bytes_.begin() + 3, kByteOrderMark))
+            at_ = 3;
+    }
 
     // The next line without its end and without blanks at its ends; false at the end of the file.
     bool next(std::string_view &line) noexcept {
