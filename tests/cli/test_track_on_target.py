@@ -155,6 +155,48 @@ class Windows(OnTarget):
         self.assertEqual((lines[4]["reason"], lines[12]["tai_ns"]), ("off target", tai(12 * DAY)))
         self.check(self.columns("s"), windows)
 
+    def test_times_are_rounded_down(self):
+        """Camera time is 2/3 of TAI: exact to the nanosecond, also before time 0 and between two of them."""
+        bare = self.without_intervals()
+        (self.folder / "clock.csv").write_text(f"{-40 * DAY},{-60 * DAY}\n{60 * DAY},{90 * DAY}\n")
+        windows = [(camera * 3 // 2 + 1, (camera + 10**9) * 3 // 2 + 2) for camera in range(-6, 10**13, 10**12)]
+        lines = self.follow("s", "--clock", "clock.csv", *self.put(windows), inputs=bare)
+        self.assertEqual(lines[0]["verdict"], "accepted")
+        columns = self.columns("s")
+        self.assertEqual(list(columns), [0])
+        inside = [(max(2 * a // 3, -HALF), min(2 * b // 3, HALF)) for a, b in windows]
+        length = sum(b - a for a, b in inside)
+        mean = fractions.Fraction(sum((b - a) * (a + b) for a, b in inside), 2 * length * SECOND)
+        self.assertAlmostEqual(columns[0][1], float(mean), delta=1e-11)
+
+    def test_a_table_that_does_not_cover_an_exposure(self):
+        bare = self.without_intervals()
+        for name, windows, text in (
+                ("begins", [(5 * DAY, 60 * DAY)], "w.csv: begins in the exposure of frame 5 of session day: the time before its "
+                 "first window counts as off target"),
+                ("ends", [(-DAY, 7 * DAY + 1)], "w.csv: ends in the exposure of frame 7 of session day: the time after its last "
+                 "window counts as off target"),
+                ("gaps", self.windows(), None)):
+            self.follow(name, *self.put(windows), inputs=bare)
+            warnings = [line for line in self.errors.splitlines() if " the exposure of frame " in line]
+            self.assertEqual(warnings, [f"toliman: warning: {text}"] if text else [])
+
+    def test_an_exposure_at_the_end_of_the_range(self):
+        """Its start is beyond 64 bits."""
+        line = json.loads(self.lines[0])
+        del line["on_target_s"]
+        line["timestamp_ns"] = -2**63
+        self.pair("far/x", [json.dumps(line)], self.frames[:1])
+        lines = self.follow("s", "--stamp", "middle", "--exposure", "43200", *self.put([(0, DAY)]), inputs=("far",))
+        self.assertEqual(lines[0]["reason"], "off target")
+        self.assertIn(f"exposed from {-2**63} to {HALF - 2**63} ns of camera time", self.errors)
+
+    def test_a_byte_order_mark(self):
+        bare = self.without_intervals()
+        (self.folder / "w.csv").write_bytes(b"\xef\xbb\xbfstart_tai_ns,end_tai_ns\n%d,%d\n" % (-DAY, 60 * DAY))
+        lines = self.follow("s", "--on-target", "w.csv", inputs=bare)
+        self.assertEqual({line["verdict"] for line in lines.values()}, {"accepted"})
+
     def test_windows_in_utc(self):
         bare = self.without_intervals()
         day = "1972-06-30T"
@@ -181,7 +223,12 @@ class Windows(OnTarget):
         command = ("track", "--template", "scene.json", "--state", "s", "--dtype", "u32le", *GRID, "all")
         self.refuse(3, "w.csv: No such file", arguments=(*command, "--on-target", "w.csv"))
         (self.folder / "w.csv").write_text("start_utc,end_tai\n")
-        self.refuse(3, "w.csv:1: ", "the header must name start_tai_ns and end_tai_ns", arguments=(*command, "--on-target", "w.csv"))
+        self.refuse(3, "w.csv:1: ", "the header must name exactly two columns: start_tai_ns and end_tai_ns", arguments=(*command, "--on-target", "w.csv"))
+        (self.folder / "w.csv").write_text("start_tai_ns,end_tai_ns,note\n")
+        self.refuse(3, "w.csv:1: ", "the header must name exactly two columns: start_tai_ns and end_tai_ns",
+                    arguments=(*command, "--on-target", "w.csv"))
+        (self.folder / "w.csv").write_text("start_tai_ns,end_tai_ns\n5,6,7\n")
+        self.refuse(3, "w.csv:2: 3 fields: must be exactly two columns", arguments=(*command, "--on-target", "w.csv"))
         self.put([(5, 6), (6, 6)])
         self.refuse(3, "w.csv:3: end_tai_ns = 6: must be after start_tai_ns = 6", arguments=(*command, "--on-target", "w.csv"))
         self.put([(5, 6)])

@@ -1,24 +1,40 @@
 // Method: the windows are converted from TAI to the camera clock once, by the inverse of the clock table: straight
-// lines, with the nearest one beyond both ends, in long double, which has all bits of a time in nanoseconds. A binary
-// search then finds the windows of a frame.
+// lines, with the nearest one beyond both ends. The intervals of a frame are part of its content, so that they must be
+// the same on every machine: the conversion is exact in 128-bit integers, rounded down to a nanosecond, and seconds are
+// the quotient of two numbers that are exact. A binary search finds the windows of a frame.
 #include "downlink/on_target.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <toliman/toliman.hpp>
 
 #include "common/failure.hpp"
+#include "common/terminal.hpp"
 
 namespace cli {
 
 namespace {
 
+__extension__ using Wide = __int128;
+
 struct ClockPair {
     int64_t camera_ns, tai_ns;
 };
 
-// Beyond the range of 64 bits: its end.
+// The nearest number of 64 bits.
+int64_t clamped(Wide ns) {
+    return static_cast<int64_t>(std::clamp<Wide>(ns, INT64_MIN, INT64_MAX));
+}
+
+// Rounded down, for a positive divisor.
+Wide quotient(Wide dividend, Wide divisor) {
+    const Wide towards_zero = dividend / divisor;
+    return towards_zero - (dividend % divisor < 0 ? 1 : 0);
+}
+
+// Pairs are at most 2^62 apart, and two times 2^64: the product has at most 127 bits.
 int64_t camera_time(int64_t tai_ns, const std::vector<ClockPair> &clock) {
     if (clock.empty())
         return tai_ns;
@@ -27,20 +43,21 @@ int64_t camera_time(int64_t tai_ns, const std::vector<ClockPair> &clock) {
     const auto last = static_cast<std::ptrdiff_t>(clock.size()) - 1;
     const auto segment = std::clamp<std::ptrdiff_t>(after - 1, 0, std::max<std::ptrdiff_t>(last - 1, 0));
     const ClockPair &from = clock[static_cast<size_t>(segment)];
-    long double elapsed = static_cast<long double>(tai_ns) - from.tai_ns;
+    Wide elapsed = Wide{tai_ns} - from.tai_ns;
     if (last > 0) {
         const ClockPair &to = clock[static_cast<size_t>(segment) + 1];
-        elapsed *= (static_cast<long double>(to.camera_ns) - from.camera_ns) /
-                   (static_cast<long double>(to.tai_ns) - from.tai_ns);
+        elapsed = quotient(elapsed * (Wide{to.camera_ns} - from.camera_ns), Wide{to.tai_ns} - from.tai_ns);
     }
-    const long double time = from.camera_ns + elapsed;
-    if (std::fabs(time) < 0x1p63L)
-        return std::llround(time);
-    return time < 0 ? INT64_MIN : INT64_MAX;
+    return clamped(from.camera_ns + elapsed);
 }
 
-int64_t start_of(const toliman_frame &frame) {
-    return frame.camera_ns - std::llround(frame.exposure_s * 5e8);
+// Of its exposure, whose middle may be any number of 64 bits.
+Wide start_of(const toliman_frame &frame) {
+    return Wide{frame.camera_ns} - std::llround(frame.exposure_s * 5e8);
+}
+
+Wide end_of(const toliman_frame &frame) {
+    return start_of(frame) + std::llround(frame.exposure_s * 1e9);
 }
 
 } // namespace
@@ -70,14 +87,25 @@ void OnTarget::set_clock(const toliman_track_options &settings) {
         window = {camera_time(window.start_ns, clock), camera_time(window.end_ns, clock)};
 }
 
-bool OnTarget::limit(toliman_frame &frame, std::vector<double> &intervals) const {
+void OnTarget::warn_if_cut(const toliman_frame &frame) {
+    const Wide start = start_of(frame), end = end_of(frame);
+    const bool begins = windows_.front().start_ns > start && windows_.front().start_ns < end;
+    const bool ends = windows_.back().end_ns > start && windows_.back().end_ns < end;
+    if ((!begins && !ends) || std::exchange(warned_, true))
+        return;
+    Progress(Progress::Style::none)
+        .warn(path_ + (begins ? ": begins" : ": ends") + " in the exposure of frame " + std::to_string(frame.frame_id) +
+              " of session " + frame.session + ": the time " + (begins ? "before its first" : "after its last") +
+              " window counts as off target");
+}
+
+bool OnTarget::limit(toliman_frame &frame, std::vector<double> &intervals) {
     if (!(frame.exposure_s > 0))
         frame.exposure_s = exposure_s_;
+    warn_if_cut(frame);
     const double whole[] = {0, frame.exposure_s};
     const double *const own = frame.interval_count > 0 ? frame.intervals : whole;
-    const auto seconds = [start = start_of(frame)](int64_t ns) {
-        return static_cast<double>((static_cast<long double>(ns) - start) / 1e9L);
-    };
+    const auto seconds = [start = start_of(frame)](int64_t ns) { return static_cast<double>(ns - start) / 1e9; };
     for (size_t i = 0; i < std::max<size_t>(frame.interval_count, 1); i++) {
         const double from = own[2 * i], to = own[2 * i + 1];
         auto window = std::partition_point(windows_.begin(), windows_.end(),
@@ -94,7 +122,7 @@ bool OnTarget::limit(toliman_frame &frame, std::vector<double> &intervals) const
 }
 
 std::string OnTarget::complaint(const toliman_frame &frame) const {
-    const int64_t start = start_of(frame), end = start + std::llround(frame.exposure_s * 1e9);
+    const int64_t start = clamped(start_of(frame)), end = clamped(end_of(frame));
     return "no window of " + path_ + " contains on-target time of frame " + std::to_string(frame.frame_id) +
            ", exposed from " + std::to_string(start) + " to " + std::to_string(end) + " ns of camera time";
 }

@@ -6,7 +6,7 @@
 
 #include <toliman/track.h>
 
-#include "downlink/frame_times.hpp"
+#include "scenes/leap_seconds.hpp"
 
 namespace cli {
 
@@ -17,8 +17,8 @@ class OnTarget {
     // Converts the windows to the camera clock of a folder. Throws Failure if the length of its exposures is unknown.
     void set_clock(const toliman_track_options &settings);
     // Limits the intervals of a frame, by default its exposure, to the windows. `intervals` becomes their memory. False
-    // if nothing remains.
-    bool limit(toliman_frame &frame, std::vector<double> &intervals) const;
+    // if nothing remains. Warns of the first exposure in which the table begins or ends.
+    bool limit(toliman_frame &frame, std::vector<double> &intervals);
     // Why nothing remained of a frame.
     std::string complaint(const toliman_frame &frame) const;
 
@@ -26,7 +26,10 @@ class OnTarget {
     struct Window {
         int64_t start_ns, end_ns;
     };
+    void warn_if_cut(const toliman_frame &frame);
+
     std::string path_;
+    bool warned_ = false;
     std::vector<Window> windows_; // TAI, by the camera clock after set_clock
     double exposure_s_ = 0;       // of frames that do not state their own
 };
