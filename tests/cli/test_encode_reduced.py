@@ -7,6 +7,7 @@ import logging
 import unittest
 
 import numpy
+from astropy.io import fits
 from observed import DAY, SECOND, toliman, write_orbit
 from program import ProgramTest
 from test_fit import COLUMNS, SCENE
@@ -66,8 +67,41 @@ class Reduced(ProgramTest):
         del scene["binary"]["observer"]
         self.check(self.rows(scene, *LOW, "--epoch", "2027-03-01T06:00:00"),
                    toliman.parse_time("2027-03-01T06:00:00"), [[-60, 60]], toliman.Sky(altitude_km=600))
+        for epoch in (toliman.parse_time("2027-03-01T06:00:00"), "61465.25"):
+            self.check(self.rows(scene, *LOW, "--epoch", epoch), toliman.parse_time("2027-03-01T06:00:00"), [[-60, 60]],
+                       toliman.Sky(altitude_km=600))
         self.refuse(2, "s.json: has no binary.observer, so the date of its time 0 is not exact: give it by --epoch",
                     arguments=("encode", "--fit", "s.json", "f.fits", *LOW))
+
+    def test_times_of_headers(self):
+        """A FITS header with a time is where the frame was taken, as in track: here 3 days after the scene's frame 0."""
+        zero_ns, later = toliman.parse_time("2461406.75", "jd", "tt"), 3 * DAY
+        scene = copy.deepcopy(OBSERVED)
+        scene["cadence"]["times_days"] = [3, 33]
+        for name in ("frames", "interval_days"):
+            del scene["cadence"][name]
+        (self.folder / "later.json").write_text(json.dumps(scene))
+        self.succeed("simulate", "later.json", "--out", "later.fits", "--force")
+        with fits.open(self.folder / "later.fits") as file:
+            bare = [fits.PrimaryHDU(file[0].data[k]) for k in range(2)]
+        (self.folder / "s.json").write_text(json.dumps(OBSERVED))
+        for k, one in enumerate(bare):
+            one.header["TIMESYS"] = "TAI"
+            one.header["DATE-OBS"] = str(numpy.datetime64(zero_ns + later + 30 * k * DAY - 60 * SECOND, "ns"))
+            one.header["EXPTIME"] = 120
+            one.writeto(self.folder / f"n{k}.fits")
+        done = self.run_program("encode", "--fit", "s.json", *LOW, "n0.fits", "n1.fits")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        rows = list(csv.DictReader(io.StringIO(done.stdout)))
+        left = self.check(rows, zero_ns + later, [[-60, 60]], toliman.Sky(altitude_km=600))
+        self.assertLess(numpy.abs(left).max(), 5)
+        self.assertLess(max(abs(float(row["displacement_px"])) for row in rows), 1e-4)  # the stars are predicted then
+        self.assertEqual(done.stderr.count("warning"), 0, done.stderr)
+        bare[0].header["TIMESYS"] = ""
+        del bare[0].header["TIMESYS"]
+        bare[0].writeto(self.folder / "utc.fits")
+        done = self.run_program("encode", "--fit", "s.json", *LOW, "utc.fits")
+        self.assertIn("utc.fits: time by DATE-OBS + EXPTIME/2 in UTC, as TIMESYS is missing", done.stderr)
 
     def test_frames_without_a_state(self):
         zero_ns = toliman.parse_time("2461406.75", "jd", "tt")
@@ -98,6 +132,7 @@ class Reduced(ProgramTest):
 
     def test_mistakes(self):
         self.rows(OBSERVED, *LOW, frames="0:1")
+        self.succeed("simulate", "s.json", "--frames", "0:1", "--out", "f.npy")
         for name, cadence in (("long", {"exposure_s": 900}), ("instant", {"peak_photons": 1e5})):
             scene = copy.deepcopy(OBSERVED)
             del scene["cadence"]["exposure_s"]
@@ -108,17 +143,25 @@ class Reduced(ProgramTest):
         undated = copy.deepcopy(OBSERVED)
         del undated["binary"]["observer"]
         (self.folder / "undated.json").write_text(json.dumps(undated))
+        undated["cadence"].update(times_days=[30])
+        for name in ("frames", "interval_days"):
+            del undated["cadence"][name]
+        (self.folder / "later.json").write_text(json.dumps(undated))
         for code, message, scene, arguments in (
                 (2, "--epoch 2027-01-01: the scene has a date", "s", (*LOW, "--epoch", "2027-01-01")),
                 (2, "--plate-scale -1: must be above 0 arcsec per px and finite", "s", (*LOW, "--plate-scale", -1)),
-                (3, "long.json: cadence.exposure_s = 900: longer than 600 s: must be the on-target intervals", "long", LOW),
-                (3, "instant.json: cadence.exposure_s = 0: zero length: must be from start to end", "instant", LOW),
+                (3, "long.json: cadence.exposure_s = 900: must be in (0, 600] s for an observer in orbit, or with "
+                 "cadence.on_target_s", "long", LOW),
+                (3, "instant.json: cadence.exposure_s = 0: must be in (0, 600] s for an observer in orbit", "instant", LOW),
                 (2, "--altitude requires --system", "s", LOW[2:]),
+                (3, "its exposure must be within 64 bits", "undated", (*LOW, "--epoch", 2**63 - 1)),
+                (3, "a frame at 30 days: must be within 100,000 days of time 0", "later", (*LOW, "--epoch", 2**63 - 10**15)),
                 (2, "--epoch : must be YYYY-MM-DD", "undated", (*LOW, "--epoch", "")),
                 (2, 'system = "": must be "alpha-cen" or a system file', "s", ("--system", "", *LOW[2:])),
                 (3, "missing.json: No such file", "s", ("--system", "missing.json", "--altitude", 600))):
+            frames = "f.npy" if "its exposure" in message or scene == "later" else "f.fits"  # without a time in its header
             with self.subTest(message):
-                self.refuse(code, message, arguments=("encode", "--fit", f"{scene}.json", "f.fits", *arguments))
+                self.refuse(code, message, arguments=("encode", "--fit", f"{scene}.json", frames, *arguments))
         self.refuse(2, "--system requires --fit", arguments=("encode", "--template", "s.json", "f.fits", *LOW))
 
 

@@ -2,6 +2,7 @@
 import json
 import unittest
 
+import numpy
 from astropy.io import fits
 from astropy.time import Time
 from program import ProgramTest
@@ -21,6 +22,11 @@ SCENE = {
     "detector": {"shape": [48, 48], "pixel_scale_arcsec": 0.75},
     "noise": {"photon": True},
 }
+
+
+def date_of(tai_ns):
+    """Date of UTC, 37 s behind TAI."""
+    return str(numpy.datetime64(tai_ns - 37 * 10**9, "ns"))
 
 
 def middle(day):
@@ -64,8 +70,35 @@ class ObserverFrames(ProgramTest):
             self.assertEqual([(line["verdict"], line["tai_ns"]) for line in lines], [("accepted", middle(day)) for day in TIMES])
             self.assertEqual([line["value"] for line in lines], [line["value"] for line in pairs], number)
             self.assertLess(max(abs(line["value"]) for line in lines), 1e-3)  # px, of stars that move by 1 px
+        date = date_of(ZERO)
+        self.assertEqual([line["value"] for line in self.track("d", "in", "--epoch", date)], [line["value"] for line in pairs])
+        for epoch in ("1e18", "2027-13-01"):
+            self.refuse(2, f"--epoch {epoch}: must be ", arguments=("track", "--fit", "scene.json", "--state", "no", "--dtype",
+                                                                   "u32le", *GRID, "--epoch", epoch, "in"))
         status = json.loads(self.succeed("status", "a", "--json"))
         self.assertEqual(status["grid"]["time_offset_ns"], ZERO)
+
+    def test_exposures(self):
+        """A FITS header has the exposure, unless its frames have on-target intervals, for which it has no place."""
+        self.simulate()
+        self.assertNotIn("XPOSURE", fits.getheader(self.folder / "day.fits"))
+        scene = json.loads(json.dumps(SCENE))
+        del scene["cadence"]["on_target_s"]
+        scene["noise"]["photon"] = False
+        (self.folder / "scene.json").write_text(json.dumps(scene))
+        self.succeed("simulate", "scene.json", "--out", "whole.fits", "--force")
+        self.assertEqual(fits.getheader(self.folder / "whole.fits")["XPOSURE"], 60)
+        low = ("--system", "alpha-cen", "--altitude", "600", "--exposure", "0")  # none but that of the header
+        lines = self.track("whole", "whole.fits", *low)
+        self.assertEqual({line["verdict"] for line in lines}, {"accepted"})
+        self.assertLess(max(abs(line["value"]) for line in lines) * 0.75e6, 100)  # uas, errors of the fit
+        self.assertEqual({line["reason"] for line in self.track("parts", "day.fits", *low)}, {"no intervals"})
+        fits.setval(self.folder / "whole.fits", "XPOSURE", value=2e9)
+        self.refuse_in("XPOSURE = 2000000000.0: must be from 0 to 1e9 s", "whole.fits")
+
+    def refuse_in(self, text, name):
+        done = self.run_program("track", "--fit", "scene.json", "--state", "bad", *GRID, name)
+        self.assertIn(text, done.stderr)
 
     def test_times_by_cadence_begin_at_0(self):
         self.simulate()

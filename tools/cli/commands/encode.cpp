@@ -108,7 +108,12 @@ class Doubts {
 };
 
 std::unique_ptr<Encoder> encoder_of(const EncodeOptions &options, const Estimator &estimator, Progress &progress) {
-    auto encoder = make_encoder(estimator, Batch::kMost, options.frames.cadence);
+    FrameClock clock = {options.frames.cadence, {}, LeapSeconds(options.reduction.observer.leap_seconds())};
+    if (options.reduction.system)
+        clock.time_zero_ns = time_zero_of(options.reduction, estimator);
+    else if (estimator.time_zero_ns != 0)
+        clock.time_zero_ns = estimator.time_zero_ns;
+    auto encoder = make_encoder(estimator, Batch::kMost, clock, progress);
     if (!options.reduction.system)
         return encoder;
     return make_reducing_encoder(std::move(encoder), options.reduction, estimator, progress);

@@ -45,6 +45,7 @@ class DatedFile : public FrameSource {
             frame.session = session_.c_str();
             frame.roi = "single_roi"; // the mission's name of the only region
             frame.camera_ns = times_.at(k);
+            frame.exposure_s = times_.exposure_s();
             frame.pixel = file_->pixel();
             frame.pixels = pixels.data();
             frame.rows = static_cast<int64_t>(file_->rows());

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "downlink/frame_times.hpp"
 #include "downlink/tracking.hpp"
+#include "frames/frame_times.hpp"
 
 namespace cli {
 

@@ -1,5 +1,6 @@
 #include "downlink/setup_options.hpp"
 
+#include <charconv>
 #include <cmath>
 #include <cstdio>
 
@@ -9,6 +10,8 @@
 #include "common/text.hpp"
 #include "downlink/state_folder.hpp"
 #include "options/command.hpp"
+#include "scenes/leap_seconds.hpp"
+#include "scenes/sky_times.hpp"
 #include "series/periodogram.hpp"
 
 namespace cli {
@@ -34,6 +37,18 @@ FrequencyGrid grid_of_mission(double days) {
     } catch (const Failure &failure) {
         throw Failure(failure.code(), std::string("--mission-days: ") + failure.what());
     }
+}
+
+// TAI in ns as a whole number, or a date.
+int64_t epoch_of(const std::string &text) {
+    int64_t ns = 0;
+    double number = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), ns);
+    if (error == std::errc() && end == text.data() + text.size())
+        return ns;
+    if (number_of(text, number))
+        throw Failure(kExitUsage, "--epoch " + text + ": must be a whole number, TAI in ns, or a date of UTC");
+    return read_time("--epoch", text, TOLIMAN_INGEST_SCALE_UTC, LeapSeconds().rows);
 }
 
 // Pairs camera_ns,tai_ns, one after the other; 0,0 for "camera", and none for "".
@@ -64,10 +79,9 @@ void SetupOptions::add_to(CLI::App &command) {
     add_option(&command, "--clock", clock_, "FILE",
                "CSV file of pairs camera_ns,tai_ns, or the word camera if the camera's time is TAI; default: that "
                "of the folder; for a new folder, camera");
-    command.add_option(
-        "--epoch", epoch_,
-        "TAI in ns of time 0, to which phases refer; default: that of the folder; for a new folder, that of a "
-        "scene with an observer, otherwise 0");
+    add_option(&command, "--epoch", epoch_, "TIME",
+               "time 0, to which phases refer: TAI in ns, or a date of UTC; default: that of the folder; for a new "
+               "folder, that of a scene with an observer, otherwise 0");
     add_choice(&command, "--stamp", stamp_, {"start", "middle", "end"},
                "point of the exposure to which the time stamps of raw pairs refer; default: that of the folder; "
                "for a new folder, start");
@@ -86,7 +100,8 @@ void SetupOptions::set(toliman_track_options &how, Progress &progress) {
         how.nf = grid.nf;
         how.period_flags = TOLIMAN_PERIOD_DOUBLE_LIMB; // as `run` and `period`
     }
-    how.time_offset_ns = epoch_.value_or(how.time_offset_ns);
+    if (epoch_)
+        how.time_offset_ns = epoch_of(*epoch_);
     for (const int32_t stamp : {TOLIMAN_FRAME_STAMP_START, TOLIMAN_FRAME_STAMP_MIDDLE, TOLIMAN_FRAME_STAMP_END})
         if (stamp_ == stamp_name(stamp))
             how.stamp = stamp;
@@ -105,7 +120,7 @@ void SetupOptions::check_complete(const std::string &folder) const {
 std::string SetupOptions::text() const {
     return (grid_.empty() ? "" : " --grid " + grid_) +
            (mission_days_ ? formatted(" --mission-days %.17g", *mission_days_) : "") +
-           (epoch_ ? " --epoch " + std::to_string(*epoch_) : "") + (clock_.empty() ? "" : " --clock " + clock_);
+           (epoch_ ? " --epoch " + *epoch_ : "") + (clock_.empty() ? "" : " --clock " + clock_);
 }
 
 } // namespace cli

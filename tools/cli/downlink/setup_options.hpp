@@ -32,8 +32,8 @@ class SetupOptions {
 
   private:
     std::string grid_, clock_, stamp_;
+    std::optional<std::string> epoch_;
     std::optional<double> mission_days_, exposure_s_;
-    std::optional<int64_t> epoch_;
     std::vector<int64_t> pairs_;
 };
 

@@ -56,7 +56,7 @@ void CalibrationFiles::remove_part() const {
 
 FrameSet::FrameSet(const FrameOptions &options, const Scene &scene, Progress &progress) {
     const Cadence cadence(scene);
-    Predictions times(cadence.times, 1, options.cadence);
+    Predictions times(cadence.times, 1, {options.cadence, {}, LeapSeconds()}, progress);
     for (const std::string &path : options.files) {
         const auto file = options.open(path);
         if (file->rows() != static_cast<size_t>(scene.info.rows) ||

@@ -67,9 +67,10 @@ class ValueEncoder final : public Encoder {
 
 } // namespace
 
-std::unique_ptr<Encoder> make_encoder(const Estimator &estimator, size_t most, const std::optional<double> &cadence) {
+std::unique_ptr<Encoder> make_encoder(const Estimator &estimator, size_t most, const FrameClock &clock,
+                                      Progress &progress) {
     if (estimator.fit)
-        return make_fit_encoder(estimator, most, cadence);
+        return make_fit_encoder(estimator, most, clock, progress);
     return std::make_unique<ValueEncoder>(estimator, most);
 }
 

@@ -7,6 +7,7 @@
 
 #include "frames/estimator.hpp"
 #include "frames/frames_in.hpp"
+#include "frames/predictions.hpp"
 
 namespace cli {
 
@@ -18,7 +19,8 @@ struct Doubt {
 
 // What a fit measured in a frame.
 struct Separation {
-    double time_days, px; // px is NaN if the fit did not converge
+    std::optional<int64_t> tai_ns; // as Predictions
+    double time_days, px;          // px is NaN if the fit did not converge
 };
 
 class Encoder {
@@ -43,8 +45,8 @@ class Encoder {
     Encoder() = default;
 };
 
-// The estimator must outlive the encoder. cadence: seconds from frame to frame, for fits; otherwise the time of a frame
-// is that in the table FRAMES of its file, or else that of the frame of this number in the scene.
-std::unique_ptr<Encoder> make_encoder(const Estimator &estimator, size_t most, const std::optional<double> &cadence);
+// The estimator and `progress` must outlive the encoder. clock: for fits, as in Predictions.
+std::unique_ptr<Encoder> make_encoder(const Estimator &estimator, size_t most, const FrameClock &clock,
+                                      Progress &progress);
 
 } // namespace cli

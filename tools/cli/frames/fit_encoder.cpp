@@ -52,8 +52,8 @@ std::vector<Doubt> fit_doubts(const toliman_fit_result &result) {
 
 class FitEncoder final : public Encoder {
   public:
-    FitEncoder(const Estimator &estimator, size_t most, const std::optional<double> &cadence)
-        : fit_(estimator.fit.get()), predictions_(estimator.times, most, cadence),
+    FitEncoder(const Estimator &estimator, size_t most, const FrameClock &clock, Progress &progress)
+        : fit_(estimator.fit.get()), predictions_(estimator.times, most, clock, progress),
           results_(most, toliman::sized<toliman_fit_result>()),
           columns_(std::string("displacement_px,chi_square,separation_px,separation_sigma_px,") + kPlaceColumns) {}
 
@@ -74,7 +74,9 @@ class FitEncoder final : public Encoder {
     }
 
     std::vector<Doubt> doubts(size_t i) const override { return fit_doubts(results_[i]); }
-    Separation separation(size_t i) const override { return {predictions_.days(i), results_[i].separation_px}; }
+    Separation separation(size_t i) const override {
+        return {predictions_.tai_ns(i), predictions_.days(i), results_[i].separation_px};
+    }
 
   private:
     const toliman_fit *fit_;
@@ -85,9 +87,9 @@ class FitEncoder final : public Encoder {
 
 class BankEncoder final : public Encoder {
   public:
-    BankEncoder(const Estimator &estimator, size_t most, const std::optional<double> &cadence)
+    BankEncoder(const Estimator &estimator, size_t most, const FrameClock &clock, Progress &progress)
         : estimator_(estimator), info_(info_from<toliman_bank_info>(toliman_bank_get_info, estimator.bank.get())),
-          predictions_(estimator.times, most, cadence), results_(most, toliman::sized<toliman_bank_result>()),
+          predictions_(estimator.times, most, clock, progress), results_(most, toliman::sized<toliman_bank_result>()),
           fits_(most, toliman::sized<toliman_fit_result>()),
           columns_(std::string("displacement_px,chi_square,separation_px,separation_sigma_px,efficiency,network,"
                                "fit_displacement_px,") +
@@ -127,7 +129,9 @@ class BankEncoder final : public Encoder {
         return doubts;
     }
 
-    Separation separation(size_t i) const override { return {predictions_.days(i), results_[i].separation_px}; }
+    Separation separation(size_t i) const override {
+        return {predictions_.tai_ns(i), predictions_.days(i), results_[i].separation_px};
+    }
 
     void end(Progress &progress) const override {
         if (outside_ > 0 && !estimator_.renewal.empty())
@@ -173,11 +177,11 @@ class BankEncoder final : public Encoder {
 
 } // namespace
 
-std::unique_ptr<Encoder> make_fit_encoder(const Estimator &estimator, size_t most,
-                                          const std::optional<double> &cadence) {
+std::unique_ptr<Encoder> make_fit_encoder(const Estimator &estimator, size_t most, const FrameClock &clock,
+                                          Progress &progress) {
     if (estimator.bank)
-        return std::make_unique<BankEncoder>(estimator, most, cadence);
-    return std::make_unique<FitEncoder>(estimator, most, cadence);
+        return std::make_unique<BankEncoder>(estimator, most, clock, progress);
+    return std::make_unique<FitEncoder>(estimator, most, clock, progress);
 }
 
 } // namespace cli

@@ -8,7 +8,7 @@
 namespace cli {
 
 // estimator.fit must be there. Otherwise as make_encoder.
-std::unique_ptr<Encoder> make_fit_encoder(const Estimator &estimator, size_t most,
-                                          const std::optional<double> &cadence);
+std::unique_ptr<Encoder> make_fit_encoder(const Estimator &estimator, size_t most, const FrameClock &clock,
+                                          Progress &progress);
 
 } // namespace cli

@@ -9,6 +9,7 @@
 #include "frames/fits.hpp"
 #include "frames/frames_out.hpp"
 #include "scenes/dates.hpp"
+#include "scenes/scene_json.hpp"
 
 namespace cli {
 
@@ -80,6 +81,7 @@ class FitsOutput : public FrameOutput {
         number("FRAME1", static_cast<uint64_t>(frames.range.first), "number of the first frame");
         number("FRAMEN", static_cast<uint64_t>(frames.range.end - 1), "number of the last frame");
         date(frames);
+        exposure(frames.scene);
         cube_.emplace(frames);
     }
 
@@ -100,11 +102,18 @@ class FitsOutput : public FrameOutput {
     void date(const Simulated &frames) {
         const toliman_sim_info &info = frames.scene.info;
         const double days = Cadence(frames.scene).times[static_cast<size_t>(frames.range.first)];
-        const std::optional<int64_t> tai_ns = frame_time(days, info);
+        const std::optional<int64_t> tai_ns = frame_time(days, info.time_zero_ns);
         if (info.time_zero_ns == 0 || !tai_ns) // no frame can be made at such a time
             return;
         text("TIMESYS", "TAI", "scale of the dates");
         text("DATE-AVG", date_text(*tai_ns), "middle of the first exposure");
+    }
+
+    // A header has no place for on-target intervals: with them, a length alone would be taken for the time on target.
+    void exposure(const Scene &scene) {
+        const JsonTree tree = read_scene_json(scene.path);
+        if (scene.info.exposure_s > 0 && item_of(item_of(tree.get(), "cadence"), "on_target_s") == nullptr)
+            number("XPOSURE", scene.info.exposure_s, "[s] length of each exposure");
     }
 
     void write_table() {

@@ -84,7 +84,7 @@ constexpr int kMostIntervals = 64; // of a line that toliman/ingest.h reads
 
 // Time stamp of an exposure whose middle is `days` after time 0: its start.
 int64_t stamp_of(double days, const toliman_sim_info &scene) {
-    const std::optional<int64_t> middle = frame_time(days, scene);
+    const std::optional<int64_t> middle = frame_time(days, scene.time_zero_ns);
     int64_t stamp = 0;
     if (!middle || __builtin_sub_overflow(*middle, std::llround(scene.exposure_s * 5e8), &stamp))
         throw Failure(kExitUsage,
@@ -156,10 +156,10 @@ class SessionOutput : public FrameOutput {
 
 } // namespace
 
-std::optional<int64_t> frame_time(double days, const toliman_sim_info &scene) {
+std::optional<int64_t> frame_time(double days, int64_t time_zero_ns) {
     const std::optional<int64_t> ns = ns_of_days(days);
     int64_t time = 0;
-    return ns && !__builtin_add_overflow(*ns, scene.time_zero_ns, &time) ? std::optional(time) : std::nullopt;
+    return ns && !__builtin_add_overflow(*ns, time_zero_ns, &time) ? std::optional(time) : std::nullopt;
 }
 
 std::unique_ptr<FrameOutput> image_output(const std::string &path, const std::vector<size_t> &axes,

@@ -31,9 +31,9 @@ struct Simulated {
     size_t cols() const noexcept { return static_cast<size_t>(scene.info.cols); }
 };
 
-// Time in ns of a frame `days` after time 0 of a scene: TAI with an observer, otherwise since time 0. Nothing beyond
-// 100,000 days or 64 bits.
-std::optional<int64_t> frame_time(double days, const toliman_sim_info &scene);
+// Time in ns of a frame `days` after time 0 of a scene, which is TAI time_zero_ns with an observer, otherwise 0.
+// Nothing beyond 100,000 days or 64 bits.
+std::optional<int64_t> frame_time(double days, int64_t time_zero_ns);
 
 // Format of headerless counts; a count above 2^bit_depth - 1 is an error and is never wrapped.
 struct CountFormat {

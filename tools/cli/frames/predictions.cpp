@@ -1,37 +1,70 @@
 #include "frames/predictions.hpp"
 
+#include <utility>
+
 #include <toliman/toliman.hpp>
 
 #include "common/failure.hpp"
+#include "frames/frames_out.hpp"
 
 namespace cli {
 
-Predictions::Predictions(const std::vector<double> &scene_times, size_t most, const std::optional<double> &cadence)
-    : scene_times_(scene_times), cadence_(cadence), predictions_(most, toliman::sized<toliman_fit_prediction>()) {}
+namespace {
+
+__extension__ using Wide = __int128; // for differences of any two times
+
+} // namespace
+
+Predictions::Predictions(const std::vector<double> &scene_times, size_t most, const FrameClock &clock,
+                         Progress &progress)
+    : scene_times_(scene_times), clock_(clock), progress_(progress),
+      predictions_(most, toliman::sized<toliman_fit_prediction>()) {}
 
 void Predictions::open(FrameFile &frames) {
     path_ = frames.path();
     file_times_ = frames.days();
+    dated_.reset();
+    if (clock_.time_zero_ns && is_fits(path_))
+        dated_ = FrameTimes::of_header(frames, clock_.cadence, clock_.leap_seconds);
+    if (dated_)
+        warn_of(*dated_);
     if (frames.counted())
         check_times(frames.count());
 }
 
 const toliman_fit_prediction *Predictions::from(size_t first, size_t count) {
     check_times(first + count);
+    first_ = first;
     for (size_t i = 0; i < count; i++)
         predictions_[i].time_days = days_of(first + i);
     return predictions_.data();
 }
 
 void Predictions::check_times(size_t frames) const {
-    if (!cadence_ && frames > times().size())
+    if (!dated_ && !clock_.cadence && frames > times().size())
         malformed(path_, "has " + std::to_string(frames) + " frames: the scene has times for " +
                              std::to_string(times().size()) + " only: give --cadence SECONDS");
 }
 
 double Predictions::days_of(size_t frame) const {
     constexpr double kDay = 86400;
-    return cadence_ ? static_cast<double>(frame) * *cadence_ / kDay : times()[frame];
+    if (dated_)
+        return static_cast<double>(Wide{dated_->at(frame)} - *clock_.time_zero_ns) / (kDay * 1e9);
+    return clock_.cadence ? static_cast<double>(frame) * *clock_.cadence / kDay : times()[frame];
+}
+
+std::optional<int64_t> Predictions::tai_ns(size_t i) const {
+    if (dated_)
+        return dated_->at(first_ + i);
+    return clock_.time_zero_ns ? frame_time(days(i), *clock_.time_zero_ns) : std::nullopt;
+}
+
+void Predictions::warn_of(const FrameTimes &times) {
+    if (times.has_flag(TOLIMAN_INGEST_ASSUMED))
+        progress_.warn(path_ + ": time by " + times.rule());
+    if (times.has_flag(TOLIMAN_INGEST_EXPIRED) && !std::exchange(warned_of_expiry_, true))
+        progress_.warn(path_ + ": leap seconds are known up to MJD " + std::to_string(clock_.leap_seconds.expires) +
+                       " only: --leap-seconds FILE reads a newer leap-seconds.list of the IERS");
 }
 
 } // namespace cli

@@ -1,5 +1,5 @@
-// Method: the time of a frame, in TAI, is that of time 0 of the scene plus the frame's time in days. It is the middle
-// of the exposure, whose length and on-target intervals are those of the scene's cadence.
+// Method: the time of a frame, in TAI, is that of its encoder. It is the middle of the exposure, whose length and
+// on-target intervals are those of the scene's cadence.
 #include "frames/reducing_encoder.hpp"
 
 #include <cmath>
@@ -42,25 +42,11 @@ std::vector<Interval> intervals_of(const cJSON *on_target, double exposure_s) {
     return intervals;
 }
 
-int64_t time_zero_of(const FrameReductionOptions &options, const Estimator &estimator) {
-    if (options.epoch && estimator.time_zero_ns != 0)
-        throw Failure(kExitUsage, "--epoch " + *options.epoch + ": the scene has a date, that of binary.observer");
-    if (options.epoch)
-        return read_time("--epoch", *options.epoch, TOLIMAN_INGEST_SCALE_UTC,
-                         LeapSeconds(options.observer.leap_seconds()).rows);
-    if (estimator.time_zero_ns == 0)
-        throw Failure(kExitUsage, estimator.fit_scene +
-                                      ": has no binary.observer, so the date of its time 0 is not exact: "
-                                      "give it by --epoch");
-    return estimator.time_zero_ns;
-}
-
 class ReducingEncoder final : public Encoder {
   public:
     ReducingEncoder(std::unique_ptr<Encoder> encoder, const FrameReductionOptions &options, const Estimator &estimator,
                     Progress &progress)
         : encoder_(std::move(encoder)), options_(options), scene_(estimator.fit_scene),
-          time_zero_ns_(time_zero_of(options, estimator)),
           plate_scale_(plate_scale_of(options.plate_scale, estimator.pixel_scale_arcsec)),
           sky_(options.observer.predictor(*options.system, 0, progress)),
           columns_(std::string(encoder_->columns()) + ",mjd,factor,geometric_arcsec,reduced_px"),
@@ -101,20 +87,20 @@ class ReducingEncoder final : public Encoder {
     }
 
   private:
-    int64_t time_of(double days) const {
-        const std::optional<int64_t> ns = ns_of_days(days);
-        if (!ns)
-            malformed(scene_, formatted("a frame at %g days: must be within 100,000 days of time 0", days));
-        return time_zero_ns_ + *ns;
+    int64_t time_of(const Separation &measured) const {
+        if (!measured.tai_ns)
+            malformed(scene_, formatted("a frame at %g days: must be within 100,000 days of time 0, and within 64 bits "
+                                        "of TAI in ns",
+                                        measured.time_days));
+        return *measured.tai_ns;
     }
 
-    // The library refuses an exposure that is that of all frames, so the message names the scene.
+    // The library refuses the exposure of all frames, which is that of the scene.
     void check(toliman_status status) const {
         const toliman::error error(status);
-        const std::string why = error.what(), field = "intervals: ";
         if (status == TOLIMAN_E_ARGUMENT && error.field() == "intervals")
-            malformed(scene_,
-                      formatted("cadence.exposure_s = %g: ", exposure_s_) + why.substr(why.find(field) + field.size()));
+            malformed(scene_, formatted("cadence.exposure_s = %g: ", exposure_s_) + kOrbitExposure +
+                                  ", or with cadence.on_target_s");
         throw error;
     }
 
@@ -124,9 +110,9 @@ class ReducingEncoder final : public Encoder {
         times_.clear();
         for (size_t i = 0; i < count; i++) {
             const Separation measured = encoder_->separation(i);
-            const int64_t middle = times_.emplace_back(time_of(measured.time_days));
+            const int64_t middle = times_.emplace_back(time_of(measured));
             for (const Interval &interval : intervals_)
-                intervals.insert(intervals.end(), {middle + interval.start_ns, middle + interval.end_ns});
+                intervals.insert(intervals.end(), {moved(middle, interval.start_ns), moved(middle, interval.end_ns)});
             separations.push_back(measured.px * plate_scale_);
         }
         const std::vector<size_t> counts(count, intervals_.size());
@@ -142,10 +128,17 @@ class ReducingEncoder final : public Encoder {
         frames_ += count;
     }
 
+    int64_t moved(int64_t middle, int64_t offset) const {
+        int64_t time = 0;
+        if (__builtin_add_overflow(middle, offset, &time))
+            malformed(scene_, formatted("a frame at %lld ns of TAI: its exposure must be within 64 bits",
+                                        static_cast<long long>(middle)));
+        return time;
+    }
+
     std::unique_ptr<Encoder> encoder_;
     const FrameReductionOptions &options_;
     std::string scene_;
-    int64_t time_zero_ns_;
     double plate_scale_; // arcsec per px
     toliman::sky_predictor sky_;
     std::string columns_;
@@ -168,10 +161,22 @@ void FrameReductionOptions::add_to(CLI::App &command) {
     add_option(&command, "--plate-scale", plate_scale, "ARCSEC_PER_PX",
                "with --system: size of a pixel, default that of the scene");
     add_option(&command, "--epoch", epoch, "TIME",
-               "with --system: date of the scene's time 0 in UTC, for a scene without binary.observer");
+               "with --system: time 0 of a scene without binary.observer, a date of UTC or TAI in ns");
     chosen->needs(command.get_option("--fit"));
     for (const char *name : {"--observer", "--altitude", "--leap-seconds", "--plate-scale", "--epoch"})
         command.get_option(name)->needs(chosen);
+}
+
+int64_t time_zero_of(const FrameReductionOptions &options, const Estimator &estimator) {
+    if (options.epoch && estimator.time_zero_ns != 0)
+        throw Failure(kExitUsage, "--epoch " + *options.epoch + ": the scene has a date, that of binary.observer");
+    if (options.epoch)
+        return read_epoch("--epoch", *options.epoch, LeapSeconds(options.observer.leap_seconds()).rows);
+    if (estimator.time_zero_ns == 0)
+        throw Failure(kExitUsage, estimator.fit_scene +
+                                      ": has no binary.observer, so the date of its time 0 is not exact: "
+                                      "give it by --epoch");
+    return estimator.time_zero_ns;
 }
 
 std::unique_ptr<Encoder> make_reducing_encoder(std::unique_ptr<Encoder> encoder, const FrameReductionOptions &options,

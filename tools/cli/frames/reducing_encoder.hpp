@@ -17,8 +17,11 @@ struct FrameReductionOptions {
     std::optional<double> plate_scale; // arcsec per px; otherwise that of the scene
 };
 
-// Adds the columns mjd, factor, geometric_arcsec and reduced_px to those of `encoder`, which must be that of a fit. The
-// others are as without this. Throws Failure if the scene has no date or bad options were given.
+// TAI of time 0 of the scene of a fit: its date, or that of --epoch. Throws Failure if there are both or none.
+int64_t time_zero_of(const FrameReductionOptions &options, const Estimator &estimator);
+
+// Adds the columns mjd, factor, geometric_arcsec and reduced_px to those of `encoder`, which must be that of a fit
+// whose time 0 is known. The others are as without this. Throws Failure for bad options.
 std::unique_ptr<Encoder> make_reducing_encoder(std::unique_ptr<Encoder> encoder, const FrameReductionOptions &options,
                                                const Estimator &estimator, Progress &progress);
 

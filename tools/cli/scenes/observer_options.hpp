@@ -14,6 +14,9 @@ class App;
 
 namespace cli {
 
+// The exposures that can be reduced without on-target intervals, for messages.
+inline constexpr char kOrbitExposure[] = "must be in (0, 600] s for an observer in orbit";
+
 // The value of --plate-scale, arcsec per px, or `otherwise` if it is not given. Throws Failure for a bad one.
 double plate_scale_of(const std::optional<double> &given, double otherwise);
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <charconv>
 #include <cmath>
 #include <map>
 #include <utility>
@@ -52,6 +53,16 @@ int64_t read_time(const std::string &where, const std::string &text, int32_t sca
     return tai_ns;
 }
 
+int64_t read_epoch(const std::string &where, const std::string &text,
+                   const std::vector<toliman_leap_second> &leap_seconds) {
+    constexpr int64_t kLeastNs = 1000000000; // above all days
+    int64_t ns = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), ns);
+    if (error == std::errc() && end == text.data() + text.size() && (ns >= kLeastNs || ns <= -kLeastNs))
+        return ns;
+    return read_time(where, text, TOLIMAN_INGEST_SCALE_UTC, leap_seconds);
+}
+
 namespace {
 
 std::vector<SkyTime> times_of_range(const SkyTimeOptions &options,
@@ -82,6 +93,8 @@ std::vector<SkyTime> times_of_file(const SkyTimeOptions &options,
     std::string line;
     bool is_first = true;
     for (size_t number = 1; source.next(line); number++) {
+        if (number == 1 && line.compare(0, 3, "\xef\xbb\xbf") == 0) // the byte order mark that some editors write
+            line.erase(0, 3);
         const size_t start = line.find_first_not_of(" \t\r\n");
         if (start == std::string::npos || line[start] == '#')
             continue;

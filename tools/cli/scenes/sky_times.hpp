@@ -24,6 +24,10 @@ void add_sky_times(CLI::App &command, SkyTimeOptions &options);
 int64_t read_time(const std::string &where, const std::string &text, int32_t scale,
                   const std::vector<toliman_leap_second> &leap_seconds);
 
+// Reads the time of an option --epoch: a date or day of UTC, or a whole number of at least 1e9, TAI in ns.
+int64_t read_epoch(const std::string &where, const std::string &text,
+                   const std::vector<toliman_leap_second> &leap_seconds);
+
 struct SkyTime {
     std::string text; // in the time scale of the options
     int64_t tai_ns;

@@ -1,11 +1,13 @@
-#include "downlink/frame_times.hpp"
+#include "frames/frame_times.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include <toliman/toliman.hpp>
 
 #include "common/failure.hpp"
+#include "common/text.hpp"
 
 namespace cli {
 
@@ -36,6 +38,23 @@ std::optional<toliman_ingest_header_time> header_time(FrameFile &file, const Lea
     return time;
 }
 
+// XPOSURE, otherwise EXPTIME; 0 without both.
+double exposure_of(FrameFile &file) {
+    constexpr double kLongest = 1e9; // s
+    for (const char *key : {"XPOSURE", "EXPTIME"}) {
+        const std::optional<std::string> text = file.value_of(key);
+        double seconds = 0;
+        if (!text)
+            continue;
+        std::string number = *text; // FITS also allows the exponent D
+        std::replace(number.begin(), number.end(), 'D', 'E');
+        if (!number_of(number, seconds) || !(seconds >= 0 && seconds <= kLongest))
+            malformed(file.path(), key + (" = " + *text) + ": must be from 0 to 1e9 s");
+        return seconds;
+    }
+    return 0;
+}
+
 // The column time_days of the table FRAMES, ns.
 std::vector<int64_t> table_of(FrameFile &file) {
     constexpr double kMost = 20000; // so that sums of times fit
@@ -53,7 +72,8 @@ std::vector<int64_t> table_of(FrameFile &file) {
 
 FrameTimes::FrameTimes(FrameFile &file, int64_t number, const std::optional<double> &cadence,
                        const LeapSeconds &leap_seconds)
-    : path_(file.path()), header_(header_time(file, leap_seconds)), steps_(table_of(file)), cadence_(cadence) {
+    : path_(file.path()), header_(header_time(file, leap_seconds)), steps_(table_of(file)), cadence_(cadence),
+      exposure_s_(exposure_of(file)) {
     const bool by_table = !steps_.empty(), has_more = file.count() > 1;
     if (!by_table && !cadence_ && !is_tai())
         malformed(path_, "tells no time: needs --cadence SECONDS");
@@ -70,6 +90,13 @@ FrameTimes::FrameTimes(FrameFile &file, int64_t number, const std::optional<doub
         rule_ = header_->rule + (has_more ? ", from there on by " + step : "");
     else
         rule_ = step + ", by the camera's clock";
+}
+
+std::optional<FrameTimes> FrameTimes::of_header(FrameFile &file, const std::optional<double> &cadence,
+                                                const LeapSeconds &leap_seconds) {
+    if (!header_time(file, leap_seconds))
+        return std::nullopt;
+    return FrameTimes(file, 0, cadence, leap_seconds);
 }
 
 int64_t FrameTimes::at(size_t frame) const {

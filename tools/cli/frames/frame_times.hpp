@@ -18,9 +18,13 @@ namespace cli {
 // A Failure for a file that has no times, or bad ones.
 class FrameTimes {
   public:
+    // Nothing for a file whose header has no time.
+    static std::optional<FrameTimes> of_header(FrameFile &file, const std::optional<double> &cadence,
+                                               const LeapSeconds &leap_seconds);
     // number: of the first frame.
     FrameTimes(FrameFile &file, int64_t number, const std::optional<double> &cadence, const LeapSeconds &leap_seconds);
     int64_t at(size_t frame) const;
+    double exposure_s() const noexcept { return exposure_s_; } // of each frame, XPOSURE or EXPTIME; 0: unknown
     // In words, for a message that is a warning if TIMESYS or the exposure is missing.
     const std::string &rule() const noexcept { return rule_; }
     bool is_tai() const noexcept { return header_.has_value(); }
@@ -32,6 +36,7 @@ class FrameTimes {
     std::optional<toliman_ingest_header_time> header_;
     std::vector<int64_t> steps_; // from frame 0 on, where the table has them
     std::optional<double> cadence_;
+    double exposure_s_ = 0;
     int64_t first_ = 0, number_ = 0; // time of frame 0, ns; its number, where the cadence counts from it
     bool by_cadence_ = false;
 };
