@@ -101,7 +101,7 @@ class Refit(ProgramTest):
         for code, message, arguments in (
                 (3, "plain.csv: times are plain numbers", ("alpha-cen", "plain.csv", *LOW[:4])),
                 (3, "alone.csv: has no column sigma: must have the standard deviation", ("alpha-cen", "alone.csv", *LOW)),
-                (2, "--exposure not given: zero length: must be from start to end", ("alpha-cen", "s.csv", *LOW[:2], *PX)),
+                (2, "--exposure not given: must be in (0, 600] s for an observer in orbit", ("alpha-cen", "s.csv", *LOW[:2], *PX)),
                 (2, "--plate-scale -0.375: must be above 0", ("alpha-cen", "s.csv", *LOW, "--plate-scale", -SCALE)),
                 (2, "--scale-sigma 1: must be in [0, 1)", ("alpha-cen", "s.csv", *LOW, "--scale-sigma", 1)),
                 (2, "no element has a standard deviation", ("exact.json", "s.csv", *LOW, *PX)),

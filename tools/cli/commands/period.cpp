@@ -92,7 +92,8 @@ struct Reduced {
 
 Reduced reduced_of(const Series &series, const Options &options, Progress &progress) {
     const auto sky = options.reduction.observer.predictor(*options.system, 0, progress);
-    const Measurements measured = reduce(series, options.reduction, sky.get(), progress);
+    const Measurements measured =
+        reduce(measured_of(series, options.reduction), options.reduction, sky.get(), progress);
     Json json("system", *options.system);
     options.reduction.set(json);
     json.set("unreduced", measured.unreduced);

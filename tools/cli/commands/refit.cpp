@@ -1,12 +1,15 @@
 // toliman refit: the orbit of a binary, fitted again to measured separations.
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "common/failure.hpp"
+#include "common/input.hpp"
 #include "common/json.hpp"
 #include "common/library.hpp"
 #include "common/output.hpp"
 #include "common/text.hpp"
+#include "downlink/measured_frames.hpp"
 #include "options/command.hpp"
 #include "series/reduction.hpp"
 
@@ -47,14 +50,37 @@ std::vector<Element> elements_of(const toliman_sky *before, const toliman_sky *a
     return elements;
 }
 
-Fitted fit(const Options &options, Progress &progress) {
-    const auto sky = options.reduction.observer.predictor(options.system, 0, progress);
+// The frames of a state folder have their own times and exposures.
+void check_folder_options(const Options &options) {
+    const SampleOptions &samples = options.samples;
+    const std::string exposure = options.reduction.exposure ? formatted("%g", *options.reduction.exposure) : "";
+    const std::pair<const char *, std::string> given[] = {{"--columns ", samples.columns},
+                                                          {"--time-format ", samples.time_format},
+                                                          {"--time-scale ", samples.time_scale},
+                                                          {"--exposure ", exposure}};
+    for (const auto &[name, value] : given)
+        if (!value.empty())
+            throw Failure(kExitUsage, name + value + ": must not be given with a state folder, " + options.series);
+}
+
+Measured measured_of(Options &options, Progress &progress) {
+    if (is_folder(options.series)) {
+        check_folder_options(options);
+        const Measured measured = measured_frames(options.series, options.reduction.plate_scale, progress);
+        options.reduction.plate_scale = measured.plate_scale;
+        return measured;
+    }
     const Series series = read_series(options.series, options.samples);
     if (!series.warning.empty())
         progress.warn(series.warning);
     if (series.sigma.empty())
         malformed(series.name, "has no column sigma: must have the standard deviation of each separation");
-    const Measurements measured = reduce(series, options.reduction, sky.get(), progress);
+    return measured_of(series, options.reduction);
+}
+
+Fitted fit(Options &options, Progress &progress) {
+    const auto sky = options.reduction.observer.predictor(options.system, 0, progress);
+    const Measurements measured = reduce(measured_of(options, progress), options.reduction, sky.get(), progress);
     Fitted fitted = {
         nullptr, toliman::sized<toliman_sky_refit_result>(), {}, measured.separations.size(), measured.unreduced};
     fitted.sky = toliman::make<toliman::sky_predictor>(
@@ -125,7 +151,7 @@ void add_refit(CLI::App &app, Context &context) {
     auto options = std::make_shared<Options>();
     add_system(*command, options->system);
     add_option(command, "SERIES", options->series, "",
-               "series t,y,sigma of measured separations: text, JSON Lines or .npy")
+               "series t,y,sigma of measured separations: text, JSON Lines or .npy; or a state folder of `track --fit`")
         ->required();
     add_option(command, "--columns", options->samples.columns, "NAMES",
                "names of the columns to use: T,Y,SIGMA; default t,y,sigma");

@@ -46,24 +46,17 @@ void check_separations(const Series &series, const std::vector<double> &arcsec) 
                       formatted("sample %zu: y = %g: must be a measured separation, above 0", i + 1, series.y[i]));
 }
 
-// An exposure that the library refuses is that of all samples, so the message names the option.
-[[noreturn]] void refuse_exposure(const toliman::error &error, const ReductionOptions &options) {
-    const std::string why = error.what(), field = "intervals: ";
-    const std::string given =
-        options.exposure ? formatted("--exposure %g: ", *options.exposure) : "--exposure not given: ";
-    throw Failure(kExitUsage, given + why.substr(why.find(field) + field.size()));
-}
-
-void reduce_all(const Measurements &all, const ReductionOptions &options, const toliman_sky *sky,
+void reduce_all(const Measured &measured, const std::vector<double> &arcsec, const toliman_sky *sky,
                 std::vector<double> &reduced, std::vector<toliman_sky_prediction> &seen, size_t &unreduced) {
-    try {
-        toliman::check(toliman_sky_reduce(sky, all.intervals.data(), nullptr, all.separations.data(),
-                                          all.separations.size(), reduced.data(), seen.data(), &unreduced));
-    } catch (const toliman::error &error) {
-        if (error.status() != TOLIMAN_E_ARGUMENT || error.field() != "intervals")
-            throw;
-        refuse_exposure(error, options);
+    const toliman_status status = toliman_sky_reduce(sky, measured.intervals.data(), nullptr, arcsec.data(),
+                                                     arcsec.size(), reduced.data(), seen.data(), &unreduced);
+    const toliman::error error(status);
+    if (status == TOLIMAN_E_ARGUMENT && error.field() == "intervals") { // exposures that cannot be reduced
+        if (measured.exposures.empty())
+            malformed(measured.series.name, error.what());
+        throw Failure(kExitUsage, measured.exposures + ": " + kOrbitExposure);
     }
+    toliman::check(status);
 }
 
 void warn_left_out(const Measurements &kept, size_t all, const ReductionOptions &options, const toliman_sky *sky,
@@ -101,7 +94,7 @@ void ReductionOptions::add_to(CLI::App &command, CLI::Option *needed) {
     add_option(&command, "--exposure", exposure, "SECONDS",
                "length of each exposure, whose middle is t; needed with an observer in orbit");
     if (needed != nullptr)
-        for (const char *name : {"--observer", "--altitude", "--leap-seconds", "--plate-scale", "--exposure"})
+        for (const char *name : {"--observer", "--altitude", "--plate-scale", "--exposure"})
             command.get_option(name)->needs(needed);
 }
 
@@ -110,16 +103,23 @@ void ReductionOptions::set(Json &json) const {
     json.set("plate_scale_arcsec", plate_scale, "exposure_s", exposure);
 }
 
-Measurements reduce(const Series &series, const ReductionOptions &options, const toliman_sky *sky, Progress &progress) {
-    const double plate_scale = plate_scale_of(options.plate_scale, 1), exposure = exposure_of(options);
-    Measurements all = {series, intervals_of(tai_of(series), exposure), scaled(series.y, plate_scale),
-                        scaled(series.sigma, plate_scale), 0};
-    check_separations(series, all.separations);
+Measured measured_of(const Series &series, const ReductionOptions &options) {
+    const double exposure = exposure_of(options);
+    return {series, intervals_of(tai_of(series), exposure), plate_scale_of(options.plate_scale, 1),
+            options.exposure ? formatted("--exposure %g", exposure) : "--exposure not given"};
+}
+
+Measurements reduce(const Measured &measured, const ReductionOptions &options, const toliman_sky *sky,
+                    Progress &progress) {
+    const Series &series = measured.series;
+    const double plate_scale = measured.plate_scale;
+    const std::vector<double> separations = scaled(series.y, plate_scale), sigmas = scaled(series.sigma, plate_scale);
+    check_separations(series, separations);
     const size_t count = series.t.size();
     std::vector<double> reduced(count), geometric;
     std::vector<toliman_sky_prediction> seen(count, toliman::sized<toliman_sky_prediction>());
     Measurements kept = {};
-    reduce_all(all, options, sky, reduced, seen, kept.unreduced);
+    reduce_all(measured, separations, sky, reduced, seen, kept.unreduced);
     kept.reduced.name = series.name;
     kept.reduced.time_scale = series.time_scale;
     for (size_t i = 0; i < count; i++) {
@@ -127,13 +127,13 @@ Measurements reduce(const Series &series, const ReductionOptions &options, const
             continue;
         kept.reduced.t.push_back(series.t[i]);
         kept.reduced.y.push_back(reduced[i] / plate_scale);
-        kept.intervals.insert(kept.intervals.end(), {all.intervals[2 * i], all.intervals[2 * i + 1]});
-        kept.separations.push_back(all.separations[i]);
+        kept.intervals.insert(kept.intervals.end(), {measured.intervals[2 * i], measured.intervals[2 * i + 1]});
+        kept.separations.push_back(separations[i]);
         geometric.push_back(seen[i].geometric_arcsec);
         if (series.sigma.empty())
             continue;
         kept.reduced.sigma.push_back(series.sigma[i] / seen[i].factor);
-        kept.sigmas.push_back(all.sigmas[i]);
+        kept.sigmas.push_back(sigmas[i]);
     }
     warn_left_out(kept, count, options, sky, progress);
     warn_far(kept, geometric, progress);

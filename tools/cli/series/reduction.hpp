@@ -15,7 +15,7 @@ namespace cli {
 
 // --plate-scale, --exposure and the observer.
 struct ReductionOptions {
-    // needed: the option that all of them need; NULL for none.
+    // needed: the option that all of them but --leap-seconds need; NULL for none.
     void add_to(CLI::App &command, CLI::Option *needed);
     void set(Json &json) const; // adds the observer, plate_scale_arcsec and exposure_s
 
@@ -24,7 +24,17 @@ struct ReductionOptions {
     std::optional<double> exposure;    // s, whose middle is the time of a sample
 };
 
-// The samples of a series for whose times the observer is known.
+// Measured separations and their exposures.
+struct Measured {
+    Series series;                  // t, y and sigma
+    std::vector<int64_t> intervals; // [n][2], start and end of the exposures, TAI ns
+    double plate_scale;             // arcsec per unit of y
+    std::string exposures;          // the option that states the length of all of them; "": each has its own
+};
+// The samples of a series. Throws Failure for bad options or times.
+Measured measured_of(const Series &series, const ReductionOptions &options);
+
+// Those for whose times the observer is known.
 struct Measurements {
     Series reduced;                          // y and sigma of the reduced separations, in the unit of the series
     std::vector<int64_t> intervals;          // [n][2], start and end of the exposures, TAI ns
@@ -32,8 +42,8 @@ struct Measurements {
     size_t unreduced;                        // samples that were left out
 };
 
-// Warns of samples that are left out. Throws Failure for bad options or times, for exposures that cannot be reduced,
-// and if no sample is left.
-Measurements reduce(const Series &series, const ReductionOptions &options, const toliman_sky *sky, Progress &progress);
+// Warns of samples that are left out. Throws Failure for exposures that cannot be reduced, and if no sample is left.
+Measurements reduce(const Measured &measured, const ReductionOptions &options, const toliman_sky *sky,
+                    Progress &progress);
 
 } // namespace cli
