@@ -45,6 +45,7 @@ class Predict(ProgramTest):
         for name in ("separation_arcsec", "position_angle_deg", "geometric_arcsec", "geometric_angle_deg", "factor",
                      "barycentric_offset_s", "approach_m_s", "sun_angle_deg"):
             self.assertEqual([row[name] for row in rows], sky.predict(times)[name].tolist(), name)
+        self.assertEqual([row["partials"] for row in rows], sky.predict(times)["partials"].tolist())
 
     def test_table(self):
         arguments = (*LOW, "--times", "2027-01-01,61500,2461600.25,2028-02-29T12:00:00.5Z")
@@ -80,6 +81,8 @@ class Predict(ProgramTest):
         (self.folder / "times.csv").write_text("date,y\n# a comment\n\n2027-01-01T00:00:00.25,5\n  61500 7\n")
         expected = self.succeed(*LOW, "--times", "2027-01-01T00:00:00.25,61500")
         self.assertEqual(self.succeed(*LOW, "--times-file", "times.csv"), expected)
+        (self.folder / "marked.csv").write_bytes(b"\xef\xbb\xbf2027-01-01T00:00:00.25\n61500\n")  # by some editors
+        self.assertEqual(self.succeed(*LOW, "--times-file", "marked.csv"), expected)
         self.assertEqual(self.succeed(*LOW, "--times-file", "-", input="2027-01-01T00:00:00.25\n61500"), expected)
 
     def test_fractions_of_seconds(self):
@@ -125,7 +128,7 @@ class Predict(ProgramTest):
         done = self.run_program("predict", "alpha-cen", "--times", "2027-01-01")
         self.assertEqual(done.returncode, 0)
         self.assertIn("# observer  centre of the Earth\n", done.stdout)
-        self.assertIn("warning: no observer file: predictions are for the Earth's centre", done.stderr)
+        self.assertIn("warning: no observer given: predictions are for the Earth's centre", done.stderr)
         self.succeed("predict", "alpha-cen", "--times", "2027-01-01", "--without", "spacecraft_aberration")
 
     def test_refusals(self):

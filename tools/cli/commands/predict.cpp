@@ -77,6 +77,13 @@ void print_table(const Options &options, const toliman_sky_info &info, const std
     print_stdout(text);
 }
 
+std::vector<Exact> partials_of(const toliman_sky_prediction &row) {
+    std::vector<Exact> partials;
+    for (const double partial : row.partials)
+        partials.push_back(Exact{partial});
+    return partials;
+}
+
 void print_json(const Options &options, const toliman_sky_info &info, const std::vector<SkyTime> &times,
                 const std::vector<toliman_sky_prediction> &seen) {
     Json json("schema", "toliman-predict/1", "version", toliman_version(), "system", options.system, "name",
@@ -91,7 +98,7 @@ void print_json(const Options &options, const toliman_sky_info &info, const std:
                             "geometric_arcsec", Exact{row.geometric_arcsec}, "geometric_angle_deg",
                             Exact{row.geometric_angle_deg}, "factor", Exact{row.factor}, "barycentric_offset_s",
                             Exact{row.barycentric_offset_s}, "approach_m_s", Exact{row.approach_m_s}, "sun_angle_deg",
-                            Exact{row.sun_angle_deg}));
+                            Exact{row.sun_angle_deg}, "partials", partials_of(row)));
     }
     json.set("predictions", rows);
     print_stdout(json.text());
