@@ -22,20 +22,21 @@ track::Reason reduce(const sky::Predictor &predictor, const track::OnTarget &on_
     exposure.intervals.reserve(on_target.spans.size());
     for (const track::Span &span : on_target.spans)
         exposure.intervals.push_back({span.start_ns, span.end_ns});
-    if (!sky::why_unknown(predictor.observer(), exposure).empty())
-        return track::Reason::no_intervals;
     try {
-        const sky::Prediction mean = predictor.mean(exposure.intervals);
-        reduction.factor = mean.factor;
-        reduction.geometric_arcsec = mean.geometric_arcsec;
-        std::copy_n(mean.partials, track::kPartials, reduction.partials);
+        const sky::ExposureMean mean = sky::mean_over(predictor, exposure);
+        if (mean.outcome != sky::ExposureMean::Outcome::known)
+            return mean.outcome == sky::ExposureMean::Outcome::unknown ? track::Reason::no_intervals
+                                                                       : track::Reason::no_orbit;
+        reduction.factor = mean.seen.factor;
+        reduction.geometric_arcsec = mean.seen.geometric_arcsec;
+        std::copy_n(mean.seen.partials, track::kPartials, reduction.partials);
         return track::Reason::none;
     } catch (const Error &error) {
         if (error.status() == Status::argument) // no length in ns, or longer than a mean may be
             return track::Reason::no_intervals;
-        if (error.status() != Status::range)
-            throw;
-        return track::Reason::no_orbit;
+        if (error.status() == Status::range) // years before 1900 or after 2100
+            return track::Reason::no_orbit;
+        throw;
     }
 }
 

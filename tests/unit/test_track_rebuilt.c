@@ -111,7 +111,7 @@ static void rebuild_needs_separations(void **unused) {
     options = loaded_options(TOLIMAN_TRACK_REBUILD);
     options.sky = orbit;
     options.plate_scale_arcsec = SCALE;
-    assert_fails(toliman_track_create(&options, &track), TOLIMAN_E_MISMATCH, "has no column separation_px");
+    assert_fails(toliman_track_create(&options, &track), TOLIMAN_E_ARGUMENT, "needs a value separation_px");
     assert_true(number_at(ledger, 8, 8) == salt);
     track = open_reader();
     assert_int_equal(info_of(track).accepted + info_of(track).outlier, 20);

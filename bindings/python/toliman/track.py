@@ -331,6 +331,16 @@ class Tracker(Handle):
             records[name] = numbers
         return records
 
+    def intervals(self, record: int) -> NDArray[numpy.float64]:
+        """Returns the on-target intervals with which the frame of a record came, [n][2] in s from the start of the exposure by
+        the camera clock; empty without a list. record: index in records()."""
+        record, count = within("record", record, 0, INT64), ctypes.c_size_t()
+        check(library.toliman_track_get_intervals(self._c, record, None, 0, ctypes.byref(count)))
+        found = numpy.empty((count.value, 2))
+        if count.value > 0:
+            check(library.toliman_track_get_intervals(self._c, record, pointer(found), count, ctypes.byref(count)))
+        return found
+
     def _columns(self) -> list[tuple[str, type]]:
         """Returns names and types of the ledger's columns."""
         count = ctypes.c_size_t()
