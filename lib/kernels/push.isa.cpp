@@ -13,25 +13,13 @@
 // Products are made exact by FMA or by Dekker's splitting, with equal results: the same bits on every instruction set.
 // Error: c and s within 4e-16 (kernels/push.hpp). Tested against 113-bit arithmetic in tests/kernel/test_push.c.
 //
-// Reference: Dekker (1971), Numer. Math. 18, 224, exact products; Knuth, The Art of Computer Programming, vol. 2, sec.
-// 4.2.2, exact differences.
+// Reference: kernels/pair.hpp, exact products and differences.
 #include "kernels/push.hpp"
 
-#include "kernels/cis.hpp"
+#include "kernels/limbs.hpp"
 
 namespace toliman::kernels::TOLIMAN_ISA {
 namespace {
-
-constexpr double kMagic = 0x1.8p52; // x + kMagic is x rounded to nearest even, in the low bits; |x| < 2^51
-constexpr uint64_t kMagicBits = 0x4338000000000000u;
-
-// Nearest integer to x, |x| < 2^51, ties to even; an odd function, so that a removed sample cancels exactly.
-inline uint64_t quantised(double x) noexcept {
-    const double shifted = x + kMagic;
-    uint64_t bits;
-    __builtin_memcpy(&bits, &shifted, sizeof bits);
-    return bits - kMagicBits;
-}
 
 void set_anchors(double f0, double df, size_t blocks, const PushSample &sample, double *cosines,
                  double *sines) noexcept {
@@ -62,35 +50,6 @@ inline void single_limb_terms(double c0, double s0, const double *table_c, const
         terms[kYCLow][j] = ((yc - nearest_whole(yc)) + product_error(y, c, yc)) * kOne + y_low * c;
         terms[kYSLow][j] = ((ys - nearest_whole(ys)) + product_error(y, s, ys)) * kOne + y_low * s;
     }
-}
-
-// Double-double number: value + error, |error| below an ulp of value.
-struct Pair {
-    double value, error;
-};
-
-inline Pair product(double a, double b) noexcept {
-    const double p = a * b;
-    return {p, product_error(a, b, p)};
-}
-
-inline Pair difference(double a, double b) noexcept {
-    const double d = a - b, back = d - a;
-    return {d, (a - (d - back)) - (b + back)};
-}
-
-// factor x, with a relative error of 2^-104.
-inline Pair scaled(double factor, Pair x) noexcept {
-    const Pair p = product(factor, x.value);
-    return {p.value, p.error + factor * x.error};
-}
-
-// Splits a term into two limbs, which quantised() rounds, and returns the remainder in units of a third.
-inline double split_limbs(Pair term, double &high, double &low) noexcept {
-    const Pair remainder = difference(term.value - nearest_whole(term.value), -term.error);
-    high = term.value;
-    low = remainder.value * kOne;
-    return ((low - nearest_whole(low)) + remainder.error * kOne) * kOne;
 }
 
 inline void double_limb_terms(double c0, double s0, const double *table_c, const double *table_s,
@@ -130,12 +89,8 @@ void push(double f0, double df, size_t blocks, const PushSample &sample, double 
     set_anchors(f0, df, blocks, sample, anchor_c, anchor_s);
     for (size_t b = 0; b < blocks; b++) {
         make_terms(anchor_c[b], anchor_s[b], table_c, table_s, sample, terms);
-        for (int sum = 0; sum < sums; sum++) {
-            int64_t *__restrict out = lo[sum] + b * kBlock;
-            const double *__restrict term = terms[sum];
-            for (size_t j = 0; j < kBlock; j++) // unsigned, since padding beyond the grid may overflow
-                out[j] = static_cast<int64_t>(static_cast<uint64_t>(out[j]) + quantised(term[j]));
-        }
+        for (int sum = 0; sum < sums; sum++)
+            add_terms(terms[sum], lo[sum] + b * kBlock);
     }
 }
 
