@@ -1184,7 +1184,7 @@ module toliman
 
     ! Options fixed at creation, because the bits of the accumulators depend on them.
     type, bind(C), public :: toliman_period_options
-        integer(c_int32_t) :: struct_size = 72
+        integer(c_int32_t) :: struct_size = 232
         integer(c_int32_t) :: flags = 0 ! TOLIMAN_PERIOD_FIXED_MEAN, TOLIMAN_PERIOD_DOUBLE_LIMB
         ! subtracted exactly from every t; give the first time if time stamps have many digits
         real(c_double) :: time_offset = 0.0_c_double
@@ -1204,6 +1204,12 @@ module toliman
         ! nanoseconds per unit of t, in [1, 1e30]; 0 = 1e9, seconds; 86400e9 = days
         real(c_double) :: unit_ns = 0.0_c_double
         type(c_ptr) :: allocator = c_null_ptr ! for the large arrays of the object; NULL = malloc
+        integer(c_int32_t) :: trend = 0 ! nuisance functions, see period_nuisance.h. Since 0.2, as all that follow
+        integer(c_int32_t) :: columns = 0
+        real(c_double) :: trend_start = 0.0_c_double
+        real(c_double) :: trend_end = 0.0_c_double
+        real(c_double) :: column_bound(8) = 0.0_c_double
+        real(c_double) :: prior_precision(9) = 0.0_c_double
     end type
 
     ! Flag of toliman_period_sample: the time is t_ns.
@@ -1222,7 +1228,7 @@ module toliman
 
     ! Properties of a periodogram. Members with names of toliman_period_options hold the options in force.
     type, bind(C), public :: toliman_period_info
-        integer(c_int32_t) :: struct_size = 112 ! in: sizeof(toliman_period_info)
+        integer(c_int32_t) :: struct_size = 280 ! in: sizeof(toliman_period_info)
         integer(c_int32_t) :: flags = 0
         integer(c_int64_t) :: nf = 0
         real(c_double) :: f0 = 0.0_c_double
@@ -1239,6 +1245,14 @@ module toliman
         real(c_double) :: unit_ns = 0.0_c_double
         integer(c_int32_t) :: weighted = 0 ! 1: a sample has a sigma other than sigma_floor
         integer(c_int32_t) :: reserved = 0
+        integer(c_int32_t) :: trend = 0 ! nuisance functions, see period_nuisance.h. Since 0.2, as all that follow
+        integer(c_int32_t) :: columns = 0
+        real(c_double) :: trend_start = 0.0_c_double
+        real(c_double) :: trend_end = 0.0_c_double
+        real(c_double) :: column_bound(8) = 0.0_c_double
+        real(c_double) :: prior_precision(9) = 0.0_c_double
+        integer(c_int32_t) :: functions = 0 ! number of functions in use, with the mean
+        integer(c_int32_t) :: free_functions = 0 ! number of those without a prior
     end type
 
     ! Normalisations of the power, named as in astropy. R is the residual sum of squares of the model, R0 that of the
@@ -1322,22 +1336,6 @@ module toliman
         real(c_double) :: period_error = 0.0_c_double ! fit: standard error of the period, frequency_error/frequency^2
     end type
 
-    ! Flag of toliman_period_sampling: at some frequency above 0, single-limb accumulators may give the power with an
-    ! error above 1e-9. Use TOLIMAN_PERIOD_DOUBLE_LIMB.
-    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_NEEDS_DOUBLE_LIMB = 128
-
-    ! Sampling diagnostics: whether the grid suits the times of the samples.
-    type, bind(C), public :: toliman_period_sampling
-        integer(c_int32_t) :: struct_size = 40 ! in: sizeof(toliman_period_sampling)
-        integer(c_int32_t) :: flags = 0 ! TOLIMAN_PERIOD_COARSE, _ABOVE_NYQUIST, _NEEDS_DOUBLE_LIMB, _INACCURATE
-        real(c_double) :: baseline = 0.0_c_double ! T
-        ! 1/(5 T), the largest df that resolves every peak; +infinity if all times are equal
-        real(c_double) :: coarsest_df = 0.0_c_double
-        real(c_double) :: nyquist = 0.0_c_double ! 1/(2 step); +infinity if all times are equal
-        ! number of independent frequencies: last frequency of the grid times T, at least 1
-        real(c_double) :: independent = 0.0_c_double
-    end type
-
     ! Flag of toliman_period_batch_options: use direct sums only, with an error of 1e-13 whatever the tolerance.
     integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_DIRECT = 512
 
@@ -1360,7 +1358,7 @@ module toliman
     ! FAP method: assumes f T independent frequencies. Underestimates the FAP (about 3x too small at 0.01).
     integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_FAP_NAIVE = 112
 
-    ! FAP method: FAP at one frequency that was known beforehand: (1 - P)^((N - 3)/2).
+    ! FAP method: FAP at one frequency that was known beforehand: (1 - P)^((N - K - 2)/2), K = 1 for the mean alone.
     integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_FAP_SINGLE = 113
 
     ! FAP method for repeated queries of a growing series. Queries may be made after each sample or at any times, and may
@@ -1376,11 +1374,29 @@ module toliman
 
     ! Options of toliman_period_query_bootstrap.
     type, bind(C), public :: toliman_period_bootstrap_options
-        integer(c_int32_t) :: struct_size = 32
+        integer(c_int32_t) :: struct_size = 40
         integer(c_int32_t) :: threads = 0 ! worker threads, 0 = one per processor; results do not depend on the number
         integer(c_int64_t) :: seed = 0 ! of the random resamplings
         type(c_funptr) :: progress = c_null_funptr ! may be NULL
         type(c_ptr) :: progress_data = c_null_ptr
+        ! [n][columns] of a periodogram with columns (period_nuisance.h), otherwise NULL. Since 0.2
+        type(c_ptr) :: rows = c_null_ptr
+    end type
+
+    ! Flag of toliman_period_sampling: at some frequency above 0, single-limb accumulators may give the power with an
+    ! error above 1e-9. Use TOLIMAN_PERIOD_DOUBLE_LIMB.
+    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_NEEDS_DOUBLE_LIMB = 128
+
+    ! Sampling diagnostics: whether the grid suits the times of the samples.
+    type, bind(C), public :: toliman_period_sampling
+        integer(c_int32_t) :: struct_size = 40 ! in: sizeof(toliman_period_sampling)
+        integer(c_int32_t) :: flags = 0 ! TOLIMAN_PERIOD_COARSE, _ABOVE_NYQUIST, _NEEDS_DOUBLE_LIMB, _INACCURATE
+        real(c_double) :: baseline = 0.0_c_double ! T
+        ! 1/(5 T), the largest df that resolves every peak; +infinity if all times are equal
+        real(c_double) :: coarsest_df = 0.0_c_double
+        real(c_double) :: nyquist = 0.0_c_double ! 1/(2 step); +infinity if all times are equal
+        ! number of independent frequencies: last frequency of the grid times T, at least 1
+        real(c_double) :: independent = 0.0_c_double
     end type
 
     ! Flags of toliman_series_options.
@@ -3171,17 +3187,6 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Writes the sampling diagnostics to *out, whose struct_size must be set. t[n] are the pushed times (only n is
-        ! checked); the step is their median step.
-        function toliman_period_query_sampling(period, t, n, out) bind(C) result(answer)
-            import
-            type(c_ptr), value :: period
-            integer(c_size_t), value :: n
-            real(c_double), intent(in), optional :: t(*)
-            type(toliman_period_sampling), intent(inout) :: out
-            integer(c_int32_t) :: answer
-        end function
-
         ! Saves a periodogram as state bytes (formats.md, "TLMP").
         function toliman_period_save(period, bytes, capacity, needed) bind(C) result(answer)
             import
@@ -3282,6 +3287,66 @@ module toliman
             real(c_double), intent(in), optional :: sigma(*)
             type(toliman_period_bootstrap_options), intent(in), optional :: options
             real(c_double), intent(out) :: log10_residuals(*)
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Adds n samples with the values of their columns, or none if one is refused; the message names its index.
+        ! rows [n][columns of the options], values of the columns; may be NULL if there are no columns Functions
+        ! without this argument return TOLIMAN_E_ARGUMENT if the periodogram has columns.
+        function toliman_period_push_rows(period, samples, rows, n) bind(C) result(answer)
+            import
+            type(c_ptr), value :: period
+            integer(c_size_t), value :: n
+            type(toliman_period_sample), intent(in) :: samples(*)
+            real(c_double), intent(in), optional :: rows(*)
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Removes n samples given as in toliman_period_push_rows.
+        function toliman_period_retract_rows(period, samples, rows, n) bind(C) result(answer)
+            import
+            type(c_ptr), value :: period
+            integer(c_size_t), value :: n
+            type(toliman_period_sample), intent(in) :: samples(*)
+            real(c_double), intent(in), optional :: rows(*)
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Writes the coefficients of mean and nuisance functions fitted with the sinusoid at grid frequency k to
+        ! coefficients[count], and their standard errors, scaled by the residual, to errors[count]. count 1 + trend +
+        ! columns errors may be NULL The mean is in units of y, all others in units of y per unit of the function.
+        function toliman_period_query_coefficients(period, k, count, coefficients, errors) bind(C) result(answer)
+            import
+            type(c_ptr), value :: period
+            integer(c_int64_t), value :: k
+            integer(c_size_t), value :: count
+            real(c_double), intent(out) :: coefficients(*)
+            real(c_double), intent(out), optional :: errors(*)
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Refines the highest peak with the samples that were pushed, as toliman_period_query_fit, with their columns.
+        ! rows [n][columns of the options], values of the columns; may be NULL if there are no columns The
+        ! coefficients of the functions are fitted with frequency, amplitude, phase and offset, which is the
+        ! coefficient of the mean.
+        function toliman_period_query_fit_rows(period, t, y, sigma, rows, n, out) bind(C) result(answer)
+            import
+            type(c_ptr), value :: period
+            integer(c_size_t), value :: n
+            real(c_double), intent(in) :: t(*), y(*)
+            real(c_double), intent(in), optional :: sigma(*), rows(*)
+            type(toliman_period_peak), intent(inout) :: out
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Writes the sampling diagnostics to *out, whose struct_size must be set. t[n] are the pushed times (only n is
+        ! checked); the step is their median step.
+        function toliman_period_query_sampling(period, t, n, out) bind(C) result(answer)
+            import
+            type(c_ptr), value :: period
+            integer(c_size_t), value :: n
+            real(c_double), intent(in), optional :: t(*)
+            type(toliman_period_sampling), intent(inout) :: out
             integer(c_int32_t) :: answer
         end function
 
@@ -3788,7 +3853,6 @@ module toliman
     public :: toliman_period_query_peak
     public :: toliman_period_query_peaks
     public :: toliman_period_query_fit
-    public :: toliman_period_query_sampling
     public :: toliman_period_save
     public :: toliman_period_load
     public :: toliman_period_save_file
@@ -3799,6 +3863,11 @@ module toliman
     public :: toliman_period_query_threshold
     public :: toliman_period_bootstrap_options_init
     public :: toliman_period_query_bootstrap
+    public :: toliman_period_push_rows
+    public :: toliman_period_retract_rows
+    public :: toliman_period_query_coefficients
+    public :: toliman_period_query_fit_rows
+    public :: toliman_period_query_sampling
     public :: toliman_series_options_init
     public :: toliman_series_create
     public :: toliman_series_destroy
@@ -4065,7 +4134,6 @@ module toliman
         procedure :: query_peak => periodogram_query_peak
         procedure :: query_peaks => periodogram_query_peaks
         procedure :: query_fit => periodogram_query_fit
-        procedure :: query_sampling => periodogram_query_sampling
         procedure :: save => periodogram_save
         procedure :: load => periodogram_load
         procedure :: save_file => periodogram_save_file
@@ -4074,6 +4142,11 @@ module toliman
         procedure :: query_fap => periodogram_query_fap
         procedure :: query_threshold => periodogram_query_threshold
         procedure :: query_bootstrap => periodogram_query_bootstrap
+        procedure :: push_rows => periodogram_push_rows
+        procedure :: retract_rows => periodogram_retract_rows
+        procedure :: query_coefficients => periodogram_query_coefficients
+        procedure :: query_fit_rows => periodogram_query_fit_rows
+        procedure :: query_sampling => periodogram_query_sampling
         procedure :: destroy => periodogram_destroy
         procedure, private :: periodogram_assign
         generic :: assignment(=) => periodogram_assign
@@ -6134,22 +6207,6 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Writes the sampling diagnostics to *out, whose struct_size must be set. t[n] are the pushed times (only n is
-    ! checked); the step is their median step. t(n).
-    subroutine periodogram_query_sampling(self, out, t, stat, errmsg)
-        class(toliman_periodogram), intent(in) :: self
-        real(c_double), intent(in), optional, contiguous :: t(:)
-        type(toliman_period_sampling), intent(inout) :: out
-        integer, intent(out), optional :: stat
-        character(len=*), intent(inout), optional :: errmsg
-        integer(c_size_t) :: of_n
-        integer(c_int32_t) :: status
-        of_n = 0
-        if (present(t)) of_n = size(t, 1, c_size_t)
-        status = toliman_period_query_sampling(self%handle, t, of_n, out)
-        call conclude(status, stat, errmsg)
-    end subroutine
-
     ! Loads a periodogram from exactly `size` state bytes. options may be NULL. bytes(size).
     subroutine periodogram_load(self, bytes, options, stat, errmsg)
         class(toliman_periodogram), intent(inout) :: self
@@ -6263,6 +6320,125 @@ contains
             if (.not. fits(size(sigma, 1, c_size_t), of_n, 'sigma', 1, stat, errmsg)) return
         end if
         status = toliman_period_query_bootstrap(self%handle, t, y, sigma, of_n, options, of_count, log10_residuals)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Adds n samples with the values of their columns, or none if one is refused; the message names its index. rows
+    ! [n][columns of the options], values of the columns; may be NULL if there are no columns Functions without this
+    ! argument return TOLIMAN_E_ARGUMENT if the periodogram has columns. samples(n), rows(columns, n).
+    subroutine periodogram_push_rows(self, samples, rows, stat, errmsg)
+        class(toliman_periodogram), intent(inout) :: self
+        type(toliman_period_sample), intent(in), contiguous :: samples(:)
+        real(c_double), intent(in), optional, contiguous :: rows(:, :)
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_n
+        type(toliman_period_info) :: info
+        integer(c_int32_t) :: status
+        of_n = size(samples, 1, c_size_t)
+        status = toliman_period_get_info(self%handle, info)
+        if (status /= TOLIMAN_OK) then
+            call conclude(status, stat, errmsg)
+            return
+        end if
+        if (present(rows)) then
+            if (.not. fits(size(rows, 1, c_size_t), int(info%columns, c_size_t), 'rows', 1, stat, errmsg)) return
+            if (.not. fits(size(rows, 2, c_size_t), of_n, 'rows', 2, stat, errmsg)) return
+        end if
+        status = toliman_period_push_rows(self%handle, samples, rows, of_n)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Removes n samples given as in toliman_period_push_rows. samples(n), rows(columns, n).
+    subroutine periodogram_retract_rows(self, samples, rows, stat, errmsg)
+        class(toliman_periodogram), intent(inout) :: self
+        type(toliman_period_sample), intent(in), contiguous :: samples(:)
+        real(c_double), intent(in), optional, contiguous :: rows(:, :)
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_n
+        type(toliman_period_info) :: info
+        integer(c_int32_t) :: status
+        of_n = size(samples, 1, c_size_t)
+        status = toliman_period_get_info(self%handle, info)
+        if (status /= TOLIMAN_OK) then
+            call conclude(status, stat, errmsg)
+            return
+        end if
+        if (present(rows)) then
+            if (.not. fits(size(rows, 1, c_size_t), int(info%columns, c_size_t), 'rows', 1, stat, errmsg)) return
+            if (.not. fits(size(rows, 2, c_size_t), of_n, 'rows', 2, stat, errmsg)) return
+        end if
+        status = toliman_period_retract_rows(self%handle, samples, rows, of_n)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Writes the coefficients of mean and nuisance functions fitted with the sinusoid at grid frequency k to
+    ! coefficients[count], and their standard errors, scaled by the residual, to errors[count]. count 1 + trend +
+    ! columns errors may be NULL The mean is in units of y, all others in units of y per unit of the function.
+    ! coefficients(count), errors(count).
+    subroutine periodogram_query_coefficients(self, k, coefficients, errors, stat, errmsg)
+        class(toliman_periodogram), intent(in) :: self
+        integer(c_int64_t), intent(in) :: k
+        real(c_double), intent(out), contiguous :: coefficients(:)
+        real(c_double), intent(out), optional, contiguous :: errors(:)
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_count
+        integer(c_int32_t) :: status
+        of_count = size(coefficients, 1, c_size_t)
+        if (present(errors)) then
+            if (.not. fits(size(errors, 1, c_size_t), of_count, 'errors', 1, stat, errmsg)) return
+        end if
+        status = toliman_period_query_coefficients(self%handle, k, of_count, coefficients, errors)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Refines the highest peak with the samples that were pushed, as toliman_period_query_fit, with their columns.
+    ! rows [n][columns of the options], values of the columns; may be NULL if there are no columns The coefficients of
+    ! the functions are fitted with frequency, amplitude, phase and offset, which is the coefficient of the mean.
+    ! t(n), y(n), sigma(n), rows(columns, n).
+    subroutine periodogram_query_fit_rows(self, t, y, sigma, out, rows, stat, errmsg)
+        class(toliman_periodogram), intent(in) :: self
+        real(c_double), intent(in), contiguous :: t(:), y(:)
+        real(c_double), intent(in), optional, contiguous :: sigma(:), rows(:, :)
+        type(toliman_period_peak), intent(inout) :: out
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_n
+        type(toliman_period_info) :: info
+        integer(c_int32_t) :: status
+        of_n = size(t, 1, c_size_t)
+        if (.not. fits(size(y, 1, c_size_t), of_n, 'y', 1, stat, errmsg)) return
+        if (present(sigma)) then
+            if (.not. fits(size(sigma, 1, c_size_t), of_n, 'sigma', 1, stat, errmsg)) return
+        end if
+        status = toliman_period_get_info(self%handle, info)
+        if (status /= TOLIMAN_OK) then
+            call conclude(status, stat, errmsg)
+            return
+        end if
+        if (present(rows)) then
+            if (.not. fits(size(rows, 1, c_size_t), int(info%columns, c_size_t), 'rows', 1, stat, errmsg)) return
+            if (.not. fits(size(rows, 2, c_size_t), of_n, 'rows', 2, stat, errmsg)) return
+        end if
+        status = toliman_period_query_fit_rows(self%handle, t, y, sigma, rows, of_n, out)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Writes the sampling diagnostics to *out, whose struct_size must be set. t[n] are the pushed times (only n is
+    ! checked); the step is their median step. t(n).
+    subroutine periodogram_query_sampling(self, out, t, stat, errmsg)
+        class(toliman_periodogram), intent(in) :: self
+        real(c_double), intent(in), optional, contiguous :: t(:)
+        type(toliman_period_sampling), intent(inout) :: out
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_n
+        integer(c_int32_t) :: status
+        of_n = 0
+        if (present(t)) of_n = size(t, 1, c_size_t)
+        status = toliman_period_query_sampling(self%handle, t, of_n, out)
         call conclude(status, stat, errmsg)
     end subroutine
 

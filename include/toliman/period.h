@@ -12,14 +12,15 @@
  *                               +-> query_power                                power[nf]
  *                               +-> query_peak, query_peaks, query_fit         period and its error
  *                               +-> period_fap.h                               false alarm probability
- *                               +-> query_model, query_sampling                fitted sinusoid, diagnostics
+ *                               +-> query_model                                fitted sinusoid
+ *                               +-> period_sampling.h                          diagnostics of the sampling
  *                               +-> get_info, count                            properties
  *                               +-> save, save_file                            state bytes
  *                          copy, reset, destroy
  *
- * period_batch.h computes the power of a complete archive without a streaming object. Every pushed sample counts as
- * evidence, also a repeated one. For frames that may arrive more than once, use track.h, which counts each frame
- * once.
+ * period_nuisance.h: a trend and other known functions, fitted with the mean. period_batch.h: the power of a complete
+ * archive without a streaming object. Every pushed sample counts as evidence, also a repeated one. For frames that may
+ * arrive more than once, use track.h, which counts each frame once.
  *
  * Model        y = c + a cos(2 pi f t) + b sin(2 pi f t). The mean c is fitted at each frequency ("floating mean");
  *              with TOLIMAN_PERIOD_FIXED_MEAN it is subtracted once.
@@ -83,6 +84,10 @@ typedef struct toliman_period_options {
                                time_offset_ns is the instant t = time_offset */
     double unit_ns;         /* nanoseconds per unit of t, in [1, 1e30]; 0 = 1e9, seconds; 86400e9 = days */
     const toliman_allocator *allocator; /* for the large arrays of the object; NULL = malloc */
+    int32_t trend, columns;             /* nuisance functions, see period_nuisance.h. Since 0.2, as all that follow */
+    double trend_start, trend_end;
+    double column_bound[8];
+    double prior_precision[9];
 } toliman_period_options;
 #define TOLIMAN_PERIOD_OPTIONS_INIT TOLIMAN_INIT(toliman_period_options)
 
@@ -108,7 +113,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_suggest(const doubl
 /* Creates an empty periodogram on the grid f0 + k df, k < nf: f0 >= 0, df > 0, 1 <= nf <= 2^26. A grid of frequency 0
  * alone is refused. options may be NULL. The caller destroys *out.
  *
- * Allocates all memory: 129 bytes per frequency (double-limb: 225). Pushes and queries allocate nothing. Exceptions
+ * Allocates all memory: 129 bytes per frequency (double-limb: 225; with K - 1 nuisance functions 225 + 64 (K - 1)).
+ * Pushes and queries allocate nothing. Exceptions
  * are toliman_period_query_bootstrap, toliman_period_query_sampling with times, the save functions, and
  * toliman_period_query_fit, which copies the samples. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_create(double f0, double df, int64_t nf,
@@ -186,8 +192,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_retract_samples(tol
  * as accurate, but not bit-identical.
  * Errors:
  *   - TOLIMAN_E_MISMATCH if the grids, the kinds of mean, time_offset_ns or unit_ns differ, if single-limb
- *     accumulators would be added to double-limb ones, or if unweighted samples would mix with samples whose sigma is
- *     not sigma_floor;
+ *     accumulators would be added to double-limb ones, if unweighted samples would mix with samples whose sigma is
+ *     not sigma_floor, or if the digests differ and one has nuisance functions;
  *   - TOLIMAN_E_RANGE if the rms of the other's values about this value_offset exceeds this value_bound, or the mean
  *     of its 1/sigma^2 is outside these sigma bounds;
  *   - TOLIMAN_E_ARGUMENT if other is period. */
@@ -218,6 +224,12 @@ typedef struct toliman_period_info {
     double unit_ns;
     int32_t weighted; /* 1: a sample has a sigma other than sigma_floor */
     int32_t reserved;
+    int32_t trend, columns; /* nuisance functions, see period_nuisance.h. Since 0.2, as all that follow */
+    double trend_start, trend_end;
+    double column_bound[8];
+    double prior_precision[9];
+    int32_t functions;      /* number of functions in use, with the mean */
+    int32_t free_functions; /* number of those without a prior */
 } toliman_period_info;
 #define TOLIMAN_PERIOD_INFO_INIT TOLIMAN_INIT(toliman_period_info)
 
@@ -270,7 +282,8 @@ typedef struct toliman_period_model {
 
 /* Writes the least-squares sinusoid at grid frequency k to *out, from the accumulators.
  * Errors: as toliman_period_query_power; TOLIMAN_E_RANGE if k is outside the grid; TOLIMAN_E_STATE for fewer than
- * five samples or constant values. */
+ * five samples (with nuisance functions: free_functions + 4), or values that are constant or described by the nuisance
+ * functions alone. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_model(const toliman_period *period, int64_t k,
                                                                          toliman_period_model *out) TOLIMAN_NOEXCEPT;
 
@@ -339,33 +352,13 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_peaks(const t
  * fixed with TOLIMAN_PERIOD_FIXED_MEAN), computed with 64-bit significands. 1 - power is computed from the residuals,
  * accurate down to 1e-31. The result is never worse than the highest grid point. If cosine and sine coincide at every
  * sample (smaller eigenvalue below 1e-17 of the sum of both), as at the Nyquist frequency of regular samples, one of
- * them is fitted. TOLIMAN_PERIOD_INACCURATE refers to the grid point from which the fit starts.
+ * them is fitted. TOLIMAN_PERIOD_INACCURATE refers to the grid point from which the fit starts. A trend is fitted with
+ * the sinusoid; a periodogram with columns needs toliman_period_query_fit_rows.
  * Errors: as toliman_period_query_peak; TOLIMAN_E_ARGUMENT for another n; TOLIMAN_E_RANGE for samples outside the
  * bounds. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_fit(const toliman_period *period, const double *t,
                                                                        const double *y, const double *sigma, size_t n,
                                                                        toliman_period_peak *out) TOLIMAN_NOEXCEPT;
-
-/* Flag of toliman_period_sampling: at some frequency above 0, single-limb accumulators may give the power with an
- * error above 1e-9. Use TOLIMAN_PERIOD_DOUBLE_LIMB. */
-#define TOLIMAN_PERIOD_NEEDS_DOUBLE_LIMB 128u
-
-/* Sampling diagnostics: whether the grid suits the times of the samples. */
-typedef struct toliman_period_sampling {
-    uint32_t struct_size; /* in: sizeof(toliman_period_sampling) */
-    uint32_t flags;       /* TOLIMAN_PERIOD_COARSE, _ABOVE_NYQUIST, _NEEDS_DOUBLE_LIMB, _INACCURATE */
-    double baseline;      /* T */
-    double coarsest_df;   /* 1/(5 T), the largest df that resolves every peak; +infinity if all times are equal */
-    double nyquist;       /* 1/(2 step); +infinity if all times are equal */
-    double independent;   /* number of independent frequencies: last frequency of the grid times T, at least 1 */
-} toliman_period_sampling;
-#define TOLIMAN_PERIOD_SAMPLING_INIT TOLIMAN_INIT(toliman_period_sampling)
-
-/* Writes the sampling diagnostics to *out, whose struct_size must be set. t[n] are the pushed times (only n is
- * checked); the step is their median step. If t is NULL, the times are assumed regular with T from their variance;
- * nyquist is then too low for grouped samples. Evaluates every frequency, as toliman_period_query_power does. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_sampling(
-    const toliman_period *period, const double *t, size_t n, toliman_period_sampling *out) TOLIMAN_NOEXCEPT;
 
 /* Saves a periodogram as state bytes (formats.md, "TLMP"). If bytes is NULL, only *needed is set, to their number;
  * otherwise capacity must be at least that number (TOLIMAN_E_CAPACITY). The same samples give the same bytes in any
@@ -377,7 +370,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_save(const toliman_
 
 /* Loads a periodogram from exactly `size` state bytes. options may be NULL. The caller destroys *out.
  * TOLIMAN_E_FORMAT for a wrong magic number, version, size or checksum, and for impossible content. Before version
- * 1.0, a library loads only the bytes of its own format version. */
+ * 1.0, a library loads only the bytes of its own format versions: 3, and 4 with nuisance functions. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_load(const void *bytes, size_t size,
                                                                   const toliman_load_options *options,
                                                                   toliman_period **out) TOLIMAN_NOEXCEPT;

@@ -1,6 +1,7 @@
 /* libtoliman, false alarm probability (FAP): the probability that noise alone gives a peak of this power or more.
  *
- * Every method assumes white noise: independent errors with the given relative sigmas.
+ * Every method assumes white noise: independent errors with the given relative sigmas. N samples with K nuisance
+ * functions (period_nuisance.h), the mean among them, have N - K degrees of freedom.
  *
  * Data flow (functions toliman_period_...)
  *
@@ -23,7 +24,7 @@ TOLIMAN_BEGIN_DECLS
 #define TOLIMAN_PERIOD_FAP_BALUEV 111
 /* FAP method: assumes f T independent frequencies. Underestimates the FAP (about 3x too small at 0.01). */
 #define TOLIMAN_PERIOD_FAP_NAIVE 112
-/* FAP method: FAP at one frequency that was known beforehand: (1 - P)^((N - 3)/2). */
+/* FAP method: FAP at one frequency that was known beforehand: (1 - P)^((N - K - 2)/2), K = 1 for the mean alone. */
 #define TOLIMAN_PERIOD_FAP_SINGLE 113
 /* FAP method for repeated queries of a growing series. Queries may be made after each sample or at any times, and may
  * stop at any time. Of noise series that are queried after every sample from the fifth on, at most 1 in 100 ever
@@ -60,6 +61,7 @@ typedef struct toliman_period_bootstrap_options {
     uint64_t seed;                /* of the random resamplings */
     toliman_progress_fn progress; /* may be NULL */
     void *progress_data;
+    const double *rows; /* [n][columns] of a periodogram with columns (period_nuisance.h), otherwise NULL. Since 0.2 */
 } toliman_period_bootstrap_options;
 #define TOLIMAN_PERIOD_BOOTSTRAP_OPTIONS_INIT TOLIMAN_INIT(toliman_period_bootstrap_options)
 
@@ -75,6 +77,7 @@ TOLIMAN_API void toliman_period_bootstrap_options_init(toliman_period_bootstrap_
  * peak is (k + 1)/(count + 1). The detection threshold for a FAP of alpha is log10_residuals[alpha * count - 1]:
  * peaks with a lower log10_residual are significant. The bootstrap assumes no distribution of the noise. Each
  * resampling takes the time to push all samples and query once; each thread needs the memory of a periodogram.
+ * With nuisance functions, the values drawn are the residuals of these functions alone.
  * Errors: as toliman_period_query_fit; TOLIMAN_E_CANCELLED. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_bootstrap(
     const toliman_period *period, const double *t, const double *y, const double *sigma, size_t n,

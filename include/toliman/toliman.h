@@ -17,6 +17,8 @@
 #include <toliman/period.h>
 #include <toliman/period_batch.h>
 #include <toliman/period_fap.h>
+#include <toliman/period_nuisance.h>
+#include <toliman/period_sampling.h>
 #include <toliman/series.h>
 #include <toliman/sim.h>
 #include <toliman/sim_derivative.h>

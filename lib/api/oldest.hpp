@@ -16,5 +16,9 @@ template <> inline constexpr size_t kOldest<toliman_components_options> = offset
 template <> inline constexpr size_t kOldest<toliman_linear_options> = offsetof(toliman_linear_options, log);
 template <> inline constexpr size_t kOldest<toliman_track_options> = offsetof(toliman_track_options, stamp);
 template <> inline constexpr size_t kOldest<toliman_track_info> = offsetof(toliman_track_info, unreduced);
+template <> inline constexpr size_t kOldest<toliman_period_options> = offsetof(toliman_period_options, trend);
+template <> inline constexpr size_t kOldest<toliman_period_info> = offsetof(toliman_period_info, trend);
+template <>
+inline constexpr size_t kOldest<toliman_period_bootstrap_options> = offsetof(toliman_period_bootstrap_options, rows);
 
 } // namespace toliman::api

@@ -4,6 +4,7 @@
 
 #include "period/fap.hpp"
 #include "period/peak.hpp"
+#include "period/power.hpp"
 #include "period/sampling.hpp"
 
 namespace toliman::api {
@@ -13,6 +14,15 @@ inline uint32_t grid_flags(const period::Grid &grid, const period::Cadence &cade
     const bool coarse = grid.df * 5 * cadence.span > period::kRounding;
     const bool past = grid.last() * 2 * cadence.step > period::kRounding;
     return (coarse ? TOLIMAN_PERIOD_COARSE : 0u) | (past ? TOLIMAN_PERIOD_ABOVE_NYQUIST : 0u);
+}
+
+// Fails unless there is a model at frequency k.
+inline void check_model(const period::PowerQuery &query, const period::Stream &stream, int64_t k) {
+    if (k < 0 || k >= stream.grid().nf)
+        fail(Status::range, "{k} = %lld: must be in [0, %lld]", static_cast<long long>(k),
+             static_cast<long long>(stream.grid().nf - 1));
+    check_meaningful(query, stream, "a model");
+    query.check();
 }
 
 inline toliman_period_peak public_peak(const period::Stream &stream, const period::Peak &peak) noexcept {

@@ -1,7 +1,6 @@
 // include/toliman/period.h
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <vector>
 
 #include <toliman/period.h>
@@ -12,11 +11,10 @@
 #include "api/handles.hpp"
 #include "api/memory.hpp"
 #include "api/peak.hpp"
-#include "api/struct_array.hpp"
+#include "api/period_samples.hpp"
 #include "backend/file.hpp"
 #include "period/peak.hpp"
 #include "period/power.hpp"
-#include "period/sampling.hpp"
 #include "period/suggest.hpp"
 
 using namespace toliman;
@@ -33,6 +31,20 @@ toliman_period_options default_options() noexcept {
     return options;
 }
 
+period::Basis basis_of(const toliman_period_options &options) {
+    period::Basis basis;
+    basis.trend = options.trend;
+    basis.columns = options.columns;
+    basis.start = options.trend_start;
+    basis.end = options.trend_end;
+    std::copy_n(options.column_bound, basis.bound.size(), basis.bound.begin());
+    std::copy_n(options.prior_precision, basis.precision.size(), basis.precision.begin());
+    for (size_t c = 0; c < basis.bound.size() && static_cast<int64_t>(c) < basis.columns; c++)
+        if (basis.bound[c] == 0)
+            basis.bound[c] = 1;
+    return basis;
+}
+
 period::Grid grid_of(double f0, double df, int64_t nf, const toliman_period_options &options) {
     period::Grid grid;
     grid.f0 = f0;
@@ -47,97 +59,8 @@ period::Grid grid_of(double f0, double df, int64_t nf, const toliman_period_opti
     grid.value_bound = options.value_bound != 0 ? options.value_bound : preset.value_bound;
     grid.sigma_floor = options.sigma_floor != 0 ? options.sigma_floor : preset.sigma_floor;
     grid.sigma_ceiling = options.sigma_ceiling;
+    grid.basis = basis_of(options);
     return grid;
-}
-
-// The caller's samples as arrays; sigma NULL means unweighted.
-struct Arrays {
-    const double *t, *y, *sigma;
-    size_t n;
-
-    void check() const {
-        required_array(t, n, sizeof *t, "t");
-        required_array(y, n, sizeof *y, "y");
-    }
-    period::Sample at(const period::Stream &stream, size_t i) const noexcept {
-        const double known = sigma != nullptr ? sigma[i] : stream.grid().sigma_floor;
-        period::Sample sample = stream.sample(t[i], 0, y[i], known);
-        sample.unweighted = sigma == nullptr;
-        return sample;
-    }
-};
-
-// The caller's samples as structs; sigma 0 means unweighted.
-struct Structs {
-    std::optional<StructArray<const toliman_period_sample>> samples;
-    size_t n;
-
-    Structs(const toliman_period_sample *first, size_t count) : n(count) {
-        required_array(first, count, sizeof *first, "samples");
-        if (count > 0)
-            samples.emplace(first, "samples");
-    }
-    void check() const {
-        for (size_t i = 0; i < n; i++) {
-            const toliman_period_sample given = samples->get(i);
-            if ((given.flags & ~TOLIMAN_PERIOD_TIME_NS) != 0)
-                fail(Status::argument, "{samples[%zu].flags} = 0x%x: unknown bits", i, given.flags);
-            if (given.flags == 0 && given.t_ns != 0)
-                fail(Status::argument, "{samples[%zu].t_ns} = %lld: must be 0 without TOLIMAN_PERIOD_TIME_NS", i,
-                     static_cast<long long>(given.t_ns));
-            if (given.flags != 0 && (given.t != 0 || given.t_low != 0))
-                fail(Status::argument, "{samples[%zu].t} = %g, t_low = %g: must be 0 with TOLIMAN_PERIOD_TIME_NS", i,
-                     given.t, given.t_low);
-        }
-    }
-    period::Sample at(const period::Stream &stream, size_t i) const noexcept {
-        const toliman_period_sample given = samples->get(i);
-        const double sigma = given.sigma != 0 ? given.sigma : stream.grid().sigma_floor;
-        period::Sample sample = given.flags != 0 ? stream.sample_ns(given.t_ns, given.y, sigma)
-                                                 : stream.sample(given.t, given.t_low, given.y, sigma);
-        sample.unweighted = given.sigma == 0;
-        return sample;
-    }
-};
-
-// All samples are checked before the first is added, so that a call adds all or none.
-template <class Given> void check_all(const period::Stream &stream, const Given &given) {
-    given.check();
-    period::WeightingCheck weighting(stream);
-    for (size_t i = 0; i < given.n; i++) {
-        const period::Sample sample = given.at(stream, i);
-        const int64_t index = given.n > 1 ? static_cast<int64_t>(i) : -1;
-        stream.check(sample, index);
-        weighting.check(sample, index);
-    }
-}
-
-template <class Given> void push_all(toliman_period *period, const Given &given) {
-    const Use use(period, "period");
-    period::Stream &stream = use->stream;
-    check_all(stream, given);
-    for (size_t i = 0; i < given.n; i++)
-        stream.push(given.at(stream, i));
-}
-
-// Sums that no set of samples can have reveal a wrong retract: it is undone by pushing the samples again, which
-// restores the exact sums bit by bit.
-template <class Given> void retract_all(toliman_period *period, const Given &given) {
-    const Use use(period, "period");
-    period::Stream &stream = use->stream;
-    if (given.n > static_cast<uint64_t>(stream.totals().count))
-        fail(Status::state, "cannot retract %zu samples: the periodogram has %lld", given.n,
-             static_cast<long long>(stream.totals().count));
-    check_all(stream, given);
-    for (size_t i = 0; i < given.n; i++)
-        stream.retract(given.at(stream, i));
-    try {
-        stream.check_consistent();
-    } catch (...) {
-        for (size_t i = 0; i < given.n; i++)
-            stream.push(given.at(stream, i));
-        throw;
-    }
 }
 
 // Converts a power from the standard normalisation. 1 - P is resolved to about 1e-15, which bounds the result.
@@ -280,6 +203,15 @@ toliman_status toliman_period_get_info(const toliman_period *period, toliman_per
         info.count = stream.totals().count;
         info.weighted = stream.weighted() ? 1 : 0;
         info.digest = grid.digest();
+        info.trend = grid.basis.trend;
+        info.columns = grid.basis.columns;
+        info.trend_start = grid.basis.start;
+        info.trend_end = grid.basis.end;
+        std::copy(grid.basis.bound.begin(), grid.basis.bound.end(), info.column_bound);
+        std::copy(grid.basis.precision.begin(), grid.basis.precision.end(), info.prior_precision);
+        const period::Projection projection(stream);
+        info.functions = static_cast<int32_t>(projection.used());
+        info.free_functions = static_cast<int32_t>(projection.free());
         deliver(info, out, "out");
     });
 }
@@ -312,13 +244,8 @@ toliman_status toliman_period_query_model(const toliman_period *period, int64_t 
         const Use use(period, "period");
         const period::Stream &stream = use->stream;
         required(out, "out");
-        if (k < 0 || k >= stream.grid().nf)
-            fail(Status::range, "{k} = %lld: must be in [0, %lld]", static_cast<long long>(k),
-                 static_cast<long long>(stream.grid().nf - 1));
         const period::PowerQuery query(stream);
-        if (!query.meaningful())
-            fail(Status::state, "a model needs at least five samples that are not all equal");
-        query.check();
+        check_model(query, stream, k);
         const period::Model model = query.model(k);
         query.check_power(k, model.power);
         toliman_period_model result = {};
@@ -369,27 +296,6 @@ toliman_status toliman_period_query_fit(const toliman_period *period, const doub
         const period::Samples samples = {&required(t, "t"), &required(y, "y"), sigma, n};
         required(out, "out");
         deliver(public_fit(stream, samples), out, "out");
-    });
-}
-
-toliman_status toliman_period_query_sampling(const toliman_period *period, const double *t, size_t n,
-                                             toliman_period_sampling *out) noexcept {
-    return guard([&] {
-        const Use use(period, "period");
-        const period::Stream &stream = use->stream;
-        const period::Cadence cadence = t != nullptr ? period::cadence_of(stream, t, n) : period::cadence_of(stream);
-        const period::Grid &grid = stream.grid();
-        toliman_period_sampling sampling = {};
-        sampling.baseline = cadence.span;
-        sampling.coarsest_df = 1 / (5 * cadence.span);
-        sampling.nyquist = 1 / (2 * cadence.step);
-        sampling.independent = std::max(1.0, grid.last() * cadence.span);
-        const period::PowerQuery query(stream);
-        const double nyquist = t != nullptr ? sampling.nyquist : 1 / (2 * period::even_step(stream));
-        sampling.flags = grid_flags(grid, cadence) |
-                         (query.needs_double_limb() ? TOLIMAN_PERIOD_NEEDS_DOUBLE_LIMB : 0) |
-                         (query.any_inaccurate(nyquist) ? TOLIMAN_PERIOD_INACCURATE : 0);
-        deliver(sampling, out, "out");
     });
 }
 

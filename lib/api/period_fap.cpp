@@ -24,8 +24,7 @@ period::Fap fap_method(int32_t method) {
 }
 
 void check_meaningful(const period::Stream &stream) {
-    if (!period::PowerQuery(stream).meaningful())
-        fail(Status::state, "a false alarm probability needs at least five samples that are not all equal");
+    period::check_meaningful(period::PowerQuery(stream), stream, "a false alarm probability");
 }
 
 } // namespace
@@ -78,8 +77,8 @@ toliman_status toliman_period_query_bootstrap(const toliman_period *period, cons
     return guard([&] {
         const Use use(period, "period");
         const period::Stream &stream = use->stream;
-        const period::Samples samples = {&required(t, "t"), &required(y, "y"), sigma, n};
         const auto known = accept(options, toliman_period_bootstrap_options{}, "options");
+        const period::Samples samples = {&required(t, "t"), &required(y, "y"), sigma, n, known.rows};
         required_array(&required(log10_residuals, "log10_residuals"), count, sizeof *log10_residuals,
                        "log10_residuals");
         check_meaningful(stream);

@@ -183,7 +183,7 @@ double Batch::direct_power(const double *high, const double *low) const noexcept
     const Solved solved = solve(m, kCoincident * both);
     const long double size = std::fabs(solved.cosine) * size_c + std::fabs(solved.sine) * size_s;
     const bool good = rank_is_certain && 2 * kDirectError * (2 * size + size * size) <= tolerance();
-    return good ? explained_share(solved, 1, fixed_mean, static_cast<int64_t>(archive_.n)) : kUnsolved;
+    return good ? explained_share(solved, 1, fixed_mean ? 0 : 1, static_cast<int64_t>(archive_.n)) : kUnsolved;
 }
 
 // Frequencies at which any sum of doubles cancels: exact sums of all samples, at these frequencies alone if they are

@@ -7,14 +7,17 @@
 // sines once per frequency, made a fit four times as fast.
 // Standard errors: square roots of the diagonal of the inverse normal matrix, scaled by the residual per degree of
 // freedom.
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "base/constants.hpp"
 #include "period/peak.hpp"
 #include "period/power.hpp"
+#include "period/sample_basis.hpp"
 #include "period/sampling.hpp"
 
 namespace toliman::period {
@@ -78,7 +81,7 @@ bool solve(Matrix a, Vector b, Vector &x) noexcept {
 
 class Sinusoid {
   public:
-    Sinusoid(const Samples &samples, bool fixed_mean);
+    Sinusoid(const Stream &stream, const Samples &samples);
 
     // Least squares at a fixed frequency. Directions in which cosine and sine coincide are not fitted, as in the power.
     Fit at(Real frequency);
@@ -93,13 +96,19 @@ class Sinusoid {
 
     Real total() const noexcept { return total_; }
     Real mean_time() const noexcept { return mean_time_; }
-    Real mean() const noexcept { return mean_; }
+    // The offset of a fit, about 0: the fitted mean, with nuisance functions its coefficient with theirs.
+    Real offset(const Fit &fit);
 
   private:
     // Computes cis_ at this frequency; this takes nearly all of the time.
     void set_frequency(Real frequency);
     // Normal equations of (offset, cosine, sine, frequency) at a fit, with the right-hand side from its residuals.
     void normal(const Fit &fit, Matrix &matrix, Vector &right);
+    // The derivative of the model by the frequency at each sample.
+    std::vector<Real> derivative(const Fit &fit) const;
+    // Removes the nuisance functions from the values, and adds rows for their priors.
+    void add_basis(const Stream &stream, const Samples &samples, Real weight);
+    void project_cis();
     // Weighted means of cosine and sine; 0 with a fixed mean.
     Cis mean_cis() const;
     // Computes the residual of the fit, then adds the least-squares solution for its residuals to it.
@@ -110,10 +119,15 @@ class Sinusoid {
     Real frequency_ = -1;  // of cis_
     Real mean_time_ = 0, mean_ = 0, total_ = 0;
     size_t first_; // first free parameter: 0 with a floating mean, 1 without
+    // With nuisance functions, cis_ and values are what remains after projecting the functions and the mean out.
+    std::optional<SampleBasis> basis_;
+    size_t samples_; // the rows after them are those of the priors
+    std::vector<Cis> whole_cis_;
+    std::vector<Real> whole_values_;
 };
 
-Sinusoid::Sinusoid(const Samples &samples, bool fixed_mean)
-    : points_(samples.count), cis_(samples.count), first_(fixed_mean ? 1 : 0) {
+Sinusoid::Sinusoid(const Stream &stream, const Samples &samples)
+    : points_(samples.count), cis_(samples.count), first_(stream.grid().fixed_mean ? 1 : 0), samples_(samples.count) {
     Real weight = 0;
     for (size_t i = 0; i < samples.count; i++) {
         const Real sigma = samples.sigma != nullptr ? samples.sigma[i] : 1.0L;
@@ -133,6 +147,52 @@ Sinusoid::Sinusoid(const Samples &samples, bool fixed_mean)
         points_[i].y = samples.y[i] - mean_;
         total_ += points_[i].w * points_[i].y * points_[i].y;
     }
+    if (stream.grid().basis.any())
+        add_basis(stream, samples, weight);
+}
+
+void Sinusoid::add_basis(const Stream &stream, const Samples &samples, Real weight) {
+    std::vector<Real> weights;
+    for (const Point &point : points_)
+        weights.push_back(point.w);
+    // Without sigmas, those of the samples are sigma_floor, not 1.
+    const Real floor = samples.sigma != nullptr ? 1 : stream.grid().sigma_floor;
+    basis_.emplace(stream, samples, weights, floor * floor / weight);
+    whole_values_ = basis_->values(samples, mean_);
+    std::vector<Real> values = whole_values_;
+    basis_->project(values);
+    points_.resize(basis_->rows());
+    cis_.resize(basis_->rows());
+    total_ = 0;
+    for (size_t i = 0; i < points_.size(); i++) {
+        points_[i].w = basis_->weight(i);
+        points_[i].y = values[i];
+        total_ += points_[i].w * values[i] * values[i];
+    }
+    first_ = 1; // the mean is one of the functions
+}
+
+void Sinusoid::project_cis() {
+    whole_cis_ = cis_;
+    std::vector<Real> cosine, sine;
+    for (const Cis &wave : cis_) {
+        cosine.push_back(wave.cosine);
+        sine.push_back(wave.sine);
+    }
+    basis_->project(cosine);
+    basis_->project(sine);
+    for (size_t i = 0; i < cis_.size(); i++)
+        cis_[i] = {cosine[i], sine[i]};
+}
+
+Real Sinusoid::offset(const Fit &fit) {
+    if (!basis_)
+        return fit.offset + mean_;
+    set_frequency(fit.frequency);
+    std::vector<Real> rest = whole_values_;
+    for (size_t i = 0; i < rest.size(); i++)
+        rest[i] -= fit.cosine * whole_cis_[i].cosine + fit.sine * whole_cis_[i].sine;
+    return basis_->mean_coefficient(rest) + mean_;
 }
 
 void Sinusoid::set_frequency(Real frequency) {
@@ -142,17 +202,32 @@ void Sinusoid::set_frequency(Real frequency) {
         const Real phase = phase_of(frequency, points_[i].t);
         cis_[i] = {std::cos(phase), std::sin(phase)};
     }
+    if (basis_) {
+        std::fill(cis_.begin() + static_cast<std::ptrdiff_t>(samples_), cis_.end(), Cis{0, 0});
+        project_cis();
+    }
     frequency_ = frequency;
+}
+
+std::vector<Real> Sinusoid::derivative(const Fit &fit) const {
+    const std::vector<Cis> &waves = basis_ ? whole_cis_ : cis_;
+    std::vector<Real> rows(points_.size());
+    for (size_t i = 0; i < rows.size(); i++)
+        rows[i] = kTwoPi * points_[i].t * (fit.sine * waves[i].cosine - fit.cosine * waves[i].sine);
+    if (basis_)
+        basis_->project(rows);
+    return rows;
 }
 
 void Sinusoid::normal(const Fit &fit, Matrix &matrix, Vector &right) {
     matrix = {};
     right = {};
     set_frequency(fit.frequency);
+    const std::vector<Real> by_frequency = derivative(fit);
     for (size_t k = 0; k < points_.size(); k++) {
         const Point &point = points_[k];
         const auto [c, s] = cis_[k];
-        const Vector row = {1, c, s, kTwoPi * point.t * (fit.sine * c - fit.cosine * s)};
+        const Vector row = {1, c, s, by_frequency[k]};
         const Real model = fit.offset + fit.cosine * c + fit.sine * s;
         for (size_t i = 0; i < kParameters; i++) {
             right[i] += point.w * row[i] * (point.y - model);
@@ -240,7 +315,8 @@ void Sinusoid::errors(const Fit &fit, Peak &peak) {
     peak.frequency_error = peak.amplitude_error = kUndetermined;
     const Real amplitude = std::hypot(fit.cosine, fit.sine);
     const auto parameters = static_cast<Real>((fit.rank == 2 ? kParameters : 2) - first_);
-    const Real freedom = static_cast<Real>(points_.size()) - parameters;
+    const Real freedom =
+        static_cast<Real>(points_.size()) - parameters - static_cast<Real>(basis_ ? basis_->used() : 0);
     if (!(freedom > 0 && amplitude > 0))
         return;
     const Real scale = fit.residual / freedom, c = fit.cosine / amplitude, s = fit.sine / amplitude;
@@ -295,20 +371,10 @@ Real Sinusoid::half_power(const Fit &fit, Real step, Real max_step, Real limit) 
 
 } // namespace
 
-void check_pushed(const Stream &stream, const Samples &samples) {
-    if (static_cast<int64_t>(samples.count) != stream.totals().count)
-        fail(Status::argument, "{n} = %zu: must be the number of samples pushed, %lld", samples.count,
-             static_cast<long long>(stream.totals().count));
-    for (size_t i = 0; i < samples.count; i++)
-        stream.check(stream.sample(samples.t[i], 0, samples.y[i],
-                                   samples.sigma != nullptr ? samples.sigma[i] : stream.grid().sigma_floor),
-                     static_cast<int64_t>(i));
-}
-
 Peak fit_peak(const Stream &stream, const Samples &samples) {
     Peak peak = find_peak(stream);
     check_pushed(stream, samples);
-    Sinusoid sinusoid(samples, stream.grid().fixed_mean);
+    Sinusoid sinusoid(stream, samples);
     const Fit parabola = sinusoid.at(peak.frequency), grid = sinusoid.at(peak.grid_frequency);
     // Search within one grid step, and not outside the grid: powers there were not compared with the peak's.
     const Fit start = parabola.residual < grid.residual ? parabola : grid;
@@ -332,7 +398,7 @@ Peak fit_peak(const Stream &stream, const Samples &samples) {
     const Real phase = std::atan2(fit.cosine, fit.sine) + shift;
     peak.phase = static_cast<double>(std::remainder(phase, kTwoPi));
     peak.amplitude = static_cast<double>(std::hypot(fit.cosine, fit.sine));
-    peak.offset = static_cast<double>(fit.offset + sinusoid.mean());
+    peak.offset = static_cast<double>(sinusoid.offset(fit));
     return peak;
 }
 

@@ -72,6 +72,8 @@ void Stream::check_fit(Quad mean_square, Quad mean_weight) const {
 
 void Stream::merge_rereferenced(const Stream &other) {
     const Grid &from = other.grid_;
+    if (from.basis.any() || grid_.basis.any())
+        fail(Status::mismatch, "merge: with nuisance functions, grid and options must equal the other's");
     if (from.f0 != grid_.f0 || from.df != grid_.df || from.nf != grid_.nf || from.fixed_mean != grid_.fixed_mean)
         fail(Status::mismatch,
              "merge: the grids differ: %lld frequencies %g + k %g%s, the other %lld frequencies %g + k %g%s", //

@@ -77,18 +77,6 @@ Peak refined(const PowerQuery &query, const Grid &grid, int64_t top) noexcept {
     return peak;
 }
 
-void check_meaningful(const PowerQuery &query, const Stream &stream) {
-    const auto count = static_cast<long long>(stream.totals().count);
-    if (!query.meaningful() && count < 5)
-        fail(Status::state, "a peak needs at least five samples that are not all equal: %lld were pushed", count);
-    if (!query.meaningful())
-        fail(Status::state,
-             "a peak needs samples that are not all equal: the values of the %lld samples pushed are equal, or differ "
-             "by less than value_bound = %g resolves (its minimum is 1e-100: scale smaller values up)",
-             count, stream.grid().value_bound);
-    query.check();
-}
-
 // Fraction of a sinusoid's power that the sampling repeats at a distance of `gap`: the window function
 // (C1^2 + S1^2)/W^2. It is known at the frequencies of the grid only; 1 within the width of a peak, 0 elsewhere.
 double window(const Stream &stream, double gap) noexcept {
@@ -112,9 +100,44 @@ bool is_alias(const Stream &stream, const Peak &higher, const Peak &peak) noexce
 
 } // namespace
 
+Sample sample_of(const Stream &stream, const Samples &samples, size_t i) noexcept {
+    const double sigma = samples.sigma != nullptr ? samples.sigma[i] : stream.grid().sigma_floor;
+    Sample sample = stream.sample(samples.t[i], 0, samples.y[i], sigma);
+    if (samples.columns != nullptr)
+        sample.columns = samples.columns + i * static_cast<size_t>(stream.grid().basis.columns);
+    return sample;
+}
+
+void check_pushed(const Stream &stream, const Samples &samples) {
+    if (static_cast<int64_t>(samples.count) != stream.totals().count)
+        fail(Status::argument, "{n} = %zu: must be the number of samples pushed, %lld", samples.count,
+             static_cast<long long>(stream.totals().count));
+    for (size_t i = 0; i < samples.count; i++)
+        stream.check(sample_of(stream, samples, i), static_cast<int64_t>(i));
+}
+
+void check_meaningful(const PowerQuery &query, const Stream &stream, const char *what) {
+    const auto count = static_cast<long long>(stream.totals().count),
+               least = static_cast<long long>(query.least_samples());
+    if (query.meaningful())
+        return;
+    if (stream.grid().basis.any())
+        fail(Status::state,
+             "%s needs at least %lld samples, four more than functions without a prior, whose values the nuisance "
+             "functions alone do not describe: %lld were pushed",
+             what, least, count);
+    if (count < least)
+        fail(Status::state, "%s needs at least five samples that are not all equal: %lld were pushed", what, count);
+    fail(Status::state,
+         "%s needs samples that are not all equal: the values of the %lld samples pushed are equal, or differ by less "
+         "than value_bound = %g resolves (its minimum is 1e-100: scale smaller values up)",
+         what, count, stream.grid().value_bound);
+}
+
 Peak find_peak(const Stream &stream) {
     const PowerQuery query(stream);
-    check_meaningful(query, stream);
+    check_meaningful(query, stream, "a peak");
+    query.check();
     int64_t top = 0;
     double highest = -1;
     each_range(query, stream.grid().nf, [&](int64_t first, const double *powers, int64_t count) {
@@ -131,7 +154,8 @@ Peak find_peak(const Stream &stream) {
 
 size_t find_peaks(const Stream &stream, size_t most, Peak *peaks) {
     const PowerQuery query(stream);
-    check_meaningful(query, stream);
+    check_meaningful(query, stream, "a peak");
+    query.check();
     struct Top {
         int64_t k;
         double power;

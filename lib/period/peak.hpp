@@ -17,10 +17,18 @@ struct Peak {
 struct Samples {
     const double *t, *y, *sigma; // sigma may be NULL: unweighted
     size_t count;
+    const double *columns = nullptr; // [count][columns of the basis]
 };
+
+Sample sample_of(const Stream &stream, const Samples &samples, size_t i) noexcept;
 
 // Fails unless these can be the samples pushed: their number matches and each one passes Stream::check.
 void check_pushed(const Stream &stream, const Samples &samples);
+
+class PowerQuery;
+
+// Fails with Status::state unless query.meaningful(). what: "a peak".
+void check_meaningful(const PowerQuery &query, const Stream &stream, const char *what);
 
 // Returns the highest grid point; its frequency is refined by a parabola through the neighbours. Does not allocate.
 Peak find_peak(const Stream &stream);

@@ -19,16 +19,6 @@ namespace toliman::period {
 
 namespace {
 
-long double root(long double x) noexcept {
-    return std::sqrt(x);
-}
-
-// One Newton step from the root in long double: accurate to 113 bits.
-Quad root(Quad x) noexcept {
-    const Quad near = std::sqrt(static_cast<long double>(x));
-    return near > 0 ? (near + x / near) / 2 : near;
-}
-
 // Error of a sample's phase in double-limb terms, whose cosine and sine are those of one phase. Single-limb terms have
 // larger errors.
 constexpr long double kPhaseError = 6e-16L;
@@ -69,8 +59,8 @@ template <class Real> Solved solve(const Moments<Real> &m, long double noise) no
 template Solved solve(const Moments<long double> &, long double) noexcept;
 template Solved solve(const Moments<Quad> &, long double) noexcept;
 
-double explained_share(const Solved &solved, long double spread, bool fixed_mean, int64_t samples) noexcept {
-    if (solved.rank > 0 && solved.rank + (fixed_mean ? 0 : 1) >= samples)
+double explained_share(const Solved &solved, long double spread, int64_t free, int64_t samples) noexcept {
+    if (solved.rank > 0 && solved.rank + free >= samples)
         return 1;
     return static_cast<double>(std::clamp(solved.explained / spread, 0.0L, 1.0L));
 }
@@ -80,7 +70,7 @@ PowerQuery::PowerQuery(const Stream &stream) noexcept
 
 PowerQuery::PowerQuery(const Stream &stream, long double coincident) noexcept
     : stream_(stream), weight_(stream.weight()), inverse_weight_(0), mean_(0), spread_(0), samples_over_weight_(0),
-      noise_(0), error_(0), coincident_(coincident) {
+      noise_(0), error_(0), coincident_(coincident), free_(stream.grid().fixed_mean ? 0 : 1) {
     if (!(weight_ > 0))
         return;
     inverse_weight_ = 1 / weight_;
@@ -94,10 +84,23 @@ PowerQuery::PowerQuery(const Stream &stream, long double coincident) noexcept
     if (spread_ > 0)
         error_ = (stream.grid().double_limb() ? 1e-28L : 4e-15L) * samples_over_weight_ *
                  (1 + std::fabs(static_cast<long double>(mean_)) / std::sqrt(spread_));
+    if (stream.grid().basis.any())
+        project();
+}
+
+void PowerQuery::project() noexcept {
+    projection_.emplace(stream_);
+    free_ = static_cast<int64_t>(projection_->free());
+    spread_ = projection_->spread();
+    noise_ = error_ = 0; // Moments::noise instead
+}
+
+int64_t PowerQuery::least_samples() const noexcept {
+    return 4 + std::max<int64_t>(1, free_);
 }
 
 bool PowerQuery::meaningful() const noexcept {
-    return stream_.totals().count >= 5 && spread_ > 0;
+    return stream_.totals().count >= least_samples() && spread_ > 0;
 }
 
 // Standard deviation of the values from which the power has 12 digits. Terms w y are rounded to `unit`, and where one
@@ -142,15 +145,24 @@ template <class Use> auto PowerQuery::with_moments(int64_t k, Use use) const noe
     // With a determinant above the first limit and a mean within the second (in standard deviations), cancellation
     // costs at most three of the 19 digits of long double.
     constexpr long double kWellConditioned = 1e-3L, kNearMean = 1e3L;
+    if (projection_)
+        return projection_->with_moments(k, use);
     const auto mean = static_cast<long double>(mean_);
     const Moments<long double> in_long_double = moments<long double>(k);
     const bool cancels = in_long_double.determinant < kWellConditioned || mean * mean > kNearMean * kNearMean * spread_;
     return stream_.grid().double_limb() && cancels ? use(moments<Quad>(k)) : use(in_long_double);
 }
 
+// Error bound of the power, with the smallest eigenvalue that enters.
+template <class Real> long double PowerQuery::error_bound(const Moments<Real> &m, long double small) const noexcept {
+    if (projection_)
+        return 8 * (m.noise / small + m.value_noise / std::sqrt(small));
+    return error_ / small + kPhaseError / std::sqrt(small);
+}
+
 template <class Real> bool PowerQuery::error_exceeds(const Moments<Real> &m, long double tolerance) const noexcept {
     const long double small = smaller_eigenvalue(m);
-    return !(small > 0 && error_ / small + kPhaseError / std::sqrt(small) < tolerance);
+    return !(small > 0 && error_bound(m, small) < tolerance);
 }
 
 bool PowerQuery::inaccurate(int64_t k) const noexcept {
@@ -190,7 +202,7 @@ bool PowerQuery::any_inaccurate(double nyquist) const noexcept {
 }
 
 template <class Real> Solved PowerQuery::solved(const Moments<Real> &m) const noexcept {
-    return solve(m, noise_ + coincident_ * static_cast<long double>(m.cc + m.ss));
+    return solve(m, noise_ + m.noise + coincident_ * static_cast<long double>(m.cc + m.ss));
 }
 
 Solved PowerQuery::solved(int64_t k) const noexcept {
@@ -200,7 +212,7 @@ Solved PowerQuery::solved(int64_t k) const noexcept {
 double PowerQuery::at(int64_t k) const noexcept {
     if (!(spread_ > 0))
         return 0;
-    return explained_share(solved(k), spread_, stream_.grid().fixed_mean, stream_.totals().count);
+    return explained_share(solved(k), spread_, free_, stream_.totals().count);
 }
 
 Model PowerQuery::model(int64_t k) const noexcept {
@@ -223,10 +235,8 @@ template <class Real> Model PowerQuery::model(int64_t k, const Moments<Real> &m)
     model.power = static_cast<double>(std::clamp(best.explained / spread_, 0.0L, 1.0L));
     const long double amplitude = std::hypot(best.cosine, best.sine);
     const long double offset = static_cast<long double>(mean_) - best.cosine * c - best.sine * s;
-    const auto freedom = static_cast<long double>(stream_.totals().count) - best.rank - (moving ? 1 : 0);
-    const long double residual = std::fmax(0.0L, spread_ - best.explained);
     // Variances are `scale` times the inverse of M; a direction that is not fitted is undetermined.
-    const long double scale = freedom > 0 ? residual / freedom : infinity;
+    const long double scale = this->scale(best);
     const auto variance = [&](Real u, Real v) { // of u cosine + v sine
         const Real per_scale = (u * u * m.ss - 2 * u * v * m.cs + v * v * m.cc) / m.determinant;
         return best.rank == 2 ? scale * static_cast<long double>(per_scale) : infinity;
@@ -240,7 +250,26 @@ template <class Real> Model PowerQuery::model(int64_t k, const Moments<Real> &m)
     model.phase_error = static_cast<double>(std::sqrt(variance(-b, a)) / amplitude);
     model.offset = static_cast<double>(bound * offset + static_cast<long double>(grid.value_offset));
     model.offset_error = moving ? error(scale + (best.rank == 2 ? variance(c, s) : 0)) : 0;
+    if (projection_) {
+        Coefficients functions;
+        projection_->coefficients(k, best, scale, functions);
+        model.offset = functions.value[0];
+        model.offset_error = functions.error[0];
+    }
     return model;
+}
+
+long double PowerQuery::scale(const Solved &best) const noexcept {
+    const auto freedom = static_cast<long double>(stream_.totals().count) - best.rank - static_cast<long double>(free_);
+    const long double residual = std::fmax(0.0L, spread_ - best.explained);
+    return freedom > 0 ? residual / freedom : std::numeric_limits<long double>::infinity();
+}
+
+Coefficients PowerQuery::coefficients(int64_t k) const noexcept {
+    Coefficients out;
+    const Solved best = solved(k);
+    projection_->coefficients(k, best, scale(best), out);
+    return out;
 }
 
 double PowerQuery::half_chi_square() const noexcept {
@@ -258,7 +287,7 @@ bool PowerQuery::vectorisable() const noexcept {
     // scatter.
     const bool needs_lowest =
         stream_.grid().double_limb() && samples_over_weight_ * 0x1p-101L > 1e-15L * std::sqrt(spread_);
-    return spread_ > limit * limit && !needs_lowest && samples > 3 && samples < int64_t{1} << 32;
+    return !projection_ && spread_ > limit * limit && !needs_lowest && samples > 3 && samples < int64_t{1} << 32;
 }
 
 // Powers by the vectorised kernel; kNeedsMore at the frequencies that it rejects.
@@ -289,14 +318,14 @@ template <class Real> bool PowerQuery::consistent(const Moments<Real> &m) const 
     constexpr long double kFloor = 1e-9L, kMargin = 4;
     const Solved best = solved(m);
     // With as many parameters as samples the power is 1 by definition.
-    if (best.rank > 0 && best.rank + (stream_.grid().fixed_mean ? 0 : 1) >= stream_.totals().count)
+    if (best.rank > 0 && best.rank + free_ >= stream_.totals().count)
         return true;
     const auto trace = static_cast<long double>(m.cc + m.ss), small = smaller_eigenvalue(m);
-    if (!(trace >= -kFloor && (best.rank == 0 || small >= -kFloor - kMargin * noise_)))
+    if (!(trace >= -kFloor && (best.rank == 0 || small >= -kFloor - kMargin * (noise_ + m.noise))))
         return false;
     // With rank 1 the smaller eigenvalue does not enter.
     const long double least = best.rank == 2 ? small : trace;
-    const long double bound = error_ / least + kPhaseError / std::sqrt(least);
+    const long double bound = error_bound(m, least);
     return best.rank == 0 || best.explained <= spread_ * (1 + std::fmax(kFloor, kMargin * bound));
 }
 

@@ -1,26 +1,14 @@
 // Least-squares power, model and error bound at each frequency from the sums of a Stream; defined for every input.
 #pragma once
-#include "period/stream.hpp"
+#include <optional>
+
+#include "period/projection.hpp"
 
 namespace toliman::period {
 
-// Weighted covariances of cosine and sine, and of y with each; about the weighted mean, or about 0 with a fixed mean.
-template <class Real> struct Moments {
-    Real cc, cs, ss, yc, ys;
-    Real determinant; // cc ss - cs^2, computed before rounding to long double
-};
-
-// Solves the least-squares problem y = cosine c + sine s from its moments. Directions with an eigenvalue of at most
-// `noise` are not fitted; rank is the number of those that are.
-struct Solved {
-    long double cosine, sine, explained;
-    int rank;
-};
-template <class Real> Solved solve(const Moments<Real> &moments, long double noise) noexcept;
-
 // Returns the fraction of `spread` that a solution explains, in [0, 1]; 1 if there are as many free parameters as
-// samples.
-double explained_share(const Solved &solved, long double spread, bool fixed_mean, int64_t samples) noexcept;
+// samples. free: those of the model without the sinusoid.
+double explained_share(const Solved &solved, long double spread, int64_t free, int64_t samples) noexcept;
 
 // Cosine and sine count as coincident where the smaller eigenvalue is below this fraction of the trace: for long double
 // and single-limb accumulators, and for double-limb accumulators.
@@ -52,6 +40,9 @@ class PowerQuery {
     void check_powers(int64_t first, size_t count) const;
     // Model at frequency k; requires meaningful().
     Model model(int64_t k) const noexcept;
+    // Coefficients of the nuisance functions fitted with the sinusoid at frequency k; requires meaningful() and
+    // functions.
+    Coefficients coefficients(int64_t k) const noexcept;
     // Half of the weighted sum of squares about the mean, with weights 1/sigma^2: the factor of the `psd`
     // normalisation.
     double half_chi_square() const noexcept;
@@ -60,8 +51,11 @@ class PowerQuery {
     // Returns whether the error bound of the power at frequency k (include/toliman/period.h, Accuracy) exceeds
     // kInaccurate. Always false at frequency 0.
     bool inaccurate(int64_t k) const noexcept;
-    // Returns whether there are at least five samples, not all equal: fewer determine no peak.
+    // Returns whether there are at least least_samples(), not all equal or described by the nuisance functions alone:
+    // fewer determine no peak.
     bool meaningful() const noexcept;
+    // Four more than the functions without a prior; at least five.
+    int64_t least_samples() const noexcept;
     // Fails unless resolved().
     void check() const;
     // Returns whether the values scatter enough, relative to value_bound and the sigmas, for 12 digits of the power.
@@ -79,6 +73,7 @@ class PowerQuery {
     template <class Real> Model model(int64_t k, const Moments<Real> &m) const noexcept;
     template <class Real> Solved solved(const Moments<Real> &m) const noexcept;
     Solved solved(int64_t k) const noexcept;
+    template <class Real> long double error_bound(const Moments<Real> &m, long double small) const noexcept;
     template <class Real> bool error_exceeds(const Moments<Real> &m, long double tolerance) const noexcept;
     template <class Counts> bool any_error_exceeds(long double tolerance, Counts counts) const noexcept;
     double frequency(int64_t k) const noexcept {
@@ -89,6 +84,9 @@ class PowerQuery {
     // Returns the number of powers that need more precision than the vectorised kernel has.
     size_t range_by_vectors(int64_t first, size_t count, double *power) const noexcept;
     long double min_spread() const noexcept;
+    // Residual per degree of freedom of a solution.
+    long double scale(const Solved &best) const noexcept;
+    void project() noexcept;
 
     const Stream &stream_;
     Quad weight_, inverse_weight_, mean_; // W, 1/W, Wy/W
@@ -97,6 +95,8 @@ class PowerQuery {
     long double noise_;               // error of a sum divided by W: smaller eigenvalues are insignificant
     long double error_;               // error bound of the power times the smaller eigenvalue
     long double coincident_;
+    int64_t free_; // parameters of the model without the sinusoid, except those with a prior
+    std::optional<Projection> projection_;
 };
 
 } // namespace toliman::period

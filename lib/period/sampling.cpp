@@ -6,11 +6,13 @@
 #include <vector>
 
 #include "base/error.hpp"
+#include "period/projection.hpp"
 
 namespace toliman::period {
 
 Sampling sampling_of(const Stream &stream) noexcept {
-    return {stream.totals().count, stream.grid().last(), static_cast<double>(stream.time_variance())};
+    const int64_t free = stream.grid().basis.any() ? static_cast<int64_t>(Projection(stream).free()) : 1;
+    return {stream.totals().count, stream.grid().last(), static_cast<double>(stream.time_variance()), free};
 }
 
 Cadence cadence_of(const Stream &stream) noexcept {

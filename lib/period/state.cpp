@@ -14,17 +14,20 @@ namespace toliman::period {
 namespace {
 
 constexpr char kMagic[] = {'T', 'L', 'M', 'P'};
-constexpr uint32_t kVersion = 3;
+constexpr uint32_t kVersion = 4, kVersionWithoutBasis = 3;
 constexpr uint32_t kFixedMean = 1, kDoubleLimb = 2, kRereferenced = 4;
 constexpr size_t kFlagsAt = 8;
+constexpr uint32_t kColumnsAt = 8; // bit of the first: trend and columns share a number
 constexpr char kKind[] = "periodogram state";
 constexpr size_t kExactSize = size_t{ExactSum::kPlaces} * 8;
 constexpr size_t kSumSize = 12; // i64 upper part, u32 lower part
 constexpr size_t kTotalsSize = 8 + 3 * kSumSize + 5 * kExactSize;
 constexpr size_t kCrcSize = 4;
 
-size_t state_size(const Grid &grid) noexcept {
-    return Stream::kHeaderSize + kTotalsSize + static_cast<size_t>(grid.nf) * grid.sums() * kSumSize + kCrcSize;
+size_t state_size(const Grid &grid, bool with_basis) noexcept {
+    const size_t basis = with_basis ? grid.basis.saved_size() : 0;
+    return Stream::kHeaderSize + basis + kTotalsSize + BasisSums::count(grid.basis.functions()) * kExactSize +
+           static_cast<size_t>(grid.nf) * grid.sums() * kSumSize + kCrcSize;
 }
 
 // Writes a carry-save pair in its canonical form: the lower part in [0, 2^32).
@@ -106,17 +109,29 @@ void check_totals(const Totals &totals, const Grid &grid, bool rereferenced) {
         fail(Status::format, "%s: the exact and the quantised sums of weights or of values are inconsistent", kKind);
 }
 
-Grid read_grid(ByteReader &in) {
+// The numbers of functions; 0 of both, with which a version 4 has a prior of the mean, in version 3.
+void read_functions(uint32_t numbers, uint32_t version, Basis &basis) {
+    basis.trend = static_cast<int32_t>(numbers & 0xff);
+    basis.columns = static_cast<int32_t>(numbers >> kColumnsAt);
+    const int64_t total = int64_t{basis.trend} + basis.columns;
+    if (total >= static_cast<int64_t>(kMaxFunctions) || (version == kVersionWithoutBasis && total > 0))
+        fail(Status::format, "%s: version %u with %d trends and %d columns", kKind, version, basis.trend,
+             basis.columns);
+}
+
+// The part of the header that determines its size. Sets `digest` to the digest that follows.
+Grid read_start(ByteReader &in, uint32_t &version, uint64_t &digest) {
     if (std::memcmp(in.raw(sizeof kMagic), kMagic, sizeof kMagic) != 0)
         fail(Status::format, "%s: does not begin with \"TLMP\"", kKind);
-    const uint32_t version = in.u32();
-    if (version != kVersion)
-        fail(Status::format, "%s: unsupported version %u (supported: %u): push the samples again", kKind, version,
-             kVersion);
+    version = in.u32();
+    if (version != kVersion && version != kVersionWithoutBasis)
+        fail(Status::format, "%s: unsupported version %u (supported: %u, %u): push the samples again", kKind, version,
+             kVersionWithoutBasis, kVersion);
     const uint32_t flags = in.u32();
-    if ((flags & ~(kFixedMean | kDoubleLimb | kRereferenced)) != 0 || in.u32() != 0)
+    if ((flags & ~(kFixedMean | kDoubleLimb | kRereferenced)) != 0)
         fail(Status::format, "%s: unknown flags 0x%x", kKind, flags);
     Grid grid;
+    read_functions(in.u32(), version, grid.basis);
     grid.fixed_mean = (flags & kFixedMean) != 0;
     grid.double_limb_sums = (flags & kDoubleLimb) != 0;
     grid.nf = in.i64();
@@ -125,14 +140,30 @@ Grid read_grid(ByteReader &in) {
         *value = in.f64();
     grid.time_offset_ns = in.i64();
     grid.unit_ns = in.f64();
+    digest = in.u64();
+    return grid;
+}
+
+void check_grid(const Grid &grid) {
     try {
         grid.check();
     } catch (const Error &error) {
         fail_within(error, Status::format, "%s: %s", kKind, error.what());
     }
+}
+
+Grid read_grid(ByteReader &in) {
+    uint32_t version;
+    uint64_t digest;
+    Grid grid = read_start(in, version, digest);
+    if (version == kVersion)
+        grid.basis.load(in);
+    check_grid(grid);
     if (grid.double_limb_sums != grid.double_limb())
-        fail(Status::format, "%s: flags 0x%x: these sigmas require double-limb accumulators", kKind, flags);
-    if (in.u64() != grid.digest())
+        fail(Status::format, "%s: flags: these sigmas require double-limb accumulators", kKind);
+    if (grid.basis.any() != (version == kVersion))
+        fail(Status::format, "%s: version %u without nuisance functions", kKind, version);
+    if (digest != grid.digest())
         fail(Status::format, "%s: the identity digest does not match the header", kKind);
     return grid;
 }
@@ -140,12 +171,22 @@ Grid read_grid(ByteReader &in) {
 } // namespace
 
 size_t Stream::saved_size() const noexcept {
-    return state_size(grid_);
+    return state_size(grid_, grid_.basis.any());
 }
 
 size_t Stream::saved_size(const void *header, size_t size) {
     ByteReader in(header, size, kKind);
-    return state_size(read_grid(in));
+    uint32_t version;
+    uint64_t digest;
+    const Grid grid = read_start(in, version, digest);
+    if (version == kVersion) { // the rest of the header follows kHeaderSize
+        Grid plain = grid;
+        plain.basis = {};
+        check_grid(plain);
+        return state_size(grid, true);
+    }
+    ByteReader whole(header, size, kKind);
+    return state_size(read_grid(whole), false);
 }
 
 Grid Stream::load_header(const void *header, size_t size) {
@@ -156,9 +197,10 @@ Grid Stream::load_header(const void *header, size_t size) {
 std::vector<uint8_t> Stream::header(const Grid &grid) {
     ByteWriter out;
     out.raw(kMagic, sizeof kMagic);
-    out.u32(kVersion);
+    const Basis &basis = grid.basis;
+    out.u32(basis.any() ? kVersion : kVersionWithoutBasis);
     out.u32((grid.fixed_mean ? kFixedMean : 0) | (grid.double_limb() ? kDoubleLimb : 0));
-    out.u32(0);
+    out.u32(static_cast<uint32_t>(basis.trend) | static_cast<uint32_t>(basis.columns) << kColumnsAt);
     out.i64(grid.nf);
     for (double value : {grid.f0, grid.df, grid.time_offset, grid.value_offset, grid.value_bound, grid.sigma_floor,
                          grid.sigma_ceiling})
@@ -166,15 +208,19 @@ std::vector<uint8_t> Stream::header(const Grid &grid) {
     out.i64(grid.time_offset_ns);
     out.f64(grid.unit_ns);
     out.u64(grid.digest());
+    if (basis.any())
+        basis.save(out);
     return out.take();
 }
 
 // Fails with Status::format for sums that no set of samples has.
 void Stream::check_sums() const {
     check_totals(totals_, grid_, rereferenced_);
+    const auto samples = static_cast<double>(totals_.count), weight = static_cast<double>(totals_.w.value());
+    for (const ExactSum &sum : basis_sums_.all())
+        check_exact(sum, 2 * samples);
     if (!consistent())
         fail(Status::format, "%s: the sums of values, of times and of their squares are inconsistent", kKind);
-    const auto samples = static_cast<double>(totals_.count), weight = static_cast<double>(totals_.w.value());
     for (size_t sum = 0; sum < grid_.sums(); sum++)
         for (size_t k = 0; k < static_cast<size_t>(grid_.nf); k++)
             check_pair(lo_[sum * padded() + k], hi_[sum * padded() + k], sum < kernels::kYCLow ? weight : samples);
@@ -199,6 +245,8 @@ std::vector<uint8_t> Stream::save() const {
     save_pair(out, totals_.value_low, totals_.value_low_high);
     for (const ExactSum *sum : {&totals_.w, &totals_.wy, &totals_.wyy, &totals_.wt, &totals_.wtt})
         save_exact(out, *sum);
+    for (const ExactSum &sum : basis_sums_.all())
+        save_exact(out, sum);
     for (size_t sum = 0; sum < grid_.sums(); sum++)
         for (size_t k = 0; k < static_cast<size_t>(grid_.nf); k++)
             save_pair(out, lo_[sum * padded() + k], hi_[sum * padded() + k]);
@@ -209,8 +257,9 @@ std::vector<uint8_t> Stream::save() const {
 Stream Stream::load(const void *bytes, size_t size) {
     ByteReader in(bytes, size, kKind);
     const Grid grid = read_grid(in);
-    if (size != state_size(grid))
-        fail(Status::format, "%s: %zu bytes: must be %zu for a grid of %lld frequencies", kKind, size, state_size(grid),
+    const size_t whole = state_size(grid, grid.basis.any());
+    if (size != whole)
+        fail(Status::format, "%s: %zu bytes: must be %zu for a grid of %lld frequencies", kKind, size, whole,
              static_cast<long long>(grid.nf));
     ByteReader trailer(static_cast<const uint8_t *>(bytes) + size - kCrcSize, kCrcSize, kKind);
     if (trailer.u32() != zip::crc32(bytes, size - kCrcSize))
@@ -228,6 +277,8 @@ Stream Stream::load(const void *bytes, size_t size) {
     load_pair(in, totals.value_low, totals.value_low_high);
     for (ExactSum *sum : {&totals.w, &totals.wy, &totals.wyy, &totals.wt, &totals.wtt})
         load_exact(in, *sum);
+    for (ExactSum &sum : stream.basis_sums_.all())
+        load_exact(in, sum);
     for (size_t sum = 0; sum < grid.sums(); sum++)
         for (size_t k = 0; k < static_cast<size_t>(grid.nf); k++)
             load_pair(in, stream.lo_[sum * stream.padded() + k], stream.hi_[sum * stream.padded() + k]);

@@ -28,7 +28,6 @@ namespace {
 constexpr int64_t kMaxFrequencies = int64_t{1} << 26;
 constexpr double kMaxCycles = 0x1p50;
 constexpr double kMinSquarable = 1e-130; // smaller numbers have no exact square in double, and are negligible
-constexpr double kUnit = 0x1p-50, kLowUnit = 0x1p-100, kLowestUnit = 0x1p-150; // units of the three limbs
 
 // a - b as an unevaluated sum (Knuth's TwoSum).
 void difference(double a, double b, double &high, double &low) noexcept {
@@ -54,10 +53,6 @@ struct SamplePrefix {
     }
     char text[32] = "";
 };
-
-template <class Real> Real carry_save_value(int64_t lo, int64_t hi) noexcept {
-    return static_cast<Real>(hi) * static_cast<Real>(0x1p32) + static_cast<Real>(lo);
-}
 
 } // namespace
 
@@ -87,6 +82,9 @@ void Grid::check() const {
              sigma_floor, kMaxSigmaRatio);
     if (!(last() > 0))
         fail(Status::argument, "{f0} = 0, nf = 1: the grid must have a frequency above 0");
+    if (fixed_mean && basis.any())
+        fail(Status::argument, "{flags}: a fixed mean is not supported with a trend, columns or priors");
+    basis.check();
 }
 
 uint64_t Grid::digest() const {
@@ -97,13 +95,22 @@ uint64_t Grid::digest() const {
     identity.f64(unit_ns);
     identity.i64(nf);
     identity.u8(static_cast<uint8_t>((fixed_mean ? 1 : 0) | (double_limb() ? 2 : 0)));
+    if (basis.any()) {
+        identity.u8(static_cast<uint8_t>(basis.trend));
+        identity.u8(static_cast<uint8_t>(basis.columns));
+        basis.save(identity);
+    }
     return fnv1a(reinterpret_cast<const char *>(identity.bytes().data()), identity.bytes().size());
 }
 
-Stream::Stream(const Grid &grid) : grid_(grid) {
-    if (grid_.sigma_ceiling == 0)
-        grid_.sigma_ceiling = kSingleLimbSigmaRatio * grid_.sigma_floor;
-    grid_.check();
+static Grid completed(Grid grid) {
+    if (grid.sigma_ceiling == 0)
+        grid.sigma_ceiling = kSingleLimbSigmaRatio * grid.sigma_floor;
+    grid.check();
+    return grid;
+}
+
+Stream::Stream(const Grid &grid) : grid_(completed(grid)), basis_sums_(grid_.basis.functions()) {
     blocks_ = (static_cast<size_t>(grid_.nf) + kernels::kBlock - 1) / kernels::kBlock;
     lo_.resize(grid_.sums() * padded());
     hi_.resize(grid_.sums() * padded());
@@ -155,6 +162,7 @@ void Stream::check(const Sample &sample, int64_t index) const {
     if (sigma > grid_.sigma_ceiling)
         fail(Status::range, "%s{sigma} = %g: must be at most sigma_ceiling = %g, the largest sigma, fixed at creation",
              where, sigma, grid_.sigma_ceiling);
+    check_basis(sample, where);
     if (totals_.count + std::max<int64_t>(0, index) >= kMaxSamples)
         fail(Status::range, "%stoo many samples: must be at most %lld", where, static_cast<long long>(kMaxSamples));
 }
@@ -180,7 +188,8 @@ bool Stream::consistent() const noexcept {
                wtt = totals_.wtt.value();
     return (totals_.count > 0 ? w > 0 : w >= -slack) && w <= n + slack && wyy >= -slack && wyy <= w + slack &&
            wy * wy <= (w + slack) * (wyy + slack) &&
-           (rereferenced_ || (wtt >= 0 && wt * wt <= (w + slack) * wtt * (1 + kRounding)));
+           (rereferenced_ || (wtt >= 0 && wt * wt <= (w + slack) * wtt * (1 + kRounding))) &&
+           basis_sums_.consistent(w, wyy, slack);
 }
 
 void Stream::check_consistent() const {
@@ -190,6 +199,15 @@ void Stream::check_consistent() const {
              "a retracted sample was never pushed",
              static_cast<long long>(totals_.count), static_cast<double>(totals_.w.value()),
              static_cast<double>(totals_.wy.value()), static_cast<double>(totals_.wyy.value()));
+}
+
+void Stream::add_sample(const kernels::PushSample &sample) noexcept {
+    int64_t *rows[kernels::kSums];
+    for (size_t i = 0; i < grid_.sums(); i++)
+        rows[i] = lo_.data() + i * padded();
+    const kernels::PushKernels &known = kernels::push_kernels();
+    (grid_.double_limb() ? known.push_double_limb : known.push)(grid_.f0, grid_.df, blocks_, sample, anchors_.data(),
+                                                                rows);
 }
 
 // Every term is odd in the weight, and so is its rounding: a sample of negative weight removes exactly what the sample
@@ -206,12 +224,10 @@ void Stream::add(const Sample &given, double sign) noexcept {
     // The remainder of the division, exact by FMA, is added to the remainder of the difference.
     sample.value_low = (std::fma(-sample.value_high, grid_.value_bound, y_high) + y_low) / grid_.value_bound;
 
-    int64_t *rows[kernels::kSums];
-    for (size_t i = 0; i < grid_.sums(); i++)
-        rows[i] = lo_.data() + i * padded();
-    const kernels::PushKernels &known = kernels::push_kernels();
-    (grid_.double_limb() ? known.push_double_limb : known.push)(grid_.f0, grid_.df, blocks_, sample, anchors_.data(),
-                                                                rows);
+    if (grid_.basis.any())
+        add_row(given, sample);
+    else
+        add_sample(sample);
 
     const double w = sample.weight, product = w * (sample.value_high * kernels::kOne);
     const double product_low =
@@ -249,6 +265,7 @@ void Stream::reset() noexcept {
     std::memset(lo_.data(), 0, lo_.size() * sizeof lo_[0]);
     std::memset(hi_.data(), 0, hi_.size() * sizeof hi_[0]);
     totals_ = Totals();
+    basis_sums_.reset();
     pending_ = 0;
     unweighted_ = 0;
     retracted_ = rereferenced_ = false;
@@ -290,13 +307,11 @@ void Stream::merge_exact(const Stream &other) noexcept {
     sums.wyy.add(more.wyy);
     sums.wt.add(more.wt);
     sums.wtt.add(more.wtt);
+    basis_sums_.add(other.basis_sums_);
 }
 
 template <class Real> SumsAt<Real> Stream::sums(int64_t k) const noexcept {
-    const auto at = [&](kernels::Sum sum, double unit) {
-        const size_t place = static_cast<size_t>(sum) * padded() + static_cast<size_t>(k);
-        return carry_save_value<Real>(lo_[place], hi_[place]) * static_cast<Real>(unit);
-    };
+    const auto at = [&](kernels::Sum sum, double unit) { return sum_at<Real>(sum, k, unit); };
     using namespace kernels;
     SumsAt<Real> sums = {at(kC1, kUnit),
                          at(kS1, kUnit),

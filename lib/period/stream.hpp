@@ -5,7 +5,8 @@
 
 #include "base/buffer.hpp"
 #include "base/quad.hpp"
-#include "kernels/push.hpp"
+#include "kernels/push_rows.hpp"
+#include "period/basis.hpp"
 #include "period/exact_sum.hpp"
 
 namespace toliman::period {
@@ -28,20 +29,30 @@ struct Grid {
     double value_bound = 0x1p20;
     double sigma_floor = 1;
     double sigma_ceiling = 0; // 0: the largest that single-limb accumulators carry
+    Basis basis;              // nuisance functions
 
     void check() const;
     uint64_t digest() const;
-    // Requested, or required because the weights span too large a range for a resolution of 2^-50: every accumulator
-    // then has one limb (50 bits) more.
+    // Requested, or required because the weights span too large a range for a resolution of 2^-50, or because nuisance
+    // functions are projected out: every accumulator then has one limb (50 bits) more.
     bool double_limb() const noexcept {
-        return double_limb_sums || sigma_ceiling > kSingleLimbSigmaRatio * sigma_floor;
+        return double_limb_sums || sigma_ceiling > kSingleLimbSigmaRatio * sigma_floor || basis.any();
     }
-    size_t sums() const noexcept { return double_limb() ? size_t{kernels::kSums} : kernels::kSingleLimbSums; }
+    size_t sums() const noexcept {
+        return double_limb() ? kernels::kSums + (basis.functions() - 1) * kernels::kFunctionSums
+                             : kernels::kSingleLimbSums;
+    }
     double last() const noexcept { return f0 + df * static_cast<double>(nf - 1); }
 };
 
 // Sums at one frequency: weights in units of the weight of sigma_floor, values in units of value_bound.
 template <class Real> struct SumsAt { Real c1, s1, c2, s2, yc, ys; };
+
+constexpr double kUnit = 0x1p-50, kLowUnit = 0x1p-100, kLowestUnit = 0x1p-150; // units of the three limbs
+
+template <class Real> Real carry_save_value(int64_t lo, int64_t hi) noexcept {
+    return static_cast<Real>(hi) * static_cast<Real>(0x1p32) + static_cast<Real>(lo);
+}
 
 // Sums that do not depend on the frequency. The quantised ones round each term as the single-limb C1 and YC do at
 // f = 0.
@@ -57,7 +68,8 @@ struct Totals {
 // for messages.
 struct Sample {
     double t, t_high, t_low, y, sigma;
-    bool unweighted = false; // given without a sigma: has the weight of sigma_floor
+    bool unweighted = false;         // given without a sigma: has the weight of sigma_floor
+    const double *columns = nullptr; // [grid.basis.columns]
 };
 
 class Stream {
@@ -95,6 +107,10 @@ class Stream {
     // The sums at frequency k. long double suffices for single-limb accumulators; double-limb ones may lose more digits
     // by cancellation than it has.
     template <class Real> SumsAt<Real> sums(int64_t k) const noexcept;
+    // The sums w b cos and w b sin of the functions at frequency k, [basis.functions()] each; those of function 0 are
+    // C1 and S1.
+    template <class Real> void function_sums(int64_t k, Real *c, Real *s) const noexcept;
+    const BasisSums &basis_sums() const noexcept { return basis_sums_; }
     // Lower and upper part of an accumulator (kernels::Sum), from frequency k.
     const int64_t *low(size_t sum, int64_t k) const noexcept {
         return lo_.data() + sum * padded() + static_cast<size_t>(k);
@@ -124,12 +140,18 @@ class Stream {
     size_t saved_size() const noexcept;
     // Size of the complete state bytes with this header; size >= kHeaderSize.
     static size_t saved_size(const void *header, size_t size);
-    static constexpr size_t kHeaderSize = 4 + 4 + 4 + 4 + 10 * 8 + 8;
+    static constexpr size_t kHeaderSize = 4 + 4 + 4 + 4 + 10 * 8 + 8; // without the basis
     static std::vector<uint8_t> header(const Grid &grid);
     static Grid load_header(const void *header, size_t size);
 
   private:
     void add(const Sample &sample, double sign) noexcept;
+    void add_sample(const kernels::PushSample &sample) noexcept;
+    void add_row(const Sample &given, const kernels::PushSample &sample) noexcept;
+    void check_basis(const Sample &sample, const char *where) const;
+    template <class Real> Real sum_at(size_t sum, int64_t k, double unit) const noexcept {
+        return carry_save_value<Real>(*low(sum, k), *high(sum, k)) * static_cast<Real>(unit);
+    }
     void merge_exact(const Stream &other) noexcept;
     void merge_rereferenced(const Stream &other);
     void check_sums() const;
@@ -140,6 +162,7 @@ class Stream {
 
     Grid grid_;
     Totals totals_;
+    BasisSums basis_sums_;
     size_t blocks_;
     int pending_ = 0;
     int64_t unweighted_ = 0; // samples given without a sigma since creation or load

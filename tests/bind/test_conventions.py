@@ -40,7 +40,8 @@ SCENE = {**json.loads((ROOT / "examples" / "scenes" / "chapter.json").read_text(
 NOT_NEEDED = {"toliman_last_error_copy", "toliman_version_number", "toliman_track_reason_name", "toliman_track_verdict_name",
               "toliman_cae_get_train_options", "toliman_cae_encode", "toliman_linear_encode",
               "toliman_components_push", "toliman_load_options_init",
-              "toliman_sim_image_name", "toliman_period_push", "toliman_period_retract",
+              "toliman_sim_image_name", "toliman_period_push", "toliman_period_push_samples", "toliman_period_retract",
+              "toliman_period_retract_samples", "toliman_period_query_fit",
               "toliman_ingest_read_leap_seconds", "toliman_ingest_reason_name", "toliman_sky_observer_name",
               "toliman_series_options_init", "toliman_series_create", "toliman_series_destroy", "toliman_series_parse",
               "toliman_series_get_info", "toliman_sky_observer_name"}

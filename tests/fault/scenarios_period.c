@@ -182,6 +182,38 @@ static toliman_status merge_re_referenced(attempt *a) {
 static toliman_status merge_double_limb(attempt *a) {
     return toliman_period_merge(a->object, wide());
 }
+
+/* A trend and a column. */
+static void *make_rows(void) {
+    fill();
+    toliman_period_options options;
+    toliman_period_options_init(&options, sizeof options);
+    options.trend = 2;
+    options.trend_end = ARCHIVE;
+    options.columns = 1;
+    options.column_bound[0] = 2000;
+    toliman_period *made = NULL;
+    assert_ok(toliman_period_create(F0, DF, FREQUENCIES, &options, &made));
+    for (int i = 0; i < SAMPLES; i++) {
+        const toliman_period_sample sample = {.struct_size = sizeof sample, .t = t[i], .y = y[i]};
+        assert_ok(toliman_period_push_rows(made, &sample, &y[i + 7], 1));
+    }
+    return made;
+}
+static toliman_status push_rows(attempt *a) {
+    const toliman_period_sample sample = {.struct_size = sizeof sample, .t = t[70], .y = y[70]};
+    return toliman_period_push_rows(a->object, &sample, &y[77], 1);
+}
+static toliman_status retract_rows(attempt *a) {
+    const toliman_period_sample sample = {.struct_size = sizeof sample, .t = t[3], .y = y[3]};
+    return toliman_period_retract_rows(a->object, &sample, &y[10], 1);
+}
+static toliman_status query_coefficients(attempt *a) {
+    return toliman_period_query_coefficients(a->object, 20, 4, (double *)a->out, (double *)(a->out + 64));
+}
+static toliman_status query_fit_rows(attempt *a) {
+    return toliman_period_query_fit_rows(a->object, t, y, NULL, &y[7], SAMPLES, (void *)a->out);
+}
 static toliman_status reset(attempt *a) {
     return toliman_period_reset(a->object);
 }
@@ -267,6 +299,8 @@ static void put_states(void) {
 enum { PEAK = sizeof(toliman_period_peak) };
 #define ON_ONE(name)                                                                                                   \
     { .function = "toliman_period_" #name, .call = name, .make = make, .of = &periods }
+#define ON_ROWS(name)                                                                                                  \
+    { .function = "toliman_period_" #name, .call = name, .make = make_rows, .of = &periods }
 #define QUERIES(name, size)                                                                                            \
     { .function = "toliman_period_" #name, .call = name, .struct_size = size, .stage = put_states }
 
@@ -291,6 +325,14 @@ static const scenario all[] = {
     ON_ONE(retract),
     ON_ONE(retract_samples),
     ON_ONE(retract_many),
+    ON_ROWS(push_rows),
+    ON_ROWS(retract_rows),
+    ON_ROWS(query_coefficients),
+    {.function = "toliman_period_query_fit_rows",
+     .call = query_fit_rows,
+     .make = make_rows,
+     .of = &periods,
+     .struct_size = PEAK},
     ON_ONE(merge),
     {.function = "toliman_period_merge", "re-referenced", merge_re_referenced, make, &periods, .stage = put_states},
     {.function = "toliman_period_merge",

@@ -3,6 +3,8 @@
 
 #include <toliman/period.h>
 #include <toliman/period_fap.h>
+#include <toliman/period_nuisance.h>
+#include <toliman/period_sampling.h>
 
 #include "fuzz.hpp"
 #include "period/stream.hpp"
@@ -11,6 +13,7 @@ using namespace fuzz;
 
 namespace {
 
+constexpr uint32_t kNuisance = 1u << 31; // of seeds only
 constexpr size_t kHeader = toliman::period::Stream::kHeaderSize, kMostFrequencies = 64;
 
 Bytes saved(const toliman_period *period) {
@@ -58,10 +61,15 @@ void check_push(toliman_period *period, const Bytes &before) {
     toliman_period_info info = {};
     info.struct_size = sizeof info;
     require(toliman_period_get_info(period, &info) == TOLIMAN_OK, "no information");
-    const double t = info.time_offset + 1, y = info.value_offset;
-    if (toliman_period_push(period, t, y, info.sigma_floor) != TOLIMAN_OK)
+    toliman_period_sample sample = {};
+    sample.struct_size = sizeof sample;
+    sample.t = info.trend > 0 ? info.trend_start : info.time_offset + 1;
+    sample.y = info.value_offset;
+    sample.sigma = info.sigma_floor;
+    const double row[8] = {};
+    if (toliman_period_push_rows(period, &sample, row, 1) != TOLIMAN_OK)
         return;
-    require(toliman_period_retract(period, t, y, info.sigma_floor) == TOLIMAN_OK, "a sample cannot be retracted");
+    require(toliman_period_retract_rows(period, &sample, row, 1) == TOLIMAN_OK, "a sample cannot be retracted");
     require(saved(period) == before, "a retracted sample changed the state");
 }
 
@@ -73,9 +81,8 @@ void repair(Bytes &bytes) {
     Bytes head(bytes.begin(), bytes.begin() + kHeader);
     period::Grid grid;
     toliman::ByteReader in(head.data(), head.size(), "");
-    in.raw(8);
-    const uint32_t flags = in.u32();
-    in.u32();
+    in.raw(4);
+    const uint32_t version = in.u32(), flags = in.u32(), numbers = in.u32();
     grid.fixed_mean = (flags & 1) != 0;
     grid.double_limb_sums = (flags & 2) != 0;
     grid.nf = in.i64();
@@ -84,6 +91,17 @@ void repair(Bytes &bytes) {
         *value = in.f64();
     grid.time_offset_ns = in.i64();
     grid.unit_ns = in.f64();
+    if (version == 4 && numbers < 0x900) { // with nuisance functions
+        grid.basis.trend = static_cast<int32_t>(numbers & 0xff);
+        grid.basis.columns = static_cast<int32_t>(numbers >> 8);
+        const bool few = grid.basis.functions() <= period::kMaxFunctions;
+        if (few && bytes.size() >= kHeader + grid.basis.saved_size()) {
+            toliman::ByteReader rest(bytes.data() + kHeader, grid.basis.saved_size(), "");
+            grid.basis.load(rest);
+        } else {
+            grid.basis = {};
+        }
+    }
     put(bytes, kHeader - 8, grid.digest(), 8);
     try {
         const size_t size = period::Stream::saved_size(bytes.data(), kHeader);
@@ -98,15 +116,28 @@ void repair(Bytes &bytes) {
 
 std::vector<Bytes> fuzz::seeds() {
     std::vector<Bytes> seeds;
-    for (const uint32_t flags : {0u, TOLIMAN_PERIOD_FIXED_MEAN, TOLIMAN_PERIOD_DOUBLE_LIMB}) {
+    for (const uint32_t flags : {0u, TOLIMAN_PERIOD_FIXED_MEAN, TOLIMAN_PERIOD_DOUBLE_LIMB, kNuisance}) {
         toliman_period_options options;
         toliman_period_options_init(&options, sizeof options);
-        options.flags = flags;
+        options.flags = flags & ~kNuisance;
+        if (flags == kNuisance) {
+            options.trend = 2;
+            options.trend_end = 20;
+            options.columns = 1;
+            options.prior_precision[3] = 1;
+        }
         toliman_period *period = nullptr;
         require(toliman_period_create(0.01, 0.02, 5, &options, &period) == TOLIMAN_OK, toliman_last_error());
         seeds.push_back(saved(period));
-        for (int i = 0; i < 9; i++)
-            require(toliman_period_push(period, i, std::sin(i), 1 + i % 3) == TOLIMAN_OK, toliman_last_error());
+        for (int i = 0; i < 9; i++) {
+            toliman_period_sample sample = {};
+            sample.struct_size = sizeof sample;
+            sample.t = i;
+            sample.y = std::sin(i);
+            sample.sigma = 1 + i % 3;
+            const double row = std::cos(3 * i);
+            require(toliman_period_push_rows(period, &sample, &row, 1) == TOLIMAN_OK, toliman_last_error());
+        }
         seeds.push_back(saved(period));
         toliman_period_destroy(period);
     }

@@ -153,6 +153,34 @@ static toliman_period *saved_and_loaded(toliman_period *period) {
     return again;
 }
 
+static void search_with_rows(const double *t, const double *y, const double *sigma, const size_t *places) {
+    toliman_period_options options;
+    toliman_period_options_init(&options, sizeof options);
+    options.trend = 3;
+    options.trend_end = SAMPLES + 1;
+    options.columns = 1;
+    options.prior_precision[4] = 1e-3;
+    toliman_period *period = NULL;
+    assert_ok(toliman_period_create(1e-4, 0.0005, GRID, &options, &period));
+    uint64_t random = order;
+    for (int i = 0; i < SAMPLES; i++) {
+        const size_t at = places[i];
+        const toliman_period_sample sample = {sizeof sample, 0, t[at], 0, 0, y[at], sigma[at]};
+        const double row = (double)(mixed((uint64_t)at + 11) % 1000) / 1000;
+        assert_ok(toliman_period_push_rows(period, &sample, &row, 1));
+        if (order != 0 && draw(&random, SAMPLES / 8) == 0)
+            period = saved_and_loaded(period);
+    }
+    size_t size;
+    assert_ok(toliman_period_save(period, bytes, sizeof bytes, &size));
+    keep("rows.tlmp", bytes, size);
+    double power[GRID + 10];
+    assert_ok(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 0, GRID, power));
+    assert_ok(toliman_period_query_coefficients(period, 40, 5, power + GRID, power + GRID + 5));
+    keep("rows_power.f64", power, sizeof power);
+    toliman_period_destroy(period);
+}
+
 static void search(void) {
     static double t[SAMPLES], y[SAMPLES], sigma[SAMPLES], power[FINE];
     static size_t places[SAMPLES];
@@ -187,6 +215,7 @@ static void search(void) {
     assert_ok(toliman_period_query_bootstrap(period, t, y, sigma, SAMPLES, &trials, 4, lowest));
     keep("bootstrap.f64", lowest, sizeof lowest);
     toliman_period_destroy(period);
+    search_with_rows(t, y, sigma, places);
     toliman_period_batch_options options;
     toliman_period_batch_options_init(&options, sizeof options);
     options.threads = workers;

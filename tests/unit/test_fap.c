@@ -2,6 +2,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include <toliman/period_sampling.h>
+
 #include "fap_trials.h"
 
 enum { baluev, naive, single, sequential, METHODS };

@@ -7,6 +7,7 @@
 #include "uniform.h"
 
 #include <toliman/period.h>
+#include <toliman/period_sampling.h>
 
 enum { kMost = 400 };
 static double times[kMost], values[kMost];

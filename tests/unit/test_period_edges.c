@@ -362,7 +362,7 @@ static void crafted_state_is_refused(void **unused) {
     memcpy(bad, bytes, size);
     bad[4] = 1;
     assert_fails(toliman_period_load(bad, size, NULL, &loaded), TOLIMAN_E_FORMAT,
-                 "unsupported version 1 (supported: 3)");
+                 "unsupported version 1 (supported: 3, 4)");
     toliman_period_destroy(period);
 }
 

@@ -8,6 +8,7 @@
 #include "uniform.h"
 
 #include <toliman/period.h>
+#include <toliman/period_sampling.h>
 
 enum { kMost = 1000, kShards = 64, kSaveEvery = 100 };
 static double times[kMost], values[kMost], sigmas[kMost];

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include <toliman/period.h>
+#include <toliman/period_sampling.h>
 
 #include "assert_close.h"
 

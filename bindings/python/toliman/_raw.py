@@ -1649,7 +1649,9 @@ class toliman_period_options(Sized):
     time_offset_ns: for times in whole nanoseconds: subtracted exactly from t_ns. The instant t_ns =
         time_offset_ns is the instant t = time_offset
     unit_ns: nanoseconds per unit of t, in [1, 1e30]; 0 = 1e9, seconds; 86400e9 = days
-    allocator: for the large arrays of the object; NULL = malloc"""
+    allocator: for the large arrays of the object; NULL = malloc
+    trend: nuisance functions, see period_nuisance.h. Since 0.2, as all that follow
+    columns: nuisance functions, see period_nuisance.h. Since 0.2, as all that follow"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -1662,6 +1664,12 @@ class toliman_period_options(Sized):
         ("time_offset_ns", c_int64),
         ("unit_ns", c_double),
         ("allocator", POINTER(toliman_allocator)),
+        ("trend", c_int32),
+        ("columns", c_int32),
+        ("trend_start", c_double),
+        ("trend_end", c_double),
+        ("column_bound", c_double * 8),
+        ("prior_precision", c_double * 9),
     ]
 
 
@@ -1694,7 +1702,11 @@ class toliman_period_info(Sized):
     struct_size: in: sizeof(toliman_period_info)
     count: number of samples
     digest: hash of grid and options. Accumulators with equal digests can be compared bit by bit
-    weighted: 1: a sample has a sigma other than sigma_floor"""
+    weighted: 1: a sample has a sigma other than sigma_floor
+    trend: nuisance functions, see period_nuisance.h. Since 0.2, as all that follow
+    columns: nuisance functions, see period_nuisance.h. Since 0.2, as all that follow
+    functions: number of functions in use, with the mean
+    free_functions: number of those without a prior"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -1713,6 +1725,14 @@ class toliman_period_info(Sized):
         ("unit_ns", c_double),
         ("weighted", c_int32),
         ("reserved", c_int32),
+        ("trend", c_int32),
+        ("columns", c_int32),
+        ("trend_start", c_double),
+        ("trend_end", c_double),
+        ("column_bound", c_double * 8),
+        ("prior_precision", c_double * 9),
+        ("functions", c_int32),
+        ("free_functions", c_int32),
     ]
 
 
@@ -1824,30 +1844,6 @@ class toliman_period_peak(Sized):
     ]
 
 
-# Flag of toliman_period_sampling: at some frequency above 0, single-limb accumulators may give the power with an
-# error above 1e-9. Use TOLIMAN_PERIOD_DOUBLE_LIMB.
-TOLIMAN_PERIOD_NEEDS_DOUBLE_LIMB = 128
-
-
-class toliman_period_sampling(Sized):
-    """Sampling diagnostics: whether the grid suits the times of the samples.
-    struct_size: in: sizeof(toliman_period_sampling)
-    flags: TOLIMAN_PERIOD_COARSE, _ABOVE_NYQUIST, _NEEDS_DOUBLE_LIMB, _INACCURATE
-    baseline: T
-    coarsest_df: 1/(5 T), the largest df that resolves every peak; +infinity if all times are equal
-    nyquist: 1/(2 step); +infinity if all times are equal
-    independent: number of independent frequencies: last frequency of the grid times T, at least 1"""
-
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("flags", c_uint32),
-        ("baseline", c_double),
-        ("coarsest_df", c_double),
-        ("nyquist", c_double),
-        ("independent", c_double),
-    ]
-
-
 # Flag of toliman_period_batch_options: use direct sums only, with an error of 1e-13 whatever the tolerance.
 TOLIMAN_PERIOD_DIRECT = 512
 
@@ -1877,7 +1873,7 @@ TOLIMAN_PERIOD_FAP_BALUEV = 111
 # FAP method: assumes f T independent frequencies. Underestimates the FAP (about 3x too small at 0.01).
 TOLIMAN_PERIOD_FAP_NAIVE = 112
 
-# FAP method: FAP at one frequency that was known beforehand: (1 - P)^((N - 3)/2).
+# FAP method: FAP at one frequency that was known beforehand: (1 - P)^((N - K - 2)/2), K = 1 for the mean alone.
 TOLIMAN_PERIOD_FAP_SINGLE = 113
 
 # FAP method for repeated queries of a growing series. Queries may be made after each sample or at any times, and may
@@ -1896,7 +1892,8 @@ class toliman_period_bootstrap_options(Sized):
     """Options of toliman_period_query_bootstrap.
     threads: worker threads, 0 = one per processor; results do not depend on the number
     seed: of the random resamplings
-    progress: may be NULL"""
+    progress: may be NULL
+    rows: [n][columns] of a periodogram with columns (period_nuisance.h), otherwise NULL. Since 0.2"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -1904,6 +1901,31 @@ class toliman_period_bootstrap_options(Sized):
         ("seed", c_uint64),
         ("progress", toliman_progress_fn),
         ("progress_data", c_void_p),
+        ("rows", POINTER(c_double)),
+    ]
+
+
+# Flag of toliman_period_sampling: at some frequency above 0, single-limb accumulators may give the power with an
+# error above 1e-9. Use TOLIMAN_PERIOD_DOUBLE_LIMB.
+TOLIMAN_PERIOD_NEEDS_DOUBLE_LIMB = 128
+
+
+class toliman_period_sampling(Sized):
+    """Sampling diagnostics: whether the grid suits the times of the samples.
+    struct_size: in: sizeof(toliman_period_sampling)
+    flags: TOLIMAN_PERIOD_COARSE, _ABOVE_NYQUIST, _NEEDS_DOUBLE_LIMB, _INACCURATE
+    baseline: T
+    coarsest_df: 1/(5 T), the largest df that resolves every peak; +infinity if all times are equal
+    nyquist: 1/(2 step); +infinity if all times are equal
+    independent: number of independent frequencies: last frequency of the grid times T, at least 1"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("flags", c_uint32),
+        ("baseline", c_double),
+        ("coarsest_df", c_double),
+        ("nyquist", c_double),
+        ("independent", c_double),
     ]
 
 
@@ -2551,12 +2573,16 @@ OF_OBJECTS = {
     "toliman_period_query_peak": False,
     "toliman_period_query_peaks": False,
     "toliman_period_query_fit": False,
-    "toliman_period_query_sampling": False,
     "toliman_period_save": False,
     "toliman_period_save_file": False,
     "toliman_period_query_fap": False,
     "toliman_period_query_threshold": False,
     "toliman_period_query_bootstrap": False,
+    "toliman_period_push_rows": True,
+    "toliman_period_retract_rows": True,
+    "toliman_period_query_coefficients": False,
+    "toliman_period_query_fit_rows": False,
+    "toliman_period_query_sampling": False,
     "toliman_series_destroy": True,
     "toliman_series_parse": True,
     "toliman_series_get_info": False,
@@ -3893,7 +3919,8 @@ TOLIMAN_E_RANGE for more than 2e6 frequencies. Since 0.2.""",
         """Creates an empty periodogram on the grid f0 + k df, k < nf: f0 >= 0, df > 0, 1 <= nf <= 2^26. A grid of frequency 0
 alone is refused. options may be NULL. The caller destroys *out.
 
-Allocates all memory: 129 bytes per frequency (double-limb: 225). Pushes and queries allocate nothing. Exceptions
+Allocates all memory: 129 bytes per frequency (double-limb: 225; with K - 1 nuisance functions 225 + 64 (K - 1)).
+Pushes and queries allocate nothing. Exceptions
 are toliman_period_query_bootstrap, toliman_period_query_sampling with times, the save functions, and
 toliman_period_query_fit, which copies the samples.""",
     ),
@@ -3973,8 +4000,8 @@ accumulators of `other` are first re-referenced (phase-rotated) to this time_off
 as accurate, but not bit-identical.
 Errors:
   - TOLIMAN_E_MISMATCH if the grids, the kinds of mean, time_offset_ns or unit_ns differ, if single-limb
-    accumulators would be added to double-limb ones, or if unweighted samples would mix with samples whose sigma is
-    not sigma_floor;
+    accumulators would be added to double-limb ones, if unweighted samples would mix with samples whose sigma is
+    not sigma_floor, or if the digests differ and one has nuisance functions;
   - TOLIMAN_E_RANGE if the rms of the other's values about this value_offset exceeds this value_bound, or the mean
     of its 1/sigma^2 is outside these sigma bounds;
   - TOLIMAN_E_ARGUMENT if other is period.""",
@@ -4023,7 +4050,8 @@ the power would exceed 1, because a sample was retracted that was never pushed."
         ),
         """Writes the least-squares sinusoid at grid frequency k to *out, from the accumulators.
 Errors: as toliman_period_query_power; TOLIMAN_E_RANGE if k is outside the grid; TOLIMAN_E_STATE for fewer than
-five samples or constant values.""",
+five samples (with nuisance functions: free_functions + 4), or values that are constant or described by the nuisance
+functions alone.""",
     ),
     "toliman_period_query_peak": (
         c_int32, (("period", POINTER(toliman_period)), ("out", POINTER(toliman_period_peak))),
@@ -4058,20 +4086,10 @@ sigma may be NULL. The refinement is a least-squares fit of frequency, amplitude
 fixed with TOLIMAN_PERIOD_FIXED_MEAN), computed with 64-bit significands. 1 - power is computed from the residuals,
 accurate down to 1e-31. The result is never worse than the highest grid point. If cosine and sine coincide at every
 sample (smaller eigenvalue below 1e-17 of the sum of both), as at the Nyquist frequency of regular samples, one of
-them is fitted. TOLIMAN_PERIOD_INACCURATE refers to the grid point from which the fit starts.
+them is fitted. TOLIMAN_PERIOD_INACCURATE refers to the grid point from which the fit starts. A trend is fitted with
+the sinusoid; a periodogram with columns needs toliman_period_query_fit_rows.
 Errors: as toliman_period_query_peak; TOLIMAN_E_ARGUMENT for another n; TOLIMAN_E_RANGE for samples outside the
 bounds.""",
-    ),
-    "toliman_period_query_sampling": (
-        c_int32, (
-            ("period", POINTER(toliman_period)),
-            ("t", POINTER(c_double)),
-            ("n", c_size_t),
-            ("out", POINTER(toliman_period_sampling)),
-        ),
-        """Writes the sampling diagnostics to *out, whose struct_size must be set. t[n] are the pushed times (only n is
-checked); the step is their median step. If t is NULL, the times are assumed regular with T from their variance;
-nyquist is then too low for grouped samples. Evaluates every frequency, as toliman_period_query_power does.""",
     ),
     "toliman_period_save": (
         c_int32, (
@@ -4095,7 +4113,7 @@ offsets (such a merge is not exact).""",
         ),
         """Loads a periodogram from exactly `size` state bytes. options may be NULL. The caller destroys *out.
 TOLIMAN_E_FORMAT for a wrong magic number, version, size or checksum, and for impossible content. Before version
-1.0, a library loads only the bytes of its own format version.""",
+1.0, a library loads only the bytes of its own format versions: 3, and 4 with nuisance functions.""",
     ),
     "toliman_period_save_file": (
         c_int32, (("period", POINTER(toliman_period)), ("path", c_char_p)),
@@ -4190,7 +4208,72 @@ If k entries are at or below the log10_residual of toliman_period_query_peak (no
 peak is (k + 1)/(count + 1). The detection threshold for a FAP of alpha is log10_residuals[alpha * count - 1]:
 peaks with a lower log10_residual are significant. The bootstrap assumes no distribution of the noise. Each
 resampling takes the time to push all samples and query once; each thread needs the memory of a periodogram.
+With nuisance functions, the values drawn are the residuals of these functions alone.
 Errors: as toliman_period_query_fit; TOLIMAN_E_CANCELLED.""",
+    ),
+    "toliman_period_push_rows": (
+        c_int32, (
+            ("period", POINTER(toliman_period)),
+            ("samples", POINTER(toliman_period_sample)),
+            ("rows", POINTER(c_double)),
+            ("n", c_size_t),
+        ),
+        """Adds n samples with the values of their columns, or none if one is refused; the message names its index.
+  rows  [n][columns of the options], values of the columns; may be NULL if there are no columns
+Functions without this argument return TOLIMAN_E_ARGUMENT if the periodogram has columns.
+Errors: as toliman_period_push_samples; TOLIMAN_E_RANGE if a value exceeds its column_bound. Since 0.2.""",
+    ),
+    "toliman_period_retract_rows": (
+        c_int32, (
+            ("period", POINTER(toliman_period)),
+            ("samples", POINTER(toliman_period_sample)),
+            ("rows", POINTER(c_double)),
+            ("n", c_size_t),
+        ),
+        """Removes n samples given as in toliman_period_push_rows. Otherwise as toliman_period_retract_many. Since 0.2.""",
+    ),
+    "toliman_period_query_coefficients": (
+        c_int32, (
+            ("period", POINTER(toliman_period)),
+            ("k", c_int64),
+            ("count", c_size_t),
+            ("coefficients", POINTER(c_double)),
+            ("errors", POINTER(c_double)),
+        ),
+        """Writes the coefficients of mean and nuisance functions fitted with the sinusoid at grid frequency k to
+coefficients[count], and their standard errors, scaled by the residual, to errors[count].
+  count   1 + trend + columns
+  errors  may be NULL
+The mean is in units of y, all others in units of y per unit of the function. A function that is not in use has the
+coefficient 0 and the error +infinity.
+Errors: as toliman_period_query_model; TOLIMAN_E_ARGUMENT for another count; TOLIMAN_E_STATE if the options declare
+no nuisance function and no prior. Since 0.2.""",
+    ),
+    "toliman_period_query_fit_rows": (
+        c_int32, (
+            ("period", POINTER(toliman_period)),
+            ("t", POINTER(c_double)),
+            ("y", POINTER(c_double)),
+            ("sigma", POINTER(c_double)),
+            ("rows", POINTER(c_double)),
+            ("n", c_size_t),
+            ("out", POINTER(toliman_period_peak)),
+        ),
+        """Refines the highest peak with the samples that were pushed, as toliman_period_query_fit, with their columns.
+  rows  [n][columns of the options], values of the columns; may be NULL if there are no columns
+The coefficients of the functions are fitted with frequency, amplitude, phase and offset, which is the coefficient of
+the mean. Since 0.2.""",
+    ),
+    "toliman_period_query_sampling": (
+        c_int32, (
+            ("period", POINTER(toliman_period)),
+            ("t", POINTER(c_double)),
+            ("n", c_size_t),
+            ("out", POINTER(toliman_period_sampling)),
+        ),
+        """Writes the sampling diagnostics to *out, whose struct_size must be set. t[n] are the pushed times (only n is
+checked); the step is their median step. If t is NULL, the times are assumed regular with T from their variance;
+nyquist is then too low for grouped samples. Evaluates every frequency, as toliman_period_query_power does.""",
     ),
     "toliman_series_options_init": (
         None, (("options", POINTER(toliman_series_options)), ("size", c_size_t)),

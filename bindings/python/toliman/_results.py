@@ -422,6 +422,14 @@ class PeriodogramInfo(Result):
     time_offset_ns: int
     unit_ns: float
     weighted: bool = member("a sample has a sigma other than sigma_floor")
+    trend: int = member("nuisance functions, see period_nuisance.h. Since 0.2, as all that follow")
+    columns: int = member("nuisance functions, see period_nuisance.h. Since 0.2, as all that follow")
+    trend_start: float
+    trend_end: float
+    column_bound: tuple[float, ...]
+    prior_precision: tuple[float, ...]
+    functions: int = member("number of functions in use, with the mean")
+    free_functions: int = member("number of those without a prior")
     fixed_mean: bool = member("subtract the weighted mean once, instead of fitting it at each frequency", flag=1)
     double_limb: bool = member("double-limb accumulators, see Exactness above", flag=2)
 

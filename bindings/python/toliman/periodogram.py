@@ -13,8 +13,8 @@ from numpy.typing import ArrayLike
 
 from . import _raw, _results
 from ._library import check, library
-from ._arguments import (INT64, Doubles, array_of, file_name, of_kind, options_of, plain, pointer, real, saved, whole,
-                         whole_float, within)
+from ._arguments import (INT64, Doubles, array_of, file_name, of_kind, options_of, plain, pointer, real, saved, shaped,
+                         whole, whole_float, within)
 from ._handle import Handle
 from ._progress import Progress, Watch
 from ._results import Model, PeriodogramInfo, Sampling
@@ -59,6 +59,24 @@ def _sample(t: typing.Any, y: float, sigma: float | None, t_low: float, ns: bool
         if sample.sigma == 0:
             raise ValueError("sigma = 0: must be finite and above 0")
     return ctypes.byref(sample)
+
+
+def _rows(periodogram: View, rows: ArrayLike | None, n: int) -> Doubles | None:
+    """Returns the values of the columns of n samples, of the shape (n, columns); None if the periodogram has none."""
+    columns = periodogram.info.columns
+    if rows is None:
+        if columns > 0:
+            raise ValueError(f"rows must be given: the periodogram has {columns} columns")
+        return None
+    return shaped("rows", rows, (n, columns))
+
+
+def _samples(times: Doubles, values: Doubles, sigmas: Doubles | None) -> typing.Any:
+    """Returns an array of samples as C structs."""
+    samples = array_of(_raw.toliman_period_sample, len(times))
+    members = numpy.frombuffer(samples, numpy.dtype(_raw.toliman_period_sample))[:len(times)]
+    members["t"], members["y"], members["sigma"] = times, values, 0 if sigmas is None else sigmas
+    return samples
 
 
 class AccuracyWarning(RuntimeWarning):
@@ -216,13 +234,24 @@ class View(Handle):
         warn_if_inaccurate(found.flags & _raw.TOLIMAN_PERIOD_INACCURATE != 0)
         return Model._of(found)
 
-    def fit(self, t: ArrayLike, y: ArrayLike, sigma: ArrayLike | None = None) -> Peak:
-        """Refines the highest peak by least squares against t, y, sigma, which must be the samples pushed; only their
-        number is checked. Returns period, amplitude and phase with standard errors."""
+    def coefficients(self, k: int) -> tuple[Doubles, Doubles]:
+        """Returns the coefficients of mean, trend T_1, T_2 ... and columns, fitted with the sinusoid at frequency
+        f0 + k df, and their standard errors: 0 and infinity for functions that the samples do not determine."""
+        info = self.info
+        found, errors = numpy.empty((2, 1 + info.trend + info.columns))
+        check(library.toliman_period_query_coefficients(self._c, whole("k", k), len(found), pointer(found),
+                                                        pointer(errors)))
+        return found, errors
+
+    def fit(self, t: ArrayLike, y: ArrayLike, sigma: ArrayLike | None = None, *,
+            rows: ArrayLike | None = None) -> Peak:
+        """Refines the highest peak by least squares against t, y, sigma and rows, which must be the samples pushed;
+        only their number is checked. Returns period, amplitude and phase with standard errors."""
         times, values, sigmas = _series(t, y, sigma, self._unit_for(y))
         peak = _raw.toliman_period_peak()
-        check(library.toliman_period_query_fit(self._c, pointer(times), pointer(values), pointer(sigmas), len(times),
-                                               ctypes.byref(peak)))
+        check(library.toliman_period_query_fit_rows(
+            self._c, pointer(times), pointer(values), pointer(sigmas), pointer(_rows(self, rows, len(times))),
+            len(times), ctypes.byref(peak)))
         warn_if_inaccurate(peak.flags & _raw.TOLIMAN_PERIOD_INACCURATE != 0)
         return Peak._of(peak)
 
@@ -245,16 +274,18 @@ class View(Handle):
                                                  real("log10_fap", log10_fap), ctypes.byref(residual)))
         return residual.value
 
-    def bootstrap(self, t: ArrayLike, y: ArrayLike, sigma: ArrayLike | None = None, *, count: int = 1000, seed: int = 0,
-                  threads: int = 0, progress: Progress | bool | None = None) -> Doubles:
+    def bootstrap(self, t: ArrayLike, y: ArrayLike, sigma: ArrayLike | None = None, *, rows: ArrayLike | None = None,
+                  count: int = 1000, seed: int = 0, threads: int = 0,
+                  progress: Progress | bool | None = None) -> Doubles:
         """Returns log10(1 - P) of the highest peak of each of `count` bootstrap resamplings, strongest peak first. t,
-        y, sigma must be the samples pushed."""
+        y, sigma, rows must be the samples pushed."""
         times, values, sigmas = _series(t, y, sigma, self._unit_for(y))
+        functions = _rows(self, rows, len(times))
         peaks = numpy.empty(whole("count", count))
         with Watch(progress) as watch:
             options = options_of(_raw.toliman_period_bootstrap_options, library.toliman_period_bootstrap_options_init,
                                  threads=whole("threads", threads, 2**32), seed=whole("seed", seed, 2**64),
-                                 progress=watch.callback)
+                                 progress=watch.callback, rows=pointer(functions))
             watch.check(library.toliman_period_query_bootstrap(
                 self._c, pointer(times), pointer(values), pointer(sigmas), len(times), ctypes.byref(options), count,
                 pointer(peaks)))
@@ -314,6 +345,16 @@ class Periodogram(View):
     time_offset_ns, unit_ns: for times in integer nanoseconds (push with ns=True): the offset, and the number of
         nanoseconds per unit of t.
 
+    Nuisance functions, fitted with the mean at each frequency, so that they neither hide a signal nor imitate one; at
+    most 8:
+    trend: highest order of a polynomial in time (Chebyshev polynomials T_1 ... on span).
+    span: first and last time that samples may have, with a trend.
+    columns: number of values that come with each sample (rows of push and push_many), such as the derivatives of an
+        orbit.
+    column_bounds: largest absolute value of each column; None: 1.
+    priors: standard deviations of the coefficients of mean, T_1 ... and columns about 0 (of the mean about
+        value_offset); infinity: free; None: all free.
+
     Times may also be dates, and values quantities; see "Dates and units" in help(toliman). The bounds are plain numbers in
     the unit of the values. Attributes: epoch is the time_offset as it was given, to which phases refer; value_unit is the
     unit of the values, taken from the first quantity. Neither is saved.
@@ -325,7 +366,9 @@ class Periodogram(View):
 
     def __init__(self, f0: float, df: float, nf: int, *, fit_mean: bool = True, time_offset: typing.Any = 0.0,
                  value_offset: float = 0.0, value_bound: float = 2.0**20, sigma_floor: float = 1.0,
-                 sigma_ceiling: float = 0.0, double_limb: bool = False, time_offset_ns: int = 0, unit_ns: float = 1e9):
+                 sigma_ceiling: float = 0.0, double_limb: bool = False, time_offset_ns: int = 0, unit_ns: float = 1e9,
+                 trend: int = 0, span: tuple[typing.Any, typing.Any] | None = None, columns: int = 0,
+                 column_bounds: ArrayLike | None = None, priors: ArrayLike | None = None):
         flags = ((0 if fit_mean else _raw.TOLIMAN_PERIOD_FIXED_MEAN)
                  | (_raw.TOLIMAN_PERIOD_DOUBLE_LIMB if double_limb else 0))
         options = options_of(
@@ -333,7 +376,17 @@ class Periodogram(View):
             time_offset=real("time_offset", plain_times("time_offset", time_offset)), value_offset=real("value_offset", value_offset),
             value_bound=real("value_bound", value_bound), sigma_floor=real("sigma_floor", sigma_floor),
             sigma_ceiling=real("sigma_ceiling", sigma_ceiling),
-            time_offset_ns=within("time_offset_ns", time_offset_ns, -INT64, INT64), unit_ns=real("unit_ns", unit_ns))
+            time_offset_ns=within("time_offset_ns", time_offset_ns, -INT64, INT64), unit_ns=real("unit_ns", unit_ns),
+            trend=whole("trend", trend, 2**31), columns=whole("columns", columns, 2**31))
+        if span is not None:
+            options.trend_start, options.trend_end = (real("span", plain_times("span", end)) for end in span)
+        if column_bounds is not None:
+            options.column_bound[:columns] = list(shaped("column_bounds", column_bounds, (columns,)))
+        if priors is not None:
+            deviations = shaped("priors", priors, (1 + trend + columns,))
+            if not (deviations > 0).all():
+                raise ValueError("priors: must be above 0; infinity for a free coefficient")
+            options.prior_precision[:deviations.size] = list(1 / deviations**2)
         super().__init__(self._create(library.toliman_period_create, real("f0", f0), real("df", df),
                                       whole_float("nf", nf), ctypes.byref(options)))
         self._epoch = time_offset
@@ -343,40 +396,57 @@ class Periodogram(View):
         """The time to which phases refer: time_offset as it was given, or a plain number after load()."""
         return getattr(self, "_epoch", self.info.time_offset)
 
-    def push(self, t: float, y: float, sigma: float | None = None, *, t_low: float = 0.0, ns: bool = False) -> None:
+    def push(self, t: float, y: float, sigma: float | None = None, *, rows: ArrayLike | None = None,
+             t_low: float = 0.0, ns: bool = False) -> None:
         """Adds one sample.
 
         t: the time is t + t_low, in days for dates; with ns=True, t is in integer nanoseconds. sigma:
-        standard error of y; None: unweighted, counted as sigma_floor. Raises StateError for a mixture of unweighted
+        standard error of y; None: unweighted, counted as sigma_floor. rows: values of the columns. Raises StateError for a mixture of unweighted
         samples and samples whose sigma is not sigma_floor, InputError for a value or sigma outside the bounds given at
         creation.
 
         Every sample counts as evidence: a sample pushed twice is counted twice.
         """
         unit = self._unit_for(y)
-        check(library.toliman_period_push_samples(self._c, _sample(t, y, sigma, t_low, ns, unit), 1))
+        row = _rows(self, None if rows is None else [plain("rows", rows)], 1)
+        check(library.toliman_period_push_rows(self._c, _sample(t, y, sigma, t_low, ns, unit), pointer(row), 1))
         self.value_unit = unit
 
-    def push_many(self, t: ArrayLike, y: ArrayLike, sigma: ArrayLike | None = None) -> None:
-        """Adds arrays of samples, all or none. sigma may be one number; None: unweighted. Exceptions as in push()."""
+    def push_many(self, t: ArrayLike, y: ArrayLike, sigma: ArrayLike | None = None, *,
+                  rows: ArrayLike | None = None) -> None:
+        """Adds arrays of samples, all or none. sigma may be one number; None: unweighted. rows: values of the columns,
+        of the shape (samples, columns). Exceptions as in push()."""
         unit = self._unit_for(y)
         times, values, sigmas = _series(t, y, sigma, unit)
-        check(library.toliman_period_push_many(self._c, pointer(times), pointer(values), pointer(sigmas), len(times)))
+        self._apply(library.toliman_period_push_many, library.toliman_period_push_rows, times, values, sigmas, rows)
         self.value_unit = unit
 
-    def retract(self, t: float, y: float, sigma: float | None = None, *, t_low: float = 0.0, ns: bool = False) -> None:
+    def _apply(self, plain_function: typing.Any, rows_function: typing.Any, times: Doubles, values: Doubles,
+               sigmas: Doubles | None, rows: ArrayLike | None) -> None:
+        """Calls the function for samples without or with values of columns."""
+        functions = _rows(self, rows, len(times))
+        if functions is None:
+            check(plain_function(self._c, pointer(times), pointer(values), pointer(sigmas), len(times)))
+        else:
+            check(rows_function(self._c, _samples(times, values, sigmas), pointer(functions), len(times)))
+
+    def retract(self, t: float, y: float, sigma: float | None = None, *, rows: ArrayLike | None = None,
+                t_low: float = 0.0, ns: bool = False) -> None:
         """Removes a sample previously pushed with exactly these values.
 
         The sums become bit-identical to never having pushed it. The library cannot check that the sample was pushed.
         Raises StateError if the remaining sums cannot be those of any samples.
         """
-        check(library.toliman_period_retract_samples(self._c, _sample(t, y, sigma, t_low, ns, self._unit_for(y)), 1))
+        row = _rows(self, None if rows is None else [plain("rows", rows)], 1)
+        check(library.toliman_period_retract_rows(self._c, _sample(t, y, sigma, t_low, ns, self._unit_for(y)),
+                                                  pointer(row), 1))
 
-    def retract_many(self, t: ArrayLike, y: ArrayLike, sigma: ArrayLike | None = None) -> None:
+    def retract_many(self, t: ArrayLike, y: ArrayLike, sigma: ArrayLike | None = None, *,
+                     rows: ArrayLike | None = None) -> None:
         """Removes arrays of samples, all or none. See retract()."""
         times, values, sigmas = _series(t, y, sigma, self._unit_for(y))
-        check(library.toliman_period_retract_many(self._c, pointer(times), pointer(values), pointer(sigmas),
-                                                  len(times)))
+        self._apply(library.toliman_period_retract_many, library.toliman_period_retract_rows, times, values, sigmas,
+                    rows)
 
     def merge(self, other: View) -> None:
         """Adds all samples of another periodogram of the same grid, a shard, which is not changed."""

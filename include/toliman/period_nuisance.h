@@ -1,0 +1,82 @@
+/* libtoliman, periodogram: nuisance functions, fitted with the mean at each frequency.
+ *
+ * Nuisance functions describe slow variations that are not periodic, and effects that are known up to a factor: a trend
+ * (polynomial in time), and columns, values that come with each sample, such as the derivative of the separation by an
+ * element of the orbit. They are declared at creation, in toliman_period_options.
+ *
+ * Data flow (functions toliman_period_...)
+ *
+ *   options.trend, .columns -> create -> toliman_period <- push, push_many, push_samples   <- samples (trend only)
+ *                                           |           <- push_rows, retract_rows         <- samples, rows[n][columns]
+ *                                           +-> all queries of period.h and period_fap.h
+ *                                           +-> query_coefficients          coefficients of the functions
+ *                                           +-> query_fit_rows              period and its error, with columns
+ *
+ * Model        y = c_0 + sum over j of c_j b_j + a cos(2 pi f t) + b sin(2 pi f t), with K - 1 <= 8 functions b_j, in
+ *              this order: the Chebyshev polynomials T_1 ... T_trend, then the columns.
+ * Power        1 - R/R_H, with the residual R_H of the functions and the mean alone instead of that of the mean.
+ *              Subtracting a fitted trend before the samples are pushed is not equivalent: it removes part of the
+ * signal. Priors       A coefficient may have a Gaussian prior of mean 0 and standard deviation s_j. (c_j/s_j)^2 is
+ * then added to both residuals; the sigmas of the samples must be absolute. FAP          N - K degrees of freedom,
+ * where K counts the mean and the functions in use that have no prior. Queries of peaks, models and FAPs need K + 4
+ * samples. Exactness    As in period.h, with double-limb accumulators: the same bits in any order, merges of equal
+ * digests and retractions are exact. Merges of other digests return TOLIMAN_E_MISMATCH. Accuracy     Of the power:
+ * 1e-12 if the samples cover the span of the trend and at least 0.3 cycles (K up to 8), or a tenth of the span (K up to
+ * 6); 1e-9 for 3 % of the span. Options      of toliman_period_options, in addition to those of period.h. Any of them
+ * makes the accumulators double-limb and excludes TOLIMAN_PERIOD_FIXED_MEAN. trend               highest order of the
+ * polynomials T_j(x), with x from -1 at trend_start to 1 at trend_end; 0 = none. 1 + trend + columns must be at most 9
+ *   columns             number of values that come with each sample
+ *   trend_start, _end   span of the trend, in units of t; every time must be in it, otherwise TOLIMAN_E_RANGE
+ *   column_bound[8]     largest |value| of each column, otherwise TOLIMAN_E_RANGE; 0 = 1
+ *   prior_precision[9]  1/s_j^2 for the mean (about value_offset), T_1 ... T_trend and the columns, with s_j in units
+ * of y per unit of the function; 0 = no prior Functions in use     Functions that the samples do not determine,
+ * beginning with the highest order of the trend, are left out until they do: those of which the others leave less than
+ * 2^-40. See functions and free_functions of toliman_period_info. Source       Zechmeister and Kuerster (2009), A&A
+ * 496, 577; Baluev (2008), MNRAS 385, 1279, with general base models.
+ */
+#ifndef TOLIMAN_PERIOD_NUISANCE_H
+#define TOLIMAN_PERIOD_NUISANCE_H
+
+#include <toliman/period.h>
+
+TOLIMAN_BEGIN_DECLS
+
+/* Adds n samples with the values of their columns, or none if one is refused; the message names its index.
+ *   rows  [n][columns of the options], values of the columns; may be NULL if there are no columns
+ * Functions without this argument return TOLIMAN_E_ARGUMENT if the periodogram has columns.
+ * Errors: as toliman_period_push_samples; TOLIMAN_E_RANGE if a value exceeds its column_bound. Since 0.2. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_push_rows(toliman_period *period,
+                                                                       const toliman_period_sample *samples,
+                                                                       const double *rows, size_t n) TOLIMAN_NOEXCEPT;
+
+/* Removes n samples given as in toliman_period_push_rows. Otherwise as toliman_period_retract_many. Since 0.2. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_retract_rows(toliman_period *period,
+                                                                          const toliman_period_sample *samples,
+                                                                          const double *rows,
+                                                                          size_t n) TOLIMAN_NOEXCEPT;
+
+/* Writes the coefficients of mean and nuisance functions fitted with the sinusoid at grid frequency k to
+ * coefficients[count], and their standard errors, scaled by the residual, to errors[count].
+ *   count   1 + trend + columns
+ *   errors  may be NULL
+ * The mean is in units of y, all others in units of y per unit of the function. A function that is not in use has the
+ * coefficient 0 and the error +infinity.
+ * Errors: as toliman_period_query_model; TOLIMAN_E_ARGUMENT for another count; TOLIMAN_E_STATE if the options declare
+ * no nuisance function and no prior. Since 0.2. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_coefficients(const toliman_period *period, int64_t k,
+                                                                                size_t count, double *coefficients,
+                                                                                double *errors) TOLIMAN_NOEXCEPT;
+
+/* Refines the highest peak with the samples that were pushed, as toliman_period_query_fit, with their columns.
+ *   rows  [n][columns of the options], values of the columns; may be NULL if there are no columns
+ * The coefficients of the functions are fitted with frequency, amplitude, phase and offset, which is the coefficient of
+ * the mean. Since 0.2. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_fit_rows(const toliman_period *period,
+                                                                            const double *t, const double *y,
+                                                                            const double *sigma, const double *rows,
+                                                                            size_t n,
+                                                                            toliman_period_peak *out) TOLIMAN_NOEXCEPT;
+
+TOLIMAN_END_DECLS
+
+#endif

@@ -1,0 +1,107 @@
+// Pushes and retracts the samples of a caller, all or none.
+#pragma once
+#include <optional>
+
+#include <toliman/period.h>
+
+#include "api/guard.hpp"
+#include "api/handles.hpp"
+#include "api/struct_array.hpp"
+
+namespace toliman::api {
+
+// The caller's samples as arrays; sigma NULL means unweighted.
+struct Arrays {
+    const double *t, *y, *sigma;
+    size_t n;
+
+    void check() const {
+        required_array(t, n, sizeof *t, "t");
+        required_array(y, n, sizeof *y, "y");
+    }
+    period::Sample at(const period::Stream &stream, size_t i) const noexcept {
+        const double known = sigma != nullptr ? sigma[i] : stream.grid().sigma_floor;
+        period::Sample sample = stream.sample(t[i], 0, y[i], known);
+        sample.unweighted = sigma == nullptr;
+        return sample;
+    }
+};
+
+// The caller's samples as structs, with the values of their columns; sigma 0 means unweighted.
+struct Structs {
+    std::optional<StructArray<const toliman_period_sample>> samples;
+    size_t n;
+    const double *columns; // [n][columns of the basis]; may be NULL
+
+    Structs(const toliman_period_sample *first, size_t count, const double *values = nullptr)
+        : n(count), columns(values) {
+        required_array(first, count, sizeof *first, "samples");
+        if (count > 0)
+            samples.emplace(first, "samples");
+    }
+    void check() const {
+        for (size_t i = 0; i < n; i++) {
+            const toliman_period_sample given = samples->get(i);
+            if ((given.flags & ~TOLIMAN_PERIOD_TIME_NS) != 0)
+                fail(Status::argument, "{samples[%zu].flags} = 0x%x: unknown bits", i, given.flags);
+            if (given.flags == 0 && given.t_ns != 0)
+                fail(Status::argument, "{samples[%zu].t_ns} = %lld: must be 0 without TOLIMAN_PERIOD_TIME_NS", i,
+                     static_cast<long long>(given.t_ns));
+            if (given.flags != 0 && (given.t != 0 || given.t_low != 0))
+                fail(Status::argument, "{samples[%zu].t} = %g, t_low = %g: must be 0 with TOLIMAN_PERIOD_TIME_NS", i,
+                     given.t, given.t_low);
+        }
+    }
+    period::Sample at(const period::Stream &stream, size_t i) const noexcept {
+        const toliman_period_sample given = samples->get(i);
+        const double sigma = given.sigma != 0 ? given.sigma : stream.grid().sigma_floor;
+        period::Sample sample = given.flags != 0 ? stream.sample_ns(given.t_ns, given.y, sigma)
+                                                 : stream.sample(given.t, given.t_low, given.y, sigma);
+        sample.unweighted = given.sigma == 0;
+        if (columns != nullptr)
+            sample.columns = columns + i * static_cast<size_t>(stream.grid().basis.columns);
+        return sample;
+    }
+};
+
+// All samples are checked before the first is added, so that a call adds all or none.
+template <class Given> void check_all(const period::Stream &stream, const Given &given) {
+    given.check();
+    period::WeightingCheck weighting(stream);
+    for (size_t i = 0; i < given.n; i++) {
+        const period::Sample sample = given.at(stream, i);
+        const int64_t index = given.n > 1 ? static_cast<int64_t>(i) : -1;
+        stream.check(sample, index);
+        weighting.check(sample, index);
+    }
+}
+
+template <class Given> void push_all(toliman_period *period, const Given &given) {
+    const Use use(period, "period");
+    period::Stream &stream = use->stream;
+    check_all(stream, given);
+    for (size_t i = 0; i < given.n; i++)
+        stream.push(given.at(stream, i));
+}
+
+// Sums that no set of samples can have reveal a wrong retract: it is undone by pushing the samples again, which
+// restores the exact sums bit by bit.
+template <class Given> void retract_all(toliman_period *period, const Given &given) {
+    const Use use(period, "period");
+    period::Stream &stream = use->stream;
+    if (given.n > static_cast<uint64_t>(stream.totals().count))
+        fail(Status::state, "cannot retract %zu samples: the periodogram has %lld", given.n,
+             static_cast<long long>(stream.totals().count));
+    check_all(stream, given);
+    for (size_t i = 0; i < given.n; i++)
+        stream.retract(given.at(stream, i));
+    try {
+        stream.check_consistent();
+    } catch (...) {
+        for (size_t i = 0; i < given.n; i++)
+            stream.push(given.at(stream, i));
+        throw;
+    }
+}
+
+} // namespace toliman::api

@@ -1,0 +1,235 @@
+"""Tests nuisance functions of the periodogram: the power against 80-digit arithmetic, coefficients, fits and errors
+against numpy, a trend that hides a signal."""
+import decimal
+import math
+import pathlib
+import sys
+import unittest
+from decimal import Decimal
+
+import numpy
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "bindings" / "python"))
+from toliman import Periodogram  # noqa: E402
+
+decimal.getcontext().prec = 80
+SPAN = 1095
+
+
+def _arctan_inverse(n):
+    """Returns arctan(1/n)."""
+    total, power, k = Decimal(0), Decimal(1) / n, 1
+    while power > Decimal(10)**-85:
+        total += power / k if k % 4 == 1 else -power / k
+        power, k = power / (n * n), k + 2
+    return total
+
+
+TWO_PI = 8 * (4 * _arctan_inverse(5) - _arctan_inverse(239))
+
+
+def cis(cycles):
+    """Returns cosine and sine of a phase in cycles, by the Taylor series."""
+    x = (cycles - cycles.to_integral_value()) * TWO_PI
+    sums, term, k = [Decimal(0), Decimal(0)], Decimal(1), 0
+    while abs(term) > Decimal(10)**-82:
+        sums[k % 2] += -term if k % 4 > 1 else term
+        k += 1
+        term = term * x / k
+    return sums
+
+
+def chebyshev(t, order):
+    """Returns T_0 ... T_order on [0, SPAN]."""
+    x = 2 * Decimal(float(t)) / SPAN - 1
+    values = [Decimal(1), x]
+    while len(values) <= order:
+        values.append(2 * x * values[-1] - values[-2])
+    return values[:order + 1]
+
+
+def dot(a, b):
+    return sum((p * q for p, q in zip(a, b)), Decimal(0))
+
+
+def project(columns, weights, extra):
+    """Returns a function that gives L^-1 (sum w b x), with the Gram matrix L L^T of the columns b plus `extra`."""
+    weighted = [[w * b for w, b in zip(weights, column)] for column in columns]
+    lower = []
+    for i, column in enumerate(weighted):
+        row = []
+        for j in range(i):
+            row.append((dot(column, columns[j]) - dot(row, lower[j])) / lower[j][j])
+        row.append((dot(column, columns[i]) + extra[i] - dot(row, row)).sqrt())
+        lower.append(row)
+
+    def forward(x):
+        solved = []
+        for row, column in zip(lower, weighted):
+            solved.append((dot(column, x) - dot(row[:-1], solved)) / row[-1])
+        return solved
+
+    return forward
+
+
+def exact_powers(t, y, sigma, columns, frequencies, extra=None):
+    """Returns the power at each frequency from normal equations in 80 digits."""
+    weights = [1 / Decimal(float(s))**2 for s in sigma]
+    y = [Decimal(float(value)) for value in y]
+    forward = project(columns, weights, extra or [Decimal(0)] * len(columns))
+    of_y = forward(y)
+    total = dot(weights, [v * v for v in y]) - dot(of_y, of_y)
+    powers = []
+    for frequency in frequencies:
+        cosine, sine = zip(*(cis(frequency * Decimal(float(time))) for time in t))
+        of_c, of_s = forward(cosine), forward(sine)
+        weighted_c, weighted_s = ([w * v for w, v in zip(weights, wave)] for wave in (cosine, sine))
+        cc, ss = dot(weighted_c, cosine) - dot(of_c, of_c), dot(weighted_s, sine) - dot(of_s, of_s)
+        cs, yc = dot(weighted_c, sine) - dot(of_c, of_s), dot(weighted_c, y) - dot(of_c, of_y)
+        ys = dot(weighted_s, y) - dot(of_s, of_y)
+        powers.append((yc * yc * ss - 2 * yc * ys * cs + ys * ys * cc) / (cc * ss - cs * cs) / total)
+    return powers
+
+
+def mission(cover=1.0, n=110, seed=1):
+    """Returns times with gaps that cover a part of the span, values and sigmas."""
+    random = numpy.random.default_rng(seed)
+    day = numpy.sort(random.choice(numpy.arange(SPAN), n, replace=False)) + 0.37
+    day = day[(day % 365 < 300) | (day % 365 > 355)]
+    y = 0.2 * numpy.sin(2 * math.pi * day / 479 + 1) + 0.3 * random.standard_normal(len(day))
+    return day * cover, y, 1 / numpy.sqrt(random.uniform(0.3, 1, len(day)))
+
+
+class Accuracy(unittest.TestCase):
+    def worst(self, cover, functions, cycles, large=0.0):
+        t, y, sigma = mission(cover)
+        x = 2 * t / SPAN - 1
+        y = y + large * (0.5 * x * x - 0.3 * x)
+        columns = list(zip(*(chebyshev(time, functions - 1) for time in t)))
+        df, worst = 1e-5, Decimal(0)
+        for count in cycles:
+            f0 = count / SPAN / cover
+            with Periodogram(f0, df, 2, trend=functions - 1, span=(0, SPAN),
+                             value_bound=2.0**math.ceil(math.log2(max(abs(y))))) as periodogram:
+                periodogram.push_many(t, y, sigma)
+                power = periodogram.power()
+            frequencies = [Decimal(f0) + Decimal(df) * k for k in range(2)]
+            exact = exact_powers(t, y, sigma, columns, frequencies)
+            worst = max(worst, *(abs(Decimal(float(p)) - e) for p, e in zip(power, exact)))
+        return float(worst)
+
+    def test_full_span(self):
+        for functions in (2, 4, 8):
+            self.assertLess(self.worst(1, functions, (0.3, 1, 1.5, 40)), 1e-12, functions)
+
+    def test_trend_of_a_million_signals(self):
+        self.assertLess(self.worst(1, 6, (0.3, 3), large=1e6), 1e-12)
+
+    def test_beginning_of_the_span(self):
+        self.assertLess(self.worst(0.1, 6, (0.3, 1, 40)), 1e-12)
+        self.assertLess(self.worst(0.03, 6, (0.3, 1, 40)), 1e-9)
+        self.assertLess(self.worst(0.03, 3, (0.3, 40)), 1e-12)
+
+    def test_columns_with_priors(self):
+        t, y, sigma = mission()
+        rows = numpy.column_stack([3 * numpy.cos(t / 58), t * t / SPAN])
+        y = y + rows @ [0.3, 1e-3]
+        priors = [math.inf, 0.5, 0.2, 1e-3]
+        columns = [*zip(*(chebyshev(time, 1) for time in t)), *([Decimal(float(v)) for v in row] for row in rows.T)]
+        extra = [Decimal(0) if math.isinf(s) else Decimal(float(1 / s**2)) for s in priors]
+        f0, df, nf = 0.4 / SPAN, 0.7 / SPAN, 5
+        with Periodogram(f0, df, nf, trend=1, span=(0, SPAN), columns=2, column_bounds=[3, 1095], priors=priors,
+                         value_bound=8) as periodogram:
+            periodogram.push_many(t, y, sigma, rows=rows)
+            power = periodogram.power()
+            info = periodogram.info
+        self.assertEqual((info.functions, info.free_functions), (4, 1))
+        exact = exact_powers(t, y, sigma, columns, [Decimal(f0) + Decimal(df) * k for k in range(nf)], extra)
+        self.assertLess(max(abs(Decimal(float(p)) - e) for p, e in zip(power, exact)), Decimal("1e-12"))
+
+
+class Fits(unittest.TestCase):
+    """A signal, a trend, a column with a prior: everything against plain least squares by numpy."""
+
+    PRIORS = numpy.array([4.0, math.inf, math.inf, 0.4])
+
+    def setUp(self):
+        self.t, noise, self.sigma = mission(n=300)
+        self.rows = numpy.cos(self.t / 58)[:, None]
+        x = 2 * self.t / SPAN - 1
+        self.y = (noise + 0.9 * numpy.sin(2 * math.pi * self.t / 121 + 0.4) + 5 + 30 * x - 7 * x * x
+                  + 0.5 * self.rows[:, 0])
+        self.functions = numpy.column_stack([numpy.polynomial.chebyshev.chebvander(x, 2), self.rows])
+        self.periodogram = Periodogram(0.5 / SPAN, 0.1 / SPAN, 600, trend=2, span=(0, SPAN), columns=1,
+                                       priors=self.PRIORS, value_bound=64, value_offset=6, sigma_floor=0.5,
+                                       time_offset=self.t[0])
+        self.periodogram.push_many(self.t, self.y, self.sigma, rows=self.rows)
+
+    def tearDown(self):
+        self.periodogram.close()
+
+    def solve(self, columns):
+        """Returns coefficients, their covariance and residual of least squares with the priors as rows."""
+        free = numpy.isinf(self.PRIORS)
+        design = numpy.vstack([columns / self.sigma[:, None],
+                               numpy.pad(numpy.diag(1 / self.PRIORS)[~free], ((0, 0), (0, columns.shape[1] - 4)))])
+        values = numpy.concatenate([(self.y - 6) / self.sigma, numpy.zeros(2)])
+        found = numpy.linalg.lstsq(design, values, rcond=None)[0]
+        residual = values - design @ found
+        freedom = len(values) - columns.shape[1]
+        covariance = numpy.linalg.inv(design.T @ design) * (residual @ residual) / freedom
+        return found + 6 * (numpy.arange(len(found)) == 0), covariance, residual @ residual
+
+    def wave(self, frequency):
+        phase = 2 * math.pi * frequency * (self.t - self.t[0])
+        return numpy.cos(phase), numpy.sin(phase)
+
+    def test_coefficients(self):
+        k = 80
+        columns = numpy.column_stack([self.functions, *self.wave(self.periodogram.frequency[k])])
+        found, covariance, residual = self.solve(columns)
+        coefficients, errors = self.periodogram.coefficients(k)
+        numpy.testing.assert_allclose(coefficients, found[:4], rtol=1e-9)
+        numpy.testing.assert_allclose(errors, numpy.sqrt(numpy.diag(covariance))[:4], rtol=1e-9)
+        model = self.periodogram.model(k)
+        self.assertAlmostEqual(model.offset, found[0], 9)
+        self.assertAlmostEqual(model.amplitude, math.hypot(*found[4:]), 9)
+        self.assertAlmostEqual(model.power, 1 - residual / self.solve(self.functions)[2], 12)
+
+    def test_fit(self):
+        peak = self.periodogram.fit(self.t, self.y, self.sigma, rows=self.rows)
+        cosine, sine = self.wave(peak.frequency)
+        found, _, residual = self.solve(numpy.column_stack([self.functions, cosine, sine]))
+        self.assertAlmostEqual(peak.power, 1 - residual / self.solve(self.functions)[2], 11)
+        self.assertAlmostEqual(peak.amplitude, math.hypot(*found[4:]), 9)
+        self.assertAlmostEqual(peak.phase, math.atan2(found[4], found[5]), 8)
+        self.assertAlmostEqual(peak.offset, found[0], 8)
+        slope = 2 * math.pi * (self.t - self.t[0]) * (found[5] * cosine - found[4] * sine)
+        with_slope, covariance, least = self.solve(numpy.column_stack([self.functions, cosine, sine, slope]))
+        self.assertLess(abs(with_slope[6]), 1e-6 * math.sqrt(covariance[6, 6]))  # no better frequency
+        self.assertAlmostEqual(least, residual, 9)
+        self.assertAlmostEqual(peak.frequency_error / math.sqrt(covariance[6, 6]), 1, 7)
+        unit = found[4:6] / math.hypot(*found[4:])
+        self.assertAlmostEqual(peak.amplitude_error, math.sqrt(unit @ covariance[4:6, 4:6] @ unit), 7)
+        self.assertAlmostEqual(1 / peak.frequency, 121, delta=1)
+
+    def test_bootstrap_draws_residuals(self):
+        peaks = self.periodogram.bootstrap(self.t, self.y, self.sigma, rows=self.rows, count=100, seed=3)
+        self.assertLess(self.periodogram.peak().log10_residual, peaks[0])
+        # The values without nuisance functions give the same distribution.
+        with Periodogram(0.5 / SPAN, 0.1 / SPAN, 600, sigma_floor=0.5) as plain:
+            residual = self.y - self.functions @ self.solve(self.functions)[0]
+            plain.push_many(self.t, residual, self.sigma)
+            others = plain.bootstrap(self.t, residual, self.sigma, count=100, seed=3)
+        self.assertAlmostEqual(numpy.median(peaks), numpy.median(others), delta=0.01)
+
+    def test_trend_without_columns(self):
+        with Periodogram(0.5 / SPAN, 0.1 / SPAN, 600, trend=3, span=(0, SPAN), value_bound=64) as periodogram:
+            periodogram.push_many(self.t, self.y, self.sigma)
+            self.assertAlmostEqual(periodogram.fit(self.t, self.y, self.sigma).period, 121, delta=1)
+            self.assertEqual(len(periodogram.coefficients(0)[0]), 4)
+
+
+if __name__ == "__main__":
+    unittest.main()
