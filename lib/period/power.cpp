@@ -287,11 +287,15 @@ bool PowerQuery::vectorisable() const noexcept {
     // scatter.
     const bool needs_lowest =
         stream_.grid().double_limb() && samples_over_weight_ * 0x1p-101L > 1e-15L * std::sqrt(spread_);
-    return !projection_ && spread_ > limit * limit && !needs_lowest && samples > 3 && samples < int64_t{1} << 32;
+    if (projection_)
+        return projection_->vectorisable() && !needs_lowest && samples > least_samples();
+    return spread_ > limit * limit && !needs_lowest && samples > 3 && samples < int64_t{1} << 32;
 }
 
 // Powers by the vectorised kernel; kNeedsMore at the frequencies that it rejects.
 size_t PowerQuery::range_by_vectors(int64_t first, size_t count, double *power) const noexcept {
+    if (projection_)
+        return projection_->range(first, count, power);
     const Grid &grid = stream_.grid();
     const int64_t *lo[kernels::kSums], *hi[kernels::kSums];
     for (size_t sum = 0; sum < grid.sums(); sum++) {

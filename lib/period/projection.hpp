@@ -1,5 +1,6 @@
 // Projects the nuisance functions of a Stream out of cosine, sine and values, from the sums.
 #pragma once
+#include "kernels/power_rows.hpp"
 #include "period/moments.hpp"
 #include "period/stream.hpp"
 
@@ -37,6 +38,11 @@ class Projection {
         return use(moments<Quad>(k, suffices));
     }
 
+    // Powers at frequencies first, first + 1, ... in double, kNeedsMore (kernels/power.hpp) where that does not
+    // suffice. Returns their number. Requires vectorisable().
+    size_t range(int64_t first, size_t count, double *power) const noexcept;
+    bool vectorisable() const noexcept { return vectorisable_; }
+
     // Coefficients fitted with a sinusoid at frequency k. scale: residual over degrees of freedom.
     void coefficients(int64_t k, const Solved &sinusoid, long double scale, Coefficients &out) const noexcept;
 
@@ -55,6 +61,7 @@ class Projection {
     void decompose(const BasisSums &sums) noexcept;
     void add_function(size_t f, Quad diagonal, Quad prior, Vector<Quad> &row) noexcept;
     void set_inverse() noexcept;
+    void set_shared(Quad square) noexcept;
     template <class Real> void set_noise(const Vector<Real> &c, const Vector<Real> &s, Moments<Real> &m) const noexcept;
 
     const Stream &stream_;
@@ -66,7 +73,9 @@ class Projection {
     std::array<Vector<Quad>, kMaxFunctions> inverse_{}; // L^-1
     long double spread_ = 0, value_size_ = 0;
     long double samples_over_weight_ = 0;
-    bool needs_quad_ = false; // at all frequencies
+    bool needs_quad_ = false;   // at all frequencies
+    bool vectorisable_ = false; // where cosine and sine keep their digits
+    kernels::PowerRowsShared shared_{};
 };
 
 } // namespace toliman::period
