@@ -16,7 +16,7 @@
 
 #include "base/quad.hpp"
 #include "chosen_isa.hpp"
-#include "kernels/push.hpp"
+#include "kernels/push_rows.hpp"
 #include "timing.hpp"
 
 namespace {
@@ -182,7 +182,7 @@ void pass_baseline(uint64_t *lower, const uint64_t *upper, size_t count) {
 
 // Time in seconds of the fastest pass over the accumulators that this processor supports, whichever instruction set the
 // library uses.
-double pass_s(const Series &series, bool double_limb) {
+double pass_s(const Series &series, size_t sums) {
     const struct {
         Isa isa;
         void (*pass)(uint64_t *, const uint64_t *, size_t);
@@ -193,7 +193,6 @@ double pass_s(const Series &series, bool double_limb) {
         {Isa::avx512, pass_avx512},
 #endif
     };
-    const size_t sums = double_limb ? size_t{toliman::kernels::kSums} : toliman::kernels::kSingleLimbSums;
     const size_t count = static_cast<size_t>(series.nf) * sums;
     std::vector<uint64_t> lower(count), upper(count, 1);
     double least = INFINITY;
@@ -203,15 +202,19 @@ double pass_s(const Series &series, bool double_limb) {
     return least;
 }
 
-// Push one frame and query the power of every frequency.
-void measure_frame(const Series &series, bool double_limb) {
+// Push one frame and query the power of every frequency, with a trend of `functions` - 1 polynomials.
+void measure_frame(const Series &series, bool double_limb, int32_t functions) {
     toliman_period_options options;
     toliman_period_options_init(&options, sizeof options);
     options.sigma_floor = 0.1;
     options.flags = double_limb ? TOLIMAN_PERIOD_DOUBLE_LIMB : 0;
+    options.trend = functions - 1;
+    options.trend_end = functions > 1 ? series.t.back() : 0;
     toliman_period *period = nullptr;
     check(toliman_period_create(series.f0, series.df, series.nf, &options, &period));
-    const double before = pass_s(series, double_limb);
+    using namespace toliman::kernels;
+    const size_t sums = double_limb ? kSums + static_cast<size_t>(functions - 1) * kFunctionSums : kSingleLimbSums;
+    const double before = pass_s(series, sums);
     constexpr int kPushes = 1000;
     size_t next = 0;
     const timing push = measure(5, kPushes, [&] {
@@ -223,13 +226,17 @@ void measure_frame(const Series &series, bool double_limb) {
     const timing query = measure(5, kQueries, [&] {
         check(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 0, power.size(), power.data()));
     });
-    const double roofline = std::min(before, pass_s(series, double_limb));
+    const double roofline = std::min(before, pass_s(series, sums));
     const double nf = static_cast<double>(series.nf);
     toliman_period_destroy(period);
-    std::printf("{\"part\": \"%s\", \"isa\": \"%s\", \"push_ns\": %.4f, \"query_ns\": %.4f, \"seconds\": %.9f, "
+    std::printf("{\"part\": \"%s\", \"functions\": %d, \"isa\": \"%s\", \"push_ns\": %.4f, \"query_ns\": %.4f, "
+                "\"seconds\": %.9f, "
                 "\"spread\": %.2g, \"roofline\": %.3g}\n",
-                double_limb ? "double_limb" : "frame", toliman::kernels::host_isa_name(), push.median / nf * 1e9,
-                query.median / nf * 1e9, push.median + query.median, push.spread + query.spread, roofline);
+                functions > 1 ? "nuisance"
+                : double_limb ? "double_limb"
+                              : "frame",
+                functions, host_isa_name(), push.median / nf * 1e9, query.median / nf * 1e9, push.median + query.median,
+                push.spread + query.spread, roofline);
 }
 
 } // namespace
@@ -244,8 +251,9 @@ int main(int argc, char **argv) {
         if (!toliman::kernels::runs(isa))
             continue;
         toliman::kernels::chosen = isa;
-        measure_frame(series, false);
-        measure_frame(series, true);
+        measure_frame(series, false, 1);
+        for (const int32_t functions : {1, 3, 5})
+            measure_frame(series, true, functions);
     }
     measure_batch(series); // with the widest instruction set
 }

@@ -9,6 +9,7 @@ import numpy
 from measuring import SHORT, lines, peer_lines, row
 
 SPAN = 1000.0
+FRAMES = {"frame": "", "double_limb": ", double-limb", "nuisance": ", {} functions"}  # parts of one frame
 GRIDS = [(1000, 10000), (10000, 10000), (100000, 10000), (1000000, 10000), (1000000, 100000)]
 
 
@@ -72,9 +73,9 @@ def show(rows):
     best = {}
     print("push one frame, query 10,000 frequencies\n                     push, ns/frequency   query   both, s")
     for row in rows:
-        if row["part"] in ("frame", "double_limb") and (row["samples"], row["frequencies"]) == GRIDS[0]:
+        if row["part"] in FRAMES and (row["samples"], row["frequencies"]) == GRIDS[0]:
             best = row if row["part"] == "frame" else best
-            name = row["isa"] + (", double-limb" if row["part"] == "double_limb" else "")
+            name = row["isa"] + FRAMES[row["part"]].format(row["functions"])
             print(f"{name:20s} {row['push_ns']:18.2f} {row['query_ns']:7.2f}   {row['seconds']:.2e}")
     for row in rows:
         if row["part"] == "astropy" and row["frequencies"] == GRIDS[0][1]:
@@ -83,7 +84,7 @@ def show(rows):
     for count, nf in GRIDS:
         print(f"\n{count} samples, {nf} frequencies\n{'':22s} seconds     error")
         for row in rows:
-            if (row["samples"], row["frequencies"]) != (count, nf) or row["part"] in ("frame", "double_limb", "reference"):
+            if (row["samples"], row["frequencies"]) != (count, nf) or row["part"] in (*FRAMES, "reference"):
                 continue
             name = {"batch": "batch, tolerance %g" % row.get("tolerance", 0), "direct": "batch, direct sums",
                     "stream": "streaming, exact sums", "astropy": "astropy " + row.get("method", "")}[row["part"]]
