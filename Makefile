@@ -25,7 +25,7 @@ fap: everything ## count false alarms in noise, and samples until a signal is fo
 
 soak: everything ## run for long: a million frames, kills, power cuts, frames out of order, round trips (10 minutes)
 same: everything ## compare results over instruction sets, workers, OpenBLAS kernels and 20 orders (1 minute)
-science: everything ## find the separation with unknown optics, and of stars that move: bias and efficiency (8 minutes)
+science: everything ## find the separation with unknown optics, and of stars that move: bias and efficiency; false alarms with nuisance functions (20 minutes)
 budget: everything ## compare the error budget of the mission with finite differences of images (2 minutes)
 faults: everything ## call every public function while each allocation and file operation fails in turn (10 minutes)
 fuzz: check-deps ## mutate the input of every parser with libFuzzer and sanitizers, SECONDS (60) each

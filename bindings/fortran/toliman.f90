@@ -1341,7 +1341,7 @@ module toliman
 
     ! Options of toliman_period_batch.
     type, bind(C), public :: toliman_period_batch_options
-        integer(c_int32_t) :: struct_size = 40
+        integer(c_int32_t) :: struct_size = 144
         integer(c_int32_t) :: flags = 0 ! TOLIMAN_PERIOD_FIXED_MEAN, TOLIMAN_PERIOD_DIRECT
         ! largest error of a power, at most 0.01; 0 = 1e-9. Below 1e-13: as TOLIMAN_PERIOD_DIRECT
         real(c_double) :: tolerance = 0.0_c_double
@@ -1349,6 +1349,12 @@ module toliman
         integer(c_int32_t) :: reserved = 0
         type(c_funptr) :: progress = c_null_funptr ! may be NULL
         type(c_ptr) :: progress_data = c_null_ptr
+        integer(c_int32_t) :: trend = 0 ! Nuisance functions, as in period_nuisance.h. Since 0.2.
+        integer(c_int32_t) :: columns = 0
+        real(c_double) :: trend_start = 0.0_c_double ! both 0: first and last time
+        real(c_double) :: trend_end = 0.0_c_double
+        real(c_double) :: prior_precision(9) = 0.0_c_double
+        type(c_ptr) :: rows = c_null_ptr ! [n][columns]
     end type
 
     ! FAP method: Baluev's upper bound for the whole grid, up to its last frequency f; close to the true FAP. Valid for

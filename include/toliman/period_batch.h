@@ -24,6 +24,11 @@ typedef struct toliman_period_batch_options {
     uint32_t reserved;
     toliman_progress_fn progress; /* may be NULL */
     void *progress_data;
+    /* Nuisance functions, as in period_nuisance.h. Since 0.2. */
+    int32_t trend, columns;
+    double trend_start, trend_end; /* both 0: first and last time */
+    double prior_precision[9];     /* that of the mean is about 0 */
+    const double *rows;            /* [n][columns] */
 } toliman_period_batch_options;
 #define TOLIMAN_PERIOD_BATCH_OPTIONS_INIT TOLIMAN_INIT(toliman_period_batch_options)
 
@@ -37,15 +42,16 @@ TOLIMAN_API void toliman_period_batch_options_init(toliman_period_batch_options 
  * the sums with a known error bound. Powers that are not accurate enough are computed again by compensated direct
  * sums, and by exact sums where these cancel. Small archives use direct sums throughout. Special cases are those of
  * toliman_period_query_power, but cosine and sine count as coincident where the smaller eigenvalue is below 1e-17 of
- * the sum of both.
+ * the sum of both. With nuisance functions there are no direct sums, and exact sums have the accuracy stated in
+ * period_nuisance.h.
  *
  * Memory: 35 bytes per sample and 170 bytes per frequency; 20 bytes more per frequency for each of the second to
- * sixth threads; 225 bytes more per frequency if exact sums are needed. The same input gives the same bits on CPUs of
- * the same kind; the last bits of FFTW differ between kinds.
- * Errors: TOLIMAN_E_ARGUMENT if a number is not finite, sigma <= 0, or the grid is impossible; TOLIMAN_E_RANGE for a
- * tolerance outside [0, 0.01], |t| > 1e100, |y| > 1e300, phases of more than 2^50 cycles, more samples than the
- * address space holds, or if exact sums are needed and the sigmas differ by a factor of more than 1e8;
- * TOLIMAN_E_CANCELLED. */
+ * sixth threads; per nuisance function 16 bytes per sample and 50 bytes per frequency; 225 bytes more per frequency if
+ * exact sums are needed. The same input gives the same bits on CPUs of the same kind; the last bits of FFTW differ
+ * between kinds. Errors: TOLIMAN_E_ARGUMENT if a number is not finite, sigma <= 0, or the grid is impossible;
+ * TOLIMAN_E_RANGE for a tolerance outside [0, 0.01], |t| > 1e100, |y| > 1e300, phases of more than 2^50 cycles, more
+ * samples than the address space holds, times outside the span of the trend, or if exact sums are needed and the sigmas
+ * differ by a factor of more than 1e8; TOLIMAN_E_CANCELLED. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_batch(double f0, double df, int64_t nf, const double *t,
                                                                    const double *y, const double *sigma, size_t n,
                                                                    const toliman_period_batch_options *options,

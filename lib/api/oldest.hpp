@@ -20,5 +20,7 @@ template <> inline constexpr size_t kOldest<toliman_period_options> = offsetof(t
 template <> inline constexpr size_t kOldest<toliman_period_info> = offsetof(toliman_period_info, trend);
 template <>
 inline constexpr size_t kOldest<toliman_period_bootstrap_options> = offsetof(toliman_period_bootstrap_options, rows);
+template <>
+inline constexpr size_t kOldest<toliman_period_batch_options> = offsetof(toliman_period_batch_options, trend);
 
 } // namespace toliman::api

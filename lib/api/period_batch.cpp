@@ -1,4 +1,6 @@
 // include/toliman/period_batch.h
+#include <algorithm>
+
 #include <toliman/period.h>
 #include <toliman/period_batch.h>
 
@@ -41,13 +43,18 @@ toliman_status toliman_period_batch(double f0, double df, int64_t nf, const doub
         job.grid.df = df;
         job.grid.nf = nf;
         job.grid.fixed_mean = (known.flags & TOLIMAN_PERIOD_FIXED_MEAN) != 0;
+        job.grid.basis.trend = known.trend;
+        job.grid.basis.columns = known.columns;
+        job.grid.basis.start = known.trend_start;
+        job.grid.basis.end = known.trend_end;
+        std::copy_n(known.prior_precision, job.grid.basis.precision.size(), job.grid.basis.precision.begin());
         if ((known.flags & TOLIMAN_PERIOD_DIRECT) != 0)
             job.tolerance = 0;
         else if (known.tolerance != 0)
             job.tolerance = known.tolerance;
         job.threads = known.threads;
         job.progress = {known.progress, known.progress_data};
-        period::batch_power(job, {t, y, sigma, n}, power);
+        period::batch_power(job, {t, y, sigma, n, known.rows}, power);
     });
 }
 

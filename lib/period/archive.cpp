@@ -87,6 +87,7 @@ Archive::Archive(const BatchSamples &given, double last) : samples(given), n(giv
         value_bound = std::max(value_bound, std::fabs(samples.y[i] - first_value));
     }
     const long double part = 1 / weight.value();
+    unit_variance = static_cast<double>(part) * least_sigma * least_sigma;
     const auto mean_time = static_cast<double>(first_time + time.value() * part);
     reference = *std::min_element(samples.t, samples.t + n, [&](double a, double b) {
         return std::fabs(a - mean_time) < std::fabs(b - mean_time);
@@ -127,6 +128,7 @@ Archive::Archive(const BatchSamples &given, double last) : samples(given), n(giv
         return;
     }
     const auto per_deviation = static_cast<double>(1 / std::sqrt(square.value()));
+    mean_in_deviations = (first_value * value_scale + mean_high) * per_deviation;
     for (size_t i = 0; i < n; i++) {
         x[i] *= w[i] * per_deviation;
         largest_sum += std::fabs(x[i]);

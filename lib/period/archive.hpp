@@ -22,6 +22,8 @@ struct Archive {
     double reference = 0;
     double first_value = 0, value_bound = 0; // |y - first_value| <= value_bound
     double least_sigma = 1, most_sigma = 1;
+    double unit_variance = 1;                // 1/sum of 1/sigma^2
+    double mean_in_deviations = 0;           // mean of y, about 0, over its standard deviation
     double value_scale = 1, sigma_scale = 1; // powers of two that bring value_bound and least_sigma to [1/2, 1)
 };
 

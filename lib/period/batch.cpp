@@ -17,7 +17,7 @@
 #include "base/error.hpp"
 #include "base/workers.hpp"
 #include "kernels/direct.hpp"
-#include "period/archive.hpp"
+#include "period/archive_basis.hpp"
 #include "period/nufft.hpp"
 #include "period/power.hpp"
 
@@ -45,18 +45,27 @@ class Batch {
     void run() {
         const Nufft::Choice choice = Nufft::choose(nf_, job_.tolerance / 4);
         const auto n = static_cast<double>(archive_.n), nf = static_cast<double>(nf_);
-        const bool direct = job_.tolerance < kMinTolerance ||
-                            kDirectCost * n * nf < kSpreadCost * n + kCellCost * static_cast<double>(choice.cells);
-        if (direct)
-            std::fill(power_, power_ + nf_, kUnsolved);
-        else
+        const bool rows = job_.grid.basis.any(); // no direct sums
+        const bool direct =
+            job_.tolerance < kMinTolerance ||
+            (!rows && kDirectCost * n * nf < kSpreadCost * n + kCellCost * static_cast<double>(choice.cells));
+        std::fill(power_, power_ + nf_, kUnsolved);
+        if (!direct && rows)
+            by_nufft(choice, ArchiveBasis(archive_, job_.grid.basis));
+        else if (!direct)
             by_nufft(choice);
-        by_direct_sums();
+        if (!rows)
+            by_direct_sums();
         by_exact_sums();
     }
 
   private:
+    using Complex = std::complex<double>;
     void by_nufft(const Nufft::Choice &choice);
+    void by_nufft(const Nufft::Choice &choice, const ArchiveBasis &basis);
+    template <class Solve>
+    void transform(const Nufft &nufft, const std::vector<const double *> &columns, const Solve &solve);
+    double rows_power(const ArchiveBasis &basis, const Complex *sums, double error) const noexcept;
     double nufft_power(const std::complex<double> &w, const std::complex<double> &x, const std::complex<double> &w2,
                        double error) const noexcept;
     void by_direct_sums();
@@ -86,13 +95,13 @@ void Batch::frequency(double k, double &high, double &low) const noexcept {
     low = (f0 - (high - back)) + (step - back) + step_error;
 }
 
-// Sums of w and x at f and of w at 2 f, each on a pair of grids.
-void Batch::by_nufft(const Nufft::Choice &choice) {
-    const Nufft nufft(choice);
-    constexpr size_t kGrids = 6;
-    Buffer<double> grids[kGrids];
-    double *at[kGrids];
-    for (size_t g = 0; g < kGrids; g++) {
+// Sums of all columns at f and of w at 2 f, each on a pair of grids. Calls solve(sums) for each frequency.
+template <class Solve>
+void Batch::transform(const Nufft &nufft, const std::vector<const double *> &columns, const Solve &solve) {
+    const size_t count = columns.size(), passes = (count + 1) / 2, grid_count = 2 * (count + 1);
+    std::vector<Buffer<double>> grids(grid_count);
+    std::vector<double *> at(grid_count);
+    for (size_t g = 0; g < grid_count; g++) {
         grids[g].resize(nufft.grid_size());
         at[g] = grids[g].data();
     }
@@ -100,19 +109,62 @@ void Batch::by_nufft(const Nufft::Choice &choice) {
     const auto middle = nf_ / 2;
     frequency(static_cast<double>(middle), high, low);
     const double df = job_.grid.df;
-    for_all("spread", 2, [&](size_t twice) {
-        const double times = twice != 0 ? 2 : 1;
-        nufft.spread(
-            {archive_.t_high.data(), archive_.t_low.data(), {archive_.w.data(), archive_.x.data()}, archive_.n},
-            times * df, times * high, times * low, twice != 0 ? 1 : 2, at + (twice != 0 ? 4 : 0));
+    for_all("spread", passes + 1, [&](size_t pass) {
+        const bool twice = pass == passes;
+        const double times = twice ? 2 : 1;
+        const size_t first = 2 * pass, pairs = twice ? 1 : std::min<size_t>(2, count - first);
+        nufft.spread({archive_.t_high.data(),
+                      archive_.t_low.data(),
+                      {twice ? archive_.w.data() : columns[first], pairs == 2 ? columns[first + 1] : nullptr},
+                      archive_.n},
+                     times * df, times * high, times * low, pairs, at.data() + (twice ? 2 * count : 2 * first));
     });
-    for_all("transform", kGrids, [&](size_t g) { nufft.transform(at[g]); });
+    for_all("transform", grid_count, [&](size_t g) { nufft.transform(at[g]); });
     constexpr size_t kPart = 4096;
     for_all("solve", (nf_ + kPart - 1) / kPart, [&](size_t part) {
-        for (size_t k = part * kPart; k < std::min(nf_, (part + 1) * kPart); k++)
-            power_[k] = nufft_power(nufft.sum(at[0], at[1], k), nufft.sum(at[2], at[3], k), nufft.sum(at[4], at[5], k),
-                                    nufft.error());
+        Complex sums[kMaxFunctions + 2];
+        for (size_t k = part * kPart; k < std::min(nf_, (part + 1) * kPart); k++) {
+            for (size_t i = 0; i <= count; i++)
+                sums[i] = nufft.sum(at[2 * i], at[2 * i + 1], k);
+            power_[k] = solve(sums);
+        }
     });
+}
+
+void Batch::by_nufft(const Nufft::Choice &choice) {
+    const Nufft nufft(choice);
+    transform(nufft, {archive_.w.data(), archive_.x.data()},
+              [&](const Complex *sums) { return nufft_power(sums[0], sums[1], sums[2], nufft.error()); });
+}
+
+void Batch::by_nufft(const Nufft::Choice &choice, const ArchiveBasis &basis) {
+    if (!(basis.error <= job_.tolerance))
+        return;
+    const Nufft nufft(choice);
+    std::vector<const double *> columns;
+    for (const Buffer<double> &function : basis.functions)
+        columns.push_back(function.data());
+    columns.push_back(basis.x.data());
+    transform(nufft, columns, [&](const Complex *sums) { return rows_power(basis, sums, nufft.error()); });
+}
+
+// nufft_power with orthonormal functions: sums of the functions, of x, and of w at 2 f.
+double Batch::rows_power(const ArchiveBasis &basis, const Complex *sums, double error) const noexcept {
+    const Complex x = sums[basis.used()], w2 = sums[basis.used() + 1];
+    double cc = 0.5 + 0.5 * w2.real(), ss = 0.5 - 0.5 * w2.real(), cs = 0.5 * w2.imag(), functions = 0;
+    for (size_t f = 0; f < basis.used(); f++) {
+        const double c = sums[f].real(), s = sums[f].imag();
+        cc -= c * c;
+        ss -= s * s;
+        cs -= c * s;
+        functions += std::fabs(c) + std::fabs(s);
+    }
+    const double determinant = cc * ss - cs * cs, part = 1 / determinant, each = error + basis.error;
+    const double a = (x.real() * ss - x.imag() * cs) * part, b = (x.imag() * cc - x.real() * cs) * part;
+    const double size = std::fabs(a) + std::fabs(b);
+    const double bound = each * size * (2 * basis.largest_sum + size * (0.5 + 2 * functions)) + kSolveError * part;
+    const bool good = determinant > 100 * each && bound <= job_.tolerance && archive_.n > basis.free + 2;
+    return good ? std::clamp(a * x.real() + b * x.imag(), 0.0, 1.0) : kUnsolved;
 }
 
 // Returns the power, or kUnsolved if an error of `error` in each sum may change it by more than the tolerance.
@@ -217,14 +269,21 @@ Stream Batch::exact_stream(Grid grid, const std::function<void(double)> &report)
     grid.time_offset = archive_.reference;
     grid.value_offset = archive_.first_value * value_scale;
     grid.value_bound = archive_.value_bound * value_scale;
+    if (grid.basis.precision[0] > 0) { // the prior of the mean is about value_offset
+        grid.value_bound += std::fabs(grid.value_offset);
+        grid.value_offset = 0;
+    }
     grid.sigma_floor = archive_.least_sigma * sigma_scale;
     // Double-limb accumulators in any case: single-limb terms have the errors of double.
     grid.sigma_ceiling = std::max(archive_.most_sigma * sigma_scale, 2 * kSingleLimbSigmaRatio * grid.sigma_floor);
+    for (double &precision : grid.basis.precision)
+        precision /= sigma_scale * sigma_scale;
     Stream stream(grid);
     const BatchSamples &samples = archive_.samples;
     for (size_t i = 0; i < samples.n; i++) {
         const double sigma = samples.sigma != nullptr ? samples.sigma[i] * sigma_scale : grid.sigma_floor;
-        const Sample sample = stream.sample(samples.t[i], 0, samples.y[i] * value_scale, sigma);
+        Sample sample = stream.sample(samples.t[i], 0, samples.y[i] * value_scale, sigma);
+        sample.columns = samples.columns + i * static_cast<size_t>(grid.basis.columns);
         stream.check(sample, static_cast<int64_t>(i));
         stream.push(sample);
         if (report && i % 1024 == 0)
@@ -234,7 +293,8 @@ Stream Batch::exact_stream(Grid grid, const std::function<void(double)> &report)
 }
 
 double Batch::exact_power(const Stream &stream, size_t k) const {
-    const PowerQuery query(stream, kCoincident); // the limit of direct sums
+    // The limit of direct sums, where there are any.
+    const PowerQuery query = stream.grid().basis.any() ? PowerQuery(stream) : PowerQuery(stream, kCoincident);
     query.check();
     return query.at(static_cast<int64_t>(k));
 }
@@ -244,14 +304,15 @@ double Batch::exact_power(const Stream &stream, size_t k) const {
 void batch_power(const BatchJob &job, const BatchSamples &samples, double *power) {
     if (!(job.tolerance >= 0 && job.tolerance <= kMaxTolerance))
         fail(Status::range, "{tolerance} = %g: must be in [0, %g]", job.tolerance, kMaxTolerance);
-    Grid grid = job.grid;
-    grid.sigma_ceiling = grid.sigma_floor;
-    grid.check();
-    const auto nf = static_cast<size_t>(grid.nf);
-    const Archive archive(samples, grid.last());
+    BatchJob known = job;
+    known.grid.sigma_ceiling = known.grid.sigma_floor;
+    complete(known.grid.basis, samples);
+    known.grid.check();
+    const auto nf = static_cast<size_t>(known.grid.nf);
+    const Archive archive(samples, known.grid.last());
     Buffer<double> result(nf);
     if (!archive.constant())
-        Batch(job, archive, result.data()).run();
+        Batch(known, archive, result.data()).run();
     std::copy(result.begin(), result.end(), power);
 }
 

@@ -10,6 +10,7 @@ namespace toliman::period {
 struct BatchSamples {
     const double *t, *y, *sigma; // sigma may be NULL
     size_t n;
+    const double *columns = nullptr; // [n][columns of the basis]
 };
 
 // The FFT is not used for tolerances below kMinTolerance.
@@ -17,7 +18,8 @@ constexpr double kMinTolerance = 1e-13;
 constexpr double kMaxTolerance = 1e-2;
 
 struct BatchJob {
-    Grid grid; // f0, df, nf, fixed_mean; the rest is ignored
+    Grid
+        grid; // f0, df, nf, fixed_mean, basis without bounds; start = end: the span of the samples. The rest is ignored
     double tolerance = 1e-9;
     unsigned threads = 0;
     Progress progress;

@@ -5,7 +5,7 @@
 #include "nuisance_trials.h"
 
 int main(void) {
-    static const int counts[] = {30, 60, 836}, series[] = {20000, 20000, 4000};
+    static const int counts[] = {30, 60, 836}, series[] = {12000, 12000, 3000};
     int bad = 0;
     printf("| samples | functions | free: FAP < 0.1 | < 0.01 | with priors: < 0.1 | < 0.01 "
            "|\n|---|---|---|---|---|---|\n");

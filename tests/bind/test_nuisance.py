@@ -11,6 +11,7 @@ import numpy
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "bindings" / "python"))
+import toliman  # noqa: E402
 from toliman import Periodogram  # noqa: E402
 
 decimal.getcontext().prec = 80
@@ -229,6 +230,59 @@ class Fits(unittest.TestCase):
             periodogram.push_many(self.t, self.y, self.sigma)
             self.assertAlmostEqual(periodogram.fit(self.t, self.y, self.sigma).period, 121, delta=1)
             self.assertEqual(len(periodogram.coefficients(0)[0]), 4)
+
+
+class Batch(unittest.TestCase):
+    """Archives against the same samples in a streaming periodogram."""
+
+    def setUp(self):
+        random = numpy.random.default_rng(2)
+        self.t = numpy.sort(random.uniform(0, SPAN, 400))
+        self.sigma = random.uniform(0.5, 1.5, 400)
+        self.rows = numpy.column_stack([numpy.cos(self.t / 58), 2 * numpy.sin(self.t / 91)])
+        self.y = (3 + 20 * self.t / SPAN + self.rows @ [0.5, -1] + 0.7 * numpy.sin(0.232 * self.t)
+                  + self.sigma * random.normal(size=400))
+
+    def check_batch(self, trend, rows, priors, tolerances=(1e-3, 1e-6, 1e-9, 1e-12)):
+        columns = 0 if rows is None else rows.shape[1]
+        grid = (0.3 / SPAN, 0.1 / SPAN, 700)
+        with Periodogram(*grid, trend=trend, span=(0, SPAN) if trend else None, columns=columns, priors=priors,
+                         column_bounds=[2] * columns, value_bound=64, sigma_floor=0.5) as periodogram:
+            periodogram.push_many(self.t, self.y, self.sigma, rows=rows)
+            exact = periodogram.power()
+        for tolerance in tolerances:
+            power = toliman.batch(*grid, self.t, self.y, self.sigma, trend=trend, rows=rows, priors=priors,
+                                  span=(0, SPAN) if trend and priors is not None else None, tolerance=tolerance)
+            self.assertLessEqual(abs(power - exact).max(), tolerance)
+
+    def test_trend(self):
+        self.check_batch(4, None, None)
+        self.check_batch(8, None, None, (1e-9,))
+
+    def test_columns(self):
+        self.check_batch(0, self.rows, None)
+        self.check_batch(3, self.rows, None)
+
+    def test_priors(self):
+        self.check_batch(0, None, [2.0])
+        self.check_batch(3, self.rows, [3, math.inf, 0.5, 0.2, 0.3, 0.1])
+
+    def test_dependent_columns_are_left_out(self):
+        twice = numpy.column_stack([self.rows, self.rows[:, 0]])
+        grid = (0.3 / SPAN, 0.1 / SPAN, 700)
+        powers = [toliman.batch(*grid, self.t, self.y, self.sigma, trend=2, rows=rows) for rows in (self.rows, twice)]
+        self.assertLess(abs(powers[0] - powers[1]).max(), 2e-9)
+
+    def test_refusals(self):
+        def refused(text, error=toliman.Error, **options):
+            with self.assertRaisesRegex(error, text):
+                toliman.batch(0.01, 0.01, 20, self.t, self.y, self.sigma, **options)
+
+        refused("t = .* must be in the span of the trend", trend=2, span=(0, 500))
+        refused("columns = 3: must be in \\[0, 2\\] with trend = 6", trend=6, rows=self.t[:, None] * [1, 1, 1])
+        refused("rows: column 0 = inf", rows=numpy.full((400, 1), math.inf))
+        refused("a fixed mean is not supported", trend=1, fit_mean=False)
+        refused("rows has the shape", ValueError, rows=self.rows[1:])
 
 
 if __name__ == "__main__":

@@ -1853,7 +1853,12 @@ class toliman_period_batch_options(Sized):
     flags: TOLIMAN_PERIOD_FIXED_MEAN, TOLIMAN_PERIOD_DIRECT
     tolerance: largest error of a power, at most 0.01; 0 = 1e-9. Below 1e-13: as TOLIMAN_PERIOD_DIRECT
     threads: worker threads, 0 = one per processor; results do not depend on the number
-    progress: may be NULL"""
+    progress: may be NULL
+    trend: Nuisance functions, as in period_nuisance.h. Since 0.2.
+    columns: Nuisance functions, as in period_nuisance.h. Since 0.2.
+    trend_start: both 0: first and last time
+    trend_end: both 0: first and last time
+    rows: [n][columns]"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -1863,6 +1868,12 @@ class toliman_period_batch_options(Sized):
         ("reserved", c_uint32),
         ("progress", toliman_progress_fn),
         ("progress_data", c_void_p),
+        ("trend", c_int32),
+        ("columns", c_int32),
+        ("trend_start", c_double),
+        ("trend_end", c_double),
+        ("prior_precision", c_double * 9),
+        ("rows", POINTER(c_double)),
     ]
 
 
@@ -4150,15 +4161,15 @@ Accuracy: the error of every power is at most the tolerance, or 1e-13 if that is
 the sums with a known error bound. Powers that are not accurate enough are computed again by compensated direct
 sums, and by exact sums where these cancel. Small archives use direct sums throughout. Special cases are those of
 toliman_period_query_power, but cosine and sine count as coincident where the smaller eigenvalue is below 1e-17 of
-the sum of both.
+the sum of both. With nuisance functions there are no direct sums.
 
 Memory: 35 bytes per sample and 170 bytes per frequency; 20 bytes more per frequency for each of the second to
-sixth threads; 225 bytes more per frequency if exact sums are needed. The same input gives the same bits on CPUs of
-the same kind; the last bits of FFTW differ between kinds.
-Errors: TOLIMAN_E_ARGUMENT if a number is not finite, sigma <= 0, or the grid is impossible; TOLIMAN_E_RANGE for a
-tolerance outside [0, 0.01], |t| > 1e100, |y| > 1e300, phases of more than 2^50 cycles, more samples than the
-address space holds, or if exact sums are needed and the sigmas differ by a factor of more than 1e8;
-TOLIMAN_E_CANCELLED.""",
+sixth threads; per nuisance function 16 bytes per sample and 50 bytes per frequency; 225 bytes more per frequency if
+exact sums are needed. The same input gives the same bits on CPUs of the same kind; the last bits of FFTW differ
+between kinds. Errors: TOLIMAN_E_ARGUMENT if a number is not finite, sigma <= 0, or the grid is impossible;
+TOLIMAN_E_RANGE for a tolerance outside [0, 0.01], |t| > 1e100, |y| > 1e300, phases of more than 2^50 cycles, more
+samples than the address space holds, times outside the span of the trend, or if exact sums are needed and the sigmas
+differ by a factor of more than 1e8; TOLIMAN_E_CANCELLED.""",
     ),
     "toliman_period_query_fap": (
         c_int32, (

@@ -71,6 +71,19 @@ def _rows(periodogram: View, rows: ArrayLike | None, n: int) -> Doubles | None:
     return shaped("rows", rows, (n, columns))
 
 
+def _set_functions(options: typing.Any, trend: int, span: tuple[typing.Any, typing.Any] | None,
+                   priors: ArrayLike | None) -> None:
+    """Sets the nuisance functions of options, whose columns are set."""
+    options.trend = whole("trend", trend, 2**31)
+    if span is not None:
+        options.trend_start, options.trend_end = (real("span", plain_times("span", end)) for end in span)
+    if priors is not None:
+        deviations = shaped("priors", priors, (1 + trend + options.columns,))
+        if not (deviations > 0).all():
+            raise ValueError("priors: must be above 0; infinity for a free coefficient")
+        options.prior_precision[:deviations.size] = list(1 / deviations**2)
+
+
 def _samples(times: Doubles, values: Doubles, sigmas: Doubles | None) -> typing.Any:
     """Returns an array of samples as C structs."""
     samples = array_of(_raw.toliman_period_sample, len(times))
@@ -147,20 +160,25 @@ def period(t: ArrayLike, y: ArrayLike, dy: ArrayLike | None = None) -> Peak:
 
 def batch(f0: float, df: float, nf: int, t: ArrayLike, y: ArrayLike, sigma: ArrayLike | None = None, *,
           fit_mean: bool = True, tolerance: float = 1e-9, direct: bool = False, threads: int = 0,
-          progress: Progress | bool | None = None) -> Doubles:
+          trend: int = 0, span: tuple[typing.Any, typing.Any] | None = None, rows: ArrayLike | None = None,
+          priors: ArrayLike | None = None, progress: Progress | bool | None = None) -> Doubles:
     """Computes the power of a complete time series at f0 + k df, k < nf, without a streaming state.
 
     Much faster than a Periodogram. t, y, sigma: arrays of equal length; sigma may be one number, None means unweighted.
     fit_mean: fit the mean at each frequency (floating mean) instead of subtracting the weighted mean once. tolerance:
-    largest error of any power, by nonuniform FFT. direct: sum without an FFT, to 1e-13. Returns power[nf].
+    largest error of any power, by nonuniform FFT. direct: sum without an FFT, to 1e-13. trend, span, rows, priors:
+    nuisance functions as in Periodogram; rows of the shape (samples, columns), span None: that of t. Returns power[nf].
     """
     times, values, sigmas = _series(t, y, sigma, unit_of(y))
     power = numpy.empty(whole_float("nf", nf))
+    functions = None if rows is None else shaped("rows", rows, (len(times), -1))
     with Watch(progress) as watch:
         options = options_of(_raw.toliman_period_batch_options, library.toliman_period_batch_options_init,
                              flags=(0 if fit_mean else _raw.TOLIMAN_PERIOD_FIXED_MEAN)
                              | (_raw.TOLIMAN_PERIOD_DIRECT if direct else 0), tolerance=real("tolerance", tolerance),
-                             threads=whole("threads", threads, 2**32), progress=watch.callback)
+                             threads=whole("threads", threads, 2**32), progress=watch.callback,
+                             columns=0 if functions is None else functions.shape[1], rows=pointer(functions))
+        _set_functions(options, trend, span, priors)
         watch.check(library.toliman_period_batch(real("f0", f0), real("df", df), len(power), pointer(times),
                                                  pointer(values), pointer(sigmas), len(times), ctypes.byref(options),
                                                  pointer(power)))
@@ -377,16 +395,10 @@ class Periodogram(View):
             value_bound=real("value_bound", value_bound), sigma_floor=real("sigma_floor", sigma_floor),
             sigma_ceiling=real("sigma_ceiling", sigma_ceiling),
             time_offset_ns=within("time_offset_ns", time_offset_ns, -INT64, INT64), unit_ns=real("unit_ns", unit_ns),
-            trend=whole("trend", trend, 2**31), columns=whole("columns", columns, 2**31))
-        if span is not None:
-            options.trend_start, options.trend_end = (real("span", plain_times("span", end)) for end in span)
+            columns=whole("columns", columns, 2**31))
+        _set_functions(options, trend, span, priors)
         if column_bounds is not None:
             options.column_bound[:columns] = list(shaped("column_bounds", column_bounds, (columns,)))
-        if priors is not None:
-            deviations = shaped("priors", priors, (1 + trend + columns,))
-            if not (deviations > 0).all():
-                raise ValueError("priors: must be above 0; infinity for a free coefficient")
-            options.prior_precision[:deviations.size] = list(1 / deviations**2)
         super().__init__(self._create(library.toliman_period_create, real("f0", f0), real("df", df),
                                       whole_float("nf", nf), ctypes.byref(options)))
         self._epoch = time_offset
