@@ -1353,7 +1353,7 @@ module toliman
         integer(c_int32_t) :: columns = 0
         real(c_double) :: trend_start = 0.0_c_double ! both 0: first and last time
         real(c_double) :: trend_end = 0.0_c_double
-        real(c_double) :: prior_precision(9) = 0.0_c_double
+        real(c_double) :: prior_precision(9) = 0.0_c_double ! that of the mean is about 0
         type(c_ptr) :: rows = c_null_ptr ! [n][columns]
     end type
 

@@ -1858,6 +1858,7 @@ class toliman_period_batch_options(Sized):
     columns: Nuisance functions, as in period_nuisance.h. Since 0.2.
     trend_start: both 0: first and last time
     trend_end: both 0: first and last time
+    prior_precision: that of the mean is about 0
     rows: [n][columns]"""
 
     _fields_ = [
@@ -4161,7 +4162,8 @@ Accuracy: the error of every power is at most the tolerance, or 1e-13 if that is
 the sums with a known error bound. Powers that are not accurate enough are computed again by compensated direct
 sums, and by exact sums where these cancel. Small archives use direct sums throughout. Special cases are those of
 toliman_period_query_power, but cosine and sine count as coincident where the smaller eigenvalue is below 1e-17 of
-the sum of both. With nuisance functions there are no direct sums.
+the sum of both. With nuisance functions there are no direct sums, and exact sums have the accuracy stated in
+period_nuisance.h.
 
 Memory: 35 bytes per sample and 170 bytes per frequency; 20 bytes more per frequency for each of the second to
 sixth threads; per nuisance function 16 bytes per sample and 50 bytes per frequency; 225 bytes more per frequency if
