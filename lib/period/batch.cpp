@@ -277,7 +277,7 @@ Stream Batch::exact_stream(Grid grid, const std::function<void(double)> &report)
     // Double-limb accumulators in any case: single-limb terms have the errors of double.
     grid.sigma_ceiling = std::max(archive_.most_sigma * sigma_scale, 2 * kSingleLimbSigmaRatio * grid.sigma_floor);
     for (double &precision : grid.basis.precision)
-        precision /= sigma_scale * sigma_scale;
+        precision = precision / sigma_scale / sigma_scale; // the square may overflow
     Stream stream(grid);
     const BatchSamples &samples = archive_.samples;
     for (size_t i = 0; i < samples.n; i++) {
