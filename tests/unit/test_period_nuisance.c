@@ -261,6 +261,28 @@ static void functions_in_use_grow_with_the_samples(void **unused) {
     toliman_period_destroy(period);
 }
 
+/* Times in nanoseconds have the position in the span of the trend of the same times as doubles. */
+static void times_in_nanoseconds_have_a_trend(void **unused) {
+    (void)unused;
+    toliman_period_options options;
+    toliman_period_options_init(&options, sizeof options);
+    options.trend = 4;
+    options.trend_end = 1 << 20;
+    options.unit_ns = 1 << 10;
+    options.time_offset_ns = 77;
+    toliman_period *doubles = make(&options), *integers = make(&options);
+    for (int i = 0; i < 100; i++) {
+        const int64_t elapsed = i * INT64_C(8191);
+        const toliman_period_sample by_ns = sample_ns(77 + elapsed, i % 7, 1);
+        assert_ok(toliman_period_push_rows(integers, &by_ns, NULL, 1));
+        assert_ok(toliman_period_push(doubles, (double)elapsed / (1 << 10), i % 7, 1));
+    }
+    assert_same(doubles, integers);
+    const toliman_period_sample late = sample_ns(78 + (INT64_C(1) << 30), 1, 1);
+    assert_fails(toliman_period_push_samples(integers, &late, 1), TOLIMAN_E_RANGE, "must be in the span of the trend");
+    toliman_period_destroy(doubles), toliman_period_destroy(integers);
+}
+
 /* Values that the functions describe have no power; a trend alone is not an alarm. */
 static void trend_has_no_power(void **unused) {
     (void)unused;
@@ -295,6 +317,7 @@ int main(void) {
         cmocka_unit_test(bad_options_are_refused),
         cmocka_unit_test(bad_samples_are_refused),
         cmocka_unit_test(functions_in_use_grow_with_the_samples),
+        cmocka_unit_test(times_in_nanoseconds_have_a_trend),
         cmocka_unit_test(trend_has_no_power),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
