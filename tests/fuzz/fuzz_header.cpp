@@ -2,7 +2,7 @@
 #include <map>
 
 #include "common/failure.hpp"
-#include "downlink/frame_times.hpp"
+#include "frames/frame_times.hpp"
 #include "fuzz.hpp"
 
 using namespace fuzz;

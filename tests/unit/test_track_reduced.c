@@ -229,7 +229,8 @@ static void another_reference_is_refused(void **unused) {
     toliman_track *none = NULL;
     fill_folder(orbit, 1, LAST);
     toliman_track_options options = measured_options(folder);
-    assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_ARGUMENT, "options->sky is NULL: must be the system of");
+    assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_ARGUMENT,
+                 "options->sky is NULL: must be the system of");
     options = reduced_options(folder, other);
     assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_MISMATCH, "has another system");
     assert_string_equal(toliman_last_error_field(), setup);
