@@ -6,6 +6,8 @@
 #include "assert_close.h"
 #include "scenario.h"
 
+#include <toliman/period_noise.h>
+
 enum { SAMPLES = 60, FREQUENCIES = 90, STATE_CAPACITY = 65536, PEAKS = 3, DRAWS = 4, ARCHIVE = 3000, BINS = 3000 };
 #define F0 0.01
 #define DF 0.005
@@ -226,6 +228,9 @@ static toliman_status inits(attempt *a) {
     toliman_period_options_init((void *)a->out, sizeof(toliman_period_options));
     toliman_period_bootstrap_options_init((void *)(a->out + 256), sizeof(toliman_period_bootstrap_options));
     toliman_period_batch_options_init((void *)(a->out + 512), sizeof(toliman_period_batch_options));
+    toliman_period_noise_options_init((void *)(a->out + 768), sizeof(toliman_period_noise_options));
+    toliman_period_noise_bootstrap_options_init((void *)(a->out + 1024),
+                                                sizeof(toliman_period_noise_bootstrap_options));
     return TOLIMAN_OK;
 }
 static toliman_status suggest(attempt *a) {
@@ -292,6 +297,23 @@ static toliman_status batch_exact(attempt *a) {
     return toliman_period_batch(1e-9, 1e-9, 20, t, above, NULL, SAMPLES, NULL, (double *)a->out);
 }
 
+static toliman_status noise_search(attempt *a) {
+    toliman_period_noise_options options;
+    toliman_period_noise_options_init(&options, sizeof options);
+    fill();
+    return toliman_period_noise_search(F0, DF, FREQUENCIES, t, y, NULL, SAMPLES, t + SAMPLES, NULL, 1, &options,
+                                       (double *)(a->out + 4096), (double *)(a->out + 2048), (double *)(a->out + 2056),
+                                       (void *)a->out);
+}
+static toliman_status noise_bootstrap(attempt *a) {
+    toliman_period_noise_bootstrap_options options;
+    toliman_period_noise_bootstrap_options_init(&options, sizeof options);
+    options.threads = 2;
+    fill();
+    return toliman_period_noise_bootstrap(F0, DF, FREQUENCIES, t, y, NULL, SAMPLES, NULL, NULL, 0, 0.3, &options, DRAWS,
+                                          (double *)a->out);
+}
+
 static void put_states(void) {
     (void)old_state(), (void)new_state(), (void)wide();
 }
@@ -347,6 +369,8 @@ static const scenario all[] = {
     {.function = "toliman_period_suggest", .call = suggest},
     {.function = "toliman_period_bootstrap_options_init", .call = inits},
     {.function = "toliman_period_batch_options_init", .call = inits},
+    {.function = "toliman_period_noise_options_init", .call = inits},
+    {.function = "toliman_period_noise_bootstrap_options_init", .call = inits},
     QUERIES(get_info, sizeof(toliman_period_info)),
     ON_ONE(query_power),
     {.function = "toliman_period_query_power", "double-limb", query_power, make_double_limb, &periods},
@@ -362,5 +386,7 @@ static const scenario all[] = {
     {.function = "toliman_period_batch", "FFT", batch_fft, .stage = put_states},
     {.function = "toliman_period_batch", "threads", batch_threads, .stage = put_states},
     {.function = "toliman_period_batch", "exact", batch_exact, .stage = put_states},
+    {.function = "toliman_period_noise_search", .call = noise_search, .struct_size = sizeof(toliman_period_noise)},
+    {.function = "toliman_period_noise_bootstrap", .call = noise_bootstrap},
 };
 SCENARIO_LIST(period_scenarios, all);

@@ -491,6 +491,37 @@ class Sampling(Result):
 
 
 @result
+class NoisePeak(Result):
+    """Fitted noise and highest peak of a series. Standard errors are scaled by the residual; +infinity if the samples do
+    not determine the parameter."""
+
+    rho: float = member("correlation over one step")
+    rho_error: float = member("its asymptotic standard error")
+    tau: float = member("correlation time, -step/ln rho, in units of t; 0 if rho is 0")
+    step: float = member("median step between different times")
+    log10_p_white: float = member("whiteness: log10 of the probability that white noise has a likelihood ratio of AR(1) to white noise of this size or more, with the strongest sinusoid in both models")
+    index: int = member("grid frequency of highest power")
+    power: float = member("P at that grid frequency")
+    log10_residual: float = member("log10(1 - P), at least -4900; meaningful down to -28")
+    log10_fap: float = member("Baluev's upper bound of the false alarm probability of that P")
+    frequency: float = member("refined by least squares within one step of the grid. Members below are those of this frequency")
+    frequency_error: float
+    period: float = member("1/frequency")
+    period_error: float
+    amplitude: float = member("y = offset + amplitude sin(2 pi frequency (t - time_reference) + phase) + functions")
+    amplitude_error: float
+    phase: float = member("rad")
+    phase_error: float
+    offset: float = member("c_0")
+    offset_error: float
+    time_reference: float = member("the time that is nearest to the weighted mean time")
+    rank: int = member("2; 1 or 0 if the functions or each other leave nothing of cosine or sine")
+    at_edge: bool = member("a peak at the first or last frequency of the grid. Outside the grid the power may be higher.", flag=4)
+    coarse: bool = member("Flag: df > 1/(5 T), so that peaks may fall between two grid frequencies. A common cause is a grid in another unit than the times. peak and _peaks derive T from the variance of the times, _fit from the times.", flag=32)
+    above_nyquist: bool = member("Flag: the grid exceeds 1/(2 step), where regular samples repeat the power at lower frequencies. peak and _peaks never set it, because the accumulators do not contain the step. fit takes the step from the times; so does _sampling, or, if t is NULL, it assumes regular times.", flag=64)
+
+
+@result
 class SkyPrediction(Result):
     """What an observer sees at a time, or in the mean of intervals."""
 
