@@ -15,6 +15,7 @@ from .ingest import Pair, PairEvent
 from .linear import Components, Template
 from .machine import blas_speed, machine
 from .mask import FoundMask, search_mask
+from .noise import NoiseSearch, bootstrap_correlated, search_correlated
 from .periodogram import AccuracyWarning, Grid, Peak, Periodogram, batch, period, suited_grid
 from .sim import Simulator, Spectrum, parameters, plan, shipped_scenes
 from .sky import Sky
@@ -28,10 +29,10 @@ __all__ = [
     "BudgetStep", "BudgetSummary", "CAE", "Calibration", "CalibrationInfo", "CalibrationStep", "CalibrationValue",
     "CalibrationWindow", "Cancelled", "CapacityError",
     "Components", "ComponentsInfo", "ComponentsTraining", "Error", "Estimate", "Fit", "FitInfo", "FitResult", "FoundMask", "Frame", "Grid", "HeaderTime",
-    "InputError", "LostError", "Machine", "MaskInfo", "Model", "NetworkInfo", "NoMemoryError", "NotFoundError", "Outcome",
+    "InputError", "LostError", "Machine", "MaskInfo", "Model", "NetworkInfo", "NoiseSearch", "NoMemoryError", "NotFoundError", "Outcome",
     "Pair", "PairEvent", "PairInfo", "Parameter", "Peak", "Periodogram", "PeriodogramInfo", "Plan", "REASONS", "Reconstruction", "Refit",
     "Sampling", "SceneInfo", "Simulator", "Sky", "SkyInfo", "SkyPrediction", "Spectrum", "StateError", "Stream", "Template", "TrackInfo", "Tracker",
-    "Training", "UnsupportedError", "VERDICTS", "WriteError", "abi_version", "batch", "blas_speed", "calibrate", "library_path",
-    "machine", "parameters", "parse_time", "period", "plan", "read_clock", "read_header", "read_on_target", "search_mask", "shipped_scenes", "suited_grid",
+    "Training", "UnsupportedError", "VERDICTS", "WriteError", "abi_version", "batch", "blas_speed", "bootstrap_correlated", "calibrate", "library_path",
+    "machine", "parameters", "parse_time", "period", "plan", "read_clock", "read_header", "read_on_target", "search_correlated", "search_mask", "shipped_scenes", "suited_grid",
     "version",
 ]

@@ -1,0 +1,93 @@
+"""Periodograms of series with correlated noise. Reference: include/toliman/period_noise.h."""
+from __future__ import annotations
+
+import ctypes
+
+import numpy
+from numpy.typing import ArrayLike
+
+from . import _raw
+from ._arguments import Doubles, options_of, plain, pointer, real, whole
+from ._library import library
+from ._progress import Progress, Watch
+from ._result_base import result
+from ._results import NoisePeak
+from .periodogram import Grid, _series, suited_grid
+from .times import unit_of
+
+
+@result
+class NoiseSearch(NoisePeak):
+    __doc__ = (NoisePeak.__doc__ or "").split("\n\n")[0]
+
+    def __repr__(self) -> str:
+        return (f"NoiseSearch(period={self.period:.6g} +- {self.period_error:.2g}, rho={self.rho:.3g} +- "
+                f"{self.rho_error:.2g}, log10_fap={self.log10_fap:.4g})")
+
+
+def _matrix(functions: ArrayLike | None, precision: ArrayLike | None, n: int) -> tuple[Doubles | None, Doubles | None, int]:
+    """Returns functions[n][k], precision[k] and k; a single function may be one-dimensional."""
+    if functions is None:
+        return None, None, 0
+    matrix = numpy.ascontiguousarray(functions, dtype=numpy.float64)
+    if matrix.ndim == 1:
+        matrix = matrix[:, None]
+    if matrix.ndim != 2 or len(matrix) != n:
+        raise ValueError(f"functions has the shape {matrix.shape}: must be ({n}, number of functions)")
+    prior = None if precision is None else plain("precision", precision)
+    if prior is not None and prior.shape != matrix.shape[1:]:
+        raise ValueError(f"precision has the shape {prior.shape}: must be {matrix.shape[1:]}")
+    return numpy.ascontiguousarray(matrix), prior, matrix.shape[1]
+
+
+def search_correlated(t: ArrayLike, y: ArrayLike, sigma: ArrayLike | None = None, *, grid: Grid | None = None,
+                      functions: ArrayLike | None = None, precision: ArrayLike | None = None, white: bool = False,
+                      progress: Progress | bool | None = None) -> tuple[NoiseSearch, Doubles, Doubles, Doubles]:
+    """Searches a series whose noise may be correlated in time, AR(1), for a period.
+
+        found, power, coefficients, errors = toliman.search_correlated(t, y)
+        if found.log10_p_white < -3: ...
+
+    The correlation rho of neighbouring samples is fitted, with the mean, the nuisance functions[n][k] and, if it is
+    strong, the sinusoid. precision: 1/s**2 of Gaussian priors of the coefficients, 0 for none. white: power and false
+    alarm probability for white noise; the whiteness test remains. grid: by default that of suited_grid(t). Returns the
+    NoiseSearch, power[nf], and the coefficients of the functions with their standard errors.
+    """
+    times, values, sigmas = _series(t, y, sigma, unit_of(y))
+    matrix, prior, k = _matrix(functions, precision, len(times))
+    f0, df, nf = suited_grid(times) if grid is None else grid
+    power, coefficients, errors = numpy.empty(whole("nf", nf)), numpy.empty(k), numpy.empty(k)
+    found = _raw.toliman_period_noise()
+    with Watch(progress) as watch:
+        options = options_of(_raw.toliman_period_noise_options, library.toliman_period_noise_options_init,
+                             flags=_raw.TOLIMAN_PERIOD_WHITE_NOISE if white else 0, progress=watch.callback)
+        watch.check(library.toliman_period_noise_search(
+            real("f0", f0), real("df", df), len(power), pointer(times), pointer(values), pointer(sigmas), len(times),
+            pointer(matrix), pointer(prior), k, ctypes.byref(options), pointer(power), pointer(coefficients),
+            pointer(errors), ctypes.byref(found)))
+    return NoiseSearch._of(found), power, coefficients, errors
+
+
+def bootstrap_correlated(t: ArrayLike, y: ArrayLike, sigma: ArrayLike | None = None, *, rho: float, grid: Grid | None = None,
+                         functions: ArrayLike | None = None, precision: ArrayLike | None = None, count: int = 1000,
+                         block: int = 0, seed: int = 0, threads: int = 0,
+                         progress: Progress | bool | None = None) -> Doubles:
+    """Returns log10(1 - P) of the highest power of each of `count` moving-block resamplings, strongest peak first.
+
+    Residuals are whitened with rho, that of search_correlated(), and drawn in blocks of consecutive samples; block = 0
+    means n**(1/3). Other arguments as in search_correlated().
+    """
+    times, values, sigmas = _series(t, y, sigma, unit_of(y))
+    matrix, prior, k = _matrix(functions, precision, len(times))
+    f0, df, nf = suited_grid(times) if grid is None else grid
+    peaks = numpy.empty(whole("count", count))
+    with Watch(progress) as watch:
+        options = options_of(_raw.toliman_period_noise_bootstrap_options,
+                             library.toliman_period_noise_bootstrap_options_init, seed=whole("seed", seed, 2**64),
+                             threads=whole("threads", threads, 2**32), block=whole("block", block, 2**64),
+                             progress=watch.callback)
+        watch.check(library.toliman_period_noise_bootstrap(
+            real("f0", f0), real("df", df), whole("nf", nf), pointer(times), pointer(values), pointer(sigmas),
+            len(times), pointer(matrix), pointer(prior), k, real("rho", rho), ctypes.byref(options), count,
+            pointer(peaks)))
+    return peaks
