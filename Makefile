@@ -4,7 +4,7 @@ JOBS ?= $(shell nproc)
 PREFIX ?= /usr/local
 SECONDS ?= 60
 CAMPAIGNS = soak same science budget faults fuzz races asan tsan coverage
-.PHONY: all own deps demo check check-deps everything bench record fap $(CAMPAIGNS) abi docs install package wheel format lint clean help
+.PHONY: all own deps demo check check-deps everything bench record fap noise $(CAMPAIGNS) abi docs install package wheel format lint clean help
 
 all: own deps $(BUILD)/build.ninja ## build the library and the program (default)
 	@cmake --build $(BUILD) --parallel $(JOBS)
@@ -22,6 +22,8 @@ record: bench ## run make bench and write its results to tests/bench/recorded.js
 	@/usr/bin/python3 tests/bench/record.py $(BUILD)/bench
 fap: everything ## count false alarms in noise, and samples until a signal is found (2 minutes)
 	@$(BUILD)/bin/bench_fap
+noise: everything ## count false alarms in correlated noise, with and without its model (half an hour)
+	@$(BUILD)/bin/bench_noise
 
 soak: everything ## run for long: a million frames, kills, power cuts, frames out of order, round trips (10 minutes)
 same: everything ## compare results over instruction sets, workers, OpenBLAS kernels and 20 orders (1 minute)
