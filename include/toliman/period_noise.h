@@ -1,12 +1,13 @@
 /* libtoliman, periodogram with correlated noise: the power of a whole series, and its false alarm probability, when
  * errors of neighbouring samples are correlated.
  *
- * Data flow (functions toliman_period_noise_...)
+ * Data flow (functions toliman_period_...)
  *
- *   t, y, sigma, functions -> search -> power[nf], toliman_period_noise: correlation, whiteness, highest peak
- *                     (options_init)         | rho
- *   t, y, sigma, functions -------------> bootstrap -> log10(1 - power) of the highest peak of each resampling
- *                     (bootstrap_options_init)
+ *   t, y, sigma, functions -> noise_search -> power[nf], toliman_period_noise: correlation, whiteness, highest peak
+ *             (noise_options_init)  | rho
+ *                                   v
+ *   t, y, sigma, functions -> noise_bootstrap -> log10(1 - power) of the highest peak of each resampling
+ *   (noise_bootstrap_options_init)
  *
  * Model        y = c_0 + sum over j of c_j b_j + a cos(2 pi f t) + b sin(2 pi f t) + noise, with k functions b_j, the
  *              columns of functions[n][k]. All coefficients are fitted together at each frequency.
@@ -92,7 +93,7 @@ typedef struct toliman_period_noise {
  *   power         [nf]; may be NULL
  *   coefficients  [k], c_1 ... c_k at out->frequency, in units of y per unit of the function; may be NULL
  *   errors        [k], their standard errors; may be NULL
- * Takes O(n k) per frequency and one thread: 0.3 s for n = 836, k = 0 and nf = 5475. On failure
+ * Takes O(n k) per frequency and one thread: 0.1 s for n = 836, k = 0 and nf = 5475, 0.2 s for k = 5. On failure
  * nothing is written.
  * Errors: TOLIMAN_E_ARGUMENT if a number is not finite, sigma <= 0, a precision < 0, two samples have the same time, a
  * function without a prior is a combination of the mean and the functions before it, or the grid is impossible;
