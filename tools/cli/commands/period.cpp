@@ -12,6 +12,7 @@
 #include "common/text.hpp"
 #include "options/command.hpp"
 #include "series/fap.hpp"
+#include "series/noise.hpp"
 #include "series/period_stream.hpp"
 #include "series/reduction.hpp"
 
@@ -29,6 +30,7 @@ struct Options {
     SampleOptions samples;
     size_t peaks = 1;
     FapOptions fap;
+    NoiseOptions noise;
     std::string normalisation = "standard";
     bool as_json = false, follow = false, strict = false;
 };
@@ -110,6 +112,7 @@ struct Report {
     const Fap &fap;
     std::string time_scale; // of Modified Julian Days; empty for plain numbers
     const Reduced *reduced; // NULL if the samples are not reduced
+    const Noise *noise;     // NULL from sums alone
 
     double shortest() const { return 1 / (grid.f0 + grid.df * static_cast<double>(grid.nf - 1)); }
     double longest() const { return 1 / grid.f0; } // infinite if the grid begins at 0
@@ -128,6 +131,8 @@ void print_text(const Report &report) {
     std::printf("power       %.6f at frequency %.8g\n", peak.power, peak.frequency);
     const double residual = report.fap.residual_of(peak);
     std::printf("log10 FAP   %s (%s)\n", report.fap.text(residual).c_str(), report.fap.how(residual).c_str());
+    if (report.noise != nullptr)
+        report.noise->print();
     for (size_t i = 1; i < report.peaks.size(); i++)
         std::printf("peak %-6zu period %.6g, power %.6f, log10 FAP %s%s%s\n", i + 1, report.peaks[i].period,
                     report.peaks[i].power, report.fap.text(report.peaks[i].log10_residual).c_str(),
@@ -165,6 +170,8 @@ std::string json_text(const Report &report) {
                  }));
     if (report.reduced != nullptr)
         json.set("reduction", report.reduced->json);
+    if (report.noise != nullptr && report.noise->known())
+        json.set("noise", report.noise->json());
     return json.text();
 }
 
@@ -173,10 +180,15 @@ void write_results(const Options &options, const Series *series, const Reduced *
                    Progress &progress) {
     const std::string given = options.samples.time_scale.empty() ? "" : result_scale(options.samples.time_scale);
     const Fap fap(options.fap, periodogram.handle, series, progress);
+    const toliman_period_info info = info_of(periodogram.handle);
+    std::optional<Noise> noise;
+    if (series != nullptr)
+        noise.emplace(options.noise, *series, FrequencyGrid{info.f0, info.df, info.nf}, progress);
     progress.clear();
     uint32_t warned = 0;
     warn_of_grid(periodogram.handle, series, periodogram.peak.flags, warned, progress);
-    const toliman_period_info info = info_of(periodogram.handle);
+    if (noise)
+        noise->warn(progress);
     if (!options.power_file.empty()) {
         OutputFile out(options.power_file);
         write_npy(out, power_of(periodogram.handle.get(), info.nf, kNormalisations.at(options.normalisation)));
@@ -185,7 +197,7 @@ void write_results(const Options &options, const Series *series, const Reduced *
     const Report report = {periodogram, {info.f0, info.df, info.nf},
                            info.count,  peaks_of(periodogram, options.peaks),
                            fap,         series != nullptr ? series->time_scale : given,
-                           reduced};
+                           reduced,     noise ? &*noise : nullptr};
     if (options.as_json)
         print_stdout(json_text(report));
     else
@@ -268,9 +280,12 @@ void add_period(CLI::App &app, Context &context) {
     add_choice(command, "--normalisation", options->normalisation, kNormalisations,
                "normalisation of --power: standard (default), model, log or psd, as in astropy");
     add_fap(*command, options->fap);
+    add_noise(*command, options->noise);
+    CLI::Option *noise = command->get_option("--noise")->excludes(state)->excludes(command->get_option("--fixed-mean"));
     CLI::Option *follow = command->add_flag("--follow", options->follow, "print a JSON line after every sample");
     for (const char *name : {"--power", "--normalisation", "--peaks", "--fap", "--resamplings", "--seed"})
         follow->excludes(command->get_option(name)); // of a result at the end
+    follow->excludes(noise);
     CLI::Option *system = add_option(command, "--system", options->system, "SYSTEM",
                                      "reduce measured separations to the orbit of this binary: alpha-cen, or a system "
                                      "file");

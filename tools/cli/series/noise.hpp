@@ -1,0 +1,39 @@
+// Correlated noise of a series, by --noise: whiteness, and the highest peak for noise of the fitted correlation.
+#pragma once
+#include <optional>
+#include <string>
+
+#include <toliman/toliman.hpp>
+
+#include "common/json.hpp"
+#include "common/terminal.hpp"
+#include "series/periodogram.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace cli {
+
+struct NoiseOptions {
+    std::string model = "white";
+};
+void add_noise(CLI::App &command, NoiseOptions &options);
+
+class Noise {
+  public:
+    // Searches the series with the model of the options. For white noise a short series is tested only, and nothing is
+    // known if it cannot be.
+    Noise(const NoiseOptions &options, const Series &series, const FrequencyGrid &grid, Progress &progress);
+    // Warns if white noise was assumed and the series is not white.
+    void warn(Progress &progress) const;
+    void print() const;
+    bool known() const noexcept { return found_.has_value(); }
+    Json json() const;
+
+  private:
+    std::string model_;
+    std::optional<toliman_period_noise> found_;
+};
+
+} // namespace cli
