@@ -1,8 +1,8 @@
 // Method: moving blocks of residuals (Kuensch 1989, Ann. Statist. 17, 1217), whitened by the fitted autoregression
 // before and coloured after the resampling (Davison and Hinkley 1997, Bootstrap Methods and their Application,
-// section 8.2.3). The colouring is implicit: powers are computed from whitened values. Why: blocks keep the correlation
-// only within their length. Without whitening, n^(1/3) samples are too short for noise with rho = 0.9, and for periods
-// longer than a block. Whitened residuals need blocks only for what AR(1) leaves.
+// section 8.2.3). The colouring is implicit: powers are computed from whitened values.
+// Why: blocks keep the correlation only within their length. Without whitening, n^(1/3) samples are too short for noise
+// with rho = 0.9, and for periods longer than a block.
 #include "period/noise_bootstrap.hpp"
 
 #include <algorithm>

@@ -8,8 +8,8 @@
 // With rho_0, as in a score test (Rao 1948, Proc. Camb. Phil. Soc. 44, 50), they are 0.6 to 0.8 %. For a strong signal,
 // rho_0 takes the signal for noise, and rho_1 does not.
 // Rejected: the FAP of the likelihood ratio itself (0.9, 1.6, 1.6 % for rho = 0, 0.5, 0.9); Student's distribution with
-// the error of the noise spectrum at the frequency of the peak (0.7 to 1.7 %): both cost a strong slow signal in white
-// noise 10 % of its log10 FAP.
+// the error of the noise spectrum at the frequency of the peak (0.7 to 1.7 %): both would cost a strong slow signal in
+// white noise about 10 % of its log10 FAP (estimated).
 #include "period/noise_search.hpp"
 
 #include <algorithm>

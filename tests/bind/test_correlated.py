@@ -1,8 +1,13 @@
 """Periodograms with correlated noise from Python, against dense generalised least squares in numpy."""
+import pathlib
+import sys
 import unittest
 
 import numpy
-import toliman
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "bindings" / "python"))
+import toliman  # noqa: E402
 
 
 def series(n=120, rho=0.6, seed=2):
