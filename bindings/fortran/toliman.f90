@@ -1405,6 +1405,60 @@ module toliman
         real(c_double) :: independent = 0.0_c_double
     end type
 
+    ! Flag of toliman_period_noise_options: power and FAP for white noise, rho = 0. The whiteness test is unchanged.
+    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_WHITE_NOISE = 1024
+
+    ! Options of toliman_period_noise_search. Since 0.2.
+    type, bind(C), public :: toliman_period_noise_options
+        integer(c_int32_t) :: struct_size = 24
+        integer(c_int32_t) :: flags = 0 ! TOLIMAN_PERIOD_WHITE_NOISE
+        type(c_funptr) :: progress = c_null_funptr ! may be NULL
+        type(c_ptr) :: progress_data = c_null_ptr
+    end type
+
+    ! Fitted noise and highest peak of a series. Standard errors are scaled by the residual; +infinity if the samples do
+    ! not determine the parameter. Since 0.2.
+    type, bind(C), public :: toliman_period_noise
+        integer(c_int32_t) :: struct_size = 176 ! in: sizeof(toliman_period_noise)
+        integer(c_int32_t) :: flags = 0 ! TOLIMAN_PERIOD_AT_EDGE, _COARSE, _ABOVE_NYQUIST
+        real(c_double) :: rho = 0.0_c_double ! correlation over one step
+        real(c_double) :: rho_error = 0.0_c_double ! its asymptotic standard error
+        real(c_double) :: tau = 0.0_c_double ! correlation time, -step/ln rho, in units of t; 0 if rho is 0
+        real(c_double) :: step = 0.0_c_double ! median step between different times
+        ! whiteness: log10 of the probability that white noise has a likelihood ratio of AR(1) to white noise of this
+        ! size or more, with the strongest sinusoid in both models
+        real(c_double) :: log10_p_white = 0.0_c_double
+        integer(c_int64_t) :: index = 0 ! grid frequency of highest power
+        real(c_double) :: power = 0.0_c_double ! P at that grid frequency
+        real(c_double) :: log10_residual = 0.0_c_double ! log10(1 - P), at least -4900; meaningful down to -28
+        real(c_double) :: log10_fap = 0.0_c_double ! Baluev's upper bound of the false alarm probability of that P
+        ! refined by least squares within one step of the grid. Members below are those of this frequency
+        real(c_double) :: frequency = 0.0_c_double
+        real(c_double) :: frequency_error = 0.0_c_double
+        real(c_double) :: period = 0.0_c_double ! 1/frequency
+        real(c_double) :: period_error = 0.0_c_double
+        ! y = offset + amplitude sin(2 pi frequency (t - time_reference) + phase) + functions
+        real(c_double) :: amplitude = 0.0_c_double
+        real(c_double) :: amplitude_error = 0.0_c_double
+        real(c_double) :: phase = 0.0_c_double ! rad
+        real(c_double) :: phase_error = 0.0_c_double
+        real(c_double) :: offset = 0.0_c_double ! c_0
+        real(c_double) :: offset_error = 0.0_c_double
+        real(c_double) :: time_reference = 0.0_c_double ! the time that is nearest to the weighted mean time
+        integer(c_int32_t) :: rank = 0 ! 2; 1 or 0 if the functions or each other leave nothing of cosine or sine
+        integer(c_int32_t) :: reserved = 0
+    end type
+
+    ! Options of toliman_period_noise_bootstrap. Since 0.2.
+    type, bind(C), public :: toliman_period_noise_bootstrap_options
+        integer(c_int32_t) :: struct_size = 40
+        integer(c_int32_t) :: threads = 0 ! worker threads, 0 = one per processor; results do not depend on the number
+        integer(c_int64_t) :: seed = 0 ! of the random resamplings
+        integer(c_int64_t) :: block = 0 ! consecutive samples per block, at most n; 0 = n^(1/3), rounded up
+        type(c_funptr) :: progress = c_null_funptr ! may be NULL
+        type(c_ptr) :: progress_data = c_null_ptr
+    end type
+
     ! Flags of toliman_series_options.
     ! a line without newline at its end may be truncated and is malformed
     integer(c_int32_t), parameter, public :: TOLIMAN_SERIES_GROWING = 1
@@ -3357,6 +3411,51 @@ module toliman
         end function
 
         ! Sets *options, a struct of `size` bytes, to the defaults.
+        subroutine toliman_period_noise_options_init(options, size) bind(C)
+            import
+            integer(c_size_t), value :: size
+            type(toliman_period_noise_options), intent(inout) :: options
+        end subroutine
+
+        ! Computes the power of n samples at frequencies f0 + k df, k < nf, in the metric of the noise, which is
+        ! fitted first. sigma may be NULL functions [n][k]; may be NULL if k is 0.
+        function toliman_period_noise_search(f0, df, nf, t, y, sigma, n, functions, precision, k, options, power, &
+            coefficients, errors, out) bind(C) result(answer)
+            import
+            real(c_double), value :: f0, df
+            integer(c_int64_t), value :: nf
+            integer(c_size_t), value :: n, k
+            real(c_double), intent(in) :: t(*), y(*)
+            real(c_double), intent(in), optional :: sigma(*), functions(*), precision(*)
+            type(toliman_period_noise_options), intent(in), optional :: options
+            real(c_double), intent(out), optional :: power(*), coefficients(*), errors(*)
+            type(toliman_period_noise), intent(inout) :: out
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Sets *options, a struct of `size` bytes, to the defaults.
+        subroutine toliman_period_noise_bootstrap_options_init(options, size) bind(C)
+            import
+            integer(c_size_t), value :: size
+            type(toliman_period_noise_bootstrap_options), intent(inout) :: options
+        end subroutine
+
+        ! Moving-block bootstrap: writes log10(1 - P) of the highest power of each of `count` resamplings to
+        ! log10_residuals[count], sorted, strongest peak first.
+        function toliman_period_noise_bootstrap(f0, df, nf, t, y, sigma, n, functions, precision, k, rho, &
+            options, count, log10_residuals) bind(C) result(answer)
+            import
+            real(c_double), value :: f0, df, rho
+            integer(c_int64_t), value :: nf
+            integer(c_size_t), value :: n, k, count
+            real(c_double), intent(in) :: t(*), y(*)
+            real(c_double), intent(in), optional :: sigma(*), functions(*), precision(*)
+            type(toliman_period_noise_bootstrap_options), intent(in), optional :: options
+            real(c_double), intent(out) :: log10_residuals(*)
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Sets *options, a struct of `size` bytes, to the defaults.
         subroutine toliman_series_options_init(options, size) bind(C)
             import
             integer(c_size_t), value :: size
@@ -3874,6 +3973,10 @@ module toliman
     public :: toliman_period_query_coefficients
     public :: toliman_period_query_fit_rows
     public :: toliman_period_query_sampling
+    public :: toliman_period_noise_options_init
+    public :: toliman_period_noise_search
+    public :: toliman_period_noise_bootstrap_options_init
+    public :: toliman_period_noise_bootstrap
     public :: toliman_series_options_init
     public :: toliman_series_create
     public :: toliman_series_destroy
@@ -4153,6 +4256,8 @@ module toliman
         procedure :: query_coefficients => periodogram_query_coefficients
         procedure :: query_fit_rows => periodogram_query_fit_rows
         procedure :: query_sampling => periodogram_query_sampling
+        procedure, nopass :: noise_search => periodogram_noise_search
+        procedure, nopass :: noise_bootstrap => periodogram_noise_bootstrap
         procedure :: destroy => periodogram_destroy
         procedure, private :: periodogram_assign
         generic :: assignment(=) => periodogram_assign
@@ -6445,6 +6550,88 @@ contains
         of_n = 0
         if (present(t)) of_n = size(t, 1, c_size_t)
         status = toliman_period_query_sampling(self%handle, t, of_n, out)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Computes the power of n samples at frequencies f0 + k df, k < nf, in the metric of the noise, which is fitted
+    ! first. sigma may be NULL functions [n][k]; may be NULL if k is 0. t(n), y(n), sigma(n), functions(k, n),
+    ! precision(k), power(nf), coefficients(k), errors(k).
+    subroutine periodogram_noise_search(f0, df, t, y, sigma, out, functions, precision, options, power, &
+        coefficients, errors, stat, errmsg)
+        real(c_double), intent(in) :: f0, df
+        real(c_double), intent(in), contiguous :: t(:), y(:)
+        real(c_double), intent(in), optional, contiguous :: sigma(:), functions(:, :), precision(:)
+        type(toliman_period_noise_options), intent(in), optional :: options
+        real(c_double), intent(out), optional, contiguous :: power(:), coefficients(:), errors(:)
+        type(toliman_period_noise), intent(inout) :: out
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_int64_t) :: of_nf
+        integer(c_size_t) :: of_n, of_k
+        integer(c_int32_t) :: status
+        of_nf = 0
+        if (present(power)) of_nf = int(size(power, 1, c_size_t), c_int64_t)
+        of_n = size(t, 1, c_size_t)
+        of_k = 0
+        if (present(errors)) of_k = size(errors, 1, c_size_t)
+        if (present(coefficients)) of_k = size(coefficients, 1, c_size_t)
+        if (present(precision)) of_k = size(precision, 1, c_size_t)
+        if (present(functions)) of_k = size(functions, 1, c_size_t)
+        if (.not. fits(size(y, 1, c_size_t), of_n, 'y', 1, stat, errmsg)) return
+        if (present(sigma)) then
+            if (.not. fits(size(sigma, 1, c_size_t), of_n, 'sigma', 1, stat, errmsg)) return
+        end if
+        if (present(functions)) then
+            if (.not. fits(size(functions, 1, c_size_t), of_k, 'functions', 1, stat, errmsg)) return
+            if (.not. fits(size(functions, 2, c_size_t), of_n, 'functions', 2, stat, errmsg)) return
+        end if
+        if (present(precision)) then
+            if (.not. fits(size(precision, 1, c_size_t), of_k, 'precision', 1, stat, errmsg)) return
+        end if
+        if (present(coefficients)) then
+            if (.not. fits(size(coefficients, 1, c_size_t), of_k, 'coefficients', 1, stat, errmsg)) return
+        end if
+        if (present(errors)) then
+            if (.not. fits(size(errors, 1, c_size_t), of_k, 'errors', 1, stat, errmsg)) return
+        end if
+        status = toliman_period_noise_search(f0, df, of_nf, t, y, sigma, of_n, functions, precision, of_k, &
+            options, power, coefficients, errors, out)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Moving-block bootstrap: writes log10(1 - P) of the highest power of each of `count` resamplings to
+    ! log10_residuals[count], sorted, strongest peak first. t(n), y(n), sigma(n), functions(k, n), precision(k),
+    ! log10_residuals(count).
+    subroutine periodogram_noise_bootstrap(f0, df, nf, t, y, sigma, rho, log10_residuals, functions, precision, &
+        options, stat, errmsg)
+        real(c_double), intent(in) :: f0, df, rho
+        integer(c_int64_t), intent(in) :: nf
+        real(c_double), intent(in), contiguous :: t(:), y(:)
+        real(c_double), intent(in), optional, contiguous :: sigma(:), functions(:, :), precision(:)
+        type(toliman_period_noise_bootstrap_options), intent(in), optional :: options
+        real(c_double), intent(out), contiguous :: log10_residuals(:)
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_n, of_k, of_count
+        integer(c_int32_t) :: status
+        of_n = size(t, 1, c_size_t)
+        of_k = 0
+        if (present(precision)) of_k = size(precision, 1, c_size_t)
+        if (present(functions)) of_k = size(functions, 1, c_size_t)
+        of_count = size(log10_residuals, 1, c_size_t)
+        if (.not. fits(size(y, 1, c_size_t), of_n, 'y', 1, stat, errmsg)) return
+        if (present(sigma)) then
+            if (.not. fits(size(sigma, 1, c_size_t), of_n, 'sigma', 1, stat, errmsg)) return
+        end if
+        if (present(functions)) then
+            if (.not. fits(size(functions, 1, c_size_t), of_k, 'functions', 1, stat, errmsg)) return
+            if (.not. fits(size(functions, 2, c_size_t), of_n, 'functions', 2, stat, errmsg)) return
+        end if
+        if (present(precision)) then
+            if (.not. fits(size(precision, 1, c_size_t), of_k, 'precision', 1, stat, errmsg)) return
+        end if
+        status = toliman_period_noise_bootstrap(f0, df, nf, t, y, sigma, of_n, functions, precision, of_k, rho, &
+            options, of_count, log10_residuals)
         call conclude(status, stat, errmsg)
     end subroutine
 

@@ -1941,6 +1941,92 @@ class toliman_period_sampling(Sized):
     ]
 
 
+# Flag of toliman_period_noise_options: power and FAP for white noise, rho = 0. The whiteness test is unchanged.
+TOLIMAN_PERIOD_WHITE_NOISE = 1024
+
+
+class toliman_period_noise_options(Sized):
+    """Options of toliman_period_noise_search. Since 0.2.
+    flags: TOLIMAN_PERIOD_WHITE_NOISE
+    progress: may be NULL"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("flags", c_uint32),
+        ("progress", toliman_progress_fn),
+        ("progress_data", c_void_p),
+    ]
+
+
+class toliman_period_noise(Sized):
+    """Fitted noise and highest peak of a series. Standard errors are scaled by the residual; +infinity if the samples do
+    not determine the parameter. Since 0.2.
+    struct_size: in: sizeof(toliman_period_noise)
+    flags: TOLIMAN_PERIOD_AT_EDGE, _COARSE, _ABOVE_NYQUIST
+    rho: correlation over one step
+    rho_error: its asymptotic standard error
+    tau: correlation time, -step/ln rho, in units of t; 0 if rho is 0
+    step: median step between different times
+    log10_p_white: whiteness: log10 of the probability that white noise has a likelihood ratio of AR(1) to
+        white noise of this size or more, with the strongest sinusoid in both models
+    index: grid frequency of highest power
+    power: P at that grid frequency
+    log10_residual: log10(1 - P), at least -4900; meaningful down to -28
+    log10_fap: Baluev's upper bound of the false alarm probability of that P
+    frequency: refined by least squares within one step of the grid. Members below are those of this
+        frequency
+    period: 1/frequency
+    amplitude: y = offset + amplitude sin(2 pi frequency (t - time_reference) + phase) + functions
+    phase: rad
+    offset: c_0
+    time_reference: the time that is nearest to the weighted mean time
+    rank: 2; 1 or 0 if the functions or each other leave nothing of cosine or sine"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("flags", c_uint32),
+        ("rho", c_double),
+        ("rho_error", c_double),
+        ("tau", c_double),
+        ("step", c_double),
+        ("log10_p_white", c_double),
+        ("index", c_int64),
+        ("power", c_double),
+        ("log10_residual", c_double),
+        ("log10_fap", c_double),
+        ("frequency", c_double),
+        ("frequency_error", c_double),
+        ("period", c_double),
+        ("period_error", c_double),
+        ("amplitude", c_double),
+        ("amplitude_error", c_double),
+        ("phase", c_double),
+        ("phase_error", c_double),
+        ("offset", c_double),
+        ("offset_error", c_double),
+        ("time_reference", c_double),
+        ("rank", c_uint32),
+        ("reserved", c_uint32),
+    ]
+
+
+class toliman_period_noise_bootstrap_options(Sized):
+    """Options of toliman_period_noise_bootstrap. Since 0.2.
+    threads: worker threads, 0 = one per processor; results do not depend on the number
+    seed: of the random resamplings
+    block: consecutive samples per block, at most n; 0 = n^(1/3), rounded up
+    progress: may be NULL"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("threads", c_uint32),
+        ("seed", c_uint64),
+        ("block", c_uint64),
+        ("progress", toliman_progress_fn),
+        ("progress_data", c_void_p),
+    ]
+
+
 class toliman_series(Structure):
     """Parser of the lines of one series."""
 
@@ -4287,6 +4373,75 @@ the mean. Since 0.2.""",
         """Writes the sampling diagnostics to *out, whose struct_size must be set. t[n] are the pushed times (only n is
 checked); the step is their median step. If t is NULL, the times are assumed regular with T from their variance;
 nyquist is then too low for grouped samples. Evaluates every frequency, as toliman_period_query_power does.""",
+    ),
+    "toliman_period_noise_options_init": (
+        None, (("options", POINTER(toliman_period_noise_options)), ("size", c_size_t)),
+        """Sets *options, a struct of `size` bytes, to the defaults. Since 0.2.""",
+    ),
+    "toliman_period_noise_search": (
+        c_int32, (
+            ("f0", c_double),
+            ("df", c_double),
+            ("nf", c_int64),
+            ("t", POINTER(c_double)),
+            ("y", POINTER(c_double)),
+            ("sigma", POINTER(c_double)),
+            ("n", c_size_t),
+            ("functions", POINTER(c_double)),
+            ("precision", POINTER(c_double)),
+            ("k", c_size_t),
+            ("options", POINTER(toliman_period_noise_options)),
+            ("power", POINTER(c_double)),
+            ("coefficients", POINTER(c_double)),
+            ("errors", POINTER(c_double)),
+            ("out", POINTER(toliman_period_noise)),
+        ),
+        """Computes the power of n samples at frequencies f0 + k df, k < nf, in the metric of the noise, which is fitted first.
+  sigma         may be NULL
+  functions     [n][k]; may be NULL if k is 0. The mean is always fitted and must not be one of them
+  precision     [k], 1/s_j^2 of the priors, 0 for none; may be NULL
+  options       may be NULL
+  power         [nf]; may be NULL
+  coefficients  [k], c_1 ... c_k at out->frequency, in units of y per unit of the function; may be NULL
+  errors        [k], their standard errors; may be NULL
+Takes O(n k) per frequency and one thread: 0.1 s for n = 836, k = 0 and nf = 5475, 0.2 s for k = 5. On failure
+nothing is written.
+Errors: TOLIMAN_E_ARGUMENT if a number is not finite, sigma <= 0, a precision < 0, two samples have the same time, a
+function without a prior is a combination of the mean and the functions before it, or the grid is impossible;
+TOLIMAN_E_STATE if n < k + 6, or if mean and functions describe all values; TOLIMAN_E_RANGE for |t| > 1e100, |y| >
+1e300 or phases of more than 2^50 cycles; TOLIMAN_E_CANCELLED. Since 0.2.""",
+    ),
+    "toliman_period_noise_bootstrap_options_init": (
+        None, (("options", POINTER(toliman_period_noise_bootstrap_options)), ("size", c_size_t)),
+        """Sets *options, a struct of `size` bytes, to the defaults. Since 0.2.""",
+    ),
+    "toliman_period_noise_bootstrap": (
+        c_int32, (
+            ("f0", c_double),
+            ("df", c_double),
+            ("nf", c_int64),
+            ("t", POINTER(c_double)),
+            ("y", POINTER(c_double)),
+            ("sigma", POINTER(c_double)),
+            ("n", c_size_t),
+            ("functions", POINTER(c_double)),
+            ("precision", POINTER(c_double)),
+            ("k", c_size_t),
+            ("rho", c_double),
+            ("options", POINTER(toliman_period_noise_bootstrap_options)),
+            ("count", c_size_t),
+            ("log10_residuals", POINTER(c_double)),
+        ),
+        """Moving-block bootstrap: writes log10(1 - P) of the highest power of each of `count` resamplings to
+log10_residuals[count], sorted, strongest peak first. It assumes no distribution of the noise.
+  rho  correlation over one step, in [0, 0.999]; out->rho of toliman_period_noise_search
+Samples, functions and precision as in toliman_period_noise_search. The residuals about mean and functions are
+whitened with rho. A resampling strings blocks of consecutive residuals together, each from a random place, so that
+correlations up to the length of a block remain, also those that rho does not describe. Times and sigmas do not
+change. With rho = 0 the blocks must be longer than the correlation and the period. If m entries are at or below the
+log10_residual of the highest peak, its FAP is (m + 1)/(count + 1). Each resampling takes the time of one
+periodogram.
+Errors: as toliman_period_noise_search; TOLIMAN_E_RANGE for rho or block out of range. Since 0.2.""",
     ),
     "toliman_series_options_init": (
         None, (("options", POINTER(toliman_series_options)), ("size", c_size_t)),
