@@ -1389,22 +1389,6 @@ module toliman
         type(c_ptr) :: rows = c_null_ptr
     end type
 
-    ! Flag of toliman_period_sampling: at some frequency above 0, single-limb accumulators may give the power with an
-    ! error above 1e-9. Use TOLIMAN_PERIOD_DOUBLE_LIMB.
-    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_NEEDS_DOUBLE_LIMB = 128
-
-    ! Sampling diagnostics: whether the grid suits the times of the samples.
-    type, bind(C), public :: toliman_period_sampling
-        integer(c_int32_t) :: struct_size = 40 ! in: sizeof(toliman_period_sampling)
-        integer(c_int32_t) :: flags = 0 ! TOLIMAN_PERIOD_COARSE, _ABOVE_NYQUIST, _NEEDS_DOUBLE_LIMB, _INACCURATE
-        real(c_double) :: baseline = 0.0_c_double ! T
-        ! 1/(5 T), the largest df that resolves every peak; +infinity if all times are equal
-        real(c_double) :: coarsest_df = 0.0_c_double
-        real(c_double) :: nyquist = 0.0_c_double ! 1/(2 step); +infinity if all times are equal
-        ! number of independent frequencies: last frequency of the grid times T, at least 1
-        real(c_double) :: independent = 0.0_c_double
-    end type
-
     ! Flag of toliman_period_noise_options: power and FAP for white noise, rho = 0. The whiteness test is unchanged.
     integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_WHITE_NOISE = 1024
 
@@ -1457,6 +1441,22 @@ module toliman
         integer(c_int64_t) :: block = 0 ! consecutive samples per block, at most n; 0 = n^(1/3), rounded up
         type(c_funptr) :: progress = c_null_funptr ! may be NULL
         type(c_ptr) :: progress_data = c_null_ptr
+    end type
+
+    ! Flag of toliman_period_sampling: at some frequency above 0, single-limb accumulators may give the power with an
+    ! error above 1e-9. Use TOLIMAN_PERIOD_DOUBLE_LIMB.
+    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_NEEDS_DOUBLE_LIMB = 128
+
+    ! Sampling diagnostics: whether the grid suits the times of the samples.
+    type, bind(C), public :: toliman_period_sampling
+        integer(c_int32_t) :: struct_size = 40 ! in: sizeof(toliman_period_sampling)
+        integer(c_int32_t) :: flags = 0 ! TOLIMAN_PERIOD_COARSE, _ABOVE_NYQUIST, _NEEDS_DOUBLE_LIMB, _INACCURATE
+        real(c_double) :: baseline = 0.0_c_double ! T
+        ! 1/(5 T), the largest df that resolves every peak; +infinity if all times are equal
+        real(c_double) :: coarsest_df = 0.0_c_double
+        real(c_double) :: nyquist = 0.0_c_double ! 1/(2 step); +infinity if all times are equal
+        ! number of independent frequencies: last frequency of the grid times T, at least 1
+        real(c_double) :: independent = 0.0_c_double
     end type
 
     ! Flags of toliman_series_options.
@@ -3350,6 +3350,51 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
+        ! Sets *options, a struct of `size` bytes, to the defaults.
+        subroutine toliman_period_noise_options_init(options, size) bind(C)
+            import
+            integer(c_size_t), value :: size
+            type(toliman_period_noise_options), intent(inout) :: options
+        end subroutine
+
+        ! Computes the power of n samples at frequencies f0 + k df, k < nf, in the metric of the noise, which is
+        ! fitted first. sigma may be NULL functions [n][k]; may be NULL if k is 0.
+        function toliman_period_noise_search(f0, df, nf, t, y, sigma, n, functions, precision, k, options, power, &
+            coefficients, errors, out) bind(C) result(answer)
+            import
+            real(c_double), value :: f0, df
+            integer(c_int64_t), value :: nf
+            integer(c_size_t), value :: n, k
+            real(c_double), intent(in) :: t(*), y(*)
+            real(c_double), intent(in), optional :: sigma(*), functions(*), precision(*)
+            type(toliman_period_noise_options), intent(in), optional :: options
+            real(c_double), intent(out), optional :: power(*), coefficients(*), errors(*)
+            type(toliman_period_noise), intent(inout) :: out
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Sets *options, a struct of `size` bytes, to the defaults.
+        subroutine toliman_period_noise_bootstrap_options_init(options, size) bind(C)
+            import
+            integer(c_size_t), value :: size
+            type(toliman_period_noise_bootstrap_options), intent(inout) :: options
+        end subroutine
+
+        ! Moving-block bootstrap: writes log10(1 - P) of the highest power of each of `count` resamplings to
+        ! log10_residuals[count], sorted, strongest peak first.
+        function toliman_period_noise_bootstrap(f0, df, nf, t, y, sigma, n, functions, precision, k, rho, &
+            options, count, log10_residuals) bind(C) result(answer)
+            import
+            real(c_double), value :: f0, df, rho
+            integer(c_int64_t), value :: nf
+            integer(c_size_t), value :: n, k, count
+            real(c_double), intent(in) :: t(*), y(*)
+            real(c_double), intent(in), optional :: sigma(*), functions(*), precision(*)
+            type(toliman_period_noise_bootstrap_options), intent(in), optional :: options
+            real(c_double), intent(out) :: log10_residuals(*)
+            integer(c_int32_t) :: answer
+        end function
+
         ! Adds n samples with the values of their columns, or none if one is refused; the message names its index.
         ! rows [n][columns of the options], values of the columns; may be NULL if there are no columns Functions
         ! without this argument return TOLIMAN_E_ARGUMENT if the periodogram has columns.
@@ -3407,51 +3452,6 @@ module toliman
             integer(c_size_t), value :: n
             real(c_double), intent(in), optional :: t(*)
             type(toliman_period_sampling), intent(inout) :: out
-            integer(c_int32_t) :: answer
-        end function
-
-        ! Sets *options, a struct of `size` bytes, to the defaults.
-        subroutine toliman_period_noise_options_init(options, size) bind(C)
-            import
-            integer(c_size_t), value :: size
-            type(toliman_period_noise_options), intent(inout) :: options
-        end subroutine
-
-        ! Computes the power of n samples at frequencies f0 + k df, k < nf, in the metric of the noise, which is
-        ! fitted first. sigma may be NULL functions [n][k]; may be NULL if k is 0.
-        function toliman_period_noise_search(f0, df, nf, t, y, sigma, n, functions, precision, k, options, power, &
-            coefficients, errors, out) bind(C) result(answer)
-            import
-            real(c_double), value :: f0, df
-            integer(c_int64_t), value :: nf
-            integer(c_size_t), value :: n, k
-            real(c_double), intent(in) :: t(*), y(*)
-            real(c_double), intent(in), optional :: sigma(*), functions(*), precision(*)
-            type(toliman_period_noise_options), intent(in), optional :: options
-            real(c_double), intent(out), optional :: power(*), coefficients(*), errors(*)
-            type(toliman_period_noise), intent(inout) :: out
-            integer(c_int32_t) :: answer
-        end function
-
-        ! Sets *options, a struct of `size` bytes, to the defaults.
-        subroutine toliman_period_noise_bootstrap_options_init(options, size) bind(C)
-            import
-            integer(c_size_t), value :: size
-            type(toliman_period_noise_bootstrap_options), intent(inout) :: options
-        end subroutine
-
-        ! Moving-block bootstrap: writes log10(1 - P) of the highest power of each of `count` resamplings to
-        ! log10_residuals[count], sorted, strongest peak first.
-        function toliman_period_noise_bootstrap(f0, df, nf, t, y, sigma, n, functions, precision, k, rho, &
-            options, count, log10_residuals) bind(C) result(answer)
-            import
-            real(c_double), value :: f0, df, rho
-            integer(c_int64_t), value :: nf
-            integer(c_size_t), value :: n, k, count
-            real(c_double), intent(in) :: t(*), y(*)
-            real(c_double), intent(in), optional :: sigma(*), functions(*), precision(*)
-            type(toliman_period_noise_bootstrap_options), intent(in), optional :: options
-            real(c_double), intent(out) :: log10_residuals(*)
             integer(c_int32_t) :: answer
         end function
 
@@ -3793,8 +3793,8 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Writes the on-target intervals with which the frame of a record came to intervals[capacity][2], start and
-        ! end in s from the start of the exposure by the camera clock; *count becomes their number, 0 without a list.
+        ! Writes the on-target intervals of a frame to intervals[capacity][2], start and end in s from the start of
+        ! the exposure by the camera clock; *count becomes their number, 0 if the frame had no list.
         function toliman_track_get_intervals(track, record, intervals, capacity, count) bind(C) result(answer)
             import
             type(c_ptr), value :: track
@@ -3968,15 +3968,15 @@ module toliman
     public :: toliman_period_query_threshold
     public :: toliman_period_bootstrap_options_init
     public :: toliman_period_query_bootstrap
+    public :: toliman_period_noise_options_init
+    public :: toliman_period_noise_search
+    public :: toliman_period_noise_bootstrap_options_init
+    public :: toliman_period_noise_bootstrap
     public :: toliman_period_push_rows
     public :: toliman_period_retract_rows
     public :: toliman_period_query_coefficients
     public :: toliman_period_query_fit_rows
     public :: toliman_period_query_sampling
-    public :: toliman_period_noise_options_init
-    public :: toliman_period_noise_search
-    public :: toliman_period_noise_bootstrap_options_init
-    public :: toliman_period_noise_bootstrap
     public :: toliman_series_options_init
     public :: toliman_series_create
     public :: toliman_series_destroy
@@ -4251,13 +4251,13 @@ module toliman
         procedure :: query_fap => periodogram_query_fap
         procedure :: query_threshold => periodogram_query_threshold
         procedure :: query_bootstrap => periodogram_query_bootstrap
+        procedure, nopass :: noise_search => periodogram_noise_search
+        procedure, nopass :: noise_bootstrap => periodogram_noise_bootstrap
         procedure :: push_rows => periodogram_push_rows
         procedure :: retract_rows => periodogram_retract_rows
         procedure :: query_coefficients => periodogram_query_coefficients
         procedure :: query_fit_rows => periodogram_query_fit_rows
         procedure :: query_sampling => periodogram_query_sampling
-        procedure, nopass :: noise_search => periodogram_noise_search
-        procedure, nopass :: noise_bootstrap => periodogram_noise_bootstrap
         procedure :: destroy => periodogram_destroy
         procedure, private :: periodogram_assign
         generic :: assignment(=) => periodogram_assign
@@ -6434,6 +6434,88 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
+    ! Computes the power of n samples at frequencies f0 + k df, k < nf, in the metric of the noise, which is fitted
+    ! first. sigma may be NULL functions [n][k]; may be NULL if k is 0. t(n), y(n), sigma(n), functions(k, n),
+    ! precision(k), power(nf), coefficients(k), errors(k).
+    subroutine periodogram_noise_search(f0, df, t, y, sigma, out, functions, precision, options, power, &
+        coefficients, errors, stat, errmsg)
+        real(c_double), intent(in) :: f0, df
+        real(c_double), intent(in), contiguous :: t(:), y(:)
+        real(c_double), intent(in), optional, contiguous :: sigma(:), functions(:, :), precision(:)
+        type(toliman_period_noise_options), intent(in), optional :: options
+        real(c_double), intent(out), optional, contiguous :: power(:), coefficients(:), errors(:)
+        type(toliman_period_noise), intent(inout) :: out
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_int64_t) :: of_nf
+        integer(c_size_t) :: of_n, of_k
+        integer(c_int32_t) :: status
+        of_nf = 0
+        if (present(power)) of_nf = int(size(power, 1, c_size_t), c_int64_t)
+        of_n = size(t, 1, c_size_t)
+        of_k = 0
+        if (present(errors)) of_k = size(errors, 1, c_size_t)
+        if (present(coefficients)) of_k = size(coefficients, 1, c_size_t)
+        if (present(precision)) of_k = size(precision, 1, c_size_t)
+        if (present(functions)) of_k = size(functions, 1, c_size_t)
+        if (.not. fits(size(y, 1, c_size_t), of_n, 'y', 1, stat, errmsg)) return
+        if (present(sigma)) then
+            if (.not. fits(size(sigma, 1, c_size_t), of_n, 'sigma', 1, stat, errmsg)) return
+        end if
+        if (present(functions)) then
+            if (.not. fits(size(functions, 1, c_size_t), of_k, 'functions', 1, stat, errmsg)) return
+            if (.not. fits(size(functions, 2, c_size_t), of_n, 'functions', 2, stat, errmsg)) return
+        end if
+        if (present(precision)) then
+            if (.not. fits(size(precision, 1, c_size_t), of_k, 'precision', 1, stat, errmsg)) return
+        end if
+        if (present(coefficients)) then
+            if (.not. fits(size(coefficients, 1, c_size_t), of_k, 'coefficients', 1, stat, errmsg)) return
+        end if
+        if (present(errors)) then
+            if (.not. fits(size(errors, 1, c_size_t), of_k, 'errors', 1, stat, errmsg)) return
+        end if
+        status = toliman_period_noise_search(f0, df, of_nf, t, y, sigma, of_n, functions, precision, of_k, &
+            options, power, coefficients, errors, out)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Moving-block bootstrap: writes log10(1 - P) of the highest power of each of `count` resamplings to
+    ! log10_residuals[count], sorted, strongest peak first. t(n), y(n), sigma(n), functions(k, n), precision(k),
+    ! log10_residuals(count).
+    subroutine periodogram_noise_bootstrap(f0, df, nf, t, y, sigma, rho, log10_residuals, functions, precision, &
+        options, stat, errmsg)
+        real(c_double), intent(in) :: f0, df, rho
+        integer(c_int64_t), intent(in) :: nf
+        real(c_double), intent(in), contiguous :: t(:), y(:)
+        real(c_double), intent(in), optional, contiguous :: sigma(:), functions(:, :), precision(:)
+        type(toliman_period_noise_bootstrap_options), intent(in), optional :: options
+        real(c_double), intent(out), contiguous :: log10_residuals(:)
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_n, of_k, of_count
+        integer(c_int32_t) :: status
+        of_n = size(t, 1, c_size_t)
+        of_k = 0
+        if (present(precision)) of_k = size(precision, 1, c_size_t)
+        if (present(functions)) of_k = size(functions, 1, c_size_t)
+        of_count = size(log10_residuals, 1, c_size_t)
+        if (.not. fits(size(y, 1, c_size_t), of_n, 'y', 1, stat, errmsg)) return
+        if (present(sigma)) then
+            if (.not. fits(size(sigma, 1, c_size_t), of_n, 'sigma', 1, stat, errmsg)) return
+        end if
+        if (present(functions)) then
+            if (.not. fits(size(functions, 1, c_size_t), of_k, 'functions', 1, stat, errmsg)) return
+            if (.not. fits(size(functions, 2, c_size_t), of_n, 'functions', 2, stat, errmsg)) return
+        end if
+        if (present(precision)) then
+            if (.not. fits(size(precision, 1, c_size_t), of_k, 'precision', 1, stat, errmsg)) return
+        end if
+        status = toliman_period_noise_bootstrap(f0, df, nf, t, y, sigma, of_n, functions, precision, of_k, rho, &
+            options, of_count, log10_residuals)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
     ! Adds n samples with the values of their columns, or none if one is refused; the message names its index. rows
     ! [n][columns of the options], values of the columns; may be NULL if there are no columns Functions without this
     ! argument return TOLIMAN_E_ARGUMENT if the periodogram has columns. samples(n), rows(columns, n).
@@ -6550,88 +6632,6 @@ contains
         of_n = 0
         if (present(t)) of_n = size(t, 1, c_size_t)
         status = toliman_period_query_sampling(self%handle, t, of_n, out)
-        call conclude(status, stat, errmsg)
-    end subroutine
-
-    ! Computes the power of n samples at frequencies f0 + k df, k < nf, in the metric of the noise, which is fitted
-    ! first. sigma may be NULL functions [n][k]; may be NULL if k is 0. t(n), y(n), sigma(n), functions(k, n),
-    ! precision(k), power(nf), coefficients(k), errors(k).
-    subroutine periodogram_noise_search(f0, df, t, y, sigma, out, functions, precision, options, power, &
-        coefficients, errors, stat, errmsg)
-        real(c_double), intent(in) :: f0, df
-        real(c_double), intent(in), contiguous :: t(:), y(:)
-        real(c_double), intent(in), optional, contiguous :: sigma(:), functions(:, :), precision(:)
-        type(toliman_period_noise_options), intent(in), optional :: options
-        real(c_double), intent(out), optional, contiguous :: power(:), coefficients(:), errors(:)
-        type(toliman_period_noise), intent(inout) :: out
-        integer, intent(out), optional :: stat
-        character(len=*), intent(inout), optional :: errmsg
-        integer(c_int64_t) :: of_nf
-        integer(c_size_t) :: of_n, of_k
-        integer(c_int32_t) :: status
-        of_nf = 0
-        if (present(power)) of_nf = int(size(power, 1, c_size_t), c_int64_t)
-        of_n = size(t, 1, c_size_t)
-        of_k = 0
-        if (present(errors)) of_k = size(errors, 1, c_size_t)
-        if (present(coefficients)) of_k = size(coefficients, 1, c_size_t)
-        if (present(precision)) of_k = size(precision, 1, c_size_t)
-        if (present(functions)) of_k = size(functions, 1, c_size_t)
-        if (.not. fits(size(y, 1, c_size_t), of_n, 'y', 1, stat, errmsg)) return
-        if (present(sigma)) then
-            if (.not. fits(size(sigma, 1, c_size_t), of_n, 'sigma', 1, stat, errmsg)) return
-        end if
-        if (present(functions)) then
-            if (.not. fits(size(functions, 1, c_size_t), of_k, 'functions', 1, stat, errmsg)) return
-            if (.not. fits(size(functions, 2, c_size_t), of_n, 'functions', 2, stat, errmsg)) return
-        end if
-        if (present(precision)) then
-            if (.not. fits(size(precision, 1, c_size_t), of_k, 'precision', 1, stat, errmsg)) return
-        end if
-        if (present(coefficients)) then
-            if (.not. fits(size(coefficients, 1, c_size_t), of_k, 'coefficients', 1, stat, errmsg)) return
-        end if
-        if (present(errors)) then
-            if (.not. fits(size(errors, 1, c_size_t), of_k, 'errors', 1, stat, errmsg)) return
-        end if
-        status = toliman_period_noise_search(f0, df, of_nf, t, y, sigma, of_n, functions, precision, of_k, &
-            options, power, coefficients, errors, out)
-        call conclude(status, stat, errmsg)
-    end subroutine
-
-    ! Moving-block bootstrap: writes log10(1 - P) of the highest power of each of `count` resamplings to
-    ! log10_residuals[count], sorted, strongest peak first. t(n), y(n), sigma(n), functions(k, n), precision(k),
-    ! log10_residuals(count).
-    subroutine periodogram_noise_bootstrap(f0, df, nf, t, y, sigma, rho, log10_residuals, functions, precision, &
-        options, stat, errmsg)
-        real(c_double), intent(in) :: f0, df, rho
-        integer(c_int64_t), intent(in) :: nf
-        real(c_double), intent(in), contiguous :: t(:), y(:)
-        real(c_double), intent(in), optional, contiguous :: sigma(:), functions(:, :), precision(:)
-        type(toliman_period_noise_bootstrap_options), intent(in), optional :: options
-        real(c_double), intent(out), contiguous :: log10_residuals(:)
-        integer, intent(out), optional :: stat
-        character(len=*), intent(inout), optional :: errmsg
-        integer(c_size_t) :: of_n, of_k, of_count
-        integer(c_int32_t) :: status
-        of_n = size(t, 1, c_size_t)
-        of_k = 0
-        if (present(precision)) of_k = size(precision, 1, c_size_t)
-        if (present(functions)) of_k = size(functions, 1, c_size_t)
-        of_count = size(log10_residuals, 1, c_size_t)
-        if (.not. fits(size(y, 1, c_size_t), of_n, 'y', 1, stat, errmsg)) return
-        if (present(sigma)) then
-            if (.not. fits(size(sigma, 1, c_size_t), of_n, 'sigma', 1, stat, errmsg)) return
-        end if
-        if (present(functions)) then
-            if (.not. fits(size(functions, 1, c_size_t), of_k, 'functions', 1, stat, errmsg)) return
-            if (.not. fits(size(functions, 2, c_size_t), of_n, 'functions', 2, stat, errmsg)) return
-        end if
-        if (present(precision)) then
-            if (.not. fits(size(precision, 1, c_size_t), of_k, 'precision', 1, stat, errmsg)) return
-        end if
-        status = toliman_period_noise_bootstrap(f0, df, nf, t, y, sigma, of_n, functions, precision, of_k, rho, &
-            options, of_count, log10_residuals)
         call conclude(status, stat, errmsg)
     end subroutine
 
@@ -7016,9 +7016,8 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Writes the on-target intervals with which the frame of a record came to intervals[capacity][2], start and end in
-    ! s from the start of the exposure by the camera clock; *count becomes their number, 0 without a list.
-    ! intervals(2, capacity).
+    ! Writes the on-target intervals of a frame to intervals[capacity][2], start and end in s from the start of the
+    ! exposure by the camera clock; *count becomes their number, 0 if the frame had no list. intervals(2, capacity).
     subroutine tracker_get_intervals(self, record, count, intervals, stat, errmsg)
         class(toliman_tracker), intent(in) :: self
         integer(c_int64_t), intent(in) :: record

@@ -1,7 +1,8 @@
 /* libtoliman, false alarm probability (FAP): the probability that noise alone gives a peak of this power or more.
  *
- * Every method assumes white noise: independent errors with the given relative sigmas. N samples with K nuisance
- * functions (period_nuisance.h), the mean among them, have N - K degrees of freedom.
+ * Every method assumes white noise: independent errors with the given relative sigmas. For correlated noise see
+ * period_noise.h. N samples with K nuisance functions (period_nuisance.h), the mean among them, have N - K degrees of
+ * freedom.
  *
  * Data flow (functions toliman_period_...)
  *

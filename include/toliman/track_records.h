@@ -76,11 +76,12 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_column(const tol
                                                                        int64_t first, size_t count, double *values,
                                                                        size_t *done) TOLIMAN_NOEXCEPT;
 
-/* Writes the on-target intervals with which the frame of a record came to intervals[capacity][2], start and end in s
- * from the start of the exposure by the camera clock; *count becomes their number, 0 without a list. To query the
- * number, pass capacity 0 and intervals NULL. record  number of the record, as for toliman_track_get_records Errors:
- * TOLIMAN_E_CAPACITY if capacity is too small; TOLIMAN_E_STATE in memory, where intervals are not kept; TOLIMAN_E_LOST
- * if damage to the ledger has lost them. Since 0.2. */
+/* Writes the on-target intervals of a frame to intervals[capacity][2], start and end in s from the start of the
+ * exposure by the camera clock; *count becomes their number, 0 if the frame had no list. To query the number, pass
+ * capacity 0 and intervals NULL.
+ *   record  number of the record, as for toliman_track_get_records
+ * Errors: TOLIMAN_E_CAPACITY if capacity is too small; TOLIMAN_E_STATE in memory, where intervals are not kept;
+ * TOLIMAN_E_LOST if damage to the ledger has lost them. Since 0.2. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_intervals(const toliman_track *track, int64_t record,
                                                                           double *intervals, size_t capacity,
                                                                           size_t *count) TOLIMAN_NOEXCEPT;

@@ -80,6 +80,11 @@ static toliman_status push(attempt *a) {
     return toliman_track_push(a->object, frames, COMING, (void *)a->out, (size_t *)(a->out + 8192));
 }
 
+/* Of frame 1, whose record follows its intervals. */
+static toliman_status get_intervals(attempt *a) {
+    return toliman_track_get_intervals(a->object, 1, (double *)a->out, 256, (size_t *)(a->out + 8192));
+}
+
 /* Sums and system are both those of one rebuild. */
 static void check_old_or_new(attempt *a, toliman_status status) {
     toliman_track_options options = TOLIMAN_TRACK_OPTIONS_INIT;
@@ -129,5 +134,6 @@ static const scenario all[] = {
      .struct_size = sizeof(toliman_track_outcome),
      .partial = "track.h: on an error the first *done frames were accepted",
      .check = check_pushed},
+    {.function = "toliman_track_get_intervals", NULL, get_intervals, make, &trackers},
 };
 SCENARIO_LIST(track_reduced_scenarios, all);

@@ -133,6 +133,21 @@ static void columns_hold_the_given_values(void **unused) {
         assert_fails(toliman_track_get_column(track, "dy", 0, 1, values, &done), TOLIMAN_E_NOT_FOUND, "\"dy\"");
         assert_fails(toliman_track_get_column(track, "dx", -1, 1, values, &done), TOLIMAN_E_ARGUMENT, "first = -1");
         assert_fails(toliman_track_get_column(track, "dx", 0, 1, NULL, &done), TOLIMAN_E_ARGUMENT, "values");
+        double intervals[4] = {0};
+        const int64_t number = record_of(track, 10);
+        if (on_disk) {
+            assert_ok(toliman_track_get_intervals(track, number, NULL, 0, &count));
+            assert_int_equal(count, 2);
+            assert_ok(toliman_track_get_intervals(track, number, intervals, 2, &count));
+            assert_memory_equal(intervals, kIntervals, sizeof intervals);
+            assert_fails(toliman_track_get_intervals(track, number, intervals, 1, &count), TOLIMAN_E_CAPACITY,
+                         "capacity = 1: must be at least 2");
+            assert_fails(toliman_track_get_intervals(track, -1, intervals, 2, &count), TOLIMAN_E_ARGUMENT,
+                         "record = -1: must be in [0, ");
+        } else {
+            assert_fails(toliman_track_get_intervals(track, number, intervals, 2, &count), TOLIMAN_E_STATE,
+                         "in memory");
+        }
         toliman_track_destroy(track);
     }
     toliman_track_options options; /* unsaved, as after a crash, and opened with options that do not name the values */

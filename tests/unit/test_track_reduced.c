@@ -253,7 +253,32 @@ static void another_reference_is_refused(void **unused) {
                  "options->plate_scale_arcsec = 0.75: needs sky");
     options = reduced_options(NULL, orbit);
     options.values[0] = 0;
-    assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_MISMATCH, "has no column separation_px");
+    assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_ARGUMENT, "needs a value separation_px");
+}
+
+/* An observer at the Earth's centre instead of one in orbit, effects that are left out, and another clock table without
+ * the observer would each give other values without a message. */
+static void other_observers_and_clocks_are_refused(void **unused) {
+    (void)unused;
+    toliman_track *none = NULL;
+    toliman_sky *partial = NULL;
+    fill_folder(orbit, 1, LAST);
+    toliman_track_options options = reduced_options(folder, earth);
+    assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_MISMATCH,
+                 "is reduced for an observer in orbit, this tracker for one at the Earth's centre");
+    toliman_sky_options without = TOLIMAN_SKY_OPTIONS_INIT;
+    without.without = TOLIMAN_SKY_DEFLECTION;
+    without.altitude_km = 600;
+    assert_ok(toliman_sky_create("alpha-cen", &without, &partial));
+    options = reduced_options(NULL, partial);
+    assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_ARGUMENT, "leaves out effects 0x80");
+    static const int64_t later[2] = {0, 600000000000};
+    options = loaded_options(TOLIMAN_TRACK_REBUILD);
+    options.clock = later;
+    options.clock_points = 1;
+    assert_fails(toliman_track_create(&options, &none), TOLIMAN_E_ARGUMENT,
+                 "options->sky is NULL: another clock changes the times");
+    toliman_sky_destroy(partial);
 }
 
 static void limits_apply_to_the_reduced_value(void **unused) {
@@ -311,6 +336,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(quarantine_of_an_unreduced_frame, set_up, tear_down),
         cmocka_unit_test_setup_teardown(readers_need_no_sky, set_up, tear_down),
         cmocka_unit_test_setup_teardown(another_reference_is_refused, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(other_observers_and_clocks_are_refused, set_up, tear_down),
         cmocka_unit_test_setup_teardown(limits_apply_to_the_reduced_value, set_up, tear_down),
         cmocka_unit_test_setup_teardown(separations_must_be_finite, set_up, tear_down),
     };

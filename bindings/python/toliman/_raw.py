@@ -1917,30 +1917,6 @@ class toliman_period_bootstrap_options(Sized):
     ]
 
 
-# Flag of toliman_period_sampling: at some frequency above 0, single-limb accumulators may give the power with an
-# error above 1e-9. Use TOLIMAN_PERIOD_DOUBLE_LIMB.
-TOLIMAN_PERIOD_NEEDS_DOUBLE_LIMB = 128
-
-
-class toliman_period_sampling(Sized):
-    """Sampling diagnostics: whether the grid suits the times of the samples.
-    struct_size: in: sizeof(toliman_period_sampling)
-    flags: TOLIMAN_PERIOD_COARSE, _ABOVE_NYQUIST, _NEEDS_DOUBLE_LIMB, _INACCURATE
-    baseline: T
-    coarsest_df: 1/(5 T), the largest df that resolves every peak; +infinity if all times are equal
-    nyquist: 1/(2 step); +infinity if all times are equal
-    independent: number of independent frequencies: last frequency of the grid times T, at least 1"""
-
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("flags", c_uint32),
-        ("baseline", c_double),
-        ("coarsest_df", c_double),
-        ("nyquist", c_double),
-        ("independent", c_double),
-    ]
-
-
 # Flag of toliman_period_noise_options: power and FAP for white noise, rho = 0. The whiteness test is unchanged.
 TOLIMAN_PERIOD_WHITE_NOISE = 1024
 
@@ -2024,6 +2000,30 @@ class toliman_period_noise_bootstrap_options(Sized):
         ("block", c_uint64),
         ("progress", toliman_progress_fn),
         ("progress_data", c_void_p),
+    ]
+
+
+# Flag of toliman_period_sampling: at some frequency above 0, single-limb accumulators may give the power with an
+# error above 1e-9. Use TOLIMAN_PERIOD_DOUBLE_LIMB.
+TOLIMAN_PERIOD_NEEDS_DOUBLE_LIMB = 128
+
+
+class toliman_period_sampling(Sized):
+    """Sampling diagnostics: whether the grid suits the times of the samples.
+    struct_size: in: sizeof(toliman_period_sampling)
+    flags: TOLIMAN_PERIOD_COARSE, _ABOVE_NYQUIST, _NEEDS_DOUBLE_LIMB, _INACCURATE
+    baseline: T
+    coarsest_df: 1/(5 T), the largest df that resolves every peak; +infinity if all times are equal
+    nyquist: 1/(2 step); +infinity if all times are equal
+    independent: number of independent frequencies: last frequency of the grid times T, at least 1"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("flags", c_uint32),
+        ("baseline", c_double),
+        ("coarsest_df", c_double),
+        ("nyquist", c_double),
+        ("independent", c_double),
     ]
 
 
@@ -4310,70 +4310,6 @@ resampling takes the time to push all samples and query once; each thread needs 
 With nuisance functions, the values drawn are the residuals of these functions alone.
 Errors: as toliman_period_query_fit; TOLIMAN_E_CANCELLED.""",
     ),
-    "toliman_period_push_rows": (
-        c_int32, (
-            ("period", POINTER(toliman_period)),
-            ("samples", POINTER(toliman_period_sample)),
-            ("rows", POINTER(c_double)),
-            ("n", c_size_t),
-        ),
-        """Adds n samples with the values of their columns, or none if one is refused; the message names its index.
-  rows  [n][columns of the options], values of the columns; may be NULL if there are no columns
-Functions without this argument return TOLIMAN_E_ARGUMENT if the periodogram has columns.
-Errors: as toliman_period_push_samples; TOLIMAN_E_RANGE if a value exceeds its column_bound. Since 0.2.""",
-    ),
-    "toliman_period_retract_rows": (
-        c_int32, (
-            ("period", POINTER(toliman_period)),
-            ("samples", POINTER(toliman_period_sample)),
-            ("rows", POINTER(c_double)),
-            ("n", c_size_t),
-        ),
-        """Removes n samples given as in toliman_period_push_rows. Otherwise as toliman_period_retract_many. Since 0.2.""",
-    ),
-    "toliman_period_query_coefficients": (
-        c_int32, (
-            ("period", POINTER(toliman_period)),
-            ("k", c_int64),
-            ("count", c_size_t),
-            ("coefficients", POINTER(c_double)),
-            ("errors", POINTER(c_double)),
-        ),
-        """Writes the coefficients of mean and nuisance functions fitted with the sinusoid at grid frequency k to
-coefficients[count], and their standard errors, scaled by the residual, to errors[count].
-  count   1 + trend + columns
-  errors  may be NULL
-The mean is in units of y, all others in units of y per unit of the function. A function that is not in use has the
-coefficient 0 and the error +infinity.
-Errors: as toliman_period_query_model; TOLIMAN_E_ARGUMENT for another count; TOLIMAN_E_STATE if the options declare
-no nuisance function and no prior. Since 0.2.""",
-    ),
-    "toliman_period_query_fit_rows": (
-        c_int32, (
-            ("period", POINTER(toliman_period)),
-            ("t", POINTER(c_double)),
-            ("y", POINTER(c_double)),
-            ("sigma", POINTER(c_double)),
-            ("rows", POINTER(c_double)),
-            ("n", c_size_t),
-            ("out", POINTER(toliman_period_peak)),
-        ),
-        """Refines the highest peak with the samples that were pushed, as toliman_period_query_fit, with their columns.
-  rows  [n][columns of the options], values of the columns; may be NULL if there are no columns
-The coefficients of the functions are fitted with frequency, amplitude, phase and offset, which is the coefficient of
-the mean. Since 0.2.""",
-    ),
-    "toliman_period_query_sampling": (
-        c_int32, (
-            ("period", POINTER(toliman_period)),
-            ("t", POINTER(c_double)),
-            ("n", c_size_t),
-            ("out", POINTER(toliman_period_sampling)),
-        ),
-        """Writes the sampling diagnostics to *out, whose struct_size must be set. t[n] are the pushed times (only n is
-checked); the step is their median step. If t is NULL, the times are assumed regular with T from their variance;
-nyquist is then too low for grouped samples. Evaluates every frequency, as toliman_period_query_power does.""",
-    ),
     "toliman_period_noise_options_init": (
         None, (("options", POINTER(toliman_period_noise_options)), ("size", c_size_t)),
         """Sets *options, a struct of `size` bytes, to the defaults. Since 0.2.""",
@@ -4442,6 +4378,70 @@ change. With rho = 0 the blocks must be longer than the correlation and the peri
 log10_residual of the highest peak, its FAP is (m + 1)/(count + 1). Each resampling takes the time of one
 periodogram.
 Errors: as toliman_period_noise_search; TOLIMAN_E_RANGE for rho or block out of range. Since 0.2.""",
+    ),
+    "toliman_period_push_rows": (
+        c_int32, (
+            ("period", POINTER(toliman_period)),
+            ("samples", POINTER(toliman_period_sample)),
+            ("rows", POINTER(c_double)),
+            ("n", c_size_t),
+        ),
+        """Adds n samples with the values of their columns, or none if one is refused; the message names its index.
+  rows  [n][columns of the options], values of the columns; may be NULL if there are no columns
+Functions without this argument return TOLIMAN_E_ARGUMENT if the periodogram has columns.
+Errors: as toliman_period_push_samples; TOLIMAN_E_RANGE if a value exceeds its column_bound. Since 0.2.""",
+    ),
+    "toliman_period_retract_rows": (
+        c_int32, (
+            ("period", POINTER(toliman_period)),
+            ("samples", POINTER(toliman_period_sample)),
+            ("rows", POINTER(c_double)),
+            ("n", c_size_t),
+        ),
+        """Removes n samples given as in toliman_period_push_rows. Otherwise as toliman_period_retract_many. Since 0.2.""",
+    ),
+    "toliman_period_query_coefficients": (
+        c_int32, (
+            ("period", POINTER(toliman_period)),
+            ("k", c_int64),
+            ("count", c_size_t),
+            ("coefficients", POINTER(c_double)),
+            ("errors", POINTER(c_double)),
+        ),
+        """Writes the coefficients of mean and nuisance functions fitted with the sinusoid at grid frequency k to
+coefficients[count], and their standard errors, scaled by the residual, to errors[count].
+  count   1 + trend + columns
+  errors  may be NULL
+The mean is in units of y, all others in units of y per unit of the function. A function that is not in use has the
+coefficient 0 and the error +infinity.
+Errors: as toliman_period_query_model; TOLIMAN_E_ARGUMENT for another count; TOLIMAN_E_STATE if the options declare
+no nuisance function and no prior. Since 0.2.""",
+    ),
+    "toliman_period_query_fit_rows": (
+        c_int32, (
+            ("period", POINTER(toliman_period)),
+            ("t", POINTER(c_double)),
+            ("y", POINTER(c_double)),
+            ("sigma", POINTER(c_double)),
+            ("rows", POINTER(c_double)),
+            ("n", c_size_t),
+            ("out", POINTER(toliman_period_peak)),
+        ),
+        """Refines the highest peak with the samples that were pushed, as toliman_period_query_fit, with their columns.
+  rows  [n][columns of the options], values of the columns; may be NULL if there are no columns
+The coefficients of the functions are fitted with frequency, amplitude, phase and offset, which is the coefficient of
+the mean. Since 0.2.""",
+    ),
+    "toliman_period_query_sampling": (
+        c_int32, (
+            ("period", POINTER(toliman_period)),
+            ("t", POINTER(c_double)),
+            ("n", c_size_t),
+            ("out", POINTER(toliman_period_sampling)),
+        ),
+        """Writes the sampling diagnostics to *out, whose struct_size must be set. t[n] are the pushed times (only n is
+checked); the step is their median step. If t is NULL, the times are assumed regular with T from their variance;
+nyquist is then too low for grouped samples. Evaluates every frequency, as toliman_period_query_power does.""",
     ),
     "toliman_series_options_init": (
         None, (("options", POINTER(toliman_series_options)), ("size", c_size_t)),
@@ -4809,11 +4809,12 @@ Errors: as toliman_track_get_records; TOLIMAN_E_NOT_FOUND for an unknown column.
             ("capacity", c_size_t),
             ("count", POINTER(c_size_t)),
         ),
-        """Writes the on-target intervals with which the frame of a record came to intervals[capacity][2], start and end in s
-from the start of the exposure by the camera clock; *count becomes their number, 0 without a list. To query the
-number, pass capacity 0 and intervals NULL. record  number of the record, as for toliman_track_get_records Errors:
-TOLIMAN_E_CAPACITY if capacity is too small; TOLIMAN_E_STATE in memory, where intervals are not kept; TOLIMAN_E_LOST
-if damage to the ledger has lost them. Since 0.2.""",
+        """Writes the on-target intervals of a frame to intervals[capacity][2], start and end in s from the start of the
+exposure by the camera clock; *count becomes their number, 0 if the frame had no list. To query the number, pass
+capacity 0 and intervals NULL.
+  record  number of the record, as for toliman_track_get_records
+Errors: TOLIMAN_E_CAPACITY if capacity is too small; TOLIMAN_E_STATE in memory, where intervals are not kept;
+TOLIMAN_E_LOST if damage to the ledger has lost them. Since 0.2.""",
     ),
 }
 

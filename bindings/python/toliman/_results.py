@@ -477,20 +477,6 @@ class Peak(Result):
 
 
 @result
-class Sampling(Result):
-    """Sampling diagnostics: whether the grid suits the times of the samples."""
-
-    baseline: float = member("T")
-    coarsest_df: float = member("1/(5 T), the largest df that resolves every peak; +infinity if all times are equal")
-    nyquist: float = member("1/(2 step); +infinity if all times are equal")
-    independent: float = member("number of independent frequencies: last frequency of the grid times T, at least 1")
-    coarse: bool = member("Flag: df > 1/(5 T), so that peaks may fall between two grid frequencies. A common cause is a grid in another unit than the times. peak and _peaks derive T from the variance of the times, _fit from the times.", flag=32)
-    above_nyquist: bool = member("Flag: the grid exceeds 1/(2 step), where regular samples repeat the power at lower frequencies. peak and _peaks never set it, because the accumulators do not contain the step. fit takes the step from the times; so does _sampling, or, if t is NULL, it assumes regular times.", flag=64)
-    needs_double_limb: bool = member("toliman_period_sampling: at some frequency above 0, single-limb accumulators may give the power with an error above 1e-9. Use double_limb.", flag=128)
-    inaccurate: bool = member("a result: the error bound of the power (see Accuracy above), computed from the accumulators, exceeds 1e-3. For a peak or a model, at its grid point. For toliman_period_sampling, at any frequency above 0 except multiples of 1/(2 step), where cosine and sine of regular samples always coincide. With double_limb it is rare.", flag=16)
-
-
-@result
 class NoisePeak(Result):
     """Fitted noise and highest peak of a series. Standard errors are scaled by the residual; +infinity if the samples do
     not determine the parameter."""
@@ -519,6 +505,20 @@ class NoisePeak(Result):
     at_edge: bool = member("a peak at the first or last frequency of the grid. Outside the grid the power may be higher.", flag=4)
     coarse: bool = member("Flag: df > 1/(5 T), so that peaks may fall between two grid frequencies. A common cause is a grid in another unit than the times. peak and _peaks derive T from the variance of the times, _fit from the times.", flag=32)
     above_nyquist: bool = member("Flag: the grid exceeds 1/(2 step), where regular samples repeat the power at lower frequencies. peak and _peaks never set it, because the accumulators do not contain the step. fit takes the step from the times; so does _sampling, or, if t is NULL, it assumes regular times.", flag=64)
+
+
+@result
+class Sampling(Result):
+    """Sampling diagnostics: whether the grid suits the times of the samples."""
+
+    baseline: float = member("T")
+    coarsest_df: float = member("1/(5 T), the largest df that resolves every peak; +infinity if all times are equal")
+    nyquist: float = member("1/(2 step); +infinity if all times are equal")
+    independent: float = member("number of independent frequencies: last frequency of the grid times T, at least 1")
+    coarse: bool = member("Flag: df > 1/(5 T), so that peaks may fall between two grid frequencies. A common cause is a grid in another unit than the times. peak and _peaks derive T from the variance of the times, _fit from the times.", flag=32)
+    above_nyquist: bool = member("Flag: the grid exceeds 1/(2 step), where regular samples repeat the power at lower frequencies. peak and _peaks never set it, because the accumulators do not contain the step. fit takes the step from the times; so does _sampling, or, if t is NULL, it assumes regular times.", flag=64)
+    needs_double_limb: bool = member("toliman_period_sampling: at some frequency above 0, single-limb accumulators may give the power with an error above 1e-9. Use double_limb.", flag=128)
+    inaccurate: bool = member("a result: the error bound of the power (see Accuracy above), computed from the accumulators, exceeds 1e-3. For a peak or a model, at its grid point. For toliman_period_sampling, at any frequency above 0 except multiples of 1/(2 step), where cosine and sine of regular samples always coincide. With double_limb it is rare.", flag=16)
 
 
 @result
