@@ -228,7 +228,8 @@ void reopen(const char *what, Files &files, uint64_t lines = 0) {
     });
 }
 
-constexpr size_t kLine = track::record_size(track::kOwnColumns);
+constexpr auto kColumns = static_cast<size_t>(track::OwnColumn::factor); // of a ledger without a system
+constexpr size_t kLine = track::record_size(kColumns);
 
 Files files_with(const std::vector<track::Record> &records) {
     Files files;
@@ -239,7 +240,7 @@ Files files_with(const std::vector<track::Record> &records) {
     Bytes &bytes = files.at(track::LedgerFile::kName);
     for (const track::Record &record : records) {
         uint8_t line[kLine];
-        chain = track::to_bytes(record, track::kOwnColumns, 0, chain, line);
+        chain = track::to_bytes(record, kColumns, 0, chain, line);
         bytes.insert(bytes.end(), line, line + kLine);
     }
     return files;
