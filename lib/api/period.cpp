@@ -63,14 +63,14 @@ period::Grid grid_of(double f0, double df, int64_t nf, const toliman_period_opti
     return grid;
 }
 
-// Converts a power from the standard normalisation. 1 - P is resolved to about 1e-15, which bounds the result.
+// Converts a power from the standard normalisation to another. 1 - P is resolved to about 1e-15, which bounds the
+// result.
 double normalised(double power, int32_t normalisation, double half_chi_square) noexcept {
     constexpr double kLeastResidual = 1e-15;
     const double residual = std::max(kLeastResidual, 1 - power);
     return normalisation == TOLIMAN_PERIOD_POWER_MODEL ? power / residual
            : normalisation == TOLIMAN_PERIOD_POWER_LOG ? -std::log(residual)
-           : normalisation == TOLIMAN_PERIOD_POWER_PSD ? power * half_chi_square
-                                                       : power;
+                                                       : power * half_chi_square;
 }
 
 } // namespace
@@ -233,6 +233,8 @@ toliman_status toliman_period_query_power(const toliman_period *period, int32_t 
         query.check();
         query.check_powers(first, count);
         query.range(first, count, power);
+        if (normalisation == TOLIMAN_PERIOD_POWER_STANDARD)
+            return;
         const double half_chi_square = query.half_chi_square();
         for (size_t i = 0; i < count; i++)
             power[i] = normalised(power[i], normalisation, half_chi_square);

@@ -24,10 +24,16 @@ static inline double split_limbs(Pair term, double &high, double &low) noexcept 
     return ((low - nearest_whole(low)) + remainder.error * kOne) * kOne;
 }
 
+// Adds a term to an accumulator.
+static inline void add_term(double term, int64_t &sum) noexcept {
+    // unsigned, since padding beyond the grid may overflow
+    sum = static_cast<int64_t>(static_cast<uint64_t>(sum) + quantised(term));
+}
+
 // Adds a row of terms to a row of accumulators.
 static inline void add_terms(const double *__restrict terms, int64_t *__restrict out) noexcept {
-    for (size_t j = 0; j < kBlock; j++) // unsigned, since padding beyond the grid may overflow
-        out[j] = static_cast<int64_t>(static_cast<uint64_t>(out[j]) + quantised(terms[j]));
+    for (size_t j = 0; j < kBlock; j++)
+        add_term(terms[j], out[j]);
 }
 
 } // namespace toliman::kernels

@@ -54,41 +54,61 @@ Pair frequency(double f0, double df, size_t k) noexcept {
     return normalised({high.value, high.error + step.error});
 }
 
+// Adds a term, in units of 2^-50, to its two limbs.
+inline void add_two(Pair term, int64_t &high, int64_t &low) noexcept {
+    double first, second;
+    split_limbs(term, first, second);
+    add_term(first, high);
+    add_term(second, low);
+}
+
 // Adds w cos, w sin, w cos 2x and w sin 2x.
-void add_weights(double weight, const Circle &circle, size_t at, int64_t *const *lo) noexcept {
-    alignas(64) double terms[8][kBlock];
+void add_weights(double weight, const Circle &circle, int64_t *__restrict c, int64_t *__restrict s,
+                 int64_t *__restrict c2, int64_t *__restrict s2, int64_t *__restrict c_low, int64_t *__restrict s_low,
+                 int64_t *__restrict c2_low, int64_t *__restrict s2_low) noexcept {
     const double w = weight * kOne;
     for (size_t j = 0; j < kBlock; j++) {
-        const Pair c = {circle.c[j], circle.c_error[j]}, s = {circle.s[j], circle.s_error[j]};
-        const Pair cos2 = difference(product(c, c), product(s, s)), sc = product(s, c);
-        split_limbs(scaled(w, c), terms[0][j], terms[4][j]);
-        split_limbs(scaled(w, s), terms[1][j], terms[5][j]);
-        split_limbs(scaled(w, cos2), terms[2][j], terms[6][j]);
-        split_limbs(scaled(2 * w, sc), terms[3][j], terms[7][j]);
-    }
-    for (size_t i = 0; i < 4; i++) {
-        add_terms(terms[i], lo[kC1 + i] + at);
-        add_terms(terms[4 + i], lo[kC1Low + i] + at);
+        const Pair cosine = {circle.c[j], circle.c_error[j]}, sine = {circle.s[j], circle.s_error[j]};
+        add_two(scaled(w, cosine), c[j], c_low[j]);
+        add_two(scaled(w, sine), s[j], s_low[j]);
+        add_two(scaled(w, difference(product(cosine, cosine), product(sine, sine))), c2[j], c2_low[j]);
+        add_two(scaled(2 * w, product(sine, cosine)), s2[j], s2_low[j]);
     }
 }
 
-// Adds the terms w y cos and w y sin with w y = `value`, in units of 2^-50, to their first two limbs and, where the
-// pointer is given, to the third.
-inline void add_values(Pair value, const Circle &circle, size_t at, int64_t *const *high, int64_t *const *low,
-                       int64_t *const *lowest) noexcept {
-    alignas(64) double terms[6][kBlock];
+// v cos and v sin of a value v.
+inline Pair times(Pair value, double x, double x_error) noexcept {
+    const Pair p = scaled(value.value, {x, x_error});
+    return {p.value, p.error + value.error * x};
+}
+
+// Adds the terms w b cos and w b sin of a function, with w b = `value` in units of 2^-50, to their two limbs.
+void add_function(Pair value, const Circle &circle, int64_t *__restrict c, int64_t *__restrict s,
+                  int64_t *__restrict c_low, int64_t *__restrict s_low) noexcept {
     for (size_t j = 0; j < kBlock; j++) {
-        const Pair c = scaled(value.value, {circle.c[j], circle.c_error[j]});
-        const Pair s = scaled(value.value, {circle.s[j], circle.s_error[j]});
-        terms[4][j] = split_limbs({c.value, c.error + value.error * circle.c[j]}, terms[0][j], terms[2][j]);
-        terms[5][j] = split_limbs({s.value, s.error + value.error * circle.s[j]}, terms[1][j], terms[3][j]);
+        add_two(times(value, circle.c[j], circle.c_error[j]), c[j], c_low[j]);
+        add_two(times(value, circle.s[j], circle.s_error[j]), s[j], s_low[j]);
     }
-    for (size_t i = 0; i < 2; i++) {
-        add_terms(terms[i], high[i] + at);
-        add_terms(terms[2 + i], low[i] + at);
-        if (lowest != nullptr)
-            add_terms(terms[4 + i], lowest[i] + at);
+}
+
+// Adds the terms w y cos and w y sin to their three limbs.
+void add_value(Pair value, const Circle &circle, int64_t *__restrict c, int64_t *__restrict s,
+               int64_t *__restrict c_low, int64_t *__restrict s_low, int64_t *__restrict c_lowest,
+               int64_t *__restrict s_lowest) noexcept {
+    for (size_t j = 0; j < kBlock; j++) {
+        double high, low;
+        add_term(split_limbs(times(value, circle.c[j], circle.c_error[j]), high, low), c_lowest[j]);
+        add_term(high, c[j]);
+        add_term(low, c_low[j]);
+        add_term(split_limbs(times(value, circle.s[j], circle.s_error[j]), high, low), s_lowest[j]);
+        add_term(high, s[j]);
+        add_term(low, s_low[j]);
     }
+}
+
+// w y and w b_1 ... in units of 2^-50.
+inline Pair value_of(const PushRow &row, size_t i) noexcept {
+    return scaled(row.weight, {row.value_high[i] * kOne, row.value_low[i] * kOne});
 }
 
 void push_rows(double f0, double df, size_t blocks, const PushRow &row, int64_t *const *lo) noexcept {
@@ -102,14 +122,14 @@ void push_rows(double f0, double df, size_t blocks, const PushRow &row, int64_t 
             start = cis_pair(reduced_product(frequency(f0, df, b * kBlock), t));
         const size_t at = b * kBlock;
         turn(fine, turned(start, point(coarse, b % kBlock)), kBlock, 0, circle);
-        add_weights(row.weight, circle, at, lo);
-        for (size_t i = 0; i < row.functions; i++) {
-            const Pair value = scaled(row.weight, {row.value_high[i] * kOne, row.value_low[i] * kOne});
-            int64_t *const *const sums = i == 0 ? lo + kYC : lo + kSums + (i - 1) * kFunctionSums;
-            if (i == 0)
-                add_values(value, circle, at, sums, lo + kYCLow, lo + kYCLowest);
-            else
-                add_values(value, circle, at, sums + kFunctionC, sums + kFunctionCLow, nullptr);
+        add_weights(row.weight, circle, lo[kC1] + at, lo[kS1] + at, lo[kC2] + at, lo[kS2] + at, lo[kC1Low] + at,
+                    lo[kS1Low] + at, lo[kC2Low] + at, lo[kS2Low] + at);
+        add_value(value_of(row, 0), circle, lo[kYC] + at, lo[kYS] + at, lo[kYCLow] + at, lo[kYSLow] + at,
+                  lo[kYCLowest] + at, lo[kYSLowest] + at);
+        for (size_t i = 1; i < row.functions; i++) {
+            int64_t *const *const sums = lo + kSums + (i - 1) * kFunctionSums;
+            add_function(value_of(row, i), circle, sums[kFunctionC] + at, sums[kFunctionS] + at,
+                         sums[kFunctionCLow] + at, sums[kFunctionSLow] + at);
         }
     }
 }

@@ -113,11 +113,12 @@ Reference reference_of(const Series &series, const std::vector<double> &power) {
     return reference;
 }
 
-std::vector<double> batch(const Series &series, double tolerance, int64_t nf) {
+std::vector<double> batch(const Series &series, double tolerance, int64_t nf, int32_t functions = 1) {
     toliman_period_batch_options options;
     toliman_period_batch_options_init(&options, sizeof options);
     options.tolerance = tolerance;
     options.threads = 1;
+    options.trend = functions - 1;
     std::vector<double> power(static_cast<size_t>(nf));
     check(toliman_period_batch(series.f0, series.df, nf, series.t.data(), series.y.data(), series.sigma.data(),
                                series.n(), &options, power.data()));
@@ -158,6 +159,21 @@ void measure_batch(const Series &series) {
     const double share = static_cast<double>(pushed) / static_cast<double>(series.n());
     std::printf("{\"part\": \"stream\", \"seconds\": %.6f, \"measured\": %g, \"error\": ", all.median / share, share);
     std::printf(pushed == series.n() ? "%.3g}\n" : "null}\n", reference.error(power));
+}
+
+// With a trend of `functions` - 1 polynomials; the error is against the same in the smallest tolerance.
+void measure_batch_with_trend(const Series &series) {
+    for (const int32_t functions : {1, 3, 5}) {
+        std::vector<double> power;
+        const timing time = measure(5, 1, [&] { power = batch(series, 1e-9, series.nf, functions); });
+        const std::vector<double> exact = batch(series, 1e-13, series.nf, functions);
+        double error = 0;
+        for (size_t k = 0; k < power.size(); k++)
+            error = std::max(error, std::fabs(power[k] - exact[k]));
+        std::printf("{\"part\": \"batch_nuisance\", \"functions\": %d, \"tolerance\": 1e-9, \"seconds\": %.6f, "
+                    "\"spread\": %.2g, \"error\": %.3g}\n",
+                    functions, time.median, time.spread, error);
+    }
 }
 
 // Hardware lower bound of a push and a query: read both words of each sum and write one.
@@ -202,6 +218,18 @@ double pass_s(const Series &series, size_t sums) {
     return least;
 }
 
+size_t allocated = 0; // bytes
+
+void *allocate(size_t size, size_t alignment, void *) {
+    allocated += size;
+    return std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment);
+}
+
+void release(void *memory, size_t size, void *) {
+    allocated -= size;
+    std::free(memory);
+}
+
 // Push one frame and query the power of every frequency, with a trend of `functions` - 1 polynomials.
 void measure_frame(const Series &series, bool double_limb, int32_t functions) {
     toliman_period_options options;
@@ -210,6 +238,8 @@ void measure_frame(const Series &series, bool double_limb, int32_t functions) {
     options.flags = double_limb ? TOLIMAN_PERIOD_DOUBLE_LIMB : 0;
     options.trend = functions - 1;
     options.trend_end = functions > 1 ? series.t.back() : 0;
+    const toliman_allocator counting = {sizeof(toliman_allocator), 0, allocate, release, nullptr};
+    options.allocator = &counting;
     toliman_period *period = nullptr;
     check(toliman_period_create(series.f0, series.df, series.nf, &options, &period));
     using namespace toliman::kernels;
@@ -227,16 +257,15 @@ void measure_frame(const Series &series, bool double_limb, int32_t functions) {
         check(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 0, power.size(), power.data()));
     });
     const double roofline = std::min(before, pass_s(series, sums));
-    const double nf = static_cast<double>(series.nf);
+    const double nf = static_cast<double>(series.nf), bytes = static_cast<double>(allocated);
     toliman_period_destroy(period);
     std::printf("{\"part\": \"%s\", \"functions\": %d, \"isa\": \"%s\", \"push_ns\": %.4f, \"query_ns\": %.4f, "
-                "\"seconds\": %.9f, "
-                "\"spread\": %.2g, \"roofline\": %.3g}\n",
+                "\"bytes\": %.1f, \"seconds\": %.9f, \"spread\": %.2g, \"roofline\": %.3g}\n",
                 functions > 1 ? "nuisance"
                 : double_limb ? "double_limb"
                               : "frame",
-                functions, host_isa_name(), push.median / nf * 1e9, query.median / nf * 1e9, push.median + query.median,
-                push.spread + query.spread, roofline);
+                functions, host_isa_name(), push.median / nf * 1e9, query.median / nf * 1e9, bytes / nf,
+                push.median + query.median, push.spread + query.spread, roofline);
 }
 
 } // namespace
@@ -255,5 +284,6 @@ int main(int argc, char **argv) {
         for (const int32_t functions : {1, 3, 5})
             measure_frame(series, true, functions);
     }
+    measure_batch_with_trend(series);
     measure_batch(series); // with the widest instruction set
 }

@@ -53,6 +53,11 @@ def rows(measured):
                   one["spread"], error, None, name and name + ", all 1,000 samples", seconds, one["roofline"],
                   one is frames[-1])
     for one in measured:
+        if one["part"] == "nuisance" and (one["samples"], one["frequencies"]) == GRIDS[0]:
+            yield row("one frame", one["isa"], f"push one frame, query 10,000 powers, {one['functions']} functions, "
+                      f"{one['isa']}", one["seconds"], one["spread"], None, None, None, None, one["roofline"],
+                      one["isa"] == frames[-1]["isa"])
+    for one in measured:
         grid = one["samples"], one["frequencies"]
         name = f"{one['samples']:,} samples, {one['frequencies']:,} frequencies"
         bench = "periodogram of " + name
@@ -61,6 +66,9 @@ def rows(measured):
             headline = one["tolerance"] == 1e-9 or one["tolerance"] in (1e-3, 1e-13) and grid in (GRIDS[0], GRIDS[-1])
             yield row(bench, "batch", f"{name}, tolerance {one['tolerance']:g}", one["seconds"], one["spread"],
                       one["error"], None, *fast.get(grid, (None, None)), None, headline, at)
+        elif one["part"] == "batch_nuisance" and one["functions"] > 1:
+            yield row(bench, "batch", f"{name}, tolerance 1e-09, {one['functions']} functions", one["seconds"],
+                      one["spread"], one["error"], headline=one["functions"] == 5 and grid == GRIDS[0])
         elif one["part"] in ("direct", "stream", "astropy"):
             series = {"direct": "direct sums", "stream": "streaming, exact sums"}.get(one["part"])
             series = series or "astropy " + one["method"]
@@ -71,12 +79,12 @@ def rows(measured):
 
 def show(rows):
     best = {}
-    print("push one frame, query 10,000 frequencies\n                     push, ns/frequency   query   both, s")
+    print("push one frame, query 10,000 frequencies\n                     push, ns/frequency   query   both, s    bytes/frequency")
     for row in rows:
         if row["part"] in FRAMES and (row["samples"], row["frequencies"]) == GRIDS[0]:
             best = row if row["part"] == "frame" else best
             name = row["isa"] + FRAMES[row["part"]].format(row["functions"])
-            print(f"{name:20s} {row['push_ns']:18.2f} {row['query_ns']:7.2f}   {row['seconds']:.2e}")
+            print(f"{name:20s} {row['push_ns']:18.2f} {row['query_ns']:7.2f}   {row['seconds']:.2e} {row['bytes']:8.0f}")
     for row in rows:
         if row["part"] == "astropy" and row["frequencies"] == GRIDS[0][1]:
             print(f"astropy {row['method']:7s}, all {row['samples']:8d} samples: {row['seconds']:.4f} s, "
@@ -87,6 +95,7 @@ def show(rows):
             if (row["samples"], row["frequencies"]) != (count, nf) or row["part"] in (*FRAMES, "reference"):
                 continue
             name = {"batch": "batch, tolerance %g" % row.get("tolerance", 0), "direct": "batch, direct sums",
+                    "batch_nuisance": "batch, 1e-9, K = %d" % row.get("functions", 0),
                     "stream": "streaming, exact sums", "astropy": "astropy " + row.get("method", "")}[row["part"]]
             error = "      -" if row["error"] is None else f"{row['error']:.1e}"
             of = "samples" if row["part"] == "stream" else "frequencies"
