@@ -3591,6 +3591,17 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
+        ! Declares the errors of the reference orbit as nuisance functions of a periodogram of reduced separations
+        ! (see period_nuisance.h).
+        function toliman_sky_set_columns(sky, unit_arcsec, scale_sigma, options, elements) bind(C) result(answer)
+            import
+            type(c_ptr), value :: sky
+            real(c_double), value :: unit_arcsec, scale_sigma
+            type(toliman_period_options), intent(inout) :: options
+            integer(c_int32_t), intent(out) :: elements(*)
+            integer(c_int32_t) :: answer
+        end function
+
         ! Refits the orbital elements to measured separations.
         function toliman_sky_refit(sky, intervals, interval_counts, separations_arcsec, sigmas_arcsec, count, &
             scale_sigma, result, out) bind(C) result(answer)
@@ -3992,6 +4003,7 @@ module toliman
     public :: toliman_sky_get_info
     public :: toliman_sky_element_name
     public :: toliman_sky_get_element
+    public :: toliman_sky_set_columns
     public :: toliman_sky_refit
     public :: toliman_sky_save_file
     public :: toliman_track_verdict_name
@@ -4289,6 +4301,7 @@ module toliman
         procedure :: get_info => sky_predictor_get_info
         procedure, nopass :: element_name => sky_predictor_element_name
         procedure :: get_element => sky_predictor_get_element
+        procedure :: set_columns => sky_predictor_set_columns
         procedure :: refit => sky_predictor_refit
         procedure :: save_file => sky_predictor_save_file
         procedure :: destroy => sky_predictor_destroy
@@ -6792,6 +6805,21 @@ contains
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
         call conclude(toliman_sky_get_element(self%handle, element, value, sigma), stat, errmsg)
+    end subroutine
+
+    ! Declares the errors of the reference orbit as nuisance functions of a periodogram of reduced separations (see
+    ! period_nuisance.h). elements(7).
+    subroutine sky_predictor_set_columns(self, unit_arcsec, scale_sigma, options, elements, stat, errmsg)
+        class(toliman_sky_predictor), intent(in) :: self
+        real(c_double), intent(in) :: unit_arcsec, scale_sigma
+        type(toliman_period_options), intent(inout) :: options
+        integer(c_int32_t), intent(out), contiguous :: elements(:)
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_int32_t) :: status
+        if (.not. fits(size(elements, 1, c_size_t), 7_c_size_t, 'elements', 1, stat, errmsg)) return
+        status = toliman_sky_set_columns(self%handle, unit_arcsec, scale_sigma, options, elements)
+        call conclude(status, stat, errmsg)
     end subroutine
 
     ! Refits the orbital elements to measured separations. intervals(2, count), interval_counts(count),

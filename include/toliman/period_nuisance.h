@@ -14,25 +14,31 @@
  *
  * Model        y = c_0 + sum over j of c_j b_j + a cos(2 pi f t) + b sin(2 pi f t), with K - 1 <= 8 functions b_j, in
  *              this order: the Chebyshev polynomials T_1 ... T_trend, then the columns.
- * Power        1 - R/R_H, with the residual R_H of the functions and the mean alone instead of that of the mean.
- *              Subtracting a fitted trend before the samples are pushed is not equivalent: it removes part of the
- * signal. Priors       A coefficient may have a Gaussian prior of mean 0 and standard deviation s_j. (c_j/s_j)^2 is
- * then added to both residuals; the sigmas of the samples must be absolute. FAP          N - K degrees of freedom,
- * where K counts the mean and the functions in use that have no prior. Queries of peaks, models and FAPs need K + 4
- * samples. Exactness    As in period.h, with double-limb accumulators: the same bits in any order, merges of equal
- * digests and retractions are exact. Merges of other digests return TOLIMAN_E_MISMATCH. Accuracy     Of the power:
- * 1e-12 if the samples cover the span of the trend and at least 0.3 cycles (K up to 8), or a tenth of the span (K up to
- * 6); 1e-9 for 3 % of the span. Options      of toliman_period_options, in addition to those of period.h. Any of them
- * makes the accumulators double-limb and excludes TOLIMAN_PERIOD_FIXED_MEAN. trend               highest order of the
- * polynomials T_j(x), with x from -1 at trend_start to 1 at trend_end; 0 = none. 1 + trend + columns must be at most 9
+ * Power        1 - R/R_H, where R_H is the residual of mean and functions instead of that of the mean alone. Do not
+ *              subtract a fitted trend before the samples are pushed: that removes a part of the signal.
+ * Priors       A coefficient may have a Gaussian prior of mean 0 and standard deviation s_j. (c_j/s_j)^2 is then added
+ *              to both residuals; the sigmas of the samples must be absolute.
+ * FAP          N - K degrees of freedom, where K counts the mean and the functions in use that have no prior. Queries
+ *              of peaks, models and FAPs need K + 4 samples.
+ * Exactness    As in period.h, with double-limb accumulators: the same bits in any order; merges of equal digests and
+ *              retractions are exact. Merges of other digests return TOLIMAN_E_MISMATCH.
+ * Accuracy     Of the power: 1e-12 if the samples cover the span of the trend and at least 0.3 cycles (K up to 8), or
+ *              a tenth of the span (K up to 6); 1e-9 for 3 % of the span.
+ * Functions    A function that the samples do not determine is left out until they do, the highest order of the trend
+ *   in use     first: one of which the others leave less than 2^-40. See functions and free_functions of
+ *              toliman_period_info.
+ * Source       Zechmeister and Kuerster (2009), A&A 496, 577; Baluev (2008), MNRAS 385, 1279, with general base models.
+ *
+ * Options of toliman_period_options, in addition to those of period.h. Any of them makes the accumulators double-limb
+ * and excludes TOLIMAN_PERIOD_FIXED_MEAN.
+ *   trend               highest order of the polynomials T_j(x), with x from -1 at trend_start to 1 at trend_end;
+ *                       0 = none. 1 + trend + columns must be at most 9
  *   columns             number of values that come with each sample
  *   trend_start, _end   span of the trend, in units of t; every time must be in it, otherwise TOLIMAN_E_RANGE
  *   column_bound[8]     largest |value| of each column, otherwise TOLIMAN_E_RANGE; 0 = 1
  *   prior_precision[9]  1/s_j^2 for the mean (about value_offset), T_1 ... T_trend and the columns, with s_j in units
- * of y per unit of the function; 0 = no prior Functions in use     Functions that the samples do not determine,
- * beginning with the highest order of the trend, are left out until they do: those of which the others leave less than
- * 2^-40. See functions and free_functions of toliman_period_info. Source       Zechmeister and Kuerster (2009), A&A
- * 496, 577; Baluev (2008), MNRAS 385, 1279, with general base models.
+ *                       of y per unit of the function; 0 = no prior
+ * For the errors of the orbit of a binary, toliman_sky_set_columns (sky.h) sets columns, bounds and priors.
  */
 #ifndef TOLIMAN_PERIOD_NUISANCE_H
 #define TOLIMAN_PERIOD_NUISANCE_H

@@ -8,6 +8,7 @@
  *   on-target intervals [count] -> predict_mean --+-> toliman_sky_prediction
  *   measured separations [count] -> reduce -------+-> reduced separations [count]
  *   measured separations [count] -> refit --------+-> toliman_sky with another orbit -> save_file -> system file
+ *                                                 +-> set_columns -> toliman_period_options (period_nuisance.h)
  *                                                 +-> get_info, get_element; element_name, observer_name
  *                                              destroy
  *
@@ -44,6 +45,7 @@
 
 #include <toliman/base.h>
 #include <toliman/ingest.h>
+#include <toliman/period.h>
 
 TOLIMAN_BEGIN_DECLS
 
@@ -190,6 +192,23 @@ TOLIMAN_API const char *toliman_sky_element_name(int32_t element) TOLIMAN_NOEXCE
  * TOLIMAN_E_ARGUMENT for an unknown element. Since 0.2. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_get_element(const toliman_sky *sky, int32_t element,
                                                                       double *value, double *sigma) TOLIMAN_NOEXCEPT;
+
+/* Declares the errors of the reference orbit as nuisance functions of a periodogram of reduced separations (see
+ * period_nuisance.h). Each element with a standard deviation, except the node, is a column: its value for a sample is
+ * partials[element] of the prediction of toliman_sky_reduce, the coefficient is the error of the element, and its prior
+ * is the standard deviation in the system file.
+ *   unit_arcsec  arcsec per unit of the values of the periodogram: 1, or the plate scale for pixels
+ *   scale_sigma  standard deviation of the relative error of the plate scale, in [0, 1); 0 = no error. It changes the
+ *                separation as an error of the semi-major axis does, and is added to the variance of that
+ *   options      receives columns, column_bound and the precisions of the columns in prior_precision, after those of
+ *                the mean and of its trend; its other members remain. Its struct_size must be set
+ *   elements     [7], receives the element of each column; -1 after the last one
+ * The sigmas of the samples must be absolute. Errors: TOLIMAN_E_ARGUMENT for a bad number, or if trend and columns
+ * exceed 8 functions. Since 0.2. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_set_columns(const toliman_sky *sky, double unit_arcsec,
+                                                                      double scale_sigma,
+                                                                      toliman_period_options *options,
+                                                                      int32_t *elements) TOLIMAN_NOEXCEPT;
 
 /* Result of a refit. Since 0.2. */
 typedef struct toliman_sky_refit_result {

@@ -19,6 +19,7 @@
 #include "backend/file.hpp"
 #include "base/hash.hpp"
 #include "scene/system.hpp"
+#include "sky/columns.hpp"
 #include "sky/reduction.hpp"
 #include "sky/refit.hpp"
 
@@ -163,6 +164,25 @@ void warn_of_centre(const sky::Predictor &predictor, const Log &log) {
              arcsec, kWarnedYear, 1e6 * arcsec * kLowOrbitSpeed / erfa::kLightSpeed);
 }
 
+double known_scale_sigma(double scale_sigma) {
+    if (!(scale_sigma >= 0 && scale_sigma < 1))
+        fail(Status::argument, "{scale_sigma} = %g: must be in [0, 1)", scale_sigma);
+    return scale_sigma;
+}
+
+// The caller's options, if they have all members for nuisance functions and room for the columns.
+toliman_period_options options_for(size_t columns, const toliman_period_options *given) {
+    const toliman_period_options options = accept(given, toliman_period_options{}, "options");
+    if (options.struct_size < sizeof options)
+        fail(Status::argument, "{options->struct_size} = %u: must be at least %zu, for prior_precision",
+             options.struct_size, sizeof options);
+    const auto most = static_cast<int64_t>(std::size(options.column_bound));
+    if (options.trend < 0 || options.trend + static_cast<int64_t>(columns) > most)
+        fail(Status::argument, "{options->trend} = %d: must be in [0, %lld] with %zu columns", options.trend,
+             static_cast<long long>(most - static_cast<int64_t>(columns)), columns);
+    return options;
+}
+
 int32_t known_element(int32_t element) {
     if (element < 0 || element >= static_cast<int32_t>(sky::kElements))
         fail(Status::argument, "{element} = %d: must be in [0, %zu]", element, sky::kElements - 1);
@@ -282,11 +302,10 @@ toliman_status toliman_sky_refit(const toliman_sky *sky, const int64_t *interval
     return guard([&] {
         const Use use(sky, "sky");
         toliman_sky *&made = required(out, "out");
-        if (!(scale_sigma >= 0 && scale_sigma < 1))
-            fail(Status::argument, "{scale_sigma} = %g: must be in [0, 1)", scale_sigma);
-        const sky::Refit found = sky::refit(
-            *sky->predictor, measurements_of(intervals, interval_counts, separations_arcsec, sigmas_arcsec, count),
-            scale_sigma);
+        const double sigma = known_scale_sigma(scale_sigma);
+        const sky::Refit found =
+            sky::refit(*sky->predictor,
+                       measurements_of(intervals, interval_counts, separations_arcsec, sigmas_arcsec, count), sigma);
         auto handle = new_sky(std::make_unique<const sky::Predictor>(found.system, *sky->predictor));
         toliman_sky_refit_result filled = {};
         filled.iterations = found.iterations;
@@ -297,6 +316,28 @@ toliman_status toliman_sky_refit(const toliman_sky *sky, const int64_t *interval
         std::copy_n(found.covariance[0], sky::kElements * sky::kElements, filled.covariance);
         deliver(filled, result, "result");
         made = handle.release();
+    });
+}
+
+toliman_status toliman_sky_set_columns(const toliman_sky *sky, double unit_arcsec, double scale_sigma,
+                                       toliman_period_options *options, int32_t *elements) noexcept {
+    return guard([&] {
+        const Use use(sky, "sky");
+        required(options, "options");
+        required_array(elements, sky::kElements, sizeof *elements, "elements");
+        if (!(unit_arcsec > 0 && std::isfinite(unit_arcsec)))
+            fail(Status::argument, "{unit_arcsec} = %g: must be above 0 and finite", unit_arcsec);
+        const std::vector<sky::Column> columns =
+            sky::error_columns(sky->predictor->system(), unit_arcsec, known_scale_sigma(scale_sigma));
+        toliman_period_options changed = options_for(columns.size(), options);
+        std::fill_n(elements, sky::kElements, -1);
+        changed.columns = static_cast<int32_t>(columns.size());
+        for (size_t c = 0; c < columns.size(); c++) {
+            elements[c] = static_cast<int32_t>(columns[c].element);
+            changed.column_bound[c] = columns[c].bound;
+            changed.prior_precision[1 + static_cast<size_t>(changed.trend) + c] = columns[c].precision;
+        }
+        deliver(changed, options, "options");
     });
 }
 

@@ -3,7 +3,9 @@
 //     x = a (cos E - e) (towards periastron),   y = a sqrt(1 - e^2) sin E,
 // rotated by the argument of periastron w to p = x cos w - y sin w (towards the node) and q = x sin w + y cos w, by
 // the inclination i to p, q cos i and q sin i (away from the observer), and by the node to north and east. The
-// derivatives follow from dE/dM = 1/(1 - e cos E) and dE/de = sin E/(1 - e cos E).
+// derivatives follow from dE/dM = 1/(1 - e cos E) and dE/de = sin E/(1 - e cos E). No derivative of the separation
+// exceeds that of the position in space: with the largest distance a (1 + e), the largest speed
+// 2 pi a/P sqrt((1 + e)/(1 - e)), sin^2 E/(1 - e cos E) <= 2 and sqrt(1 - e^2) sin E/(1 - e cos E) <= 1.
 //
 // Reference: Green, Spherical Astronomy, ch. 19. Sign of the line of sight: B recedes at the ascending node.
 #include "sky/orbit.hpp"
@@ -84,6 +86,25 @@ void separation_partials(const Orbit &orbit, double year, double partials[kEleme
     partials[4] = 0;
     partials[5] = along(-q, p) * kDegree;
     partials[6] = -by_mean * revolution;
+}
+
+void bound_partials(const Orbit &orbit, double bounds[kElements]) noexcept {
+    constexpr double kFirstYear = 1899, kLastYear = 2101; // with light time and time scales
+    const double a = orbit.semi_major_arcsec, e = orbit.eccentricity, root = std::sqrt((1 - e) * (1 + e));
+    const double farthest = a * (1 + e), speed = 2 * kPi * a / orbit.period_years * std::sqrt((1 + e) / (1 - e));
+    const double years = std::fmax(std::fabs(kFirstYear - orbit.epoch), std::fabs(kLastYear - orbit.epoch));
+    const double largest[kElements] = {speed * years / orbit.period_years,
+                                       1 + e,
+                                       a * std::hypot(3, 1 + e / root),
+                                       farthest * kDegree,
+                                       0,
+                                       farthest * kDegree,
+                                       speed};
+    for (size_t i = 0; i < kElements; i++) {
+        int exponent;
+        std::frexp(largest[i], &exponent);
+        bounds[i] = largest[i] > 0 ? std::ldexp(1.0, exponent) : 0;
+    }
 }
 
 } // namespace toliman::sky

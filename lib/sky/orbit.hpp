@@ -33,4 +33,7 @@ OrbitPosition position_on_orbit(const Orbit &orbit, double year) noexcept;
 // Derivatives of separation_arcsec() at a Julian year by the elements, per unit of each. That by the node is 0.
 void separation_partials(const Orbit &orbit, double year, double partials[kElements]) noexcept;
 
+// Upper bounds of their absolute values from 1900 to 2100: powers of two, so that every machine computes the same.
+void bound_partials(const Orbit &orbit, double bounds[kElements]) noexcept;
+
 } // namespace toliman::sky

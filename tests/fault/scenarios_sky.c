@@ -115,6 +115,11 @@ static toliman_status get_info(attempt *a) {
 static toliman_status get_element(attempt *a) {
     return toliman_sky_get_element(a->object, 2, (double *)a->out, (double *)a->out + 1);
 }
+static toliman_status set_columns(attempt *a) {
+    toliman_period_options *const options = (void *)a->out;
+    toliman_period_options_init(options, sizeof *options);
+    return toliman_sky_set_columns(a->object, 1, 1e-3, options, (int32_t *)(options + 1));
+}
 static toliman_status element_name(attempt *a) {
     strcpy((char *)a->out, toliman_sky_element_name(3));
     return TOLIMAN_OK;
@@ -186,6 +191,7 @@ static const scenario all[] = {
      .of = &skies,
      .struct_size = sizeof(toliman_sky_info)},
     {.function = "toliman_sky_get_element", .call = get_element, .make = make, .of = &skies},
+    {.function = "toliman_sky_set_columns", .call = set_columns, .make = make, .of = &skies},
     {.function = "toliman_sky_refit",
      .call = refit,
      .make = make,

@@ -249,6 +249,64 @@ static void bad_measurements_are_refused(void **state) {
     assert_true(reduced == 5 && unreduced == 7);
 }
 
+/* Against the elements and the partial derivatives themselves: of every element but the node, 1900 to 2100. */
+static void columns_are_the_partials_of_uncertain_elements(void **state) {
+    (void)state;
+    static const int32_t known[7] = {0, 1, 2, 3, 5, 6, -1};
+    const double scale = 0.05, scale_sigma = 1e-3;
+    toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
+    int32_t elements[7];
+    options.trend = 2;
+    options.prior_precision[0] = 7;
+    options.value_bound = 3;
+    assert_ok(toliman_sky_set_columns(sky, scale, scale_sigma, &options, elements));
+    assert_memory_equal(elements, known, sizeof known);
+    assert_int_equal(options.columns, 6);
+    assert_int_equal(options.trend, 2);
+    assert_true(options.prior_precision[0] == 7 && options.prior_precision[1] == 0 && options.value_bound == 3);
+    for (int c = 0; c < 6; c++) {
+        double value, sigma;
+        assert_ok(toliman_sky_get_element(sky, elements[c], &value, &sigma));
+        if (elements[c] == 1)
+            sigma = hypot(sigma, value * scale_sigma);
+        const double expected = scale * scale / (sigma * sigma);
+        assert_close(options.prior_precision[3 + c], expected, 1e-13, 0);
+    }
+    double largest[7] = {0};
+    for (int64_t i = -800; i <= 1500; i++) { /* months about 1970 */
+        const int64_t tai_ns = i * INT64_C(2629800000000000);
+        toliman_sky_prediction seen = TOLIMAN_SKY_PREDICTION_INIT;
+        assert_ok(toliman_sky_predict(sky, &tai_ns, 1, &seen));
+        for (int element = 0; element < 7; element++)
+            largest[element] = fmax(largest[element], fabs(seen.partials[element]));
+    }
+    for (int c = 0; c < 6; c++) {
+        assert_true(options.column_bound[c] >= largest[elements[c]]);
+        assert_true(options.column_bound[c] <= 32 * largest[elements[c]]);
+    }
+}
+
+static void bad_columns_are_refused(void **state) {
+    (void)state;
+    toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT, old = TOLIMAN_PERIOD_OPTIONS_INIT;
+    int32_t elements[7];
+    assert_fails(toliman_sky_set_columns(NULL, 1, 0, &options, elements), TOLIMAN_E_ARGUMENT, "sky is NULL");
+    assert_fails(toliman_sky_set_columns(sky, 0, 0, &options, elements), TOLIMAN_E_ARGUMENT,
+                 "unit_arcsec = 0: must be above 0 and finite");
+    assert_fails(toliman_sky_set_columns(sky, NAN, 0, &options, elements), TOLIMAN_E_ARGUMENT,
+                 "unit_arcsec = nan: must be above 0 and finite");
+    assert_fails(toliman_sky_set_columns(sky, 1, 1, &options, elements), TOLIMAN_E_ARGUMENT,
+                 "scale_sigma = 1: must be in [0, 1)");
+    assert_fails(toliman_sky_set_columns(sky, 1, 0, NULL, elements), TOLIMAN_E_ARGUMENT, "options is NULL");
+    assert_fails(toliman_sky_set_columns(sky, 1, 0, &options, NULL), TOLIMAN_E_ARGUMENT, "elements is NULL");
+    options.trend = 3;
+    assert_fails(toliman_sky_set_columns(sky, 1, 0, &options, elements), TOLIMAN_E_ARGUMENT,
+                 "options->trend = 3: must be in [0, 2] with 6 columns");
+    old.struct_size = 88;
+    assert_fails(toliman_sky_set_columns(sky, 1, 0, &old, elements), TOLIMAN_E_ARGUMENT,
+                 "options->struct_size = 88: must be at least");
+}
+
 static void properties_are_those_of_the_options(void **state) {
     (void)state;
     toliman_sky_info info = TOLIMAN_SKY_INFO_INIT;
@@ -375,6 +433,8 @@ int main(void) {
         cmocka_unit_test(unknown_exposures_are_refused),
         cmocka_unit_test(a_refit_refuses_unknown_exposures),
         cmocka_unit_test(bad_measurements_are_refused),
+        cmocka_unit_test(columns_are_the_partials_of_uncertain_elements),
+        cmocka_unit_test(bad_columns_are_refused),
         cmocka_unit_test(properties_are_those_of_the_options),
         cmocka_unit_test(the_centre_of_the_earth_is_a_warning),
         cmocka_unit_test(rows_have_the_caller_s_size),

@@ -2690,6 +2690,7 @@ OF_OBJECTS = {
     "toliman_sky_reduce": False,
     "toliman_sky_get_info": False,
     "toliman_sky_get_element": False,
+    "toliman_sky_set_columns": False,
     "toliman_sky_refit": False,
     "toliman_sky_save_file": False,
     "toliman_track_destroy": True,
@@ -4581,6 +4582,27 @@ Since 0.2.""",
         ),
         """Writes the value of an orbital element and its standard deviation, 0 if unknown. value and sigma may be NULL. Errors:
 TOLIMAN_E_ARGUMENT for an unknown element. Since 0.2.""",
+    ),
+    "toliman_sky_set_columns": (
+        c_int32, (
+            ("sky", POINTER(toliman_sky)),
+            ("unit_arcsec", c_double),
+            ("scale_sigma", c_double),
+            ("options", POINTER(toliman_period_options)),
+            ("elements", POINTER(c_int32)),
+        ),
+        """Declares the errors of the reference orbit as nuisance functions of a periodogram of reduced separations (see
+period_nuisance.h). Each element with a standard deviation, except the node, is a column: its value for a sample is
+partials[element] of the prediction of toliman_sky_reduce, the coefficient is the error of the element, and its prior
+is the standard deviation in the system file.
+  unit_arcsec  arcsec per unit of the values of the periodogram: 1, or the plate scale for pixels
+  scale_sigma  standard deviation of the relative error of the plate scale, in [0, 1); 0 = no error. It changes the
+               separation as an error of the semi-major axis does, and is added to the variance of that
+  options      receives columns, column_bound and the precisions of the columns in prior_precision, after those of
+               the mean and of its trend; its other members remain. Its struct_size must be set
+  elements     [7], receives the element of each column; -1 after the last one
+The sigmas of the samples must be absolute. Errors: TOLIMAN_E_ARGUMENT for a bad number, or if trend and columns
+exceed 8 functions. Since 0.2.""",
     ),
     "toliman_sky_refit": (
         c_int32, (

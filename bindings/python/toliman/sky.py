@@ -148,6 +148,27 @@ class Sky(Handle):
                             real("scale_sigma", scale_sigma), ctypes.byref(result))
         return Sky._adopt(made), Refit._of(result)
 
+    def error_columns(self, unit_arcsec: float = 1.0, *,
+                      scale_sigma: float = 0.0) -> tuple[list[int], numpy.ndarray, numpy.ndarray]:
+        """The errors of the reference orbit as nuisance functions of a periodogram of reduced separations.
+
+            elements, bounds, priors = sky.error_columns()
+            p = toliman.Periodogram(f0, df, nf, columns=len(elements), column_bounds=bounds, priors=[math.inf, *priors])
+            reduced, seen = sky.reduce(exposures, measured_arcsec)
+            p.push_many(t, reduced, sigma_arcsec, rows=seen["partials"][:, elements])
+
+        unit_arcsec: arcsec per unit of the values: 1, or the plate scale for pixels.
+        scale_sigma: standard deviation of the relative error of the plate scale, in [0, 1); 0: no error.
+        Returns the elements with a standard deviation, except the node; the largest absolute values of their partial
+        derivatives; and the standard deviations of their coefficients."""
+        options = options_of(_raw.toliman_period_options, library.toliman_period_options_init)
+        elements = (ctypes.c_int32 * 7)()
+        check(library.toliman_sky_set_columns(self._c, real("unit_arcsec", unit_arcsec),
+                                              real("scale_sigma", scale_sigma), ctypes.byref(options), elements))
+        count = options.columns
+        precisions = numpy.array(options.prior_precision[1:1 + count])
+        return list(elements[:count]), numpy.array(options.column_bound[:count]), 1 / numpy.sqrt(precisions)
+
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes the system to a file (schema toliman-system/1)."""
         check(library.toliman_sky_save_file(self._c, file_name(path)))
