@@ -1305,11 +1305,20 @@ module toliman
     ! times.
     integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_ABOVE_NYQUIST = 64
 
+    ! Flags of a peak that something other than a planet often causes.
+    !   LONG    its period exceeds T/2. A slow variation may cause it: a trend of the instrument, the error of an orbit
+    !   ANNUAL  |frequency - 1/yr| < 1/T, with 1 yr = 365.25 d, the unit of t given by unit_ns, and T above half a year.
+    ! The motion of the Earth, seasons and observing windows may cause it toliman_period_query_peak and _peaks derive T
+    ! from the variance of the times, _fit from the times. Since 0.2.
+    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_LONG = 2048
+    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_ANNUAL = 4096
+
     ! Peak of the periodogram. Members marked "fit" are NaN unless toliman_period_query_fit gives them, because the
     ! accumulators do not contain the samples.
     type, bind(C), public :: toliman_period_peak
         integer(c_int32_t) :: struct_size = 120 ! in: sizeof(toliman_period_peak)
-        ! TOLIMAN_PERIOD_AT_EDGE, _ALIAS (query_peaks only), _INACCURATE, _COARSE, _ABOVE_NYQUIST (query_fit only)
+        ! TOLIMAN_PERIOD_AT_EDGE, _ALIAS (query_peaks only), _INACCURATE, _COARSE, _ABOVE_NYQUIST (query_fit only),
+        ! _LONG, _ANNUAL
         integer(c_int32_t) :: flags = 0
         ! frequency of highest power, interpolated between grid points, within the grid
         real(c_double) :: frequency = 0.0_c_double
@@ -1404,7 +1413,7 @@ module toliman
     ! not determine the parameter. Since 0.2.
     type, bind(C), public :: toliman_period_noise
         integer(c_int32_t) :: struct_size = 176 ! in: sizeof(toliman_period_noise)
-        integer(c_int32_t) :: flags = 0 ! TOLIMAN_PERIOD_AT_EDGE, _COARSE, _ABOVE_NYQUIST
+        integer(c_int32_t) :: flags = 0 ! TOLIMAN_PERIOD_AT_EDGE, _COARSE, _ABOVE_NYQUIST, _LONG
         real(c_double) :: rho = 0.0_c_double ! correlation over one step
         real(c_double) :: rho_error = 0.0_c_double ! its asymptotic standard error
         real(c_double) :: tau = 0.0_c_double ! correlation time, -step/ln rho, in units of t; 0 if rho is 0

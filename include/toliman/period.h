@@ -305,12 +305,20 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_model(const t
  * times. */
 #define TOLIMAN_PERIOD_ABOVE_NYQUIST 64u
 
+/* Flags of a peak that something other than a planet often causes.
+ *   LONG    its period exceeds T/2. A slow variation may cause it: a trend of the instrument, the error of an orbit
+ *   ANNUAL  |frequency - 1/yr| < 1/T, with 1 yr = 365.25 d, the unit of t given by unit_ns, and T above half a year.
+ * The motion of the Earth, seasons and observing windows may cause it toliman_period_query_peak and _peaks derive T
+ * from the variance of the times, _fit from the times. Since 0.2. */
+#define TOLIMAN_PERIOD_LONG 2048u
+#define TOLIMAN_PERIOD_ANNUAL 4096u
+
 /* Peak of the periodogram. Members marked "fit" are NaN unless toliman_period_query_fit gives them, because the
  * accumulators do not contain the samples. */
 typedef struct toliman_period_peak {
     uint32_t struct_size;     /* in: sizeof(toliman_period_peak) */
     uint32_t flags;           /* TOLIMAN_PERIOD_AT_EDGE, _ALIAS (query_peaks only), _INACCURATE, _COARSE,
-                                 _ABOVE_NYQUIST (query_fit only) */
+                                 _ABOVE_NYQUIST (query_fit only), _LONG, _ANNUAL */
     double frequency;         /* frequency of highest power, interpolated between grid points, within the grid */
     double period;            /* 1/frequency */
     double power;             /* P, in [0, 1] */

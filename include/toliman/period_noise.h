@@ -63,7 +63,7 @@ TOLIMAN_API void toliman_period_noise_options_init(toliman_period_noise_options 
  * not determine the parameter. Since 0.2. */
 typedef struct toliman_period_noise {
     uint32_t struct_size;  /* in: sizeof(toliman_period_noise) */
-    uint32_t flags;        /* TOLIMAN_PERIOD_AT_EDGE, _COARSE, _ABOVE_NYQUIST */
+    uint32_t flags;        /* TOLIMAN_PERIOD_AT_EDGE, _COARSE, _ABOVE_NYQUIST, _LONG */
     double rho;            /* correlation over one step */
     double rho_error;      /* its asymptotic standard error */
     double tau;            /* correlation time, -step/ln rho, in units of t; 0 if rho is 0 */

@@ -1,5 +1,7 @@
 // Converts a peak to the public struct.
 #pragma once
+#include <cmath>
+
 #include <toliman/period.h>
 
 #include "period/fap.hpp"
@@ -16,6 +18,15 @@ inline uint32_t grid_flags(const period::Grid &grid, const period::Cadence &cade
     return (coarse ? TOLIMAN_PERIOD_COARSE : 0u) | (past ? TOLIMAN_PERIOD_ABOVE_NYQUIST : 0u);
 }
 
+// Flags of a peak that compares with the time span, or with the year, as a slow or seasonal effect may.
+inline uint32_t slow_flags(const period::Grid &grid, double frequency, double span) noexcept {
+    constexpr double kYearNs = 365.25 * 86400e9;
+    const double year = kYearNs / grid.unit_ns;
+    const bool is_long = frequency * span < 2;
+    const bool is_annual = span > year / 2 && std::fabs(frequency - 1 / year) * span < 1;
+    return (is_long ? TOLIMAN_PERIOD_LONG : 0u) | (is_annual ? TOLIMAN_PERIOD_ANNUAL : 0u);
+}
+
 // Fails unless there is a model at frequency k.
 inline void check_model(const period::PowerQuery &query, const period::Stream &stream, int64_t k) {
     if (k < 0 || k >= stream.grid().nf)
@@ -27,11 +38,13 @@ inline void check_model(const period::PowerQuery &query, const period::Stream &s
 
 inline toliman_period_peak public_peak(const period::Stream &stream, const period::Peak &peak) noexcept {
     const period::Sampling sampling = period::sampling_of(stream);
+    const period::Cadence cadence = period::cadence_of(sampling);
     toliman_period_peak out = {};
     out.flags = (peak.at_edge ? TOLIMAN_PERIOD_AT_EDGE : 0u) | (peak.alias ? TOLIMAN_PERIOD_ALIAS : 0u) |
                 (peak.inaccurate ? TOLIMAN_PERIOD_INACCURATE : 0u) |
                 // The sums contain the variance of the times, from which the span follows, but not the step.
-                (grid_flags(stream.grid(), period::cadence_of(sampling)) & TOLIMAN_PERIOD_COARSE);
+                (grid_flags(stream.grid(), cadence) & TOLIMAN_PERIOD_COARSE) |
+                slow_flags(stream.grid(), peak.frequency, cadence.span);
     out.frequency = peak.frequency;
     out.period = 1 / peak.frequency;
     out.power = peak.power;
@@ -52,8 +65,9 @@ inline toliman_period_peak public_peak(const period::Stream &stream, const perio
 // The peak refined against the samples; their times give the exact grid flags.
 inline toliman_period_peak public_fit(const period::Stream &stream, const period::Samples &samples) {
     toliman_period_peak peak = public_peak(stream, period::fit_peak(stream, samples));
-    peak.flags &= ~TOLIMAN_PERIOD_COARSE;
-    peak.flags |= grid_flags(stream.grid(), period::cadence_of(stream, samples.t, samples.count));
+    const period::Cadence cadence = period::cadence_of(stream, samples.t, samples.count);
+    peak.flags &= ~(TOLIMAN_PERIOD_COARSE | TOLIMAN_PERIOD_LONG | TOLIMAN_PERIOD_ANNUAL);
+    peak.flags |= grid_flags(stream.grid(), cadence) | slow_flags(stream.grid(), peak.frequency, cadence.span);
     return peak;
 }
 

@@ -49,7 +49,8 @@ toliman_period_noise public_noise(const period::NoiseModel &model, const Series 
     const double f = found.frequency;
     toliman_period_noise out = {};
     const bool at_edge = f <= series.f0 || f >= series.grid().last();
-    out.flags = grid_flags(series.grid(), cadence) | (at_edge ? TOLIMAN_PERIOD_AT_EDGE : 0u);
+    out.flags = grid_flags(series.grid(), cadence) | (at_edge ? TOLIMAN_PERIOD_AT_EDGE : 0u) |
+                (slow_flags(series.grid(), f, cadence.span) & TOLIMAN_PERIOD_LONG);
     out.rho = found.rho;
     out.rho_error = found.rho_error;
     out.tau = found.rho > 0 ? -cadence.step / std::log(found.rho) : 0;

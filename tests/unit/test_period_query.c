@@ -229,6 +229,41 @@ static void test_peaks_and_aliases(void **unused) {
     toliman_period_destroy(period);
 }
 
+/* 800 daily samples: periods above 400 days are long; 1/yr +- 1/800 per day are periods from 251 to 672 days. */
+static void test_flags_of_slow_peaks(void **unused) {
+    (void)unused;
+    static const struct {
+        double period, unit_ns;
+        uint32_t flags;
+    } cases[] = {{240, 86400e9, 0},
+                 {265, 86400e9, TOLIMAN_PERIOD_ANNUAL},
+                 {390, 86400e9, TOLIMAN_PERIOD_ANNUAL},
+                 {410, 86400e9, TOLIMAN_PERIOD_ANNUAL | TOLIMAN_PERIOD_LONG},
+                 {700, 86400e9, TOLIMAN_PERIOD_LONG},
+                 {390, 1e9, 0}, /* seconds: T is not half a year */
+                 {17, 86400e9 * 365.25 / 17, TOLIMAN_PERIOD_ANNUAL}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        for (int k = 0; k < kMost; k++) {
+            times[k] = k;
+            values[k] = sin(2 * M_PI * k / cases[i].period);
+        }
+        toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
+        options.flags = TOLIMAN_PERIOD_DOUBLE_LIMB;
+        options.unit_ns = cases[i].unit_ns;
+        toliman_period *period = NULL;
+        assert_ok(toliman_period_create(1e-3, 2e-5, 4000, &options, &period));
+        assert_ok(toliman_period_push_many(period, times, values, NULL, kMost));
+        toliman_period_peak peak = TOLIMAN_PERIOD_PEAK_INIT;
+        const uint32_t slow = TOLIMAN_PERIOD_LONG | TOLIMAN_PERIOD_ANNUAL;
+        assert_ok(toliman_period_query_peak(period, &peak));
+        assert_close(peak.period, cases[i].period, 1e-2, 0);
+        assert_int_equal(peak.flags & slow, cases[i].flags);
+        assert_ok(toliman_period_query_fit(period, times, values, NULL, kMost, &peak));
+        assert_int_equal(peak.flags & slow, cases[i].flags);
+        toliman_period_destroy(period);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_normalisations),
@@ -236,6 +271,7 @@ int main(void) {
         cmocka_unit_test(test_model),
         cmocka_unit_test(test_model_of_one_wave),
         cmocka_unit_test(test_peaks_and_aliases),
+        cmocka_unit_test(test_flags_of_slow_peaks),
     };
     return cmocka_run_group_tests_name("period_query", tests, NULL, NULL);
 }

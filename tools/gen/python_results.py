@@ -86,11 +86,13 @@ SWITCHES = {"blas_is_slow", "whole_counts", "exact_frames", "trained", "converge
             "stopped", "is_free", "toliman_calibration_step.map", "toliman_calibration_step.accepted"}
 FLAGS = {
     "toliman_period_peak": ("TOLIMAN_PERIOD_AT_EDGE", "TOLIMAN_PERIOD_ALIAS", "TOLIMAN_PERIOD_INACCURATE",
-                            "TOLIMAN_PERIOD_COARSE", "TOLIMAN_PERIOD_ABOVE_NYQUIST"),
+                            "TOLIMAN_PERIOD_COARSE", "TOLIMAN_PERIOD_ABOVE_NYQUIST", "TOLIMAN_PERIOD_LONG",
+                            "TOLIMAN_PERIOD_ANNUAL"),
     "toliman_period_model": ("TOLIMAN_PERIOD_INACCURATE",),
     "toliman_period_sampling": ("TOLIMAN_PERIOD_COARSE", "TOLIMAN_PERIOD_ABOVE_NYQUIST", "TOLIMAN_PERIOD_NEEDS_DOUBLE_LIMB",
                                 "TOLIMAN_PERIOD_INACCURATE"),
-    "toliman_period_noise": ("TOLIMAN_PERIOD_AT_EDGE", "TOLIMAN_PERIOD_COARSE", "TOLIMAN_PERIOD_ABOVE_NYQUIST"),
+    "toliman_period_noise": ("TOLIMAN_PERIOD_AT_EDGE", "TOLIMAN_PERIOD_COARSE", "TOLIMAN_PERIOD_ABOVE_NYQUIST",
+                             "TOLIMAN_PERIOD_LONG"),
     "toliman_period_info": ("TOLIMAN_PERIOD_FIXED_MEAN", "TOLIMAN_PERIOD_DOUBLE_LIMB"),
     "toliman_ingest_header_time": ("TOLIMAN_INGEST_ASSUMED", "TOLIMAN_INGEST_EXPIRED"),
     "toliman_bank_result": ("TOLIMAN_BANK_NOT_FITTED", "TOLIMAN_BANK_OUTSIDE", "TOLIMAN_BANK_LOW_EFFICIENCY"),

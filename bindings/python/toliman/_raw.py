@@ -1798,13 +1798,21 @@ TOLIMAN_PERIOD_COARSE = 32
 # times.
 TOLIMAN_PERIOD_ABOVE_NYQUIST = 64
 
+# Flags of a peak that something other than a planet often causes.
+#   LONG    its period exceeds T/2. A slow variation may cause it: a trend of the instrument, the error of an orbit
+#   ANNUAL  |frequency - 1/yr| < 1/T, with 1 yr = 365.25 d, the unit of t given by unit_ns, and T above half a year.
+# The motion of the Earth, seasons and observing windows may cause it toliman_period_query_peak and _peaks derive T
+# from the variance of the times, _fit from the times. Since 0.2.
+TOLIMAN_PERIOD_LONG = 2048
+TOLIMAN_PERIOD_ANNUAL = 4096
+
 
 class toliman_period_peak(Sized):
     """Peak of the periodogram. Members marked "fit" are NaN unless toliman_period_query_fit gives them, because the
     accumulators do not contain the samples.
     struct_size: in: sizeof(toliman_period_peak)
     flags: TOLIMAN_PERIOD_AT_EDGE, _ALIAS (query_peaks only), _INACCURATE, _COARSE,
-        _ABOVE_NYQUIST (query_fit only)
+        _ABOVE_NYQUIST (query_fit only), _LONG, _ANNUAL
     frequency: frequency of highest power, interpolated between grid points, within the grid
     period: 1/frequency
     power: P, in [0, 1]
@@ -1938,7 +1946,7 @@ class toliman_period_noise(Sized):
     """Fitted noise and highest peak of a series. Standard errors are scaled by the residual; +infinity if the samples do
     not determine the parameter. Since 0.2.
     struct_size: in: sizeof(toliman_period_noise)
-    flags: TOLIMAN_PERIOD_AT_EDGE, _COARSE, _ABOVE_NYQUIST
+    flags: TOLIMAN_PERIOD_AT_EDGE, _COARSE, _ABOVE_NYQUIST, _LONG
     rho: correlation over one step
     rho_error: its asymptotic standard error
     tau: correlation time, -step/ln rho, in units of t; 0 if rho is 0

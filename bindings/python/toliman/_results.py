@@ -474,6 +474,8 @@ class Peak(Result):
     inaccurate: bool = member("a result: the error bound of the power (see Accuracy above), computed from the accumulators, exceeds 1e-3. For a peak or a model, at its grid point. For toliman_period_sampling, at any frequency above 0 except multiples of 1/(2 step), where cosine and sine of regular samples always coincide. With double_limb it is rare.", flag=16)
     coarse: bool = member("Flag: df > 1/(5 T), so that peaks may fall between two grid frequencies. A common cause is a grid in another unit than the times. peak and _peaks derive T from the variance of the times, _fit from the times.", flag=32)
     above_nyquist: bool = member("Flag: the grid exceeds 1/(2 step), where regular samples repeat the power at lower frequencies. peak and _peaks never set it, because the accumulators do not contain the step. fit takes the step from the times; so does _sampling, or, if t is NULL, it assumes regular times.", flag=64)
+    long: bool = member("Flags of a peak that something other than a planet often causes. LONG its period exceeds T/2. A slow variation may cause it: a trend of the instrument, the error of an orbit ANNUAL |frequency - 1/yr| < 1/T, with 1 yr = 365.25 d, the unit of t given by unit_ns, and T above half a year. The motion of the Earth, seasons and observing windows may cause it peak and _peaks derive T from the variance of the times, _fit from the times. Since 0.2.", flag=2048)
+    annual: bool = member("", flag=4096)
 
 
 @result
@@ -505,6 +507,7 @@ class NoisePeak(Result):
     at_edge: bool = member("a peak at the first or last frequency of the grid. Outside the grid the power may be higher.", flag=4)
     coarse: bool = member("Flag: df > 1/(5 T), so that peaks may fall between two grid frequencies. A common cause is a grid in another unit than the times. peak and _peaks derive T from the variance of the times, _fit from the times.", flag=32)
     above_nyquist: bool = member("Flag: the grid exceeds 1/(2 step), where regular samples repeat the power at lower frequencies. peak and _peaks never set it, because the accumulators do not contain the step. fit takes the step from the times; so does _sampling, or, if t is NULL, it assumes regular times.", flag=64)
+    long: bool = member("Flags of a peak that something other than a planet often causes. LONG its period exceeds T/2. A slow variation may cause it: a trend of the instrument, the error of an orbit ANNUAL |frequency - 1/yr| < 1/T, with 1 yr = 365.25 d, the unit of t given by unit_ns, and T above half a year. The motion of the Earth, seasons and observing windows may cause it peak and _peaks derive T from the variance of the times, _fit from the times. Since 0.2.", flag=2048)
 
 
 @result
