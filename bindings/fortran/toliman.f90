@@ -1617,7 +1617,8 @@ module toliman
     ! run of zero pixels of at least zero_run_bytes (lost packet)
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_ZERO_RUN = 514
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_NOT_FINITE = 515 ! pixel that is NaN or infinite
-    ! time that overflows in TAI, or that the periodogram cannot represent
+
+    ! Time that overflows in TAI, that the periodogram cannot represent, or outside the span of its trend.
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_CLOCK = 516
     ! estimator failed, or gave a non-finite value or a sigma out of range
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_ESTIMATE = 517
@@ -1674,7 +1675,7 @@ module toliman
 
     ! Options of a tracker.
     type, bind(C), public :: toliman_track_options
-        integer(c_int32_t) :: struct_size = 472
+        integer(c_int32_t) :: struct_size = 496
         integer(c_int32_t) :: flags = 0 ! TOLIMAN_TRACK_...
         ! folder of ledger, setup and checkpoint, created if missing. NULL = in memory, which takes 64 bytes more per
         ! frame and 8 per column
@@ -1742,7 +1743,7 @@ module toliman
         ! both in the setup file. In a reduction, exposure_s is the exposure of frames without their own. Since 0.2.
         ! TOLIMAN_FRAME_STAMP_..., 0 = that of the folder; in a new folder MIDDLE
         integer(c_int32_t) :: stamp = 0
-        integer(c_int32_t) :: reserved = 0 ! 0
+        integer(c_int32_t) :: trend = 0 ! order of a trend, see trend_start
         ! length of an exposure, at most 1e9 s; 0 = that of the folder; in a new folder unknown
         real(c_double) :: exposure_s = 0.0_c_double
         ! Estimator that follows moving stars. The prediction of a frame is its time in the scene, (TAI -
@@ -1774,13 +1775,24 @@ module toliman
         ! NULL, or an existing folder: a new folder takes its clock table, system and plate scale, with nf = 0 also
         ! its grid, and with stamp = 0 its stamp and exposure_s. For a merge. Since 0.2.
         type(c_ptr) :: setup_folder = c_null_ptr
+        ! Nuisance functions, fitted with the mean at each frequency (period_nuisance.h). The default in a new folder,
+        ! and in a rebuild with sky, is the errors of the orbit with sky (toliman_sky_set_columns), without it the
+        ! mean alone; otherwise the functions of the folder remain. With TOLIMAN_PERIOD_FIXED_MEAN there are none.
+        ! Since 0.2. trend 1 to 8: a trend of this order, and no errors of the orbit; -1: the mean alone; 0 = the
+        ! default trend_start, _end span of the trend, in units of unit_ns since time_offset_ns. A frame outside is
+        ! rejected with REASON_CLOCK. Both 0 = from 0 to 0.1/df, the time span that suits the grid scale_sigma
+        ! standard deviation of the relative error of the plate scale, in [0, 1); 0 = that of the folder; in a new
+        ! folder no error
+        real(c_double) :: trend_start = 0.0_c_double
+        real(c_double) :: trend_end = 0.0_c_double
+        real(c_double) :: scale_sigma = 0.0_c_double
     end type
 
     ! Counts and properties of a tracker. received = accepted + unreduced + outlier + quarantined + repeated +
     ! rejected. received, repeated and rejected count arrivals: a frame that arrives again counts again, also after the
     ! folder was reopened. The ledger holds all counts: a crash loses those of uncommitted frames only.
     type, bind(C), public :: toliman_track_info
-        integer(c_int32_t) :: struct_size = 160 ! in: sizeof(toliman_track_info)
+        integer(c_int32_t) :: struct_size = 168 ! in: sizeof(toliman_track_info)
         integer(c_int32_t) :: flags = 0 ! TOLIMAN_TRACK_..., as given
         integer(c_int64_t) :: received = 0 ! arrived frames, in this and earlier runs
         integer(c_int64_t) :: accepted = 0 ! frames in the periodogram
@@ -1808,6 +1820,9 @@ module toliman
         ! of the reduction, JSON text that toliman_sky_create takes; NULL = frames are not reduced. Valid until the
         ! tracker is destroyed. Since 0.2
         type(c_ptr) :: system = c_null_ptr
+        ! bit j: the error of element j (sky.h) is a column of the periodogram. Since 0.2
+        integer(c_int32_t) :: elements = 0
+        integer(c_int32_t) :: reserved = 0
     end type
 
     ! Session and region of interest. Both names are empty if unknown: without a folder, or if their line of streams.txt
@@ -3657,8 +3672,9 @@ module toliman
 
         ! Reads the options of a folder to *options, whose struct_size must be set, for toliman_track_create: folder
         ! (the given pointer), estimator_id, values, sigma, value_limit, bit_depth, zero_run_bytes, the flag
-        ! TOLIMAN_TRACK_ALLOW_ZERO_RUNS, geometry, grid, stamp, exposure_s and plate_scale_arcsec (nf = 0 and stamp =
-        ! 0 if the setup file is lost), and a capacity of twice the number of records, at least 2^20 and at most 2^28.
+        ! TOLIMAN_TRACK_ALLOW_ZERO_RUNS, geometry, grid, trend, stamp, exposure_s, plate_scale_arcsec and scale_sigma
+        ! (nf = 0 and stamp = 0 if the setup file is lost), and a capacity of twice the number of records, at least
+        ! 2^20 and at most 2^28.
         function toliman_track_load_options(folder, options) bind(C) result(answer)
             import
             character(kind=c_char), intent(in) :: folder(*)

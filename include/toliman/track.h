@@ -89,8 +89,9 @@ TOLIMAN_API const char *toliman_track_verdict_name(int32_t verdict) TOLIMAN_NOEX
 #define TOLIMAN_TRACK_REASON_OVER_RANGE 513 /* pixel above the bit depth */
 #define TOLIMAN_TRACK_REASON_ZERO_RUN 514   /* run of zero pixels of at least zero_run_bytes (lost packet) */
 #define TOLIMAN_TRACK_REASON_NOT_FINITE 515 /* pixel that is NaN or infinite */
-#define TOLIMAN_TRACK_REASON_CLOCK 516      /* time that overflows in TAI, or that the periodogram cannot represent */
-#define TOLIMAN_TRACK_REASON_ESTIMATE 517   /* estimator failed, or gave a non-finite value or a sigma out of range */
+/* Time that overflows in TAI, that the periodogram cannot represent, or outside the span of its trend. */
+#define TOLIMAN_TRACK_REASON_CLOCK 516
+#define TOLIMAN_TRACK_REASON_ESTIMATE 517 /* estimator failed, or gave a non-finite value or a sigma out of range */
 
 #define TOLIMAN_TRACK_REASON_NO_ORBIT 518 /* unreduced: the observer file has no state at its time. Since 0.2 */
 /* Unreduced: the observer is in orbit, and the exposure is unknown, or longer than 600 s without a list of on-target
@@ -190,7 +191,7 @@ typedef struct toliman_track_options {
     /* Origin of the camera_ns of all frames: stamp and exposure_s of toliman_ingest_options. The tracker records both
      * in the setup file. In a reduction, exposure_s is the exposure of frames without their own. Since 0.2. */
     int32_t stamp;     /* TOLIMAN_FRAME_STAMP_..., 0 = that of the folder; in a new folder MIDDLE */
-    int32_t reserved;  /* 0 */
+    int32_t trend;     /* order of a trend, see trend_start */
     double exposure_s; /* length of an exposure, at most 1e9 s; 0 = that of the folder; in a new folder unknown */
     /* Estimator that follows moving stars. The prediction of a frame is its time in the scene, (TAI - time_offset_ns) /
      * 86400e9 days, so that time 0 of the scene is TAI time_offset_ns. The value is displacement_px, its sigma
@@ -218,6 +219,17 @@ typedef struct toliman_track_options {
     /* NULL, or an existing folder: a new folder takes its clock table, system and plate scale, with nf = 0 also its
      * grid, and with stamp = 0 its stamp and exposure_s. For a merge. Since 0.2. */
     const char *setup_folder;
+    /* Nuisance functions, fitted with the mean at each frequency (period_nuisance.h). The default in a new folder, and
+     * in a rebuild with sky, is the errors of the orbit with sky (toliman_sky_set_columns), without it the mean alone;
+     * otherwise the functions of the folder remain. With TOLIMAN_PERIOD_FIXED_MEAN there are none. Since 0.2.
+     *   trend             1 to 8: a trend of this order, and no errors of the orbit; -1: the mean alone; 0 = the
+     *                     default
+     *   trend_start, _end  span of the trend, in units of unit_ns since time_offset_ns. A frame outside is rejected
+     *                     with REASON_CLOCK. Both 0 = from 0 to 0.1/df, the time span that suits the grid
+     *   scale_sigma       standard deviation of the relative error of the plate scale, in [0, 1); 0 = that of the
+     *                     folder; in a new folder no error */
+    double trend_start, trend_end;
+    double scale_sigma;
 } toliman_track_options;
 #define TOLIMAN_TRACK_OPTIONS_INIT TOLIMAN_INIT(toliman_track_options)
 
@@ -226,9 +238,9 @@ TOLIMAN_API void toliman_track_options_init(toliman_track_options *options, size
 
 /* Reads the options of a folder to *options, whose struct_size must be set, for toliman_track_create: folder (the
  * given pointer), estimator_id, values, sigma, value_limit, bit_depth, zero_run_bytes, the flag
- * TOLIMAN_TRACK_ALLOW_ZERO_RUNS, geometry, grid, stamp, exposure_s and plate_scale_arcsec (nf = 0 and stamp = 0 if the
- * setup file is lost), and a capacity of twice the number of records, at least 2^20 and at most 2^28. Other members are
- * set to their defaults. Errors:
+ * TOLIMAN_TRACK_ALLOW_ZERO_RUNS, geometry, grid, trend, stamp, exposure_s, plate_scale_arcsec and scale_sigma (nf = 0
+ * and stamp = 0 if the setup file is lost), and a capacity of twice the number of records, at least 2^20 and at most
+ * 2^28. Other members are set to their defaults. Errors:
  *   - TOLIMAN_E_NOT_FOUND, with the folder as the field of the error, if it does not exist, cannot be opened or has no
  *     ledger of frames: toliman_track_create may begin one in it. With a file as the field if that cannot be read;
  *   - TOLIMAN_E_FORMAT if the ledger is damaged, or is missing although other files of the folder exist. */
@@ -320,6 +332,8 @@ typedef struct toliman_track_info {
     double plate_scale_arcsec; /* of the reduction; 0 = frames are not reduced. Since 0.2 */
     const char *system; /* of the reduction, JSON text that toliman_sky_create takes; NULL = frames are not reduced.
                            Valid until the tracker is destroyed. Since 0.2 */
+    uint32_t elements;  /* bit j: the error of element j (sky.h) is a column of the periodogram. Since 0.2 */
+    uint32_t reserved;
 } toliman_track_info;
 #define TOLIMAN_TRACK_INFO_INIT TOLIMAN_INIT(toliman_track_info)
 

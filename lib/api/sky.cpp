@@ -170,7 +170,7 @@ double known_scale_sigma(double scale_sigma) {
     return scale_sigma;
 }
 
-// The caller's options, if they have all members for nuisance functions and room for the columns.
+// The caller's options, if they have all members for nuisance functions and these columns fit.
 toliman_period_options options_for(size_t columns, const toliman_period_options *given) {
     const toliman_period_options options = accept(given, toliman_period_options{}, "options");
     if (options.struct_size < sizeof options)
@@ -328,14 +328,15 @@ toliman_status toliman_sky_set_columns(const toliman_sky *sky, double unit_arcse
         if (!(unit_arcsec > 0 && std::isfinite(unit_arcsec)))
             fail(Status::argument, "{unit_arcsec} = %g: must be above 0 and finite", unit_arcsec);
         const std::vector<sky::Column> columns =
-            sky::error_columns(sky->predictor->system(), unit_arcsec, known_scale_sigma(scale_sigma));
+            sky::error_columns(sky->predictor->system(), known_scale_sigma(scale_sigma));
         toliman_period_options changed = options_for(columns.size(), options);
         std::fill_n(elements, sky::kElements, -1);
         changed.columns = static_cast<int32_t>(columns.size());
         for (size_t c = 0; c < columns.size(); c++) {
             elements[c] = static_cast<int32_t>(columns[c].element);
             changed.column_bound[c] = columns[c].bound;
-            changed.prior_precision[1 + static_cast<size_t>(changed.trend) + c] = columns[c].precision;
+            changed.prior_precision[1 + static_cast<size_t>(changed.trend) + c] =
+                prior_precision(columns[c].sigma, unit_arcsec);
         }
         deliver(changed, options, "options");
     });

@@ -1,11 +1,14 @@
 // Definition of toliman_sky.
 #pragma once
+#include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include <toliman/sky.h>
 
 #include "api/handle.hpp"
+#include "sky/columns.hpp"
 #include "sky/prediction.hpp"
 #include "track/reduction.hpp"
 
@@ -16,7 +19,14 @@ struct SkySource {
     std::string system; // JSON text; that of `folder` if it has the same numbers
     bool in_orbit = false;
     track::Reduce reduce;
+    std::function<std::vector<sky::Column>(double scale_sigma)> error_columns; // of the orbit
 };
+
+// Precision of the prior of the error of an element, whose column is in arcsec, in values of this unit.
+inline double prior_precision(double sigma, double unit_arcsec) noexcept {
+    const double own = sigma / unit_arcsec;
+    return 1 / (own * own);
+}
 
 // The system, and the means over the time on target of a frame. `sky` must outlive the result. folder: the system of a
 // folder, or "". Status::argument if the predictor leaves out effects.

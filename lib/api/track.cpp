@@ -19,9 +19,10 @@
 #include "api/guard.hpp"
 #include "api/handles.hpp"
 #include "api/memory.hpp"
-#include "api/pixel_frames.hpp"
 #include "api/struct_array.hpp"
 #include "api/track_estimators.hpp"
+#include "api/track_frames.hpp"
+#include "api/track_functions.hpp"
 #include "api/track_handle.hpp"
 #include "api/track_results.hpp"
 #include "base/workers.hpp"
@@ -49,9 +50,6 @@ class ExclusiveUse {
 
 constexpr Choice<track::Stamp> kStamps = {TOLIMAN_FRAME_STAMP_START, TOLIMAN_FRAME_STAMP_END,
                                           "TOLIMAN_FRAME_STAMP_..."};
-constexpr double kLongestExposure = 1e9; // s
-
-constexpr int64_t kLargestSide = 65536;
 constexpr uint32_t kLargestGroup = 65536;
 constexpr double kSigmasToLimit = 1e4, kReducedLimitPx = 0.25;
 constexpr double kMostScale = 1e6; // arcsec per px
@@ -94,6 +92,7 @@ toliman_track_options known_options(const toliman_track_options *given) {
     if (!(options.plate_scale_arcsec >= 0 && options.plate_scale_arcsec <= kMostScale))
         fail(Status::argument, "{options->plate_scale_arcsec} = %g: must be in (0, %g] arcsec per px, or 0",
              options.plate_scale_arcsec, kMostScale);
+    check_functions(options);
     if (options.capacity < 1 || options.capacity > track::FrameIndex::kMax)
         fail(Status::argument, "{options->capacity} = %lld: must be in [1, 2^28], or 0 for 2^20",
              static_cast<long long>(options.capacity));
@@ -198,7 +197,6 @@ void check_measured(const toliman_track_options &options, const track::Columns &
 }
 
 // The setup of the folder; else that of setup_folder, for a new folder.
-using KnownSetup = std::optional<track::Setup>;
 KnownSetup known_setup(const toliman_track_options &options, const track::StateFolder &place,
                        const track::Terms &terms) {
     if (place.setup || options.setup_folder == nullptr || has_records(place))
@@ -311,6 +309,7 @@ toliman_track_options options_of(Store &store) {
         set_grid(options, setup->grid);
         set_timing(options, setup->timing);
         options.plate_scale_arcsec = setup->reference.scale_arcsec;
+        show_functions(setup->grid.basis, setup->errors, setup->reference.is_given(), options);
     }
     return options;
 }
@@ -332,6 +331,7 @@ void keep_options(toliman_track &made, const toliman_track_options &given) {
     set_grid(options, made.period.stream.grid());
     set_timing(options, plan.timing);
     options.plate_scale_arcsec = plan.reference.scale_arcsec;
+    show_functions(made.period.stream.grid().basis, plan.errors, plan.reference.is_given(), options);
     options.folder = given.folder != nullptr ? made.folder.c_str() : nullptr;
     options.clock = made.clock.empty() ? nullptr : made.clock.data();
     options.clock_points = plan.clock.points().size();
@@ -356,12 +356,14 @@ std::unique_ptr<toliman_track> make_track(const toliman_track_options &options) 
     place.log = {options.log, options.log_data};
     place.rebuild = (options.flags & TOLIMAN_TRACK_REBUILD) != 0;
     const KnownSetup known = known_setup(options, place, plan.terms);
-    const track::Setup setup = setup_of(grid, clock, known, place);
+    track::Setup setup = setup_of(grid, clock, known, place);
     plan.clock = setup.clock;
     plan.timing = timing_of(options, known, place);
     const std::string system = known ? known->reference.system : "";
     SkySource sky = options.sky != nullptr ? options.sky->source(*options.sky, system) : SkySource();
-    plan.reference = reference_of(options, source, known, sky);
+    plan.reference = setup.reference = reference_of(options, source, known, sky);
+    set_functions(options, known, sky, setup);
+    plan.errors = setup.errors;
     plan.columns = columns_of(options, source, plan.reference);
     plan.reduce = std::move(sky.reduce);
     if (options.estimate != nullptr)
@@ -380,98 +382,6 @@ std::unique_ptr<toliman_track> make_track(const toliman_track_options &options) 
     made->tracker.emplace(std::move(plan), std::move(source.estimate), std::move(place), made->period.stream);
     keep_options(*made, options);
     return made;
-}
-
-constexpr size_t kMostIntervals = 65536;
-constexpr int64_t kFarthestWindow = int64_t{1} << 31;
-
-void required_member(const void *pointer, size_t i, const char *name) {
-    if (pointer == nullptr)
-        fail(Status::argument, "{frames[%zu].%s} is NULL", i, name);
-}
-
-void check_name(const char *text, size_t i, const char *name) {
-    required_member(text, i, name);
-    if (is_name(text))
-        return;
-    char place[48];
-    std::snprintf(place, sizeof place, "frames[%zu].%s", i, name);
-    track::check_name(text, place);
-}
-
-// Checks exposure, intervals on target (increasing, within the exposure) and window position.
-void check_exposure(const toliman_frame &given, size_t i) {
-    if (!(given.exposure_s >= 0 && given.exposure_s <= kLongestExposure))
-        fail(Status::argument, "{frames[%zu].exposure_s} = %g: must be in [0, %g]", i, given.exposure_s,
-             kLongestExposure);
-    for (const auto &[name, place] : {std::pair("window_row", given.window_row), {"window_col", given.window_col}})
-        if (place < -kFarthestWindow || place > kFarthestWindow)
-            fail(Status::argument, "{frames[%zu].%s} = %lld: must be in [-2^31, 2^31]", i, name,
-                 static_cast<long long>(place));
-    if (given.interval_count > kMostIntervals)
-        fail(Status::argument, "{frames[%zu].interval_count} = %zu: must be at most %zu", i, given.interval_count,
-             kMostIntervals);
-    if (given.interval_count > 0)
-        required_member(given.intervals, i, "intervals");
-    double before = 0;
-    for (size_t k = 0; k < given.interval_count; k++) {
-        const double start = given.intervals[2 * k], end = given.intervals[2 * k + 1];
-        if (!(start >= before && end > start && end <= given.exposure_s))
-            fail(Status::argument,
-                 "{frames[%zu].intervals[%zu]} = %g to %g: must increase, follow the previous interval and lie within "
-                 "the exposure of %g s",
-                 i, k, start, end, given.exposure_s);
-        before = end;
-    }
-}
-
-// Status::argument, naming the member, if a frame is impossible for this tracker.
-void check_frame(const toliman_frame &given, size_t i, const track::Terms &terms) {
-    const auto refuse = [i](const char *name, int64_t value, const char *allowed) {
-        fail(Status::argument, "{frames[%zu].%s} = %lld: must be %s", i, name, static_cast<long long>(value), allowed);
-    };
-    check_name(given.session, i, "session");
-    check_name(given.roi, i, "roi");
-    required_member(given.pixels, i, "pixels");
-    if (!kPixels.contains(given.pixel))
-        refuse("pixel", given.pixel, "one of TOLIMAN_PIXEL_..., 31 to 41");
-    if (given.rows < 1 || given.rows > kLargestSide)
-        refuse("rows", given.rows, "in [1, 65536]");
-    if (given.cols < 1 || given.cols > kLargestSide)
-        refuse("cols", given.cols, "in [1, 65536]");
-    if (given.stride != 0 && (given.stride < given.cols || given.stride > INT32_MAX))
-        refuse("stride", given.stride, "0 or in [cols, 2^31 - 1]");
-    if (given.dropped < 0 || given.dropped > UINT16_MAX)
-        refuse("dropped", given.dropped, "in [0, 65535]");
-    if (given.sigma != 0 && !terms.allows_sigma(given.sigma))
-        fail(Status::argument, "{frames[%zu].sigma} = %g: must be 0 or in [%g, %g], 1 to 32 times the tracker's", i,
-             given.sigma, terms.sigma, track::Terms::kMaxSigmaRatio * terms.sigma);
-    check_exposure(given, i);
-    const size_t width = size_of(kPixels.to_enum(given.pixel, "pixel"));
-    if (reinterpret_cast<uintptr_t>(given.pixels) % width != 0)
-        fail(Status::argument, "{frames[%zu].pixels}: must be aligned to %zu bytes, the size of a pixel", i, width);
-}
-
-// Converts a frame that has been checked.
-track::Frame frame_of(const toliman_frame &given) {
-    track::Frame frame = {};
-    frame.session = given.session;
-    frame.roi = given.roi;
-    frame.frame_id = given.frame_id;
-    frame.camera_ns = given.camera_ns;
-    frame.dropped = static_cast<uint16_t>(given.dropped);
-    frame.sigma = given.sigma != 0 ? given.sigma : 0; // -0 becomes 0
-    frame.pixel = kPixels.to_enum(given.pixel, "pixel");
-    frame.pixels = given.pixels;
-    frame.rows = static_cast<size_t>(given.rows);
-    frame.cols = static_cast<size_t>(given.cols);
-    frame.stride = static_cast<size_t>(given.stride != 0 ? given.stride : given.cols);
-    frame.exposure_s = given.exposure_s != 0 ? given.exposure_s : 0;
-    frame.intervals = given.intervals;
-    frame.interval_count = given.interval_count;
-    frame.window_row = given.window_row;
-    frame.window_col = given.window_col;
-    return frame;
 }
 
 using Frames = StructArray<const toliman_frame>;

@@ -165,7 +165,8 @@ toliman_status toliman_track_query_fit(const toliman_track *track, toliman_perio
         const Use use(track, "track");
         required(out, "out");
         const track::Series series = use->tracker->series();
-        const period::Samples samples = {series.t.data(), series.y.data(), series.sigma.data(), series.t.size()};
+        period::Samples samples = {series.t.data(), series.y.data(), series.sigma.data(), series.t.size()};
+        samples.columns = series.rows.data();
         const period::Stream &stream = use->period.stream;
         deliver(public_fit(stream, samples), out, "out");
     });

@@ -103,6 +103,8 @@ inline toliman_track_info public_info(const track::Tracker &tracker, uint32_t fl
     info.value_limit = tracker.plan().terms.value_limit;
     const track::Reference &reference = tracker.plan().reference;
     info.plate_scale_arcsec = reference.scale_arcsec;
+    for (uint32_t i = 0; i < track::kPartials; i++)
+        info.elements |= tracker.plan().errors.sigmas[i] > 0 ? 1u << i : 0;
     info.system = reference.is_given() ? reference.system.c_str() : nullptr;
     return info;
 }

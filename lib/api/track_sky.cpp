@@ -52,7 +52,8 @@ SkySource sky_source(const toliman_sky &sky, const std::string &folder) {
             predictor.observer().kind() != sky::Observer::Kind::earth,
             [&predictor](const track::OnTarget &on_target, track::Reduction &reduction) {
                 return reduce(predictor, on_target, reduction);
-            }};
+            },
+            [&predictor](double scale_sigma) { return sky::error_columns(predictor.system(), scale_sigma); }};
 }
 
 } // namespace toliman::api

@@ -254,6 +254,14 @@ std::vector<uint8_t> Stream::save() const {
     return out.take();
 }
 
+size_t Stream::header_size(const void *start) {
+    ByteReader in(start, kHeaderSize, kKind);
+    uint32_t version;
+    uint64_t digest;
+    const Grid grid = read_start(in, version, digest);
+    return kHeaderSize + (version == kVersion ? grid.basis.saved_size() : 0);
+}
+
 Stream Stream::load(const void *bytes, size_t size) {
     ByteReader in(bytes, size, kKind);
     const Grid grid = read_grid(in);

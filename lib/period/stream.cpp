@@ -134,9 +134,14 @@ Sample Stream::sample_ns(int64_t t_ns, double y, double sigma) const noexcept {
     return sample;
 }
 
-bool Stream::covers(const Sample &sample) const noexcept {
+bool Stream::is_within_cycles(const Sample &sample) const noexcept {
     const double elapsed = std::fabs(sample.t_high);
     return elapsed <= kMaxTime && elapsed * grid_.last() <= kMaxCycles;
+}
+
+bool Stream::covers(const Sample &sample) const noexcept {
+    return is_within_cycles(sample) && is_in_span(sample) &&
+           (sample.columns == nullptr || are_within_bounds(sample.columns));
 }
 
 void Stream::check(const Sample &sample, int64_t index) const {
@@ -151,7 +156,7 @@ void Stream::check(const Sample &sample, int64_t index) const {
         fail(Status::argument, "%s{sigma} = %g: must be finite and above 0", where, sigma);
     if (!(elapsed <= kMaxTime))
         fail(Status::range, "%s{t} = %g: must be within %g of time_offset = %g", where, t, kMaxTime, grid_.time_offset);
-    if (!covers(sample))
+    if (!is_within_cycles(sample))
         fail(Status::range, "%s{t} = %g: must be within 2^50 cycles of time_offset", where, t);
     if (!(std::fabs(y - grid_.value_offset) <= grid_.value_bound))
         fail(Status::range, "%s{y} = %g: must be within value_bound = %g of value_offset = %g, both fixed at creation",

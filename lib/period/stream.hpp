@@ -80,7 +80,8 @@ class Stream {
     Sample sample(double t, double low, double y, double sigma) const noexcept;
     Sample sample_ns(int64_t t_ns, double y, double sigma) const noexcept;
 
-    // Returns whether the sample's time is within 2^50 cycles of the reference, so that its phases are reduced exactly.
+    // Returns whether the sample's time is within 2^50 cycles of the reference, so that its phases are reduced exactly,
+    // and in the span of the trend, and its columns, if it has any, are within their bounds.
     bool covers(const Sample &sample) const noexcept;
     // Fails unless the sample can be pushed; the message names it by its index where index >= 0.
     void check(const Sample &sample, int64_t index) const;
@@ -142,12 +143,17 @@ class Stream {
     static size_t saved_size(const void *header, size_t size);
     static constexpr size_t kHeaderSize = 4 + 4 + 4 + 4 + 10 * 8 + 8; // without the basis
     static std::vector<uint8_t> header(const Grid &grid);
+    // Size of a header that begins with these kHeaderSize bytes.
+    static size_t header_size(const void *start);
     static Grid load_header(const void *header, size_t size);
 
   private:
     void add(const Sample &sample, double sign) noexcept;
     void add_sample(const kernels::PushSample &sample) noexcept;
     void add_row(const Sample &given, const kernels::PushSample &sample) noexcept;
+    bool is_within_cycles(const Sample &sample) const noexcept;
+    bool is_in_span(const Sample &sample) const noexcept;
+    bool are_within_bounds(const double *columns) const noexcept;
     void check_basis(const Sample &sample, const char *where) const;
     template <class Real> Real sum_at(size_t sum, int64_t k, double unit) const noexcept {
         return carry_save_value<Real>(*low(sum, k), *high(sum, k)) * static_cast<Real>(unit);

@@ -6,11 +6,24 @@
 
 namespace toliman::period {
 
+bool Stream::is_in_span(const Sample &sample) const noexcept {
+    constexpr double kRounding = 1 + 1e-12; // of times that are not doubles
+    const Basis &basis = grid_.basis;
+    return basis.trend == 0 ||
+           std::fabs(static_cast<double>(position(basis, grid_.time_offset, sample.t_high, sample.t_low))) <= kRounding;
+}
+
+bool Stream::are_within_bounds(const double *columns) const noexcept {
+    const Basis &basis = grid_.basis;
+    for (size_t c = 0; c < static_cast<size_t>(basis.columns); c++)
+        if (!(std::fabs(columns[c]) <= basis.bound[c]))
+            return false;
+    return true;
+}
+
 void Stream::check_basis(const Sample &sample, const char *where) const {
     const Basis &basis = grid_.basis;
-    constexpr double kRounding = 1 + 1e-12; // of times that are not doubles
-    if (basis.trend > 0 &&
-        !(std::fabs(static_cast<double>(position(basis, grid_.time_offset, sample.t_high, sample.t_low))) <= kRounding))
+    if (!is_in_span(sample))
         fail(Status::range, "%s{t} = %.9g: must be in the span of the trend, [%.9g, %.9g], fixed at creation", where,
              sample.t, basis.start, basis.end);
     if (basis.columns > 0 && sample.columns == nullptr)

@@ -1,13 +1,13 @@
 // Method: the separation g of the reference orbit and the true one differ by sum of dg/de_j times the error of e_j, to
-// first order. In units u of the values the coefficient of dg/de_j has the standard deviation s_j/u. An error of the
-// plate scale by a factor 1 + x changes g by x g = (dg/da) (a x): it is an error a x of the semi-major axis.
+// first order. An error of the plate scale by a factor 1 + x changes g by x g = (dg/da) (a x): it is an error a x of
+// the semi-major axis.
 #include "sky/columns.hpp"
 
 #include <cmath>
 
 namespace toliman::sky {
 
-std::vector<Column> error_columns(const System &system, double unit_arcsec, double scale_sigma) {
+std::vector<Column> error_columns(const System &system, double scale_sigma) {
     Orbit sigmas = system.sigma.orbit;
     const double axis = system.value.orbit.semi_major_arcsec;
     sigmas.semi_major_arcsec = std::hypot(sigmas.semi_major_arcsec, axis * scale_sigma);
@@ -16,8 +16,8 @@ std::vector<Column> error_columns(const System &system, double unit_arcsec, doub
     bound_partials(system.value.orbit, bounds);
     std::vector<Column> columns;
     for (size_t i = 0; i < kElements; i++)
-        if (const double sigma = sigmas.*kElementOf[i] / unit_arcsec; sigma > 0)
-            columns.push_back({i, bounds[i], 1 / (sigma * sigma)});
+        if (const double sigma = sigmas.*kElementOf[i]; sigma > 0)
+            columns.push_back({i, bounds[i], sigma});
     return columns;
 }
 

@@ -10,13 +10,12 @@ namespace toliman::sky {
 // The partial derivative of the separation by an element, whose coefficient is the error of the element.
 struct Column {
     size_t element;
-    double bound;     // of its absolute values, arcsec per unit of the element
-    double precision; // 1/s^2 of the prior of the coefficient
+    double bound; // of its absolute values, arcsec per unit of the element
+    double sigma; // standard deviation of the error
 };
 
-// Those of the elements with a standard deviation, except the node, which changes no separation.
-// Given   unit_arcsec, arcsec per unit of the values
-//         scale_sigma, standard deviation of the relative error of the plate scale
-std::vector<Column> error_columns(const System &system, double unit_arcsec, double scale_sigma);
+// Those of the elements with a standard deviation, except the node, which changes no separation. scale_sigma: standard
+// deviation of the relative error of the plate scale.
+std::vector<Column> error_columns(const System &system, double scale_sigma);
 
 } // namespace toliman::sky

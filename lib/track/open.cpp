@@ -78,7 +78,7 @@ void Tracker::open(StateFolder &folder) {
     const LedgerFile file(*store_);
     adopt_columns(file);
     if (plan_.reference.is_given())
-        reducer_.emplace(columns_, plan_.reference, file.path());
+        reducer_.emplace(columns_, plan_.reference, plan_.errors, file.path());
     const Checkpoint none, &point = folder.loaded ? folder.loaded->checkpoint : none;
     salt_ = file.salt();
     merged_[salt_].salt = salt_;
@@ -168,10 +168,11 @@ void Tracker::check_setup(const StateFolder &folder) const {
              store_->path("").c_str());
     if (folder.rebuild)
         return;
-    if (folder.setup->grid.digest() != sums_.grid().digest())
-        fail(Status::mismatch, "{%s}: has another frequency grid, time offset or unit: rebuild to change it",
-             path.c_str());
     check_reference(folder.setup->reference, plan_.reference, path);
+    if (folder.setup->grid.digest() != sums_.grid().digest())
+        fail(Status::mismatch,
+             "{%s}: has another frequency grid, time offset, unit or nuisance functions: rebuild to change it",
+             path.c_str());
     if (!is_same_clock)
         fail(Status::mismatch, "{%s}: has another clock: rebuild to change it", path.c_str());
 }
@@ -183,10 +184,11 @@ void Tracker::push_accepted_from(uint64_t first) {
         if (record.kind != Kind::accepted && record.kind != Kind::quarantined)
             return;
         const KnownFrame &known = *index_.find(key_of(record));
+        Row row;
         if (record.kind == Kind::accepted && known.state() == FrameState::accepted)
-            sums_.push(*sample_of(record));
+            sums_.push(*sample_of(record, row));
         if (record.kind == Kind::quarantined && known.record() < first)
-            if (const auto sample = sample_of(ledger_->read(known.record())))
+            if (const auto sample = sample_of(ledger_->read(known.record()), row))
                 sums_.retract(*sample);
     });
 }

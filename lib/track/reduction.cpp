@@ -21,19 +21,29 @@ uint64_t &cell(Cells &cells, OwnColumn column, size_t further = 0) noexcept {
 
 } // namespace
 
-Reducer::Reducer(const Columns &columns, const Reference &reference, const std::string &ledger)
+Reducer::Reducer(const Columns &columns, const Reference &reference, OrbitErrors errors, const std::string &ledger)
     : measured_(columns.find(kMeasured)), factor_(columns.find(name_of(OwnColumn::factor))),
-      geometric_(columns.find(name_of(OwnColumn::geometric_arcsec))), scale_arcsec_(reference.scale_arcsec) {
+      geometric_(columns.find(name_of(OwnColumn::geometric_arcsec))),
+      partials_(columns.find(name_of(OwnColumn::partials))), scale_arcsec_(reference.scale_arcsec), errors_(errors) {
     if (measured_ == columns.count())
         fail(Status::mismatch, "{%s}: has no column %s: a system needs a fit, or an estimator with this value",
              ledger.c_str(), kMeasured);
-    if (factor_ == columns.count() || geometric_ == columns.count())
+    if (factor_ == columns.count() || geometric_ == columns.count() || partials_ + kPartials > columns.count())
         fail(Status::mismatch, "{%s}: its frames are not reduced: rebuild the folder with the system", ledger.c_str());
 }
 
 double Reducer::value(const Record &record) const noexcept {
     const auto number = [&](size_t column) { return with_bits<double>(record.cells[column]); };
     return number(measured_) / number(factor_) - number(geometric_) / scale_arcsec_;
+}
+
+Row Reducer::row(const Record &record) const noexcept {
+    Row row = {};
+    size_t column = 0;
+    for (size_t i = 0; i < kPartials; i++)
+        if (errors_.sigmas[i] > 0)
+            row[column++] = with_bits<double>(record.cells[partials_ + i]);
+    return row;
 }
 
 void store(const Reduction *reduction, Cells &cells) noexcept {

@@ -1,12 +1,15 @@
 // Reduction of measured separations: what a planet changes, without the orbit of the binary and without the motion of
 // the observer.
 #pragma once
+#include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <string>
 #include <vector>
 
+#include "period/basis.hpp"
 #include "track/clock.hpp"
 #include "track/columns.hpp"
 #include "track/record.hpp"
@@ -48,17 +51,32 @@ struct Reference {
     }
 };
 
+// Errors of the reference orbit that are nuisance functions of the sums.
+struct OrbitErrors {
+    std::array<double, kPartials> sigmas = {}; // above 0: the partial derivative by the element is the next column
+    double scale_sigma = 0; // relative error of the plate scale, contained in that of the semi-major axis
+    size_t count() const noexcept {
+        return static_cast<size_t>(std::count_if(sigmas.begin(), sigmas.end(), [](double sigma) { return sigma > 0; }));
+    }
+};
+
+// Values of the columns of a sample.
+using Row = std::array<double, period::kMaxColumns>;
+
 // Reads and writes the reduction of a record.
 class Reducer {
   public:
     // Status::mismatch unless the columns include the measured separation and, for reading, those of a reduction.
-    Reducer(const Columns &columns, const Reference &reference, const std::string &ledger);
+    Reducer(const Columns &columns, const Reference &reference, OrbitErrors errors, const std::string &ledger);
     // Measured separation divided by the factor, minus the geometric separation, px; NaN if the record is not reduced.
     double value(const Record &record) const noexcept;
+    // The values of the columns, arcsec per unit of each element.
+    Row row(const Record &record) const noexcept;
 
   private:
-    size_t measured_, factor_, geometric_;
+    size_t measured_, factor_, geometric_, partials_;
     double scale_arcsec_;
+    OrbitErrors errors_;
 };
 
 // Stores the reduction in cells of columns of this version; NULL: none.

@@ -80,7 +80,8 @@ void rewrite_ledger(Store &store, const Terms &terms, Setup setup, const Reduce 
     const Ledger old(store, Access::write, terms, 1, Sync::none, mark, [](const Record &, uint64_t) {});
     warn_of_torn(old, store.path(LedgerFile::kName), Access::write, log);
     Rewriter rewrite(old.columns(), setup, reduce, keep);
-    Reducer(rewrite.columns(), setup.reference, store.path(LedgerFile::kName)); // refuses before anything is written
+    Reducer(rewrite.columns(), setup.reference, setup.errors,
+            store.path(LedgerFile::kName)); // refuses before anything is written
     LedgerWriter writer(store, terms, rewrite.columns());
     old.visit(0, old.count(), [&](const Record &record, uint64_t) {
         if (record.kind != Kind::merged || record.stream != old.salt())

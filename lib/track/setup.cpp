@@ -14,7 +14,7 @@ namespace toliman::track {
 namespace {
 
 constexpr char kMagic[] = "TLMS", kKind[] = "setup";
-constexpr uint32_t kVersion = 3, kVersionWithoutReference = 2, kVersionWithoutTiming = 1;
+constexpr uint32_t kVersion = 4, kVersionWithoutFunctions = 3, kVersionWithoutReference = 2, kVersionWithoutTiming = 1;
 constexpr size_t kLongestSystem = size_t{256} << 10;
 constexpr double kMostScale = 1e6;       // arcsec per px
 constexpr double kLongestExposure = 1e9; // s
@@ -38,17 +38,43 @@ Timing read_timing(ByteReader &in) {
     return {static_cast<Stamp>(stamp), exposure};
 }
 
-Reference read_reference(ByteReader &in) {
+// may_be_none: whether the frames need not be reduced.
+Reference read_reference(ByteReader &in, bool may_be_none) {
     Reference reference;
     const uint32_t in_orbit = in.u32();
     reference.in_orbit = in_orbit != 0;
     reference.scale_arcsec = in.f64();
     const size_t size = in.u32();
+    if (may_be_none && size == 0 && reference.scale_arcsec == 0 && in_orbit == 0)
+        return reference;
     if (!(reference.scale_arcsec > 0 && reference.scale_arcsec <= kMostScale) || size < 1 || size > kLongestSystem ||
         size > in.left() || in_orbit > 1)
         fail(Status::format, "%s: system of %zu bytes, plate scale %g", kKind, size, reference.scale_arcsec);
     reference.system.assign(reinterpret_cast<const char *>(in.raw(size)), size);
     return reference;
+}
+
+period::Grid read_grid(ByteReader &in) {
+    constexpr size_t kStart = period::Stream::kHeaderSize;
+    const uint8_t *const start = in.raw(kStart);
+    const size_t size = period::Stream::header_size(start);
+    in.raw(size - kStart);
+    return period::Stream::load_header(start, size);
+}
+
+OrbitErrors read_errors(ByteReader &in, const period::Grid &grid, const Reference &reference) {
+    OrbitErrors errors;
+    bool are_known = reference.is_given() || grid.basis.columns == 0;
+    for (double &sigma : errors.sigmas) {
+        sigma = in.f64();
+        are_known = are_known && sigma >= 0 && std::isfinite(sigma);
+    }
+    errors.scale_sigma = in.f64();
+    if (!are_known || !(errors.scale_sigma >= 0 && errors.scale_sigma < 1) ||
+        errors.count() != static_cast<size_t>(grid.basis.columns))
+        fail(Status::format, "%s: errors of %zu elements in %d columns, of the plate scale %g", kKind, errors.count(),
+             grid.basis.columns, errors.scale_sigma);
+    return errors;
 }
 
 Setup read(const std::vector<uint8_t> &bytes) {
@@ -61,14 +87,20 @@ Setup read(const std::vector<uint8_t> &bytes) {
         point.camera_ns = in.i64();
         point.tai_ns = in.i64();
     }
-    const size_t size = period::Stream::kHeaderSize;
-    const period::Grid grid = period::Stream::load_header(in.raw(size), size);
-    const Timing timing = version == kVersionWithoutTiming ? Timing() : read_timing(in);
-    const uint64_t salt = version == kVersion ? in.u64() : 0;
-    Reference reference = version == kVersion ? read_reference(in) : Reference();
+    Setup setup = {read_grid(in), Clock(std::move(points))};
+    if (version > kVersionWithoutTiming)
+        setup.timing = read_timing(in);
+    if (version > kVersionWithoutReference) {
+        setup.salt = in.u64();
+        setup.reference = read_reference(in, version == kVersion);
+    }
+    if (version == kVersion)
+        setup.errors = read_errors(in, setup.grid, setup.reference);
+    if (setup.grid.basis.any() != (version == kVersion))
+        fail(Status::format, "%s: version %u with %zu functions", kKind, version, setup.grid.basis.functions());
     if (in.left() > 0)
         fail(Status::format, "%s: has %zu extra bytes", kKind, in.left());
-    return {grid, Clock(std::move(points)), timing, std::move(reference), salt};
+    return setup;
 }
 
 std::optional<Setup> load(Store &store, const char *name) {
@@ -91,14 +123,16 @@ uint32_t Setup::digest() const {
     return ByteReader(bytes.data() + bytes.size() - 4, 4, kKind).u32();
 }
 
-// Without a reference, and with the default timing, earlier versions are written, so that older folders keep their
-// bytes and their checkpoints stay valid.
+// Earlier versions are written without nuisance functions, without a reference, and with the default timing, so that
+// older folders keep their bytes and their checkpoints stay valid.
 std::vector<uint8_t> to_bytes(const Setup &setup) {
-    const bool has_reference = setup.reference.is_given();
+    const bool has_functions = setup.grid.basis.any();
+    const bool has_reference = has_functions || setup.reference.is_given();
     const bool has_timing = has_reference || !(setup.timing == Timing());
-    ByteWriter out = begin_file(kMagic, has_reference ? kVersion
-                                        : has_timing  ? kVersionWithoutReference
-                                                      : kVersionWithoutTiming);
+    ByteWriter out = begin_file(kMagic, has_functions   ? kVersion
+                                        : has_reference ? kVersionWithoutFunctions
+                                        : has_timing    ? kVersionWithoutReference
+                                                        : kVersionWithoutTiming);
     out.u32(static_cast<uint32_t>(setup.clock.points().size()));
     for (const ClockPoint &point : setup.clock.points()) {
         out.i64(point.camera_ns);
@@ -116,6 +150,11 @@ std::vector<uint8_t> to_bytes(const Setup &setup) {
         out.f64(setup.reference.scale_arcsec);
         out.u32(static_cast<uint32_t>(setup.reference.system.size()));
         out.raw(setup.reference.system.data(), setup.reference.system.size());
+    }
+    if (has_functions) {
+        for (const double sigma : setup.errors.sigmas)
+            out.f64(sigma);
+        out.f64(setup.errors.scale_sigma);
     }
     return finish_file(std::move(out));
 }

@@ -38,7 +38,8 @@ struct Setup {
     Clock clock;
     Timing timing = {};
     Reference reference = {};
-    uint64_t salt = 0; // with a reference: of the ledger whose frames are reduced to it
+    uint64_t salt = 0;       // with a reference: of the ledger whose frames are reduced to it
+    OrbitErrors errors = {}; // columns of the grid
     uint32_t digest() const;
 };
 

@@ -42,22 +42,27 @@ Tracker::Tracker(Plan plan, Estimate estimate, StateFolder folder, period::Strea
     }
     memory_.resize(static_cast<size_t>(plan_.capacity) * record_size(columns_.count()));
     if (plan_.reference.is_given())
-        reducer_.emplace(columns_, plan_.reference, "options->values");
+        reducer_.emplace(columns_, plan_.reference, plan_.errors, "options->values");
 }
 
-std::optional<period::Sample> Tracker::sample_of(const Record &record) const noexcept {
+std::optional<period::Sample> Tracker::sample_of(const Record &record, Row &row) const noexcept {
     const std::optional<int64_t> tai_ns = plan_.clock.tai_ns(record.camera_ns);
     const double value = value_of(record);
     if (record.kind != Kind::accepted || !tai_ns || !(std::fabs(value) <= plan_.terms.value_limit))
         return std::nullopt;
-    const period::Sample sample = sums_.sample_ns(*tai_ns, value, record.sigma);
+    period::Sample sample = sums_.sample_ns(*tai_ns, value, record.sigma);
+    if (reducer_) {
+        row = reducer_->row(record);
+        sample.columns = row.data();
+    }
     return sums_.covers(sample) ? std::optional(sample) : std::nullopt;
 }
 
 FrameState Tracker::state_of(const Record &record) const noexcept {
     if (record.kind == Kind::accepted && std::isnan(value_of(record)))
         return FrameState::unreduced;
-    return sample_of(record) ? FrameState::accepted : FrameState::outlier;
+    Row row;
+    return sample_of(record, row) ? FrameState::accepted : FrameState::outlier;
 }
 
 int64_t &Tracker::count_of(FrameState state) noexcept {
@@ -287,7 +292,8 @@ void Tracker::register_frame(const Record &record, const Frame &frame, Outcome &
 void Tracker::add_frame(const Record &record, const double *intervals, size_t interval_count) {
     index_.check_capacity();
     streams_.check_capacity(record.stream);
-    const std::optional<period::Sample> sample = sample_of(record);
+    Row row;
+    const std::optional<period::Sample> sample = sample_of(record, row);
     if (ledger_ && columns_.has_intervals())
         for (const Record &part :
              interval_records(record, intervals, interval_count, columns_.count(), plan_.terms.sigma))
@@ -304,7 +310,8 @@ void Tracker::quarantine(const KnownFrame &known, Record record) {
     record.dropped = original.dropped; // to be subtracted from the counts
     clear_reduction(columns_, record);
     count_record(record, append_record(record));
-    if (const std::optional<period::Sample> sample = sample_of(original))
+    Row row;
+    if (const std::optional<period::Sample> sample = sample_of(original, row))
         sums_.retract(*sample);
 }
 
@@ -410,22 +417,27 @@ bool Tracker::has_uncommitted() const noexcept {
 
 // Sorted, so that results do not depend on the order of arrival.
 Series Tracker::series() const {
-    std::vector<period::Sample> samples;
+    std::vector<std::pair<period::Sample, Row>> samples;
     samples.reserve(static_cast<size_t>(counts_.accepted));
     visit(0, records(), [&](const Record &record, const Outcome &outcome) {
+        Row row = {};
         if (outcome.verdict == Verdict::accepted)
-            samples.push_back(*sample_of(record));
+            samples.emplace_back(*sample_of(record, row), row);
     });
-    std::sort(samples.begin(), samples.end(), [](const period::Sample &a, const period::Sample &b) {
-        return std::tie(a.t_high, a.t_low, a.y, a.sigma) < std::tie(b.t_high, b.t_low, b.y, b.sigma);
+    std::sort(samples.begin(), samples.end(), [](const auto &first, const auto &second) {
+        const auto &[a, row_a] = first;
+        const auto &[b, row_b] = second;
+        return std::tie(a.t_high, a.t_low, a.y, a.sigma, row_a) < std::tie(b.t_high, b.t_low, b.y, b.sigma, row_b);
     });
     Series series;
     for (std::vector<double> *column : {&series.t, &series.y, &series.sigma})
         column->reserve(samples.size());
-    for (const period::Sample &sample : samples) {
+    const auto columns = static_cast<std::ptrdiff_t>(plan_.errors.count());
+    for (const auto &[sample, row] : samples) {
         series.t.push_back(sample.t_high);
         series.y.push_back(sample.y);
         series.sigma.push_back(sample.sigma);
+        series.rows.insert(series.rows.end(), row.begin(), row.begin() + columns);
     }
     return series;
 }

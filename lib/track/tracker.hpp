@@ -64,6 +64,7 @@ struct Plan {
     Clock clock;
     Timing timing;
     Reference reference; // of the values in the sums
+    OrbitErrors errors;  // columns of the sums
     Reduce reduce;       // with a reference: needed to push frames, and to rebuild
     unsigned workers = 1;
     size_t group = 64; // records per write and fsync
@@ -96,9 +97,9 @@ struct Counts {
     int64_t dropped = 0; // by the camera, as reported by these except quarantined frames
 };
 
-// Time series of the accepted frames: times in the grid's unit from its reference, values, sigmas.
+// Time series of the accepted frames: times in the grid's unit from its reference, values, sigmas; rows of the columns.
 struct Series {
-    std::vector<double> t, y, sigma;
+    std::vector<double> t, y, sigma, rows;
 };
 
 // A session and region with its counts; empty names if unknown.
@@ -116,8 +117,8 @@ class Tracker {
     // terms or, without rebuild, another grid, clock or reference. To rebuild with `reduce` reduces all frames again.
     Tracker(Plan plan, Estimate estimate, StateFolder folder, period::Stream &sums);
 
-    // Estimates on all workers, then registers the frames in order. Does not allocate with one worker. On an exception
-    // the first `done` frames are registered, the others are not.
+    // Estimates on all workers, then registers the frames in order. With one worker, frames without intervals that are
+    // not reduced allocate nothing. On an exception the first `done` frames are registered, the others are not.
     void push(const Frame *frames, size_t count, Outcome *outcomes, size_t &done);
     // Merges the records of another folder as if its frames had been pushed here; records merged before are not counted
     // again. Status::mismatch for other terms. With salvage, damaged records are skipped. Returns the number of lost
@@ -183,7 +184,7 @@ class Tracker {
     void merge_all_records(Store &other, const Checkpoint &point, bool is_known);
     uint64_t merge_salvaged_records(const LedgerFile &file, const Checkpoint &point, bool is_known);
     bool merge_record(const Record &found, const Foreign &from, bool is_new);
-    Setup setup() const { return {sums_.grid(), plan_.clock, plan_.timing, plan_.reference, salt_}; }
+    Setup setup() const { return {sums_.grid(), plan_.clock, plan_.timing, plan_.reference, salt_, plan_.errors}; }
     void evaluate(const Frame &frame, Job &job, unsigned worker) noexcept;
     void validate_and_estimate(const Frame &frame, Job &job, unsigned worker);
     void reduce(const Frame &frame, Job &job, unsigned worker) noexcept;
@@ -206,8 +207,9 @@ class Tracker {
     double value_of(const Record &record) const noexcept { return reducer_ ? reducer_->value(record) : record.value; }
     FrameState state_of(const Record &record) const noexcept;
     int64_t &count_of(FrameState state) noexcept;
-    // Returns the sample of a record; none unless the frame was accepted, is reduced, and the sums cover it.
-    std::optional<period::Sample> sample_of(const Record &record) const noexcept;
+    // Returns the sample of a record, whose columns are in `row`; none unless the frame was accepted, is reduced, and
+    // the sums cover it.
+    std::optional<period::Sample> sample_of(const Record &record, Row &row) const noexcept;
 
     Plan plan_;
     Estimate estimate_;

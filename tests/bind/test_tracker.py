@@ -137,6 +137,25 @@ class Pushing(unittest.TestCase):
                 self.assertEqual(there.options["values"], ("dx",))
                 self.assertTrue(numpy.isnan(there.records()["dx"][0]))
 
+    def test_trend(self):
+        """A slow variation that has no period: the mean alone finds one, with a trend there is none."""
+        slow = 1e-3 * (numpy.arange(N) - 20.0)**2
+        alone, fitted, chosen = (tracker(lambda image: image[0, 0], **more)
+                                 for more in ({}, {"trend": 2, "span": (0, 59)}, {"trend": 0}))
+        reference = Periodogram(*GRID, trend=2, span=(0, 59), value_bound=2.0**20, time_offset_ns=0, unit_ns=DAY)
+        for k in range(N):
+            for ours in (alone, fitted, chosen):
+                ours.push(Frame(numpy.full((8, 6), slow[k]), frame_id=k, camera_ns=k * DAY))
+            reference.push(k * DAY, slow[k], ns=True)
+        numpy.testing.assert_array_equal(fitted.period.power(), reference.power())
+        numpy.testing.assert_array_equal(alone.period.power(), chosen.period.power())
+        self.assertLess(alone.period.peak().log10_fap, -10)
+        self.assertEqual((fitted.options["trend"], fitted.options["trend_end"]), (2, 59))
+        late = fitted.push(Frame(numpy.zeros((8, 6)), frame_id=99, camera_ns=60 * DAY))
+        self.assertEqual((late.verdict, late.reason), ("rejected", "clock"))
+        with self.assertRaisesRegex(InputError, "trend_end = 1: must be 0 without a trend"):
+            tracker(trend=0, span=(0, 1))
+
     def test_time_stamps_of_a_folder(self):
         with tempfile.TemporaryDirectory() as folder:
             with tracker(folder=folder, stamp="start", exposure_s=0.5) as ours:

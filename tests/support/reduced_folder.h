@@ -2,6 +2,8 @@
 #ifndef TOLIMAN_TESTS_REDUCED_FOLDER_H
 #define TOLIMAN_TESTS_REDUCED_FOLDER_H
 
+#include <toliman/period_nuisance.h>
+
 #include "track_folder.h"
 #include "track_reduced.h"
 
@@ -33,8 +35,8 @@ static inline int destroy_skies(void **unused) {
     return 0;
 }
 
-/* Measured separation over factor minus geometric separation; the clock is fast by `rate`. */
-static inline double reduced_by_hand(const toliman_sky *sky, const toliman_frame *frame, double measured, double rate) {
+/* The means over the time on target of a frame; the clock is fast by `rate`. */
+static inline toliman_sky_prediction mean_by_hand(const toliman_sky *sky, const toliman_frame *frame, double rate) {
     static int64_t spans[2 * 5000];
     const double whole[] = {0, frame->exposure_s}, *pairs = frame->interval_count > 0 ? frame->intervals : whole;
     const size_t count = frame->interval_count > 0 ? frame->interval_count : 1;
@@ -44,6 +46,12 @@ static inline double reduced_by_hand(const toliman_sky *sky, const toliman_frame
     }
     toliman_sky_prediction mean = TOLIMAN_SKY_PREDICTION_INIT;
     assert_ok(toliman_sky_predict_mean(sky, spans, count, &mean));
+    return mean;
+}
+
+/* Measured separation over factor minus geometric separation. */
+static inline double reduced_by_hand(const toliman_sky *sky, const toliman_frame *frame, double measured, double rate) {
+    const toliman_sky_prediction mean = mean_by_hand(sky, frame, rate);
     return measured / mean.factor - mean.geometric_arcsec / SCALE;
 }
 
@@ -51,21 +59,37 @@ static inline double value_by_hand(const toliman_sky *sky, const small_frame *fr
     return reduced_by_hand(sky, &frame->frame, base_px + value_of_frame(frame), 0);
 }
 
-static inline void push_by_hand(toliman_period *period, const toliman_sky *sky, int64_t id) {
+static inline void push_by_hand(toliman_period *period, const toliman_sky *sky, const int32_t elements[7], int64_t id) {
     small_frame frame;
     make_exposed(&frame, id);
     const double value = value_by_hand(sky, &frame);
-    if (fabs(value_of_frame(&frame)) <= VALUE_LIMIT && fabs(value) <= VALUE_LIMIT)
-        assert_ok(push_ns(period, frame.frame.camera_ns, value, SIGMA));
+    if (fabs(value_of_frame(&frame)) > VALUE_LIMIT || fabs(value) > VALUE_LIMIT)
+        return;
+    const toliman_sky_prediction mean = mean_by_hand(sky, &frame.frame, 0);
+    const toliman_period_sample sample = sample_ns(frame.frame.camera_ns, value, SIGMA);
+    double row[7];
+    for (int c = 0; c < 7 && elements[c] >= 0; c++)
+        row[c] = mean.partials[elements[c]];
+    assert_ok(toliman_period_push_rows(period, &sample, row, 1));
+}
+
+/* An empty periodogram with the errors of the orbit as nuisance functions; elements: those of its columns. */
+static inline toliman_period *clean_reduced(const toliman_sky *sky, int32_t elements[7]) {
+    const toliman_track_options options = reduced_options(NULL, sky);
+    toliman_period_options made = clean_options(&options);
+    assert_ok(toliman_sky_set_columns(sky, SCALE, 0, &made, elements));
+    toliman_period *clean = NULL;
+    assert_ok(toliman_period_create(options.f0, options.df, options.nf, &made, &clean));
+    return clean;
 }
 
 static inline void assert_sums_by_hand(const toliman_track *track, const toliman_sky *sky, int64_t last,
                                        int64_t without) {
-    const toliman_track_options options = reduced_options(NULL, sky);
-    toliman_period *clean = clean_period(&options);
+    int32_t elements[7];
+    toliman_period *clean = clean_reduced(sky, elements);
     for (int64_t id = 1; id <= last; id++)
         if (id != without)
-            push_by_hand(clean, sky, id);
+            push_by_hand(clean, sky, elements, id);
     assert_same_periods(period_of(track), clean);
     toliman_period_destroy(clean);
 }

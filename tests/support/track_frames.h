@@ -12,7 +12,7 @@
 
 #include <toliman/track_records.h>
 
-enum { SIDE = 8, PIXELS = SIDE * SIDE, FREQUENCIES = 40, STATE_CAPACITY = 16384 };
+enum { SIDE = 8, PIXELS = SIDE * SIDE, FREQUENCIES = 40, STATE_CAPACITY = 65536 };
 #define DAY_NS 86400000000000
 #define SIGMA 0.25
 #define VALUE_LIMIT 3.0
@@ -117,8 +117,8 @@ static inline toliman_track_info info_of(const toliman_track *track) {
     return info;
 }
 
-/* An empty periodogram on the grid that a tracker with these options must have. */
-static inline toliman_period *clean_period(const toliman_track_options *options) {
+/* Of the periodogram that a tracker with these options must have, without nuisance functions. */
+static inline toliman_period_options clean_options(const toliman_track_options *options) {
     toliman_period_options made;
     toliman_period_options_init(&made, sizeof made);
     made.flags = options->period_flags;
@@ -126,6 +126,12 @@ static inline toliman_period *clean_period(const toliman_track_options *options)
     made.unit_ns = options->unit_ns != 0 ? options->unit_ns : DAY_NS;
     made.value_bound = 4; /* the power of two above VALUE_LIMIT */
     made.sigma_floor = SIGMA;
+    return made;
+}
+
+/* An empty periodogram on the grid that a tracker with these options must have. */
+static inline toliman_period *clean_period(const toliman_track_options *options) {
+    const toliman_period_options made = clean_options(options);
     toliman_period *period = NULL;
     assert_ok(toliman_period_create(options->f0, options->df, options->nf, &made, &period));
     return period;

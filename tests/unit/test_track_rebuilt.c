@@ -127,10 +127,10 @@ static void rebuild_keeps_reductions_of_the_system(void **unused) {
     assert_int_equal(assert_counted(track).unreduced, 0);
     toliman_track_destroy(track);
     track = rebuild(NULL, SCALE); /* the reductions do not depend on the plate scale */
-    const toliman_track_options memory = reduced_options(NULL, predicted);
-    toliman_period *const sum = clean_period(&memory);
+    int32_t elements[7];
+    toliman_period *const sum = clean_reduced(predicted, elements);
     for (int64_t id = 1; id <= LAST; id++)
-        push_by_hand(sum, id < COVERED ? predicted : orbit, id);
+        push_by_hand(sum, id < COVERED ? predicted : orbit, elements, id);
     assert_same_periods(period_of(track), sum);
     toliman_period_destroy(sum);
     toliman_track_destroy(track);

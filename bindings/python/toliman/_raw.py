@@ -2247,7 +2247,9 @@ TOLIMAN_TRACK_REASON_SHAPE = 512  # number of rows or columns differs from the t
 TOLIMAN_TRACK_REASON_OVER_RANGE = 513  # pixel above the bit depth
 TOLIMAN_TRACK_REASON_ZERO_RUN = 514  # run of zero pixels of at least zero_run_bytes (lost packet)
 TOLIMAN_TRACK_REASON_NOT_FINITE = 515  # pixel that is NaN or infinite
-TOLIMAN_TRACK_REASON_CLOCK = 516  # time that overflows in TAI, or that the periodogram cannot represent
+
+# Time that overflows in TAI, that the periodogram cannot represent, or outside the span of its trend.
+TOLIMAN_TRACK_REASON_CLOCK = 516
 TOLIMAN_TRACK_REASON_ESTIMATE = 517  # estimator failed, or gave a non-finite value or a sigma out of range
 TOLIMAN_TRACK_REASON_NO_ORBIT = 518  # unreduced: the observer file has no state at its time. Since 0.2
 
@@ -2373,7 +2375,7 @@ class toliman_track_options(Sized):
     stamp: Origin of the camera_ns of all frames: stamp and exposure_s of toliman_ingest_options. The tracker records both
         in the setup file. In a reduction, exposure_s is the exposure of frames without their own. Since 0.2.
         TOLIMAN_FRAME_STAMP_..., 0 = that of the folder; in a new folder MIDDLE
-    reserved: 0
+    trend: order of a trend, see trend_start
     exposure_s: length of an exposure, at most 1e9 s; 0 = that of the folder; in a new folder unknown
     fit: Estimator that follows moving stars. The prediction of a frame is its time in the scene, (TAI - time_offset_ns) /
         86400e9 days, so that time 0 of the scene is TAI time_offset_ns. The value is displacement_px, its sigma
@@ -2396,7 +2398,25 @@ class toliman_track_options(Sized):
     plate_scale_arcsec: arcsec per px, at most 1e6; 0 = that of the folder, or of the scene of `fit`.
         toliman_track_load_options: 0 = the folder has no system. Since 0.2
     setup_folder: NULL, or an existing folder: a new folder takes its clock table, system and plate scale, with nf = 0 also its
-        grid, and with stamp = 0 its stamp and exposure_s. For a merge. Since 0.2."""
+        grid, and with stamp = 0 its stamp and exposure_s. For a merge. Since 0.2.
+    trend_start: Nuisance functions, fitted with the mean at each frequency (period_nuisance.h). The default in a new folder, and
+        in a rebuild with sky, is the errors of the orbit with sky (toliman_sky_set_columns), without it the mean alone;
+        otherwise the functions of the folder remain. With TOLIMAN_PERIOD_FIXED_MEAN there are none. Since 0.2.
+          trend             1 to 8: a trend of this order, and no errors of the orbit; -1: the mean alone; 0 = the
+                            default
+          trend_start, _end  span of the trend, in units of unit_ns since time_offset_ns. A frame outside is rejected
+                            with REASON_CLOCK. Both 0 = from 0 to 0.1/df, the time span that suits the grid
+          scale_sigma       standard deviation of the relative error of the plate scale, in [0, 1); 0 = that of the
+                            folder; in a new folder no error
+    trend_end: Nuisance functions, fitted with the mean at each frequency (period_nuisance.h). The default in a new folder, and
+        in a rebuild with sky, is the errors of the orbit with sky (toliman_sky_set_columns), without it the mean alone;
+        otherwise the functions of the folder remain. With TOLIMAN_PERIOD_FIXED_MEAN there are none. Since 0.2.
+          trend             1 to 8: a trend of this order, and no errors of the orbit; -1: the mean alone; 0 = the
+                            default
+          trend_start, _end  span of the trend, in units of unit_ns since time_offset_ns. A frame outside is rejected
+                            with REASON_CLOCK. Both 0 = from 0 to 0.1/df, the time span that suits the grid
+          scale_sigma       standard deviation of the relative error of the plate scale, in [0, 1); 0 = that of the
+                            folder; in a new folder no error"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -2435,13 +2455,16 @@ class toliman_track_options(Sized):
         ("log", toliman_log_fn),
         ("log_data", c_void_p),
         ("stamp", c_int32),
-        ("reserved", c_int32),
+        ("trend", c_int32),
         ("exposure_s", c_double),
         ("fit", POINTER(toliman_fit)),
         ("bank", POINTER(toliman_bank)),
         ("sky", POINTER(toliman_sky)),
         ("plate_scale_arcsec", c_double),
         ("setup_folder", c_char_p),
+        ("trend_start", c_double),
+        ("trend_end", c_double),
+        ("scale_sigma", c_double),
     ]
 
 
@@ -2466,7 +2489,8 @@ class toliman_track_info(Sized):
     unreduced: frames that are not reduced. Since 0.2
     plate_scale_arcsec: of the reduction; 0 = frames are not reduced. Since 0.2
     system: of the reduction, JSON text that toliman_sky_create takes; NULL = frames are not reduced.
-        Valid until the tracker is destroyed. Since 0.2"""
+        Valid until the tracker is destroyed. Since 0.2
+    elements: bit j: the error of element j (sky.h) is a column of the periodogram. Since 0.2"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -2490,6 +2514,8 @@ class toliman_track_info(Sized):
         ("unreduced", c_int64),
         ("plate_scale_arcsec", c_double),
         ("system", c_char_p),
+        ("elements", c_uint32),
+        ("reserved", c_uint32),
     ]
 
 
@@ -4668,9 +4694,9 @@ Errors, after which neither result nor out is written:
         c_int32, (("folder", c_char_p), ("options", POINTER(toliman_track_options))),
         """Reads the options of a folder to *options, whose struct_size must be set, for toliman_track_create: folder (the
 given pointer), estimator_id, values, sigma, value_limit, bit_depth, zero_run_bytes, the flag
-TOLIMAN_TRACK_ALLOW_ZERO_RUNS, geometry, grid, stamp, exposure_s and plate_scale_arcsec (nf = 0 and stamp = 0 if the
-setup file is lost), and a capacity of twice the number of records, at least 2^20 and at most 2^28. Other members are
-set to their defaults. Errors:
+TOLIMAN_TRACK_ALLOW_ZERO_RUNS, geometry, grid, trend, stamp, exposure_s, plate_scale_arcsec and scale_sigma (nf = 0
+and stamp = 0 if the setup file is lost), and a capacity of twice the number of records, at least 2^20 and at most
+2^28. Other members are set to their defaults. Errors:
   - TOLIMAN_E_NOT_FOUND, with the folder as the field of the error, if it does not exist, cannot be opened or has no
     ledger of frames: toliman_track_create may begin one in it. With a file as the field if that cannot be read;
   - TOLIMAN_E_FORMAT if the ledger is damaged, or is missing although other files of the folder exist.""",

@@ -603,6 +603,7 @@ class TrackInfo(Result):
     unreduced: int = member("frames that are not reduced. Since 0.2")
     plate_scale_arcsec: float = member("of the reduction; 0 = frames are not reduced. Since 0.2")
     system: str = member("of the reduction, JSON text that toliman_sky_create takes; NULL = frames are not reduced. Valid until the tracker is destroyed. Since 0.2")
+    elements: int = member("bit j: the error of element j (sky.h) is a column of the periodogram. Since 0.2")
 
 
 @result

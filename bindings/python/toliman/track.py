@@ -138,6 +138,12 @@ class Tracker(Handle):
         separation divided by the factor, minus the separation on the orbit (Sky.reduce), in px. Needs a Fit or Bank, or
         a function with the value separation_px. With rebuild, all frames of the folder are reduced again.
     plate_scale_arcsec: arcsec per px of the reduction; 0 takes the folder's, or that of the scene of a Fit.
+    trend: nuisance functions, fitted with the mean at each frequency: the highest order of a polynomial in time, 0 for
+        the mean alone. None: the errors of the orbit (Sky.error_columns) in a new folder with sky, or with rebuild and
+        sky; otherwise those of the folder, in a new one the mean alone.
+    span: first and last time of the trend, in units of unit_ns since time_offset_ns; later frames are rejected. None:
+        from 0 to 0.1/df, the time span that suits the grid.
+    scale_sigma: standard deviation of the relative error of the plate scale, in [0, 1); 0 takes the folder's.
 
     Recoverable damage to the folder is logged as warnings to Python's logging, logger "toliman".
 
@@ -156,7 +162,8 @@ class Tracker(Handle):
                  unit_ns: float = 86400e9, fit_mean: bool = True, double_limb: bool = False, threads: int = 0,
                  clock: ArrayLike | None = None, sync: str = "group", group: int = 64, read_only: bool = False,
                  rebuild: bool = False, stamp: str | None = None, exposure_s: float = 0.0, sky: Sky | None = None,
-                 plate_scale_arcsec: float = 0.0):
+                 plate_scale_arcsec: float = 0.0, trend: int | None = None,
+                 span: tuple[float, float] | None = None, scale_sigma: float = 0.0):
         period_flags = ((0 if fit_mean else _raw.TOLIMAN_PERIOD_FIXED_MEAN)
                         | (_raw.TOLIMAN_PERIOD_DOUBLE_LIMB if double_limb else 0))
         options = options_of(
@@ -173,8 +180,12 @@ class Tracker(Handle):
             sync=number("sync", sync, "TOLIMAN_TRACK_SYNC"), log=log, period_flags=period_flags,
             stamp=0 if stamp is None else number("stamp", stamp, "TOLIMAN_FRAME_STAMP"),
             exposure_s=real("exposure_s", exposure_s), plate_scale_arcsec=real("plate_scale_arcsec", plate_scale_arcsec),
+            trend=0 if trend is None else whole("trend", trend, 2**31) or -1,
+            scale_sigma=real("scale_sigma", scale_sigma),
             flags=(_raw.TOLIMAN_TRACK_READ_ONLY if read_only else 0) | (_raw.TOLIMAN_TRACK_REBUILD if rebuild else 0)
             | (_raw.TOLIMAN_TRACK_ALLOW_ZERO_RUNS if allow_zero_runs else 0))
+        if span is not None:
+            options.trend_start, options.trend_end = (real("span", end) for end in span)
         if folder is not None:
             options.folder = file_name(folder)
         if clock is not None:
@@ -279,7 +290,7 @@ class Tracker(Handle):
         check(library.toliman_track_get_options(self._c, ctypes.byref(struct)))
         options = {name: getattr(struct, name) for name, kind in struct._fields_
                    if kind in (ctypes.c_double, ctypes.c_int32, ctypes.c_int64, ctypes.c_uint32, ctypes.c_uint64)}
-        del options["struct_size"], options["reserved"]
+        del options["struct_size"]
         options["values"] = tuple(filter(None, struct.values.decode().split(",")))
         options["folder"] = None if struct.folder is None else os.fsdecode(struct.folder)
         options["sync"] = words("TOLIMAN_TRACK_SYNC")[struct.sync]

@@ -1,0 +1,18 @@
+// Checks frames of a caller and converts them for a tracker.
+#pragma once
+#include <toliman/track.h>
+
+#include "track/tracker.hpp"
+
+namespace toliman::api {
+
+constexpr int64_t kLargestSide = 65536;
+constexpr double kLongestExposure = 1e9; // s
+
+// Status::argument, naming the member, if frame i is impossible for a tracker with these terms.
+void check_frame(const toliman_frame &given, size_t i, const track::Terms &terms);
+
+// Converts a frame that has been checked.
+track::Frame frame_of(const toliman_frame &given);
+
+} // namespace toliman::api
