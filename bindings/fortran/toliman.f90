@@ -1780,7 +1780,7 @@ module toliman
         ! mean alone; otherwise the functions of the folder remain. With TOLIMAN_PERIOD_FIXED_MEAN there are none.
         ! Since 0.2. trend 1 to 8: a trend of this order, and no errors of the orbit; -1: the mean alone; 0 = the
         ! default trend_start, _end span of the trend, in units of unit_ns since time_offset_ns. A frame outside is
-        ! rejected with REASON_CLOCK. Both 0 = from 0 to 0.1/df, the time span that suits the grid scale_sigma
+        ! rejected with REASON_CLOCK. Both 0 = from -0.05/df to 0.15/df, twice the time span of the grid scale_sigma
         ! standard deviation of the relative error of the plate scale, in [0, 1); 0 = that of the folder; in a new
         ! folder no error
         real(c_double) :: trend_start = 0.0_c_double

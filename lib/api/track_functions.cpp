@@ -7,11 +7,11 @@ namespace toliman::api {
 namespace {
 
 void set_trend(const toliman_track_options &options, period::Grid &grid) {
-    constexpr double kStepsPerSpan = 0.1; // df times the span, of toliman_period_suggest
     const bool is_given = options.trend_start != 0 || options.trend_end != 0;
+    const double mission = 0.1 / grid.df; // of toliman_period_suggest
     grid.basis.trend = options.trend;
-    grid.basis.start = options.trend_start;
-    grid.basis.end = is_given ? options.trend_end : kStepsPerSpan / grid.df;
+    grid.basis.start = is_given ? options.trend_start : -mission / 2;
+    grid.basis.end = is_given ? options.trend_end : 1.5 * mission;
 }
 
 // In px, so that another plate scale changes them.
@@ -52,13 +52,21 @@ void check_functions(const toliman_track_options &options) {
 void set_functions(const toliman_track_options &options, const KnownSetup &known, const SkySource &sky,
                    track::Setup &setup) {
     const bool is_new = !known || (options.flags & TOLIMAN_TRACK_REBUILD) != 0;
-    setup.errors.scale_sigma = options.scale_sigma != 0 ? options.scale_sigma : known ? known->errors.scale_sigma : 0;
+    const bool has_errors = options.trend == 0 && !setup.grid.fixed_mean;
+    const bool has_new_errors = has_errors && options.sky != nullptr && is_new;
+    const double of_folder = known ? known->errors.scale_sigma : 0;
+    setup.errors.scale_sigma = options.scale_sigma != 0 ? options.scale_sigma : of_folder;
+    if (!has_new_errors && setup.errors.scale_sigma != of_folder)
+        fail(Status::argument,
+             "{options->scale_sigma} = %g: needs sky, the errors of its orbit, and a new folder or "
+             "a rebuild",
+             options.scale_sigma);
     setup.grid.basis = {};
     if (options.trend > 0)
         set_trend(options, setup.grid);
-    else if (options.trend == 0 && options.sky != nullptr && is_new && !setup.grid.fixed_mean)
+    else if (has_new_errors)
         set_columns(sky, setup);
-    else if (options.trend == 0 && known && !setup.grid.fixed_mean)
+    else if (has_errors && known)
         keep(*known, setup);
     setup.grid.check();
 }

@@ -103,8 +103,8 @@ static void the_span_suits_the_grid(void **unused) {
     toliman_track *const track = make_track(&options);
     toliman_track_options known = TOLIMAN_TRACK_OPTIONS_INIT;
     assert_ok(toliman_track_get_options(track, &known));
-    assert_true(known.trend_start == 0);
-    assert_close(known.trend_end, 0.1 / options.df, 1e-15, 0);
+    assert_close(known.trend_start, -0.05 / options.df, 1e-15, 0);
+    assert_close(known.trend_end, 0.15 / options.df, 1e-15, 0);
     toliman_track_destroy(track);
 }
 
@@ -252,6 +252,7 @@ static void bad_functions_are_refused(void **unused) {
                  {0, 0, 1, 0, "options->trend_start = 0, trend_end = 1: must be 0 without a trend"},
                  {1, 1, 1, 0, "trend_start = 1, trend_end = 1: must be finite, the start before the end"},
                  {1, 0, NAN, 0, "trend_end = nan: must be finite"},
+                 {0, 0, 0, 0.1, "options->scale_sigma = 0.1: needs sky"},
                  {0, 0, 0, 1, "options->scale_sigma = 1: must be in [0, 1)"},
                  {0, 0, 0, NAN, "options->scale_sigma = nan: must be in [0, 1)"}};
     toliman_track *none = NULL;

@@ -2405,7 +2405,7 @@ class toliman_track_options(Sized):
           trend             1 to 8: a trend of this order, and no errors of the orbit; -1: the mean alone; 0 = the
                             default
           trend_start, _end  span of the trend, in units of unit_ns since time_offset_ns. A frame outside is rejected
-                            with REASON_CLOCK. Both 0 = from 0 to 0.1/df, the time span that suits the grid
+                            with REASON_CLOCK. Both 0 = from -0.05/df to 0.15/df, twice the time span of the grid
           scale_sigma       standard deviation of the relative error of the plate scale, in [0, 1); 0 = that of the
                             folder; in a new folder no error
     trend_end: Nuisance functions, fitted with the mean at each frequency (period_nuisance.h). The default in a new folder, and
@@ -2414,7 +2414,7 @@ class toliman_track_options(Sized):
           trend             1 to 8: a trend of this order, and no errors of the orbit; -1: the mean alone; 0 = the
                             default
           trend_start, _end  span of the trend, in units of unit_ns since time_offset_ns. A frame outside is rejected
-                            with REASON_CLOCK. Both 0 = from 0 to 0.1/df, the time span that suits the grid
+                            with REASON_CLOCK. Both 0 = from -0.05/df to 0.15/df, twice the time span of the grid
           scale_sigma       standard deviation of the relative error of the plate scale, in [0, 1); 0 = that of the
                             folder; in a new folder no error"""
 

@@ -142,7 +142,7 @@ class Tracker(Handle):
         the mean alone. None: the errors of the orbit (Sky.error_columns) in a new folder with sky, or with rebuild and
         sky; otherwise those of the folder, in a new one the mean alone.
     span: first and last time of the trend, in units of unit_ns since time_offset_ns; later frames are rejected. None:
-        from 0 to 0.1/df, the time span that suits the grid.
+        from -0.05/df to 0.15/df, twice the time span that suits the grid.
     scale_sigma: standard deviation of the relative error of the plate scale, in [0, 1); 0 takes the folder's.
 
     Recoverable damage to the folder is logged as warnings to Python's logging, logger "toliman".

@@ -98,7 +98,11 @@ void rebuild(RebuildOptions &options, Progress &progress) {
     toliman_track_options how = known_state(options.folder);
     if (how.nf == 0)
         options.setup.check_complete(options.folder);
+    if (options.setup.has_grid())
+        how.trend_start = how.trend_end = 0; // the span of the new grid
     options.setup.set(how, progress);
+    if (options.reference.has_system() && how.plate_scale_arcsec == 0 && !options.setup.has_trend())
+        how.trend = 0; // the errors of the orbit, instead of the trend of a folder without a system
     options.reference.set_leap_seconds(options.leap_seconds);
     if (options.reference.given())
         options.reference.set(how, how, progress);

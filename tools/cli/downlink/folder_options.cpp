@@ -28,6 +28,8 @@ void set_two(const std::string &text, const char *option, char separator, int64_
     b = second;
 }
 
+constexpr int32_t kTrendOfMovingStars = 4; // the error of an orbit leaves 0.06 uas (alpha Centauri, 3 years)
+
 using Made = std::optional<toliman_track_options>; // of a folder that exists
 
 bool uses_same_frames(const toliman_track_options &a, const toliman_track_options &b) {
@@ -70,6 +72,8 @@ toliman_track_options track_options(FolderOptions &given, const std::string &dty
         how.time_offset_ns = estimator.time_zero_ns;
     given.setup.set(how, progress);
     given.reference.set(how, made, progress);
+    if (!made && how.sky == nullptr && estimator.moves && !given.setup.has_trend())
+        set_trend(how, kTrendOfMovingStars);
     how.bit_depth = given.bit_depth.value_or(how.bit_depth);
     how.bin = given.bin.value_or(how.bin);
     how.capacity = given.capacity.value_or(how.capacity);

@@ -23,6 +23,11 @@ void ReferenceOptions::add_to(CLI::App &command) {
     observer_.add_to(command, ObserverOptions::Times::given_elsewhere);
     add_option(&command, "--plate-scale", plate_scale_, "ARCSEC",
                "arcsec per pixel of the reduction; default: that of the folder; for a new folder, that of the scene");
+    command
+        .add_option("--scale-sigma", scale_sigma_,
+                    "standard deviation of the relative error of the plate scale; default: that of the folder; for a "
+                    "new folder, 0")
+        ->check(CLI::Range(0.0, 0.999));
 }
 
 void ReferenceOptions::check() const {
@@ -37,7 +42,9 @@ void ReferenceOptions::set(toliman_track_options &how, const std::optional<tolim
     if (!given() && !is_reduced)
         return;
     if (system_.empty() && !is_reduced)
-        throw Failure(kExitUsage, (observer_.given() ? "--observer and --altitude" : "--plate-scale") +
+        throw Failure(kExitUsage, (observer_.given() ? "--observer and --altitude"
+                                   : plate_scale_    ? "--plate-scale"
+                                                     : "--scale-sigma") +
                                       std::string(": need --system"));
     if (system_.empty() && !observer_.given())
         throw Failure(kExitUsage,
@@ -47,11 +54,13 @@ void ReferenceOptions::set(toliman_track_options &how, const std::optional<tolim
     how.sky = sky_.get();
     if (plate_scale_)
         how.plate_scale_arcsec = plate_scale_of(plate_scale_, 0);
+    how.scale_sigma = scale_sigma_.value_or(how.scale_sigma);
 }
 
 std::string ReferenceOptions::text() const {
     return (system_.empty() ? "" : " --system " + system_) + observer_.options() +
-           (plate_scale_ ? formatted(" --plate-scale %.17g", *plate_scale_) : "");
+           (plate_scale_ ? formatted(" --plate-scale %.17g", *plate_scale_) : "") +
+           (scale_sigma_ ? formatted(" --scale-sigma %.17g", *scale_sigma_) : "");
 }
 
 std::string ReferenceOptions::coverage() const {

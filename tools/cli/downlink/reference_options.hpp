@@ -18,7 +18,8 @@ class ReferenceOptions {
   public:
     void add_to(CLI::App &command);
     void check() const; // of what needs no file
-    bool given() const { return !system_.empty() || observer_.given() || plate_scale_; }
+    bool given() const { return !system_.empty() || observer_.given() || plate_scale_ || scale_sigma_; }
+    bool has_system() const { return !system_.empty(); }
     // Opens the system for the observer, and sets both and the plate scale. made: the settings of the folder if it
     // exists; a folder with a system provides it. The predictor remains in this object.
     void set(toliman_track_options &how, const std::optional<toliman_track_options> &made, Progress &progress);
@@ -31,7 +32,7 @@ class ReferenceOptions {
   private:
     std::string system_;
     ObserverOptions observer_;
-    std::optional<double> plate_scale_;
+    std::optional<double> plate_scale_, scale_sigma_;
     toliman::sky_predictor sky_;
 };
 

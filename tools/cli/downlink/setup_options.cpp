@@ -76,6 +76,11 @@ void SetupOptions::add_to(CLI::App &command) {
                     "instead of --grid: the default grid of a mission of so many days with one frame per day")
         ->check(CLI::Range(4.0, 1e6))
         ->excludes(grid);
+    command
+        .add_option("--trend", trend_,
+                    "order of a trend that is fitted with the mean, 0 to 8; default: that of the folder; for a new "
+                    "folder, with --system the errors of the orbit, otherwise 4 if the stars move, else 0")
+        ->check(CLI::Range(0, 8));
     add_option(&command, "--clock", clock_, "FILE",
                "CSV file of pairs camera_ns,tai_ns, or the word camera if the camera's time is TAI; default: that "
                "of the folder; for a new folder, camera");
@@ -100,6 +105,8 @@ void SetupOptions::set(toliman_track_options &how, Progress &progress) {
         how.nf = grid.nf;
         how.period_flags = TOLIMAN_PERIOD_DOUBLE_LIMB; // as `run` and `period`
     }
+    if (trend_)
+        set_trend(how, *trend_);
     if (epoch_)
         how.time_offset_ns = epoch_of(*epoch_);
     for (const int32_t stamp : {TOLIMAN_FRAME_STAMP_START, TOLIMAN_FRAME_STAMP_MIDDLE, TOLIMAN_FRAME_STAMP_END})
@@ -111,6 +118,11 @@ void SetupOptions::set(toliman_track_options &how, Progress &progress) {
     how.clock_points = pairs_.size() / 2;
 }
 
+void set_trend(toliman_track_options &how, int32_t order) {
+    how.trend = order > 0 ? order : -1;
+    how.trend_start = how.trend_end = 0; // the span of the grid
+}
+
 void SetupOptions::check_complete(const std::string &folder) const {
     if (!is_complete())
         throw Failure(kExitUsage, folder + ": setup.tlms with grid and clock is missing: give --clock, and --grid or "
@@ -120,7 +132,8 @@ void SetupOptions::check_complete(const std::string &folder) const {
 std::string SetupOptions::text() const {
     return (grid_.empty() ? "" : " --grid " + grid_) +
            (mission_days_ ? formatted(" --mission-days %.17g", *mission_days_) : "") +
-           (epoch_ ? " --epoch " + *epoch_ : "") + (clock_.empty() ? "" : " --clock " + clock_);
+           (trend_ ? " --trend " + std::to_string(*trend_) : "") + (epoch_ ? " --epoch " + *epoch_ : "") +
+           (clock_.empty() ? "" : " --clock " + clock_);
 }
 
 } // namespace cli

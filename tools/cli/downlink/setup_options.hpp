@@ -1,4 +1,4 @@
-// Options of `track`, `rebuild` and `merge` for the setup of a state folder: grid, clock and time stamps.
+// Options of `track`, `rebuild` and `merge` for the setup of a state folder: grid, trend, clock and time stamps.
 #pragma once
 #include <optional>
 #include <string>
@@ -14,12 +14,16 @@ class App;
 
 namespace cli {
 
+// Sets the order of the trend, 0 for the mean alone.
+void set_trend(toliman_track_options &how, int32_t order);
+
 class SetupOptions {
   public:
     void add_to(CLI::App &command);
     bool has_grid() const { return !grid_.empty() || mission_days_; }
     bool has_clock() const { return !clock_.empty(); }
     bool has_timing() const { return !stamp_.empty() || exposure_s_; }
+    bool has_trend() const { return trend_.has_value(); }
     // All that a folder must be given if its setup is lost: nothing is guessed, as frames that arrive again with other
     // times are quarantined.
     bool is_complete() const { return has_grid() && has_clock() && !stamp_.empty(); }
@@ -34,6 +38,7 @@ class SetupOptions {
     std::string grid_, clock_, stamp_;
     std::optional<std::string> epoch_;
     std::optional<double> mission_days_, exposure_s_;
+    std::optional<int32_t> trend_;
     std::vector<int64_t> pairs_;
 };
 

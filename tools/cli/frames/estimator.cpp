@@ -79,6 +79,7 @@ void Estimator::set_fit(const EstimatorOptions &given, Progress &progress) {
     fit_scene = made.scene.path;
     time_zero_ns = made.scene.info.time_zero_ns;
     pixel_scale_arcsec = made.scene.info.pixel_scale_arcsec;
+    moves = made.scene.moves();
     fit = std::move(made.fit);
     if (bank) {
         check_bank(bank, fit, given.weights, given.fit, given.free);

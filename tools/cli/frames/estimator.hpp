@@ -37,6 +37,7 @@ struct Estimator {
     std::string fit_scene;         // path of a fit's scene
     int64_t time_zero_ns = 0;      // TAI of time 0 of a scene with an observer, else 0
     double pixel_scale_arcsec = 0; // of a fit's scene
+    bool moves = false;            // the stars of a fit's scene do
     std::string renewal;           // until when the bank can be used and how to train the next; "" if stars do not move
 
   private:
