@@ -29,6 +29,8 @@ std::vector<double> resample(const FapOptions &options, const toliman::periodogr
     how.seed = options.seed;
     how.progress = Progress::callback;
     how.progress_data = &progress;
+    const std::vector<double> rows = series.nuisance.rows();
+    how.rows = rows.empty() ? nullptr : rows.data();
     std::vector<double> peaks(options.resamplings);
     toliman::check(toliman_period_query_bootstrap(periodogram.get(), series.t.data(), series.y.data(),
                                                   series.sigma.empty() ? nullptr : series.sigma.data(), series.t.size(),

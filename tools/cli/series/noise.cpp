@@ -18,10 +18,14 @@ toliman_period_noise search(const Series &series, const FrequencyGrid &grid, boo
     options.flags = white ? TOLIMAN_PERIOD_WHITE_NOISE : 0;
     options.progress = Progress::callback;
     options.progress_data = &progress;
+    const Nuisance &nuisance = series.nuisance;
+    const std::vector<double> functions = nuisance.functions(series.t);
     auto found = toliman::sized<toliman_period_noise>();
     toliman::check(toliman_period_noise_search(grid.f0, grid.df, grid.nf, series.t.data(), series.y.data(),
                                                series.sigma.empty() ? nullptr : series.sigma.data(), series.t.size(),
-                                               nullptr, nullptr, 0, &options, nullptr, nullptr, nullptr, &found));
+                                               functions.data(),
+                                               nuisance.precision.empty() ? nullptr : nuisance.precision.data(),
+                                               nuisance.count(), &options, nullptr, nullptr, nullptr, &found));
     return found;
 }
 

@@ -44,8 +44,10 @@ bool print_update(const toliman::periodogram &periodogram, double t, const std::
 class Stream {
   public:
     Stream(const StreamOptions &options, Progress &progress) : options_(options), progress_(progress) {
-        if (!options.from_state.empty())
+        if (!options.from_state.empty()) {
             periodogram_ = load_state(options.from_state);
+            check_columns();
+        }
         if (options.follow && !options.save_state.empty())
             set_alarm();
     }
@@ -102,19 +104,39 @@ class Stream {
                                  options_.from_state + (sample.sigma > 0 ? " have none" : " have one"));
     }
 
+    // The first sample, for the options of a new periodogram.
+    Series series_of(const Sample &sample, const SampleReader &reader) const {
+        Series series = {reader.name(), {sample.t}, {sample.y}, {}};
+        if (sample.sigma > 0)
+            series.sigma.push_back(sample.sigma);
+        series.time_scale = reader.time_scale();
+        series.nuisance.trend =
+            trend_of(options_.nuisance.trend.value_or(0), options_.nuisance, options_.samples, series);
+        return series;
+    }
+
+    // Values of columns come with each sample, but not in a series.
+    void check_columns() const {
+        const toliman_period_info info = info_of(periodogram_);
+        if (info.columns > 0 && !options_.file.empty())
+            malformed(options_.from_state, formatted("has %d columns of nuisance functions, whose values later samples "
+                                                     "would lack: no samples can be added",
+                                                     info.columns));
+    }
+
     // The first sample gives the references of a new periodogram.
     void push(const Sample &sample, const SampleReader &reader) {
-        const double *const given = sample.sigma > 0 ? &sample.sigma : nullptr;
         if (!periodogram_)
-            periodogram_ = make_periodogram(*options_.grid, options_for(&sample.t, &sample.y, given, 1, options_.sums));
+            periodogram_ = make_periodogram(*options_.grid, options_for(series_of(sample, reader), options_.sums));
         if (sigma_floor_ == 0) {
             check_weights(sample, reader.where());
             sigma_floor_ = info_of(periodogram_).sigma_floor;
         }
-        const double sigma = given != nullptr ? sample.sigma : sigma_floor_;
+        const double sigma = sample.sigma > 0 ? sample.sigma : sigma_floor_;
         if (toliman_period_push(periodogram_.get(), sample.t, sample.y, sigma) == TOLIMAN_OK)
             return;
-        const BadLine bad(reader.where() + ": " + refusal(periodogram_, sample.y, sigma, !options_.from_state.empty()));
+        const BadLine bad(reader.where() + ": " +
+                          refusal(periodogram_, sample.t, sample.y, sigma, !options_.from_state.empty()));
         if (count() == 0 && options_.from_state.empty()) { // the next sample gives the references
             periodogram_.reset();
             sigma_floor_ = 0;

@@ -3,6 +3,7 @@
 #include <optional>
 #include <string>
 
+#include "series/nuisance_options.hpp"
 #include "series/periodogram.hpp"
 
 namespace cli {
@@ -13,6 +14,7 @@ struct StreamOptions {
     std::string from_state, save_state;
     std::optional<FrequencyGrid> grid; // only without a state
     SumOptions sums;                   // only without a state
+    NuisanceOptions nuisance;          // only without a state
     // follow: prints a JSON line after each sample from the fifth on; skips lines that are not samples and reports
     // them, at the end as a failure if strict; saves every minute and at the end, also after an error. Without follow
     // the first such line is an error, and only a successful run saves.

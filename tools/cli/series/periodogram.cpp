@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "common/content.hpp"
 #include "common/failure.hpp"
@@ -18,6 +19,8 @@ namespace cli {
 
 namespace {
 
+constexpr double kNsPerDay = 86400e9;
+
 FrequencyGrid suggested(const std::vector<double> &times, double mission_span) {
     FrequencyGrid grid = {};
     const toliman_status status = toliman_period_suggest(times.data(), nullptr, nullptr, times.size(), mission_span,
@@ -27,6 +30,10 @@ FrequencyGrid suggested(const std::vector<double> &times, double mission_span) {
                                       "; `toliman period` accepts another grid by --f0, --df and --nf");
     toliman::check(status);
     return grid;
+}
+
+const double *sigmas_of(const Series &series) {
+    return series.sigma.empty() ? nullptr : series.sigma.data();
 }
 
 } // namespace
@@ -49,11 +56,14 @@ FrequencyGrid default_grid(const Series &series) {
     }
 }
 
-toliman_period_options options_for(const double *t, const double *y, const double *sigma, size_t n,
-                                   const SumOptions &sums) {
+toliman_period_options options_for(const Series &series, const SumOptions &sums) {
     auto options = toliman::sized<toliman_period_options>();
     const double mission_span = sums.margins ? 1 : 0;
-    toliman::check(toliman_period_suggest(t, y, sigma, n, mission_span, nullptr, nullptr, nullptr, &options));
+    toliman::check(toliman_period_suggest(series.t.data(), series.y.data(), sigmas_of(series), series.t.size(),
+                                          mission_span, nullptr, nullptr, nullptr, &options));
+    series.nuisance.set(options);
+    if (!series.time_scale.empty())
+        options.unit_ns = kNsPerDay;
     options.flags |= sums.fixed_mean ? TOLIMAN_PERIOD_FIXED_MEAN : 0;
     options.value_bound = sums.value_bound.value_or(options.value_bound);
     options.sigma_floor = sums.sigma_floor.value_or(options.sigma_floor);
@@ -74,35 +84,87 @@ toliman::periodogram make_periodogram(const FrequencyGrid &grid, const toliman_p
     }
 }
 
-std::string refusal(const toliman::periodogram &periodogram, double y, double sigma, bool from_state) {
+std::string refusal(const toliman::periodogram &periodogram, double t, double y, double sigma, bool from_state) {
     std::string why = toliman_last_error();
     const toliman_period_info info = info_of(periodogram);
-    const char *option = std::fabs(y - info.value_offset) > info.value_bound ? "--value-bound"
-                         : sigma < info.sigma_floor                          ? "--sigma-floor"
-                         : sigma > info.sigma_ceiling                        ? "--sigma-ceiling"
-                                                                             : nullptr;
+    const bool outside = info.trend > 0 && (t < info.trend_start || t > info.trend_end);
+    const char *option = outside                                               ? "--span"
+                         : std::fabs(y - info.value_offset) > info.value_bound ? "--value-bound"
+                         : sigma < info.sigma_floor                            ? "--sigma-floor"
+                         : sigma > info.sigma_ceiling                          ? "--sigma-ceiling"
+                                                                               : nullptr;
     if (option == nullptr)
         return why;
     return why + " (" + option + (from_state ? " of the run that made the state)" : ")");
 }
 
-Periodogram find_period(const Series &series, const FrequencyGrid &grid, const SumOptions &sums, Progress &progress) {
-    const double *sigma = series.sigma.empty() ? nullptr : series.sigma.data();
-    const toliman_period_options options = options_for(series.t.data(), series.y.data(), sigma, series.t.size(), sums);
-    Periodogram result = {make_periodogram(grid, options), options.time_offset, {}};
+namespace {
+
+// Also with the values of the columns. Those without columns are pushed as a stream is, whose messages are the same.
+toliman_status push(const toliman::periodogram &periodogram, const Series &series, size_t i, double sigma) {
+    if (series.nuisance.columns.empty())
+        return toliman_period_push(periodogram.get(), series.t[i], series.y[i], sigma);
+    auto sample = toliman::sized<toliman_period_sample>();
+    sample.t = series.t[i];
+    sample.y = series.y[i];
+    sample.sigma = sigma;
+    return toliman_period_push_rows(periodogram.get(), &sample, series.nuisance.row(i).data(), 1);
+}
+
+} // namespace
+
+toliman::periodogram sums_of(const Series &series, const FrequencyGrid &grid, const toliman_period_options &options,
+                             Progress &progress) {
+    toliman::periodogram periodogram = make_periodogram(grid, options);
     for (size_t i = 0; i < series.t.size(); i++) {
-        const double s = sigma != nullptr ? sigma[i] : options.sigma_floor;
-        if (toliman_period_push(result.handle.get(), series.t[i], series.y[i], s) != TOLIMAN_OK)
-            malformed(series.name,
-                      "sample " + std::to_string(i + 1) + ": " + refusal(result.handle, series.y[i], s, false));
+        const double sigma = series.sigma.empty() ? options.sigma_floor : series.sigma[i];
+        if (push(periodogram, series, i, sigma) != TOLIMAN_OK)
+            malformed(series.name, "sample " + std::to_string(i + 1) + ": " +
+                                       refusal(periodogram, series.t[i], series.y[i], sigma, false));
         progress.show("period", static_cast<double>(i + 1) / static_cast<double>(series.t.size()));
         stop_if_asked();
     }
+    return periodogram;
+}
+
+Periodogram find_period(const Series &series, const FrequencyGrid &grid, const SumOptions &sums, Progress &progress) {
+    const toliman_period_options options = options_for(series, sums);
+    Periodogram result = {sums_of(series, grid, options, progress), options.time_offset, {}};
     result.peak.struct_size = sizeof result.peak;
-    toliman::check(toliman_period_query_fit(result.handle.get(), series.t.data(), series.y.data(), sigma,
-                                            series.t.size(), &result.peak));
+    toliman::check(toliman_period_query_fit_rows(result.handle.get(), series.t.data(), series.y.data(),
+                                                 sigmas_of(series), series.nuisance.rows().data(), series.t.size(),
+                                                 &result.peak));
     stop_if_asked();
     return result;
+}
+
+int64_t nearest_index(const toliman_period_info &info, double frequency) {
+    return static_cast<int64_t>(std::llround((frequency - info.f0) / info.df));
+}
+
+Periodogram from_sums(toliman::periodogram &&handle) {
+    const toliman_period_info info = info_of(handle);
+    Periodogram result = {std::move(handle), info.time_offset, {}};
+    toliman_period_peak &peak = result.peak;
+    peak.struct_size = sizeof peak;
+    toliman::check(toliman_period_query_peak(result.handle.get(), &peak));
+    auto model = toliman::sized<toliman_period_model>();
+    toliman::check(toliman_period_query_model(result.handle.get(), nearest_index(info, peak.frequency), &model));
+    peak.amplitude = model.amplitude;
+    peak.amplitude_error = model.amplitude_error;
+    peak.phase = model.phase;
+    peak.offset = model.offset;
+    return result;
+}
+
+std::vector<toliman_period_peak> peaks_of(const Periodogram &periodogram, size_t most) {
+    std::vector<toliman_period_peak> peaks(most);
+    for (toliman_period_peak &peak : peaks)
+        peak.struct_size = sizeof peak;
+    size_t count = 0;
+    toliman::check(toliman_period_query_peaks(periodogram.handle.get(), most, peaks.data(), &count));
+    peaks.resize(count);
+    return peaks;
 }
 
 toliman::periodogram load_state(const std::string &path) {

@@ -28,14 +28,13 @@ struct SumOptions {
     std::optional<double> value_bound, sigma_floor, sigma_ceiling;
 };
 
-// Offsets and bounds for samples, by toliman_period_suggest, with double-limb accumulators, so that no frequency loses
-// digits. sigma: NULL for samples without one, which have sigma_floor, 1 unless it is given.
-toliman_period_options options_for(const double *t, const double *y, const double *sigma, size_t n,
-                                   const SumOptions &sums);
+// Offsets and bounds for the samples of a series, by toliman_period_suggest, with double-limb accumulators, so that no
+// frequency loses digits, and its nuisance functions. Samples without sigma have sigma_floor, 1 unless it is given.
+toliman_period_options options_for(const Series &series, const SumOptions &sums);
 // An error names the options of the command line.
 toliman::periodogram make_periodogram(const FrequencyGrid &grid, const toliman_period_options &options);
 // Why a sample was refused, with the option that would admit it.
-std::string refusal(const toliman::periodogram &periodogram, double y, double sigma, bool from_state);
+std::string refusal(const toliman::periodogram &periodogram, double t, double y, double sigma, bool from_state);
 
 struct Periodogram {
     toliman::periodogram handle;
@@ -44,8 +43,16 @@ struct Periodogram {
     bool at_edge() const noexcept { return (peak.flags & TOLIMAN_PERIOD_AT_EDGE) != 0; }
 };
 
-// Pushes the samples one by one and fits the highest peak; a signal stops it between two samples.
+// Pushes the samples of a series one by one; a signal stops it between two samples.
+toliman::periodogram sums_of(const Series &series, const FrequencyGrid &grid, const toliman_period_options &options,
+                             Progress &progress);
+// Pushes the samples and fits the highest peak.
 Periodogram find_period(const Series &series, const FrequencyGrid &grid, const SumOptions &sums, Progress &progress);
+
+// The peak from the sums alone, without samples to refine it. The model is that of the nearest frequency of the grid.
+Periodogram from_sums(toliman::periodogram &&handle);
+std::vector<toliman_period_peak> peaks_of(const Periodogram &periodogram, size_t most);
+int64_t nearest_index(const toliman_period_info &info, double frequency);
 
 // Reads a file of `period --save-state`.
 toliman::periodogram load_state(const std::string &path);

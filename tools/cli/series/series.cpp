@@ -3,6 +3,7 @@
 #include <CLI/App.hpp>
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <map>
 
 #include "common/content.hpp"
@@ -16,6 +17,7 @@ namespace cli {
 
 namespace {
 
+constexpr double kFirstJulianDay = 2e6;
 const std::map<std::string, int32_t> kFormats = {{"", 0},
                                                  {"days", 0},
                                                  {"iso", TOLIMAN_INGEST_FORMAT_ISO},
@@ -174,10 +176,34 @@ Series read_npy_series(const std::string &name, SampleOptions options) {
         append(series, sample);
     }
     series.time_scale = parser.time_scale();
+    series.time_format = parser.info().time_format;
     return series;
 }
 
 } // namespace
+
+double time_of(const std::string &option, const std::string &text, const SampleOptions &options, bool plain) {
+    double number = 0;
+    const bool is_number = number_of(text, number);
+    if (plain && !(is_number && std::isfinite(number)))
+        throw Failure(kExitUsage, option + " " + text + ": must be a finite number, as the times of the series are");
+    if (plain)
+        return number;
+    SampleOptions how = options;
+    how.columns.clear();
+    how.time_format = !is_number ? "iso" : number < kFirstJulianDay ? "mjd" : "jd";
+    SampleParser parser(nullptr, how);
+    Sample sample = {};
+    try {
+        parser.parse(text + ",0", sample);
+    } catch (const BadLine &bad) {
+        throw Failure(kExitUsage, option + " " + text +
+                                      ": must be a date, a Modified Julian Day or a Julian Day, as "
+                                      "the times of the series are: " +
+                                      bad.what());
+    }
+    return sample.t;
+}
 
 std::vector<int64_t> tai_of(const Series &series) {
     if (series.time_scale.empty())
@@ -208,6 +234,7 @@ Series read_series(const std::string &name, const SampleOptions &options) {
         append(series, sample);
     series.warning = reader.end(!series.t.empty());
     series.time_scale = reader.time_scale();
+    series.time_format = reader.time_format();
     return series;
 }
 

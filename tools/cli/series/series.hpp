@@ -9,6 +9,7 @@
 #include "common/failure.hpp"
 #include "common/library.hpp"
 #include "common/lines.hpp"
+#include "series/nuisance.hpp"
 
 namespace CLI {
 class App;
@@ -25,6 +26,10 @@ struct SampleOptions {
     bool of_state = false;         // the samples continue sums, whose time scale is unknown: time_scale must be given
 };
 void add_times(CLI::App &command, SampleOptions &options);
+
+// Reads the value of an option, a time in the format of such a series: a number if its times are, otherwise a date, a
+// Modified Julian Day or a Julian Day. Returns it as t of a sample.
+double time_of(const std::string &option, const std::string &text, const SampleOptions &options, bool plain);
 
 // The scale of the resulting times: TAI for UTC, otherwise the same scale.
 std::string result_scale(const std::string &scale);
@@ -64,6 +69,7 @@ class SampleReader {
     const std::string &name() const noexcept { return in_.name(); } // the file's name in messages
     std::string where() const { return name() + ":" + std::to_string(parser_.info().lines); } // the last line's
     std::string time_scale() const { return parser_.time_scale(); }
+    int32_t time_format() const { return parser_.info().time_format; }
     // "FILE:LINE: has no newline ...", empty if the last line is complete. Failure if there were no samples.
     std::string end(bool samples) const;
 
@@ -77,6 +83,8 @@ struct Series {
     std::vector<double> t, y, sigma; // sigma is empty if the file has none
     std::string warning = {};        // "" for none
     std::string time_scale = {};     // as SampleParser
+    int32_t time_format = 0;         // TOLIMAN_INGEST_FORMAT_... of the file's times; 0 for plain numbers
+    Nuisance nuisance = {};          // fitted with the mean at each frequency
 };
 
 // Times of the samples in TAI, ns since 1970-01-01T00:00:00 TAI. Throws Failure for plain numbers.

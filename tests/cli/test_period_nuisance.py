@@ -1,0 +1,207 @@
+"""toliman period with functions that are fitted with the mean: against least squares by numpy at each frequency."""
+import json
+import unittest
+
+import numpy
+from program import ProgramTest
+from scipy import stats
+
+F0, DF, NF = 1e-3, 2e-4, 200
+GRID = ("--f0", F0, "--df", DF, "--nf", NF)
+FREQUENCY = F0 + DF * numpy.arange(NF)
+
+
+def chebyshev(t, order, start=None, end=None):
+    """T_1 ... T_order over the span of t, or over another one: [n][order]."""
+    start, end = (t.min(), t.max()) if start is None else (start, end)
+    return numpy.polynomial.chebyshev.chebvander((2 * t - start - end) / (end - start), order)[:, 1:]
+
+
+def solved(columns, y, sigma, prior=()):
+    """Coefficients, their covariance and the residual of weighted least squares. prior: standard deviation of the last
+    columns, each a pseudo-observation of 0; inf is none."""
+    s = numpy.r_[numpy.full(columns.shape[1] - len(prior), numpy.inf), prior]
+    matrix = numpy.vstack([columns / sigma[:, None], numpy.diag(1 / s)])
+    right = numpy.r_[y / sigma, numpy.zeros(len(s))]
+    found = numpy.linalg.lstsq(matrix, right, rcond=None)[0]
+    return found, numpy.linalg.inv(matrix.T @ matrix), ((matrix @ found - right) ** 2).sum()
+
+
+class Reference:
+    """Power and coefficients of mean, functions and sinusoid."""
+
+    def __init__(self, t, y, sigma, functions, prior=()):
+        self.t, self.y, self.sigma = t, y, sigma
+        self.prior = tuple(prior) if len(prior) else (numpy.inf,) * functions.shape[1]
+        self.base = numpy.column_stack([numpy.ones_like(t), functions])
+        self.alone = solved(self.base, y, sigma, self.prior)[2]
+
+    def at(self, frequency):
+        angle = 2 * numpy.pi * frequency * (self.t - self.t[0])
+        wave = numpy.column_stack([numpy.cos(angle), numpy.sin(angle)])
+        return solved(numpy.column_stack([wave, self.base]), self.y, self.sigma, self.prior)
+
+    def power(self, frequency):
+        return 1 - self.at(frequency)[2] / self.alone
+
+    def powers(self):
+        return numpy.array([self.power(f) for f in FREQUENCY])
+
+
+class Nuisance(ProgramTest):
+    def period(self, *arguments):
+        return json.loads(self.succeed("period", *arguments, "--json"))
+
+    def write(self, t, *columns, name="s.csv"):
+        head = ",".join(["t", "y", "sigma"][:1 + len(columns)])
+        numpy.savetxt(self.folder / name, numpy.column_stack([t, *columns]), delimiter=",", fmt="%.17g", header=head,
+                      comments="")
+
+    def trending(self, n=200, seed=1):
+        """A signal of period 120 under a cubic that is 20 times larger."""
+        random = numpy.random.default_rng(seed)
+        t = numpy.sort(random.uniform(5000, 6000, n))
+        x, sigma = (t - 5500) / 500, random.uniform(0.3, 0.6, n)
+        y = 0.5 * numpy.sin(2 * numpy.pi * t / 120) + 9 * x**3 + 3 * x**2 + sigma * random.normal(size=n)
+        self.write(t, y, sigma)
+        return t, y, sigma
+
+    def check_coefficients(self, found, reference, names, free):
+        """At the refined frequency; errors are scaled by the residual."""
+        best, covariance, residual = reference.at(found["peak"]["frequency"])
+        functions = found["functions"]
+        self.assertEqual((functions["in_use"], functions["free"]), (len(names), free))
+        self.assertEqual([one["name"] for one in functions["coefficients"]], names)
+        scale = numpy.sqrt(residual / (len(reference.t) - free - 2))
+        for i, one in enumerate(functions["coefficients"], 2):
+            self.assertAlmostEqual(one["value"], best[i], delta=1e-8 * abs(best[i]) + 1e-12)
+            self.assertAlmostEqual(one["error"], scale * numpy.sqrt(covariance[i, i]), delta=1e-6 * one["error"])
+        self.assertAlmostEqual(found["peak"]["amplitude"], numpy.hypot(best[0], best[1]), delta=1e-8)
+
+    def check_f_statistic(self, found, reference, free):
+        """The FAP at one frequency is the probability of the F-statistic of two more parameters."""
+        rest = len(reference.t) - free - 2
+        power = reference.power(found["peak"]["frequency"])
+        self.assertAlmostEqual(found["peak"]["power"], power, delta=1e-9)
+        statistic = power / 2 / ((1 - power) / rest)
+        self.assertAlmostEqual(found["peak"]["log10_fap"], stats.f.logsf(statistic, 2, rest) / numpy.log(10), delta=1e-6)
+
+
+class Trend(Nuisance):
+    def test_a_trend_hides_a_signal(self):
+        t, y, sigma = self.trending()
+        alone = self.period("s.csv", *GRID)
+        self.assertTrue(alone["peak"]["long_period"])
+        self.assertNotIn("functions", alone)
+        self.assertEqual(self.period("s.csv", *GRID, "--trend", 0), alone)
+        found = self.period("s.csv", *GRID, "--trend", 3, "--power", "power.npy", "--fap", "single")
+        self.assertAlmostEqual(found["peak"]["period"], 120, delta=2)
+        self.assertFalse(found["peak"]["long_period"])
+        reference = Reference(t, y, sigma, chebyshev(t, 3))
+        numpy.testing.assert_allclose(numpy.load(self.folder / "power.npy"), reference.powers(), rtol=0, atol=1e-10)
+        self.check_coefficients(found, reference, ["mean", "T1", "T2", "T3"], 4)
+        self.check_f_statistic(found, reference, 4)
+        text = self.succeed("period", "s.csv", *GRID, "--trend", 3)
+        self.assertRegex(text, r"\nfunctions   4 in use, 4 free\n  mean +[-\d.]+ \+- [\d.]+\n  T1 ")
+
+    def test_the_span(self):
+        t, y, sigma = self.trending()
+        found = self.period("s.csv", *GRID, "--trend", 3, "--span", "4000,7000")
+        reference = Reference(t, y, sigma, chebyshev(t, 3, 4000, 7000))
+        self.check_coefficients(found, reference, ["mean", "T1", "T2", "T3"], 4)
+
+    def test_dates(self):
+        """A span in dates, MJD and JD of UTC is converted as the times of the series are."""
+        t, y, _ = self.trending(n=40)
+        days = (t - t.min()).round(3)
+        stamps = numpy.datetime64("2027-01-01T00:00:00.000") + (days * 86400000).astype("m8[ms]")
+        lines = [f"{stamp},{value!r}" for stamp, value in zip(stamps, y.tolist())]
+        (self.folder / "dates.csv").write_text("t,y\n" + "\n".join(lines) + "\n")
+        found = [self.period("dates.csv", *GRID, "--trend", 2, "--span", span)["functions"]
+                 for span in ("2027-01-01,2030-01-01T12:00:00", "61406,2462503.0", "2461406.5,62502.5")]
+        self.assertEqual(found[1], found[0])
+        self.assertEqual(found[2], found[0])
+        start = 61406 + 37 / 86400  # TAI
+        reference = Reference(start + days, y, numpy.ones(40), chebyshev(start + days, 2, start, 62502.5 + 37 / 86400))
+        best = reference.at(self.period("dates.csv", *GRID, "--trend", 2, "--span", "61406,62502.5")["peak"]["frequency"])[0]
+        numpy.testing.assert_allclose([one["value"] for one in found[0]["coefficients"]], best[2:], rtol=1e-4)
+
+    def test_sums_are_continued(self):
+        """Saved with a trend and continued by plain samples: the bits of all at once, which begin with the same sample."""
+        t, y, sigma = self.trending()
+        for name, part in (("all.csv", slice(None)), ("first.csv", slice(100)), ("rest.csv", slice(100, None))):
+            self.write(t[part], y[part], sigma[part], name=name)
+        how = (*GRID, "--trend", 4, "--span", "4900,6100", "--sigma-floor", 0.1, "--sigma-ceiling", 1)
+        for name in ("all", "first"):
+            lines = self.succeed("period", f"{name}.csv", *how, "--follow", "--save-state", f"{name}.tlmp").splitlines()
+            self.assertGreater(len(lines), 80)
+        self.succeed("period", "rest.csv", "--from-state", "first.tlmp", "--save-state", "two.tlmp", "--power", "two.npy")
+        self.assertEqual((self.folder / "two.tlmp").read_bytes(), (self.folder / "all.tlmp").read_bytes())
+        reference = Reference(t, y, sigma, chebyshev(t, 4, 4900, 6100))
+        numpy.testing.assert_allclose(numpy.load(self.folder / "two.npy"), reference.powers(), rtol=0, atol=1e-10)
+        found = self.period("--from-state", "two.tlmp")["functions"]  # at the nearest frequency of the grid
+        self.assertEqual([one["name"] for one in found["coefficients"]], ["mean", "T1", "T2", "T3", "T4"])
+        best = reference.at(FREQUENCY[reference.powers().argmax()])[0][2:]
+        numpy.testing.assert_allclose([one["value"] for one in found["coefficients"]], best, rtol=1e-8)
+        # Also sums of the whole series, with margins for later samples.
+        self.succeed("period", "first.csv", *how[:-4], "--save-state", "whole.tlmp")
+        self.succeed("period", "rest.csv", "--from-state", "whole.tlmp", "--power", "whole.npy")
+        numpy.testing.assert_allclose(numpy.load(self.folder / "whole.npy"), reference.powers(), rtol=0, atol=1e-10)
+
+    def test_refusals(self):
+        t, y, sigma = self.trending(n=30)
+        self.write(numpy.full(5, 3.0), y[:5], name="equal.csv")
+        (self.folder / "dates.csv").write_text("t,y\n2027-01-01,1\n2027-01-03,2\n")
+        self.succeed("period", "s.csv", *GRID, "--trend", 1, "--span", "5000,6000", "--save-state", "s.tlmp")
+        (self.folder / "late.csv").write_text("t,y,sigma\n6001,0,0.5\n")
+        needs = "needs --span START,END, the times of the first and the last sample that may follow"
+        for code, message, arguments in (
+                (2, f"--trend 3: --save-state {needs}", ("s.csv", "--trend", 3, "--save-state", "x.tlmp")),
+                (2, f"--trend 3: --follow {needs}", ("s.csv", "--trend", 3, "--follow", *GRID)),
+                (2, "--span 1,2: is the span of a trend: give --trend above 0", ("s.csv", "--span", "1,2")),
+                (2, "--span 5: must be START,END", ("s.csv", "--trend", 1, "--span", "5")),
+                (2, "--span 6000,5000: START must be before END", ("s.csv", "--trend", 1, "--span", "6000,5000")),
+                (2, "--span 2027-01-01: must be a finite number, as the times", ("s.csv", "--trend", 1, "--span", "2027-01-01,1")),
+                (2, "--span 2027-13-01: must be a date, a Modified Julian Day or a Julian Day, as the times of the series are",
+                 ("dates.csv", *GRID, "--trend", 1, "--span", "2027-13-01,2028-01-01")),
+                (3, "s.csv: sample 1: t = 50", ("s.csv", "--trend", 1, "--span", "5900,6100")),
+                (3, "must be in the span of the trend, [5900, 6100], fixed at creation (--span)",
+                 ("s.csv", "--trend", 1, "--span", "5900,6100")),
+                (3, "late.csv:2: t = 6001: must be in the span of the trend, [5000, 6000], fixed at creation (--span of the run",
+                 ("late.csv", "--from-state", "s.tlmp")),
+                (3, "equal.csv: all times are equal: a trend needs different times", ("equal.csv", *GRID, "--trend", 1)),
+                (2, "--trend 9: must be in [0, 8]", ("s.csv", "--trend", 9)),
+                (2, "--trend excludes --from-state", ("late.csv", "--from-state", "s.tlmp", "--trend", 1)),
+                (2, "--fixed-mean excludes --trend", ("s.csv", "--trend", 1, "--fixed-mean"))):
+            with self.subTest(message):
+                self.refuse(code, message, arguments=("period", *arguments))
+
+
+class Remarks(Nuisance):
+    def test_long_and_annual(self):
+        """Periods above half the time span, and near a year for dates only."""
+        t = 61406 + numpy.arange(0, 1000, 4.0)
+        random = numpy.random.default_rng(2)
+        noise = 0.1 * random.normal(size=len(t))
+        for truth, long, annual in ((700, True, False), (372, False, True), (250, False, False)):
+            self.write(t, numpy.sin(2 * numpy.pi * t / truth) + noise, name="s.csv")
+            text = (self.folder / "s.csv").read_text()
+            (self.folder / "s.csv").write_text(text.replace("t,", "mjd,", 1))
+            done = self.run_program("period", "s.csv", *GRID, "--json", "--peaks", 2)
+            found = json.loads(done.stdout)
+            self.assertEqual((found["peak"]["long_period"], found["peak"]["annual"]), (long, annual))
+            self.assertEqual((found["peaks"][0]["long_period"], found["peaks"][0]["annual"]), (long, annual))
+            self.assertEqual("warning: the period exceeds half the time span: a trend may cause it: --trend\n" in done.stderr, long)
+            self.assertEqual("warning: the period is within one resolution of a year: the motion of the Earth, seasons "
+                             "and observing windows may cause it\n" in done.stderr, annual)
+            line = self.succeed("period", "s.csv", *GRID).splitlines()[0]
+            self.assertEqual((line.endswith(", long period"), line.endswith(", annual")), (long, annual))
+            self.succeed("period", "s.csv", *GRID, "--save-state", "s.tlmp")
+            found = json.loads(self.succeed("period", "--from-state", "s.tlmp", "--json"))["peak"]
+            self.assertEqual((found["long_period"], found["annual"]), (long, annual))
+        self.write(t - t[0], numpy.sin(2 * numpy.pi * t / 365.25) + noise)
+        self.assertFalse(self.period("s.csv", *GRID)["peak"]["annual"])
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,82 @@
+#include "series/period_report.hpp"
+
+#include <cmath>
+#include <cstdio>
+
+#include "common/output.hpp"
+#include "common/text.hpp"
+#include "series/remarks.hpp"
+
+namespace cli {
+
+namespace {
+
+Json peak_json(const PeriodReport &report) {
+    const toliman_period_peak &peak = report.periodogram.peak;
+    Json json("frequency", peak.frequency, "period", peak.period, "power", peak.power, "log10_residual",
+              peak.log10_residual, "fwhm_period", peak.fwhm_period, "half_width_period", peak.half_width_period,
+              "frequency_error", peak.frequency_error, "period_error", peak.period_error, "amplitude", peak.amplitude,
+              "amplitude_error", peak.amplitude_error, "phase", peak.phase, "time_offset",
+              report.periodogram.time_offset, "offset", peak.offset, "log10_fap",
+              report.fap.log10(report.fap.residual_of(peak)), "at_edge", report.periodogram.at_edge());
+    set_remarks(peak.flags, json);
+    return json;
+}
+
+Json listed_json(const toliman_period_peak &peak, const Fap &fap) {
+    Json json("frequency", peak.frequency, "period", peak.period, "power", peak.power, "log10_fap",
+              fap.log10(peak.log10_residual), "fwhm_period", peak.fwhm_period, "alias",
+              (peak.flags & TOLIMAN_PERIOD_ALIAS) != 0, "at_edge", (peak.flags & TOLIMAN_PERIOD_AT_EDGE) != 0);
+    set_remarks(peak.flags, json);
+    return json;
+}
+
+} // namespace
+
+void PeriodReport::print() const {
+    const toliman_period_peak &peak = periodogram.peak;
+    const bool refined = !std::isnan(peak.frequency_error); // otherwise from the sums alone
+    std::printf("period      %s%s, half width %.3g, FWHM %.3g%s\n",
+                text_with_error(peak.period, peak.period_error).c_str(), refined ? " (least squares)" : "",
+                peak.half_width_period, peak.fwhm_period, remarks_of(peak.flags).c_str());
+    std::printf("amplitude   %s, offset %.6g\n", text_with_error(peak.amplitude, peak.amplitude_error).c_str(),
+                peak.offset);
+    std::printf("phase       %.4g rad at t = %.15g%s\n", peak.phase, periodogram.time_offset,
+                time_scale.empty() ? "" : (", Modified Julian Day in " + time_scale).c_str());
+    std::printf("power       %.6f at frequency %.8g\n", peak.power, peak.frequency);
+    const double residual = fap.residual_of(peak);
+    std::printf("log10 FAP   %s (%s)\n", fap.text(residual).c_str(), fap.how(residual).c_str());
+    if (noise != nullptr)
+        noise->print();
+    for (size_t i = 1; i < peaks.size(); i++)
+        std::printf("peak %-6zu period %.6g, power %.6f, log10 FAP %s%s%s%s\n", i + 1, peaks[i].period, peaks[i].power,
+                    fap.text(peaks[i].log10_residual).c_str(),
+                    (peaks[i].flags & TOLIMAN_PERIOD_ALIAS) != 0 ? ", alias" : "",
+                    (peaks[i].flags & TOLIMAN_PERIOD_AT_EDGE) != 0 ? ", at the edge of the grid" : "",
+                    remarks_of(peaks[i].flags).c_str());
+    std::printf("samples     %lld, grid %.6g + k %.6g, %lld frequencies\n", static_cast<long long>(samples), grid.f0,
+                grid.df, static_cast<long long>(grid.nf));
+    std::printf("searched    periods from %.6g to %.6g\n", shortest(), longest());
+    if (fitted)
+        cli::print(*fitted);
+    if (reduced != nullptr)
+        std::printf("reduced     %s\n", reduced->text.c_str());
+    print_stdout("");
+}
+
+Json PeriodReport::json() const {
+    Json json("schema", "toliman-period/2", "n", samples, "time_scale", text_or_null(time_scale), "peak",
+              peak_json(*this), "fap_method", fap.method(), "grid", Json("f0", grid.f0, "df", grid.df, "nf", grid.nf),
+              "searched", Json("shortest", shortest(), "longest", longest()));
+    if (peaks.size() > 1)
+        json.set("peaks", array_of(peaks, [this](const toliman_period_peak &peak) { return listed_json(peak, fap); }));
+    if (fitted)
+        json.set("functions", json_of(*fitted));
+    if (reduced != nullptr)
+        json.set("reduction", reduced->json);
+    if (noise != nullptr && noise->known())
+        json.set("noise", noise->json());
+    return json;
+}
+
+} // namespace cli

@@ -1,0 +1,37 @@
+// Results of period as text and JSON.
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "series/coefficients.hpp"
+#include "series/fap.hpp"
+#include "series/noise.hpp"
+#include "series/periodogram.hpp"
+
+namespace cli {
+
+// How a series was reduced to the orbit.
+struct ReductionNote {
+    Json json;
+    std::string text;
+};
+
+struct PeriodReport {
+    const Periodogram &periodogram;
+    FrequencyGrid grid;
+    int64_t samples;
+    std::vector<toliman_period_peak> peaks; // the highest first
+    const Fap &fap;
+    std::string time_scale;             // of Modified Julian Days; empty for plain numbers
+    const ReductionNote *reduced;       // NULL if the samples are not reduced
+    const Noise *noise;                 // NULL from sums alone
+    std::optional<Coefficients> fitted; // of nuisance functions; empty if the mean alone is fitted
+
+    double shortest() const { return 1 / (grid.f0 + grid.df * static_cast<double>(grid.nf - 1)); }
+    double longest() const { return 1 / grid.f0; } // infinite if the grid begins at 0
+    void print() const;
+    Json json() const;
+};
+
+} // namespace cli
