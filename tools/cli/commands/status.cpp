@@ -55,6 +55,13 @@ std::string settings_text(const toliman_track_options &how, const toliman_track_
                             static_cast<unsigned long long>(how.estimator_id), how.sigma, how.value_limit);
 }
 
+std::string indented(const std::string &lines) {
+    std::string text;
+    for (const char c : lines)
+        text += (text.empty() || text.back() == '\n' ? "  " : "") + std::string(1, c);
+    return text;
+}
+
 std::string sessions_text(const std::vector<toliman_track_stream> &streams) {
     std::string text;
     for (size_t i = 0; i < std::min(streams.size(), kShownSessions); i++) {
@@ -73,7 +80,8 @@ void print(const toliman::tracker &tracker, const toliman_track_options &how, co
     if (as_json)
         return print_stdout(status_json(tracker, how, period).text());
     print_stdout(how.folder + ("\n  " + period.text() + "\n") + counts_text(tracker) +
-                 settings_text(how, info_of(tracker)) + sessions_text(streams_of(tracker)));
+                 settings_text(how, info_of(tracker)) + indented(period.functions_text()) +
+                 sessions_text(streams_of(tracker)));
 }
 
 void status(Options &options, Progress &progress) {
@@ -93,16 +101,23 @@ void status(Options &options, Progress &progress) {
     print(tracker, settings, period, options.as_json);
 }
 
+// A new grid changes the span of a trend. The errors of the orbit of a new system replace the trend of a folder without
+// one.
+void set_functions(const RebuildOptions &options, toliman_track_options &how) {
+    const bool is_new_system = options.reference.has_system() && how.plate_scale_arcsec == 0;
+    if (is_new_system)
+        how.trend = 0;
+    if (is_new_system || options.setup.has_grid())
+        how.trend_start = how.trend_end = 0;
+}
+
 void rebuild(RebuildOptions &options, Progress &progress) {
     options.folder = plain(options.folder);
     toliman_track_options how = known_state(options.folder);
     if (how.nf == 0)
         options.setup.check_complete(options.folder);
-    if (options.setup.has_grid())
-        how.trend_start = how.trend_end = 0; // the span of the new grid
+    set_functions(options, how);
     options.setup.set(how, progress);
-    if (options.reference.has_system() && how.plate_scale_arcsec == 0 && !options.setup.has_trend())
-        how.trend = 0; // the errors of the orbit, instead of the trend of a folder without a system
     options.reference.set_leap_seconds(options.leap_seconds);
     if (options.reference.given())
         options.reference.set(how, how, progress);

@@ -6,6 +6,7 @@
 
 #include <toliman/toliman.hpp>
 
+#include "downlink/period_facts.hpp"
 #include "downlink/state_folder.hpp"
 
 namespace cli {

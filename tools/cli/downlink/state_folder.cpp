@@ -9,7 +9,6 @@
 #include "common/input.hpp"
 #include "common/library.hpp"
 #include "common/text.hpp"
-#include "series/fap.hpp"
 
 namespace cli {
 
@@ -94,76 +93,7 @@ constexpr std::pair<const char *, int64_t toliman_track_info::*> kCounts[] = {
     {"missing", &toliman_track_info::missing},         {"dropped", &toliman_track_info::dropped},
     {"sessions", &toliman_track_info::sessions}};
 
-using PeakMember = std::pair<const char *, double toliman_period_peak::*>;
-constexpr PeakMember kPeak[] = {{"period", &toliman_period_peak::period},
-                                {"fwhm_period", &toliman_period_peak::fwhm_period},
-                                {"frequency", &toliman_period_peak::frequency},
-                                {"power", &toliman_period_peak::power},
-                                {"log10_fap", &toliman_period_peak::log10_fap}};
-constexpr PeakMember kFit[] = {
-    {"period", &toliman_period_peak::period},       {"period_error", &toliman_period_peak::period_error},
-    {"amplitude", &toliman_period_peak::amplitude}, {"amplitude_error", &toliman_period_peak::amplitude_error},
-    {"phase", &toliman_period_peak::phase},         {"offset", &toliman_period_peak::offset},
-    {"log10_fap", &toliman_period_peak::log10_fap}};
-
-template <size_t N>
-void add_members(Json &json, const PeakMember (&members)[N], const std::optional<toliman_period_peak> &peak) {
-    for (const auto &[name, member] : members)
-        json.set(name, peak ? (*peak).*member : NAN);
-}
-
-// The peak that query(&peak) finds; nothing for too few frames, or values that are all equal.
-template <class Query> std::optional<toliman_period_peak> peak_of(Query query) {
-    auto peak = toliman::sized<toliman_period_peak>();
-    const toliman_status status = query(&peak);
-    if (status == TOLIMAN_E_STATE || status == TOLIMAN_E_RANGE)
-        return std::nullopt;
-    toliman::check(status);
-    return peak;
-}
-
-std::string unit_text(double unit_ns) {
-    constexpr double kDay = 86400e9;
-    return unit_ns == kDay ? "d" : formatted("units of %g s", unit_ns * 1e-9);
-}
-
 } // namespace
-
-PeriodFacts::PeriodFacts(const toliman::tracker &tracker, Fit fit) {
-    const toliman_period *period = nullptr;
-    toliman::check(toliman_track_get_period(tracker.get(), &period));
-    count_ = toliman_period_count(period);
-    unit_ = unit_text(info_from<toliman_period_info>(toliman_period_get_info, period).unit_ns);
-    peak_ = peak_of([&](toliman_period_peak *peak) { return toliman_period_query_peak(period, peak); });
-    if (!peak_)
-        return;
-    toliman::check(
-        toliman_period_query_fap(period, TOLIMAN_PERIOD_FAP_SEQUENTIAL, peak_->log10_residual, &sequential_));
-    if (fit == Fit::made)
-        fit_ = peak_of([&](toliman_period_peak *peak) { return toliman_track_query_fit(tracker.get(), peak); });
-    if (fit_ && !std::isfinite(fit_->period))
-        fit_.reset();
-}
-
-void PeriodFacts::add_to(Json &json) const {
-    std::optional<Json> fit;
-    if (fit_)
-        add_members(fit.emplace(), kFit, fit_);
-    json.set("n", count_);
-    add_members(json, kPeak, peak_);
-    json.set("log10_fap_sequential", sequential_, "at_edge", peak_ && (peak_->flags & TOLIMAN_PERIOD_AT_EDGE) != 0,
-             "fit", std::move(fit));
-}
-
-std::string PeriodFacts::text() const {
-    if (!peak_ || !std::isfinite(peak_->log10_fap))
-        return "no period yet";
-    const toliman_period_peak &best = fit_ ? *fit_ : *peak_;
-    return "period " + text_with_error(best.period, best.period_error) + " " + unit_ +
-           formatted(", log10 FAP %.2f, sequential %.2f", best.log10_fap, sequential_) +
-           (sequential_ > kSignificant ? ": no significant period" : "") +
-           ((peak_->flags & TOLIMAN_PERIOD_INACCURATE) != 0 ? "; the power may be wrong by more than 0.001" : "");
-}
 
 const char *stamp_name(int32_t stamp) noexcept {
     static const char *const names[] = {"start", "middle", "end"};

@@ -1,6 +1,5 @@
-// State folders of `toliman track`: opens them, and prints counts and period.
+// State folders of `toliman track`: opens them, and prints counts.
 #pragma once
-#include <cmath>
 #include <optional>
 #include <string>
 
@@ -28,22 +27,6 @@ toliman_track_options settings_of(const toliman::tracker &tracker);
 void remove_state(const std::string &folder);
 // The message of the library for a damaged folder, and the remedy.
 std::string damage_text(toliman_status status, const std::string &folder);
-
-// Period of the highest peak on the grid, and, with Fit::made, of the least-squares fit to all values, which reads the
-// ledger. Neither if there are too few frames.
-enum class Fit { none, made };
-class PeriodFacts {
-  public:
-    PeriodFacts(const toliman::tracker &tracker, Fit fit);
-    void add_to(Json &json) const;
-    std::string text() const;
-
-  private:
-    int64_t count_;
-    double sequential_ = NAN;
-    std::string unit_; // of time
-    std::optional<toliman_period_peak> peak_, fit_;
-};
 
 // "start", "middle" or "end" of TOLIMAN_FRAME_STAMP_...
 const char *stamp_name(int32_t stamp) noexcept;

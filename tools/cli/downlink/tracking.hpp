@@ -12,6 +12,7 @@
 #include "downlink/bank_watch.hpp"
 #include "downlink/frame_source.hpp"
 #include "downlink/on_target.hpp"
+#include "downlink/period_facts.hpp"
 #include "downlink/state_folder.hpp"
 
 namespace cli {

@@ -51,12 +51,17 @@ Coefficients with_counts(const toliman_period *period, std::vector<Coefficient> 
     return {std::move(coefficients), info.functions, info.free_functions};
 }
 
-void print(const Coefficients &coefficients) {
-    std::printf("functions   %d in use, %d free\n", coefficients.functions, coefficients.free);
+std::string text_of(const Coefficients &coefficients) {
+    std::string text = formatted("functions   %d in use, %d free\n", coefficients.functions, coefficients.free);
     for (const Coefficient &one : coefficients.all)
-        std::printf("  %-17s %s%s\n", one.name.c_str(),
-                    std::isinf(one.error) ? "not in use" : text_with_error(one.value, one.error).c_str(),
-                    one.prior > 0 ? formatted(", prior +- %.4g", one.prior).c_str() : "");
+        text += formatted("  %-17s %s%s\n", one.name.c_str(),
+                          std::isinf(one.error) ? "not in use" : text_with_error(one.value, one.error).c_str(),
+                          one.prior > 0 ? formatted(", prior +- %.4g", one.prior).c_str() : "");
+    return text;
+}
+
+void print(const Coefficients &coefficients) {
+    std::printf("%s", text_of(coefficients).c_str());
 }
 
 Json json_of(const Coefficients &coefficients) {

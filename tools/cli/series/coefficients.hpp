@@ -26,6 +26,7 @@ std::vector<Coefficient> coefficients_at(const toliman_period *period, int64_t k
 // With the numbers of functions of a periodogram.
 Coefficients with_counts(const toliman_period *period, std::vector<Coefficient> coefficients);
 
+std::string text_of(const Coefficients &coefficients);
 void print(const Coefficients &coefficients);
 Json json_of(const Coefficients &coefficients);
 

@@ -1,0 +1,18 @@
+// The samples of a state folder as a series, with its nuisance functions.
+#pragma once
+#include <vector>
+
+#include <toliman/toliman.hpp>
+
+#include "series/series.hpp"
+
+namespace cli {
+
+// The columns of the periodogram: elements of the orbit whose errors are fitted. The coefficients are in px, the errors
+// in units of the elements.
+std::vector<NuisanceColumn> element_columns(const toliman::tracker &tracker);
+
+// Those in the periodogram, in order of arrival; t in units of unit_ns since time_offset_ns.
+Series tracked_series(const toliman::tracker &tracker);
+
+} // namespace cli
