@@ -19,14 +19,14 @@
  * Correlation  Restricted maximum likelihood in [0, 0.999]. While the likelihood ratio of a sinusoid has a FAP above
  *              1e-4, rho is fitted without a sinusoid; below 1e-8, with the strongest one, so that a strong signal is
  *              not taken for noise; between, it is a weighted mean of both. A signal in white noise loses 3 % of its
- *              log10 FAP on average, 11 % in one series of 20.
+ *              log10 FAP on average, 10 to 12 % in one series of 20.
  * FAP          Baluev's bound with n - K degrees of freedom, where K counts the mean and the functions without a
  *              prior. It holds for one query of a complete series. Share of series of AR(1) noise with a FAP of 0.01:
  *                rho                              0       0.2     0.5     0.9
- *                n = 200, regular                 0.7 %   0.6 %   0.7 %   0.8 %
- *                n = 828 in 3 years, with gaps    0.9 %   0.7 %   1.2 %   1.1 %
- *                n = 200, white noise assumed     0.9 %   4.7 %   52 %    99.9 %
- *              1/f noise is not AR(1): 1.9 % (n = 200) and 23 % (n = 828) of its series have a FAP of 0.01, at the
+ *                n = 200, regular                 0.6 %   0.5 %   0.5 %   0.8 %
+ *                n = 847 in 3 years, with gaps    0.9 %   0.8 %   0.9 %   1.0 %
+ *                n = 200, white noise assumed     0.8 %   4.7 %   52 %    99.9 %
+ *              1/f noise is not AR(1): 2.1 % (n = 200) and 28 % (n = 847) of its series have a FAP of 0.01, at the
  *              lowest frequencies. log10_p_white is below -3 for all of them.
  * Priors       The coefficient of a function may have a Gaussian prior of mean 0 and standard deviation s_j.
  *              (c_j/s_j)^2 is then added to both residuals; sigmas must be absolute, the marginal standard deviations
