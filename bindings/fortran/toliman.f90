@@ -1563,7 +1563,8 @@ module toliman
         ! velocity of the observer towards the system, without the effects left out
         real(c_double) :: approach_m_s = 0.0_c_double
         real(c_double) :: sun_angle_deg = 0.0_c_double ! angle between the system and the Sun
-        ! derivatives of geometric_arcsec by the elements: arcsec per unit of the element
+        ! derivatives of separation_arcsec by the elements, divided by factor: those of a reduced separation. arcsec
+        ! per unit of the element
         real(c_double) :: partials(7) = 0.0_c_double
     end type
 
@@ -1871,8 +1872,8 @@ module toliman
     ! In a folder with a system, NaN in unreduced frames:
     !   factor                      mean apparent separation over mean geometric separation
     !   geometric_arcsec            mean separation on the orbit, in arcsec
-    !   d_period_years ... d_epoch  its derivatives by the seven elements of the orbit (toliman_sky_element_name), in
-    !                               arcsec per unit of the element
+    !   d_period_years ... d_epoch  derivatives of the reduced separation by the seven elements of the orbit
+    !                               (toliman_sky_element_name), in arcsec per unit of the element
     ! Then follow the names of toliman_track_options.values, and cov_A_B, the covariance of values A and B. The first value
     ! is named "value"; cov_A_A is a variance. Since 0.2.
     type, bind(C), public :: toliman_track_column

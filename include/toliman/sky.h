@@ -111,7 +111,8 @@ typedef struct toliman_sky_prediction {
                                     barycentre arrives at that of the solar system; without ROEMER, TDB - TAI */
     double approach_m_s;         /* velocity of the observer towards the system, without the effects left out */
     double sun_angle_deg;        /* angle between the system and the Sun */
-    double partials[7];          /* derivatives of geometric_arcsec by the elements: arcsec per unit of the element */
+    double partials[7];          /* derivatives of separation_arcsec by the elements, divided by factor: those of a
+                                    reduced separation. arcsec per unit of the element */
 } toliman_sky_prediction;
 #define TOLIMAN_SKY_PREDICTION_INIT TOLIMAN_INIT(toliman_sky_prediction)
 
@@ -194,7 +195,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_get_element(const toli
                                                                       double *value, double *sigma) TOLIMAN_NOEXCEPT;
 
 /* Declares the errors of the reference orbit as nuisance functions of a periodogram of reduced separations (see
- * period_nuisance.h). Each element with a standard deviation, except the node, is a column: its value for a sample is
+ * period_nuisance.h). Each element with a standard deviation is a column: its value for a sample is
  * partials[element] of the prediction of toliman_sky_reduce, the coefficient is the error of the element, and its prior
  * is the standard deviation in the system file.
  *   unit_arcsec  arcsec per unit of the values of the periodogram: 1, or the plate scale for pixels
@@ -223,7 +224,7 @@ typedef struct toliman_sky_refit_result {
 #define TOLIMAN_SKY_REFIT_RESULT_INIT TOLIMAN_INIT(toliman_sky_refit_result)
 
 /* Refits the orbital elements to measured separations. The standard deviations of the elements in the system file are
- * Gaussian priors (maximum a posteriori). Elements without one, and the node, which changes no separation, keep their
+ * Gaussian priors (maximum a posteriori). Elements without one keep their
  * values; parallax, motion and masses are not fitted. Only the priors distinguish an error of the plate scale from one
  * of the semi-major axis.
  *   sky                 system and observer

@@ -1,6 +1,6 @@
 // Method: the separation g of the reference orbit and the true one differ by sum of dg/de_j times the error of e_j, to
-// first order. An error of the plate scale by a factor 1 + x changes g by x g = (dg/da) (a x): it is an error a x of
-// the semi-major axis.
+// first order, also through the factor. An error of the plate scale by a factor 1 + x changes g by x g = (dg/da) (a x):
+// it is an error a x of the semi-major axis.
 #include "sky/columns.hpp"
 
 #include <cmath>
@@ -11,7 +11,6 @@ std::vector<Column> error_columns(const System &system, double scale_sigma) {
     Orbit sigmas = system.sigma.orbit;
     const double axis = system.value.orbit.semi_major_arcsec;
     sigmas.semi_major_arcsec = std::hypot(sigmas.semi_major_arcsec, axis * scale_sigma);
-    sigmas.node_deg = 0;
     double bounds[kElements];
     bound_partials(system.value.orbit, bounds);
     std::vector<Column> columns;

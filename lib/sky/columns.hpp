@@ -14,8 +14,8 @@ struct Column {
     double sigma; // standard deviation of the error
 };
 
-// Those of the elements with a standard deviation, except the node, which changes no separation. scale_sigma: standard
-// deviation of the relative error of the plate scale.
+// Those of the elements with a standard deviation. scale_sigma: standard deviation of the relative error of the plate
+// scale.
 std::vector<Column> error_columns(const System &system, double scale_sigma);
 
 } // namespace toliman::sky

@@ -64,28 +64,34 @@ OrbitPosition position_on_orbit(const Orbit &orbit, double year) noexcept {
             q * std::sin(inclination)};
 }
 
-void separation_partials(const Orbit &orbit, double year, double partials[kElements]) noexcept {
+OrbitPartials partials_on_orbit(const Orbit &orbit, double year) noexcept {
     const double years = year - orbit.epoch, a = orbit.semi_major_arcsec, e = orbit.eccentricity;
     const InPlane at = in_plane(orbit, years);
-    const double inclination = orbit.inclination_deg * kDegree, flat = std::cos(inclination);
+    const double inclination = orbit.inclination_deg * kDegree;
+    const double flat = std::cos(inclination), steep = std::sin(inclination);
     const auto [p, q] = rotate(orbit, at.x, at.y);
-    const double separation = std::hypot(p, q * flat);
-    const auto along = [&](double dp, double dq) { return (p * dp + q * flat * flat * dq) / separation; };
-    const auto moved = [&](double dx, double dy) {
-        const Rotated change = rotate(orbit, dx, dy);
-        return along(change.p, change.q);
+    const double across = q * flat, separation = std::hypot(p, across);
+    OrbitPartials partials = {};
+    const auto set = [&, p = p](size_t element, double unit, double dp, double dacross, double daway) {
+        partials.separation[element] = unit * (p * dp + across * dacross) / separation;
+        partials.angle[element] = unit * (p * dacross - across * dp) / (separation * separation);
+        partials.away[element] = unit * daway;
     };
-    const double slope = 1 / (1 - e * at.cosine); // dE/dM
-    const double by_mean = moved(-a * at.sine * slope, a * at.root * at.cosine * slope);
+    const auto set_in_plane = [&](size_t element, double unit, double dx, double dy) {
+        const Rotated change = rotate(orbit, dx, dy);
+        set(element, unit, change.p, change.q * flat, change.q * steep);
+    };
+    const double slope = 1 / (1 - e * at.cosine);                                 // dE/dM
+    const double dx = -a * at.sine * slope, dy = a * at.root * at.cosine * slope; // by the mean anomaly
     const double revolution = 2 * kPi / orbit.period_years;
-    partials[0] = -by_mean * revolution * years / orbit.period_years;
-    partials[1] = separation / a;
-    partials[2] =
-        moved(-a * (at.sine * at.sine * slope + 1), a * at.sine * (at.root * at.cosine * slope - e / at.root));
-    partials[3] = -(q * flat) * (q * std::sin(inclination)) / separation * kDegree;
-    partials[4] = 0;
-    partials[5] = along(-q, p) * kDegree;
-    partials[6] = -by_mean * revolution;
+    set_in_plane(0, -revolution * years / orbit.period_years, dx, dy);
+    set_in_plane(1, 1 / a, at.x, at.y);
+    set_in_plane(2, 1, -a * (at.sine * at.sine * slope + 1), a * at.sine * (at.root * at.cosine * slope - e / at.root));
+    set(3, kDegree, 0, -q * steep, q * flat);
+    partials.angle[4] = kDegree;
+    set(5, kDegree, -q, p * flat, p * steep);
+    set_in_plane(6, -revolution, dx, dy);
+    return partials;
 }
 
 void bound_partials(const Orbit &orbit, double bounds[kElements]) noexcept {
@@ -102,8 +108,8 @@ void bound_partials(const Orbit &orbit, double bounds[kElements]) noexcept {
                                        speed};
     for (size_t i = 0; i < kElements; i++) {
         int exponent;
-        std::frexp(largest[i], &exponent);
-        bounds[i] = largest[i] > 0 ? std::ldexp(1.0, exponent) : 0;
+        std::frexp(1.25 * largest[i], &exponent); // 1.25: for the factor
+        bounds[i] = std::ldexp(1.0, exponent);
     }
 }
 

@@ -30,10 +30,16 @@ struct OrbitPosition {
 // The position at a Julian year.
 OrbitPosition position_on_orbit(const Orbit &orbit, double year) noexcept;
 
-// Derivatives of separation_arcsec() at a Julian year by the elements, per unit of each. That by the node is 0.
-void separation_partials(const Orbit &orbit, double year, double partials[kElements]) noexcept;
+// Derivatives by the elements, per unit of each.
+struct OrbitPartials {
+    double separation[kElements]; // of separation_arcsec(); 0 by the node
+    double angle[kElements];      // of the position angle, rad
+    double away[kElements];       // of away_arcsec
+};
+OrbitPartials partials_on_orbit(const Orbit &orbit, double year) noexcept;
 
-// Upper bounds of their absolute values from 1900 to 2100: powers of two, so that every machine computes the same.
+// Upper bounds of the derivatives of the position of B, which no derivative of a separation exceeds, from 1900 to 2100:
+// powers of two, so that every machine computes the same.
 void bound_partials(const Orbit &orbit, double bounds[kElements]) noexcept;
 
 } // namespace toliman::sky

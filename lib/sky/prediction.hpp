@@ -30,7 +30,7 @@ struct Prediction {
     double barycentric_offset_s; // TDB at which the light passes the barycentre of the solar system, minus TAI
     double approach_m_s;         // velocity of the observer towards the system
     double sun_angle_deg;        // between the system and the Sun
-    double partials[kElements];  // of the geometric separation; arcsec per unit of the element
+    double partials[kElements];  // of the apparent separation, over factor; arcsec per unit of the element
 };
 
 // On-target intervals of an exposure, TAI.
@@ -67,6 +67,7 @@ class Predictor {
     erfa::Vector barycentre(double year) const noexcept;
     erfa::Vector star(size_t which, double year) const noexcept;
     erfa::Vector seen_star(size_t which, double year, const erfa::Vector &from) const noexcept;
+    erfa::Vector turn(const erfa::Vector &a, const erfa::Vector &b, double angle) const noexcept;
 
     System system_;
     Observer observer_;

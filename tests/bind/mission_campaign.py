@@ -9,8 +9,7 @@ of 3e-6 px. A third of the missions has a planet on a circular orbit, a third on
 none. A seed draws kind and parameters of a mission. The search receives dates and separations alone. All searches end
 before the first result is compared with the truth.
 
-The published orbit is subtracted. Its error of 1e-3 makes the factor of aberration and parallax wrong by 1e-8, a wave of a
-year. So the factor is that of the orbit which is refitted to the separations ("once reduced": that of the published orbit).
+The separations are reduced to the published orbit.
 
 A planet is found if the highest peak has a false alarm probability (FAP) below 1e-3 and its period is within 10 % of the
 true one. Any peak with this FAP is an alarm if there is no planet.
@@ -39,9 +38,9 @@ SECOND, DAY, DAYS, SAMPLES = 10**9, 86400 * 10**9, 1095, 836
 SCALE, SIGMA, AMPLITUDE, FREQUENCY = 0.375, 3e-6, 1.2e-6, 0.05  # arcsec per px, px, arcsec, cycles per day
 PERIODS, MOST_ECCENTRIC, LOG10_FAP, ALTITUDE = (300, 500), 0.3, -3, 600
 KINDS = "circular", "eccentric", "none"
-ORBIT, ONCE = "mean and orbit, with priors", "mean and orbit, with priors; once reduced"
+ORBIT = "mean and orbit, with priors"
 TRENDS = {"mean": 0, "polynomial of order 4": 4, "polynomial of order 5": 5}
-SEARCHES = ORBIT, ONCE, *TRENDS
+SEARCHES = ORBIT, *TRENDS
 Truth = collections.namedtuple("Truth", "elements amplitude period eccentricity periastron anomaly")
 Found = collections.namedtuple("Found", "period log10_fap")
 
@@ -108,23 +107,18 @@ def functions(name):
     """Returns the options of a periodogram with these functions, and the values of the columns."""
     if name in TRENDS:
         return {"trend": TRENDS[name], "span": (0, DAYS) if TRENDS[name] else None}, None
-    used = [i for i, element in enumerate(published().elements) if element != "node_deg"]  # changes no separation
-    rows = published().reduce(exposures(), 1)[1]["partials"][:, used]
-    sigmas = numpy.array([sigma for _, sigma in published().elements.values()])[used]
-    return {"columns": rows.shape[1], "column_bounds": numpy.abs(rows).max(0), "priors": [math.inf, *sigmas / SCALE]}, rows
+    elements, bounds, priors = published().error_columns(SCALE)
+    rows = published().reduce(exposures(), 1)[1]["partials"][:, elements]
+    return {"columns": len(elements), "column_bounds": bounds, "priors": [math.inf, *priors]}, rows
 
 
 def search(measured):
     """Returns the highest peak of the separations of a mission (px) with each set of functions."""
-    once, seen = published().reduce(exposures(), measured * SCALE)
-    with published().refit(exposures(), measured * SCALE, SIGMA * SCALE)[0] as refitted:
-        factor = refitted.reduce(exposures(), 1)[1]["factor"]
-    twice = measured * SCALE / factor - seen["geometric_arcsec"]
+    reduced = published().reduce(exposures(), measured * SCALE)[0] / SCALE
     days, found = middles(), {}
     f0, df, _ = toliman.suited_grid(days)
     for name in SEARCHES:
         options, rows = functions(name)
-        reduced = (once if name == ONCE else twice) / SCALE
         with toliman.Periodogram(f0, df, int((FREQUENCY - f0) / df) + 1, value_bound=1, sigma_floor=SIGMA, double_limb=True,
                                  **options) as periodogram:
             periodogram.push_many(days, reduced, SIGMA, rows=rows)

@@ -303,7 +303,7 @@ class Refits(unittest.TestCase):
         rms = numpy.sqrt(numpy.mean(numpy.square(pulls), 0))
         self.assertTrue((rms > 0.6).all() and (rms < 1.5).all(), rms)
         self.assertLess(sky.elements["period_years"][1], 0.99 * self.truth.elements["period_years"][1])
-        self.assertEqual(sky.elements["node_deg"][1], self.truth.elements["node_deg"][1])
+        self.assertLess(sky.elements["node_deg"][1], self.truth.elements["node_deg"][1])
 
     def test_the_plate_scale_is_found(self):
         with tempfile.TemporaryDirectory() as folder:  # the semi-major axis is known exactly
@@ -320,8 +320,7 @@ class Refits(unittest.TestCase):
     def test_the_residuals_are_those_of_the_result(self):
         noisy = self.measured + 1e-6 * self.random.normal(size=len(self.measured))
         sky, fit = self.wrong().refit(self.exposures, noisy, 1e-6)
-        seen = sky.predict(self.tai_ns)
-        left = noisy / seen["factor"] - seen["geometric_arcsec"]
+        left, seen = sky.reduce(self.exposures, noisy)
         self.assertAlmostEqual(fit.rms_arcsec, numpy.sqrt(numpy.mean(left**2)), delta=1e-12)
         self.assertAlmostEqual(fit.chi_square, numpy.mean((left * seen["factor"] / 1e-6)**2), places=5)
 

@@ -293,19 +293,25 @@ class Effects(unittest.TestCase):
 
 class Partials(unittest.TestCase):
     def test_against_differences(self):
-        times = tai_of([2021.3, 2027.0, 2030.0, 2038.6])
-        steps = {"period_years": 1e-4, "semi_major_arcsec": 1e-3, "eccentricity": 1e-6, "inclination_deg": 1e-3,
-                 "node_deg": 1e-3, "periastron_deg": 1e-4, "epoch": 1e-4}
+        """Also in the course of a year, to 0.002 uas: derivatives of the geometric separation alone are wrong by 0.05 uas."""
+        times = tai_of(numpy.arange(2027, 2030, 1 / 16))
+        steps = {"period_years": 1e-3, "semi_major_arcsec": 1e-3, "eccentricity": 1e-5, "inclination_deg": 1e-3,
+                 "node_deg": 1e-2, "periastron_deg": 1e-3, "epoch": 1e-3}
         base = toliman.Sky(SYSTEM)
-        partials = base.predict(times)["partials"]
+        seen = base.predict(times)
+        partials = seen["partials"]
         with tempfile.TemporaryDirectory() as folder:
-            for k, (key, (value, _)) in enumerate(base.elements.items()):
+            for k, (key, (value, sigma)) in enumerate(base.elements.items()):
                 low, high = (sky_of(folder, key, elements_of({key: value + sign * steps[key]})).predict(times)
                              for sign in (-1, 1))
-                found = (high["geometric_arcsec"] - low["geometric_arcsec"]) / (2 * steps[key])
+                found = (high["separation_arcsec"] - low["separation_arcsec"]) / (2 * steps[key]) / seen["factor"]
                 with self.subTest(key):
-                    numpy.testing.assert_allclose(partials[:, k], found, rtol=1e-6, atol=1e-9)
-        self.assertTrue((partials[:, 4] == 0).all())
+                    # what is left varies slowly: the light time between the stars
+                    self.assertLess(abs(partials[:, k] - found).max(), 1e-3 * abs(found).max() if key != "node_deg" else 2e-5)
+                    slow = numpy.polynomial.chebyshev.chebvander(numpy.linspace(-1, 1, len(times)), 4)
+                    wave = sigma * (partials[:, k] - found)  # of an element that is wrong by its error
+                    wave -= slow @ numpy.linalg.lstsq(slow, wave, rcond=None)[0]
+                    self.assertLess(abs(wave).max(), 2e-9)
 
 
 def mean_of_many(intervals):

@@ -73,14 +73,14 @@ class Mission(ProgramTest):
         self.assertFalse(found["long_period"] or found["annual"])
         self.assertGreater(self.status("none")["log10_fap"], -3)
         functions = found["functions"]
-        self.assertEqual((functions["in_use"], functions["free"]), (7, 1))
+        self.assertEqual((functions["in_use"], functions["free"]), (8, 1))
         truth, catalogue = wrong_orbit(12).elements, toliman.Sky("alpha-cen", altitude_km=600).elements
         for one in functions["coefficients"][1:]:
             error = truth[one["name"]][0] - catalogue[one["name"]][0]
             self.assertAlmostEqual(one["prior_sigma"], catalogue[one["name"]][1], delta=1e-12)
             self.assertAlmostEqual(one["value"], error, delta=4.5 * catalogue[one["name"]][1])
         text = self.succeed("status", "planet")
-        self.assertIn("  functions   7 in use, 1 free\n    mean", text)
+        self.assertIn("  functions   8 in use, 1 free\n    mean", text)
         self.assertIn("    eccentricity ", text)
 
     def test_other_functions(self):

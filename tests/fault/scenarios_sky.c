@@ -116,9 +116,13 @@ static toliman_status get_element(attempt *a) {
     return toliman_sky_get_element(a->object, 2, (double *)a->out, (double *)a->out + 1);
 }
 static toliman_status set_columns(attempt *a) {
-    toliman_period_options *const options = (void *)a->out;
-    toliman_period_options_init(options, sizeof *options);
-    return toliman_sky_set_columns(a->object, 1, 1e-3, options, (int32_t *)(options + 1));
+    static const toliman_period_options defaults = TOLIMAN_PERIOD_OPTIONS_INIT;
+    toliman_period_options options = TOLIMAN_PERIOD_OPTIONS_INIT;
+    const toliman_status status =
+        toliman_sky_set_columns(a->object, 1, 1e-3, &options, (int32_t *)(a->out + sizeof options));
+    if (memcmp(&options, &defaults, sizeof options) != 0)
+        memcpy(a->out, &options, sizeof options);
+    return status;
 }
 static toliman_status element_name(attempt *a) {
     strcpy((char *)a->out, toliman_sky_element_name(3));

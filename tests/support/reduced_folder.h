@@ -68,7 +68,7 @@ static inline void push_by_hand(toliman_period *period, const toliman_sky *sky, 
     const toliman_sky_prediction mean = mean_by_hand(sky, &frame.frame, 0);
     const toliman_period_sample sample = sample_ns(frame.frame.camera_ns, value, SIGMA);
     double row[7];
-    for (int c = 0; c < 7 && elements[c] >= 0; c++)
+    for (int c = 0; c < 7; c++)
         row[c] = mean.partials[elements[c]];
     assert_ok(toliman_period_push_rows(period, &sample, row, 1));
 }

@@ -2159,7 +2159,8 @@ class toliman_sky_prediction(Sized):
         barycentre arrives at that of the solar system; without ROEMER, TDB - TAI
     approach_m_s: velocity of the observer towards the system, without the effects left out
     sun_angle_deg: angle between the system and the Sun
-    partials: derivatives of geometric_arcsec by the elements: arcsec per unit of the element"""
+    partials: derivatives of separation_arcsec by the elements, divided by factor: those of a
+        reduced separation. arcsec per unit of the element"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -2587,8 +2588,8 @@ class toliman_track_column(Sized):
     In a folder with a system, NaN in unreduced frames:
       factor                      mean apparent separation over mean geometric separation
       geometric_arcsec            mean separation on the orbit, in arcsec
-      d_period_years ... d_epoch  its derivatives by the seven elements of the orbit (toliman_sky_element_name), in
-                                  arcsec per unit of the element
+      d_period_years ... d_epoch  derivatives of the reduced separation by the seven elements of the orbit
+                                  (toliman_sky_element_name), in arcsec per unit of the element
     Then follow the names of toliman_track_options.values, and cov_A_B, the covariance of values A and B. The first value
     is named "value"; cov_A_A is a variance. Since 0.2.
     struct_size: sizeof(toliman_track_column)
@@ -4626,7 +4627,7 @@ TOLIMAN_E_ARGUMENT for an unknown element. Since 0.2.""",
             ("elements", POINTER(c_int32)),
         ),
         """Declares the errors of the reference orbit as nuisance functions of a periodogram of reduced separations (see
-period_nuisance.h). Each element with a standard deviation, except the node, is a column: its value for a sample is
+period_nuisance.h). Each element with a standard deviation is a column: its value for a sample is
 partials[element] of the prediction of toliman_sky_reduce, the coefficient is the error of the element, and its prior
 is the standard deviation in the system file.
   unit_arcsec  arcsec per unit of the values of the periodogram: 1, or the plate scale for pixels
@@ -4651,7 +4652,7 @@ exceed 8 functions. Since 0.2.""",
             ("out", POINTER(POINTER(toliman_sky))),
         ),
         """Refits the orbital elements to measured separations. The standard deviations of the elements in the system file are
-Gaussian priors (maximum a posteriori). Elements without one, and the node, which changes no separation, keep their
+Gaussian priors (maximum a posteriori). Elements without one keep their
 values; parallax, motion and masses are not fitted. Only the priors distinguish an error of the plate scale from one
 of the semi-major axis.
   sky                 system and observer

@@ -536,7 +536,7 @@ class SkyPrediction(Result):
     barycentric_offset_s: float = member("barycentric time (TDB) minus TAI, s: time at which the light of the system's barycentre arrives at that of the solar system; without ROEMER, TDB - TAI")
     approach_m_s: float = member("velocity of the observer towards the system, without the effects left out")
     sun_angle_deg: float = member("angle between the system and the Sun")
-    partials: tuple[float, ...] = member("derivatives of geometric_arcsec by the elements: arcsec per unit of the element")
+    partials: tuple[float, ...] = member("derivatives of separation_arcsec by the elements, divided by factor: those of a reduced separation. arcsec per unit of the element")
 
 
 @result

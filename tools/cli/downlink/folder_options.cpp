@@ -58,6 +58,13 @@ void check_crop(const FolderOptions &given, const Estimator &estimator, const to
                                       " pixels that are used: give the first of these with --crop ROW,COL");
 }
 
+// Nobody asked for this trend: its span, 40 times that of the grid, does not refuse frames if the grid does not suit.
+void set_wide_trend(toliman_track_options &how, int32_t order) {
+    set_trend(how, order);
+    how.trend_start = -1 / how.df;
+    how.trend_end = 3 / how.df;
+}
+
 // The options given, with the settings of an existing folder as defaults.
 toliman_track_options track_options(FolderOptions &given, const std::string &dtype, const Estimator &estimator,
                                     const Made &made, Progress &progress) {
@@ -73,7 +80,7 @@ toliman_track_options track_options(FolderOptions &given, const std::string &dty
     given.setup.set(how, progress);
     given.reference.set(how, made, progress);
     if (!made && how.sky == nullptr && estimator.moves && !given.setup.has_trend())
-        set_trend(how, kTrendOfMovingStars);
+        set_wide_trend(how, kTrendOfMovingStars);
     how.bit_depth = given.bit_depth.value_or(how.bit_depth);
     how.bin = given.bin.value_or(how.bin);
     how.capacity = given.capacity.value_or(how.capacity);

@@ -42,7 +42,8 @@ std::string rejection_text(const toliman_track_outcome &outcome, const toliman_t
     case TOLIMAN_TRACK_REASON_NOT_FINITE:
         return " at " + pixel;
     case TOLIMAN_TRACK_REASON_CLOCK:
-        return ": no TAI for its time, or too far from time 0 for the periodogram; see --clock and --epoch";
+        return ": no TAI for its time, or outside the span of the periodogram or of its trend; see --clock, --epoch "
+               "and --trend";
     default:
         return ": no finite value, as it differs too much from frames of the scene or weights; with --fit, see --epoch";
     }
