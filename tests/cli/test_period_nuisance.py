@@ -101,7 +101,10 @@ class Trend(Nuisance):
         numpy.testing.assert_allclose(numpy.load(self.folder / "power.npy"), reference.powers(), rtol=0, atol=1e-10)
         self.check_coefficients(found, reference, ["mean", "T1", "T2", "T3"], 4)
         self.check_f_statistic(found, reference, 4)
-        text = self.succeed("period", "s.csv", *GRID, "--trend", 3)
+        self.assertIn("values are correlated", self.run_program("period", "s.csv", *GRID).stderr)  # by the trend
+        done = self.run_program("period", "s.csv", *GRID, "--trend", 3)
+        self.assertEqual(done.stderr, "")
+        text = done.stdout
         self.assertRegex(text, r"\nfunctions   4 in use, 4 free\n  mean +[-\d.]+ \+- [\d.]+\n  T1 ")
 
     def test_the_span(self):
@@ -173,6 +176,160 @@ class Trend(Nuisance):
                 (2, "--trend 9: must be in [0, 8]", ("s.csv", "--trend", 9)),
                 (2, "--trend excludes --from-state", ("late.csv", "--from-state", "s.tlmp", "--trend", 1)),
                 (2, "--fixed-mean excludes --trend", ("s.csv", "--trend", 1, "--fixed-mean"))):
+            with self.subTest(message):
+                self.refuse(code, message, arguments=("period", *arguments))
+
+
+class Columns(Nuisance):
+    def with_columns(self, n=120, seed=4):
+        """A signal of period 90 under a temperature and a pressure."""
+        random = numpy.random.default_rng(seed)
+        t = numpy.sort(random.uniform(0, 900, n))
+        values = numpy.column_stack([20 + 3 * numpy.sin(2 * numpy.pi * t / 700 + 1), random.normal(size=n)])
+        sigma = random.uniform(0.3, 0.6, n)
+        y = 0.6 * numpy.sin(2 * numpy.pi * t / 90) + values @ [2.5, -0.7] + sigma * random.normal(size=n)
+        self.write(t, y, sigma)
+        self.write_columns(t, values)
+        return t, y, sigma, values
+
+    def write_columns(self, t, values, head="t,temperature,pressure", name="c.csv"):
+        numpy.savetxt(self.folder / name, numpy.column_stack([t, values]), delimiter=",", fmt="%.17g", header=head, comments="")
+
+    def test_columns_and_trend(self):
+        t, y, sigma, values = self.with_columns()
+        self.assertGreater(abs(self.period("s.csv", *GRID)["peak"]["period"] - 90), 100)
+        found = self.period("s.csv", *GRID, "--nuisance-file", "c.csv", "--power", "power.npy", "--fap", "single")
+        self.assertAlmostEqual(found["peak"]["period"], 90, delta=2)
+        reference = Reference(t, y, sigma, values)
+        numpy.testing.assert_allclose(numpy.load(self.folder / "power.npy"), reference.powers(), rtol=0, atol=1e-10)
+        self.check_coefficients(found, reference, ["mean", "temperature", "pressure"], 3)
+        self.check_f_statistic(found, reference, 3)
+        found = self.period("s.csv", *GRID, "--nuisance-file", "c.csv", "--trend", 2)
+        reference = Reference(t, y, sigma, numpy.column_stack([chebyshev(t, 2), values]))
+        self.check_coefficients(found, reference, ["mean", "T1", "T2", "temperature", "pressure"], 5)
+
+    def test_priors(self):
+        """Each is a pseudo-observation of 0; functions with one do not count as free."""
+        t, y, sigma, values = self.with_columns()
+        found = self.period("s.csv", *GRID, "--nuisance-file", "c.csv", "--trend", 1, "--prior", "temperature=0.02,T1=0.5",
+                            "--power", "power.npy", "--fap", "single")
+        reference = Reference(t, y, sigma, numpy.column_stack([chebyshev(t, 1), values]), (0.5, 0.02, numpy.inf))
+        numpy.testing.assert_allclose(numpy.load(self.folder / "power.npy"), reference.powers(), rtol=0, atol=1e-10)
+        functions = found["functions"]
+        self.assertEqual((functions["in_use"], functions["free"]), (4, 2))
+        priors = [one["prior_sigma"] for one in functions["coefficients"]]
+        numpy.testing.assert_allclose([priors[1], priors[2]], [0.5, 0.02], rtol=1e-14)
+        self.assertEqual([priors[0], priors[3]], [None, None])
+        best = reference.at(found["peak"]["frequency"])[0]
+        numpy.testing.assert_allclose([one["value"] for one in functions["coefficients"]], best[2:], rtol=1e-8)
+        self.check_f_statistic(found, reference, 2)
+        self.assertIn(", prior +- 0.02\n", self.succeed("period", "s.csv", *GRID, "--nuisance-file", "c.csv", "--prior",
+                                                       "temperature=0.02"))
+
+    def test_a_column_that_is_not_determined(self):
+        """A combination of the others is left out."""
+        t, y, sigma, values = self.with_columns()
+        self.write_columns(t, numpy.column_stack([values, values @ [1, 2]]), "t,a,b,c")
+        found = self.period("s.csv", *GRID, "--nuisance-file", "c.csv")["functions"]
+        self.assertEqual((found["in_use"], found["free"]), (3, 3))
+        self.assertEqual([one["error"] is None for one in found["coefficients"]], [False, False, False, True])
+        self.assertIn("\n  c                 not in use\n", self.succeed("period", "s.csv", *GRID, "--nuisance-file", "c.csv"))
+
+    def test_bootstrap(self):
+        """The residuals of the functions are resampled: by numpy, with another generator."""
+        t, y, sigma, values = self.with_columns(n=60)
+        how = ("--f0", F0, "--df", 10 * DF, "--nf", 20, "--nuisance-file", "c.csv")
+        found = self.period("s.csv", *how, "--fap", "bootstrap", "--resamplings", 400)
+        frequency = F0 + 10 * DF * numpy.arange(20)
+        reference = Reference(t, y, sigma, values)
+        highest = max(reference.power(f) for f in frequency)
+        base = numpy.column_stack([numpy.ones_like(t), values])
+        residual = y - base @ solved(base, y, sigma)[0]
+        random, above = numpy.random.default_rng(5), 0
+        for _ in range(300):
+            drawn = random.integers(0, 60, 60)
+            again = Reference(t, residual[drawn], sigma[drawn], values)
+            above += max(again.power(f) for f in frequency) >= highest
+        share = above / 300
+        self.assertAlmostEqual(10 ** found["peak"]["log10_fap"], share, delta=5 * numpy.sqrt(share * (1 - share) / 300) + 0.01)
+
+    def test_correlated_noise(self):
+        """Power and coefficients in the metric of AR(1), and its block bootstrap, with functions."""
+        t, y, sigma, values = self.with_columns(n=150)
+        random = numpy.random.default_rng(6)
+        error = random.normal(size=150)
+        for i in range(1, 150):
+            rho = numpy.exp(-(t[i] - t[i - 1]) / 20)
+            error[i] = rho * error[i - 1] + numpy.sqrt(1 - rho**2) * error[i]
+        how = ("--nuisance-file", "c.csv", "--trend", 1, "--prior", "pressure=2")
+        self.assertEqual(self.run_program("period", "s.csv", *GRID, *how).stderr, "")
+        y = y + 4 * sigma * error
+        self.write(t, y, sigma)
+        self.assertIn("values are correlated", self.run_program("period", "s.csv", *GRID, *how).stderr)
+        found = self.period("s.csv", *GRID, *how, "--noise", "ar1")
+        noise, peak = found["noise"], found["noise"]["peak"]
+        self.assertGreater(noise["rho"], 0.1)
+        functions = numpy.column_stack([chebyshev(t, 1), values])
+        covariance = numpy.exp(-abs(t[:, None] - t) / noise["tau"]) * sigma[:, None] * sigma
+        white = numpy.linalg.inv(numpy.linalg.cholesky(covariance))
+        wave = numpy.exp(2j * numpy.pi * peak["frequency"] * t)
+        base = numpy.column_stack([numpy.ones_like(t), functions])
+        prior = (numpy.inf, numpy.inf, 2)
+        with_wave = numpy.column_stack([wave.real, wave.imag, base])
+        best, _, _ = solved(white @ with_wave, white @ y, numpy.ones(150), prior)
+        self.assertEqual([one["name"] for one in found["functions"]["coefficients"]],
+                         ["mean", "T1", "temperature", "pressure"])
+        numpy.testing.assert_allclose([one["value"] for one in found["functions"]["coefficients"]], best[2:], rtol=1e-5)
+        self.assertEqual(peak["fap_method"], "baluev")
+        drawn = self.period("s.csv", *GRID, *how, "--noise", "ar1", "--fap", "bootstrap", "--resamplings", 99)
+        self.assertEqual(drawn["noise"]["peak"]["fap_method"], "bootstrap")
+        least = numpy.log10(1 / 100)
+        self.assertTrue(least <= drawn["noise"]["peak"]["log10_fap"] <= 0)
+        self.assertLess(abs(drawn["noise"]["peak"]["log10_fap"] - max(least, peak["log10_fap"])), 0.7)
+        self.assertRegex(self.succeed("period", "s.csv", *GRID, *how, "--noise", "ar1", "--fap", "bootstrap",
+                                      "--resamplings", 99), r"\nwith ar1 .*log10 FAP (< )?-[\d.]+ \(bootstrap")
+
+    def test_refusals(self):
+        t, y, sigma, values = self.with_columns(n=20)
+        self.write(t, y, name="plain.csv")
+        self.succeed("period", "s.csv", *GRID, "--nuisance-file", "c.csv", "--save-state", "c.tlmp")
+        names = [one["name"] for one in self.period("--from-state", "c.tlmp")["functions"]["coefficients"]]
+        self.assertEqual(names, ["mean", "column 1", "column 2"])  # sums do not contain their names
+        lines = (self.folder / "c.csv").read_text().splitlines()
+        last = lines[-1]
+        for message, changed in (
+                ("c.csv: has 19 rows: must be 20, one for each sample of s.csv", lines[:-1]),
+                ("c.csv:22: s.csv has only 20 samples", lines + [last]),
+                (f"c.csv:2: t = {t[1]:.17g}: must be {t[0]:.17g}, that of sample 1 of s.csv", [lines[0], *lines[2:]]),
+                ("c.csv:21: pressure = nan: must be a number in [-1e98, 1e98]", lines[:-1] + [last.rpartition(",")[0] + ",nan"]),
+                ("c.csv:21: pressure = x: must be a number", lines[:-1] + [last.rpartition(",")[0] + ",x"]),
+                ("c.csv:21: has 2 columns, the line of names 3", lines[:-1] + [last.rpartition(",")[0]]),
+                ("c.csv:22: t = \"x\": must be a finite number", ["# comment", *lines[:-1], "x" + last[last.index(","):]]),
+                ("c.csv:1: must be names of columns separated by commas: t,NAME,...", lines[1:]),
+                ('c.csv:1: "T3" is the name of a function of --trend', ["t,T3,b", *lines[1:]]),
+                ('c.csv:1: two columns have the name "b"', ["t,b,b", *lines[1:]]),
+                ('c.csv:1: "" is not the name of a column', ["t,,b", *lines[1:]]),
+                ("c.csv: has no line with the names of its columns", ["# nothing"])):
+            with self.subTest(message):
+                (self.folder / "c.csv").write_text("\n".join(changed) + "\n")
+                self.refuse(3, message, arguments=("period", "s.csv", *GRID, "--nuisance-file", "c.csv"))
+        (self.folder / "c.csv").write_text("\n".join(lines) + "\n")
+        file = ("--nuisance-file", "c.csv")
+        for code, message, arguments in (
+                (3, "c.csv: has 2 columns: at most 1 with --trend 7", ("s.csv", *file, "--trend", 7)),
+                (3, "missing.csv: No such file", ("s.csv", "--nuisance-file", "missing.csv")),
+                (3, "c.tlmp: is a saved state of toliman period, not a CSV", ("s.csv", "--nuisance-file", "c.tlmp")),
+                (2, "--prior x: must be one of T1, temperature, pressure", ("s.csv", *file, "--trend", 1, "--prior", "x=1")),
+                (2, "--prior T2=0: must be NAME=S with S above 0", ("s.csv", "--trend", 2, "--prior", "T2=0")),
+                (2, "--prior T2: must be NAME=S", ("s.csv", "--trend", 2, "--prior", "T2")),
+                (2, "--prior T2=2: T2 is given twice", ("s.csv", "--trend", 2, "--prior", "T2=1,T2=2")),
+                (2, "--prior: needs --trend or --nuisance-file", ("s.csv", "--prior", "T2=1")),
+                (3, "plain.csv: has no column sigma: --prior needs the standard deviation of each sample",
+                 ("plain.csv", "--trend", 1, "--prior", "T1=1")),
+                (3, "c.tlmp: has 2 columns of nuisance functions, whose values later samples would lack: no samples can be "
+                    "added", ("s.csv", "--from-state", "c.tlmp")),
+                (2, "--fixed-mean excludes --nuisance-file", ("s.csv", *file, "--fixed-mean")),
+                (2, "--nuisance-file excludes --follow", ("s.csv", *file, "--follow", *GRID))):
             with self.subTest(message):
                 self.refuse(code, message, arguments=("period", *arguments))
 

@@ -4,7 +4,7 @@ import logging
 import unittest
 
 import numpy
-from observed import DAY, EXPOSURE, SCALE, SECOND, START, measured, mjd, toliman, write_orbit, write_series
+from observed import DAY, EXPOSURE, SCALE, SECOND, START, SYSTEM, measured, mjd, toliman, write_orbit, write_series
 from program import ProgramTest
 
 LOW = ("--system", "alpha-cen", "--altitude", 600)
@@ -59,11 +59,11 @@ class Reduced(ProgramTest):
         for name, times, scale, sigma in (("t", utc, "utc", None), ("mjd", mjd(tai_ns), "tai", 1e-6),
                                           ("jd", mjd(tai_ns + 32184 * 10**6) + 2400000.5, "tt", 1e-6)):
             write_series(self.folder / "s.csv", times, arcsec, sigma, name)
-            found = self.period(*LOW, *SHORT, *GRID, "--time-scale", scale)
+            found = self.period(*LOW, *SHORT, *GRID, "--time-scale", scale, "--trend", 0)
             offsets.append(found["peak"]["offset"] * 1e6)
             periods.append(found["peak"]["period"])
         write_series(self.folder / "s.csv", utc, arcsec / SCALE, name="t")
-        found = self.period(*LOW, *SHORT, *GRID, *PX)
+        found = self.period(*LOW, *SHORT, *GRID, *PX, "--trend", 0)
         offsets.append(found["peak"]["offset"] * SCALE * 1e6)
         self.assertLess(abs(offsets[0]), 50)
         numpy.testing.assert_allclose(offsets, offsets[0], rtol=0, atol=1e-3)  # of 40 us in a JD: 1e-5 uas
@@ -130,6 +130,134 @@ class Reduced(ProgramTest):
         done = self.run_program("period", "s.csv", *LOW, *SHORT, "--plate-scale", 0.4, *GRID)
         self.assertIn("the mean measured separation is 3.92 arcsec, that on the orbit 9.", done.stderr)
         self.assertIn("are system, unit and --plate-scale right?", done.stderr)
+
+
+class OrbitFunctions(ProgramTest):
+    """What is fitted with the mean of a reduced series: by default the errors of the orbit."""
+
+    NAMES = ["period_years", "semi_major_arcsec", "eccentricity", "inclination_deg", "periastron_deg", "epoch"]
+    WRONG = (*LOW[:1], "wrong.json", *LOW[2:], *SHORT, *TAI)
+    SIGMA = 1.125e-6  # arcsec
+
+    @classmethod
+    def setUpClass(cls):
+        """A planet of 1.2 uas with a period of 250 d, and elements that are one standard deviation wrong."""
+        random = numpy.random.default_rng(3)
+        days = numpy.sort(random.choice(1095, 836, replace=False)) + 0.25
+        cls.tai_ns = START + (days * DAY).astype(numpy.int64)
+        cls.arcsec = measured(toliman.Sky(altitude_km=600), cls.tai_ns, 1.2 * numpy.sin(2 * numpy.pi * days / 250 + 0.4))
+        cls.arcsec += cls.SIGMA * random.normal(size=836)
+        cls.system = json.loads(SYSTEM.read_text())
+        cls.errors = {name: sign * cls.system["sigma"]["orbit"][name] for name, sign in zip(cls.NAMES, (1, 1, -1, 1, -1, 1))}
+
+    def setUp(self):
+        super().setUp()
+        orbit = {**self.system["orbit"], **{name: self.system["orbit"][name] + self.errors[name] for name in self.NAMES}}
+        self.wrong = {**self.system, "orbit": orbit}
+        (self.folder / "wrong.json").write_text(json.dumps(self.wrong))
+        write_series(self.folder / "s.csv", mjd(self.tai_ns), self.arcsec / SCALE, self.SIGMA / SCALE)
+        write_series(self.folder / "plain.csv", mjd(self.tai_ns), self.arcsec / SCALE)
+
+    def period(self, *arguments, warning=""):
+        done = self.run_program("period", *arguments, *self.WRONG, "--json")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        (self.assertIn if warning else self.assertEqual)(warning, done.stderr)
+        return json.loads(done.stdout)
+
+    def test_a_planet_is_found(self):
+        alone = self.period("s.csv", *PX, "--trend", 0, warning="half the time span")
+        self.assertLess(alone["peak"]["log10_fap"], -3)  # a false alarm, of the orbit
+        self.assertGreater(abs(alone["peak"]["period"] - 250), 100)
+        found = self.period("s.csv", *PX)
+        self.assertAlmostEqual(found["peak"]["period"], 250, delta=6)
+        self.assertAlmostEqual(found["peak"]["amplitude"] * SCALE * 1e6, 1.2, delta=0.25)
+        self.assertLess(found["peak"]["log10_fap"], -20)
+        functions = found["functions"]
+        self.assertEqual((functions["in_use"], functions["free"]), (7, 1))
+        mean, *elements = functions["coefficients"]
+        self.assertEqual([one["name"] for one in elements], self.NAMES)
+        for one in elements:
+            prior = self.system["sigma"]["orbit"][one["name"]]
+            self.assertAlmostEqual(one["prior_sigma"], prior, delta=1e-12)
+            self.assertLess(abs(one["value"] + self.errors[one["name"]]), 3 * prior)
+        # In arcsec, the same errors of the elements.
+        write_series(self.folder / "arcsec.csv", mjd(self.tai_ns), self.arcsec, self.SIGMA)
+        again = self.period("arcsec.csv")["functions"]["coefficients"][1:]
+        numpy.testing.assert_allclose([one["value"] for one in again], [one["value"] for one in elements], rtol=1e-3)
+        text = self.succeed("period", "s.csv", *PX, *self.WRONG)
+        self.assertRegex(text, r"\nfunctions   7 in use, 1 free\n  mean .*\n  period_years .* prior \+- 0.019\n")
+
+    def test_least_squares(self):
+        """Power against numpy, with the partial derivatives of the prediction and pseudo-observations for the priors."""
+        part = slice(0, 836, 20)
+        write_series(self.folder / "s.csv", mjd(self.tai_ns[part]), self.arcsec[part] / SCALE, self.SIGMA / SCALE)
+        self.period("s.csv", *PX, *GRID, "--scale-sigma", 1e-3, "--power", "power.npy")
+        half = EXPOSURE * SECOND // 2
+        intervals = numpy.stack([self.tai_ns[part] - half, self.tai_ns[part] + half], axis=-1)
+        reduced, seen = toliman.Sky(str(self.folder / "wrong.json"), altitude_km=600).reduce(intervals, self.arcsec[part])
+        partials, factor = seen["partials"][:, [0, 1, 2, 3, 5, 6]], seen["factor"]
+        prior = numpy.array([self.system["sigma"]["orbit"][name] for name in self.NAMES])
+        prior[1] = numpy.hypot(prior[1], 1e-3 * self.wrong["orbit"]["semi_major_arcsec"])
+        weight = factor / self.SIGMA
+        t, base = mjd(self.tai_ns[part]), numpy.column_stack([numpy.ones(len(factor)), partials])
+        base = numpy.vstack([base * weight[:, None], numpy.column_stack([numpy.zeros(6), numpy.diag(1 / prior)])])
+        right = numpy.r_[reduced * weight, numpy.zeros(6)]
+
+        def residual(matrix):
+            matrix = matrix / numpy.linalg.norm(matrix, axis=0)
+            return ((matrix @ numpy.linalg.lstsq(matrix, right, rcond=None)[0] - right) ** 2).sum()
+        expected = []
+        for frequency in 1 / 800 + 1e-4 * numpy.arange(100):
+            wave = numpy.exp(2j * numpy.pi * frequency * (t - t[0])) * weight
+            wave = numpy.vstack([numpy.column_stack([wave.real, wave.imag]), numpy.zeros((6, 2))])
+            expected.append(1 - residual(numpy.column_stack([base, wave])) / residual(base))
+        numpy.testing.assert_allclose(numpy.load(self.folder / "power.npy"), expected, rtol=0, atol=1e-6)
+
+    def test_a_trend_instead(self):
+        """Without sigmas, or without standard deviations of the elements, with a warning; or as an option says."""
+        trend = ["mean", "T1", "T2", "T3", "T4"]
+        instead = ": a trend of order 4 is fitted in place of the errors of the orbit (--trend)\n"
+
+        def names(found):
+            return [one["name"] for one in found["functions"]["coefficients"]]
+        self.assertEqual(names(self.period("plain.csv", *PX, warning="warning: the series has no sigma" + instead)), trend)
+        (self.folder / "wrong.json").write_text(json.dumps({k: v for k, v in self.wrong.items() if k != "sigma"}))
+        none = "warning: the system has no standard deviations of its elements" + instead
+        self.assertEqual(names(self.period("s.csv", *PX, warning=none)), trend)
+        self.assertEqual(names(self.period("s.csv", *PX, "--trend", 5)), [*trend, "T5"])
+        self.assertNotIn("functions", self.period("plain.csv", *PX, "--fixed-mean", warning="half the time span"))
+
+    def test_columns_of_a_file(self):
+        """They are those of the samples that are reduced."""
+        write_orbit(self.folder / "low.csv", START, 120)
+        tai_ns = START + (300 + 400 * numpy.arange(20)) * SECOND
+        inside = tai_ns < START + (119 * 60 - 30) * SECOND
+        values = numpy.random.default_rng(1).normal(size=20)
+        arcsec = numpy.full(20, 9.8)
+        arcsec[inside] = measured(toliman.Sky(observer=self.folder / "low.csv"), tai_ns[inside], 50 * values[inside])
+        order = numpy.random.default_rng(2).permutation(20)
+        write_series(self.folder / "s.csv", mjd(tai_ns)[order], arcsec[order], 1e-6)
+        (self.folder / "c.csv").write_text("any,drift\n" + "".join(
+            f"{t!r},{v!r}\n" for t, v in zip(mjd(tai_ns)[order].tolist(), values[order].tolist())))
+        done = self.run_program("period", "s.csv", "--system", "alpha-cen", "--observer", "low.csv", *SHORT, *TAI, "--f0", 10,
+                                "--df", 1, "--nf", 50, "--nuisance-file", "c.csv", "--json")
+        self.assertIn("samples are left out", done.stderr)
+        found = json.loads(done.stdout)
+        self.assertEqual(found["n"], inside.sum())
+        self.assertEqual(found["functions"]["coefficients"][1]["name"], "drift")
+        self.assertAlmostEqual(found["functions"]["coefficients"][1]["value"] * 1e6, 50, delta=1e-3)
+
+    def test_refusals(self):
+        for code, message, arguments in (
+                (2, "--scale-sigma requires --system", ("s.csv", "--scale-sigma", 0.1)),
+                (2, "--trend excludes --scale-sigma", ("s.csv", *self.WRONG, "--scale-sigma", 0.1, "--trend", 2)),
+                (2, "--scale-sigma 1: must be in [0, 1)", ("s.csv", *self.WRONG, "--scale-sigma", 1)),
+                (2, "--span 61400,63000: is the span of a trend", ("s.csv", *PX, *self.WRONG, "--span", "61400,63000"))):
+            with self.subTest(message):
+                self.refuse(code, message, arguments=("period", *arguments))
+        done = self.run_program("period", "plain.csv", *PX, *self.WRONG, "--save-state", "s.tlmp")
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("--trend 4: --save-state needs --span START,END", done.stderr)
 
 
 if __name__ == "__main__":

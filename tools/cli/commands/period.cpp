@@ -11,6 +11,8 @@
 #include "options/command.hpp"
 #include "series/fap.hpp"
 #include "series/noise.hpp"
+#include "series/nuisance_file.hpp"
+#include "series/orbit_functions.hpp"
 #include "series/period_report.hpp"
 #include "series/period_stream.hpp"
 #include "series/reduction.hpp"
@@ -59,22 +61,33 @@ Periodogram search(const Series &series, const FrequencyGrid &grid, const SumOpt
     }
 }
 
-// A series reduced to the orbit.
-struct Reduced {
-    Series series;
-    ReductionNote note;
-};
+// The functions of a reduced series that are fitted by default: the errors of the orbit, or a trend.
+void set_orbit_functions(const Options &options, const Measurements &measured, const toliman_sky *sky, Series &series,
+                         Progress &progress) {
+    std::string why;
+    const std::optional<Nuisance> orbit =
+        orbit_functions(measured, sky, options.reduction.plate_scale.value_or(1), options.nuisance.scale_sigma, why);
+    if (orbit)
+        series.nuisance = *orbit;
+    series.nuisance.trend.order = orbit ? 0 : kOrbitTrend;
+    if (!orbit)
+        progress.warn(why + formatted(": a trend of order %d is fitted in place of the errors of the orbit (--trend)",
+                                      kOrbitTrend));
+}
 
-Reduced reduced_of(const Series &series, const Options &options, Progress &progress) {
+// Reduces a series to the orbit.
+ReductionNote reduce_series(const Options &options, Series &series, Progress &progress) {
     const auto sky = options.reduction.observer.predictor(*options.system, 0, progress);
     const Measurements measured =
         reduce(measured_of(series, options.reduction), options.reduction, sky.get(), progress);
+    series = measured.reduced;
+    if (!options.nuisance.given() && !options.sums.fixed_mean)
+        set_orbit_functions(options, measured, sky.get(), series, progress);
     Json json("system", *options.system);
     options.reduction.set(json);
     json.set("unreduced", measured.unreduced);
-    return {measured.reduced,
-            {json, *options.system + " seen from: " + options.reduction.observer.text() +
-                       formatted("; %zu samples left out", measured.unreduced)}};
+    return {json, *options.system + " seen from: " + options.reduction.observer.text() +
+                      formatted("; %zu samples left out", measured.unreduced)};
 }
 
 // Coefficients at the peak, or at the nearest frequency of the grid if only the sums are known.
@@ -121,16 +134,15 @@ void write_results(const Options &options, const Series *series, const Reduction
     const toliman_period_info info = info_of(periodogram.handle);
     std::optional<Noise> noise;
     if (series != nullptr)
-        noise.emplace(options.noise, *series, FrequencyGrid{info.f0, info.df, info.nf}, progress);
-    const PeriodReport report = {periodogram,
-                                 {info.f0, info.df, info.nf},
-                                 info.count,
-                                 peaks_of(periodogram, options.peaks),
-                                 fap,
-                                 series != nullptr ? series->time_scale : given,
-                                 reduced,
-                                 noise ? &*noise : nullptr,
-                                 fitted_of(options, series, periodogram, progress)};
+        noise.emplace(options.noise, options.fap, *series, FrequencyGrid{info.f0, info.df, info.nf}, progress);
+    std::optional<Coefficients> fitted = fitted_of(options, series, periodogram, progress);
+    if (fitted && noise && noise->is_ar1())
+        noise->set(fitted->all);
+    const PeriodReport report = {periodogram, {info.f0, info.df, info.nf},
+                                 info.count,  peaks_of(periodogram, options.peaks),
+                                 fap,         series != nullptr ? series->time_scale : given,
+                                 reduced,     noise ? &*noise : nullptr,
+                                 fitted};
     progress.clear();
     warn_of_results(periodogram, series, noise, progress);
     write_power(options, periodogram);
@@ -158,8 +170,29 @@ void stream(const Options &options, Progress &progress) {
         write_results(options, nullptr, nullptr, from_sums(std::move(handle)), progress);
 }
 
+// Reduces a series, if there is a system, and gives it the functions that are fitted with its mean.
+std::optional<ReductionNote> add_functions(const Options &options, Series &series, Progress &progress) {
+    const NuisanceOptions &how = options.nuisance;
+    series.nuisance.trend.order = how.trend.value_or(0);
+    if (!how.file.empty())
+        series.nuisance.columns = read_columns(how.file, series, options.samples);
+    if (series.nuisance.count() > kMostFunctions)
+        malformed(how.file, formatted("has %zu columns: at most %zu with --trend %d", series.nuisance.columns.size(),
+                                      kMostFunctions - static_cast<size_t>(series.nuisance.trend.order),
+                                      series.nuisance.trend.order));
+    std::optional<ReductionNote> reduced;
+    if (options.system)
+        reduced = reduce_series(options, series, progress);
+    if (!options.save_state.empty())
+        how.need_span(series.nuisance.trend.order, "--save-state");
+    series.nuisance.trend = trend_of(series.nuisance.trend.order, how, options.samples, series);
+    set_priors(how, series);
+    return reduced;
+}
+
 void period(Options &options, Progress &progress) {
     options.samples.leap_seconds = options.reduction.observer.leap_seconds();
+    options.nuisance.check();
     for (const std::string &output : {options.save_state, options.power_file})
         if (!output.empty())
             check_output(output);
@@ -168,20 +201,13 @@ void period(Options &options, Progress &progress) {
     Series series = read_series(options.file, options.samples);
     if (!series.warning.empty())
         progress.warn(series.warning);
-    std::optional<Reduced> reduced;
-    if (options.system) {
-        reduced = reduced_of(series, options, progress);
-        series = reduced->series;
-    }
-    series.nuisance.trend = trend_of(options.nuisance.trend.value_or(0), options.nuisance, options.samples, series);
-    if (!options.save_state.empty())
-        options.nuisance.need_span(series.nuisance.trend.order, "--save-state");
+    const std::optional<ReductionNote> reduced = add_functions(options, series, progress);
     SumOptions sums = options.sums;
     sums.margins = !options.save_state.empty();
     const Periodogram periodogram = search(series, grid_of(options, series), sums, progress);
     if (!options.save_state.empty())
         save_state(periodogram.handle, options.save_state);
-    write_results(options, &series, reduced ? &reduced->note : nullptr, periodogram, progress);
+    write_results(options, &series, reduced ? &*reduced : nullptr, periodogram, progress);
 }
 
 } // namespace
@@ -201,7 +227,7 @@ void add_period(CLI::App &app, Context &context) {
     command->add_flag("--fixed-mean", options->sums.fixed_mean,
                       "subtract the weighted mean once instead of fitting an offset at each frequency");
     options->nuisance.add_to(*command);
-    for (const char *name : {"--trend", "--span"})
+    for (const char *name : kNuisanceOptions)
         command->get_option(name)->excludes(command->get_option("--fixed-mean"));
     command->add_option("--value-bound", options->sums.value_bound,
                         "largest distance of a value from the median (with --follow: from the first value); default "
@@ -215,8 +241,8 @@ void add_period(CLI::App &app, Context &context) {
                "write the sums to this file (.tlmp), for --from-state and merge");
     CLI::Option *state =
         add_option(command, "--from-state", options->from_state, "FILE", "continue from the sums in this file");
-    for (const char *name : {"--f0", "--df", "--nf", "--fixed-mean", "--trend", "--span", "--value-bound",
-                             "--sigma-floor", "--sigma-ceiling"})
+    for (const char *name : {"--f0", "--df", "--nf", "--fixed-mean", "--trend", "--span", "--nuisance-file", "--prior",
+                             "--value-bound", "--sigma-floor", "--sigma-ceiling"})
         state->excludes(command->get_option(name)); // contained in the state
     command->add_flag("--json", options->as_json, "print JSON, schema toliman-period/2");
     add_option(command, "--power", options->power_file, "FILE", "write the power at every frequency to this .npy file");
@@ -229,11 +255,17 @@ void add_period(CLI::App &app, Context &context) {
     for (const char *name : {"--power", "--normalisation", "--peaks", "--fap", "--resamplings", "--seed"})
         follow->excludes(command->get_option(name)); // of a result at the end
     follow->excludes(noise);
+    for (const char *name : {"--nuisance-file", "--prior"}) // of a whole series
+        follow->excludes(command->get_option(name));
     CLI::Option *system = add_option(command, "--system", options->system, "SYSTEM",
                                      "reduce measured separations to the orbit of this binary: alpha-cen, or a system "
                                      "file");
     system->excludes(follow)->excludes(state); // which have the sums, but not the samples
     options->reduction.add_to(*command, system);
+    command->get_option("--scale-sigma")
+        ->needs(system)
+        ->excludes(command->get_option("--trend"))
+        ->excludes(command->get_option("--nuisance-file"));
     command->add_flag("--strict", options->strict, "with --follow: exit with code 4 if lines were skipped")
         ->needs(follow);
     set_action(*command, context, options, period, [options, file] {

@@ -17,7 +17,6 @@ namespace cli {
 
 namespace {
 
-constexpr const char kBootstrap[] = "bootstrap";
 const std::map<std::string, int32_t> kMethods = {{"baluev", TOLIMAN_PERIOD_FAP_BALUEV},
                                                  {"naive", TOLIMAN_PERIOD_FAP_NAIVE},
                                                  {"single", TOLIMAN_PERIOD_FAP_SINGLE},
@@ -67,7 +66,7 @@ Fap::Fap(const FapOptions &options, const toliman::periodogram &periodogram, con
         return;
     if (series == nullptr)
         throw Failure(kExitUsage, "--fap bootstrap: needs the samples, so it excludes --from-state");
-    resampled_ = resample(options, periodogram, *series, progress);
+    resampled_.peaks = resample(options, periodogram, *series, progress);
 }
 
 double Fap::residual_of(const toliman_period_peak &fitted) const {
@@ -79,29 +78,35 @@ double Fap::residual_of(const toliman_period_peak &fitted) const {
 }
 
 double Fap::log10(double log10_residual) const {
+    if (method_ == kBootstrap)
+        return resampled_.log10(log10_residual);
     double log10_fap = 0;
-    if (method_ != kBootstrap) {
-        toliman::check(toliman_period_query_fap(periodogram_.get(), kMethods.at(method_), log10_residual, &log10_fap));
-        return log10_fap;
-    }
-    return std::log10(static_cast<double>(above(log10_residual) + 1) / static_cast<double>(resampled_.size() + 1));
-}
-
-// Number of resamplings with a peak at least as high.
-std::ptrdiff_t Fap::above(double log10_residual) const {
-    return std::upper_bound(resampled_.begin(), resampled_.end(), log10_residual) - resampled_.begin();
-}
-
-bool Fap::is_bound(double log10_residual) const {
-    return method_ == kBootstrap && above(log10_residual) == 0;
+    toliman::check(toliman_period_query_fap(periodogram_.get(), kMethods.at(method_), log10_residual, &log10_fap));
+    return log10_fap;
 }
 
 std::string Fap::text(double log10_residual) const {
-    return formatted("%s%.2f", is_bound(log10_residual) ? "< " : "", log10(log10_residual));
+    const bool is_bound = method_ == kBootstrap && resampled_.is_bound(log10_residual);
+    return formatted("%s%.2f", is_bound ? "< " : "", log10(log10_residual));
 }
 
-std::string Fap::how(double log10_residual) const {
-    return is_bound(log10_residual) ? method_ + ", none of " + std::to_string(resampled_.size()) : method_;
+std::string Fap::with_method(double log10_residual) const {
+    return method_ == kBootstrap ? resampled_.text(log10_residual) : text(log10_residual) + " (" + method_ + ")";
+}
+
+// Number of resamplings with a peak at least as high.
+std::ptrdiff_t Resampled::above(double log10_residual) const {
+    return std::upper_bound(peaks.begin(), peaks.end(), log10_residual) - peaks.begin();
+}
+
+double Resampled::log10(double log10_residual) const {
+    return std::log10(static_cast<double>(above(log10_residual) + 1) / static_cast<double>(peaks.size() + 1));
+}
+
+std::string Resampled::text(double log10_residual) const {
+    const double fap = log10(log10_residual);
+    return is_bound(log10_residual) ? formatted("< %.2f (bootstrap, none of %zu)", fap, peaks.size())
+                                    : formatted("%.2f (bootstrap)", fap);
 }
 
 } // namespace cli

@@ -28,6 +28,21 @@ struct FapOptions {
 };
 void add_fap(CLI::App &command, FapOptions &options);
 
+inline constexpr char kBootstrap[] = "bootstrap";
+
+// The highest peaks of resampled series, as log10(1 - power) in ascending order.
+struct Resampled {
+    std::vector<double> peaks;
+    // log10 of the FAP of a peak with this log10(1 - power); a bound if no resampling has a peak this high.
+    double log10(double log10_residual) const;
+    bool is_bound(double log10_residual) const { return above(log10_residual) == 0; }
+    // "-2.30 (bootstrap)", "< -3.00 (bootstrap, none of 999)".
+    std::string text(double log10_residual) const;
+
+  private:
+    std::ptrdiff_t above(double log10_residual) const;
+};
+
 class Fap {
   public:
     // series: the samples that were pushed, needed by the bootstrap only; NULL if they are not known.
@@ -37,17 +52,15 @@ class Fap {
     double residual_of(const toliman_period_peak &fitted) const;
     // log10 of the FAP of a peak with this log10(1 - power).
     double log10(double log10_residual) const;
-    // The same as text, "< -3.00" if no resampling has a peak this high; and the method as text.
+    // The same as text, "< -3.00" if no resampling has a peak this high, and with the method.
     std::string text(double log10_residual) const;
-    std::string how(double log10_residual) const;
+    std::string with_method(double log10_residual) const;
     const std::string &method() const noexcept { return method_; }
 
   private:
-    std::ptrdiff_t above(double log10_residual) const;
-    bool is_bound(double log10_residual) const;
     const toliman::periodogram &periodogram_;
     std::string method_;
-    std::vector<double> resampled_; // log10(1 - power) of each resampling's highest peak, ascending
+    Resampled resampled_; // of the bootstrap
 };
 
 } // namespace cli

@@ -9,24 +9,40 @@ namespace cli {
 
 namespace {
 
+const double *data_or_null(const std::vector<double> &values) {
+    return values.empty() ? nullptr : values.data();
+}
+
+} // namespace
+
+// For the library: samples and the functions that are fitted with the mean.
+struct NoiseInput {
+    explicit NoiseInput(const Series &given) : series(given), functions(given.nuisance.functions(given.t)) {}
+    const double *sigma() const { return data_or_null(series.sigma); }
+    const double *precision() const { return data_or_null(series.nuisance.precision); }
+    size_t count() const { return series.nuisance.count(); }
+
+    const Series &series;
+    std::vector<double> functions;
+};
+
+namespace {
+
 constexpr double kNotWhite = -3;       // log10 p of the whiteness test
 constexpr double kMostUnasked = 2.5e7; // samples times frequencies: about 2 s
 const char *const kAr1 = "ar1";
 
-toliman_period_noise search(const Series &series, const FrequencyGrid &grid, bool white, Progress &progress) {
-    auto options = toliman::sized<toliman_period_noise_options>();
-    options.flags = white ? TOLIMAN_PERIOD_WHITE_NOISE : 0;
-    options.progress = Progress::callback;
-    options.progress_data = &progress;
-    const Nuisance &nuisance = series.nuisance;
-    const std::vector<double> functions = nuisance.functions(series.t);
-    auto found = toliman::sized<toliman_period_noise>();
-    toliman::check(toliman_period_noise_search(grid.f0, grid.df, grid.nf, series.t.data(), series.y.data(),
-                                               series.sigma.empty() ? nullptr : series.sigma.data(), series.t.size(),
-                                               functions.data(),
-                                               nuisance.precision.empty() ? nullptr : nuisance.precision.data(),
-                                               nuisance.count(), &options, nullptr, nullptr, nullptr, &found));
-    return found;
+std::vector<double> resample(const FapOptions &options, const NoiseInput &input, const FrequencyGrid &grid, double rho,
+                             Progress &progress) {
+    auto how = toliman::sized<toliman_period_noise_bootstrap_options>();
+    how.seed = options.seed;
+    how.progress = Progress::callback;
+    how.progress_data = &progress;
+    std::vector<double> peaks(options.resamplings);
+    toliman::check(toliman_period_noise_bootstrap(
+        grid.f0, grid.df, grid.nf, input.series.t.data(), input.series.y.data(), input.sigma(), input.series.t.size(),
+        input.functions.data(), input.precision(), input.count(), rho, &how, peaks.size(), peaks.data()));
+    return peaks;
 }
 
 } // namespace
@@ -37,24 +53,53 @@ void add_noise(CLI::App &command, NoiseOptions &options) {
         ->check(CLI::IsMember({"white", kAr1}));
 }
 
-Noise::Noise(const NoiseOptions &options, const Series &series, const FrequencyGrid &grid, Progress &progress)
+Noise::Noise(const NoiseOptions &options, const FapOptions &fap, const Series &series, const FrequencyGrid &grid,
+             Progress &progress)
     : model_(options.model) {
-    const bool white = model_ != kAr1;
-    if (white && static_cast<double>(series.t.size()) * static_cast<double>(grid.nf) > kMostUnasked)
+    if (!is_ar1() && static_cast<double>(series.t.size()) * static_cast<double>(grid.nf) > kMostUnasked)
         return;
+    const NoiseInput input(series);
     try {
-        found_ = search(series, grid, white, progress);
+        search(input, grid, progress);
+        if (is_ar1() && fap.method == kBootstrap)
+            resampled_ = Resampled{resample(fap, input, grid, found_->rho, progress)};
     } catch (const toliman::error &error) {
         const bool unsuited = error.status() == TOLIMAN_E_STATE || error.status() == TOLIMAN_E_ARGUMENT;
-        if (unsuited && !white)
+        if (unsuited && is_ar1())
             malformed(series.name, std::string("--noise ar1: ") + error.what());
         if (!unsuited)
             throw;
     }
 }
 
+void Noise::search(const NoiseInput &input, const FrequencyGrid &grid, Progress &progress) {
+    auto options = toliman::sized<toliman_period_noise_options>();
+    options.flags = is_ar1() ? 0 : TOLIMAN_PERIOD_WHITE_NOISE;
+    options.progress = Progress::callback;
+    options.progress_data = &progress;
+    auto found = toliman::sized<toliman_period_noise>();
+    coefficients_.resize(input.count());
+    errors_.resize(input.count());
+    toliman::check(toliman_period_noise_search(grid.f0, grid.df, grid.nf, input.series.t.data(), input.series.y.data(),
+                                               input.sigma(), input.series.t.size(), input.functions.data(),
+                                               input.precision(), input.count(), &options, nullptr,
+                                               coefficients_.data(), errors_.data(), &found));
+    found_ = found;
+}
+
+bool Noise::is_ar1() const {
+    return model_ == kAr1;
+}
+
+void Noise::set(std::vector<Coefficient> &coefficients) const {
+    for (size_t i = 0; i < coefficients.size(); i++) {
+        coefficients[i].value = (i == 0 ? found_->offset : coefficients_[i - 1]) * coefficients[i].unit;
+        coefficients[i].error = (i == 0 ? found_->offset_error : errors_[i - 1]) * coefficients[i].unit;
+    }
+}
+
 void Noise::warn(Progress &progress) const {
-    if (found_ && model_ != kAr1 && found_->log10_p_white < kNotWhite)
+    if (found_ && !is_ar1() && found_->log10_p_white < kNotWhite)
         progress.warn(
             formatted("values are correlated (whiteness: log10 p = %.3g): false alarm probabilities for white "
                       "noise are too small: --noise ar1",
@@ -62,20 +107,22 @@ void Noise::warn(Progress &progress) const {
 }
 
 void Noise::print() const {
-    if (!found_ || model_ != kAr1)
+    if (!found_ || !is_ar1())
         return;
     const toliman_period_noise &found = *found_;
     std::printf("noise       ar1: correlation %.3f +- %.2g over %.6g, white with log10 p = %.3g\n", found.rho,
                 found.rho_error, found.step, found.log10_p_white);
-    std::printf("with ar1    period %s, amplitude %s, power %.6f, log10 FAP %.3f (baluev)\n",
-                text_with_error(found.period, found.period_error).c_str(),
-                text_with_error(found.amplitude, found.amplitude_error).c_str(), found.power, found.log10_fap);
+    std::printf(
+        "with ar1    period %s, amplitude %s, power %.6f, log10 FAP %s\n",
+        text_with_error(found.period, found.period_error).c_str(),
+        text_with_error(found.amplitude, found.amplitude_error).c_str(), found.power,
+        (resampled_ ? resampled_->text(found.log10_residual) : formatted("%.3f (baluev)", found.log10_fap)).c_str());
 }
 
 Json Noise::json() const {
     const toliman_period_noise &found = *found_;
     Json json("model", model_, "log10_p_white", found.log10_p_white);
-    if (model_ != kAr1)
+    if (!is_ar1())
         return json;
     json.set("rho", found.rho);
     json.set("rho_error", found.rho_error);
@@ -85,7 +132,8 @@ Json Noise::json() const {
              Json("frequency", found.frequency, "frequency_error", found.frequency_error, "period", found.period,
                   "period_error", found.period_error, "power", found.power, "log10_residual", found.log10_residual,
                   "amplitude", found.amplitude, "amplitude_error", found.amplitude_error, "offset", found.offset,
-                  "log10_fap", found.log10_fap, "at_edge", (found.flags & TOLIMAN_PERIOD_AT_EDGE) != 0));
+                  "log10_fap", resampled_ ? resampled_->log10(found.log10_residual) : found.log10_fap, "fap_method",
+                  resampled_ ? kBootstrap : "baluev", "at_edge", (found.flags & TOLIMAN_PERIOD_AT_EDGE) != 0));
     return json;
 }
 

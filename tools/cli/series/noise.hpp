@@ -7,6 +7,8 @@
 
 #include "common/json.hpp"
 #include "common/terminal.hpp"
+#include "series/coefficients.hpp"
+#include "series/fap.hpp"
 #include "series/periodogram.hpp"
 
 namespace CLI {
@@ -15,6 +17,7 @@ class App;
 
 namespace cli {
 
+struct NoiseInput;
 struct NoiseOptions {
     std::string model = "white";
 };
@@ -23,17 +26,24 @@ void add_noise(CLI::App &command, NoiseOptions &options);
 class Noise {
   public:
     // Searches the series with the model of the options. For white noise a short series is tested only, and nothing is
-    // known if it cannot be.
-    Noise(const NoiseOptions &options, const Series &series, const FrequencyGrid &grid, Progress &progress);
+    // known if it cannot be. With ar1 and --fap bootstrap, blocks of residuals are resampled.
+    Noise(const NoiseOptions &options, const FapOptions &fap, const Series &series, const FrequencyGrid &grid,
+          Progress &progress);
     // Warns if white noise was assumed and the series is not white.
     void warn(Progress &progress) const;
     void print() const;
     bool known() const noexcept { return found_.has_value(); }
     Json json() const;
+    bool is_ar1() const;
+    // Replaces coefficients by those of ar1.
+    void set(std::vector<Coefficient> &coefficients) const;
 
   private:
+    void search(const NoiseInput &input, const FrequencyGrid &grid, Progress &progress);
     std::string model_;
     std::optional<toliman_period_noise> found_;
+    std::vector<double> coefficients_, errors_; // of the functions, without the mean
+    std::optional<Resampled> resampled_;        // of the bootstrap
 };
 
 } // namespace cli

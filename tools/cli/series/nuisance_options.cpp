@@ -10,6 +10,12 @@
 
 namespace cli {
 
+namespace {
+
+constexpr double kLeastPrior = 1e-98; // standard deviation
+
+} // namespace
+
 void NuisanceOptions::add_to(CLI::App &command) {
     command
         .add_option("--trend", trend,
@@ -18,6 +24,21 @@ void NuisanceOptions::add_to(CLI::App &command) {
     add_option(&command, "--span", span, "START,END",
                "times between which the trend is defined; default: those of the samples; needed if samples may follow "
                "(--save-state, --follow)");
+    add_option(&command, "--nuisance-file", file, "FILE",
+               "CSV file t,NAME,... of more functions that are fitted with the mean: their values for each sample");
+    CLI::Option *prior =
+        add_option(&command, "--prior", priors, "NAME=S,...",
+                   "standard deviations of coefficients, of columns of --nuisance-file or of T1, T2, ... of --trend");
+    prior->delimiter(',')->allow_extra_args(false);
+    command.add_option("--scale-sigma", scale_sigma,
+                       "standard deviation of the relative error of the plate scale, default 0");
+}
+
+void NuisanceOptions::check() const {
+    if (!priors.empty() && !given())
+        throw Failure(kExitUsage, "--prior: needs --trend or --nuisance-file");
+    if (!(scale_sigma >= 0 && scale_sigma < 1))
+        throw Failure(kExitUsage, formatted("--scale-sigma %g: must be in [0, 1)", scale_sigma));
 }
 
 void NuisanceOptions::need_span(int32_t order, const std::string &why) const {
@@ -47,6 +68,44 @@ Trend trend_of(int32_t order, const NuisanceOptions &options, const SampleOption
     if (!(trend.start < trend.end))
         throw Failure(kExitUsage, "--span " + options.span + ": START must be before END");
     return trend;
+}
+
+namespace {
+
+// Place of a function among T_1 ... and the columns.
+size_t place_of(const std::string &name, const Nuisance &nuisance) {
+    std::vector<std::string> names = names_of_trend(nuisance.trend.order);
+    names.erase(names.begin()); // the mean
+    for (const NuisanceColumn &column : nuisance.columns)
+        names.push_back(column.name);
+    const auto found = std::find(names.begin(), names.end(), name);
+    if (found == names.end())
+        throw Failure(kExitUsage, "--prior " + name + ": must be one of " + joined(names));
+    return static_cast<size_t>(found - names.begin());
+}
+
+void set_prior(const std::string &text, Nuisance &nuisance) {
+    const size_t equals = text.rfind('=');
+    double sigma = 0;
+    const bool is_number = equals != std::string::npos && number_of(text.substr(equals + 1), sigma);
+    if (!is_number || !(sigma >= kLeastPrior && sigma <= 1 / kLeastPrior))
+        throw Failure(kExitUsage, "--prior " + text + ": must be NAME=S with S above 0");
+    const size_t place = place_of(text.substr(0, equals), nuisance);
+    if (nuisance.precision[place] > 0)
+        throw Failure(kExitUsage, "--prior " + text + ": " + text.substr(0, equals) + " is given twice");
+    nuisance.precision[place] = 1 / (sigma * sigma);
+}
+
+} // namespace
+
+void set_priors(const NuisanceOptions &options, Series &series) {
+    if (options.priors.empty())
+        return;
+    if (series.sigma.empty())
+        malformed(series.name, "has no column sigma: --prior needs the standard deviation of each sample");
+    series.nuisance.precision.assign(series.nuisance.count(), 0);
+    for (const std::string &text : options.priors)
+        set_prior(text, series.nuisance);
 }
 
 } // namespace cli

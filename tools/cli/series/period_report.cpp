@@ -45,7 +45,7 @@ void PeriodReport::print() const {
                 time_scale.empty() ? "" : (", Modified Julian Day in " + time_scale).c_str());
     std::printf("power       %.6f at frequency %.8g\n", peak.power, peak.frequency);
     const double residual = fap.residual_of(peak);
-    std::printf("log10 FAP   %s (%s)\n", fap.text(residual).c_str(), fap.how(residual).c_str());
+    std::printf("log10 FAP   %s\n", fap.with_method(residual).c_str());
     if (noise != nullptr)
         noise->print();
     for (size_t i = 1; i < peaks.size(); i++)

@@ -59,6 +59,12 @@ void reduce_all(const Measured &measured, const std::vector<double> &arcsec, con
     toliman::check(status);
 }
 
+// Adds the values that sample i of a series has in its columns.
+void add_row(const Nuisance &from, size_t i, Nuisance &to) {
+    for (size_t c = 0; c < from.columns.size(); c++)
+        to.columns[c].values.push_back(from.columns[c].values[i]);
+}
+
 void warn_left_out(const Measurements &kept, size_t all, const ReductionOptions &options, const toliman_sky *sky,
                    Progress &progress) {
     if (kept.unreduced == 0)
@@ -72,17 +78,18 @@ void warn_left_out(const Measurements &kept, size_t all, const ReductionOptions 
 }
 
 // A wrong unit or plate scale.
-void warn_far(const Measurements &kept, const std::vector<double> &geometric, Progress &progress) {
+void warn_far(const Measurements &kept, Progress &progress) {
+    const auto count = static_cast<double>(kept.separations.size());
     double measured = 0, predicted = 0;
-    for (size_t i = 0; i < geometric.size(); i++) {
+    for (size_t i = 0; i < kept.separations.size(); i++) {
         measured += kept.separations[i];
-        predicted += geometric[i];
+        predicted += kept.predictions[i].geometric_arcsec;
     }
     if (!(std::fabs(measured / predicted - 1) <= kFarScale))
-        progress.warn(formatted(
-            "the mean measured separation is %.4g arcsec, that on the orbit %.4g arcsec: are system, "
-            "unit and --plate-scale right?",
-            measured / static_cast<double>(geometric.size()), predicted / static_cast<double>(geometric.size())));
+        progress.warn(
+            formatted("the mean measured separation is %.4g arcsec, that on the orbit %.4g arcsec: are system, "
+                      "unit and --plate-scale right?",
+                      measured / count, predicted / count));
 }
 
 } // namespace
@@ -116,12 +123,16 @@ Measurements reduce(const Measured &measured, const ReductionOptions &options, c
     const std::vector<double> separations = scaled(series.y, plate_scale), sigmas = scaled(series.sigma, plate_scale);
     check_separations(series, separations);
     const size_t count = series.t.size();
-    std::vector<double> reduced(count), geometric;
+    std::vector<double> reduced(count);
     std::vector<toliman_sky_prediction> seen(count, toliman::sized<toliman_sky_prediction>());
     Measurements kept = {};
     reduce_all(measured, separations, sky, reduced, seen, kept.unreduced);
     kept.reduced.name = series.name;
     kept.reduced.time_scale = series.time_scale;
+    kept.reduced.time_format = series.time_format;
+    kept.reduced.nuisance = series.nuisance;
+    for (NuisanceColumn &column : kept.reduced.nuisance.columns)
+        column.values.clear();
     for (size_t i = 0; i < count; i++) {
         if (std::isnan(reduced[i]))
             continue;
@@ -129,14 +140,15 @@ Measurements reduce(const Measured &measured, const ReductionOptions &options, c
         kept.reduced.y.push_back(reduced[i] / plate_scale);
         kept.intervals.insert(kept.intervals.end(), {measured.intervals[2 * i], measured.intervals[2 * i + 1]});
         kept.separations.push_back(separations[i]);
-        geometric.push_back(seen[i].geometric_arcsec);
+        kept.predictions.push_back(seen[i]);
+        add_row(series.nuisance, i, kept.reduced.nuisance);
         if (series.sigma.empty())
             continue;
         kept.reduced.sigma.push_back(series.sigma[i] / seen[i].factor);
         kept.sigmas.push_back(sigmas[i]);
     }
     warn_left_out(kept, count, options, sky, progress);
-    warn_far(kept, geometric, progress);
+    warn_far(kept, progress);
     return kept;
 }
 

@@ -36,10 +36,11 @@ Measured measured_of(const Series &series, const ReductionOptions &options);
 
 // Those for whose times the observer is known.
 struct Measurements {
-    Series reduced;                          // y and sigma of the reduced separations, in the unit of the series
+    Series reduced; // with its columns; y and sigma of the reduced separations, in the unit of the series
     std::vector<int64_t> intervals;          // [n][2], start and end of the exposures, TAI ns
     std::vector<double> separations, sigmas; // measured, arcsec; sigmas as Series
-    size_t unreduced;                        // samples that were left out
+    std::vector<toliman_sky_prediction> predictions;
+    size_t unreduced; // samples that were left out
 };
 
 // Warns of samples that are left out. Throws Failure for exposures that cannot be reduced, and if no sample is left.

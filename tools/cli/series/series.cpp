@@ -205,6 +205,15 @@ double time_of(const std::string &option, const std::string &text, const SampleO
     return sample.t;
 }
 
+SampleOptions options_of_times(const Series &series, const SampleOptions &options) {
+    SampleOptions how = options;
+    how.columns.clear();
+    for (const auto &[name, format] : kFormats)
+        if (format == series.time_format && !name.empty())
+            how.time_format = name;
+    return how;
+}
+
 std::vector<int64_t> tai_of(const Series &series) {
     if (series.time_scale.empty())
         malformed(series.name, "times are plain numbers: must be dates, Modified Julian Days or Julian Days "

@@ -27,9 +27,21 @@ struct SampleOptions {
 };
 void add_times(CLI::App &command, SampleOptions &options);
 
+struct Series {
+    std::string name;                // the file's name in messages
+    std::vector<double> t, y, sigma; // sigma is empty if the file has none
+    std::string warning = {};        // "" for none
+    std::string time_scale = {};     // as SampleParser
+    int32_t time_format = 0;         // TOLIMAN_INGEST_FORMAT_... of the file's times; 0 for plain numbers
+    Nuisance nuisance = {};          // fitted with the mean at each frequency
+};
+
 // Reads the value of an option, a time in the format of such a series: a number if its times are, otherwise a date, a
 // Modified Julian Day or a Julian Day. Returns it as t of a sample.
 double time_of(const std::string &option, const std::string &text, const SampleOptions &options, bool plain);
+
+// How to read times as those of the series, which was read by `options`, from a column of any name.
+SampleOptions options_of_times(const Series &series, const SampleOptions &options);
 
 // The scale of the resulting times: TAI for UTC, otherwise the same scale.
 std::string result_scale(const std::string &scale);
@@ -76,15 +88,6 @@ class SampleReader {
   private:
     LineSource in_;
     SampleParser parser_;
-};
-
-struct Series {
-    std::string name;                // the file's name in messages
-    std::vector<double> t, y, sigma; // sigma is empty if the file has none
-    std::string warning = {};        // "" for none
-    std::string time_scale = {};     // as SampleParser
-    int32_t time_format = 0;         // TOLIMAN_INGEST_FORMAT_... of the file's times; 0 for plain numbers
-    Nuisance nuisance = {};          // fitted with the mean at each frequency
 };
 
 // Times of the samples in TAI, ns since 1970-01-01T00:00:00 TAI. Throws Failure for plain numbers.
