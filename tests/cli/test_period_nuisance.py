@@ -334,7 +334,7 @@ class Columns(Nuisance):
                 self.refuse(code, message, arguments=("period", *arguments))
 
 
-class Remarks(Nuisance):
+class Flags(Nuisance):
     def test_long_and_annual(self):
         """Periods above half the time span, and near a year for dates only."""
         t = 61406 + numpy.arange(0, 1000, 4.0)

@@ -100,6 +100,18 @@ class State(ReportTest):
         done = self.run_program("track", "--template", "scene.json", "--state", state, "--mission-days", days, "--dtype", "u32le", "in")
         self.assertEqual(done.returncode, 0, done.stderr)
 
+    def check_nuisance(self, folder):
+        """A column nuisance and the power without the sinusoid are drawn if they are there."""
+        path = self.folder / folder / "series.csv"
+        mark, head, *rows = path.read_text().splitlines()
+        path.write_text("\n".join([mark, head + ",nuisance", *(f"{row},{1e-6 * i}" for i, row in enumerate(rows))]) + "\n")
+        shutil.copy(self.folder / folder / "periodogram.csv", self.folder / folder / "residual_periodogram.csv")
+        figures = Recorder(self.folder / folder).figures
+        self.assertEqual(list(figures), ["series", "folded", "nuisance", "periodogram", "residual-periodogram"])
+        model = lines(figures["nuisance"].axes[0])["mean and nuisance functions"][1]
+        self.assertTrue((numpy.diff(model) > 0).all())
+        (self.folder / folder / "residual_periodogram.csv").unlink()
+
     def test_state(self):
         self.track("state", "60", cadence={"frames": 60, "interval_days": 1}, signal={"period_days": 20, "amplitude_px": 1e-4})
         self.assertEqual(self.succeed("report", "state"), "state/report/report.html\n")
@@ -113,6 +125,8 @@ class State(ReportTest):
         self.assertEqual(page.text.count(f"period {fit['period']:.{decimals}f} ± {fit['period_error']:.{decimals}f} days"), 3)
         self.assertIn("sequential, for repeated monitoring, ", page.text)
         # The files are those of status --out, and hold what status prints.
+        self.succeed("status", "state", "--out", "files")
+        self.check_nuisance("files")
         self.succeed("status", "state", "--out", "files")
         names = ["periodogram.csv", "result.json", "series.csv"]
         self.assertEqual(sorted(path.name for path in (self.folder / "files").iterdir()), names)

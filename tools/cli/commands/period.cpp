@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "common/failure.hpp"
-#include "common/json.hpp"
 #include "common/npy.hpp"
 #include "common/output.hpp"
 #include "common/text.hpp"
@@ -13,17 +12,16 @@
 #include "series/noise.hpp"
 #include "series/nuisance_file.hpp"
 #include "series/orbit_functions.hpp"
-#include "series/period_report.hpp"
+#include "series/peak_flags.hpp"
+#include "series/period_folder.hpp"
 #include "series/period_stream.hpp"
-#include "series/reduction.hpp"
-#include "series/remarks.hpp"
 
 namespace cli {
 
 namespace {
 
 struct Options {
-    std::string file, power_file, from_state, save_state;
+    std::string file, power_file, from_state, save_state, out;
     std::optional<std::string> system; // of measured separations
     ReductionOptions reduction;        // with system
     NuisanceOptions nuisance;
@@ -61,35 +59,6 @@ Periodogram search(const Series &series, const FrequencyGrid &grid, const SumOpt
     }
 }
 
-// The functions of a reduced series that are fitted by default: the errors of the orbit, or a trend.
-void set_orbit_functions(const Options &options, const Measurements &measured, const toliman_sky *sky, Series &series,
-                         Progress &progress) {
-    std::string why;
-    const std::optional<Nuisance> orbit =
-        orbit_functions(measured, sky, options.reduction.plate_scale.value_or(1), options.nuisance.scale_sigma, why);
-    if (orbit)
-        series.nuisance = *orbit;
-    series.nuisance.trend.order = orbit ? 0 : kOrbitTrend;
-    if (!orbit)
-        progress.warn(why + formatted(": a trend of order %d is fitted in place of the errors of the orbit (--trend)",
-                                      kOrbitTrend));
-}
-
-// Reduces a series to the orbit.
-ReductionNote reduce_series(const Options &options, Series &series, Progress &progress) {
-    const auto sky = options.reduction.observer.predictor(*options.system, 0, progress);
-    const Measurements measured =
-        reduce(measured_of(series, options.reduction), options.reduction, sky.get(), progress);
-    series = measured.reduced;
-    if (!options.nuisance.given() && !options.sums.fixed_mean)
-        set_orbit_functions(options, measured, sky.get(), series, progress);
-    Json json("system", *options.system);
-    options.reduction.set(json);
-    json.set("unreduced", measured.unreduced);
-    return {json, *options.system + " seen from: " + options.reduction.observer.text() +
-                      formatted("; %zu samples left out", measured.unreduced)};
-}
-
 // Coefficients at the peak, or at the nearest frequency of the grid if only the sums are known.
 std::optional<Coefficients> fitted_of(const Options &options, const Series *series, const Periodogram &periodogram,
                                       Progress &progress) {
@@ -105,6 +74,15 @@ std::optional<Coefficients> fitted_of(const Options &options, const Series *seri
     const toliman::periodogram at_peak =
         sums_of(*series, {frequency, info.df, 1}, options_for(*series, options.sums), progress);
     return with_counts(periodogram.handle.get(), coefficients_at(at_peak.get(), 0, series->nuisance.columns));
+}
+
+// Sums of the series without the sinusoid that was found.
+toliman::periodogram residual_of(const Options &options, const Series &series, const PeriodReport &report,
+                                 Progress &progress) {
+    const Series rest = without(report.sinusoid(), series);
+    SumOptions sums = options.sums;
+    sums.value_bound.reset(); // of the series; where the fit is poor, the rest may exceed it
+    return sums_of(rest, report.grid, options_for(rest, sums), progress);
 }
 
 void write_power(const Options &options, const Periodogram &periodogram) {
@@ -127,8 +105,9 @@ void warn_of_results(const Periodogram &periodogram, const Series *series, const
 }
 
 // Writes and prints the results. series: NULL if only the sums are known. reduced: NULL if the series is as given.
+// folder: NULL without --out.
 void write_results(const Options &options, const Series *series, const ReductionNote *reduced,
-                   const Periodogram &periodogram, Progress &progress) {
+                   const Periodogram &periodogram, PeriodFolder *folder, Progress &progress) {
     const std::string given = options.samples.time_scale.empty() ? "" : result_scale(options.samples.time_scale);
     const Fap fap(options.fap, periodogram.handle, series, progress);
     const toliman_period_info info = info_of(periodogram.handle);
@@ -146,6 +125,8 @@ void write_results(const Options &options, const Series *series, const Reduction
     progress.clear();
     warn_of_results(periodogram, series, noise, progress);
     write_power(options, periodogram);
+    if (folder != nullptr)
+        folder->write(report, *series, residual_of(options, *series, report, progress));
     if (options.as_json)
         print_stdout(report.json().text());
     else
@@ -167,7 +148,7 @@ void stream(const Options &options, Progress &progress) {
     }
     toliman::periodogram handle = stream_samples(how, progress);
     if (!options.follow)
-        write_results(options, nullptr, nullptr, from_sums(std::move(handle)), progress);
+        write_results(options, nullptr, nullptr, from_sums(std::move(handle)), nullptr, progress);
 }
 
 // Reduces a series, if there is a system, and gives it the functions that are fitted with its mean.
@@ -182,7 +163,7 @@ std::optional<ReductionNote> add_functions(const Options &options, Series &serie
                                       series.nuisance.trend.order));
     std::optional<ReductionNote> reduced;
     if (options.system)
-        reduced = reduce_series(options, series, progress);
+        reduced = reduce_to_orbit(*options.system, options.reduction, how, !options.sums.fixed_mean, series, progress);
     if (!options.save_state.empty())
         how.need_span(series.nuisance.trend.order, "--save-state");
     series.nuisance.trend = trend_of(series.nuisance.trend.order, how, options.samples, series);
@@ -198,6 +179,11 @@ void period(Options &options, Progress &progress) {
             check_output(output);
     if (options.follow || !options.from_state.empty())
         return stream(options, progress);
+    std::optional<PeriodFolder> folder;
+    if (!options.out.empty()) {
+        check_not_input(options.out + "/series.csv", {options.file, options.nuisance.file});
+        folder.emplace(options.out);
+    }
     Series series = read_series(options.file, options.samples);
     if (!series.warning.empty())
         progress.warn(series.warning);
@@ -207,7 +193,7 @@ void period(Options &options, Progress &progress) {
     const Periodogram periodogram = search(series, grid_of(options, series), sums, progress);
     if (!options.save_state.empty())
         save_state(periodogram.handle, options.save_state);
-    write_results(options, &series, reduced ? &*reduced : nullptr, periodogram, progress);
+    write_results(options, &series, reduced ? &*reduced : nullptr, periodogram, folder ? &*folder : nullptr, progress);
 }
 
 } // namespace
@@ -246,6 +232,9 @@ void add_period(CLI::App &app, Context &context) {
         state->excludes(command->get_option(name)); // contained in the state
     command->add_flag("--json", options->as_json, "print JSON, schema toliman-period/2");
     add_option(command, "--power", options->power_file, "FILE", "write the power at every frequency to this .npy file");
+    CLI::Option *out = add_option(command, "--out", options->out, "DIR",
+                                  "write result.json, series and periodograms into this folder, for toliman report");
+    out->excludes(state);
     add_choice(command, "--normalisation", options->normalisation, kNormalisations,
                "normalisation of --power: standard (default), model, log or psd, as in astropy");
     add_fap(*command, options->fap);
@@ -254,7 +243,7 @@ void add_period(CLI::App &app, Context &context) {
     CLI::Option *follow = command->add_flag("--follow", options->follow, "print a JSON line after every sample");
     for (const char *name : {"--power", "--normalisation", "--peaks", "--fap", "--resamplings", "--seed"})
         follow->excludes(command->get_option(name)); // of a result at the end
-    follow->excludes(noise);
+    follow->excludes(noise)->excludes(out);
     for (const char *name : {"--nuisance-file", "--prior"}) // of a whole series
         follow->excludes(command->get_option(name));
     CLI::Option *system = add_option(command, "--system", options->system, "SYSTEM",

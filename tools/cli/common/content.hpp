@@ -37,6 +37,9 @@ inline constexpr char kPeriodogramMark[] =
 inline constexpr char kDisplacementMark[] =
     "# errors of displaced images over the largest change of a pixel by the displacement\n";
 inline constexpr char kStatePeriodogramMark[] = "# Lomb-Scargle power of a state folder: frequency per unit of time\n";
+inline constexpr char kPeriodSeriesMark[] =
+    "# series of toliman period; nuisance: mean and nuisance functions as fitted at the peak\n";
+inline constexpr char kPeriodPowerMark[] = "# Lomb-Scargle power of toliman period: frequency per unit of t\n";
 inline constexpr char kTrainingMark[] = "# loss after each step of training\n";
 inline constexpr char kTrialsMark[] =
     "# a method on a series of frames: amplitude_px 0 is without signal; the rest in pixels and days\n";

@@ -131,8 +131,9 @@ Json Noise::json() const {
     json.set("peak",
              Json("frequency", found.frequency, "frequency_error", found.frequency_error, "period", found.period,
                   "period_error", found.period_error, "power", found.power, "log10_residual", found.log10_residual,
-                  "amplitude", found.amplitude, "amplitude_error", found.amplitude_error, "offset", found.offset,
-                  "log10_fap", resampled_ ? resampled_->log10(found.log10_residual) : found.log10_fap, "fap_method",
+                  "amplitude", found.amplitude, "amplitude_error", found.amplitude_error, "phase", found.phase,
+                  "time_offset", found.time_reference, "offset", found.offset, "log10_fap",
+                  resampled_ ? resampled_->log10(found.log10_residual) : found.log10_fap, "fap_method",
                   resampled_ ? kBootstrap : "baluev", "at_edge", (found.flags & TOLIMAN_PERIOD_AT_EDGE) != 0));
     return json;
 }

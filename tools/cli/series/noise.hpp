@@ -35,6 +35,7 @@ class Noise {
     bool known() const noexcept { return found_.has_value(); }
     Json json() const;
     bool is_ar1() const;
+    const toliman_period_noise &found() const { return *found_; } // with ar1
     // Replaces coefficients by those of ar1.
     void set(std::vector<Coefficient> &coefficients) const;
 

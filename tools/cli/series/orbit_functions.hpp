@@ -1,16 +1,17 @@
-// The errors of the reference orbit as columns of a series of reduced separations.
+// Reduces a series to the orbit of its binary; fits the errors of that orbit with the mean.
 #pragma once
-#include <optional>
+#include <string>
 
+#include "series/nuisance_options.hpp"
+#include "series/period_report.hpp"
 #include "series/reduction.hpp"
 
 namespace cli {
 
-constexpr int32_t kOrbitTrend = 4; // order of the trend in place of the columns: leaves 0.06 uas of alpha Centauri
-
-// The partial derivatives of the separation by the orbital elements, with the priors of the system. Empty if they have
-// none; `why` then states the reason. scale_sigma: standard deviation of the relative error of the plate scale.
-std::optional<Nuisance> orbit_functions(const Measurements &measured, const toliman_sky *sky, double plate_scale,
-                                        double scale_sigma, std::string &why);
+// Replaces a series of measured separations by the reduced ones. with_functions: unless the options name functions, it
+// gets those that are fitted by default: the partial derivatives of the separation by the orbital elements, with the
+// priors of the system, or, with a warning, a trend if there are no priors or no sigmas.
+ReductionNote reduce_to_orbit(const std::string &system, const ReductionOptions &reduction,
+                              const NuisanceOptions &nuisance, bool with_functions, Series &series, Progress &progress);
 
 } // namespace cli

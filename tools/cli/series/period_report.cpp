@@ -5,7 +5,7 @@
 
 #include "common/output.hpp"
 #include "common/text.hpp"
-#include "series/remarks.hpp"
+#include "series/peak_flags.hpp"
 
 namespace cli {
 
@@ -19,7 +19,7 @@ Json peak_json(const PeriodReport &report) {
               "amplitude_error", peak.amplitude_error, "phase", peak.phase, "time_offset",
               report.periodogram.time_offset, "offset", peak.offset, "log10_fap",
               report.fap.log10(report.fap.residual_of(peak)), "at_edge", report.periodogram.at_edge());
-    set_remarks(peak.flags, json);
+    set_flags(peak.flags, json);
     return json;
 }
 
@@ -27,18 +27,30 @@ Json listed_json(const toliman_period_peak &peak, const Fap &fap) {
     Json json("frequency", peak.frequency, "period", peak.period, "power", peak.power, "log10_fap",
               fap.log10(peak.log10_residual), "fwhm_period", peak.fwhm_period, "alias",
               (peak.flags & TOLIMAN_PERIOD_ALIAS) != 0, "at_edge", (peak.flags & TOLIMAN_PERIOD_AT_EDGE) != 0);
-    set_remarks(peak.flags, json);
+    set_flags(peak.flags, json);
     return json;
 }
 
 } // namespace
+
+Sinusoid PeriodReport::sinusoid() const {
+    const toliman_period_peak &peak = periodogram.peak;
+    if (noise == nullptr || !noise->is_ar1())
+        return {peak.amplitude, peak.frequency, peak.phase, periodogram.time_offset};
+    const toliman_period_noise &found = noise->found();
+    return {found.amplitude, found.frequency, found.phase, found.time_reference};
+}
+
+double PeriodReport::offset() const {
+    return noise != nullptr && noise->is_ar1() ? noise->found().offset : periodogram.peak.offset;
+}
 
 void PeriodReport::print() const {
     const toliman_period_peak &peak = periodogram.peak;
     const bool refined = !std::isnan(peak.frequency_error); // otherwise from the sums alone
     std::printf("period      %s%s, half width %.3g, FWHM %.3g%s\n",
                 text_with_error(peak.period, peak.period_error).c_str(), refined ? " (least squares)" : "",
-                peak.half_width_period, peak.fwhm_period, remarks_of(peak.flags).c_str());
+                peak.half_width_period, peak.fwhm_period, flags_text(peak.flags).c_str());
     std::printf("amplitude   %s, offset %.6g\n", text_with_error(peak.amplitude, peak.amplitude_error).c_str(),
                 peak.offset);
     std::printf("phase       %.4g rad at t = %.15g%s\n", peak.phase, periodogram.time_offset,
@@ -53,7 +65,7 @@ void PeriodReport::print() const {
                     fap.text(peaks[i].log10_residual).c_str(),
                     (peaks[i].flags & TOLIMAN_PERIOD_ALIAS) != 0 ? ", alias" : "",
                     (peaks[i].flags & TOLIMAN_PERIOD_AT_EDGE) != 0 ? ", at the edge of the grid" : "",
-                    remarks_of(peaks[i].flags).c_str());
+                    flags_text(peaks[i].flags).c_str());
     std::printf("samples     %lld, grid %.6g + k %.6g, %lld frequencies\n", static_cast<long long>(samples), grid.f0,
                 grid.df, static_cast<long long>(grid.nf));
     std::printf("searched    periods from %.6g to %.6g\n", shortest(), longest());

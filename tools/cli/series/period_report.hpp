@@ -17,6 +17,11 @@ struct ReductionNote {
     std::string text;
 };
 
+// amplitude sin(2 pi frequency (t - time_offset) + phase)
+struct Sinusoid {
+    double amplitude, frequency, phase, time_offset;
+};
+
 struct PeriodReport {
     const Periodogram &periodogram;
     FrequencyGrid grid;
@@ -30,6 +35,9 @@ struct PeriodReport {
 
     double shortest() const { return 1 / (grid.f0 + grid.df * static_cast<double>(grid.nf - 1)); }
     double longest() const { return 1 / grid.f0; } // infinite if the grid begins at 0
+    // The sinusoid at the peak; with --noise ar1 that for such noise, as are offset and coefficients.
+    Sinusoid sinusoid() const;
+    double offset() const;
     void print() const;
     Json json() const;
 };

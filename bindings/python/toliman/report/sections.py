@@ -6,7 +6,7 @@ import os
 import pathlib
 import typing
 
-from . import bench, budget, calibration, experiment, run, state
+from . import bench, budget, calibration, experiment, period, run, state
 from .page import Page
 from .results import malformed, readable
 
@@ -18,7 +18,7 @@ def section_of(folder: pathlib.Path) -> Section:
     try:
         names = os.listdir(folder)
     except NotADirectoryError:
-        raise malformed(folder, "is not a folder: give one written by run, experiment, track or `make bench`") from None
+        raise malformed(folder, "is not a folder: give one written by run, experiment, track, period --out or `make bench`") from None
     except FileNotFoundError:
         raise malformed(folder, "No such folder") from None
     except OSError as error:
@@ -28,7 +28,9 @@ def section_of(folder: pathlib.Path) -> Section:
         raise malformed(folder, f"is a state folder of toliman track: run `toliman report {name}`, or `toliman status "
                                 f"{name} --out FOLDER` and give that folder")
     if "result.json" in names:
-        return state.add if _schema(folder / "result.json").startswith("toliman-state/") else run.add
+        schema = _schema(folder / "result.json")
+        return (state.add if schema.startswith("toliman-state/") else
+                period.add if schema.startswith("toliman-period/") else run.add)
     if "experiment.json" in names:
         return experiment.add
     if "budget.json" in names:
@@ -38,7 +40,8 @@ def section_of(folder: pathlib.Path) -> Section:
     if bench.files_of(folder):
         return bench.add
     kind = "a folder" if names else "an empty folder"
-    raise malformed(folder, "contains neither result.json (of toliman run or toliman status --out), nor "
+    raise malformed(folder, "contains neither result.json (of toliman run, toliman status --out or "
+                            "toliman period --out), nor "
                             f"experiment.json (toliman experiment), nor budget.json (toliman budget), nor a "
                             f"*.calibration.json (toliman calibrate), nor a *.json of schema {bench.SCHEMA} (make "
                             f"bench); it is {kind}")

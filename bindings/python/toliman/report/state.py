@@ -6,7 +6,7 @@ import pathlib
 
 import numpy
 
-from . import figures, glossary, results
+from . import detrending, figures, glossary, results
 from .figures import Power, Sinusoid
 from .page import Page, add_provenance
 from .results import Result, Table
@@ -42,9 +42,12 @@ def add(folder: pathlib.Path, page: Page) -> None:
     table = Table(folder / "series.csv")
     if len(table.lines) > 1:
         _add_series(table, fit, unit, page)
+        detrending.add_series(table, _wave(fit), unit, "px", page)
     if status.has("period"):
         _add_periodogram(Table(folder / "periodogram.csv"), result, status, fit, unit, page)
-    page.explain(_WORDS)
+    if (folder / detrending.RESIDUAL).exists():
+        detrending.add_residual(Table(folder / detrending.RESIDUAL), result.number("power_at_fap_1e-3"), unit, page)
+    page.explain({**_WORDS, **detrending.WORDS} if "nuisance" in table.names else _WORDS)
 
 
 def _period_text(status: Result, fit: Result | None, unit: str) -> str:

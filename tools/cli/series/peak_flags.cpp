@@ -1,15 +1,15 @@
-#include "series/remarks.hpp"
+#include "series/peak_flags.hpp"
 
 #include <toliman/period.h>
 
 namespace cli {
 
-std::string remarks_of(uint32_t flags) {
+std::string flags_text(uint32_t flags) {
     return std::string((flags & TOLIMAN_PERIOD_LONG) != 0 ? ", long period" : "") +
            ((flags & TOLIMAN_PERIOD_ANNUAL) != 0 ? ", annual" : "");
 }
 
-void set_remarks(uint32_t flags, Json &json) {
+void set_flags(uint32_t flags, Json &json) {
     json.set("long_period", (flags & TOLIMAN_PERIOD_LONG) != 0, "annual", (flags & TOLIMAN_PERIOD_ANNUAL) != 0);
 }
 

@@ -9,9 +9,9 @@
 namespace cli {
 
 // ", long period" and ", annual" after the numbers of a peak.
-std::string remarks_of(uint32_t flags);
+std::string flags_text(uint32_t flags);
 // Sets long_period and annual.
-void set_remarks(uint32_t flags, Json &json);
+void set_flags(uint32_t flags, Json &json);
 // One sentence for each flag. hint: option that fits a trend, ": --trend"; "" if there is one.
 void warn_of_peak(uint32_t flags, const std::string &hint, Progress &progress);
 
