@@ -23,7 +23,7 @@
  * FAP          Baluev's bound with n - K degrees of freedom, where K counts the mean and the functions without a
  *              prior. It holds for one query of a complete series. Share of series of AR(1) noise with a FAP of 0.01:
  *                rho                              0       0.2     0.5     0.9
- *                n = 200, regular                 0.6 %   0.5 %   0.5 %   0.8 %
+ *                n = 200, regular                 0.6 %   0.6 %   0.7 %   0.8 %
  *                n = 847 in 3 years, with gaps    0.9 %   0.8 %   0.9 %   1.0 %
  *                n = 200, white noise assumed     0.8 %   4.7 %   52 %    99.9 %
  *              1/f noise is not AR(1): 2.1 % (n = 200) and 28 % (n = 847) of its series have a FAP of 0.01, at the
