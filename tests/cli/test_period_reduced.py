@@ -135,7 +135,7 @@ class Reduced(ProgramTest):
 class OrbitFunctions(ProgramTest):
     """What is fitted with the mean of a reduced series: by default the errors of the orbit."""
 
-    NAMES = ["period_years", "semi_major_arcsec", "eccentricity", "inclination_deg", "periastron_deg", "epoch"]
+    NAMES = ["period_years", "semi_major_arcsec", "eccentricity", "inclination_deg", "node_deg", "periastron_deg", "epoch"]
     WRONG = (*LOW[:1], "wrong.json", *LOW[2:], *SHORT, *TAI)
     SIGMA = 1.125e-6  # arcsec
 
@@ -173,7 +173,7 @@ class OrbitFunctions(ProgramTest):
         self.assertAlmostEqual(found["peak"]["amplitude"] * SCALE * 1e6, 1.2, delta=0.25)
         self.assertLess(found["peak"]["log10_fap"], -20)
         functions = found["functions"]
-        self.assertEqual((functions["in_use"], functions["free"]), (7, 1))
+        self.assertEqual((functions["in_use"], functions["free"]), (8, 1))
         mean, *elements = functions["coefficients"]
         self.assertEqual([one["name"] for one in elements], self.NAMES)
         for one in elements:
@@ -185,7 +185,7 @@ class OrbitFunctions(ProgramTest):
         again = self.period("arcsec.csv")["functions"]["coefficients"][1:]
         numpy.testing.assert_allclose([one["value"] for one in again], [one["value"] for one in elements], rtol=1e-3)
         text = self.succeed("period", "s.csv", *PX, *self.WRONG)
-        self.assertRegex(text, r"\nfunctions   7 in use, 1 free\n  mean .*\n  period_years .* prior \+- 0.019\n")
+        self.assertRegex(text, r"\nfunctions   8 in use, 1 free\n  mean .*\n  period_years .* prior \+- 0.019\n")
 
     def test_least_squares(self):
         """Power against numpy, with the partial derivatives of the prediction and pseudo-observations for the priors."""
@@ -195,13 +195,13 @@ class OrbitFunctions(ProgramTest):
         half = EXPOSURE * SECOND // 2
         intervals = numpy.stack([self.tai_ns[part] - half, self.tai_ns[part] + half], axis=-1)
         reduced, seen = toliman.Sky(str(self.folder / "wrong.json"), altitude_km=600).reduce(intervals, self.arcsec[part])
-        partials, factor = seen["partials"][:, [0, 1, 2, 3, 5, 6]], seen["factor"]
+        partials, factor = seen["partials"], seen["factor"]
         prior = numpy.array([self.system["sigma"]["orbit"][name] for name in self.NAMES])
         prior[1] = numpy.hypot(prior[1], 1e-3 * self.wrong["orbit"]["semi_major_arcsec"])
         weight = factor / self.SIGMA
         t, base = mjd(self.tai_ns[part]), numpy.column_stack([numpy.ones(len(factor)), partials])
-        base = numpy.vstack([base * weight[:, None], numpy.column_stack([numpy.zeros(6), numpy.diag(1 / prior)])])
-        right = numpy.r_[reduced * weight, numpy.zeros(6)]
+        base = numpy.vstack([base * weight[:, None], numpy.column_stack([numpy.zeros(7), numpy.diag(1 / prior)])])
+        right = numpy.r_[reduced * weight, numpy.zeros(7)]
 
         def residual(matrix):
             matrix = matrix / numpy.linalg.norm(matrix, axis=0)
@@ -209,7 +209,7 @@ class OrbitFunctions(ProgramTest):
         expected = []
         for frequency in 1 / 800 + 1e-4 * numpy.arange(100):
             wave = numpy.exp(2j * numpy.pi * frequency * (t - t[0])) * weight
-            wave = numpy.vstack([numpy.column_stack([wave.real, wave.imag]), numpy.zeros((6, 2))])
+            wave = numpy.vstack([numpy.column_stack([wave.real, wave.imag]), numpy.zeros((7, 2))])
             expected.append(1 - residual(numpy.column_stack([base, wave])) / residual(base))
         numpy.testing.assert_allclose(numpy.load(self.folder / "power.npy"), expected, rtol=0, atol=1e-6)
 

@@ -115,7 +115,7 @@ class State(ReportTest):
     def test_state(self):
         self.track("state", "60", cadence={"frames": 60, "interval_days": 1}, signal={"period_days": 20, "amplitude_px": 1e-4})
         self.assertEqual(self.succeed("report", "state"), "state/report/report.html\n")
-        page = self.check_page(self.folder / "state" / "report", ["series", "folded", "periodogram"])
+        page = self.check_page(self.folder / "state" / "report", ["series", "folded", "periodogram", "residual-periodogram"])
         status = json.loads(self.succeed("status", "state", "--json"))
         for name in ("received", "accepted", "rejected", "expected"):
             self.assertEqual(page.row(name)[0], str(status[name]))
@@ -172,7 +172,7 @@ class State(ReportTest):
         self.track("state", "60", "0:60", cadence={"frames": 60, "interval_days": 1}, signal={"period_days": 2.6, "amplitude_px": 1e-3})
         self.succeed("status", "state", "--out", "x")
         page = Recorder(self.folder / "x")
-        self.assertEqual(list(page.figures), ["folded", "periodogram"])
+        self.assertEqual(list(page.figures), ["folded", "periodogram", "residual-periodogram"])
         status = json.loads(self.succeed("status", "state", "--json"))
         of_fit, of_grid = (f"{period:.5f}" for period in (status["fit"]["period"], status["period"]))
         self.assertNotEqual(of_fit, of_grid)

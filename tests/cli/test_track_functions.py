@@ -25,12 +25,15 @@ def wrong_orbit(seed):
     return toliman.Sky(json.dumps(system), altitude_km=600)
 
 
-def write_mission(folder, seed, planet_uas, **options):
+def write_mission(folder, seed, planet_uas, correlation=0.0, **options):
     random = numpy.random.default_rng(seed)
     days = numpy.sort(random.choice(int(MISSION), FRAMES, replace=False))
     times = START + (days * DAY + random.integers(0, 3600, FRAMES) * SECOND)
     planet = planet_uas * numpy.sin(2 * math.pi * (times - START) / DAY / PERIOD + 1)
-    separations = measured(wrong_orbit(seed + 1), times, planet) / SCALE + SIGMA * random.normal(size=FRAMES)
+    noise = SIGMA * random.normal(size=FRAMES)
+    for k in range(1, FRAMES):
+        noise[k] = correlation * noise[k - 1] + math.sqrt(1 - correlation**2) * noise[k]
+    separations = measured(wrong_orbit(seed + 1), times, planet) / SCALE + noise
 
     def estimate(image):
         return toliman.Estimate(separations[int(image[0, 0])] - separations[0], [separations[int(image[0, 0])]])
@@ -82,6 +85,32 @@ class Mission(ProgramTest):
         text = self.succeed("status", "planet")
         self.assertIn("  functions   8 in use, 1 free\n    mean", text)
         self.assertIn("    eccentricity ", text)
+
+    def test_results_for_a_report(self):
+        """series.csv has the orbit's error as it was fitted; without it and the sinusoid, noise is left."""
+        status = self.status("planet")
+        self.assertGreater(status["log10_p_white"], -3)
+        self.succeed("status", "planet", "--out", "results")
+        lines = (self.folder / "results" / "series.csv").read_text().splitlines()
+        self.assertEqual([line for line in lines if line[0] != "#"][0], "t,y,sigma,nuisance")
+        t, y, _, nuisance = numpy.loadtxt(lines, delimiter=",", skiprows=lines.index("t,y,sigma,nuisance") + 1).T
+        fit = status["fit"]
+        rest = y - nuisance - fit["amplitude"] * numpy.sin(2 * math.pi * t / fit["period"] + fit["phase"])
+        self.assertGreater(y.std(), 10 * SIGMA)
+        self.assertAlmostEqual(rest.std() / SIGMA, 1, delta=0.1)
+        power, left = (numpy.loadtxt(self.folder / "results" / name, delimiter=",", skiprows=2)[:, 1]
+                       for name in ("periodogram.csv", "residual_periodogram.csv"))
+        level = json.loads((self.folder / "results" / "result.json").read_text())["power_at_fap_1e-3"]
+        self.assertGreater(power.max(), 5 * level)
+        self.assertLess(left.max(), level)
+        page = (self.folder / self.succeed("report", "results", "--out", "page").strip()).read_text()
+        for figure in ("nuisance", "residual-periodogram"):
+            self.assertIn(figure, page)
+
+    def test_correlated_values(self):
+        write_mission(self.folder / "red", 3, 0, correlation=0.7)
+        self.assertLess(self.status("red")["log10_p_white"], -10)
+        self.assertIn("values are correlated (whiteness: log10 p = ", self.succeed("status", "red"))
 
     def test_other_functions(self):
         """The mean alone makes a false alarm; a trend of order 5 makes none, and rebuild restores the first bits."""

@@ -29,7 +29,7 @@ std::string with_results(const std::string &folder, Progress &progress) {
     if (!exists(folder + "/ledger.tlml"))
         return folder;
     const toliman::tracker tracker = open_tracker(state_to_read(folder), progress);
-    write_results(tracker, settings_of(tracker), PeriodFacts(tracker, Fit::made), folder + "/report");
+    write_results(tracker, settings_of(tracker), PeriodFacts(tracker, Fit::tested, progress), folder + "/report");
     return folder + "/report";
 }
 

@@ -95,7 +95,8 @@ void status(Options &options, Progress &progress) {
     if (options.missing)
         return print_missing(tracker);
     const toliman_track_options settings = settings_of(tracker);
-    const PeriodFacts period(tracker, Fit::made);
+    const PeriodFacts period(tracker, Fit::tested, progress);
+    progress.clear();
     if (!options.out.empty())
         write_results(tracker, settings, period, options.out);
     print(tracker, settings, period, options.as_json);
@@ -127,7 +128,7 @@ void rebuild(RebuildOptions &options, Progress &progress) {
     how.flags |= TOLIMAN_TRACK_REBUILD;
     const toliman::tracker tracker = open_tracker(how, progress);
     toliman::check(toliman_track_save(tracker.get()));
-    print(tracker, settings_of(tracker), PeriodFacts(tracker, Fit::made), options.as_json);
+    print(tracker, settings_of(tracker), PeriodFacts(tracker, Fit::tested, progress), options.as_json);
 }
 
 } // namespace

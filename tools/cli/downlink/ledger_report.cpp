@@ -9,7 +9,9 @@
 #include "common/output.hpp"
 #include "common/provenance.hpp"
 #include "common/text.hpp"
+#include "downlink/tracked_series.hpp"
 #include "series/fap.hpp"
+#include "series/period_folder.hpp"
 #include "series/periodogram.hpp"
 
 namespace cli {
@@ -85,8 +87,7 @@ Json session_json(const toliman_track_stream &stream) {
                 "frames", stream.frames, "missing", stream.missing);
 }
 
-void write_periodogram(const toliman_period *sums, const toliman_track_options &how, OutputFile &out) {
-    const std::vector<double> power = power_of(sums, how.nf);
+void write_periodogram(const std::vector<double> &power, const toliman_track_options &how, OutputFile &out) {
     out.write(std::string(kStatePeriodogramMark) + "frequency,power\n");
     for (size_t k = 0; k < power.size(); k++)
         out.write(formatted("%.17g,%.17g\n", how.f0 + how.df * static_cast<double>(k), power[k]));
@@ -183,15 +184,52 @@ Json status_json(const toliman::tracker &tracker, const toliman_track_options &h
     return json;
 }
 
+namespace {
+
+// t, y, sigma and the values of mean and nuisance functions at the peak.
+void write_modelled(const Series &series, const Coefficients &fitted, OutputFile &out) {
+    const std::vector<double> model = nuisance_values(series, fitted.all);
+    out.write(std::string("t,y,sigma,nuisance\n"));
+    for (size_t i = 0; i < model.size(); i++)
+        out.write(formatted("%.17g,%.17g,%.17g,%.17g\n", series.t[i], series.y[i], series.sigma[i], model[i]));
+}
+
+// Power of the series without the fitted sinusoid, with the same functions.
+std::vector<double> residual_power(const Series &series, const toliman_period_peak &fit,
+                                   const toliman_track_options &how) {
+    const Series rest = without({fit.amplitude, fit.frequency, fit.phase, 0}, series);
+    const std::vector<double> rows = rest.nuisance.rows();
+    auto options = toliman::sized<toliman_period_batch_options>();
+    options.flags = how.period_flags & TOLIMAN_PERIOD_FIXED_MEAN;
+    options.trend = rest.nuisance.trend.order;
+    options.trend_start = rest.nuisance.trend.start;
+    options.trend_end = rest.nuisance.trend.end;
+    options.columns = static_cast<int32_t>(rest.nuisance.columns.size());
+    options.rows = rows.data();
+    std::copy(rest.nuisance.precision.begin(), rest.nuisance.precision.end(), options.prior_precision + 1);
+    std::vector<double> power(static_cast<size_t>(how.nf));
+    toliman::check(toliman_period_batch(how.f0, how.df, how.nf, rest.t.data(), rest.y.data(), rest.sigma.data(),
+                                        rest.t.size(), &options, power.data()));
+    return power;
+}
+
+} // namespace
+
 void write_results(const toliman::tracker &tracker, const toliman_track_options &how, const PeriodFacts &period,
                    const std::string &path) {
     OutputFolder folder(path);
-    OutputFile &result = folder.open("result.json"), &series = folder.open("series.csv");
-    series.write(std::string(kSeriesMark));
-    print_series(tracker, how, [&](const std::string &text) { series.write(text); });
+    OutputFile &result = folder.open("result.json"), &out = folder.open("series.csv");
+    out.write(std::string(kSeriesMark));
+    const Series series = tracked_series(tracker);
+    if (period.fitted().all.empty())
+        print_series(tracker, how, [&](const std::string &text) { out.write(text); });
+    else
+        write_modelled(series, period.fitted(), out);
+    if (period.fit())
+        write_periodogram(residual_power(series, *period.fit(), how), how, folder.open("residual_periodogram.csv"));
     const toliman_period *sums = nullptr;
     toliman::check(toliman_track_get_period(tracker.get(), &sums));
-    write_periodogram(sums, how, folder.open("periodogram.csv"));
+    write_periodogram(power_of(sums, how.nf), how, folder.open("periodogram.csv"));
     result.write(Json("schema", "toliman-state/1", "version", toliman_version(), "provenance", provenance(), "unit_s",
                       how.unit_ns * 1e-9, "power_at_fap_1e-3", power_at_fap_1e_3(sums), "status",
                       status_json(tracker, how, period))

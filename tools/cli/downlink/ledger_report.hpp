@@ -25,7 +25,8 @@ void print_missing(const toliman::tracker &tracker);
 // Schema toliman-track-status/2.
 Json status_json(const toliman::tracker &tracker, const toliman_track_options &how, const PeriodFacts &period);
 
-// Writes result.json (schema toliman-state/1), series.csv and periodogram.csv, all or none; creates the folder.
+// Writes result.json (schema toliman-state/1), series.csv, periodogram.csv and, with a fit, residual_periodogram.csv,
+// all or none; creates the folder.
 void write_results(const toliman::tracker &tracker, const toliman_track_options &how, const PeriodFacts &period,
                    const std::string &folder);
 

@@ -6,7 +6,8 @@
 #include "common/text.hpp"
 #include "downlink/tracked_series.hpp"
 #include "series/fap.hpp"
-#include "series/remarks.hpp"
+#include "series/noise.hpp"
+#include "series/peak_flags.hpp"
 
 namespace cli {
 
@@ -47,7 +48,7 @@ std::string unit_text(double unit_ns) {
 
 } // namespace
 
-PeriodFacts::PeriodFacts(const toliman::tracker &tracker, Fit fit) {
+PeriodFacts::PeriodFacts(const toliman::tracker &tracker, Fit fit, Progress &progress) {
     const toliman_period *period = nullptr;
     toliman::check(toliman_track_get_period(tracker.get(), &period));
     count_ = toliman_period_count(period);
@@ -60,10 +61,15 @@ PeriodFacts::PeriodFacts(const toliman::tracker &tracker, Fit fit) {
     fitted_ = with_counts(period, coefficients_at(period, k, element_columns(tracker)));
     toliman::check(
         toliman_period_query_fap(period, TOLIMAN_PERIOD_FAP_SEQUENTIAL, peak_->log10_residual, &sequential_));
-    if (fit == Fit::made)
+    if (fit != Fit::none)
         fit_ = peak_of([&](toliman_period_peak *peak) { return toliman_track_query_fit(tracker.get(), peak); });
     if (fit_ && !std::isfinite(fit_->period))
         fit_.reset();
+    if (fit == Fit::tested) {
+        const Noise noise({}, {}, tracked_series(tracker), {info.f0, info.df, info.nf}, progress);
+        if (noise.known())
+            log10_p_white_ = noise.log10_p_white();
+    }
 }
 
 void PeriodFacts::add_to(Json &json) const {
@@ -74,8 +80,8 @@ void PeriodFacts::add_to(Json &json) const {
     add_members(json, kPeak, peak_);
     json.set("log10_fap_sequential", sequential_, "at_edge", peak_ && (peak_->flags & TOLIMAN_PERIOD_AT_EDGE) != 0,
              "fit", std::move(fit));
-    set_remarks(peak_ ? peak_->flags : 0, json);
-    json.set("functions", if_known(!fitted_.all.empty(), json_of(fitted_)));
+    set_flags(peak_ ? peak_->flags : 0, json);
+    json.set("log10_p_white", log10_p_white_, "functions", if_known(!fitted_.all.empty(), json_of(fitted_)));
 }
 
 std::string PeriodFacts::functions_text() const {
@@ -88,7 +94,11 @@ std::string PeriodFacts::text() const {
     const toliman_period_peak &best = fit_ ? *fit_ : *peak_;
     return "period " + text_with_error(best.period, best.period_error) + " " + unit_ +
            formatted(", log10 FAP %.2f, sequential %.2f", best.log10_fap, sequential_) +
-           (sequential_ > kSignificant ? ": no significant period" : remarks_of(best.flags)) +
+           (sequential_ > kSignificant ? ": no significant period" : flags_text(best.flags)) +
+           (log10_p_white_ && *log10_p_white_ < Noise::kNotWhite
+                ? formatted("; values are correlated (whiteness: log10 p = %.3g), so the FAP is too small",
+                            *log10_p_white_)
+                : "") +
            ((peak_->flags & TOLIMAN_PERIOD_INACCURATE) != 0 ? "; the power may be wrong by more than 0.001" : "");
 }
 

@@ -7,18 +7,22 @@
 #include <toliman/toliman.hpp>
 
 #include "common/json.hpp"
+#include "common/terminal.hpp"
 #include "series/coefficients.hpp"
 
 namespace cli {
 
-// Period of the highest peak on the grid, with the coefficients of the nuisance functions there, and, with Fit::made,
-// of the least-squares fit to all values, which reads the ledger. Nothing of it if there are too few frames.
-enum class Fit { none, made };
+// Period of the highest peak on the grid, with the coefficients of the nuisance functions there; with Fit::made, of the
+// least-squares fit to all values, which reads the ledger; with Fit::tested also whether the values are white. Nothing
+// of it if there are too few frames.
+enum class Fit { none, made, tested };
 class PeriodFacts {
   public:
-    PeriodFacts(const toliman::tracker &tracker, Fit fit);
+    PeriodFacts(const toliman::tracker &tracker, Fit fit, Progress &progress);
     void add_to(Json &json) const;
     std::string text() const;
+    const std::optional<toliman_period_peak> &fit() const noexcept { return fit_; }
+    const Coefficients &fitted() const noexcept { return fitted_; } // empty if the mean alone is fitted
     std::string functions_text() const; // a line for each coefficient; "" if the mean alone is fitted
 
   private:
@@ -26,7 +30,8 @@ class PeriodFacts {
     double sequential_ = NAN;
     std::string unit_; // of time
     std::optional<toliman_period_peak> peak_, fit_;
-    Coefficients fitted_; // empty if the mean alone is fitted
+    Coefficients fitted_;
+    std::optional<double> log10_p_white_;
 };
 
 } // namespace cli

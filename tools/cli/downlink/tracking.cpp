@@ -247,7 +247,7 @@ void Tracking::report(Severity severity, const std::string &warning, const std::
 
 PeriodFacts Tracking::update(Fit fit) {
     since_update_ = 0;
-    const PeriodFacts period(tracker_, fit);
+    const PeriodFacts period(tracker_, fit, progress_);
     Json line("schema", "toliman-track-update/2");
     period.add_to(line);
     add_counts(tracker_, line);

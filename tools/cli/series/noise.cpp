@@ -28,7 +28,6 @@ struct NoiseInput {
 
 namespace {
 
-constexpr double kNotWhite = -3;       // log10 p of the whiteness test
 constexpr double kMostUnasked = 2.5e7; // samples times frequencies: about 2 s
 const char *const kAr1 = "ar1";
 

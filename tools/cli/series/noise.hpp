@@ -33,6 +33,8 @@ class Noise {
     void warn(Progress &progress) const;
     void print() const;
     bool known() const noexcept { return found_.has_value(); }
+    double log10_p_white() const noexcept { return found_->log10_p_white; } // if known
+    static constexpr double kNotWhite = -3;                                 // of log10_p_white
     Json json() const;
     bool is_ar1() const;
     const toliman_period_noise &found() const { return *found_; } // with ar1

@@ -14,20 +14,19 @@ constexpr double kTwoPi = 6.283185307179586476925286766559;
 constexpr char kResult[] = "result.json", kSeries[] = "series.csv", kPower[] = "periodogram.csv",
                kResidualPower[] = "residual_periodogram.csv";
 
-// Values of mean and nuisance functions.
-std::vector<double> nuisance_of(const PeriodReport &report, const Series &series) {
-    std::vector<double> values(series.t.size(), report.fitted ? report.fitted->all[0].value : report.offset());
+} // namespace
+
+std::vector<double> nuisance_values(const Series &series, const std::vector<Coefficient> &coefficients) {
+    std::vector<double> values(series.t.size(), coefficients[0].value);
     const std::vector<double> functions = series.nuisance.functions(series.t);
     const size_t count = series.nuisance.count();
     for (size_t i = 0; i < values.size(); i++)
         for (size_t j = 0; j < count; j++) {
-            const Coefficient &coefficient = report.fitted->all[1 + j];
+            const Coefficient &coefficient = coefficients[1 + j];
             values[i] += coefficient.value / coefficient.unit * functions[i * count + j];
         }
     return values;
 }
-
-} // namespace
 
 PeriodFolder::PeriodFolder(const std::string &path) : folder_(path) {
     for (const char *name : {kResult, kSeries, kPower, kResidualPower})
@@ -46,7 +45,8 @@ void PeriodFolder::write(const PeriodReport &report, const Series &series, const
 }
 
 void PeriodFolder::write_series(const PeriodReport &report, const Series &series) {
-    const std::vector<double> nuisance = nuisance_of(report, series);
+    const std::vector<double> nuisance = report.fitted ? nuisance_values(series, report.fitted->all)
+                                                       : std::vector<double>(series.t.size(), report.offset());
     std::string text =
         std::string(kPeriodSeriesMark) + (series.sigma.empty() ? "t,y,nuisance\n" : "t,y,sigma,nuisance\n");
     for (size_t i = 0; i < nuisance.size(); i++)

@@ -20,6 +20,9 @@ class PeriodFolder {
     OutputFolder folder_;
 };
 
+// Values of mean and nuisance functions of a series.
+std::vector<double> nuisance_values(const Series &series, const std::vector<Coefficient> &coefficients);
+
 // A series without the sinusoid.
 Series without(const Sinusoid &sinusoid, const Series &series);
 
