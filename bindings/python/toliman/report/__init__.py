@@ -1,4 +1,4 @@
-"""Reports: figures and HTML pages of what the commands run, experiment, track and `make bench` wrote.
+"""Reports: figures and HTML pages of what the commands run, experiment, period, track and `make bench` wrote.
 
     python3 -m toliman.report chapter.run                # chapter.run/report/report.html
 

@@ -18,7 +18,7 @@ def parse(words: list[str] | None) -> argparse.Namespace:
     """Parses the command line; its description is that of `toliman report --help`."""
     parser = argparse.ArgumentParser(
         prog="python3 -m toliman.report", description="Write an HTML page with figures from results of run, "
-                                                      "experiment, "
+                                                      "experiment, period, "
         "track or make bench. See `toliman report --help`.")
     parser.add_argument("folders", metavar="DIR", nargs="+", help="folders of results, shown on one page in this order")
     parser.add_argument("--out", metavar="FOLDER",
