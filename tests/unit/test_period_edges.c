@@ -482,10 +482,11 @@ static void peak_at_the_edge_is_flagged(void **unused) {
         assert_ok(toliman_period_push_many(period, times, values, sigmas, N));
         assert_ok(toliman_period_query_fit(period, times, values, sigmas, N, &fit));
         assert_ok(toliman_period_query_peak(period, &peak));
-        const uint32_t coarse = grids[i].df > 0.0011 ? TOLIMAN_PERIOD_COARSE : 0; /* T is 200 */
-        assert_int_equal(fit.flags, (grids[i].edge > 0 ? TOLIMAN_PERIOD_AT_EDGE : 0) | coarse);
+        const uint32_t others = /* T is 200 */
+            TOLIMAN_PERIOD_LONG | (grids[i].df > 0.0011 ? TOLIMAN_PERIOD_COARSE : 0);
+        assert_int_equal(fit.flags, (grids[i].edge > 0 ? TOLIMAN_PERIOD_AT_EDGE : 0) | others);
         if (grids[i].edge > 0) {
-            assert_int_equal(peak.flags, TOLIMAN_PERIOD_AT_EDGE | coarse);
+            assert_int_equal(peak.flags, TOLIMAN_PERIOD_AT_EDGE | others);
             assert_close(fit.frequency, grids[i].edge, 1e-14, 0);
             assert_close(peak.frequency, grids[i].edge, 1e-14, 0);
         } else {
