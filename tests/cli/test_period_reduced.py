@@ -148,7 +148,7 @@ class OrbitFunctions(ProgramTest):
         cls.arcsec = measured(toliman.Sky(altitude_km=600), cls.tai_ns, 1.2 * numpy.sin(2 * numpy.pi * days / 250 + 0.4))
         cls.arcsec += cls.SIGMA * random.normal(size=836)
         cls.system = json.loads(SYSTEM.read_text())
-        cls.errors = {name: sign * cls.system["sigma"]["orbit"][name] for name, sign in zip(cls.NAMES, (1, 1, -1, 1, -1, 1))}
+        cls.errors = {name: sign * cls.system["sigma"]["orbit"][name] for name, sign in zip(cls.NAMES, (1, 1, -1, 1, 1, -1, 1))}
 
     def setUp(self):
         super().setUp()

@@ -128,7 +128,7 @@ class State(ReportTest):
         self.succeed("status", "state", "--out", "files")
         self.check_nuisance("files")
         self.succeed("status", "state", "--out", "files")
-        names = ["periodogram.csv", "result.json", "series.csv"]
+        names = ["periodogram.csv", "residual_periodogram.csv", "result.json", "series.csv"]
         self.assertEqual(sorted(path.name for path in (self.folder / "files").iterdir()), names)
         for name in ("series.csv", "periodogram.csv"):
             self.assertEqual((self.folder / "files" / name).read_text(), (self.folder / "state" / "report" / name).read_text())

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <map>
 
@@ -225,7 +226,7 @@ void write_results(const toliman::tracker &tracker, const toliman_track_options 
         print_series(tracker, how, [&](const std::string &text) { out.write(text); });
     else
         write_modelled(series, period.fitted(), out);
-    if (period.fit())
+    if (period.fit() && std::isfinite(period.fit()->amplitude_error))
         write_periodogram(residual_power(series, *period.fit(), how), how, folder.open("residual_periodogram.csv"));
     const toliman_period *sums = nullptr;
     toliman::check(toliman_track_get_period(tracker.get(), &sums));
