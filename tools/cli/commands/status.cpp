@@ -102,13 +102,13 @@ void status(Options &options, Progress &progress) {
     print(tracker, settings, period, options.as_json);
 }
 
-// A new grid changes the span of a trend. The errors of the orbit of a new system replace the trend of a folder without
-// one.
+// A new grid changes the span of a trend. --system brings the errors of its orbit, unless a folder with a system has a
+// trend.
 void set_functions(const RebuildOptions &options, toliman_track_options &how) {
-    const bool is_new_system = options.reference.has_system() && how.plate_scale_arcsec == 0;
-    if (is_new_system)
+    const bool brings_errors = options.reference.has_system() && (how.plate_scale_arcsec == 0 || how.trend < 0);
+    if (brings_errors)
         how.trend = 0;
-    if (is_new_system || options.setup.has_grid())
+    if (brings_errors || options.setup.has_grid())
         how.trend_start = how.trend_end = 0;
 }
 
