@@ -1798,11 +1798,11 @@ TOLIMAN_PERIOD_COARSE = 32
 # times.
 TOLIMAN_PERIOD_ABOVE_NYQUIST = 64
 
-# Flags of a peak that something other than a planet often causes.
-#   LONG    its period exceeds T/2. A slow variation may cause it: a trend of the instrument, the error of an orbit
-#   ANNUAL  |frequency - 1/yr| < 1/T, with 1 yr = 365.25 d, the unit of t given by unit_ns, and T above half a year.
-# The motion of the Earth, seasons and observing windows may cause it toliman_period_query_peak and _peaks derive T
-# from the variance of the times, _fit from the times. Since 0.2.
+# Flags of a peak that something other than a planet often causes. query_peak and _peaks derive T from the variance of
+# the times, _fit from the times. Since 0.2.
+#   LONG    its period exceeds T/2: a trend of the instrument or the error of an orbit may cause it
+#   ANNUAL  |frequency - 1/yr| < 1/T, with 1 yr = 365.25 d, the unit of t given by unit_ns, and T above half a year:
+# the motion of the Earth, seasons and observing windows may cause it
 TOLIMAN_PERIOD_LONG = 2048
 TOLIMAN_PERIOD_ANNUAL = 4096
 
