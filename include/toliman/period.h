@@ -308,8 +308,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_model(const t
 /* Flags of a peak that something other than a planet often causes. query_peak and _peaks derive T from the variance of
  * the times, _fit from the times. Since 0.2.
  *   LONG    its period exceeds T/2: a trend of the instrument or the error of an orbit may cause it
- *   ANNUAL  |frequency - 1/yr| < 1/T, with 1 yr = 365.25 d, the unit of t given by unit_ns, and T above half a year:
- * the motion of the Earth, seasons and observing windows may cause it */
+ *   ANNUAL  |frequency - 1/yr| < 1/T, with 1 yr = 365.25 d in units of unit_ns, for T above half a year: the motion
+ *           of the Earth, seasons and observing windows may cause it */
 #define TOLIMAN_PERIOD_LONG 2048u
 #define TOLIMAN_PERIOD_ANNUAL 4096u
 

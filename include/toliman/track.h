@@ -219,15 +219,15 @@ typedef struct toliman_track_options {
     /* NULL, or an existing folder: a new folder takes its clock table, system and plate scale, with nf = 0 also its
      * grid, and with stamp = 0 its stamp and exposure_s. For a merge. Since 0.2. */
     const char *setup_folder;
-    /* Nuisance functions, fitted with the mean at each frequency (period_nuisance.h). The default in a new folder, and
-     * in a rebuild with sky, is the errors of the orbit with sky (toliman_sky_set_columns), without it the mean alone;
-     * otherwise the functions of the folder remain. With TOLIMAN_PERIOD_FIXED_MEAN there are none. Since 0.2.
-     *   trend             1 to 8: a trend of this order, and no errors of the orbit; -1: the mean alone; 0 = the
-     *                     default
+    /* Nuisance functions, fitted with the mean at each frequency (period_nuisance.h). With TOLIMAN_PERIOD_FIXED_MEAN
+     * there are none. Since 0.2.
+     *   trend              1 to 8: a trend of this order; -1: none, the mean alone; 0 = those of the folder. In a new
+     *                      folder, and in a rebuild with sky, 0 = with sky the errors of its orbit
+     *                      (toliman_sky_set_columns), otherwise none
      *   trend_start, _end  span of the trend, in units of unit_ns since time_offset_ns. A frame outside is rejected
-     *                     with REASON_CLOCK. Both 0 = from -0.05/df to 0.15/df, twice the time span of the grid
-     *   scale_sigma       standard deviation of the relative error of the plate scale, in [0, 1); 0 = that of the
-     *                     folder; in a new folder no error */
+     *                      with REASON_CLOCK. Both 0 = from -0.05/df to 0.15/df, twice the time span of the grid
+     *   scale_sigma        standard deviation of the relative error of the plate scale, in [0, 1); 0 = that of the
+     *                      folder; in a new folder no error */
     double trend_start, trend_end;
     double scale_sigma;
 } toliman_track_options;

@@ -1801,8 +1801,8 @@ TOLIMAN_PERIOD_ABOVE_NYQUIST = 64
 # Flags of a peak that something other than a planet often causes. query_peak and _peaks derive T from the variance of
 # the times, _fit from the times. Since 0.2.
 #   LONG    its period exceeds T/2: a trend of the instrument or the error of an orbit may cause it
-#   ANNUAL  |frequency - 1/yr| < 1/T, with 1 yr = 365.25 d, the unit of t given by unit_ns, and T above half a year:
-# the motion of the Earth, seasons and observing windows may cause it
+#   ANNUAL  |frequency - 1/yr| < 1/T, with 1 yr = 365.25 d in units of unit_ns, for T above half a year: the motion
+#           of the Earth, seasons and observing windows may cause it
 TOLIMAN_PERIOD_LONG = 2048
 TOLIMAN_PERIOD_ANNUAL = 4096
 
@@ -2400,24 +2400,24 @@ class toliman_track_options(Sized):
         toliman_track_load_options: 0 = the folder has no system. Since 0.2
     setup_folder: NULL, or an existing folder: a new folder takes its clock table, system and plate scale, with nf = 0 also its
         grid, and with stamp = 0 its stamp and exposure_s. For a merge. Since 0.2.
-    trend_start: Nuisance functions, fitted with the mean at each frequency (period_nuisance.h). The default in a new folder, and
-        in a rebuild with sky, is the errors of the orbit with sky (toliman_sky_set_columns), without it the mean alone;
-        otherwise the functions of the folder remain. With TOLIMAN_PERIOD_FIXED_MEAN there are none. Since 0.2.
-          trend             1 to 8: a trend of this order, and no errors of the orbit; -1: the mean alone; 0 = the
-                            default
+    trend_start: Nuisance functions, fitted with the mean at each frequency (period_nuisance.h). With TOLIMAN_PERIOD_FIXED_MEAN
+        there are none. Since 0.2.
+          trend              1 to 8: a trend of this order; -1: none, the mean alone; 0 = those of the folder. In a new
+                             folder, and in a rebuild with sky, 0 = with sky the errors of its orbit
+                             (toliman_sky_set_columns), otherwise none
           trend_start, _end  span of the trend, in units of unit_ns since time_offset_ns. A frame outside is rejected
-                            with REASON_CLOCK. Both 0 = from -0.05/df to 0.15/df, twice the time span of the grid
-          scale_sigma       standard deviation of the relative error of the plate scale, in [0, 1); 0 = that of the
-                            folder; in a new folder no error
-    trend_end: Nuisance functions, fitted with the mean at each frequency (period_nuisance.h). The default in a new folder, and
-        in a rebuild with sky, is the errors of the orbit with sky (toliman_sky_set_columns), without it the mean alone;
-        otherwise the functions of the folder remain. With TOLIMAN_PERIOD_FIXED_MEAN there are none. Since 0.2.
-          trend             1 to 8: a trend of this order, and no errors of the orbit; -1: the mean alone; 0 = the
-                            default
+                             with REASON_CLOCK. Both 0 = from -0.05/df to 0.15/df, twice the time span of the grid
+          scale_sigma        standard deviation of the relative error of the plate scale, in [0, 1); 0 = that of the
+                             folder; in a new folder no error
+    trend_end: Nuisance functions, fitted with the mean at each frequency (period_nuisance.h). With TOLIMAN_PERIOD_FIXED_MEAN
+        there are none. Since 0.2.
+          trend              1 to 8: a trend of this order; -1: none, the mean alone; 0 = those of the folder. In a new
+                             folder, and in a rebuild with sky, 0 = with sky the errors of its orbit
+                             (toliman_sky_set_columns), otherwise none
           trend_start, _end  span of the trend, in units of unit_ns since time_offset_ns. A frame outside is rejected
-                            with REASON_CLOCK. Both 0 = from -0.05/df to 0.15/df, twice the time span of the grid
-          scale_sigma       standard deviation of the relative error of the plate scale, in [0, 1); 0 = that of the
-                            folder; in a new folder no error"""
+                             with REASON_CLOCK. Both 0 = from -0.05/df to 0.15/df, twice the time span of the grid
+          scale_sigma        standard deviation of the relative error of the plate scale, in [0, 1); 0 = that of the
+                             folder; in a new folder no error"""
 
     _fields_ = [
         ("struct_size", c_uint32),
