@@ -72,12 +72,6 @@ class Reductions {
     std::array<std::vector<double>, kNames.size()> columns_;
 };
 
-// Of a line, in units of unit_ns of TAI since offset_ns.
-double time_of(const toliman_track_record &line, int64_t offset_ns, double unit_ns) {
-    const long double elapsed = static_cast<long double>(line.tai_ns) - static_cast<long double>(offset_ns);
-    return static_cast<double>(elapsed / static_cast<long double>(unit_ns));
-}
-
 bool is_known(const toliman_track_record &line) noexcept {
     return line.verdict == TOLIMAN_TRACK_VERDICT_ACCEPTED || line.verdict == TOLIMAN_TRACK_VERDICT_OUTLIER ||
            line.verdict == TOLIMAN_TRACK_VERDICT_UNREDUCED || line.verdict == TOLIMAN_TRACK_VERDICT_QUARANTINED;
@@ -147,8 +141,7 @@ void print_series(const toliman::tracker &tracker, const toliman_track_options &
         [&](const toliman_track_record &line, std::string &text) {
             if (line.verdict != TOLIMAN_TRACK_VERDICT_ACCEPTED)
                 return;
-            text += formatted("%.17g,%.17g,%.17g\n", time_of(line, how.time_offset_ns, how.unit_ns), line.value,
-                              line.sigma);
+            text += formatted("%.17g,%.17g,%.17g\n", time_of(line, how), line.value, line.sigma);
         },
         print);
 }

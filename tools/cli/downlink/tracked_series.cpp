@@ -27,11 +27,6 @@ std::vector<double> derivatives(const toliman::tracker &tracker, int32_t element
     return values;
 }
 
-double time_of(const toliman_track_record &line, const toliman_track_options &how) {
-    const long double elapsed = static_cast<long double>(line.tai_ns) - static_cast<long double>(how.time_offset_ns);
-    return static_cast<double>(elapsed / static_cast<long double>(how.unit_ns));
-}
-
 Nuisance functions_of(const toliman::tracker &tracker, const toliman_track_options &how) {
     const toliman_period *period = nullptr;
     toliman::check(toliman_track_get_period(tracker.get(), &period));
@@ -46,6 +41,11 @@ Nuisance functions_of(const toliman::tracker &tracker, const toliman_track_optio
 }
 
 } // namespace
+
+double time_of(const toliman_track_record &line, const toliman_track_options &how) {
+    const long double elapsed = static_cast<long double>(line.tai_ns) - static_cast<long double>(how.time_offset_ns);
+    return static_cast<double>(elapsed / static_cast<long double>(how.unit_ns));
+}
 
 std::vector<NuisanceColumn> element_columns(const toliman::tracker &tracker) {
     const toliman_track_info info = info_of(tracker);

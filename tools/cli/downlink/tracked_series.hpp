@@ -8,6 +8,9 @@
 
 namespace cli {
 
+// Of a record, in units of unit_ns of TAI since time_offset_ns.
+double time_of(const toliman_track_record &line, const toliman_track_options &how);
+
 // The columns of the periodogram: elements of the orbit whose errors are fitted. The coefficients are in px, the errors
 // in units of the elements.
 std::vector<NuisanceColumn> element_columns(const toliman::tracker &tracker);
