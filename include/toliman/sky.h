@@ -177,6 +177,8 @@ typedef struct toliman_sky_info {
     int64_t first_ns, last_ns; /* first and last usable time of the observer file; 0 without one */
     uint64_t orbit_digest;     /* FNV-1a hash of the orbital elements: the reference orbit of geometric_arcsec */
     char name[72];             /* name of the system; "" if the file has none */
+    double parallax_arcsec;    /* of the barycentre */
+    double star_mass[2];       /* of A and B, solar masses */
 } toliman_sky_info;
 #define TOLIMAN_SKY_INFO_INIT TOLIMAN_INIT(toliman_sky_info)
 

@@ -16,6 +16,7 @@ template <> inline constexpr size_t kOldest<toliman_components_options> = offset
 template <> inline constexpr size_t kOldest<toliman_linear_options> = offsetof(toliman_linear_options, log);
 template <> inline constexpr size_t kOldest<toliman_track_options> = offsetof(toliman_track_options, stamp);
 template <> inline constexpr size_t kOldest<toliman_track_info> = offsetof(toliman_track_info, unreduced);
+template <> inline constexpr size_t kOldest<toliman_sky_info> = offsetof(toliman_sky_info, parallax_arcsec);
 template <> inline constexpr size_t kOldest<toliman_period_options> = offsetof(toliman_period_options, trend);
 template <> inline constexpr size_t kOldest<toliman_period_info> = offsetof(toliman_period_info, trend);
 template <>

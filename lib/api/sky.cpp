@@ -286,6 +286,9 @@ toliman_status toliman_sky_get_info(const toliman_sky *sky, toliman_sky_info *ou
             info.last_ns = file->segments().back().last_ns;
         }
         info.orbit_digest = fnv1a(elements_of(predictor.system().value.orbit), kFnvOffset);
+        info.parallax_arcsec = predictor.system().value.barycentre.parallax_mas / 1000;
+        info.star_mass[0] = predictor.system().value.masses.a_sun;
+        info.star_mass[1] = predictor.system().value.masses.b_sun;
         predictor.system().name.copy(info.name, sizeof info.name - 1);
         deliver(info, out, "out");
     });

@@ -81,6 +81,7 @@ static void a_text_is_the_system(void **state) {
     assert_ok(toliman_sky_get_element(made, 0, &period, NULL));
     assert_string_equal(info.name, "a binary");
     assert_true(period == 80);
+    assert_true(info.parallax_arcsec == 0.75 && info.star_mass[0] == 1.1 && info.star_mass[1] == 0.9);
     toliman_sky_destroy(made);
     made = NULL;
     assert_fails(toliman_sky_create("{", NULL, &made), TOLIMAN_E_FORMAT, "system: ");
