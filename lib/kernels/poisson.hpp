@@ -15,7 +15,8 @@ struct NoiseKey {
     uint32_t stream; // < 2^16; one per use of a seed, so that uses are independent
 };
 constexpr uint32_t kStreamPhotons = 0, kStreamReadout = 1, kStreamWeights = 2, kStreamFlat = 3, kStreamSystematics = 4,
-                   kStreamAtoms = 5, kStreamShuffle = 6, kStreamBootstrap = 7, kStreamResponse = 8, kStreamProbe = 9;
+                   kStreamAtoms = 5, kStreamShuffle = 6, kStreamBootstrap = 7, kStreamResponse = 8, kStreamProbe = 9,
+                   kStreamPosterior = 10, kStreamInjection = 11, kStreamInjectionNoise = 12;
 
 struct PoissonKernels {
     // Given     mean [count], each in [0, 1e12]; first_pixel, the pixel number of mean[0] (below 2^32)

@@ -1,0 +1,52 @@
+// Detection of a sinusoid in the residuals of known planets: false alarm probability, upper limits.
+#pragma once
+#include <cstddef>
+
+#include "planet/lattice.hpp"
+
+namespace toliman::planet {
+
+// The grid of frequencies of a search: 1/(10 span) apart.
+struct DetectionGrid {
+    double first, step;
+    size_t count;
+
+    DetectionGrid(const Series &series, const Prior &prior) noexcept;
+    double at(size_t i) const noexcept { return first + step * static_cast<double>(i); }
+};
+
+// Normal equations of a circular orbit along the mean axis.
+struct CircularPair {
+    double right[2], xx, xy, yy;
+
+    // Squared length of what is left of cosine * C + sine * S.
+    double square(double cosine, double sine) const noexcept {
+        return xx * cosine * cosine + 2 * xy * cosine * sine + yy * sine * sine;
+    }
+};
+
+class Detection {
+  public:
+    // fap: that of a detection. The problem and the design must outlive the object.
+    Detection(const Problem &problem, const Design &design, double fap);
+
+    const Problem &problem() const noexcept { return problem_; }
+    const Design &design() const noexcept { return design_; }
+    const DetectionGrid &grid() const noexcept { return grid_; }
+    // log10 of 1 - power at the threshold.
+    double log10_threshold() const noexcept { return log10_threshold_; }
+    CircularPair pair_at(double frequency) const;
+
+    // log10 of the false alarm probability of the highest power.
+    double log10_fap() const;
+    // Amplitude below which the posterior of a circular orbit has this probability, with a uniform prior.
+    double upper(double frequency, double probability) const;
+
+  private:
+    const Problem &problem_;
+    const Design &design_;
+    DetectionGrid grid_;
+    double log10_threshold_;
+};
+
+} // namespace toliman::planet

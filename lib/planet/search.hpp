@@ -1,0 +1,58 @@
+// Search for planets, one at a time, and their posteriors with all others.
+#pragma once
+#include <memory>
+#include <vector>
+
+#include "planet/detection.hpp"
+#include "planet/joint_fit.hpp"
+#include "planet/mass.hpp"
+#include "planet/posterior.hpp"
+
+namespace toliman::planet {
+
+// What the caller asks for; 0: the default.
+struct Settings {
+    size_t most = 1;
+    unsigned threads = 0;
+    bool jitter = false;
+    Units units;
+    double period_min = 0, period_max = 0, eccentricity_max = 0, amplitude_min = 0, amplitude_max = 0, jitter_max = 0;
+    double threshold = 2, fap = 1e-3;
+    size_t samples = 4096;
+    uint64_t seed = 0;
+    Progress progress;
+};
+
+// Numbers by which people describe an orbit: period, eccentricity, periastron in deg, epoch about the time reference,
+// amplitude.
+constexpr size_t kDescribed = 5;
+using Description = std::array<double, kDescribed>;
+Description describe(const Planet &planet) noexcept;
+
+struct Candidate {
+    FittedPlanet fitted; // of the joint fit
+    double log10_bayes, log10_fap;
+    std::vector<PosteriorSample> samples;
+    Description best, best_error;
+    double power_left;
+};
+
+// Searches, and keeps what later questions need.
+struct Result {
+    Result(const GivenSeries &given, const Settings &settings);
+    Result(const Result &) = delete; // the members refer to each other
+    Result &operator=(const Result &) = delete;
+
+    Series series;
+    Settings settings; // with defaults replaced
+    Prior prior;
+    std::vector<Candidate> candidates;
+    size_t planets = 0; // the first of the candidates
+    // The joint fit of the planets, and its residuals.
+    std::unique_ptr<JointFunctions> functions;
+    std::unique_ptr<Problem> rest;
+    std::unique_ptr<Design> design;
+    Buffer<double> residuals; // [n]
+};
+
+} // namespace toliman::planet

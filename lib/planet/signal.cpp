@@ -1,0 +1,68 @@
+// Method: with the distance r towards the true anomaly nu, in units of the semi-major axis, x = r cos nu and
+// y = r sin nu, the coordinate along an axis is
+//     alpha r cos(nu + w) = c_0 x + c_1 y,    c_0 = alpha cos w,    c_1 = -alpha sin w;
+// of a velocity K (cos(nu + w) + e cos w) with x = cos nu + e and y = sin nu. If the position angle of the axis is the
+// mean plus d, the coordinate is cos d times that along the mean axis plus sin d times that across: the four
+// amplitudes are the Thiele-Innes constants in the frame of the mean axis.
+#include "planet/signal.hpp"
+
+#include <cmath>
+
+#include "kernels/kepler_rows.hpp"
+
+namespace toliman::planet {
+
+namespace {
+
+void set_plane(bool velocity, const Orbit &orbit, const double *t, size_t n, double *x, double *y) noexcept {
+    const kernels::KeplerKernels &kernel = kernels::kepler_kernels();
+    (velocity ? kernel.velocity : kernel.position)({orbit.frequency, orbit.anomaly, orbit.eccentricity}, t, n, x, y);
+}
+
+} // namespace
+
+void set_shapes(const Series &series, const Orbit &orbit, double *shapes) noexcept {
+    const size_t rows = series.rows;
+    double *const x = shapes, *const y = shapes + rows;
+    set_plane(series.velocity, orbit, series.t.data(), rows, x, y);
+    if (series.axis_cosine.empty())
+        return;
+    double *const across_x = shapes + 2 * rows, *const across_y = shapes + 3 * rows;
+    const double *const cosine = series.axis_cosine.data(), *const sine = series.axis_sine.data();
+    for (size_t i = 0; i < rows; i++) {
+        across_x[i] = sine[i] * x[i];
+        across_y[i] = sine[i] * y[i];
+        x[i] *= cosine[i];
+        y[i] *= cosine[i];
+    }
+}
+
+Buffer<double> signal_at(const Series &series, const Planet &planet, const double *t, const double *angle, size_t n) {
+    Buffer<double> x(n), y(n), signal(n);
+    set_plane(series.velocity, planet.orbit, t, n, x.data(), y.data());
+    const Amplitudes &c = planet.amplitudes;
+    for (size_t i = 0; i < n; i++) {
+        const double off = angle != nullptr ? angle[i] : 0;
+        signal[i] = std::cos(off) * (c[0] * x[i] + c[1] * y[i]) + std::sin(off) * (c[2] * x[i] + c[3] * y[i]);
+    }
+    return signal;
+}
+
+Buffer<double> signal_of(const Series &series, const Planet &planet) {
+    Buffer<double> shapes(series.amplitudes() * series.rows), signal(series.rows, 0.0);
+    set_shapes(series, planet.orbit, shapes.data());
+    for (size_t j = 0; j < series.amplitudes(); j++)
+        for (size_t i = 0; i < series.n; i++)
+            signal[i] += planet.amplitudes[j] * shapes[j * series.rows + i];
+    return signal;
+}
+
+double amplitude_of(const Amplitudes &amplitudes) noexcept {
+    return std::hypot(amplitudes[0], amplitudes[1]);
+}
+
+double periastron_of(const Amplitudes &amplitudes) noexcept {
+    return std::atan2(-amplitudes[1], amplitudes[0]);
+}
+
+} // namespace toliman::planet

@@ -1,0 +1,44 @@
+// The signal of a planet on a Kepler orbit, as a linear combination of two shapes, or four if the axis turns.
+#pragma once
+#include <array>
+#include <cstddef>
+
+#include "base/buffer.hpp"
+#include "planet/series.hpp"
+
+namespace toliman::planet {
+
+constexpr size_t kMostAmplitudes = 4;
+using Amplitudes = std::array<double, kMostAmplitudes>;
+
+// frequency f in cycles per unit of t; mean anomaly at the time reference, cycles.
+struct Orbit {
+    double frequency, eccentricity, anomaly;
+
+    bool operator==(const Orbit &other) const noexcept {
+        return frequency == other.frequency && eccentricity == other.eccentricity && anomaly == other.anomaly;
+    }
+};
+
+// Signal = c_0 x + c_1 y, and + c_2 x' + c_3 y' if the axis turns: x and y are the position on the orbit towards
+// periastron and 90 deg ahead, along the axis, x' and y' the same across the axis.
+struct Planet {
+    Orbit orbit;
+    Amplitudes amplitudes;
+};
+
+// Writes the shapes at the measurements to shapes [amplitudes][rows]; in the padding, those of the time reference.
+void set_shapes(const Series &series, const Orbit &orbit, double *shapes) noexcept;
+
+// The shapes of an orbit at other times: t [n] about the time reference, n any number; angle [n] from the mean axis,
+// rad, NULL for 0.
+Buffer<double> signal_at(const Series &series, const Planet &planet, const double *t, const double *angle, size_t n);
+
+// The signal at the measurements [rows].
+Buffer<double> signal_of(const Series &series, const Planet &planet);
+
+// Amplitude along the mean axis, in units of the series, and the angle of periastron, rad.
+double amplitude_of(const Amplitudes &amplitudes) noexcept;
+double periastron_of(const Amplitudes &amplitudes) noexcept;
+
+} // namespace toliman::planet
