@@ -1468,6 +1468,159 @@ module toliman
         real(c_double) :: independent = 0.0_c_double
     end type
 
+    ! Flags of toliman_planet_options.
+    ! the series has radial velocities, not separations
+    integer(c_int32_t), parameter, public :: TOLIMAN_PLANET_VELOCITY = 1
+    ! white noise of unknown size is added to the sigmas
+    integer(c_int32_t), parameter, public :: TOLIMAN_PLANET_JITTER = 2
+
+    ! Largest number of planets.
+    integer(c_int32_t), parameter, public :: TOLIMAN_PLANET_MOST = 4
+
+    ! Number of columns of the samples of a posterior.
+    integer(c_int32_t), parameter, public :: TOLIMAN_PLANET_COLUMNS = 8
+
+    ! A series of n measurements, in any order of time. Since 0.2.
+    type, bind(C), public :: toliman_planet_series
+        integer(c_int32_t) :: struct_size = 152
+        integer(c_int32_t) :: trend = 0 ! nuisance functions, as in period_nuisance.h; 0 = none
+        integer(c_int32_t) :: columns = 0
+        integer(c_int32_t) :: reserved = 0
+        integer(c_size_t) :: n = 0
+        type(c_ptr) :: t = c_null_ptr ! [n], times in units of time_unit_days
+        type(c_ptr) :: y = c_null_ptr ! [n], values in units of `unit`
+        type(c_ptr) :: sigma = c_null_ptr ! [n], absolute standard deviations; NULL only with TOLIMAN_PLANET_JITTER
+        type(c_ptr) :: rows = c_null_ptr ! [n][columns], values of the columns; NULL if there are none
+        ! [n], position angles of B from A (geometric_angle_deg of sky.h); NULL = the axis is fixed, as it must be for
+        ! velocities
+        type(c_ptr) :: position_angle_deg = c_null_ptr
+        real(c_double) :: trend_start = 0.0_c_double ! span of the trend; both 0: first and last time
+        real(c_double) :: trend_end = 0.0_c_double
+        ! 1/s_j^2 for the mean, T_1 ... T_trend and the columns; 0 = no prior. That of the mean must be 0
+        real(c_double) :: prior_precision(9) = 0.0_c_double
+    end type
+
+    ! Options of a search. Since 0.2.
+    type, bind(C), public :: toliman_planet_options
+        integer(c_int32_t) :: struct_size = 152
+        integer(c_int32_t) :: flags = 0 ! TOLIMAN_PLANET_VELOCITY, TOLIMAN_PLANET_JITTER
+        integer(c_int32_t) :: max_planets = 0 ! 1 to TOLIMAN_PLANET_MOST; 0 = 1
+        integer(c_int32_t) :: threads = 0 ! worker threads, 0 = one per processor; results do not depend on the number
+        real(c_double) :: time_unit_days = 0.0_c_double ! days per unit of t; 0 = 1
+        ! arcsec (velocities: m/s) per unit of y; 0 = unknown, then masses are NaN
+        real(c_double) :: unit = 0.0_c_double
+        ! of the binary; 0 = unknown, then masses of a separation are NaN. 0 for velocities
+        real(c_double) :: parallax_arcsec = 0.0_c_double
+        ! of A and B, solar masses; 0 = unknown, then the mass for it is NaN. Velocities: of A
+        real(c_double) :: star_mass(2) = 0.0_c_double
+        real(c_double) :: period_min = 0.0_c_double ! in units of t; 0 = 60 d and 1000 d
+        real(c_double) :: period_max = 0.0_c_double
+        real(c_double) :: eccentricity_max = 0.0_c_double ! in [0.001, 0.95]; 0 = 0.95
+        ! range of the scale of the amplitudes, in units of y; set both or none. Default with a known unit of
+        ! separations: 0.05 uas to 5 uas, or to the rms of the series if that is larger. Otherwise: s to 100 s, or to
+        ! the rms, where s is the standard error of an amplitude
+        real(c_double) :: amplitude_min = 0.0_c_double
+        real(c_double) :: amplitude_max = 0.0_c_double
+        ! in units of y; 0 = the rms of the series. Only with TOLIMAN_PLANET_JITTER
+        real(c_double) :: jitter_max = 0.0_c_double
+        ! log10 of the Bayes factor at which a candidate counts as a planet; 0 = 2
+        real(c_double) :: threshold = 0.0_c_double
+        ! FAP of a detection in limits, efficiency and injections; 0 = 0.001
+        real(c_double) :: detection_fap = 0.0_c_double
+        integer(c_int32_t) :: samples = 0 ! samples of each posterior, 100 to 1,000,000; 0 = 4096
+        integer(c_int32_t) :: reserved = 0
+        integer(c_int64_t) :: seed = 0 ! of the samples
+        type(c_funptr) :: progress = c_null_funptr ! may be NULL
+        type(c_ptr) :: progress_data = c_null_ptr
+    end type
+
+    ! Properties of a result. Since 0.2.
+    type, bind(C), public :: toliman_planet_info
+        integer(c_int32_t) :: struct_size = 112 ! in: sizeof(toliman_planet_info)
+        integer(c_int32_t) :: planets = 0 ! candidates with a log10_bayes of at least the threshold
+        ! candidates with a posterior: the planets and, unless max_planets was reached, one more
+        integer(c_int32_t) :: candidates = 0
+        integer(c_int32_t) :: functions = 0 ! mean and nuisance functions
+        real(c_double) :: rms = 0.0_c_double ! weighted rms of the residuals of the joint fit, in units of y
+        ! mean of (residual/sigma)^2, with the jitter in sigma, over n minus the number of functions and numbers of
+        ! planets without a prior
+        real(c_double) :: chi_square = 0.0_c_double
+        ! 16, 50 and 84 % of the jitter in the posterior of the last planet, or of the candidate if there is none; 0
+        ! without it
+        real(c_double) :: jitter(3) = 0.0_c_double
+        real(c_double) :: time_reference = 0.0_c_double ! weighted mean time
+        ! position angle of the mean axis, -180 to 180; NaN if the axis is fixed
+        real(c_double) :: axis_deg = 0.0_c_double
+        ! angle through which the axis turns in the series; 0 if it is fixed
+        real(c_double) :: axis_turn_deg = 0.0_c_double
+        real(c_double) :: period_min = 0.0_c_double ! of the priors, in units of t and y
+        real(c_double) :: period_max = 0.0_c_double
+        real(c_double) :: amplitude_min = 0.0_c_double
+        real(c_double) :: amplitude_max = 0.0_c_double
+    end type
+
+    ! Flag of toliman_planet: more than 1 % of the posterior is within 1 % of period_min, period_max or eccentricity_max.
+    integer(c_int32_t), parameter, public :: TOLIMAN_PLANET_AT_EDGE = 1
+
+    ! A candidate. Three numbers are the 16, 50 and 84 % points of the samples of the posterior. Those of angles and epochs
+    ! are taken within half a turn or half a period of the best fit. Since 0.2.
+    type, bind(C), public :: toliman_planet
+        integer(c_int32_t) :: struct_size = 480 ! in: sizeof(toliman_planet)
+        integer(c_int32_t) :: flags = 0 ! TOLIMAN_PLANET_AT_EDGE
+        real(c_double) :: log10_bayes = 0.0_c_double ! log10 of the Bayes factor, given the other planets
+        ! Baluev's bound of the false alarm probability of the highest power of a sinusoid
+        real(c_double) :: log10_fap = 0.0_c_double
+        real(c_double) :: period(3) = 0.0_c_double ! units of t
+        real(c_double) :: eccentricity(3) = 0.0_c_double
+        real(c_double) :: periastron_deg(3) = 0.0_c_double ! as in the signal described at the top of planet.h
+        ! time of a passage through periastron, within half a period of best[3]
+        real(c_double) :: epoch(3) = 0.0_c_double
+        real(c_double) :: amplitude(3) = 0.0_c_double ! units of y
+        real(c_double) :: mass_a(3) = 0.0_c_double ! Earth masses, times g or sin i, if the planet orbits A
+        real(c_double) :: mass_b(3) = 0.0_c_double ! the same if it orbits B
+        ! joint fit: period, eccentricity, periastron_deg (-180 to 180), epoch (within half a period of
+        ! time_reference), amplitude. It may leave the prior of the period. The two components of the eccentricity
+        ! have priors with a standard deviation of 0.3, the amplitudes one of their own size
+        real(c_double) :: best(5) = 0.0_c_double
+        real(c_double) :: best_error(5) = 0.0_c_double ! standard errors of the joint fit, from its linearisation
+        real(c_double) :: correlation(25) = 0.0_c_double ! [5][5], of the posterior of the same five
+        ! share of the squared signal that the nuisance functions and other planets leave
+        real(c_double) :: power_left = 0.0_c_double
+    end type
+
+    ! Limits at one period, for circular orbits. Since 0.2.
+    type, bind(C), public :: toliman_planet_limit
+        integer(c_int32_t) :: struct_size = 64 ! in: sizeof(toliman_planet_limit)
+        integer(c_int32_t) :: reserved = 0
+        real(c_double) :: period = 0.0_c_double
+        ! amplitude below which the posterior probability is `probability`, with a uniform prior of the amplitude,
+        ! from the residuals of the planets; units of y. +infinity if the functions leave nothing of this period
+        real(c_double) :: upper = 0.0_c_double
+        ! amplitude that a search detects with `probability`, averaged over phase and noise; +infinity if there is
+        ! none
+        real(c_double) :: detectable = 0.0_c_double
+        real(c_double) :: upper_mass_a = 0.0_c_double ! Earth masses, times g or sin i
+        real(c_double) :: upper_mass_b = 0.0_c_double
+        real(c_double) :: detectable_mass_a = 0.0_c_double
+        real(c_double) :: detectable_mass_b = 0.0_c_double
+    end type
+
+    ! Planets that are injected. Since 0.2.
+    type, bind(C), public :: toliman_planet_cell
+        integer(c_int32_t) :: struct_size = 56
+        ! the star that has the planet, 0 = A, 1 = B; sizes are then Earth masses, times g or sin i. -1: sizes are
+        ! amplitudes in units of y
+        integer(c_int32_t) :: star = 0
+        ! in units of t, within the prior; log period is uniform between them
+        real(c_double) :: period_min = 0.0_c_double
+        real(c_double) :: period_max = 0.0_c_double
+        real(c_double) :: size_min = 0.0_c_double ! its logarithm is uniform between them
+        real(c_double) :: size_max = 0.0_c_double
+        integer(c_int32_t) :: circular = 0 ! 1: eccentricity 0. 0: drawn from its prior
+        integer(c_int32_t) :: count = 0 ! number of injections, at most 1,000,000
+        integer(c_int64_t) :: seed = 0
+    end type
+
     ! Flags of toliman_series_options.
     ! a line without newline at its end may be truncated and is malformed
     integer(c_int32_t), parameter, public :: TOLIMAN_SERIES_GROWING = 1
@@ -1575,7 +1728,7 @@ module toliman
 
     ! Properties of a predictor. Since 0.2.
     type, bind(C), public :: toliman_sky_info
-        integer(c_int32_t) :: struct_size = 112 ! in: sizeof(toliman_sky_info)
+        integer(c_int32_t) :: struct_size = 136 ! in: sizeof(toliman_sky_info)
         integer(c_int32_t) :: without = 0 ! effects that are left out
         integer(c_int32_t) :: observer = 0 ! TOLIMAN_SKY_OBSERVER_...
         integer(c_int32_t) :: segments = 0 ! of the observer file; 0 without one
@@ -1584,6 +1737,8 @@ module toliman
         ! FNV-1a hash of the orbital elements: the reference orbit of geometric_arcsec
         integer(c_int64_t) :: orbit_digest = 0
         character(kind=c_char) :: name(72) = c_null_char ! name of the system; "" if the file has none
+        real(c_double) :: parallax_arcsec = 0.0_c_double ! of the barycentre
+        real(c_double) :: star_mass(2) = 0.0_c_double ! of A and B, solar masses
     end type
 
     ! Result of a refit. Since 0.2.
@@ -3479,6 +3634,125 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
+        ! Sets *series, a struct of `size` bytes, to zeros and its struct_size.
+        subroutine toliman_planet_series_init(series, size) bind(C)
+            import
+            integer(c_size_t), value :: size
+            type(toliman_planet_series), intent(inout) :: series
+        end subroutine
+
+        ! Sets *options, a struct of `size` bytes, to the defaults.
+        subroutine toliman_planet_options_init(options, size) bind(C)
+            import
+            integer(c_size_t), value :: size
+            type(toliman_planet_options), intent(inout) :: options
+        end subroutine
+
+        ! Searches a series for planets. options may be NULL The series is copied.
+        function toliman_planet_search(series, options, out) bind(C) result(answer)
+            import
+            type(toliman_planet_series), intent(in) :: series
+            type(toliman_planet_options), intent(in), optional :: options
+            type(c_ptr), intent(out) :: out
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Destroys a result.
+        subroutine toliman_planet_destroy(planets) bind(C)
+            import
+            type(c_ptr), value :: planets
+        end subroutine
+
+        ! Writes the properties to *out, whose struct_size must be set.
+        function toliman_planet_get_info(planets, out) bind(C) result(answer)
+            import
+            type(c_ptr), value :: planets
+            type(toliman_planet_info), intent(inout) :: out
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Writes candidate `index` to *out, whose struct_size must be set.
+        function toliman_planet_get(planets, index, out) bind(C) result(answer)
+            import
+            type(c_ptr), value :: planets
+            integer(c_int32_t), value :: index
+            type(toliman_planet), intent(inout) :: out
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Writes the first `count` samples of the posterior of a candidate, of equal weight and in random order. count
+        ! number of samples, at most `samples` of the options samples [count][TOLIMAN_PLANET_COLUMNS]: period,
+        ! eccentricity, periastron_deg, epoch, amplitude, mass_a, mass_b, jitter Errors: TOLIMAN_E_ARGUMENT for a bad
+        ! index or count.
+        function toliman_planet_get_samples(planets, index, count, samples) bind(C) result(answer)
+            import
+            type(c_ptr), value :: planets
+            integer(c_int32_t), value :: index
+            integer(c_size_t), value :: count
+            real(c_double), intent(out) :: samples(*)
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Writes the signal of a candidate's joint fit at times t[n] to signal[n]. position_angle_deg [n], as in the
+        ! series; NULL = the mean axis, also if the series has none Errors: TOLIMAN_E_ARGUMENT for a bad index,
+        ! position angles of a fixed axis, or numbers that are not finite.
+        function toliman_planet_get_signal(planets, index, t, position_angle_deg, n, signal) bind(C) result(answer)
+            import
+            type(c_ptr), value :: planets
+            integer(c_int32_t), value :: index
+            integer(c_size_t), value :: n
+            real(c_double), intent(in) :: t(*)
+            real(c_double), intent(in), optional :: position_angle_deg(*)
+            real(c_double), intent(out) :: signal(*)
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Writes the residuals of the joint fit of all planets and nuisance functions to residuals[n], in the order of
+        ! the series.
+        function toliman_planet_get_residuals(planets, n, residuals) bind(C) result(answer)
+            import
+            type(c_ptr), value :: planets
+            integer(c_size_t), value :: n
+            real(c_double), intent(out) :: residuals(*)
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Computes limits of one planet more. periods [count], in units of t, within the prior probability in (0, 1),
+        ! for example 0.95 limits [count], with the struct_size of limits[0] set A planet is detected if the highest
+        ! power on the grid of frequencies, 1/(10 T) apart from 1/period_max to 1/period_min, has a FAP (Baluev) of at
+        ! most detection_fap and is within 10 % of its period; T is the last minus the first time.
+        function toliman_planet_get_limits(planets, periods, count, probability, limits) bind(C) result(answer)
+            import
+            type(c_ptr), value :: planets
+            integer(c_size_t), value :: count
+            real(c_double), value :: probability
+            real(c_double), intent(in) :: periods(*)
+            type(toliman_planet_limit), intent(inout) :: limits(*)
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Writes the probability of detecting a circular orbit of this period and amplitude, in units of t and y, to
+        ! *efficiency.
+        function toliman_planet_get_efficiency(planets, period, amplitude, efficiency) bind(C) result(answer)
+            import
+            type(c_ptr), value :: planets
+            real(c_double), value :: period, amplitude
+            real(c_double), intent(out) :: efficiency
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Counts the detections among planets that are injected into white noise of the sigmas and the jitter of the
+        ! series. cell the planets; periastron and epoch are uniform, the amplitude across the mean axis is 0 detected
+        ! receives the number of detections, as defined in toliman_planet_get_limits The series also have errors of
+        ! the functions with a prior, drawn from it, those of the planets that were found among them.
+        function toliman_planet_inject(planets, cell, detected) bind(C) result(answer)
+            import
+            type(c_ptr), value :: planets
+            type(toliman_planet_cell), intent(in) :: cell
+            integer(c_int32_t), intent(out) :: detected
+            integer(c_int32_t) :: answer
+        end function
+
         ! Sets *options, a struct of `size` bytes, to the defaults.
         subroutine toliman_series_options_init(options, size) bind(C)
             import
@@ -4013,6 +4287,18 @@ module toliman
     public :: toliman_period_query_coefficients
     public :: toliman_period_query_fit_rows
     public :: toliman_period_query_sampling
+    public :: toliman_planet_series_init
+    public :: toliman_planet_options_init
+    public :: toliman_planet_search
+    public :: toliman_planet_destroy
+    public :: toliman_planet_get_info
+    public :: toliman_planet_get
+    public :: toliman_planet_get_samples
+    public :: toliman_planet_get_signal
+    public :: toliman_planet_get_residuals
+    public :: toliman_planet_get_limits
+    public :: toliman_planet_get_efficiency
+    public :: toliman_planet_inject
     public :: toliman_series_options_init
     public :: toliman_series_create
     public :: toliman_series_destroy
@@ -4299,6 +4585,25 @@ module toliman
         procedure, private :: periodogram_assign
         generic :: assignment(=) => periodogram_assign
         final :: periodogram_final
+    end type
+
+    ! Result of a search. Several threads may use it at the same time.
+    type, public :: toliman_planet_set
+        type(c_ptr) :: handle = c_null_ptr
+    contains
+        procedure :: search => planet_set_search
+        procedure :: get_info => planet_set_get_info
+        procedure :: get => planet_set_get
+        procedure :: get_samples => planet_set_get_samples
+        procedure :: get_signal => planet_set_get_signal
+        procedure :: get_residuals => planet_set_get_residuals
+        procedure :: get_limits => planet_set_get_limits
+        procedure :: get_efficiency => planet_set_get_efficiency
+        procedure :: inject => planet_set_inject
+        procedure :: destroy => planet_set_destroy
+        procedure, private :: planet_set_assign
+        generic :: assignment(=) => planet_set_assign
+        final :: planet_set_final
     end type
 
     ! Parser of the lines of one series.
@@ -6673,6 +6978,141 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
+    ! Searches a series for planets. options may be NULL The series is copied.
+    subroutine planet_set_search(self, series, options, stat, errmsg)
+        class(toliman_planet_set), intent(inout) :: self
+        type(toliman_planet_series), intent(in) :: series
+        type(toliman_planet_options), intent(in), optional :: options
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        type(c_ptr) :: made
+        integer(c_int32_t) :: status
+        status = toliman_planet_search(series, options, made)
+        if (status == TOLIMAN_OK) then
+            call self%destroy()
+            self%handle = made
+        end if
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Writes the properties to *out, whose struct_size must be set.
+    subroutine planet_set_get_info(self, out, stat, errmsg)
+        class(toliman_planet_set), intent(in) :: self
+        type(toliman_planet_info), intent(inout) :: out
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        call conclude(toliman_planet_get_info(self%handle, out), stat, errmsg)
+    end subroutine
+
+    ! Writes candidate `index` to *out, whose struct_size must be set.
+    subroutine planet_set_get(self, index, out, stat, errmsg)
+        class(toliman_planet_set), intent(in) :: self
+        integer(c_int32_t), intent(in) :: index
+        type(toliman_planet), intent(inout) :: out
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        call conclude(toliman_planet_get(self%handle, index, out), stat, errmsg)
+    end subroutine
+
+    ! Writes the first `count` samples of the posterior of a candidate, of equal weight and in random order. count
+    ! number of samples, at most `samples` of the options samples [count][TOLIMAN_PLANET_COLUMNS]: period,
+    ! eccentricity, periastron_deg, epoch, amplitude, mass_a, mass_b, jitter Errors: TOLIMAN_E_ARGUMENT for a bad
+    ! index or count. samples(8, count).
+    subroutine planet_set_get_samples(self, index, samples, stat, errmsg)
+        class(toliman_planet_set), intent(in) :: self
+        integer(c_int32_t), intent(in) :: index
+        real(c_double), intent(out), contiguous :: samples(:, :)
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_count
+        integer(c_int32_t) :: status
+        of_count = size(samples, 2, c_size_t)
+        if (.not. fits(size(samples, 1, c_size_t), 8_c_size_t, 'samples', 1, stat, errmsg)) return
+        status = toliman_planet_get_samples(self%handle, index, of_count, samples)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Writes the signal of a candidate's joint fit at times t[n] to signal[n]. position_angle_deg [n], as in the
+    ! series; NULL = the mean axis, also if the series has none Errors: TOLIMAN_E_ARGUMENT for a bad index, position
+    ! angles of a fixed axis, or numbers that are not finite. t(n), position_angle_deg(n), signal(n).
+    subroutine planet_set_get_signal(self, index, t, position_angle_deg, signal, stat, errmsg)
+        class(toliman_planet_set), intent(in) :: self
+        integer(c_int32_t), intent(in) :: index
+        real(c_double), intent(in), contiguous :: t(:)
+        real(c_double), intent(in), optional, contiguous :: position_angle_deg(:)
+        real(c_double), intent(out), contiguous :: signal(:)
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_n
+        integer(c_int32_t) :: status
+        of_n = size(t, 1, c_size_t)
+        if (present(position_angle_deg)) then
+            if (.not. fits(size(position_angle_deg, 1, c_size_t), of_n, 'position_angle_deg', 1, stat, &
+            errmsg)) return
+        end if
+        if (.not. fits(size(signal, 1, c_size_t), of_n, 'signal', 1, stat, errmsg)) return
+        status = toliman_planet_get_signal(self%handle, index, t, position_angle_deg, of_n, signal)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Writes the residuals of the joint fit of all planets and nuisance functions to residuals[n], in the order of the
+    ! series. residuals(n).
+    subroutine planet_set_get_residuals(self, residuals, stat, errmsg)
+        class(toliman_planet_set), intent(in) :: self
+        real(c_double), intent(out), contiguous :: residuals(:)
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_n
+        integer(c_int32_t) :: status
+        of_n = size(residuals, 1, c_size_t)
+        status = toliman_planet_get_residuals(self%handle, of_n, residuals)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Computes limits of one planet more. periods [count], in units of t, within the prior probability in (0, 1), for
+    ! example 0.95 limits [count], with the struct_size of limits[0] set A planet is detected if the highest power on
+    ! the grid of frequencies, 1/(10 T) apart from 1/period_max to 1/period_min, has a FAP (Baluev) of at most
+    ! detection_fap and is within 10 % of its period; T is the last minus the first time. periods(count),
+    ! limits(count).
+    subroutine planet_set_get_limits(self, periods, probability, limits, stat, errmsg)
+        class(toliman_planet_set), intent(in) :: self
+        real(c_double), intent(in), contiguous :: periods(:)
+        real(c_double), intent(in) :: probability
+        type(toliman_planet_limit), intent(inout), contiguous :: limits(:)
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_count
+        integer(c_int32_t) :: status
+        of_count = size(periods, 1, c_size_t)
+        if (.not. fits(size(limits, 1, c_size_t), of_count, 'limits', 1, stat, errmsg)) return
+        status = toliman_planet_get_limits(self%handle, periods, of_count, probability, limits)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Writes the probability of detecting a circular orbit of this period and amplitude, in units of t and y, to
+    ! *efficiency.
+    subroutine planet_set_get_efficiency(self, period, amplitude, efficiency, stat, errmsg)
+        class(toliman_planet_set), intent(in) :: self
+        real(c_double), intent(in) :: period, amplitude
+        real(c_double), intent(out) :: efficiency
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        call conclude(toliman_planet_get_efficiency(self%handle, period, amplitude, efficiency), stat, errmsg)
+    end subroutine
+
+    ! Counts the detections among planets that are injected into white noise of the sigmas and the jitter of the
+    ! series. cell the planets; periastron and epoch are uniform, the amplitude across the mean axis is 0 detected
+    ! receives the number of detections, as defined in toliman_planet_get_limits The series also have errors of the
+    ! functions with a prior, drawn from it, those of the planets that were found among them.
+    subroutine planet_set_inject(self, cell, detected, stat, errmsg)
+        class(toliman_planet_set), intent(in) :: self
+        type(toliman_planet_cell), intent(in) :: cell
+        integer(c_int32_t), intent(out) :: detected
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        call conclude(toliman_planet_inject(self%handle, cell, detected), stat, errmsg)
+    end subroutine
+
     ! Creates a parser. options NULL = the defaults.
     subroutine series_parser_create(self, options, stat, errmsg)
         class(toliman_series_parser), intent(inout) :: self
@@ -7291,6 +7731,25 @@ contains
         class(toliman_periodogram), intent(in) :: other
         if (c_associated(self%handle) .or. c_associated(other%handle)) &
             error stop 'libtoliman: a toliman_periodogram cannot be assigned'
+    end subroutine
+
+    ! Destroys the object; create may be called again.
+    impure elemental subroutine planet_set_destroy(self)
+        class(toliman_planet_set), intent(inout) :: self
+        call toliman_planet_destroy(self%handle)
+        self%handle = c_null_ptr
+    end subroutine
+
+    impure elemental subroutine planet_set_final(self)
+        type(toliman_planet_set), intent(inout) :: self
+        call self%destroy()
+    end subroutine
+
+    subroutine planet_set_assign(self, other)
+        class(toliman_planet_set), intent(inout) :: self
+        class(toliman_planet_set), intent(in) :: other
+        if (c_associated(self%handle) .or. c_associated(other%handle)) &
+            error stop 'libtoliman: a toliman_planet_set cannot be assigned'
     end subroutine
 
     ! Destroys the object; create may be called again.

@@ -20,6 +20,7 @@
 #include <toliman/period_noise.h>
 #include <toliman/period_nuisance.h>
 #include <toliman/period_sampling.h>
+#include <toliman/planet.h>
 #include <toliman/series.h>
 #include <toliman/sim.h>
 #include <toliman/sim_derivative.h>

@@ -85,6 +85,9 @@ inline void destroy_ingest(toliman_ingest *ingest) {
 inline void destroy_period(toliman_period *period) {
     toliman_period_destroy(period);
 }
+inline void destroy_planets(toliman_planets *planets) {
+    toliman_planet_destroy(planets);
+}
 inline void destroy_series(toliman_series *series) {
     toliman_series_destroy(series);
 }
@@ -105,6 +108,7 @@ using component_set = handle<toliman_components, destroy_components>;
 using phase_mask = handle<toliman_mask, destroy_mask>;
 using pair_reader = handle<toliman_ingest, destroy_ingest>;
 using periodogram = handle<toliman_period, destroy_period>;
+using planet_set = handle<toliman_planets, destroy_planets>;
 using series_parser = handle<toliman_series, destroy_series>;
 using sky_predictor = handle<toliman_sky, destroy_sky>;
 using tracker = handle<toliman_track, destroy_track>;

@@ -283,6 +283,33 @@ static void search(const char *folder) {
     toliman_period_destroy(period);
 }
 
+static void find_planets(void) {
+    double t[SAMPLES], y[SAMPLES], residuals[SAMPLES], samples[8 * TOLIMAN_PLANET_COLUMNS];
+    toliman_planets *planets = NULL;
+    toliman_planet planet = {.struct_size = sizeof planet};
+    for (int i = 0; i < SAMPLES; i++) {
+        t[i] = 5 * i;
+        y[i] = sin(2 * M_PI * t[i] / 90) + 0.001 * (double)(mixed((uint64_t)i) % 1000);
+    }
+    toliman_planet_series series = {.struct_size = sizeof series, .n = SAMPLES, .t = t, .y = y};
+    toliman_planet_options options;
+    toliman_planet_options_init(&options, sizeof options);
+    options.flags = TOLIMAN_PLANET_JITTER;
+    options.period_max = 150;
+    options.threads = 2;
+    assert_ok(toliman_planet_search(&series, &options, &planets));
+    assert_ok(toliman_planet_get(planets, 0, &planet));
+    assert_close(planet.period[1], 90, 1, 0);
+    result("planet", &planet, sizeof planet);
+    assert_ok(toliman_planet_get_samples(planets, 0, 8, samples));
+    result("samples", samples, sizeof samples);
+    assert_ok(toliman_planet_get_residuals(planets, SAMPLES, residuals));
+    result("residuals", residuals, sizeof residuals);
+    toliman_planet_destroy(planets);
+    t[3] = NAN;
+    refused("time", toliman_planet_search(&series, &options, &planets), TOLIMAN_E_ARGUMENT);
+}
+
 static void follow(const char *folder) {
     static unsigned char bytes[STATE_CAPACITY];
     size_t size;
@@ -343,6 +370,7 @@ static void everything(const char *folder) {
     calibrate(sim, frames, folder);
     toliman_sim_destroy(sim);
     search(folder);
+    find_planets();
     follow(folder);
     free(frames);
     assert_true(callback_bytes > 0);

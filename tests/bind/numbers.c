@@ -211,6 +211,62 @@ static void search(void) {
     toliman_period_destroy(period);
 }
 
+static void find_planets(void) {
+    enum { SERIES = 60 };
+    static double t[SERIES], y[SERIES], sigma[SERIES], rows[SERIES], signal[SERIES],
+        samples[16][TOLIMAN_PLANET_COLUMNS];
+    const double periods[2] = {70, 150};
+    toliman_planets *planets;
+    toliman_planet_series series = TOLIMAN_PLANET_SERIES_INIT;
+    toliman_planet_options options = TOLIMAN_PLANET_OPTIONS_INIT;
+    toliman_planet_info info = TOLIMAN_PLANET_INFO_INIT;
+    toliman_planet planet = TOLIMAN_PLANET_INIT;
+    toliman_planet_limit limits[2] = {TOLIMAN_PLANET_LIMIT_INIT};
+    toliman_planet_cell cell = TOLIMAN_PLANET_CELL_INIT;
+    double efficiency;
+    uint32_t detected;
+    for (int k = 0; k < SERIES; k++) {
+        t[k] = 7 * k;
+        y[k] = (k * 37 % 101) / 101.0 + (7 * k % 90 < 45 ? 2 : 0);
+        sigma[k] = 0.5;
+        rows[k] = k % 5;
+    }
+    series.columns = 1;
+    series.n = SERIES;
+    series.t = t;
+    series.y = y;
+    series.sigma = sigma;
+    series.rows = rows;
+    options.threads = 1;
+    options.period_max = 200;
+    options.samples = 100;
+    MUST(toliman_planet_search(&series, &options, &planets));
+    MUST(toliman_planet_get_info(planets, &info));
+    show("planet_candidates", info.candidates);
+    show("planet_residual_rms", info.rms);
+    MUST(toliman_planet_get(planets, 0, &planet));
+    show("planet_period", planet.period[1]);
+    show("planet_bayes", planet.log10_bayes);
+    MUST(toliman_planet_get_samples(planets, 0, 16, *samples));
+    show("planet_sample", samples[15][4]);
+    MUST(toliman_planet_get_signal(planets, 0, t, NULL, SERIES, signal));
+    show("planet_signal", signal[10]);
+    MUST(toliman_planet_get_residuals(planets, SERIES, y));
+    show("planet_residual", y[10]);
+    MUST(toliman_planet_get_limits(planets, periods, 2, 0.9, limits));
+    show("planet_upper", limits[1].upper);
+    MUST(toliman_planet_get_efficiency(planets, 100, 0.6, &efficiency));
+    show("planet_detected", efficiency);
+    cell.star = -1;
+    cell.period_min = 80;
+    cell.period_max = 120;
+    cell.size_min = cell.size_max = 0.6;
+    cell.count = 20;
+    MUST(toliman_planet_inject(planets, &cell, &detected));
+    show("planet_injected", detected);
+    toliman_planet_destroy(planets);
+}
+
 static void track(const toliman_sim *sim, int64_t rows, int64_t cols) {
     static const int64_t clock[4] = {0, 1000, 1000000000, 1000001000};
     toliman_linear *linear;
@@ -282,6 +338,7 @@ int main(int argc, char **argv) {
     fit_linear(sim, image, info.rows, info.cols);
     search_mask(sim);
     search();
+    find_planets();
     track(sim, info.rows, info.cols);
     free(image);
     toliman_sim_destroy(sim);

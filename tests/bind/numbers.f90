@@ -38,6 +38,7 @@ contains
         call fit_linear(sim, image)
         call search_mask(sim)
         call search()
+        call find_planets()
         call track(sim, image)
     end subroutine
 
@@ -228,6 +229,61 @@ contains
         call period%save(bytes)
         call loaded%load(bytes)
         call show('count', real(loaded%count(), c_double))
+    end subroutine
+
+    subroutine find_planets()
+        integer, parameter :: many = 60
+        type(toliman_planet_set) :: planets
+        type(toliman_planet_series) :: series
+        type(toliman_planet_options) :: options
+        type(toliman_planet_info) :: info
+        type(toliman_planet) :: planet
+        type(toliman_planet_limit) :: limits(2)
+        type(toliman_planet_cell) :: cell
+        real(c_double), target :: t(many), y(many), sigma(many), rows(1, many)
+        real(c_double) :: signal(many), samples(8, 16), efficiency
+        integer(c_int32_t) :: detected
+        integer :: k
+        do k = 0, many - 1
+            t(k + 1) = 7*k
+            y(k + 1) = modulo(k*37, 101)/101d0 + merge(2, 0, modulo(7*k, 90) < 45)
+            sigma(k + 1) = 0.5d0
+            rows(1, k + 1) = modulo(k, 5)
+        end do
+        series%columns = 1
+        series%n = many
+        series%t = c_loc(t)
+        series%y = c_loc(y)
+        series%sigma = c_loc(sigma)
+        series%rows = c_loc(rows)
+        options%threads = 1
+        options%period_max = 200
+        options%samples = 100
+        call planets%search(series, options)
+        call planets%get_info(info)
+        call show('planet_candidates', real(info%candidates, c_double))
+        call show('planet_residual_rms', info%rms)
+        call planets%get(0, planet)
+        call show('planet_period', planet%period(2))
+        call show('planet_bayes', planet%log10_bayes)
+        call planets%get_samples(0, samples)
+        call show('planet_sample', samples(5, 16))
+        call planets%get_signal(0, t, signal=signal)
+        call show('planet_signal', signal(11))
+        call planets%get_residuals(y)
+        call show('planet_residual', y(11))
+        call planets%get_limits([70d0, 150d0], 0.9d0, limits)
+        call show('planet_upper', limits(2)%upper)
+        call planets%get_efficiency(100d0, 0.6d0, efficiency)
+        call show('planet_detected', efficiency)
+        cell%star = -1
+        cell%period_min = 80
+        cell%period_max = 120
+        cell%size_min = 0.6d0
+        cell%size_max = 0.6d0
+        cell%count = 20
+        call planets%inject(cell, detected)
+        call show('planet_injected', real(detected, c_double))
     end subroutine
 
     subroutine track(sim, image)

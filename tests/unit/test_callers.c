@@ -56,6 +56,7 @@ static void defaults_stay_within_their_size(void **state) {
     CHECK_INIT(toliman_period_batch);
     CHECK_INIT(toliman_period_noise);
     CHECK_INIT(toliman_period_noise_bootstrap);
+    CHECK_INIT(toliman_planet);
     CHECK_INIT(toliman_track);
 }
 

@@ -44,6 +44,19 @@ int make_one_of_each() {
     one.count = 1;
     const auto mask = make<phase_mask>(toliman_mask_search, sim.get(), &one);
     const auto period = make<periodogram>(toliman_period_create, 0.0, 0.1, 3, nullptr);
+    double times[10], values[10];
+    for (int i = 0; i < 10; i++) {
+        times[i] = 10 * i;
+        values[i] = i % 3;
+    }
+    auto series = sized<toliman_planet_series>();
+    series.n = 10;
+    series.t = times;
+    series.y = values;
+    auto searching = sized<toliman_planet_options>();
+    searching.flags = TOLIMAN_PLANET_JITTER;
+    searching.threads = 1;
+    const auto planets = make<planet_set>(toliman_planet_search, &series, &searching);
     const EmptyPair files;
     auto reading = sized<toliman_ingest_options>();
     reading.pixel = TOLIMAN_PIXEL_U16;
@@ -56,8 +69,10 @@ int make_one_of_each() {
     const auto track = make<tracker>(toliman_track_create, &options);
     const toliman_period *sums = nullptr;
     check(toliman_track_get_period(track.get(), &sums));
-    return cae && linear && fit && bank && components && mask && period && pair && toliman_period_count(sums) == 0 ? 0
-                                                                                                                   : 1;
+    return cae && linear && fit && bank && components && mask && period && planets && pair &&
+                   toliman_period_count(sums) == 0
+               ? 0
+               : 1;
 }
 
 int a_failure_is_an_exception() {

@@ -9,6 +9,7 @@
 #include <toliman/linear.h>
 #include <toliman/period.h>
 #include <toliman/period_batch.h>
+#include <toliman/planet.h>
 
 enum { SAMPLES = 30, GRID = 20 };
 
@@ -129,6 +130,79 @@ static void grids(void **unused) {
                 assert_refused(toliman_period_push(period, i, i % 3, 1));
         assert_finite_power(period);
         toliman_period_destroy(period);
+    }
+}
+
+/* All that a result of toliman_planet_search reports. */
+static void assert_finite_planets(const toliman_planets *planets) {
+    toliman_planet_info info = {.struct_size = sizeof info};
+    double residuals[SAMPLES], samples[8][TOLIMAN_PLANET_COLUMNS];
+    assert_ok(toliman_planet_get_info(planets, &info));
+    assert_finite((const double[]){info.rms, info.chi_square}, 2);
+    assert_ok(toliman_planet_get_residuals(planets, SAMPLES, residuals));
+    assert_finite(residuals, SAMPLES);
+    for (uint32_t i = 0; i < info.candidates; i++) {
+        toliman_planet planet = {.struct_size = sizeof planet};
+        assert_ok(toliman_planet_get(planets, i, &planet));
+        assert_finite(&planet.log10_bayes, 2);
+        assert_finite(planet.period, 15);
+        assert_finite(planet.best, 5);
+        assert_finite(planet.correlation, 25);
+        assert_ok(toliman_planet_get_samples(planets, i, 8, *samples));
+        for (int k = 0; k < 8; k++)
+            assert_finite(samples[k], 5); /* masses are NaN while the unit is unknown */
+    }
+}
+
+static void series_of_planets(void **unused) {
+    (void)unused;
+    double t[SAMPLES], y[SAMPLES], sigma[SAMPLES], rows[SAMPLES], angles[SAMPLES];
+    double *const arrays[] = {t, y, sigma, rows, angles};
+    static const char *const names[] = {"series->t", "series->y", "series->sigma", "series->rows",
+                                        "series->position_angle_deg"};
+    for (uint64_t storm = 0; storm < storms; storm++) {
+        toliman_planet_series series = {.struct_size = sizeof series,
+                                        .columns = 1,
+                                        .n = SAMPLES,
+                                        .t = t,
+                                        .y = y,
+                                        .sigma = sigma,
+                                        .rows = rows,
+                                        .position_angle_deg = angles};
+        toliman_planet_options options;
+        toliman_planet_options_init(&options, sizeof options);
+        options.threads = 1;
+        options.period_min = 5;
+        options.period_max = 20;
+        options.samples = 100;
+        make_samples(t, y, sigma);
+        for (int i = 0; i < SAMPLES; i++) {
+            rows[i] = i % 4;
+            angles[i] = 0.1 * i;
+        }
+        toliman_planets *planets = NULL;
+        const size_t place = draw(&draws, SAMPLES), which = draw(&draws, 5);
+        const double good = arrays[which][place];
+        arrays[which][place] = wrong_number();
+        assert_refused(toliman_planet_search(&series, &options, &planets));
+        assert_null(planets);
+        assert_true(strncmp(toliman_last_error_field(), names[which], strlen(names[which])) == 0);
+        arrays[which][place] = odd_number();
+        const int32_t status = toliman_planet_search(&series, &options, &planets);
+        if (status == TOLIMAN_OK)
+            assert_finite_planets(planets);
+        else
+            assert_refused(status);
+        toliman_planet_destroy(planets);
+        planets = NULL;
+        arrays[which][place] = good;
+        double *const limits[] = {&options.period_min,    &options.period_max,       &options.eccentricity_max,
+                                  &options.amplitude_min, &options.amplitude_max,    &options.jitter_max,
+                                  &options.threshold,     &options.detection_fap,    &options.unit,
+                                  &series.trend_end,      &series.prior_precision[1]};
+        *limits[draw(&draws, sizeof limits / sizeof *limits)] = wrong_number();
+        assert_refused(toliman_planet_search(&series, &options, &planets));
+        assert_null(planets);
     }
 }
 
@@ -277,9 +351,13 @@ int main(void) {
     const char *given = getenv("TOLIMAN_STORMS");
     storms = given != NULL ? (uint64_t)atoll(given) : storms;
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(periodograms),     cmocka_unit_test(grids),
-        cmocka_unit_test(pixels),           cmocka_unit_test(weights),
-        cmocka_unit_test(frames_of_a_pass), cmocka_unit_test(scenes),
+        cmocka_unit_test(periodograms),
+        cmocka_unit_test(grids),
+        cmocka_unit_test(pixels),
+        cmocka_unit_test(weights),
+        cmocka_unit_test(frames_of_a_pass),
+        cmocka_unit_test(scenes),
+        cmocka_unit_test(series_of_planets),
     };
     return cmocka_run_group_tests(tests, NULL, print_summary);
 }

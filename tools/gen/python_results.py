@@ -46,6 +46,9 @@ RESULTS = {
     "toliman_period_peak": "Peak",
     "toliman_period_sampling": "Sampling",
     "toliman_period_noise": "NoisePeak",
+    "toliman_planet_info": "PlanetInfo",
+    "toliman_planet": "Planet",
+    "toliman_planet_limit": "PlanetLimit",
     "toliman_frame": None,
     "toliman_ingest_event": None,
     "toliman_ingest_info": "PairInfo",
@@ -94,6 +97,7 @@ FLAGS = {
     "toliman_period_noise": ("TOLIMAN_PERIOD_AT_EDGE", "TOLIMAN_PERIOD_COARSE", "TOLIMAN_PERIOD_ABOVE_NYQUIST",
                              "TOLIMAN_PERIOD_LONG"),
     "toliman_period_info": ("TOLIMAN_PERIOD_FIXED_MEAN", "TOLIMAN_PERIOD_DOUBLE_LIMB"),
+    "toliman_planet": ("TOLIMAN_PLANET_AT_EDGE",),
     "toliman_ingest_header_time": ("TOLIMAN_INGEST_ASSUMED", "TOLIMAN_INGEST_EXPIRED"),
     "toliman_bank_result": ("TOLIMAN_BANK_NOT_FITTED", "TOLIMAN_BANK_OUTSIDE", "TOLIMAN_BANK_LOW_EFFICIENCY"),
     "toliman_calibration_info": ("TOLIMAN_CALIBRATION_NOT_CONVERGED", "TOLIMAN_CALIBRATION_INCOMPLETE",
@@ -142,7 +146,8 @@ def members(model, item, field):
 
 def one_line(text):
     """Returns a comment on one line, with the names of C replaced by those of Python."""
-    text = " ".join(text.split()).replace("flag: ", "").removeprefix("Flag of ")
+    text = " ".join(text.split()).replace("flag: ", "")
+    text = re.sub(r"^Flag of (?:toliman_\w+: )?", "", text)
     text = re.sub(rf"TOLIMAN_(?:{ENUMERATIONS}|[A-Z]+)_(\.\.\.|[A-Z_0-9]+)", lambda match: match.group(1).lower(), text)
     text = text.replace("toliman_period_query_fap of log10_residual, SEQUENTIAL", 'log10_fap(log10_residual, "sequential")')
     text = re.sub(r"\b(?:toliman_period_)?query_(\w+)", r"\1", text)

@@ -4,8 +4,8 @@ from ._library import (Cancelled, CapacityError, Error, InputError, LostError, N
 from ._results import (BankInfo, BankNetwork, BankPlan, BankResult, Bounds, BudgetRow, BudgetStep, BudgetSummary,
                        CalibrationInfo, CalibrationStep, CalibrationValue, CalibrationWindow, ComponentsInfo,
                        ComponentsTraining, FitInfo, FitResult, HeaderTime, Machine, MaskInfo, Model, NetworkInfo,
-                       Outcome, PairInfo, Parameter, PeriodogramInfo, Plan, Refit, Sampling, SceneInfo, SkyInfo,
-                       SkyPrediction, Stream, TrackInfo, Training)
+                       Outcome, PairInfo, Parameter, PeriodogramInfo, Plan, Planet, PlanetInfo, PlanetLimit, Refit, Sampling,
+                       SceneInfo, SkyInfo, SkyPrediction, Stream, TrackInfo, Training)
 from .bank import Bank
 from .budget import Budget
 from .cae import CAE, Reconstruction
@@ -17,6 +17,7 @@ from .machine import blas_speed, machine
 from .mask import FoundMask, search_mask
 from .noise import NoiseSearch, bootstrap_correlated, search_correlated
 from .periodogram import AccuracyWarning, Grid, Peak, Periodogram, batch, period, suited_grid
+from .planet import Planets, planets
 from .sim import Simulator, Spectrum, parameters, plan, shipped_scenes
 from .sky import Sky
 from .times import parse_time, read_clock, read_header, read_on_target
@@ -30,9 +31,10 @@ __all__ = [
     "CalibrationWindow", "Cancelled", "CapacityError",
     "Components", "ComponentsInfo", "ComponentsTraining", "Error", "Estimate", "Fit", "FitInfo", "FitResult", "FoundMask", "Frame", "Grid", "HeaderTime",
     "InputError", "LostError", "Machine", "MaskInfo", "Model", "NetworkInfo", "NoiseSearch", "NoMemoryError", "NotFoundError", "Outcome",
-    "Pair", "PairEvent", "PairInfo", "Parameter", "Peak", "Periodogram", "PeriodogramInfo", "Plan", "REASONS", "Reconstruction", "Refit",
+    "Pair", "PairEvent", "PairInfo", "Parameter", "Peak", "Periodogram", "PeriodogramInfo", "Plan", "Planet", "PlanetInfo", "PlanetLimit",
+    "Planets", "REASONS", "Reconstruction", "Refit",
     "Sampling", "SceneInfo", "Simulator", "Sky", "SkyInfo", "SkyPrediction", "Spectrum", "StateError", "Stream", "Template", "TrackInfo", "Tracker",
     "Training", "UnsupportedError", "VERDICTS", "WriteError", "abi_version", "batch", "blas_speed", "bootstrap_correlated", "calibrate", "library_path",
-    "machine", "parameters", "parse_time", "period", "plan", "read_clock", "read_header", "read_on_target", "search_correlated", "search_mask", "shipped_scenes", "suited_grid",
+    "machine", "parameters", "parse_time", "period", "plan", "planets", "read_clock", "read_header", "read_on_target", "search_correlated", "search_mask", "shipped_scenes", "suited_grid",
     "version",
 ]

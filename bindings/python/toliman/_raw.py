@@ -2035,6 +2035,236 @@ class toliman_period_sampling(Sized):
     ]
 
 
+class toliman_planets(Structure):
+    """Result of a search. Several threads may use it at the same time."""
+
+
+# Flags of toliman_planet_options.
+TOLIMAN_PLANET_VELOCITY = 1  # the series has radial velocities, not separations
+TOLIMAN_PLANET_JITTER = 2  # white noise of unknown size is added to the sigmas
+
+# Largest number of planets.
+TOLIMAN_PLANET_MOST = 4
+
+# Number of columns of the samples of a posterior.
+TOLIMAN_PLANET_COLUMNS = 8
+
+
+class toliman_planet_series(Sized):
+    """A series of n measurements, in any order of time. Since 0.2.
+    trend: nuisance functions, as in period_nuisance.h; 0 = none
+    columns: nuisance functions, as in period_nuisance.h; 0 = none
+    t: [n], times in units of time_unit_days
+    y: [n], values in units of `unit`
+    sigma: [n], absolute standard deviations; NULL only with TOLIMAN_PLANET_JITTER
+    rows: [n][columns], values of the columns; NULL if there are none
+    position_angle_deg: [n], position angles of B from A (geometric_angle_deg of sky.h); NULL = the
+        axis is fixed, as it must be for velocities
+    trend_start: span of the trend; both 0: first and last time
+    trend_end: span of the trend; both 0: first and last time
+    prior_precision: 1/s_j^2 for the mean, T_1 ... T_trend and the columns; 0 = no prior. That of
+        the mean must be 0"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("trend", c_int32),
+        ("columns", c_int32),
+        ("reserved", c_uint32),
+        ("n", c_size_t),
+        ("t", POINTER(c_double)),
+        ("y", POINTER(c_double)),
+        ("sigma", POINTER(c_double)),
+        ("rows", POINTER(c_double)),
+        ("position_angle_deg", POINTER(c_double)),
+        ("trend_start", c_double),
+        ("trend_end", c_double),
+        ("prior_precision", c_double * 9),
+    ]
+
+
+class toliman_planet_options(Sized):
+    """Options of a search. Since 0.2.
+    flags: TOLIMAN_PLANET_VELOCITY, TOLIMAN_PLANET_JITTER
+    max_planets: 1 to TOLIMAN_PLANET_MOST; 0 = 1
+    threads: worker threads, 0 = one per processor; results do not depend on the number
+    time_unit_days: days per unit of t; 0 = 1
+    unit: arcsec (velocities: m/s) per unit of y; 0 = unknown, then masses are NaN
+    parallax_arcsec: of the binary; 0 = unknown, then masses of a separation are NaN. 0 for velocities
+    star_mass: of A and B, solar masses; 0 = unknown, then the mass for it is NaN. Velocities: of A
+    period_min: in units of t; 0 = 60 d and 1000 d
+    period_max: in units of t; 0 = 60 d and 1000 d
+    eccentricity_max: in [0.001, 0.95]; 0 = 0.95
+    amplitude_min: range of the scale of the amplitudes, in units of y; set both or none.
+        Default with a known unit of separations: 0.05 uas to 5 uas, or to the rms
+        of the series if that is larger. Otherwise: s to 100 s, or to the rms,
+        where s is the standard error of an amplitude
+    amplitude_max: range of the scale of the amplitudes, in units of y; set both or none.
+        Default with a known unit of separations: 0.05 uas to 5 uas, or to the rms
+        of the series if that is larger. Otherwise: s to 100 s, or to the rms,
+        where s is the standard error of an amplitude
+    jitter_max: in units of y; 0 = the rms of the series. Only with TOLIMAN_PLANET_JITTER
+    threshold: log10 of the Bayes factor at which a candidate counts as a planet; 0 = 2
+    detection_fap: FAP of a detection in limits, efficiency and injections; 0 = 0.001
+    samples: samples of each posterior, 100 to 1,000,000; 0 = 4096
+    seed: of the samples
+    progress: may be NULL"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("flags", c_uint32),
+        ("max_planets", c_uint32),
+        ("threads", c_uint32),
+        ("time_unit_days", c_double),
+        ("unit", c_double),
+        ("parallax_arcsec", c_double),
+        ("star_mass", c_double * 2),
+        ("period_min", c_double),
+        ("period_max", c_double),
+        ("eccentricity_max", c_double),
+        ("amplitude_min", c_double),
+        ("amplitude_max", c_double),
+        ("jitter_max", c_double),
+        ("threshold", c_double),
+        ("detection_fap", c_double),
+        ("samples", c_uint32),
+        ("reserved", c_uint32),
+        ("seed", c_uint64),
+        ("progress", toliman_progress_fn),
+        ("progress_data", c_void_p),
+    ]
+
+
+class toliman_planet_info(Sized):
+    """Properties of a result. Since 0.2.
+    struct_size: in: sizeof(toliman_planet_info)
+    planets: candidates with a log10_bayes of at least the threshold
+    candidates: candidates with a posterior: the planets and, unless max_planets was reached, one more
+    functions: mean and nuisance functions
+    rms: weighted rms of the residuals of the joint fit, in units of y
+    chi_square: mean of (residual/sigma)^2, with the jitter in sigma, over n minus the number of
+        functions and numbers of planets without a prior
+    jitter: 16, 50 and 84 % of the jitter in the posterior of the last planet, or of the candidate
+        if there is none; 0 without it
+    time_reference: weighted mean time
+    axis_deg: position angle of the mean axis, -180 to 180; NaN if the axis is fixed
+    axis_turn_deg: angle through which the axis turns in the series; 0 if it is fixed
+    period_min: of the priors, in units of t and y
+    period_max: of the priors, in units of t and y
+    amplitude_min: of the priors, in units of t and y
+    amplitude_max: of the priors, in units of t and y"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("planets", c_uint32),
+        ("candidates", c_uint32),
+        ("functions", c_uint32),
+        ("rms", c_double),
+        ("chi_square", c_double),
+        ("jitter", c_double * 3),
+        ("time_reference", c_double),
+        ("axis_deg", c_double),
+        ("axis_turn_deg", c_double),
+        ("period_min", c_double),
+        ("period_max", c_double),
+        ("amplitude_min", c_double),
+        ("amplitude_max", c_double),
+    ]
+
+
+# Flag of toliman_planet: more than 1 % of the posterior is within 1 % of period_min, period_max or eccentricity_max.
+TOLIMAN_PLANET_AT_EDGE = 1
+
+
+class toliman_planet(Sized):
+    """A candidate. Three numbers are the 16, 50 and 84 % points of the samples of the posterior. Those of angles and epochs
+    are taken within half a turn or half a period of the best fit. Since 0.2.
+    struct_size: in: sizeof(toliman_planet)
+    flags: TOLIMAN_PLANET_AT_EDGE
+    log10_bayes: log10 of the Bayes factor, given the other planets
+    log10_fap: Baluev's bound of the false alarm probability of the highest power of a sinusoid
+    period: units of t
+    periastron_deg: as in the signal described at the top of planet.h
+    epoch: time of a passage through periastron, within half a period of best[3]
+    amplitude: units of y
+    mass_a: Earth masses, times g or sin i, if the planet orbits A
+    mass_b: the same if it orbits B
+    best: joint fit: period, eccentricity, periastron_deg (-180 to 180), epoch (within half a
+        period of time_reference), amplitude. It may leave the prior of the period. The two
+        components of the eccentricity have priors with a standard deviation of 0.3, the
+        amplitudes one of their own size
+    best_error: standard errors of the joint fit, from its linearisation
+    correlation: [5][5], of the posterior of the same five
+    power_left: share of the squared signal that the nuisance functions and other planets leave"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("flags", c_uint32),
+        ("log10_bayes", c_double),
+        ("log10_fap", c_double),
+        ("period", c_double * 3),
+        ("eccentricity", c_double * 3),
+        ("periastron_deg", c_double * 3),
+        ("epoch", c_double * 3),
+        ("amplitude", c_double * 3),
+        ("mass_a", c_double * 3),
+        ("mass_b", c_double * 3),
+        ("best", c_double * 5),
+        ("best_error", c_double * 5),
+        ("correlation", c_double * 25),
+        ("power_left", c_double),
+    ]
+
+
+class toliman_planet_limit(Sized):
+    """Limits at one period, for circular orbits. Since 0.2.
+    struct_size: in: sizeof(toliman_planet_limit)
+    upper: amplitude below which the posterior probability is `probability`, with a uniform prior of the
+        amplitude, from the residuals of the planets; units of y. +infinity if the functions leave
+        nothing of this period
+    detectable: amplitude that a search detects with `probability`, averaged over phase and noise; +infinity
+        if there is none
+    upper_mass_a: Earth masses, times g or sin i
+    upper_mass_b: Earth masses, times g or sin i
+    detectable_mass_a: Earth masses, times g or sin i
+    detectable_mass_b: Earth masses, times g or sin i"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("period", c_double),
+        ("upper", c_double),
+        ("detectable", c_double),
+        ("upper_mass_a", c_double),
+        ("upper_mass_b", c_double),
+        ("detectable_mass_a", c_double),
+        ("detectable_mass_b", c_double),
+    ]
+
+
+class toliman_planet_cell(Sized):
+    """Planets that are injected. Since 0.2.
+    star: the star that has the planet, 0 = A, 1 = B; sizes are then Earth masses, times g
+        or sin i. -1: sizes are amplitudes in units of y
+    period_min: in units of t, within the prior; log period is uniform between them
+    period_max: in units of t, within the prior; log period is uniform between them
+    size_min: its logarithm is uniform between them
+    size_max: its logarithm is uniform between them
+    circular: 1: eccentricity 0. 0: drawn from its prior
+    count: number of injections, at most 1,000,000"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("star", c_int32),
+        ("period_min", c_double),
+        ("period_max", c_double),
+        ("size_min", c_double),
+        ("size_max", c_double),
+        ("circular", c_uint32),
+        ("count", c_uint32),
+        ("seed", c_uint64),
+    ]
+
+
 class toliman_series(Structure):
     """Parser of the lines of one series."""
 
@@ -2192,7 +2422,9 @@ class toliman_sky_info(Sized):
     first_ns: first and last usable time of the observer file; 0 without one
     last_ns: first and last usable time of the observer file; 0 without one
     orbit_digest: FNV-1a hash of the orbital elements: the reference orbit of geometric_arcsec
-    name: name of the system; "" if the file has none"""
+    name: name of the system; "" if the file has none
+    parallax_arcsec: of the barycentre
+    star_mass: of A and B, solar masses"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -2203,6 +2435,8 @@ class toliman_sky_info(Sized):
         ("last_ns", c_int64),
         ("orbit_digest", c_uint64),
         ("name", c_char * 72),
+        ("parallax_arcsec", c_double),
+        ("star_mass", c_double * 2),
     ]
 
 
@@ -2716,6 +2950,15 @@ OF_OBJECTS = {
     "toliman_period_query_coefficients": False,
     "toliman_period_query_fit_rows": False,
     "toliman_period_query_sampling": False,
+    "toliman_planet_destroy": True,
+    "toliman_planet_get_info": False,
+    "toliman_planet_get": False,
+    "toliman_planet_get_samples": False,
+    "toliman_planet_get_signal": False,
+    "toliman_planet_get_residuals": False,
+    "toliman_planet_get_limits": False,
+    "toliman_planet_get_efficiency": False,
+    "toliman_planet_inject": False,
     "toliman_series_destroy": True,
     "toliman_series_parse": True,
     "toliman_series_get_info": False,
@@ -4478,6 +4721,122 @@ the mean. Since 0.2.""",
         """Writes the sampling diagnostics to *out, whose struct_size must be set. t[n] are the pushed times (only n is
 checked); the step is their median step. If t is NULL, the times are assumed regular with T from their variance;
 nyquist is then too low for grouped samples. Evaluates every frequency, as toliman_period_query_power does.""",
+    ),
+    "toliman_planet_series_init": (
+        None, (("series", POINTER(toliman_planet_series)), ("size", c_size_t)),
+        """Sets *series, a struct of `size` bytes, to zeros and its struct_size. Since 0.2.""",
+    ),
+    "toliman_planet_options_init": (
+        None, (("options", POINTER(toliman_planet_options)), ("size", c_size_t)),
+        """Sets *options, a struct of `size` bytes, to the defaults. Since 0.2.""",
+    ),
+    "toliman_planet_search": (
+        c_int32, (
+            ("series", POINTER(toliman_planet_series)),
+            ("options", POINTER(toliman_planet_options)),
+            ("out", POINTER(POINTER(toliman_planets))),
+        ),
+        """Searches a series for planets.
+  options  may be NULL
+The series is copied. The caller destroys *out. 836 samples with 5 nuisance functions take 0.3 to 0.7 s of processor
+time per planet, twice as much with position angles, ten times with jitter; the first lattice needs 100 bytes per
+node, 128 nodes for each step 0.2/T of frequency, eight times as many with jitter, where T is the last minus the
+first time. Errors: TOLIMAN_E_ARGUMENT, naming the member, if a number is not finite or outside its limits (|t|, |y|
+and sigma up to 1e100), sigma <= 0 or missing, all times are equal, or a function without a prior is a combination of
+those before it; TOLIMAN_E_STATE if n is below the number of functions + 6; TOLIMAN_E_RANGE if the first lattice
+would have more than 2e7 nodes, because period_min is too short; TOLIMAN_E_CANCELLED. Since 0.2.""",
+    ),
+    "toliman_planet_destroy": (
+        None, (("planets", POINTER(toliman_planets)),),
+        """Destroys a result. NULL is allowed. Since 0.2.""",
+    ),
+    "toliman_planet_get_info": (
+        c_int32, (("planets", POINTER(toliman_planets)), ("out", POINTER(toliman_planet_info))),
+        """Writes the properties to *out, whose struct_size must be set. Since 0.2.""",
+    ),
+    "toliman_planet_get": (
+        c_int32, (
+            ("planets", POINTER(toliman_planets)),
+            ("index", c_uint32),
+            ("out", POINTER(toliman_planet)),
+        ),
+        """Writes candidate `index` to *out, whose struct_size must be set. Candidates are numbered as they were found. Errors:
+TOLIMAN_E_ARGUMENT if index is not below info.candidates. Since 0.2.""",
+    ),
+    "toliman_planet_get_samples": (
+        c_int32, (
+            ("planets", POINTER(toliman_planets)),
+            ("index", c_uint32),
+            ("count", c_size_t),
+            ("samples", POINTER(c_double)),
+        ),
+        """Writes the first `count` samples of the posterior of a candidate, of equal weight and in random order.
+  count    number of samples, at most `samples` of the options
+  samples  [count][TOLIMAN_PLANET_COLUMNS]: period, eccentricity, periastron_deg, epoch, amplitude, mass_a, mass_b,
+           jitter
+Errors: TOLIMAN_E_ARGUMENT for a bad index or count. Since 0.2.""",
+    ),
+    "toliman_planet_get_signal": (
+        c_int32, (
+            ("planets", POINTER(toliman_planets)),
+            ("index", c_uint32),
+            ("t", POINTER(c_double)),
+            ("position_angle_deg", POINTER(c_double)),
+            ("n", c_size_t),
+            ("signal", POINTER(c_double)),
+        ),
+        """Writes the signal of a candidate's joint fit at times t[n] to signal[n].
+  position_angle_deg  [n], as in the series; NULL = the mean axis, also if the series has none
+Errors: TOLIMAN_E_ARGUMENT for a bad index, position angles of a fixed axis, or numbers that are not finite. Since
+0.2.""",
+    ),
+    "toliman_planet_get_residuals": (
+        c_int32, (("planets", POINTER(toliman_planets)), ("n", c_size_t), ("residuals", POINTER(c_double))),
+        """Writes the residuals of the joint fit of all planets and nuisance functions to residuals[n], in the order of the
+series. The signal of a candidate that is not a planet remains in them. Errors: TOLIMAN_E_ARGUMENT if n is not that
+of the series. Since 0.2.""",
+    ),
+    "toliman_planet_get_limits": (
+        c_int32, (
+            ("planets", POINTER(toliman_planets)),
+            ("periods", POINTER(c_double)),
+            ("count", c_size_t),
+            ("probability", c_double),
+            ("limits", POINTER(toliman_planet_limit)),
+        ),
+        """Computes limits of one planet more.
+  periods      [count], in units of t, within the prior
+  probability  in (0, 1), for example 0.95
+  limits       [count], with the struct_size of limits[0] set
+A planet is detected if the highest power on the grid of frequencies, 1/(10 T) apart from 1/period_max to
+1/period_min, has a FAP (Baluev) of at most detection_fap and is within 10 % of its period; T is the last minus the
+first time. Its amplitude is along the mean axis. `detectable` agrees with toliman_planet_inject within 0.03 in
+probability. The first call needs 16 n bytes per frequency for the lifetime of *planets. Errors: TOLIMAN_E_ARGUMENT
+for bad numbers and periods outside the prior. Since 0.2.""",
+    ),
+    "toliman_planet_get_efficiency": (
+        c_int32, (
+            ("planets", POINTER(toliman_planets)),
+            ("period", c_double),
+            ("amplitude", c_double),
+            ("efficiency", POINTER(c_double)),
+        ),
+        """Writes the probability of detecting a circular orbit of this period and amplitude, in units of t and y, to
+*efficiency. Errors: TOLIMAN_E_ARGUMENT for bad numbers. Since 0.2.""",
+    ),
+    "toliman_planet_inject": (
+        c_int32, (
+            ("planets", POINTER(toliman_planets)),
+            ("cell", POINTER(toliman_planet_cell)),
+            ("detected", POINTER(c_uint32)),
+        ),
+        """Counts the detections among planets that are injected into white noise of the sigmas and the jitter of the series.
+  cell      the planets; periastron and epoch are uniform, the amplitude across the mean axis is 0
+  detected  receives the number of detections, as defined in toliman_planet_get_limits
+The series also have errors of the functions with a prior, drawn from it, those of the planets that were found among
+them. Each search fits these functions as the search of the series does. Runs in the calling thread, 0.05 ms per
+injection with the default periods. The same `planets` and `cell` give the same number. Errors: TOLIMAN_E_ARGUMENT
+for bad numbers, and for masses if unit, parallax or the mass of the star is unknown. Since 0.2.""",
     ),
     "toliman_series_options_init": (
         None, (("options", POINTER(toliman_series_options)), ("size", c_size_t)),

@@ -520,8 +520,61 @@ class Sampling(Result):
     independent: float = member("number of independent frequencies: last frequency of the grid times T, at least 1")
     coarse: bool = member("Flag: df > 1/(5 T), so that peaks may fall between two grid frequencies. A common cause is a grid in another unit than the times. peak and _peaks derive T from the variance of the times, _fit from the times.", flag=32)
     above_nyquist: bool = member("Flag: the grid exceeds 1/(2 step), where regular samples repeat the power at lower frequencies. peak and _peaks never set it, because the accumulators do not contain the step. fit takes the step from the times; so does _sampling, or, if t is NULL, it assumes regular times.", flag=64)
-    needs_double_limb: bool = member("toliman_period_sampling: at some frequency above 0, single-limb accumulators may give the power with an error above 1e-9. Use double_limb.", flag=128)
+    needs_double_limb: bool = member("at some frequency above 0, single-limb accumulators may give the power with an error above 1e-9. Use double_limb.", flag=128)
     inaccurate: bool = member("a result: the error bound of the power (see Accuracy above), computed from the accumulators, exceeds 1e-3. For a peak or a model, at its grid point. For toliman_period_sampling, at any frequency above 0 except multiples of 1/(2 step), where cosine and sine of regular samples always coincide. With double_limb it is rare.", flag=16)
+
+
+@result
+class PlanetInfo(Result):
+    """Properties of a result."""
+
+    planets: int = member("candidates with a log10_bayes of at least the threshold")
+    candidates: int = member("candidates with a posterior: the planets and, unless max_planets was reached, one more")
+    functions: int = member("mean and nuisance functions")
+    rms: float = member("weighted rms of the residuals of the joint fit, in units of y")
+    chi_square: float = member("mean of (residual/sigma)^2, with the jitter in sigma, over n minus the number of functions and numbers of planets without a prior")
+    jitter: tuple[float, ...] = member("16, 50 and 84 % of the jitter in the posterior of the last planet, or of the candidate if there is none; 0 without it")
+    time_reference: float = member("weighted mean time")
+    axis_deg: float = member("position angle of the mean axis, -180 to 180; NaN if the axis is fixed")
+    axis_turn_deg: float = member("angle through which the axis turns in the series; 0 if it is fixed")
+    period_min: float = member("of the priors, in units of t and y")
+    period_max: float = member("of the priors, in units of t and y")
+    amplitude_min: float = member("of the priors, in units of t and y")
+    amplitude_max: float = member("of the priors, in units of t and y")
+
+
+@result
+class Planet(Result):
+    """A candidate. Three numbers are the 16, 50 and 84 % points of the samples of the posterior. Those of angles and epochs
+    are taken within half a turn or half a period of the best fit."""
+
+    log10_bayes: float = member("log10 of the Bayes factor, given the other planets")
+    log10_fap: float = member("Baluev's bound of the false alarm probability of the highest power of a sinusoid")
+    period: tuple[float, ...] = member("units of t")
+    eccentricity: tuple[float, ...]
+    periastron_deg: tuple[float, ...] = member("as in the signal described at the top of planet.h")
+    epoch: tuple[float, ...] = member("time of a passage through periastron, within half a period of best[3]")
+    amplitude: tuple[float, ...] = member("units of y")
+    mass_a: tuple[float, ...] = member("Earth masses, times g or sin i, if the planet orbits A")
+    mass_b: tuple[float, ...] = member("the same if it orbits B")
+    best: tuple[float, ...] = member("joint fit: period, eccentricity, periastron_deg (-180 to 180), epoch (within half a period of time_reference), amplitude. It may leave the prior of the period. The two components of the eccentricity have priors with a standard deviation of 0.3, the amplitudes one of their own size")
+    best_error: tuple[float, ...] = member("standard errors of the joint fit, from its linearisation")
+    correlation: tuple[float, ...] = member("[5][5], of the posterior of the same five")
+    power_left: float = member("share of the squared signal that the nuisance functions and other planets leave")
+    at_edge: bool = member("more than 1 % of the posterior is within 1 % of period_min, period_max or eccentricity_max.", flag=1)
+
+
+@result
+class PlanetLimit(Result):
+    """Limits at one period, for circular orbits."""
+
+    period: float
+    upper: float = member("amplitude below which the posterior probability is `probability`, with a uniform prior of the amplitude, from the residuals of the planets; units of y. +infinity if the functions leave nothing of this period")
+    detectable: float = member("amplitude that a search detects with `probability`, averaged over phase and noise; +infinity if there is none")
+    upper_mass_a: float = member("Earth masses, times g or sin i")
+    upper_mass_b: float = member("Earth masses, times g or sin i")
+    detectable_mass_a: float = member("Earth masses, times g or sin i")
+    detectable_mass_b: float = member("Earth masses, times g or sin i")
 
 
 @result
@@ -550,6 +603,8 @@ class SkyInfo(Result):
     last_ns: int = member("first and last usable time of the observer file; 0 without one")
     orbit_digest: int = member("FNV-1a hash of the orbital elements: the reference orbit of geometric_arcsec")
     name: str = member("name of the system; \"\" if the file has none")
+    parallax_arcsec: float = member("of the barycentre")
+    star_mass: tuple[float, ...] = member("of A and B, solar masses")
 
 
 @result

@@ -1,0 +1,193 @@
+"""Planets of a series: orbit, mass, odds and limits. Reference: include/toliman/planet.h."""
+from __future__ import annotations
+
+import ctypes
+import typing
+
+import numpy
+from numpy.typing import ArrayLike, NDArray
+
+from . import _raw
+from ._arguments import Doubles, array_of, options_of, plain, pointer, real, shaped, whole
+from ._handle import Handle
+from ._library import check, library
+from ._predictions import structured
+from ._progress import Progress, Watch
+from ._results import Planet, PlanetInfo
+from .periodogram import _series, _set_functions
+from .times import plain_times, unit_of
+
+_SAMPLE = numpy.dtype([(name, numpy.float64) for name in (
+    "period", "eccentricity", "periastron_deg", "epoch", "amplitude", "mass_a", "mass_b", "jitter")])
+_STARS = {"a": 0, "b": 1, "": -1}
+_Pair = typing.Tuple[float, float]
+
+
+def _pair(name: str, values: ArrayLike) -> Doubles:
+    return shaped(name, values, (2,))
+
+
+class Planets(Handle):
+    """Result of planets(). Several threads may use it at the same time."""
+
+    _kind, _destroy = _raw.toliman_planets, "toliman_planet_destroy"
+    _n: int
+    _samples: int
+
+    @property
+    def info(self) -> PlanetInfo:
+        """Number of planets, residuals, axis, jitter and priors."""
+        return self._read(library.toliman_planet_get_info, _raw.toliman_planet_info, PlanetInfo)
+
+    @property
+    def candidates(self) -> list[Planet]:
+        """All candidates in the order in which they were found: the planets and, unless max_planets was reached, the
+        one whose Bayes factor is below the threshold."""
+        return [self._candidate(index) for index in range(self.info.candidates)]
+
+    @property
+    def planets(self) -> list[Planet]:
+        """The candidates whose Bayes factor reaches the threshold."""
+        return [self._candidate(index) for index in range(self.info.planets)]
+
+    def _candidate(self, index: int) -> Planet:
+        found = _raw.toliman_planet()
+        check(library.toliman_planet_get(self._c, index, ctypes.byref(found)))
+        return Planet._of(found)
+
+    def samples(self, index: int = 0, count: int | None = None) -> NDArray:
+        """Returns samples of the posterior of a candidate, of equal weight and in random order: a structured array with
+        the fields period, eccentricity, periastron_deg, epoch, amplitude, mass_a, mass_b and jitter.
+
+        count: number of samples; None: all, the `samples` of planets()."""
+        made = numpy.empty(self._samples if count is None else whole("count", count), _SAMPLE)
+        check(library.toliman_planet_get_samples(self._c, whole("index", index, 2**32), len(made), pointer(made)))
+        return made
+
+    def signal(self, index: int, t: ArrayLike, position_angle_deg: ArrayLike | None = None) -> Doubles:
+        """Returns the signal of a candidate at times t, as the header defines it.
+
+        position_angle_deg: position angles of B from A at these times; None: the mean axis."""
+        times = plain("t", plain_times("t", t))
+        angles = None if position_angle_deg is None else shaped("position_angle_deg", position_angle_deg, times.shape)
+        signal = numpy.empty(times.shape)
+        check(library.toliman_planet_get_signal(self._c, whole("index", index, 2**32), pointer(times), pointer(angles),
+                                                times.size, pointer(signal)))
+        return signal
+
+    def residuals(self) -> Doubles:
+        """Returns y minus the joint fit of planets and nuisance functions, in the order of the series. The signal of a
+        candidate that is not a planet remains in them."""
+        residuals = numpy.empty(self._n)
+        check(library.toliman_planet_get_residuals(self._c, len(residuals), pointer(residuals)))
+        return residuals
+
+    def limits(self, periods: ArrayLike, probability: float = 0.95) -> NDArray:
+        """Returns limits of one planet more, on circular orbits: a structured array of the shape of `periods` with the
+        members of PlanetLimit.
+
+        probability: that an amplitude is below `upper`, and that a search detects `detectable`."""
+        given = plain("periods", periods)
+        made = array_of(_raw.toliman_planet_limit, given.size)
+        check(library.toliman_planet_get_limits(self._c, pointer(given), given.size, real("probability", probability),
+                                                made))
+        return structured(made)[:given.size].reshape(given.shape)
+
+    def efficiency(self, period: float, amplitude: float) -> float:
+        """Returns the probability of detecting a circular orbit of this period and amplitude."""
+        found = ctypes.c_double()
+        check(library.toliman_planet_get_efficiency(self._c, real("period", period), real("amplitude", amplitude),
+                                                    ctypes.byref(found)))
+        return found.value
+
+    def inject(self, periods: _Pair, sizes: _Pair, count: int = 1000, *, star: str = "", circular: bool = False,
+               seed: int = 0) -> int:
+        """Returns how many of `count` planets, injected into white noise of the sigmas of the series, are detected.
+
+        periods, sizes: the smallest and the largest; their logarithms are uniform between them.
+        star: "a" or "b": sizes are masses of planets of this star, in Earth masses times g or sin i; "": amplitudes.
+        circular: eccentricity 0; else it is drawn from its prior."""
+        if star not in _STARS:
+            raise ValueError(f"star = {star!r}: must be one of 'a', 'b', ''")
+        (shortest, longest), (smallest, largest) = _pair("periods", periods), _pair("sizes", sizes)
+        cell = _raw.toliman_planet_cell(
+            star=_STARS[star], period_min=shortest, period_max=longest, size_min=smallest, size_max=largest,
+            circular=int(circular), count=whole("count", count, 2**32), seed=whole("seed", seed, 2**64))
+        detected = ctypes.c_uint32()
+        check(library.toliman_planet_inject(self._c, ctypes.byref(cell), ctypes.byref(detected)))
+        return detected.value
+
+    def __len__(self) -> int:
+        return self.info.planets
+
+    def _summary(self) -> str:
+        periods = [f"{planet.period[1]:.6g}" for planet in self.planets]
+        return f"Planets: {len(periods)} found" + (f", periods {', '.join(periods)}" if periods else "")
+
+    def _repr_html_(self) -> str:
+        return self.info._repr_html_() + "".join(candidate._repr_html_() for candidate in self.candidates)
+
+
+def planets(t: ArrayLike, y: ArrayLike, sigma: ArrayLike | None = None, *, rows: ArrayLike | None = None,
+            priors: ArrayLike | None = None, position_angle_deg: ArrayLike | None = None, trend: int = 0,
+            span: tuple[typing.Any, typing.Any] | None = None, velocity: bool = False, jitter: bool = False,
+            max_planets: int = 1, time_unit_days: float = 1, unit: float | None = None,
+            parallax_arcsec: float | None = None, star_masses: tuple[float, float] | None = None,
+            period_min: float = 0, period_max: float = 0, eccentricity_max: float = 0, amplitude_min: float = 0,
+            amplitude_max: float = 0, jitter_max: float = 0, threshold: float = 0, detection_fap: float = 0,
+            samples: int = 0, threads: int = 0, seed: int = 0, progress: Progress | bool | None = None) -> Planets:
+    """Searches a series for planets: their orbits, masses and odds, and what the series excludes.
+
+        elements, bounds, priors = sky.error_columns()
+        reduced, seen = sky.reduce(exposures, measured_arcsec)
+        found = toliman.planets(days, reduced, sigma_arcsec, rows=seen["partials"][:, elements],
+                                priors=[math.inf, *priors], position_angle_deg=seen["geometric_angle_deg"], unit=1,
+                                parallax_arcsec=0.75, star_masses=(1.08, 0.91))
+        for planet in found.planets:
+            print(planet)                      # period, eccentricity, mass_a ...: 16, 50 and 84 % of the posterior
+        limits = found.limits([100, 300, 500]) # structured array: limits["upper"], limits["detectable_mass_a"]
+
+    t, y, sigma: times, reduced separations or radial velocities, absolute standard deviations. sigma None: jitter=True
+        is needed. Dates and quantities of time are in days.
+    rows: values of known functions, [samples][columns], fitted with the mean. trend, span: Chebyshev polynomials
+        T_1 ... T_trend, and the times between which they are defined; None: first and last time.
+    priors: standard deviations of the coefficients of mean, T_1 ... T_trend and the columns; infinity: free, as the
+        mean must be. None: all free.
+    position_angle_deg: position angles of B from A. None: the axis A -> B is fixed.
+    velocity: y are radial velocities. jitter: white noise of unknown size is added to the sigmas.
+    max_planets: 1 to 4. threshold: log10 of the Bayes factor at which a candidate counts as a planet; 0 means 2.
+    time_unit_days: days per unit of t. unit: arcsec (velocities: m/s) per unit of y. parallax_arcsec: of the binary.
+        star_masses: of A and B, solar masses; 0: unknown. Masses of planets are NaN while what they need is unknown.
+    period_min, period_max (units of t; 0 means 60 d and 1000 d), eccentricity_max (0 means 0.95), amplitude_min,
+        amplitude_max, jitter_max (units of y; 0: see the header): limits of the priors.
+    detection_fap: false alarm probability of a detection in limits, efficiency and injections; 0 means 0.001.
+    samples: of each posterior, at least 100; 0 means 4096. seed: of the samples.
+
+    Results have the same bits for any number of threads. Raises InputError for numbers that are not finite or out of
+    range, StateError for fewer samples than functions and 6; Cancelled.
+    """
+    times, values, sigmas = _series(t, y, sigma, unit_of(y))
+    columns = None if rows is None else shaped("rows", rows, (len(times), -1))
+    count = 0 if columns is None else columns.shape[1]
+    angles = None if position_angle_deg is None else shaped("position_angle_deg", position_angle_deg, times.shape)
+    series = options_of(
+        _raw.toliman_planet_series, library.toliman_planet_series_init, columns=count, n=len(times), t=pointer(times),
+        y=pointer(values), sigma=pointer(sigmas), rows=pointer(columns), position_angle_deg=pointer(angles))
+    _set_functions(series, trend, span, priors)
+    with Watch(progress) as watch:
+        options = options_of(
+            _raw.toliman_planet_options, library.toliman_planet_options_init,
+            flags=(_raw.TOLIMAN_PLANET_VELOCITY if velocity else 0) | (_raw.TOLIMAN_PLANET_JITTER if jitter else 0),
+            max_planets=whole("max_planets", max_planets, 2**32), threads=whole("threads", threads, 2**32),
+            time_unit_days=real("time_unit_days", time_unit_days), unit=real("unit", 0 if unit is None else unit),
+            parallax_arcsec=real("parallax_arcsec", 0 if parallax_arcsec is None else parallax_arcsec),
+            star_mass=tuple(_pair("star_masses", (0, 0) if star_masses is None else star_masses)),
+            samples=whole("samples", samples, 2**32), seed=whole("seed", seed, 2**64), progress=watch.callback,
+            **{name: real(name, value) for name, value in (
+                ("period_min", period_min), ("period_max", period_max), ("eccentricity_max", eccentricity_max),
+                ("amplitude_min", amplitude_min), ("amplitude_max", amplitude_max), ("jitter_max", jitter_max),
+                ("threshold", threshold), ("detection_fap", detection_fap))})
+        made = Planets._adopt(Planets._create(library.toliman_planet_search, ctypes.byref(series),
+                                              ctypes.byref(options), check=watch.check))
+    made._n, made._samples = len(times), whole("samples", samples, 2**32) or 4096
+    return made

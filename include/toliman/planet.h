@@ -1,0 +1,278 @@
+/* libtoliman, planets: orbit, mass and odds of the planets of a series, and the planets that it excludes.
+ *
+ * Data flow (functions toliman_planet_...)
+ *
+ *   series, options -> search -> toliman_planets -> get_info                       number of planets, residuals, priors
+ *     (series_init,                              -> get -> toliman_planet         orbit, mass, odds
+ *      options_init)                             -> get_samples                   samples of the posterior
+ *                                                -> get_signal, get_residuals     for figures
+ *                                                -> get_limits, get_efficiency    upper limits, probability of
+ * detection
+ *                                                -> inject                        rate of detection by injection
+ *                                                destroy
+ *
+ * Series       Reduced separations of a binary (sky.h, toliman_sky_reduce), or the radial velocities of a star.
+ * Model        y = c_0 + sum over j of c_j b_j + one signal per planet + noise, with the nuisance functions of
+ *              period_nuisance.h: mean, Chebyshev polynomials, columns.
+ * Signal       Of a separation: amplitude (r/a) cos(nu + periastron), with the planet's true anomaly nu and distance r
+ *              from its star in units of the semi-major axis a. periastron is the angle from the projection of the
+ *              axis A -> B on the orbital plane to the planet's periastron, in the direction of motion, if the planet
+ *              orbits A; if it orbits B, add 180 deg. The amplitude is that of its star: star's semi-major axis times
+ *              g, the sine of the angle between the axis and the pole of the planet's orbit.
+ *              Of a velocity: amplitude (cos(nu + periastron) + e cos(periastron)); periastron is that of the star.
+ * Axis         With position angles, the axis A -> B is that of the date. The signal then has two more amplitudes,
+ * across the mean axis, with the same prior. They absorb the change of the period of a face-on orbit, so that its
+ *              period has a larger error. Amplitude and periastron are those along the mean axis. Without position
+ *              angles the axis is fixed: the period of a face-on orbit is then wrong by the angle through which the
+ *              axis turns in one period, divided by 360 deg (alpha Centauri: 0.8 % at 479 d from 2027 to 2030).
+ * Mass         One series measures mass times g, or mass times sin i of velocities; g is 0.985 to 0.997 for an orbit in
+ *              the plane of alpha Centauri, 0.785 in the mean of all directions. Which star has the planet cannot be
+ *              seen in a separation: the mass is stated for both. The mass of the planet in the total mass is also that
+ *              times g or sin i.
+ * Priors       log period: uniform from period_min to period_max. Eccentricity: Beta(0.867, 3.03) up to
+ *              eccentricity_max. Mean anomaly: uniform. Amplitudes: Gaussian with mean 0 and a standard deviation
+ *              whose logarithm is uniform from amplitude_min to amplitude_max. Jitter s, added in quadrature to all
+ *              sigmas: density proportional to 1/(s + s0) up to jitter_max, with s0 a tenth of the median sigma, or a
+ *              thousandth of jitter_max without sigmas. The mean has no prior.
+ * Method       Coefficients and amplitudes are marginalised analytically; frequency, eccentricity, mean anomaly, scale
+ *              of the amplitudes and jitter by quadrature on a lattice. Cells are divided where the posterior is, until
+ *              neighbouring nodes differ little. There are no chains and no random start; results have the same bits
+ *              for any number of threads.
+ * Odds         log10_bayes: log10 of the Bayes factor of a model with one more planet against the model without it,
+ * with these priors. It does not contain the prior odds. None of 500 simulated series without a planet had a factor
+ * above 2. Planets      One at a time: candidate k is searched in the residuals of planets 1 ... k-1. The derivatives
+ * of their signals are fitted too, which marginalises their errors to first order. A candidate counts as a planet if
+ * log10_bayes reaches `threshold`; the search ends with the first that does not. All planets are fitted together, and
+ * the posterior of each is computed again with the others. A planet whose log10_bayes is then below the threshold
+ * becomes the last candidate, and the search ends. Noise        Must be white, with absolute sigmas.
+ * toliman_period_noise_search tests it. Source       Hogg, Myers and Bovy (2010), ApJ 725, 2166, and Price-Whelan et
+ * al. (2017), ApJ 837, 20, for the marginalisation; Kipping (2013), MNRAS 434, L51, for the prior of the eccentricity;
+ * Golub and Pereyra (1973), SIAM J. Numer. Anal. 10, 413, for the joint fit.
+ */
+#ifndef TOLIMAN_PLANET_H
+#define TOLIMAN_PLANET_H
+
+#include <toliman/base.h>
+
+TOLIMAN_BEGIN_DECLS
+
+/* Result of a search. Several threads may use it at the same time. */
+typedef struct toliman_planets toliman_planets;
+
+/* Flags of toliman_planet_options. */
+#define TOLIMAN_PLANET_VELOCITY 1u /* the series has radial velocities, not separations */
+#define TOLIMAN_PLANET_JITTER 2u   /* white noise of unknown size is added to the sigmas */
+
+/* Largest number of planets. */
+#define TOLIMAN_PLANET_MOST 4u
+
+/* Number of columns of the samples of a posterior. */
+#define TOLIMAN_PLANET_COLUMNS 8u
+
+/* A series of n measurements, in any order of time. Since 0.2. */
+typedef struct toliman_planet_series {
+    uint32_t struct_size;
+    int32_t trend, columns; /* nuisance functions, as in period_nuisance.h; 0 = none */
+    uint32_t reserved;
+    size_t n;
+    const double *t;                  /* [n], times in units of time_unit_days */
+    const double *y;                  /* [n], values in units of `unit` */
+    const double *sigma;              /* [n], absolute standard deviations; NULL only with TOLIMAN_PLANET_JITTER */
+    const double *rows;               /* [n][columns], values of the columns; NULL if there are none */
+    const double *position_angle_deg; /* [n], position angles of B from A (geometric_angle_deg of sky.h); NULL = the
+                                         axis is fixed, as it must be for velocities */
+    double trend_start, trend_end;    /* span of the trend; both 0: first and last time */
+    double prior_precision[9];        /* 1/s_j^2 for the mean, T_1 ... T_trend and the columns; 0 = no prior. That of
+                                         the mean must be 0 */
+} toliman_planet_series;
+#define TOLIMAN_PLANET_SERIES_INIT TOLIMAN_INIT(toliman_planet_series)
+
+/* Sets *series, a struct of `size` bytes, to zeros and its struct_size. Since 0.2. */
+TOLIMAN_API void toliman_planet_series_init(toliman_planet_series *series, size_t size) TOLIMAN_NOEXCEPT;
+
+/* Options of a search. Since 0.2. */
+typedef struct toliman_planet_options {
+    uint32_t struct_size;
+    uint32_t flags;         /* TOLIMAN_PLANET_VELOCITY, TOLIMAN_PLANET_JITTER */
+    uint32_t max_planets;   /* 1 to TOLIMAN_PLANET_MOST; 0 = 1 */
+    uint32_t threads;       /* worker threads, 0 = one per processor; results do not depend on the number */
+    double time_unit_days;  /* days per unit of t; 0 = 1 */
+    double unit;            /* arcsec (velocities: m/s) per unit of y; 0 = unknown, then masses are NaN */
+    double parallax_arcsec; /* of the binary; 0 = unknown, then masses of a separation are NaN. 0 for velocities */
+    double star_mass[2];    /* of A and B, solar masses; 0 = unknown, then the mass for it is NaN. Velocities: of A */
+    double period_min, period_max;       /* in units of t; 0 = 60 d and 1000 d */
+    double eccentricity_max;             /* in [0.001, 0.95]; 0 = 0.95 */
+    double amplitude_min, amplitude_max; /* range of the scale of the amplitudes, in units of y; set both or none.
+                                            Default with a known unit of separations: 0.05 uas to 5 uas, or to the rms
+                                            of the series if that is larger. Otherwise: s to 100 s, or to the rms,
+                                            where s is the standard error of an amplitude */
+    double jitter_max;                   /* in units of y; 0 = the rms of the series. Only with TOLIMAN_PLANET_JITTER */
+    double threshold;                    /* log10 of the Bayes factor at which a candidate counts as a planet; 0 = 2 */
+    double detection_fap;                /* FAP of a detection in limits, efficiency and injections; 0 = 0.001 */
+    uint32_t samples;                    /* samples of each posterior, 100 to 1,000,000; 0 = 4096 */
+    uint32_t reserved;
+    uint64_t seed;                /* of the samples */
+    toliman_progress_fn progress; /* may be NULL */
+    void *progress_data;
+} toliman_planet_options;
+#define TOLIMAN_PLANET_OPTIONS_INIT TOLIMAN_INIT(toliman_planet_options)
+
+/* Sets *options, a struct of `size` bytes, to the defaults. Since 0.2. */
+TOLIMAN_API void toliman_planet_options_init(toliman_planet_options *options, size_t size) TOLIMAN_NOEXCEPT;
+
+/* Searches a series for planets.
+ *   options  may be NULL
+ * The series is copied. The caller destroys *out. 836 samples with 5 nuisance functions take 0.3 to 0.7 s of processor
+ * time per planet, twice as much with position angles, ten times with jitter; the first lattice needs 100 bytes per
+ * node, 128 nodes for each step 0.2/T of frequency, eight times as many with jitter, where T is the last minus the
+ * first time. Errors: TOLIMAN_E_ARGUMENT, naming the member, if a number is not finite or outside its limits (|t|, |y|
+ * and sigma up to 1e100), sigma <= 0 or missing, all times are equal, or a function without a prior is a combination of
+ * those before it; TOLIMAN_E_STATE if n is below the number of functions + 6; TOLIMAN_E_RANGE if the first lattice
+ * would have more than 2e7 nodes, because period_min is too short; TOLIMAN_E_CANCELLED. Since 0.2. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_search(const toliman_planet_series *series,
+                                                                    const toliman_planet_options *options,
+                                                                    toliman_planets **out) TOLIMAN_NOEXCEPT;
+
+/* Destroys a result. NULL is allowed. Since 0.2. */
+TOLIMAN_API void toliman_planet_destroy(toliman_planets *planets) TOLIMAN_NOEXCEPT;
+
+/* Properties of a result. Since 0.2. */
+typedef struct toliman_planet_info {
+    uint32_t struct_size;  /* in: sizeof(toliman_planet_info) */
+    uint32_t planets;      /* candidates with a log10_bayes of at least the threshold */
+    uint32_t candidates;   /* candidates with a posterior: the planets and, unless max_planets was reached, one more */
+    uint32_t functions;    /* mean and nuisance functions */
+    double rms;            /* weighted rms of the residuals of the joint fit, in units of y */
+    double chi_square;     /* mean of (residual/sigma)^2, with the jitter in sigma, over n minus the number of
+                              functions and numbers of planets without a prior */
+    double jitter[3];      /* 16, 50 and 84 % of the jitter in the posterior of the last planet, or of the candidate
+                              if there is none; 0 without it */
+    double time_reference; /* weighted mean time */
+    double axis_deg;       /* position angle of the mean axis, -180 to 180; NaN if the axis is fixed */
+    double axis_turn_deg;  /* angle through which the axis turns in the series; 0 if it is fixed */
+    double period_min, period_max, amplitude_min, amplitude_max; /* of the priors, in units of t and y */
+} toliman_planet_info;
+#define TOLIMAN_PLANET_INFO_INIT TOLIMAN_INIT(toliman_planet_info)
+
+/* Writes the properties to *out, whose struct_size must be set. Since 0.2. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_info(const toliman_planets *planets,
+                                                                      toliman_planet_info *out) TOLIMAN_NOEXCEPT;
+
+/* Flag of toliman_planet: more than 1 % of the posterior is within 1 % of period_min, period_max or eccentricity_max.
+ */
+#define TOLIMAN_PLANET_AT_EDGE 1u
+
+/* A candidate. Three numbers are the 16, 50 and 84 % points of the samples of the posterior. Those of angles and epochs
+ * are taken within half a turn or half a period of the best fit. Since 0.2. */
+typedef struct toliman_planet {
+    uint32_t struct_size; /* in: sizeof(toliman_planet) */
+    uint32_t flags;       /* TOLIMAN_PLANET_AT_EDGE */
+    double log10_bayes;   /* log10 of the Bayes factor, given the other planets */
+    double log10_fap;     /* Baluev's bound of the false alarm probability of the highest power of a sinusoid */
+    double period[3];     /* units of t */
+    double eccentricity[3];
+    double periastron_deg[3]; /* as in the signal described at the top of planet.h */
+    double epoch[3];          /* time of a passage through periastron, within half a period of best[3] */
+    double amplitude[3];      /* units of y */
+    double mass_a[3];         /* Earth masses, times g or sin i, if the planet orbits A */
+    double mass_b[3];         /* the same if it orbits B */
+    double best[5];           /* joint fit: period, eccentricity, periastron_deg (-180 to 180), epoch (within half a
+                                 period of time_reference), amplitude. It may leave the prior of the period. The two
+                                 components of the eccentricity have priors with a standard deviation of 0.3, the
+                                 amplitudes one of their own size */
+    double best_error[5];     /* standard errors of the joint fit, from its linearisation */
+    double correlation[25];   /* [5][5], of the posterior of the same five */
+    double power_left;        /* share of the squared signal that the nuisance functions and other planets leave */
+} toliman_planet;
+#define TOLIMAN_PLANET_INIT TOLIMAN_INIT(toliman_planet)
+
+/* Writes candidate `index` to *out, whose struct_size must be set. Candidates are numbered as they were found. Errors:
+ * TOLIMAN_E_ARGUMENT if index is not below info.candidates. Since 0.2. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get(const toliman_planets *planets, uint32_t index,
+                                                                 toliman_planet *out) TOLIMAN_NOEXCEPT;
+
+/* Writes the first `count` samples of the posterior of a candidate, of equal weight and in random order.
+ *   count    number of samples, at most `samples` of the options
+ *   samples  [count][TOLIMAN_PLANET_COLUMNS]: period, eccentricity, periastron_deg, epoch, amplitude, mass_a, mass_b,
+ *            jitter
+ * Errors: TOLIMAN_E_ARGUMENT for a bad index or count. Since 0.2. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_samples(const toliman_planets *planets, uint32_t index,
+                                                                         size_t count,
+                                                                         double *samples) TOLIMAN_NOEXCEPT;
+
+/* Writes the signal of a candidate's joint fit at times t[n] to signal[n].
+ *   position_angle_deg  [n], as in the series; NULL = the mean axis, also if the series has none
+ * Errors: TOLIMAN_E_ARGUMENT for a bad index, position angles of a fixed axis, or numbers that are not finite. Since
+ * 0.2. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_signal(const toliman_planets *planets, uint32_t index,
+                                                                        const double *t,
+                                                                        const double *position_angle_deg, size_t n,
+                                                                        double *signal) TOLIMAN_NOEXCEPT;
+
+/* Writes the residuals of the joint fit of all planets and nuisance functions to residuals[n], in the order of the
+ * series. The signal of a candidate that is not a planet remains in them. Errors: TOLIMAN_E_ARGUMENT if n is not that
+ * of the series. Since 0.2. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_residuals(const toliman_planets *planets, size_t n,
+                                                                           double *residuals) TOLIMAN_NOEXCEPT;
+
+/* Limits at one period, for circular orbits. Since 0.2. */
+typedef struct toliman_planet_limit {
+    uint32_t struct_size; /* in: sizeof(toliman_planet_limit) */
+    uint32_t reserved;
+    double period;
+    double upper;      /* amplitude below which the posterior probability is `probability`, with a uniform prior of the
+                          amplitude, from the residuals of the planets; units of y. +infinity if the functions leave
+                          nothing of this period */
+    double detectable; /* amplitude that a search detects with `probability`, averaged over phase and noise; +infinity
+                          if there is none */
+    double upper_mass_a, upper_mass_b, detectable_mass_a, detectable_mass_b; /* Earth masses, times g or sin i */
+} toliman_planet_limit;
+#define TOLIMAN_PLANET_LIMIT_INIT TOLIMAN_INIT(toliman_planet_limit)
+
+/* Computes limits of one planet more.
+ *   periods      [count], in units of t, within the prior
+ *   probability  in (0, 1), for example 0.95
+ *   limits       [count], with the struct_size of limits[0] set
+ * A planet is detected if the highest power on the grid of frequencies, 1/(10 T) apart from 1/period_max to
+ * 1/period_min, has a FAP (Baluev) of at most detection_fap and is within 10 % of its period; T is the last minus the
+ * first time. Its amplitude is along the mean axis. `detectable` agrees with toliman_planet_inject within 0.03 in
+ * probability. The first call needs 16 n bytes per frequency for the lifetime of *planets. Errors: TOLIMAN_E_ARGUMENT
+ * for bad numbers and periods outside the prior. Since 0.2. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_limits(const toliman_planets *planets,
+                                                                        const double *periods, size_t count,
+                                                                        double probability,
+                                                                        toliman_planet_limit *limits) TOLIMAN_NOEXCEPT;
+
+/* Writes the probability of detecting a circular orbit of this period and amplitude, in units of t and y, to
+ * *efficiency. Errors: TOLIMAN_E_ARGUMENT for bad numbers. Since 0.2. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_efficiency(const toliman_planets *planets,
+                                                                            double period, double amplitude,
+                                                                            double *efficiency) TOLIMAN_NOEXCEPT;
+
+/* Planets that are injected. Since 0.2. */
+typedef struct toliman_planet_cell {
+    uint32_t struct_size;
+    int32_t star;                  /* the star that has the planet, 0 = A, 1 = B; sizes are then Earth masses, times g
+                                      or sin i. -1: sizes are amplitudes in units of y */
+    double period_min, period_max; /* in units of t, within the prior; log period is uniform between them */
+    double size_min, size_max;     /* its logarithm is uniform between them */
+    uint32_t circular;             /* 1: eccentricity 0. 0: drawn from its prior */
+    uint32_t count;                /* number of injections, at most 1,000,000 */
+    uint64_t seed;
+} toliman_planet_cell;
+#define TOLIMAN_PLANET_CELL_INIT TOLIMAN_INIT(toliman_planet_cell)
+
+/* Counts the detections among planets that are injected into white noise of the sigmas and the jitter of the series.
+ *   cell      the planets; periastron and epoch are uniform, the amplitude across the mean axis is 0
+ *   detected  receives the number of detections, as defined in toliman_planet_get_limits
+ * The series also have errors of the functions with a prior, drawn from it, those of the planets that were found among
+ * them. Each search fits these functions as the search of the series does. Runs in the calling thread, 0.05 ms per
+ * injection with the default periods. The same `planets` and `cell` give the same number. Errors: TOLIMAN_E_ARGUMENT
+ * for bad numbers, and for masses if unit, parallax or the mass of the star is unknown. Since 0.2. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_inject(const toliman_planets *planets,
+                                                                    const toliman_planet_cell *cell,
+                                                                    uint32_t *detected) TOLIMAN_NOEXCEPT;
+
+TOLIMAN_END_DECLS
+
+#endif

@@ -1,0 +1,426 @@
+// include/toliman/planet.h
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <mutex>
+
+#include <toliman/planet.h>
+
+#include "api/guard.hpp"
+#include "api/handle.hpp"
+#include "api/option.hpp"
+#include "api/struct_array.hpp"
+#include "base/constants.hpp"
+#include "planet/recovery.hpp"
+#include "planet/search.hpp"
+
+using namespace toliman;
+using namespace toliman::api;
+
+struct toliman_planets : Handle<toliman_planets> {
+    static constexpr char kType[] = "toliman_planets";
+    toliman_planets(const planet::GivenSeries &given, const planet::Settings &settings) : result(given, settings) {}
+
+    const planet::Result result;
+
+    const planet::Detection &detection() const noexcept { return detection_; }
+    // Made by the first call, as it needs memory for all frequencies.
+    const planet::Recovery &recovery() const {
+        std::call_once(once_, [this] { recovery_ = std::make_unique<planet::Recovery>(detection_); });
+        return *recovery_;
+    }
+
+  private:
+    planet::Detection detection_{*result.rest, *result.design, result.settings.fap};
+    mutable std::once_flag once_;
+    mutable std::unique_ptr<planet::Recovery> recovery_;
+};
+
+namespace {
+
+constexpr double kDegree = kPi / 180;
+constexpr uint32_t kMostSamples = 1'000'000;
+
+double positive(const char *name, double value) {
+    if (!(value >= 0 && value <= 1e100))
+        fail(Status::argument, "{%s} = %g: must be in (0, 1e100], or 0", name, value);
+    return value;
+}
+
+planet::GivenSeries given_series(const toliman_planet_series *series, bool velocity, bool jitter) {
+    const auto known = accept(&required(series, "series"), toliman_planet_series{}, "series");
+    if (known.trend < 0 || known.columns < 0 || known.trend > 8 || known.columns > 8 || known.trend + known.columns > 8)
+        fail(Status::argument, "{series->trend} = %d, columns = %d: must be at least 0, and 8 together at most",
+             known.trend, known.columns);
+    if (known.prior_precision[0] != 0)
+        fail(Status::argument, "{series->prior_precision}[0] = %g: must be 0, as the mean has no prior",
+             known.prior_precision[0]);
+    required_array(known.t, known.n, sizeof(double), "series->t");
+    required_array(known.y, known.n, sizeof(double), "series->y");
+    if (known.sigma == nullptr && !jitter)
+        fail(Status::argument, "{series->sigma} is NULL: absolute sigmas are needed without TOLIMAN_PLANET_JITTER");
+    if (known.columns == 0 && known.rows != nullptr)
+        fail(Status::argument, "{series->columns} = 0: must be the number of columns of rows");
+    for (size_t j = 1 + static_cast<size_t>(known.trend + known.columns); j < std::size(known.prior_precision); j++)
+        if (known.prior_precision[j] != 0)
+            fail(Status::argument, "{series->prior_precision}[%zu] = %g: must be 0, as there are %d functions", j,
+                 known.prior_precision[j], 1 + known.trend + known.columns);
+    if (known.columns > 0)
+        required_array(known.rows, checked_product(known.n, static_cast<size_t>(known.columns), "series->rows"),
+                       sizeof(double), "series->rows");
+    if (velocity && known.position_angle_deg != nullptr)
+        fail(Status::argument, "{series->position_angle_deg}: must be NULL with TOLIMAN_PLANET_VELOCITY");
+    if (!std::isfinite(known.trend_start) || !std::isfinite(known.trend_end))
+        fail(Status::argument, "{series->trend_start} = %g, trend_end = %g: must be finite", known.trend_start,
+             known.trend_end);
+    return {known.n,
+            known.t,
+            known.y,
+            known.sigma,
+            known.rows,
+            known.position_angle_deg,
+            known.trend,
+            known.columns,
+            known.trend_start,
+            known.trend_end,
+            series->prior_precision,
+            velocity};
+}
+
+void check_pair(const char *least_name, double least, const char *most_name, double most) {
+    if ((least == 0) != (most == 0))
+        fail(Status::argument, "{options->%s} = %g and %s = %g: give both or none", least_name, least, most_name, most);
+}
+
+planet::Settings settings_of(const toliman_planet_options &options) {
+    if ((options.flags & ~(TOLIMAN_PLANET_VELOCITY | TOLIMAN_PLANET_JITTER)) != 0)
+        fail(Status::argument, "{options->flags} = 0x%x: unknown bits", options.flags);
+    planet::Settings settings;
+    settings.most = in_range("max_planets", options.max_planets, 1u, TOLIMAN_PLANET_MOST, 1u);
+    settings.threads = options.threads;
+    settings.jitter = (options.flags & TOLIMAN_PLANET_JITTER) != 0;
+    settings.units = {(options.flags & TOLIMAN_PLANET_VELOCITY) != 0,
+                      in_range("time_unit_days", options.time_unit_days, 1e-12, 1e12, 1.0),
+                      positive("options->unit", options.unit),
+                      positive("options->parallax_arcsec", options.parallax_arcsec),
+                      {positive("options->star_mass[0]", options.star_mass[0]),
+                       positive("options->star_mass[1]", options.star_mass[1])}};
+    settings.period_min = positive("options->period_min", options.period_min);
+    settings.period_max = positive("options->period_max", options.period_max);
+    settings.eccentricity_max = in_range("eccentricity_max", options.eccentricity_max, 1e-3, 0.95, 0.95);
+    settings.amplitude_min = positive("options->amplitude_min", options.amplitude_min);
+    settings.amplitude_max = positive("options->amplitude_max", options.amplitude_max);
+    check_pair("amplitude_min", options.amplitude_min, "amplitude_max", options.amplitude_max);
+    settings.jitter_max = positive("options->jitter_max", options.jitter_max);
+    if (options.jitter_max != 0 && !settings.jitter)
+        fail(Status::argument, "{options->jitter_max} = %g: must be 0 without TOLIMAN_PLANET_JITTER",
+             options.jitter_max);
+    if (settings.units.velocity && options.parallax_arcsec != 0)
+        fail(Status::argument, "{options->parallax_arcsec} = %g: must be 0 with TOLIMAN_PLANET_VELOCITY",
+             options.parallax_arcsec);
+    if (settings.units.velocity && options.star_mass[1] != 0)
+        fail(Status::argument, "{options->star_mass[1]} = %g: must be 0 with TOLIMAN_PLANET_VELOCITY, of one star",
+             options.star_mass[1]);
+    settings.threshold = in_range("threshold", options.threshold, -100.0, 1e6, 2.0);
+    settings.fap = in_range("detection_fap", options.detection_fap, 1e-300, 0.5, 1e-3);
+    settings.samples = in_range("samples", options.samples, 100u, kMostSamples, 4096u);
+    settings.seed = options.seed;
+    settings.progress = {options.progress, options.progress_data};
+    return settings;
+}
+
+const planet::Candidate &candidate_of(const planet::Result &result, uint32_t index) {
+    if (index >= result.candidates.size())
+        fail(Status::argument, "{index} = %u: must be below %zu, the number of candidates", index,
+             result.candidates.size());
+    return result.candidates[index];
+}
+
+// A sample in the order of TOLIMAN_PLANET_COLUMNS; angles and epochs within half a turn of those of the best fit.
+using Row = std::array<double, TOLIMAN_PLANET_COLUMNS>;
+Row row_of(const planet::Result &result, const planet::Candidate &candidate, const planet::PosteriorSample &sample) {
+    const planet::Description own = planet::describe(sample.planet), &best = candidate.best;
+    const planet::Units &units = result.settings.units;
+    const double reference = result.series.time_reference;
+    return {own[0],
+            own[1],
+            best[2] + std::remainder(own[2] - best[2], 360),
+            reference + best[3] + std::remainder(own[3] - best[3], own[0]),
+            own[4],
+            units.mass(0, own[0], own[1], own[4]),
+            units.mass(1, own[0], own[1], own[4]),
+            sample.jitter};
+}
+
+std::vector<Row> rows_of(const planet::Result &result, const planet::Candidate &candidate) {
+    std::vector<Row> rows;
+    rows.reserve(candidate.samples.size());
+    for (const planet::PosteriorSample &sample : candidate.samples)
+        rows.push_back(row_of(result, candidate, sample));
+    return rows;
+}
+
+void set_interval(const std::vector<Row> &rows, size_t column, double *out) {
+    std::vector<double> values;
+    values.reserve(rows.size());
+    for (const Row &row : rows)
+        values.push_back(row[column]);
+    if (std::isnan(values[0])) {
+        std::fill(out, out + 3, NAN);
+        return;
+    }
+    const planet::Interval interval = planet::interval_of(std::move(values));
+    out[0] = interval.low;
+    out[1] = interval.middle;
+    out[2] = interval.high;
+}
+
+void set_correlation(const std::vector<Row> &rows, double *out) {
+    constexpr size_t count = planet::kDescribed;
+    const auto n = static_cast<double>(rows.size());
+    double mean[count] = {}, sums[count][count] = {};
+    for (const Row &row : rows)
+        for (size_t i = 0; i < count; i++)
+            mean[i] += row[i] / n;
+    for (const Row &row : rows)
+        for (size_t i = 0; i < count; i++)
+            for (size_t j = 0; j < count; j++)
+                sums[i][j] += (row[i] - mean[i]) * (row[j] - mean[j]);
+    for (size_t i = 0; i < count; i++)
+        for (size_t j = 0; j < count; j++)
+            out[i * count + j] = i == j ? 1 : sums[i][j] / std::sqrt(std::max(sums[i][i] * sums[j][j], 1e-300));
+}
+
+bool is_at_edge(const planet::Result &result, const std::vector<Row> &rows) {
+    const planet::Settings &settings = result.settings;
+    const auto count = std::count_if(rows.begin(), rows.end(), [&](const Row &row) {
+        return row[0] < 1.01 * settings.period_min || row[0] > settings.period_max / 1.01 ||
+               row[1] > 0.99 * settings.eccentricity_max;
+    });
+    return static_cast<double>(count) > 0.01 * static_cast<double>(rows.size());
+}
+
+toliman_planet public_planet(const planet::Result &result, uint32_t index) {
+    const planet::Candidate &candidate = candidate_of(result, index);
+    const std::vector<Row> rows = rows_of(result, candidate);
+    toliman_planet out = {};
+    out.flags = is_at_edge(result, rows) ? TOLIMAN_PLANET_AT_EDGE : 0;
+    out.log10_bayes = candidate.log10_bayes;
+    out.log10_fap = candidate.log10_fap;
+    double *const intervals[] = {out.period,    out.eccentricity, out.periastron_deg, out.epoch,
+                                 out.amplitude, out.mass_a,       out.mass_b};
+    for (size_t i = 0; i < std::size(intervals); i++)
+        set_interval(rows, i, intervals[i]);
+    std::copy(candidate.best.begin(), candidate.best.end(), out.best);
+    out.best[3] += result.series.time_reference;
+    std::copy(candidate.best_error.begin(), candidate.best_error.end(), out.best_error);
+    set_correlation(rows, out.correlation);
+    out.power_left = candidate.power_left;
+    return out;
+}
+
+double checked_period(const planet::Result &result, const char *name, double period) {
+    const planet::Settings &settings = result.settings;
+    if (!(period >= settings.period_min * (1 - 1e-12) && period <= settings.period_max * (1 + 1e-12)))
+        fail(Status::argument, "{%s} = %.9g: must be in the prior, %.9g to %.9g", name, period, settings.period_min,
+             settings.period_max);
+    return period;
+}
+
+planet::InjectionCell checked(const planet::Result &result, const toliman_planet_cell &cell) {
+    checked_period(result, "cell->period_min", cell.period_min);
+    checked_period(result, "cell->period_max", cell.period_max);
+    if (cell.period_min > cell.period_max)
+        fail(Status::argument, "{cell->period_min} = %.9g: must be at most period_max = %.9g", cell.period_min,
+             cell.period_max);
+    if (!(cell.size_min > 0 && cell.size_min <= cell.size_max && cell.size_max <= 1e100))
+        fail(Status::argument, "{cell->size_min} = %g, size_max = %g: must be above 0, in this order", cell.size_min,
+             cell.size_max);
+    if (cell.star < -1 || cell.star > 1)
+        fail(Status::argument, "{cell->star} = %d: must be -1, 0 or 1", cell.star);
+    if (cell.star >= 0 && !result.settings.units.knows_mass(cell.star))
+        fail(Status::argument, "{cell->star} = %d: unit, parallax or mass of the star is unknown", cell.star);
+    if (cell.circular > 1)
+        fail(Status::argument, "{cell->circular} = %u: must be 0 or 1", cell.circular);
+    if (cell.count > kMostSamples)
+        fail(Status::argument, "{cell->count} = %u: must be at most %u", cell.count, kMostSamples);
+    return {cell.star,     cell.period_min,    cell.period_max, cell.size_min,
+            cell.size_max, cell.circular == 1, cell.count,      cell.seed};
+}
+
+} // namespace
+
+extern "C" {
+
+void toliman_planet_series_init(toliman_planet_series *series, size_t size) noexcept {
+    deliver_defaults(toliman_planet_series{}, series, size);
+}
+
+void toliman_planet_options_init(toliman_planet_options *options, size_t size) noexcept {
+    deliver_defaults(toliman_planet_options{}, options, size);
+}
+
+toliman_status toliman_planet_search(const toliman_planet_series *series, const toliman_planet_options *options,
+                                     toliman_planets **out) noexcept {
+    return guard([&] {
+        required(out, "out");
+        const planet::Settings settings = settings_of(accept(options, toliman_planet_options{}, "options"));
+        *out = new toliman_planets(given_series(series, settings.units.velocity, settings.jitter), settings);
+    });
+}
+
+void toliman_planet_destroy(toliman_planets *planets) noexcept {
+    destroy(planets);
+}
+
+toliman_status toliman_planet_get_info(const toliman_planets *planets, toliman_planet_info *out) noexcept {
+    return guard([&] {
+        check_struct_size("out", required(out, "out"));
+        const Use use(planets, "planets");
+        const planet::Result &result = use->result;
+        const planet::Series &series = result.series;
+        toliman_planet_info info = {};
+        info.planets = static_cast<uint32_t>(result.planets);
+        info.candidates = static_cast<uint32_t>(result.candidates.size());
+        info.functions = static_cast<uint32_t>(series.functions.size());
+        double weight = 0, square = 0;
+        for (size_t i = 0; i < series.n; i++) {
+            weight += result.design->weights()[i] * result.design->weights()[i];
+            square += result.design->residuals()[i] * result.design->residuals()[i];
+        }
+        info.rms = std::sqrt(square / weight);
+        info.chi_square =
+            square / std::max(static_cast<double>(series.n) - static_cast<double>(result.design->free()), 1.0);
+        const planet::Candidate &last = result.candidates[result.planets > 0 ? result.planets - 1 : 0];
+        set_interval(rows_of(result, last), TOLIMAN_PLANET_COLUMNS - 1, info.jitter);
+        info.time_reference = series.time_reference;
+        info.axis_deg = series.axis_cosine.empty() ? NAN : series.axis / kDegree;
+        info.axis_turn_deg = series.turn / kDegree;
+        info.period_min = result.settings.period_min;
+        info.period_max = result.settings.period_max;
+        info.amplitude_min = result.settings.amplitude_min;
+        info.amplitude_max = result.settings.amplitude_max;
+        deliver(info, out, "out");
+    });
+}
+
+toliman_status toliman_planet_get(const toliman_planets *planets, uint32_t index, toliman_planet *out) noexcept {
+    return guard([&] {
+        check_struct_size("out", required(out, "out"));
+        const Use use(planets, "planets");
+        deliver(public_planet(use->result, index), out, "out");
+    });
+}
+
+toliman_status toliman_planet_get_samples(const toliman_planets *planets, uint32_t index, size_t count,
+                                          double *samples) noexcept {
+    return guard([&] {
+        const Use use(planets, "planets");
+        const planet::Candidate &candidate = candidate_of(use->result, index);
+        if (count > candidate.samples.size())
+            fail(Status::argument, "{count} = %zu: must be at most %zu", count, candidate.samples.size());
+        required_array(samples, count, sizeof(Row), "samples");
+        for (size_t i = 0; i < count; i++) {
+            const Row row = row_of(use->result, candidate, candidate.samples[i]);
+            std::copy(row.begin(), row.end(), samples + i * row.size());
+        }
+    });
+}
+
+toliman_status toliman_planet_get_signal(const toliman_planets *planets, uint32_t index, const double *t,
+                                         const double *position_angle_deg, size_t n, double *signal) noexcept {
+    return guard([&] {
+        const Use use(planets, "planets");
+        const planet::Series &series = use->result.series;
+        const planet::Candidate &candidate = candidate_of(use->result, index);
+        required_array(t, n, sizeof *t, "t");
+        required_array(signal, n, sizeof *signal, "signal");
+        if (position_angle_deg != nullptr && series.axis_cosine.empty())
+            fail(Status::argument, "{position_angle_deg}: must be NULL, as the series has no position angles");
+        std::vector<double> times(n), angles(n);
+        for (size_t i = 0; i < n; i++) {
+            if (!(std::fabs(t[i]) <= 1e100))
+                fail(Status::argument, "{t}[%zu] = %g: must be finite and at most 1e100", i, t[i]);
+            times[i] = t[i] - series.time_reference;
+            if (position_angle_deg == nullptr)
+                continue;
+            if (!std::isfinite(position_angle_deg[i]))
+                fail(Status::argument, "{position_angle_deg}[%zu] = %g: must be finite", i, position_angle_deg[i]);
+            angles[i] = std::remainder(position_angle_deg[i] * kDegree - series.axis, 2 * kPi);
+        }
+        const Buffer<double> values = planet::signal_at(series, candidate.fitted.planet, times.data(),
+                                                        series.axis_cosine.empty() ? nullptr : angles.data(), n);
+        std::copy(values.begin(), values.end(), signal);
+    });
+}
+
+toliman_status toliman_planet_get_residuals(const toliman_planets *planets, size_t n, double *residuals) noexcept {
+    return guard([&] {
+        const Use use(planets, "planets");
+        const Buffer<double> &values = use->result.residuals;
+        if (n != values.size())
+            fail(Status::argument, "{n} = %zu: must be %zu, the number of measurements", n, values.size());
+        required_array(residuals, n, sizeof *residuals, "residuals");
+        std::copy(values.begin(), values.end(), residuals);
+    });
+}
+
+toliman_status toliman_planet_get_limits(const toliman_planets *planets, const double *periods, size_t count,
+                                         double probability, toliman_planet_limit *limits) noexcept {
+    return guard([&] {
+        const Use use(planets, "planets");
+        const planet::Result &result = use->result;
+        required_array(periods, count, sizeof *periods, "periods");
+        if (!(probability > 0 && probability < 1))
+            fail(Status::argument, "{probability} = %g: must be in (0, 1)", probability);
+        if (count == 0)
+            return;
+        const StructArray<toliman_planet_limit> out(limits, "limits");
+        const planet::Detection &detection = use->detection();
+        const planet::Recovery &recovery = use->recovery();
+        const planet::Units &units = result.settings.units;
+        std::vector<toliman_planet_limit> made(count);
+        for (size_t i = 0; i < count; i++) {
+            const double frequency = 1 / checked_period(result, "periods", periods[i]);
+            const double upper = detection.upper(frequency, probability);
+            const double detectable = recovery.recoverable(frequency, probability);
+            made[i] = {0,
+                       0,
+                       periods[i],
+                       upper,
+                       detectable,
+                       units.mass(0, periods[i], 0, upper),
+                       units.mass(1, periods[i], 0, upper),
+                       units.mass(0, periods[i], 0, detectable),
+                       units.mass(1, periods[i], 0, detectable)};
+        }
+        for (size_t i = 0; i < count; i++)
+            out.put(i, made[i]);
+    });
+}
+
+toliman_status toliman_planet_get_efficiency(const toliman_planets *planets, double period, double amplitude,
+                                             double *efficiency) noexcept {
+    return guard([&] {
+        required(efficiency, "efficiency");
+        const Use use(planets, "planets");
+        checked_period(use->result, "period", period);
+        if (!(amplitude >= 0 && amplitude <= 1e100))
+            fail(Status::argument, "{amplitude} = %g: must be in [0, 1e100]", amplitude);
+        *efficiency = use->recovery().efficiency(1 / period, amplitude);
+    });
+}
+
+toliman_status toliman_planet_inject(const toliman_planets *planets, const toliman_planet_cell *cell,
+                                     uint32_t *detected) noexcept {
+    return guard([&] {
+        required(detected, "detected");
+        const Use use(planets, "planets");
+        const auto known = accept(&required(cell, "cell"), toliman_planet_cell{}, "cell");
+        const planet::Result &result = use->result;
+        const planet::InjectionCell injected = checked(result, known);
+        *detected = static_cast<uint32_t>(use->recovery().inject(injected, result.settings.units));
+    });
+}
+
+} // extern "C"

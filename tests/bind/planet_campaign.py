@@ -1,0 +1,256 @@
+"""Simulated series of alpha Centauri with known planets: are the posteriors of planet.h calibrated, and its limits right?
+The short form: test_planet_campaign.py.
+
+    planet_campaign.py [sbc] [null] [pair] [limits] [--sets 500] [--seed 1] [--jobs 0]
+
+The series are reduced separations of three years, 600 km above the Earth: 836 days on which the Sun is 50 degrees away,
+or their means of five days. They contain the errors of the reference orbit, drawn from their priors, white noise of 1e-6
+px per day, and an offset. The search fits the derivatives by the elements with their priors, and has the position angles.
+
+sbc     Series whose planet is drawn from the priors of the header. If posteriors are right, the rank of the truth among
+        the samples is uniform (Talts et al. 2018, arXiv:1804.06788). Compared with the Kolmogorov-Smirnov test; and the
+        share of truths within the 16 and 84 % points.
+null    Series without a planet: the share with a Bayes factor above 10.
+pair    A giant of 340 uas with an eccentricity of 0.4 and 750 d, and an Earth of 1.2 uas and 226 d: both periods within
+        1.5 % in all of 20 series, and the Earth's mass within two half widths of its central 68 % in 17 at least.
+limits  Probabilities of detection against injections, and these against a search in numpy, at 20 periods and amplitudes.
+
+Without a mode all four run. The exit status is 1 if a figure is missed."""
+import argparse
+import functools
+import logging
+import math
+import multiprocessing
+import os
+import pathlib
+import sys
+import time
+
+import numpy
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path[:0] = [str(ROOT / "bindings" / "python"), str(ROOT / "tests" / "support")]
+import mission_campaign as mission  # noqa: E402
+import planet_model as model  # noqa: E402
+import toliman  # noqa: E402
+
+SCALE, SIGMA = mission.SCALE, 1e-6  # arcsec per px; px per day
+MASSES, PARALLAX = (1.0788, 0.9092), 0.750
+PERIODS, AMPLITUDES = (60, 1000), (0.05e-6 / SCALE, 5e-6 / SCALE)  # d; px
+NAMES = "period", "eccentricity", "amplitude", "mass_a"
+GIANT = {"period": 750, "e": 0.4, "amplitude": 340e-6 / SCALE}
+EARTH = {"period": 226, "e": 0.0, "amplitude": 1.2e-6 / SCALE}
+DRAWS, LEAST_P, INJECTIONS = 1000, 0.01, 2000
+LONGITUDES = 40, 130  # degrees from the node to periastron, of the pair
+
+
+@functools.cache
+def observations(five_days):
+    """Returns days, position angles, partial derivatives, sigmas (px) and the standard deviations of their coefficients."""
+    elements, _, priors = mission.published().error_columns(SCALE)
+    seen = mission.published().reduce(mission.exposures(), 1)[1]
+    days, rows, sigma = mission.middles(), seen["partials"][:, elements], numpy.full(mission.SAMPLES, SIGMA)
+    angles = seen["geometric_angle_deg"]
+    if five_days:
+        group = (days // 5).astype(int)
+        counts = numpy.bincount(group)
+        kept = counts > 0
+        days, angles, *columns = (numpy.bincount(group, values)[kept] / counts[kept] for values in (days, angles, *rows.T))
+        rows, sigma = numpy.stack(columns, 1), SIGMA / numpy.sqrt(counts[kept])
+    return days, angles, rows, sigma, priors
+
+
+def search(five_days, y, **options):
+    days, angles, rows, sigma, priors = observations(five_days)
+    return toliman.planets(days, y, sigma, rows=rows, priors=[math.inf, *priors], position_angle_deg=angles, unit=SCALE,
+                           parallax_arcsec=PARALLAX, star_masses=MASSES, period_min=PERIODS[0], period_max=PERIODS[1],
+                           threads=1, **options)
+
+
+def without_planet(five_days, random):
+    """Draws noise, offset and errors of the orbit."""
+    days, _, rows, sigma, priors = observations(five_days)
+    return sigma * random.normal(size=len(days)) + rows @ (priors * random.normal(size=len(priors))) + 1e-3 * random.normal()
+
+
+def signal(five_days, period, e, anomaly, amplitudes):
+    """Signal with the amplitudes cos and sin of periastron along the mean axis, and across."""
+    days, angles, *_ = observations(five_days)
+    return numpy.asarray(amplitudes) @ model.bases(days, angles, period, e, anomaly)
+
+
+def coplanar(five_days, amplitude, longitude_deg):
+    """Amplitudes of an orbit in the plane of the binary, with `amplitude` along the mean axis, from the angle between node
+    and periastron: Thiele-Innes constants."""
+    elements = {name: math.radians(value) for name, (value, _) in mission.published().elements.items() if name.endswith("deg")}
+    node, tilt, w = elements["node_deg"], elements["inclination_deg"], math.radians(longitude_deg)
+    axis = math.radians(observations(five_days)[1].mean()) - node
+    towards, ahead = numpy.array([math.cos(w), math.sin(w)]), numpy.array([-math.sin(w), math.cos(w)])
+    foreshortened = numpy.array([1, math.cos(tilt)])
+    along, across = numpy.array([math.cos(axis), math.sin(axis)]), numpy.array([-math.sin(axis), math.cos(axis)])
+    constants = numpy.array([towards @ (foreshortened * along), -(ahead @ (foreshortened * along)),
+                             towards @ (foreshortened * across), -(ahead @ (foreshortened * across))])
+    return amplitude * constants / math.hypot(*constants[:2])
+
+
+def rank(value, samples):
+    """Share of the samples below the value; equal ones count half."""
+    return ((samples < value).sum() + (samples == value).sum() / 2) / len(samples)
+
+
+def calibrate(task):
+    """Ranks of the true period, eccentricity, amplitude and mass, and whether each is within the central 68 %."""
+    five_days, seed = task
+    random = numpy.random.default_rng([seed, five_days])
+    period = math.exp(random.uniform(*numpy.log(PERIODS)))
+    e, scale = model.draw_eccentricity(random), math.exp(random.uniform(*numpy.log(AMPLITUDES)))
+    amplitudes, anomaly = scale * random.normal(size=4), random.uniform(0, 2 * math.pi)
+    y = without_planet(five_days, random) + signal(five_days, period, e, anomaly, amplitudes)
+    found = search(five_days, y, seed=seed, samples=DRAWS, amplitude_min=AMPLITUDES[0], amplitude_max=AMPLITUDES[1])
+    amplitude, samples, planet = math.hypot(*amplitudes[:2]), found.samples(0, DRAWS), found.candidates[0]
+    truth = [period, e, amplitude, model.mass_of_separation(amplitude * SCALE, period, MASSES[0], PARALLAX)]
+    inside = [getattr(planet, name)[0] <= value <= getattr(planet, name)[2] for name, value in zip(NAMES, truth)]
+    return [rank(value, samples[name]) for name, value in zip(NAMES, truth)], inside
+
+
+def uniform_p(ranks):
+    """p-value of the Kolmogorov-Smirnov test of a uniform distribution: Stephens' approximation."""
+    ranks, n = numpy.sort(ranks), len(ranks)
+    steps = numpy.arange(n)
+    distance = max((ranks - steps / n).max(), ((steps + 1) / n - ranks).max())
+    x = distance * (math.sqrt(n) + 0.12 + 0.11 / math.sqrt(n))
+    k = numpy.arange(1, 101)
+    return 1.0 if x < 0.3 else float(min(1, 2 * ((-1.0)**(k - 1) * numpy.exp(-2 * (k * x)**2)).sum()))
+
+
+def sbc(pool, sets, seed):
+    wrong = []
+    print("| series | number | parameter | p | within 68 % |\n|---|---|---|---|---|")
+    for five_days, kind in ((1, "means of five days"), (0, "days")):
+        ranks, inside = (numpy.array(values) for values in zip(*pool.map(
+            calibrate, [(five_days, seed * 10**6 + k) for k in range(sets)], chunksize=1)))
+        for i, name in enumerate(NAMES):
+            p, share = uniform_p(ranks[:, i]), inside[:, i].mean()
+            print(f"| {kind} | {sets} | {name} | {p:.2g} | {100 * share:.1f} % |")
+            if p < LEAST_P:
+                wrong.append(f"{kind}: ranks of {name}: p = {p:.2g}: must be at least {LEAST_P:g}")
+            if abs(share - 0.68) > 3.3 * math.sqrt(0.68 * 0.32 / sets):
+                wrong.append(f"{kind}: {100 * share:.1f} % of {name} are within 68 %")
+    return wrong
+
+
+def odds(seed):
+    """log10 of the Bayes factor of a series without a planet."""
+    return search(1, without_planet(1, numpy.random.default_rng([seed, 2])), samples=100).candidates[0].log10_bayes
+
+
+def null(pool, sets, seed):
+    found = numpy.array(pool.map(odds, [seed * 10**6 + k for k in range(sets)], chunksize=1))
+    print(f"| without planet | Bayes factor above 10 | median | largest |\n|---|---|---|---|\n| {sets} | {(found > 1).sum()} | "
+          f"{10**numpy.median(found):.2g} | {10**found.max():.2g} |")
+    return [f"{(found > 1).sum()} of {sets} Bayes factors above 10: must be at most 1 %"] if (found > 1).mean() > 0.01 else []
+
+
+def pair_series(seed):
+    """Values of a series with the giant and the Earth, and their signals alone."""
+    random = numpy.random.default_rng([seed, 3])
+    y = without_planet(0, random)
+    signals = sum(signal(0, planet["period"], planet["e"], random.uniform(0, 2 * math.pi),
+                         coplanar(0, planet["amplitude"], longitude)) for planet, longitude in zip((GIANT, EARTH), LONGITUDES))
+    return y + signals, signals
+
+
+def pair_errors(found):
+    """Errors of the periods, relative, and of the Earth's mass in half widths; and the number of planets found."""
+    mass = model.mass_of_separation(EARTH["amplitude"] * SCALE, EARTH["period"], MASSES[0], PARALLAX)
+    errors = [math.inf, math.inf, math.inf]
+    for i, (planet, truth) in enumerate(zip(found.planets, (GIANT, EARTH))):
+        errors[i] = abs(planet.period[1] / truth["period"] - 1)
+        if truth is EARTH:
+            low, middle, high = planet.mass_a
+            errors[2] = abs(middle - mass) / (high - low) * 2
+    return errors + [len(found.planets)]
+
+
+def find_pair(task):
+    seed, most = task
+    return pair_errors(search(0, pair_series(seed)[0], max_planets=most, samples=DRAWS))
+
+
+def pair(pool, sets, seed):
+    wrong = []
+    print("| largest number of planets | series | both periods within 1.5 % | mass within two half widths | more planets |\n"
+          "|---|---|---|---|---|")
+    for most in (2, 3):
+        found = numpy.array(pool.map(find_pair, [(seed * 10**6 + k, most) for k in range(sets)], chunksize=1))
+        periods, masses = (found[:, :2].max(1) < 0.015).sum(), (found[:, 2] <= 2).sum()
+        print(f"| {most} | {sets} | {periods} | {masses} | {(found[:, 3] > 2).sum()} |")
+        if periods < sets:
+            wrong.append(f"up to {most} planets: both periods in {periods} of {sets}: must be all")
+        if masses < 0.85 * sets:
+            wrong.append(f"up to {most} planets: mass in {masses} of {sets}: must be at least 85 %")
+    return wrong
+
+
+@functools.cache
+def empty():
+    """A result without planets, and the same search in numpy."""
+    days, angles, rows, sigma, priors = observations(1)
+    functions, precisions = numpy.column_stack([numpy.ones(len(days)), rows]), [0, *priors**-2.0]
+    return (search(1, without_planet(1, numpy.random.default_rng(1)), samples=100),
+            model.Recovery(days, sigma, functions, precisions, PERIODS, angles))
+
+
+def detect(task):
+    """Period, amplitude (uas), probability of detection, shares of injections that are detected, also in numpy."""
+    period, amplitude, count = task
+    found, reference = empty()
+    size = amplitude * 1e-6 / SCALE
+    detected = found.inject((period, period), (size, size), count, circular=True, seed=int(period)) / count
+    expected = reference.share(period, size, count, numpy.random.default_rng(int(period)))
+    return period, amplitude, found.efficiency(period, size), detected, expected
+
+
+def limits(pool, count):
+    wrong = []
+    print("| period | amplitude | probability | injections | numpy |\n|---|---|---|---|---|")
+    error = 0.03 * math.sqrt(INJECTIONS / count)
+    tasks = [(period, amplitude, count) for period, largest in ((80, 0.12), (150, 0.12), (250, 0.12), (450, 0.24), (800, 1.2))
+             for amplitude in largest * numpy.array([0.55, 0.65, 0.8, 1])]
+    for period, amplitude, theory, found, expected in pool.map(detect, tasks, chunksize=1):
+        print(f"| {period} d | {amplitude:.3f} uas | {theory:.3f} | {found:.3f} | {expected:.3f} |")
+        if abs(theory - found) > error or abs(expected - found) > 1.5 * error:  # the latter are both random
+            wrong.append(f"{period} d, {amplitude:.3f} uas: probability {theory:.3f}, {found:.3f} of {count}, in numpy "
+                         f"{expected:.3f}")
+    return wrong
+
+
+MODES = {"sbc": lambda pool, given: sbc(pool, given.sets, given.seed),
+         "null": lambda pool, given: null(pool, given.sets, given.seed),
+         "pair": lambda pool, given: pair(pool, max(given.sets // 25, 1), given.seed),
+         "limits": lambda pool, given: limits(pool, INJECTIONS)}
+
+
+def quiet():
+    logging.getLogger("toliman").setLevel(logging.ERROR)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("modes", nargs="*", metavar="mode", choices=[[], *MODES], help="sbc, null, pair or limits; all")
+    parser.add_argument("--sets", type=int, default=500, help="number of series of sbc and null; one in 25 for pair")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--jobs", type=int, default=0, help="processes; 0 = one per processor")
+    given = parser.parse_args()
+    wrong = []
+    with multiprocessing.Pool(given.jobs or os.cpu_count(), quiet) as pool:
+        for mode in given.modes or MODES:
+            began = time.monotonic()
+            wrong += MODES[mode](pool, given)
+            print(f"\n{mode}: {time.monotonic() - began:.0f} s\n", flush=True)
+    print("\n".join(wrong))
+    return bool(wrong)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,83 @@
+"""Calibration of planets on simulated series: the short form of planet_campaign.py."""
+import contextlib
+import io
+import math
+import pathlib
+import sys
+import unittest
+
+import numpy
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+import planet_campaign as campaign  # noqa: E402
+
+
+class Serial:
+    """The pool of a campaign, in this process."""
+
+    @staticmethod
+    def map(function, tasks, chunksize):
+        return [function(task) for task in tasks]
+
+
+def run(mode, *arguments):
+    """Figures that are missed, and the printed rows."""
+    shown = io.StringIO()
+    with contextlib.redirect_stdout(shown):
+        wrong = mode(Serial, *arguments)
+    return wrong, shown.getvalue().splitlines()[2:]
+
+
+class Campaign(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        campaign.quiet()
+
+    def test_posteriors(self):
+        wrong, rows = run(campaign.sbc, 4, 1)
+        self.assertEqual((wrong, len(rows)), ([], 8))
+
+    def test_without_planet(self):
+        self.assertEqual(run(campaign.null, 4, 1)[0], [])
+
+    def test_pair(self):
+        y, truth = campaign.pair_series(1000000)
+        found = campaign.search(0, y, max_planets=2)
+        self.assertEqual(found.info.planets, 2)
+        self.assertLess(max(campaign.pair_errors(found)[:2]), 0.015)
+        self.assertGreater(abs(truth).max(), 300e-6 / campaign.SCALE)
+
+    def test_limits(self):
+        self.assertEqual(run(campaign.limits, 100)[0], [])
+
+
+class Figures(unittest.TestCase):
+    def test_ranks_of_a_uniform_distribution(self):
+        self.assertGreater(campaign.uniform_p((numpy.arange(100) + 0.5) / 100), 0.99)
+        self.assertAlmostEqual(campaign.uniform_p(numpy.linspace(0.1372, 1, 99)), 0.05, delta=0.01)
+        self.assertLess(campaign.uniform_p(numpy.linspace(0.5, 1, 20)), 1e-4)
+        self.assertEqual(campaign.rank(2, numpy.array([1, 2, 2, 3])), 0.5)
+
+    def test_orbits_in_the_plane_of_the_binary(self):
+        """The amplitude along the axis is that asked for; a quarter of an orbit further on, the constants exchange."""
+        one, other = campaign.coplanar(1, 3.0, 20), campaign.coplanar(1, 3.0, 110)
+        self.assertAlmostEqual(math.hypot(*one[:2]), 3)
+        self.assertAlmostEqual(math.hypot(*one), math.hypot(*other))
+        numpy.testing.assert_allclose(other, [-one[1], one[0], -one[3], one[2]], rtol=1e-12)
+
+    def test_means_of_five_days(self):
+        days, means = campaign.observations(0), campaign.observations(1)
+        self.assertAlmostEqual((days[3]**-2).sum() / (means[3]**-2).sum(), 1)
+        for one, mean in zip(days[:3], means[:3]):
+            numpy.testing.assert_allclose(numpy.average(mean, 0, means[3]**-2), one.mean(0), rtol=1e-12)
+
+    def test_figures_that_are_missed_are_named(self):
+        class Wrong:
+            map = staticmethod(lambda function, tasks, chunksize: [3.0] * len(tasks))
+        with contextlib.redirect_stdout(io.StringIO()):
+            wrong = campaign.null(Wrong, 10, 1)
+        self.assertEqual(wrong, ["10 of 10 Bayes factors above 10: must be at most 1 %"])
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,403 @@
+"""Tests planets() of Python: orbits, masses and odds of synthetic series against numpy."""
+import math
+import pathlib
+import sys
+import unittest
+
+import numpy
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path[:0] = [str(ROOT / "bindings" / "python"), str(ROOT / "tests" / "support")]
+import planet_model as model  # noqa: E402
+import toliman  # noqa: E402
+
+N, SIGMA, STARS, PARALLAX = 150, 0.3e-6, (1.0788, 0.9092), 0.750
+KNOWN = {"unit": 1, "parallax_arcsec": PARALLAX, "star_masses": STARS}
+PARAMETERS = "period", "eccentricity", "periastron_deg", "epoch", "amplitude"
+
+
+def days(seed, n=N, span=1095):
+    return numpy.sort(numpy.random.default_rng(seed).uniform(0, span, n))
+
+
+def noise(seed, n=N):
+    return numpy.random.default_rng([seed, 1]).normal(size=n)
+
+
+def within(planet, truth, factor=3):
+    """Whether every parameter is within `factor` half widths of the central 68 %; angles and epochs are compared modulo
+    a revolution."""
+    for name, true in truth.items():
+        low, middle, high = getattr(planet, name)
+        turn = {"periastron_deg": 360, "epoch": truth["period"]}.get(name)
+        error = middle - true if turn is None else (middle - true + turn / 2) % turn - turn / 2
+        if abs(error) > factor * (high - low) / 2:
+            return f"{name}: {low:g}, {middle:g}, {high:g}: is {true:g}"
+    return ""
+
+
+class Circular(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.t = days(1)
+        cls.rows = numpy.stack([numpy.cos(cls.t / 500), (cls.t / 1000)**2], 1)
+        signal = model.separation(cls.t, 310, 0, 0, 77, 1.1e-6)
+        cls.y = signal + SIGMA * noise(1) + cls.rows @ [2e-6, -1e-6] + 3e-6
+        cls.given = {"rows": cls.rows, "priors": [math.inf, math.inf, 4e-6, math.inf], "trend": 1, **KNOWN}
+        cls.found = toliman.planets(cls.t, cls.y, SIGMA, threads=1, **cls.given)
+
+    def test_orbit(self):
+        info, (planet,) = self.found.info, self.found.planets
+        self.assertEqual((info.planets, info.candidates, info.functions, len(self.found)), (1, 1, 4, 1))
+        self.assertEqual(within(planet, {"period": 310, "amplitude": 1.1e-6}), "")
+        self.assertLess(planet.eccentricity[0], 0.2)
+        self.assertGreater(planet.log10_bayes, 10)
+        self.assertLess(planet.log10_fap, -10)
+        self.assertFalse(planet.at_edge)
+        self.assertTrue(0.5 < planet.power_left <= 1)
+        self.assertEqual((info.period_min, info.period_max), (60, 1000))
+        self.assertAlmostEqual(info.amplitude_min, 0.05e-6, delta=1e-12)
+        self.assertAlmostEqual(info.time_reference, self.t.mean(), delta=1e-9)
+        self.assertTrue(math.isnan(info.axis_deg))
+        self.assertEqual((info.axis_turn_deg, info.jitter), (0, (0, 0, 0)))
+        self.assertLess(abs(planet.epoch[1] - info.time_reference), planet.period[1])
+        self.assertIn("310"[:2], repr(self.found))
+
+    def test_signal_is_that_of_the_best_orbit(self):
+        best = self.found.planets[0].best
+        t = numpy.linspace(-100, 1500, 300)
+        numpy.testing.assert_allclose(self.found.signal(0, t), model.separation(t, *best), atol=1e-9 * best[4])
+
+    def test_residuals_are_what_the_fit_leaves(self):
+        residuals = self.found.residuals()
+        x = 2 * (self.t - self.t[0]) / (self.t[-1] - self.t[0]) - 1
+        functions = numpy.column_stack([numpy.ones(N), x, self.rows])
+        rest = self.y - self.found.signal(0, self.t) - residuals
+        left = rest - functions @ numpy.linalg.lstsq(functions, rest, rcond=None)[0]
+        self.assertLess(abs(left).max(), 1e-4 * SIGMA)  # of the last step of the fit
+        for free in (0, 1, 3):  # residuals are orthogonal to the functions without prior
+            column = functions[:, free]
+            self.assertLess(abs(residuals @ column), 1e-6 * numpy.linalg.norm(residuals) * numpy.linalg.norm(column))
+        self.assertAlmostEqual(self.found.info.rms / math.sqrt((residuals**2).mean()), 1, delta=1e-9)
+        self.assertAlmostEqual(residuals.std() / SIGMA, 1, delta=0.2)
+        self.assertAlmostEqual(self.found.info.chi_square, 1, delta=0.4)
+
+    def test_samples_are_of_the_posterior(self):
+        planet, samples = self.found.planets[0], self.found.samples(0)
+        self.assertEqual((samples.shape, samples.dtype.names[:5]), ((4096,), PARAMETERS))
+        for name in ("period", "eccentricity", "amplitude", "mass_a", "mass_b"):
+            low, middle, high = getattr(planet, name)
+            for share, point in ((0.16, low), (0.5, middle), (0.84, high)):
+                self.assertAlmostEqual((samples[name] < point).mean(), share, delta=0.035, msg=name)
+        self.assertTrue((samples["jitter"] == 0).all())
+        numpy.testing.assert_array_equal(self.found.samples(0, 10), samples[:10])
+        correlation = numpy.corrcoef(samples["period"], samples["amplitude"])[0, 1]
+        self.assertAlmostEqual(planet.correlation[4], correlation, delta=0.08)
+        self.assertEqual(planet.correlation[::6], (1,) * 5)
+
+    def test_masses_are_those_of_two_bodies(self):
+        for sample in self.found.samples(0, 20):
+            for name, star in zip(("mass_a", "mass_b"), STARS):
+                mass = model.mass_of_separation(sample["amplitude"], sample["period"], star, PARALLAX)
+                self.assertAlmostEqual(sample[name] / mass, 1, delta=2e-5)
+
+    def test_units_change_nothing_but_themselves(self):
+        given = {**self.given, "unit": 1e-6, "priors": [math.inf, math.inf, 4, math.inf], "time_unit_days": 365.25}
+        planet = toliman.planets(self.t / 365.25, self.y * 1e6, SIGMA * 1e6, period_min=60 / 365.25,
+                                 period_max=1000 / 365.25, **given).planets[0]
+        same = self.found.planets[0]
+        numpy.testing.assert_allclose(planet.mass_a, same.mass_a, rtol=1e-6)
+        numpy.testing.assert_allclose(numpy.multiply(planet.period, 365.25), same.period, rtol=1e-6)
+        numpy.testing.assert_allclose(planet.log10_bayes, same.log10_bayes, rtol=1e-6)
+
+    def test_masses_without_what_they_need(self):
+        planet = toliman.planets(self.t, self.y, SIGMA, samples=100, unit=1, parallax_arcsec=PARALLAX, star_masses=(1, 0),
+                                 period_min=200).planets[0]
+        self.assertTrue(planet.mass_a[1] > 0 and math.isnan(planet.mass_b[1]))
+
+    def test_threads_give_the_same_bits(self):
+        for threads in (2, 4):
+            other = toliman.planets(self.t, self.y, SIGMA, threads=threads, **self.given)
+            self.assertEqual(repr(other.candidates), repr(self.found.candidates))
+            self.assertEqual(repr(other.info), repr(self.found.info))
+            for one, two in ((other.samples(0), self.found.samples(0)), (other.residuals(), self.found.residuals()),
+                             (other.limits([100, 500]), self.found.limits([100, 500]))):
+                self.assertEqual(one.tobytes(), two.tobytes())
+
+    def test_seed_changes_the_samples_alone(self):
+        other = toliman.planets(self.t, self.y, SIGMA, seed=5, **self.given)
+        self.assertFalse((other.samples(0) == self.found.samples(0)).any())
+        one, two = other.planets[0], self.found.planets[0]
+        self.assertEqual((one.log10_bayes, one.best, one.best_error), (two.log10_bayes, two.best, two.best_error))
+        for name in ("period", "amplitude", "mass_a"):
+            low, _, high = getattr(two, name)
+            numpy.testing.assert_allclose(getattr(one, name), getattr(two, name), atol=0.05 * (high - low))
+
+    def test_limits_and_efficiency(self):
+        periods = numpy.array([[80, 150, 250], [400, 600, 900]])
+        limits = self.found.limits(periods)
+        numpy.testing.assert_array_equal(limits["period"], periods)
+        for i in numpy.ndindex(periods.shape):
+            self.assertAlmostEqual(self.found.efficiency(periods[i], limits["detectable"][i]), 0.95, delta=1e-3)
+            for kind in ("upper", "detectable"):
+                for star, name in enumerate("ab"):
+                    mass = model.mass_of_separation(limits[kind][i], periods[i], STARS[star], PARALLAX)
+                    self.assertAlmostEqual(limits[f"{kind}_mass_{name}"][i] / mass, 1, delta=2e-5)
+        lower = self.found.limits(periods, 0.5)
+        self.assertTrue((lower["upper"] < limits["upper"]).all())
+        self.assertTrue((lower["detectable"] < limits["detectable"]).all())
+        self.assertEqual(self.found.limits([]).shape, (0,))
+
+    def test_injections(self):
+        amplitude = float(self.found.limits([80], 0.6)["detectable"][0])
+        detected = self.found.inject((80, 80), (amplitude, amplitude), 600, circular=True, seed=3)
+        self.assertAlmostEqual(detected / 600, 0.6, delta=0.08)
+        self.assertEqual(self.found.inject((100, 200), (5e-6, 6e-6), 50, circular=True), 50)
+        self.assertLess(self.found.inject((100, 200), (1e-9, 1e-8), 50), 3)
+        mass = model.mass_of_separation(amplitude, 80, STARS[1], PARALLAX)
+        by_mass = self.found.inject((80, 80), (mass, mass), 600, star="b", circular=True, seed=3)
+        self.assertAlmostEqual(by_mass, detected, delta=1)
+        with self.assertRaisesRegex(ValueError, "star = 'c': must be one of 'a', 'b', ''"):
+            self.found.inject((100, 200), (1, 2), star="c")
+
+    def test_refusals_of_a_result(self):
+        for call in (lambda: self.found.signal(1, [0.0]), lambda: self.found.samples(1), lambda: self.found.samples(0, 4097),
+                     lambda: self.found.signal(0, [math.nan]), lambda: self.found.limits([10]),
+                     lambda: self.found.limits([100], 1), lambda: self.found.efficiency(100, -1),
+                     lambda: self.found.inject((200, 100), (1, 2)), lambda: self.found.inject((100, 200), (0, 2))):
+            self.assertRaises(toliman.InputError, call)
+        with self.assertRaisesRegex(ValueError, r"position_angle_deg has the shape \(2,\): must be \(1\)"):
+            self.found.signal(0, [0.0], [1, 2])
+
+    def test_upper_limit_is_the_posterior_of_the_residuals(self):
+        """Without a planet: the posterior of the amplitude of a sinusoid, with the mean marginalised."""
+        y = SIGMA * noise(9)
+        found = toliman.planets(self.t, y, SIGMA, samples=100, **KNOWN)
+        self.assertEqual((found.planets, len(found.candidates)), ([], 1))
+        period, phase = 170, model.midpoints(0, 2 * math.pi, 90)[:, None]
+        amplitude = model.midpoints(0, 2, 2000)[:, None, None]
+        wave = numpy.cos(2 * math.pi * self.t / period - phase)
+        wave -= wave.mean(1)[:, None]
+        logs = amplitude[..., 0] * (wave @ y) / SIGMA - amplitude[..., 0]**2 * (wave**2).sum(1) / 2
+        density = numpy.exp(logs - logs.max()).sum(1)
+        total = numpy.cumsum(density) / density.sum()
+        upper = numpy.interp(0.9, total, amplitude[:, 0, 0] + 0.0005) * SIGMA
+        self.assertAlmostEqual(found.limits([period], 0.9)["upper"][0] / upper, 1, delta=0.005)
+
+
+class Eccentric(unittest.TestCase):
+    truth = {"period": 420, "eccentricity": 0.6, "periastron_deg": 130, "epoch": 300, "amplitude": 2e-6}
+
+    def test_separation(self):
+        t = days(2)
+        y = model.separation(t, *self.truth.values()) + SIGMA * noise(2)
+        found = toliman.planets(t, y, SIGMA, **KNOWN)
+        self.assertEqual(within(found.planets[0], self.truth), "")
+        best, error = found.planets[0].best, found.planets[0].best_error
+        for name, value, deviation in zip(PARAMETERS, best, error):
+            if name != "epoch":
+                self.assertLess(abs(value - self.truth[name]), 4 * deviation, name)
+        numpy.testing.assert_allclose(found.signal(0, t), model.separation(t, *best), atol=1e-9 * best[4])
+
+    def test_velocity(self):
+        truth, t = {**self.truth, "amplitude": 25}, days(3)
+        y = model.velocity(t, *truth.values()) + 2 * noise(3) + 400
+        found = toliman.planets(t, y, 2, velocity=True, unit=1, star_masses=(STARS[0], 0))
+        planet = found.planets[0]
+        self.assertEqual(within(planet, truth), "")
+        numpy.testing.assert_allclose(found.signal(0, t), model.velocity(t, *planet.best), atol=1e-9 * planet.best[4])
+        for sample in found.samples(0, 20):
+            mass = model.mass_of_velocity(sample["amplitude"], sample["period"], sample["eccentricity"], STARS[0])
+            self.assertAlmostEqual(sample["mass_a"] / mass, 1, delta=2e-5)
+
+    def test_noise_of_unknown_size(self):
+        """The posterior of a strong signal is as wide as the linearised fit, and the noise is found."""
+        t = days(3, 60)
+        y = model.separation(t, *self.truth.values()) + SIGMA * noise(3, 60)
+        found = toliman.planets(t, y, jitter=True, period_min=300, period_max=600, **KNOWN)
+        planet, jitter = found.planets[0], found.samples(0)["jitter"]
+        self.assertEqual(within(planet, self.truth), "")
+        self.assertAlmostEqual((planet.period[2] - planet.period[0]) / 2 / planet.best_error[0], 1, delta=0.3)
+        self.assertAlmostEqual(jitter.mean() / SIGMA, 1, delta=0.3)
+        self.assertAlmostEqual(jitter.std() / SIGMA, 1 / math.sqrt(2 * 55), delta=0.03)
+        numpy.testing.assert_allclose(found.info.jitter, numpy.percentile(jitter, [16, 50, 84]), rtol=1e-3)
+
+
+class TwoPlanets(unittest.TestCase):
+    def test_both(self):
+        t = days(4, 100)
+        large = {"period": 600, "eccentricity": 0.3, "periastron_deg": 20, "epoch": 100, "amplitude": 40e-6}
+        small = {"period": 150, "eccentricity": 0, "periastron_deg": 0, "epoch": 10, "amplitude": 1.5e-6}
+        y = model.separation(t, *large.values()) + model.separation(t, *small.values()) + SIGMA * noise(4, 100)
+        found = toliman.planets(t, y, SIGMA, max_planets=3, period_min=100, **KNOWN)
+        self.assertEqual((found.info.planets, found.info.candidates), (2, 3))
+        first, second, third = found.candidates
+        self.assertEqual(within(first, large), "")
+        self.assertEqual(within(second, {"period": 150, "amplitude": 1.5e-6}), "")
+        self.assertLess(third.log10_bayes, 2)
+        rest = y - found.residuals() - found.signal(0, t) - found.signal(1, t)
+        self.assertLess(numpy.ptp(rest), 1e-4 * SIGMA)
+
+
+class Removal(unittest.TestCase):
+    def test_planet_that_falls_below_the_threshold(self):
+        """Of two peaks of noise that are above a low threshold alone, one falls below it in the joint fit: it is the last
+        candidate, and the other one has the posterior of a search for one planet."""
+        t = numpy.sort(numpy.random.default_rng(0).choice(1000, 80, replace=False)).astype(float)
+        y, stages = numpy.random.default_rng(10).normal(size=80), set()
+        given = {"threshold": -0.77, "samples": 100}
+        found = toliman.planets(t, y, 1.0, max_planets=2, progress=lambda stage, _: stages.add(stage), **given)
+        self.assertIn("planet 2, with the others", stages)
+        self.assertEqual((found.info.planets, found.info.candidates), (1, 2))
+        self.assertLess(found.candidates[1].log10_bayes, -0.77)
+        alone = toliman.planets(t, y, 1.0, **given)
+        self.assertEqual(found.candidates[0].log10_bayes, alone.candidates[0].log10_bayes)
+        for name in "period", "eccentricity", "amplitude":
+            self.assertEqual(found.samples(0)[name].tobytes(), alone.samples(0)[name].tobytes())
+
+
+class Axis(unittest.TestCase):
+    """A face-on orbit of 479 d, and an axis that turns 6 degrees in three years."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.t = days(6)
+        cls.angles = 20 + 6 * cls.t / 1095
+        cls.y = cls.signal(cls.angles) + SIGMA * noise(6)
+
+    @classmethod
+    def signal(cls, angles):
+        return 10e-6 * numpy.cos(2 * math.pi * cls.t / 479 + 1 - numpy.radians(angles))
+
+    def test_axis_of_date(self):
+        found = toliman.planets(self.t, self.y, SIGMA, position_angle_deg=self.angles, **KNOWN)
+        planet = found.planets[0]
+        self.assertEqual(within(planet, {"period": 479, "amplitude": 10e-6}), "")
+        self.assertAlmostEqual(found.info.axis_deg, self.angles.mean(), delta=0.05)
+        self.assertAlmostEqual(found.info.axis_turn_deg, numpy.ptp(self.angles), delta=1e-9)
+        numpy.testing.assert_allclose(found.signal(0, self.t), model.separation(self.t, *planet.best), atol=1e-14)
+        rest = self.y - found.signal(0, self.t, self.angles) - found.residuals()
+        self.assertLess(numpy.ptp(rest), 1e-4 * SIGMA)
+
+    def test_axis_that_turns_far(self):
+        """The amplitudes across the mean axis, and with them the period, are then known."""
+        angles = 170 + 200 * (self.t / 1095)**2
+        found = toliman.planets(self.t, self.signal(angles) + SIGMA * noise(6), SIGMA, position_angle_deg=angles, **KNOWN)
+        self.assertEqual(within(found.planets[0], {"period": 479, "amplitude": 10e-6}), "")
+        self.assertLess(found.planets[0].best_error[0], 1)
+        self.assertLess(abs(found.signal(0, self.t, angles) - self.signal(angles)).max(), 4 * SIGMA * math.sqrt(7 / N))
+
+    def test_whole_turns_change_nothing(self):
+        one = toliman.planets(self.t, self.y, SIGMA, position_angle_deg=self.angles, samples=100, period_min=300)
+        turns = 360 * (numpy.arange(len(self.t)) % 2)
+        two = toliman.planets(self.t, self.y, SIGMA, position_angle_deg=self.angles + turns, samples=100, period_min=300)
+        numpy.testing.assert_allclose(one.planets[0].period, two.planets[0].period, rtol=1e-9)
+
+    def test_fixed_axis_has_another_period(self):
+        planet = toliman.planets(self.t, self.y, SIGMA, **KNOWN).planets[0]
+        turn = 6 * 479 / 1095
+        self.assertAlmostEqual(planet.best[0], 479 / (1 - turn / 360), delta=4 * planet.best_error[0])
+        self.assertGreater(abs(planet.best[0] - 479), 5 * planet.best_error[0])
+
+
+class Odds(unittest.TestCase):
+    """Bayes factors against a midpoint rule of all parameters."""
+
+    t, given = days(7, 28, 300), {"period_min": 40, "period_max": 200, "amplitude_min": 0.1, "amplitude_max": 3, "samples": 100}
+
+    def assert_agrees(self, y, sigma, expected, **given):
+        found = toliman.planets(self.t, y, sigma, **{**self.given, **given}).candidates[0]
+        self.assertAlmostEqual(found.log10_bayes, expected, delta=0.05)
+
+    def series(self, amplitude, seed):
+        return model.separation(self.t, 83, 0.4, 70, 20, amplitude) + noise(seed, 28) + 7
+
+    def test_separations(self):
+        sigma = 0.8 + 0.4 * (numpy.arange(28) % 2)
+        for seed, amplitude in enumerate((0, 1, 1.5, 2)):
+            y = self.series(amplitude, 20 + seed)
+            self.assert_agrees(y, sigma, model.log10_bayes(self.t, y, [(sigma, 1)], (0.1, 3), (40, 200)))
+
+    def test_largest_eccentricity_and_a_column(self):
+        y, row, sigma = self.series(1.5, 30), numpy.sin(self.t / 40), numpy.ones(28)
+        expected = model.log10_bayes(self.t, y, [(sigma, 1)], (0.1, 3), (40, 200), largest=0.3, functions=[row])
+        self.assert_agrees(y, 1, expected, eccentricity_max=0.3, rows=row[:, None])
+
+    def test_axis_of_date(self):
+        y, angles, sigma = self.series(1.5, 31), 6 * self.t / 300, numpy.ones(28)
+        expected = model.log10_bayes(self.t, y, [(sigma, 1)], (0.1, 3), (40, 200), angles=angles)
+        self.assert_agrees(y, 1, expected, position_angle_deg=angles)
+
+    def test_velocities(self):
+        y, sigma = self.series(1.5, 32), numpy.ones(28)
+        expected = model.log10_bayes(self.t, y, [(sigma, 1)], (0.1, 3), (40, 200), is_velocity=True)
+        self.assert_agrees(y, 1, expected, velocity=True)
+
+    def test_jitter(self):
+        y, s0 = self.series(1.5, 33), 0.05
+        nodes = s0 * (numpy.exp(model.midpoints(0, math.log1p(2 / s0), 12)) - 1)  # of equal weight under 1/(s + s0)
+        sigmas = [(numpy.full(28, math.hypot(0.5, s)), 1 / 12) for s in nodes]
+        expected = model.log10_bayes(self.t, y, sigmas, (0.1, 3), (40, 200), counts=(60, 8, 12, 8))
+        self.assert_agrees(y, 0.5, expected, jitter=True, jitter_max=2)
+
+
+class Refusals(unittest.TestCase):
+    t = days(8, 40)
+
+    def refused(self, message, *, y=None, sigma=1.0, kind=toliman.InputError, **given):
+        with self.assertRaisesRegex(kind, message):
+            toliman.planets(self.t, self.t % 7 if y is None else y, sigma, **given)
+
+    def test_series(self):
+        wrong = self.t % 7
+        wrong[5] = math.nan
+        self.refused(r"y\[5\] = nan", y=wrong)
+        self.refused(r"sigma\[5\] = nan", sigma=wrong + 1)
+        self.refused("sigma", sigma=None)
+        self.refused("sigma", sigma=-1)
+        self.refused(r"rows", rows=wrong[:, None])
+        self.refused(r"position_angle_deg\[5\]", position_angle_deg=wrong)
+        self.refused("have the shapes", y=self.t[1:], kind=ValueError)
+        self.refused(r"rows has the shape \(40,\)", rows=self.t, kind=ValueError)
+        self.refused(r"position_angle_deg has the shape \(3,\): must be \(40\)", position_angle_deg=[1, 2, 3], kind=ValueError)
+        self.refused(r"priors has the shape \(1,\): must be \(2\)", priors=[1], trend=1, kind=ValueError)
+        self.refused("prior_precision", priors=[1, 1], trend=1)
+        self.refused("trend|functions", trend=9)
+        self.refused("rows|column|function", rows=numpy.ones((40, 1)))
+        with self.assertRaises(toliman.StateError):
+            toliman.planets(self.t[:6], self.t[:6], 1.0)
+        with self.assertRaisesRegex(TypeError, "planet_count"):
+            toliman.planets(self.t, self.t, 1.0, planet_count=2)
+
+    def test_options(self):
+        for name, values in {"max_planets": [5], "unit": [-1, math.inf], "parallax_arcsec": [-0.1], "time_unit_days": [-1],
+                             "period_min": [-1, 2000], "period_max": [30, math.nan], "eccentricity_max": [0.96, -0.1],
+                             "amplitude_min": [-1], "jitter_max": [-1], "threshold": [math.nan], "samples": [1000001],
+                             "detection_fap": [1.5, -0.1]}.items():
+            for value in values:
+                self.refused(name, **{name: value})
+        self.refused("star_mass", star_masses=(-1, 1))
+        self.refused("star_mass", star_masses=(1, math.nan))
+        self.refused(r"star_masses has the shape \(1,\): must be \(2\)", star_masses=[1], kind=ValueError)
+        self.refused("amplitude", amplitude_min=2, amplitude_max=1)
+        with self.assertRaises(toliman.Error) as raised:
+            toliman.planets(self.t, self.t % 7, 1.0, period_min=1e-9)
+        self.assertEqual(raised.exception.status, toliman._raw.TOLIMAN_E_RANGE)
+
+    def test_progress(self):
+        seen = []
+        toliman.planets(self.t, self.t % 7, 1.0, samples=100, progress=lambda stage, fraction: seen.append((stage, fraction)))
+        self.assertTrue(all(0 <= fraction <= 1 for _, fraction in seen))
+        self.assertEqual(seen[-1][1], 1)
+        with self.assertRaises(toliman.Cancelled):
+            toliman.planets(self.t, self.t % 7, 1.0, progress=lambda stage, fraction: True)
+
+    def test_closed(self):
+        found = toliman.planets(self.t, self.t % 7, 1.0, samples=100)
+        found.close()
+        with self.assertRaisesRegex(ValueError, "this Planets is closed"):
+            found.residuals()
+
+
+if __name__ == "__main__":
+    unittest.main()
