@@ -2,7 +2,9 @@
 memory. `toliman track` is compared with the library and with the disk."""
 import functools
 import json
+import math
 import os
+import random
 import shutil
 import subprocess
 import sys
@@ -148,6 +150,15 @@ def measure_per_frame(binaries, folder):
     return found + [{"part": "fdatasync", "seconds": fdatasync_s(folder)}]
 
 
+def write_separations(path):
+    """836 reduced separations of three years, in uas, with a planet of 1.2 uas and 226 d."""
+    draw = random.Random(1)
+    days = sorted(draw.sample(range(1095), 836))
+    lines = [f"{day},{1.2 * math.sin(2 * math.pi * day / 226) + draw.gauss(0, 0.375):.6f},0.375\n" for day in days]
+    with open(path, "w", encoding="ascii") as file:
+        file.writelines(["t,y,sigma\n", *lines])
+
+
 def measure(binaries):
     program = os.path.join(os.path.abspath(binaries), "toliman")
     series = os.path.abspath(os.path.join(HERE, "..", "..", "examples", "data", "nu_oph_rv.csv"))
@@ -157,9 +168,14 @@ def measure(binaries):
         for one in found:
             one.update(json.loads(one.pop("out")))
         found += measure_per_frame(os.path.abspath(binaries), folder)
+        separations = os.path.join(folder, "separations.csv")
+        write_separations(separations)
+        found.append(repeated("planet", REPEATS, [program, "planet", separations, "--unit", "uas", "--trend", "4"]))
     found += [repeated("psf", 5, [program, "psf", "chapter.json", "--out", "psf.npy"]),
               repeated("pupil", 1, [program, "pupil", "chapter.json", "--count", MASKS], masks=MASKS),
               repeated("period", 11, [program, "period", series]),
+              repeated("planets", REPEATS, [program, "planet", series, "--unit", "m/s", "--jitter", "--max", "2",
+                                            "--period-max", "5000"]),
               repeated("simulate", REPEATS, [program, "simulate", "chapter.json", "--out", "frames.bin"]),
               repeated("simulate sky", REPEATS, [program, "simulate", "sky.json", "--out", "frames.bin"])]
     return found + [{"part": "numpy", "image": peer("numpy", "numpy_mft.py", 0.2, 550),
@@ -220,7 +236,9 @@ def rows(measured):
              (counts and counts + ", Poisson counts only", counts_s)),
             ("simulate sky", f"toliman simulate sky.json: {FRAMES} frames into a file", 1, (None, None)),
             ("pupil", "toliman pupil chapter.json, per mask", parts["pupil"]["masks"], (None, None)),
-            ("period", "toliman period nu_oph_rv.csv", 1, (None, None))):
+            ("period", "toliman period nu_oph_rv.csv", 1, (None, None)),
+            ("planet", "toliman planet: 836 separations, 5 functions, one planet", 1, (None, None)),
+            ("planets", "toliman planet nu_oph_rv.csv: two planets, with jitter", 1, (None, None))):
         one = parts[part]
         yield row("commands", part, what, one["processor_s"] / share, one["spread_s"] / share, None, None,
                   *reference, headline=True, wall_seconds=one["wall_s"] / share)

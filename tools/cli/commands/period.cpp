@@ -10,25 +10,20 @@
 #include "options/command.hpp"
 #include "series/fap.hpp"
 #include "series/noise.hpp"
-#include "series/nuisance_file.hpp"
-#include "series/orbit_functions.hpp"
 #include "series/peak_flags.hpp"
 #include "series/period_folder.hpp"
 #include "series/period_stream.hpp"
+#include "series/series_options.hpp"
 
 namespace cli {
 
 namespace {
 
-struct Options {
-    std::string file, power_file, from_state, save_state, out;
-    std::optional<std::string> system; // of measured separations
-    ReductionOptions reduction;        // with system
-    NuisanceOptions nuisance;
+struct Options : SeriesOptions {
+    std::string power_file, from_state, save_state, out;
     std::optional<double> f0, df;
     std::optional<int64_t> nf;
     SumOptions sums;
-    SampleOptions samples;
     size_t peaks = 1;
     FapOptions fap;
     NoiseOptions noise;
@@ -151,26 +146,6 @@ void stream(const Options &options, Progress &progress) {
         write_results(options, nullptr, nullptr, from_sums(std::move(handle)), nullptr, progress);
 }
 
-// Reduces a series, if there is a system, and gives it the functions that are fitted with its mean.
-std::optional<ReductionNote> add_functions(const Options &options, Series &series, Progress &progress) {
-    const NuisanceOptions &how = options.nuisance;
-    series.nuisance.trend.order = how.trend.value_or(0);
-    if (!how.file.empty())
-        series.nuisance.columns = read_columns(how.file, series, options.samples);
-    if (series.nuisance.count() > kMostFunctions)
-        malformed(how.file, formatted("has %zu columns: at most %zu with --trend %d", series.nuisance.columns.size(),
-                                      kMostFunctions - static_cast<size_t>(series.nuisance.trend.order),
-                                      series.nuisance.trend.order));
-    std::optional<ReductionNote> reduced;
-    if (options.system)
-        reduced = reduce_to_orbit(*options.system, options.reduction, how, !options.sums.fixed_mean, series, progress);
-    if (!options.save_state.empty())
-        how.need_span(series.nuisance.trend.order, "--save-state");
-    series.nuisance.trend = trend_of(series.nuisance.trend.order, how, options.samples, series);
-    set_priors(how, series);
-    return reduced;
-}
-
 void period(Options &options, Progress &progress) {
     options.samples.leap_seconds = options.reduction.observer.leap_seconds();
     options.nuisance.check();
@@ -187,7 +162,8 @@ void period(Options &options, Progress &progress) {
     Series series = read_series(options.file, options.samples);
     if (!series.warning.empty())
         progress.warn(series.warning);
-    const std::optional<ReductionNote> reduced = add_functions(options, series, progress);
+    const std::optional<ReductionNote> reduced = add_functions(
+        options, !options.sums.fixed_mean, options.save_state.empty() ? "" : "--save-state", series, progress);
     SumOptions sums = options.sums;
     sums.margins = !options.save_state.empty();
     const Periodogram periodogram = search(series, grid_of(options, series), sums, progress);
@@ -246,15 +222,8 @@ void add_period(CLI::App &app, Context &context) {
     follow->excludes(noise)->excludes(out);
     for (const char *name : {"--nuisance-file", "--prior"}) // of a whole series
         follow->excludes(command->get_option(name));
-    CLI::Option *system = add_option(command, "--system", options->system, "SYSTEM",
-                                     "reduce measured separations to the orbit of this binary: alpha-cen, or a system "
-                                     "file");
+    CLI::Option *system = add_system_options(*command, *options);
     system->excludes(follow)->excludes(state); // which have the sums, but not the samples
-    options->reduction.add_to(*command, system);
-    command->get_option("--scale-sigma")
-        ->needs(system)
-        ->excludes(command->get_option("--trend"))
-        ->excludes(command->get_option("--nuisance-file"));
     command->add_flag("--strict", options->strict, "with --follow: exit with code 4 if lines were skipped")
         ->needs(follow);
     set_action(*command, context, options, period, [options, file] {

@@ -40,6 +40,10 @@ inline constexpr char kStatePeriodogramMark[] = "# Lomb-Scargle power of a state
 inline constexpr char kPeriodSeriesMark[] =
     "# series of toliman period; nuisance: mean and nuisance functions as fitted at the peak\n";
 inline constexpr char kPeriodPowerMark[] = "# Lomb-Scargle power of toliman period: frequency per unit of t\n";
+inline constexpr char kPlanetSeriesMark[] =
+    "# series of toliman planet; residual: of the joint fit; signal_1 ...: of the planets\n";
+inline constexpr char kPlanetLimitsMark[] = "# limits of toliman planet, probability 0.95: circular orbits\n";
+inline constexpr char kPlanetMapMark[] = "# detection map of toliman planet: detected planets of those injected\n";
 inline constexpr char kTrainingMark[] = "# loss after each step of training\n";
 inline constexpr char kTrialsMark[] =
     "# a method on a series of frames: amplitude_px 0 is without signal; the rest in pixels and days\n";

@@ -9,7 +9,7 @@
 
 namespace cli {
 
-void run_parallel(size_t count, const std::function<void(size_t)> &job) {
+void run_parallel(size_t count, const std::function<void(size_t)> &job, size_t most) {
     std::vector<std::exception_ptr> failures(count);
     std::atomic<size_t> next{1};
     const auto work = [&](size_t i) noexcept {
@@ -23,7 +23,7 @@ void run_parallel(size_t count, const std::function<void(size_t)> &job) {
         }
     };
     std::vector<std::thread> threads;
-    const size_t wanted = std::min<size_t>(count, std::max(1u, std::thread::hardware_concurrency()));
+    const size_t wanted = std::min<size_t>(count, most > 0 ? most : std::max(1u, std::thread::hardware_concurrency()));
     try {
         while (threads.size() + 1 < wanted)
             threads.emplace_back([&] { work(next++); });

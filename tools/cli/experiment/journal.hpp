@@ -1,12 +1,11 @@
 // Journal of an experiment: an append-only file with one result per line, from which a stopped experiment resumes.
 #pragma once
-#include <chrono>
 #include <set>
 #include <string>
 #include <tuple>
 #include <vector>
 
-#include "common/json.hpp"
+#include "common/journal_file.hpp"
 
 namespace cli {
 
@@ -26,16 +25,10 @@ struct Row {
 class Journal {
   public:
     // Opens or creates the file; its first line has the arguments. Throws Failure if the file has other arguments or
-    // damaged lines, or if another process writes to it. An incomplete last line, left by a process that died, is
-    // removed.
+    // damaged lines, or if another process writes to it.
     Journal(const std::string &path, const Json &arguments);
-    ~Journal(); // removes a new journal without results
-    Journal(const Journal &) = delete;
-    Journal &operator=(const Journal &) = delete;
 
     bool contains(const Row &row) const { return rows_.count(row) != 0; }
-    // Appends a result. It survives a crash of the process at once, and a failure of the machine after at most a
-    // second.
     void add(const Row &row);
     // The results of a method in a table, by seed and series. amplitude_px 0: all series without signal.
     std::vector<Row> rows(const std::string &table, const std::string &method, double amplitude_px) const;
@@ -47,16 +40,9 @@ class Journal {
                    std::tie(b.table, b.method, b.amplitude_px, b.seed, b.series);
         }
     };
-    explicit Journal(const std::string &path);
-    void read(const Json &arguments);
-    void check_arguments(const std::string &line, const Json &arguments) const;
     Row parse(const std::string &line, size_t number) const;
-    void append(const std::string &line);
 
-    std::string path_;
-    int file_;
-    bool is_new_ = false; // without results
-    std::chrono::steady_clock::time_point synced_;
+    JournalFile file_;
     std::set<Row, Order> rows_;
 };
 

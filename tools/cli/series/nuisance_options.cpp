@@ -22,8 +22,7 @@ void NuisanceOptions::add_to(CLI::App &command) {
                     "order of a polynomial in time that is fitted with the mean at each frequency, 0 to 8; default 0")
         ->check(CLI::Range(0, static_cast<int>(kMostFunctions)));
     add_option(&command, "--span", span, "START,END",
-               "times between which the trend is defined; default: those of the samples; needed if samples may follow "
-               "(--save-state, --follow)");
+               "times between which the trend is defined; default: those of the samples");
     add_option(&command, "--nuisance-file", file, "FILE",
                "CSV file t,NAME,... of more functions that are fitted with the mean: their values for each sample");
     CLI::Option *prior =

@@ -3,7 +3,6 @@
 #include <string>
 
 #include "series/nuisance_options.hpp"
-#include "series/period_report.hpp"
 #include "series/reduction.hpp"
 
 namespace cli {

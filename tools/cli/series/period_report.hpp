@@ -8,14 +8,9 @@
 #include "series/fap.hpp"
 #include "series/noise.hpp"
 #include "series/periodogram.hpp"
+#include "series/reduction.hpp"
 
 namespace cli {
-
-// How a series was reduced to the orbit.
-struct ReductionNote {
-    Json json;
-    std::string text;
-};
 
 // amplitude sin(2 pi frequency (t - time_offset) + phase)
 struct Sinusoid {

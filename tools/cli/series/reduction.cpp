@@ -140,6 +140,7 @@ Measurements reduce(const Measured &measured, const ReductionOptions &options, c
         kept.reduced.y.push_back(reduced[i] / plate_scale);
         kept.intervals.insert(kept.intervals.end(), {measured.intervals[2 * i], measured.intervals[2 * i + 1]});
         kept.separations.push_back(separations[i]);
+        kept.reduced.position_angle_deg.push_back(seen[i].geometric_angle_deg);
         kept.predictions.push_back(seen[i]);
         add_row(series.nuisance, i, kept.reduced.nuisance);
         if (series.sigma.empty())

@@ -24,6 +24,12 @@ struct ReductionOptions {
     std::optional<double> exposure;    // s, whose middle is the time of a sample
 };
 
+// How a series was reduced to the orbit.
+struct ReductionNote {
+    Json json;
+    std::string text;
+};
+
 // Measured separations and their exposures.
 struct Measured {
     Series series;                  // t, y and sigma

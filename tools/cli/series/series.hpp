@@ -28,12 +28,13 @@ struct SampleOptions {
 void add_times(CLI::App &command, SampleOptions &options);
 
 struct Series {
-    std::string name;                // the file's name in messages
-    std::vector<double> t, y, sigma; // sigma is empty if the file has none
-    std::string warning = {};        // "" for none
-    std::string time_scale = {};     // as SampleParser
-    int32_t time_format = 0;         // TOLIMAN_INGEST_FORMAT_... of the file's times; 0 for plain numbers
-    Nuisance nuisance = {};          // fitted with the mean at each frequency
+    std::string name;                            // the file's name in messages
+    std::vector<double> t, y, sigma;             // sigma is empty if the file has none
+    std::string warning = {};                    // "" for none
+    std::string time_scale = {};                 // as SampleParser
+    int32_t time_format = 0;                     // TOLIMAN_INGEST_FORMAT_... of the file's times; 0 for plain numbers
+    Nuisance nuisance = {};                      // fitted with the mean at each frequency
+    std::vector<double> position_angle_deg = {}; // on the orbit, of reduced separations; otherwise empty
 };
 
 // Reads the value of an option, a time in the format of such a series: a number if its times are, otherwise a date, a

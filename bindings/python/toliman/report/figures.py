@@ -174,15 +174,16 @@ def envelope(frequency: Array, power: Array) -> tuple[Array, Array]:
     return frequency[last], power[last]
 
 
-def _nice(low: float, high: float) -> Array:
-    """Places of ticks: 1, 2, 5 of each decade; even steps within a decade; powers of ten over many decades."""
+def nice(low: float, high: float) -> Array:
+    """Returns places of ticks: 1, 2, 5 of each decade; even steps within a decade; powers of ten over many decades."""
     digits = (1, 2, 5) if high < 1e5 * low else (1,)
     locator = MaxNLocator(6, steps=(1, 2, 5, 10)) if high < 8 * low else LogLocator(subs=digits, numticks=20)
     places = locator.tick_values(low, high)
     return places[(places >= low * (1 - 1e-9)) & (places <= high * (1 + 1e-9))]
 
 
-def _set_ticks(axis: typing.Any, places: Array, values: Array) -> None:
+def set_ticks(axis: typing.Any, places: Array, values: Array) -> None:
+    """Labels places of an axis with values."""
     axis.set_major_locator(FixedLocator(places))
     axis.set_major_formatter(FixedFormatter([f"{value:.6g}" for value in values]))
     axis.set_minor_locator(NullLocator())
@@ -241,10 +242,10 @@ def periodogram(curves: typing.Sequence[Power], unit: str = "days") -> Figure | 
     axes[-1].set_xlabel("frequency, 1/" + ("day" if unit == "days" else unit))
     axes[-1].set_xlim(low, high)
     for axis in axes:
-        _set_ticks(axis.xaxis, _nice(low, high), _nice(low, high))
+        set_ticks(axis.xaxis, nice(low, high), nice(low, high))
     top_axis = axes[0].secondary_xaxis("top")
-    periods = _nice(1 / high, 1 / low)
-    _set_ticks(top_axis.xaxis, 1 / periods, periods)
+    periods = nice(1 / high, 1 / low)
+    set_ticks(top_axis.xaxis, 1 / periods, periods)
     top_axis.set_xlabel(f"period, {unit}")
     return figure
 
@@ -293,7 +294,7 @@ def training(step: Array, loss: Array) -> Figure:
     axis.semilogy(step, loss, label="loss")
     above = loss[loss > 0]
     if above.size:
-        _set_ticks(axis.yaxis, *[_nice(float(above.min()), float(above.max()))] * 2)
+        set_ticks(axis.yaxis, *[nice(float(above.min()), float(above.max()))] * 2)
     axis.set_xlabel("training step")
     axis.set_ylabel("1 − cosine² (no unit)")
     return figure

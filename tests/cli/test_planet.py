@@ -1,0 +1,230 @@
+"""toliman planet: planets of velocities and separations, limits, a map that resumes, a state folder, the page of a report."""
+import json
+import logging
+import os
+import unittest
+
+import numpy
+from observed import EXPOSURE, SCALE, START, DAY, measured, mjd, toliman, write_series
+from pages import Recorder, ReportTest, lines
+from program import ROOT
+
+DATA = ROOT / "examples" / "data" / "nu_oph_rv.csv"
+NU_OPH = (DATA, "--unit", "m/s", "--jitter", "--max", 2, "--star-masses", 2.7, "--period-min", 400, "--period-max", 4000)
+LOW = ("--system", "alpha-cen", "--altitude", 600, "--plate-scale", SCALE, "--exposure", EXPOSURE, "--time-scale", "tai")
+UAS = ("--unit", "uas", "--star-masses", "1.0788,0.9092", "--parallax", 750.81)
+MAP = ("--map", "--map-cells", "3x2", "--map-injections", 5)
+FILES = ["limits.csv", "map.csv", "result.json", "samples_1.npy", "series.csv"]
+
+
+def setUpModule():
+    logging.getLogger("toliman").setLevel(logging.ERROR)
+
+
+def wave(days, period, amplitude):
+    return amplitude * numpy.cos(2 * numpy.pi * days / period + 0.4)
+
+
+class Planet(ReportTest):
+    def planet(self, *arguments):
+        return json.loads(self.succeed("planet", *arguments, "--json"))
+
+    def write_uas(self, amplitude=2.0, sigma=0.3, count=80):
+        """80 separations in microarcsec, plain times."""
+        random = numpy.random.default_rng(7)
+        days = numpy.sort(random.uniform(0, 700, count))
+        y = wave(days, 140, amplitude) + sigma * random.normal(size=count)
+        write_series(self.folder / "s.csv", days, y, sigma, "t")
+        return days, y
+
+    def inside(self, points, truth, most=4):
+        low, middle, high = points
+        self.assertLess(low, high)
+        self.assertLess(abs(middle - truth), most * (high - low) / 2)
+
+
+class Results(Planet):
+    def test_velocities(self):
+        """The two companions of nu Ophiuchi."""
+        found = self.planet(*NU_OPH)
+        self.assertEqual((found["planets"], found["kind"], found["unit"], found["axis"]), (2, "velocity", "m/s", None))
+        inner, outer = found["candidates"]
+        for planet, published in ((inner, {"period": (530.32, 0.35), "eccentricity": (0.1256, 0.0065)}),
+                                  (outer, {"period": (3186, 14), "eccentricity": (0.165, 0.013)})):  # Sato et al. 2012, PASJ 64, 135
+            for name, (value, error) in published.items():
+                low, middle, high = planet[name]
+                self.assertLess(abs(middle - value), 2 * numpy.hypot((high - low) / 2, error), name)
+        self.inside(inner["mass_a_earth"], 22.2 * 317.8)
+        self.assertIsNone(inner["mass_b_earth"])
+        self.assertIsNone(inner["amplitude_uas"])
+        self.assertEqual(len(found["jitter"]), 3)
+
+    def test_reduced_separations(self):
+        """Unit, masses, parallax, position angles and the errors of the orbit are those of the system."""
+        days = numpy.sort(numpy.random.default_rng(3).choice(1000, 120, replace=False)) + 0.25
+        tai_ns = START + (days * DAY).astype(numpy.int64)
+        arcsec = measured(toliman.Sky(altitude_km=600), tai_ns, wave(days, 250, 2.5))
+        arcsec += 3e-7 * numpy.random.default_rng(4).normal(size=120)
+        write_series(self.folder / "s.csv", mjd(tai_ns), arcsec / SCALE, 3e-7 / SCALE)
+        found = self.planet("s.csv", *LOW)
+        (one,) = found["candidates"]
+        self.inside(one["period"], 250)
+        self.inside(one["amplitude_uas"], 2.5)
+        self.assertEqual((found["unit_arcsec"], found["parallax_mas"], found["star_masses"]), (SCALE, 750.81, [1.0788, 0.9092]))
+        self.assertEqual((found["functions"], found["time_scale"], found["reduction"]["observer"]), (8, "TAI", "circular orbit"))
+        self.assertGreater(found["axis"]["turn_deg"], 5)
+        # a planet of mass m at 250 d of star A: a m/M
+        semi_major_au = (1.0788 * (250 / 365.25) ** 2) ** (1 / 3)
+        mass = 2.5 / (semi_major_au * 0.75081e6 * 3.00349e-6 / 1.0788)
+        self.inside(one["mass_a_earth"], mass)
+        text = self.succeed("planet", "s.csv", *LOW, "--star-masses", 1.0788, "--trend", 0)
+        self.assertRegex(text, r"\n  epoch +6\d{4} \(.*\) MJD, 202\d-\d\d-\d\d TAI\n  amplitude .* uas\n  mass .* on A, Earths times g")
+        self.assertRegex(text, r"\naxis +position angle .*\nreduced +alpha-cen seen from: ")
+
+    def test_text(self):
+        self.write_uas()
+        text = self.succeed("planet", "s.csv", "--max", 2, "--limits", *MAP)
+        self.assertRegex(text, r"^planet 1    log10 Bayes factor \d+\.\d\d, log10 FAP -\d+\.\d\d\n  period  +1\d\d\.\d+ \(-")
+        self.assertRegex(text, r"\n  mass +unknown without --unit, --parallax, --star-masses\n")
+        self.assertRegex(text, r"\ncandidate   period .* below the threshold 2: not a planet; log10 FAP ")
+        self.assertIn("\naxis        fixed: no position angles without --system", text)
+        self.assertRegex(text, r"\n +period +upper +detectable\n +60 ")
+        self.assertIn("rows: amplitudes\n", text)
+        self.write_uas(0)
+        self.assertTrue(self.succeed("planet", "s.csv", *UAS).startswith("no planet\ncandidate   period "))
+
+
+class Folder(Planet):
+    def test_folder_map_and_page(self):
+        t, y = self.write_uas()
+        arguments = ("planet", "s.csv", *UAS, "--limits", *MAP)
+        printed = json.loads(self.succeed(*arguments, "--out", "out", "--json"))
+        self.assertEqual(sorted(os.listdir(self.folder / "out")), FILES)
+        result = json.loads((self.folder / "out" / "result.json").read_text())
+        self.assertEqual({key: value for key, value in result.items() if key not in ("version", "provenance")}, printed)
+        series = numpy.genfromtxt(self.folder / "out" / "series.csv", delimiter=",", names=True, skip_header=1)
+        numpy.testing.assert_array_equal((series["t"], series["y"]), (t, y))
+        rest = series["y"] - series["residual"] - series["signal_1"]
+        numpy.testing.assert_allclose(rest, rest[0], atol=1e-5)  # the mean
+        samples = numpy.load(self.folder / "out" / "samples_1.npy")
+        self.assertEqual(samples.shape, (4096, 8))
+        numpy.testing.assert_allclose(numpy.median(samples[:, [0, 5]], axis=0),
+                                      [result["candidates"][0][key][1] for key in ("period", "mass_a_earth")], rtol=0.02)
+        self.check_map(arguments, result)
+        self.check_report(result, series)
+
+    def check_map(self, arguments, result):
+        path = self.folder / "out" / "map.csv"
+        whole = path.read_bytes()
+        cells = numpy.genfromtxt(path, delimiter=",", names=True, skip_header=2)
+        numpy.testing.assert_array_equal(cells["detected"].reshape(2, 3), result["map"]["detected"])
+        numpy.testing.assert_array_equal(cells["cell"], numpy.arange(6))
+        self.assertEqual(result["map"]["star"], "A")
+        path.write_bytes(whole[:whole.index(b"\n3,") + 4])  # a stop within the line of a cell
+        self.succeed(*arguments, "--out", "out", "--threads", 1)
+        self.assertEqual(path.read_bytes(), whole)
+        self.assertEqual(self.planet(*arguments[1:])["map"], result["map"])
+        for option, words in ((("--seed", 1), 'seed = "0": must be "1", as in this search'),
+                              (("--map-masses", "0.1,5"), "masses = [")):
+            self.refuse(2, "out/map.csv: ", words, arguments=(*arguments, *option, "--out", "out"))
+        self.assertEqual(path.read_bytes(), whole)
+        path.write_bytes(whole.replace(b"\n2,", b"\n7,"))
+        self.refuse(3, "out/map.csv:6: is not the next cell of this map", arguments=(*arguments, "--out", "out"))
+        path.write_text("my notes\n")
+        self.refuse(3, "out/map.csv: is not a detection map of toliman planet", arguments=(*arguments, "--out", "out"))
+        path.write_bytes(whole)
+
+    def check_report(self, result, series):
+        self.assertEqual(self.succeed("report", "out"), "out/report/report.html\n")
+        page = self.check_page(self.folder / "out" / "report", ["planet-1", "posterior-1", "limits", "map"])
+        self.assertIn("80 samples: period 1", page.text)
+        self.assertIn("The axis from A to B is taken as fixed", page.text)
+        self.assertRegex(page.row("mass in Earths, times g, on A")[0], r"^\d\.\d+ \(−")
+        figures = Recorder(self.folder / "out").figures
+        top = lines(figures["planet-1"].axes[0])
+        best = result["candidates"][0]["best"]
+        phase = numpy.mod((series["t"] - best["epoch"]) / best["period"], 1)
+        numpy.testing.assert_array_equal(top["each sample"][0], phase)
+        curve = numpy.interp(phase, *top["best orbit"])
+        numpy.testing.assert_allclose(curve, series["signal_1"], atol=1e-3 * best["amplitude"])
+        self.assertIn("Earth", [text.get_text() for text in figures["limits"].axes[0].texts])
+        (self.folder / "out" / "map.csv").write_text("detected,injections\n1,5\n")
+        self.fail_with("out/map.csv: has 1 cells: must be 6, as in result.json", "out")
+
+
+class State(Planet):
+    """State folders of a tracker, whose estimates are a planet of 2.5 uas and 250 d."""
+
+    SIGMA = 3e-7 / SCALE
+
+    def write_state(self, folder, **options):
+        days = numpy.sort(numpy.random.default_rng(3).choice(1000, 120, replace=False)) + 0.25
+        times = START + (days * DAY).astype(numpy.int64)
+        planet, noise = wave(days, 250, 2.5), numpy.random.default_rng(4).normal(size=120)
+        self.px = (measured(toliman.Sky(altitude_km=600), times, planet) if options else 1e-6 * planet) / SCALE
+        self.px += self.SIGMA * noise
+
+        def estimate(image):
+            return toliman.Estimate(self.px[int(image[0, 0])] - self.px[0], [self.px[int(image[0, 0])]])
+        with toliman.Tracker(estimate, 1e-3, 1e-3, 20, folder=self.folder / folder, sigma=self.SIGMA, estimator_id=5,
+                             values=["separation_px"], rows=4, cols=4, image_shape=(4, 4), allow_zero_runs=True,
+                             time_offset_ns=START, sync="none", double_limb=True, value_limit=1, **options) as tracker:
+            tracker.push_many(toliman.Frame(numpy.full((4, 4), float(k)), frame_id=k, camera_ns=int(times[k]), exposure_s=60)
+                              for k in range(120))
+            tracker.save()
+
+    def test_with_a_system(self):
+        sky = toliman.Sky("alpha-cen", altitude_km=600)
+        self.write_state("state", sky=sky, plate_scale_arcsec=SCALE)
+        found = self.planet("state")
+        self.inside(found["candidates"][0]["period"], 250)
+        self.inside(found["candidates"][0]["amplitude_uas"], 2.5)
+        self.assertEqual((found["unit_arcsec"], found["star_masses"], found["functions"], found["time_scale"], found["n"]),
+                         (SCALE, [1.0788, 0.9092], 8, "TAI", 120))
+        self.assertGreater(found["axis"]["turn_deg"], 5)
+        for option in ("--unit", "uas"), ("--system", "alpha-cen"), ("--trend", 2), ("--columns", "t,y"), ("--plate-scale", 1):
+            self.refuse(2, f"{option[0]}: must not be given with a state folder", arguments=("planet", "state", *option))
+
+    def test_without_a_system(self):
+        self.write_state("state")
+        found = self.planet("state", "--plate-scale", SCALE, *UAS[2:])
+        self.inside(found["candidates"][0]["amplitude_uas"], 2.5)
+        self.assertEqual((found["axis"], found["functions"]), (None, 1))
+        self.assertIsNone(self.planet("state")["unit_arcsec"])
+
+
+class Refusals(Planet):
+    def test_options(self):
+        self.write_uas(count=20)
+        write_series(self.folder / "plain.csv", numpy.arange(20.0), numpy.arange(20.0), name="t")
+        write_series(self.folder / "few.csv", numpy.arange(3.0), numpy.arange(3.0), 0.1, "t")
+        for code, words, arguments in (
+                (2, "--unit px: needs --plate-scale", ("s.csv", "--unit", "px")),
+                (2, "--plate-scale: needs --unit px, --system or a state folder", ("s.csv", "--plate-scale", 0.4)),
+                (2, "--unit pc: must be one of ", ("s.csv", "--unit", "pc")),
+                (2, "excludes", ("s.csv", "--unit", "uas", "--system", "alpha-cen")),
+                (2, "--star-masses -1: must be in (0, 10000] solar masses", ("s.csv", "--star-masses", -1)),
+                (2, "--star-masses: has 2 numbers: must be one", ("s.csv", "--unit", "m/s", "--star-masses", "1,2")),
+                (2, "--parallax: is for separations", ("s.csv", "--unit", "m/s", "--parallax", 700)),
+                (2, "--max 5: must be in [1, 4]", ("s.csv", "--max", 5)),
+                (2, "--threshold -1: must be above 0", ("s.csv", "--threshold", -1)),
+                (2, "--fap 1: must be in (0, 1)", ("s.csv", "--fap", 1)),
+                (2, "--period-min 2000: must be", ("s.csv", "--period-min", 2000)),
+                (2, "--map-cells 3: must be PxM", ("s.csv", "--map", "--map-cells", 3)),
+                (2, "--map-masses 2,1: must be MIN,MAX", ("s.csv", *UAS, "--map", "--map-masses", "2,1")),
+                (2, "--map-masses: needs --unit, --parallax and --star-masses", ("s.csv", "--map", "--map-masses", "1,2")),
+                (2, "--map-masses requires --map", ("s.csv", "--map-masses", "1,2")),
+                (3, "plain.csv: has no column sigma: give --jitter", ("plain.csv",)),
+                (3, "few.csv: n = 3: must be at least 7", ("few.csv",)),
+                (3, "missing.csv: No such file", ("missing.csv",))):
+            with self.subTest(words):
+                self.refuse(code, words, arguments=("planet", *arguments))
+        (self.folder / "out").mkdir()
+        (self.folder / "out" / "series.csv").write_text("my notes\n")
+        self.refuse(6, "out/series.csv: exists and was not written by toliman", arguments=("planet", "s.csv", "--out", "out"))
+        (self.folder / "empty").mkdir()
+        self.refuse(3, "empty: is not a state folder", arguments=("planet", "empty"))
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,98 @@
+// Method: lines are written by one write(2) with O_APPEND and fdatasync'ed at most once per second, since a sync takes
+// as long as many results. flock keeps out a second process.
+#include "common/journal_file.hpp"
+
+#include <cerrno>
+#include <cstring>
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <utility>
+
+#include "common/failure.hpp"
+#include "common/input.hpp"
+#include "common/stop.hpp"
+
+namespace cli {
+
+namespace {
+
+[[noreturn]] void unwritable(const std::string &path) {
+    throw Failure(kExitOutput, path + ": cannot be written: " + std::strerror(errno));
+}
+
+int opened(const std::string &path) {
+    const int file = ::open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_NOFOLLOW | O_CLOEXEC, 0666);
+    if (file < 0)
+        unwritable(path);
+    struct stat status = {};
+    if (::flock(file, LOCK_EX | LOCK_NB) == 0 && ::fstat(file, &status) == 0 && status.st_nlink > 0)
+        return file;
+    ::close(file);
+    throw Failure(kExitOutput, path + ": another process is writing to it: wait until it ends, or give another --out");
+}
+
+// The lines of a file, without an incomplete last one, which is removed.
+std::string whole_lines(const std::string &path, int file) {
+    std::string text = whole_text(path);
+    const size_t whole = text.rfind('\n') + 1; // 0 without a newline
+    if (whole < text.size() && ::ftruncate(file, static_cast<off_t>(whole)) != 0)
+        unwritable(path);
+    text.resize(whole);
+    return text;
+}
+
+} // namespace
+
+JournalFile::JournalFile(const std::string &path) : path_(path), file_(opened(path)) {
+    try {
+        text_ = whole_lines(path_, file_);
+        is_new_ = text_.empty() && make_unfinished(path_, [] { return true; });
+    } catch (...) {
+        ::close(file_);
+        throw;
+    }
+}
+
+JournalFile::~JournalFile() {
+    if (is_new_)
+        ::unlink(path_.c_str());
+    end_unfinished(path_);
+    ::close(file_);
+}
+
+void JournalFile::begin(const std::string &lines) {
+    append(lines);
+}
+
+void JournalFile::add(const std::string &line) {
+    if (std::exchange(is_new_, false))
+        end_unfinished(path_);
+    append(line);
+}
+
+void JournalFile::append(const std::string &lines) {
+    if (::write(file_, lines.data(), lines.size()) != static_cast<ssize_t>(lines.size()))
+        unwritable(path_);
+    const auto now = std::chrono::steady_clock::now();
+    if (now - synced_ < std::chrono::seconds(1)) // a sync may take longer than a result
+        return;
+    if (::fdatasync(file_) != 0)
+        unwritable(path_);
+    synced_ = now;
+}
+
+void check_arguments(const std::string &path, const cJSON *found, const Json &given, const std::string &what) {
+    const JsonTree wanted(cJSON_Parse(given.line().c_str()));
+    for (const cJSON *item = wanted->child; item != nullptr; item = item->next) {
+        const cJSON *there = cJSON_GetObjectItemCaseSensitive(found, item->string);
+        if (cJSON_Compare(item, there, 1) == 0)
+            throw Failure(kExitUsage, path + ": " + item->string + " = " +
+                                          (there != nullptr ? line_of(there) : "nothing") + ": must be " +
+                                          line_of(item) + ", as in this " + what +
+                                          ": give another --out or the same arguments");
+    }
+}
+
+} // namespace cli

@@ -1,0 +1,35 @@
+// Results of planet as text and JSON.
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "series/detection_map.hpp"
+#include "series/planet_search.hpp"
+#include "series/reduction.hpp"
+
+namespace cli {
+
+struct PlanetReport {
+    const PlanetSearch &search;
+    const Series &series;
+    std::optional<ReductionNote> reduced;     // empty if the samples are not reduced
+    std::vector<toliman_planet_limit> limits; // empty without --limits
+    std::optional<DetectionMap> map;          // empty without --map
+
+    void warn(Progress &progress) const;
+    void print() const;
+    Json json() const;
+
+  private:
+    std::string planet_text(size_t index) const;
+    std::string candidate_text() const;
+    std::string mass_text(const toliman_planet &planet) const;
+    std::string axis_text() const;
+    std::string limits_text() const;
+    std::string amplitude_text(double value) const; // with its unit
+    Json planet_json(size_t index) const;
+    Json limit_json(const toliman_planet_limit &limit) const;
+};
+
+} // namespace cli

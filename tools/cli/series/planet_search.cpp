@@ -1,0 +1,216 @@
+#include "series/planet_search.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include <CLI/CLI.hpp>
+
+#include "common/failure.hpp"
+#include "common/library.hpp"
+#include "common/text.hpp"
+#include "options/command.hpp"
+#include "scenes/observer_options.hpp"
+
+namespace cli {
+
+namespace {
+
+constexpr size_t kLimitPeriods = 40;
+constexpr double kMostMass = 1e4; // solar masses
+
+// Members of the library's options, and the options of the command line that set them.
+const std::pair<const char *, const char *> kNames[] = {
+    {"period_min", "--period-min"},   {"period_max", "--period-max"}, {"threshold", "--threshold"},
+    {"detection_fap", "--fap"},       {"samples", "--samples"},       {"star_mass", "--star-masses"},
+    {"parallax_arcsec", "--parallax"}};
+
+bool begins_with(const std::string &text, const std::string &start) {
+    return text.compare(0, start.size(), start) == 0;
+}
+
+// The message without the name of the library's struct, and with that of the option or of the series.
+[[noreturn]] void fail(const toliman::error &error, const Series &series) {
+    const std::string &field = error.field();
+    std::string what = error.what();
+    for (const auto &[member, option] : kNames) {
+        if (!begins_with(field, std::string("options->") + member))
+            continue;
+        const bool has_value = begins_with(what, field + " = ");
+        what.erase(0, begins_with(what, field) ? field.size() + (has_value ? 3 : 0) : 0);
+        throw Failure(kExitUsage, option + (has_value ? " " + what : what));
+    }
+    const std::string series_name = "series->";
+    if (begins_with(what, series_name))
+        malformed(series.name, what.substr(series_name.size()));
+    if (error.status() == TOLIMAN_E_STATE)
+        malformed(series.name, what);
+    throw error;
+}
+
+toliman_planet_series as_given(const Series &series, const std::vector<double> &rows) {
+    auto given = toliman::sized<toliman_planet_series>();
+    const Nuisance &nuisance = series.nuisance;
+    given.trend = nuisance.trend.order;
+    given.trend_start = nuisance.trend.start;
+    given.trend_end = nuisance.trend.end;
+    given.columns = static_cast<int32_t>(nuisance.columns.size());
+    std::copy(nuisance.precision.begin(), nuisance.precision.end(), given.prior_precision + 1);
+    given.n = series.t.size();
+    given.t = series.t.data();
+    given.y = series.y.data();
+    given.sigma = series.sigma.empty() ? nullptr : series.sigma.data();
+    given.rows = rows.empty() ? nullptr : rows.data();
+    given.position_angle_deg = series.position_angle_deg.empty() ? nullptr : series.position_angle_deg.data();
+    return given;
+}
+
+toliman_planet_options for_library(const PlanetOptions &options, const ValueUnit &unit, const StarData &stars,
+                                   Progress &progress) {
+    auto how = toliman::sized<toliman_planet_options>();
+    how.flags = (unit.is_velocity ? TOLIMAN_PLANET_VELOCITY : 0) | (options.jitter ? TOLIMAN_PLANET_JITTER : 0);
+    how.max_planets = options.most;
+    how.threads = options.threads;
+    how.unit = unit.factor;
+    how.parallax_arcsec = stars.parallax_arcsec;
+    std::copy(std::begin(stars.mass_sun), std::end(stars.mass_sun), how.star_mass);
+    how.period_min = options.period_min.value_or(0);
+    how.period_max = options.period_max.value_or(0);
+    how.threshold = options.threshold;
+    how.detection_fap = options.fap;
+    how.samples = options.samples;
+    how.seed = options.seed;
+    how.progress = Progress::callback;
+    how.progress_data = &progress;
+    return how;
+}
+
+void check_positive(const char *option, double value, double most, const char *unit) {
+    if (!(value > 0 && value <= most))
+        throw Failure(kExitUsage, formatted("%s %g: must be in (0, %g]%s", option, value, most, unit));
+}
+
+} // namespace
+
+ValueUnit unit_of(const std::string &name, const std::optional<double> &plate_scale) {
+    static const std::map<std::string, ValueUnit> units = {{"", {}},
+                                                           {"arcsec", {"arcsec", 1, false}},
+                                                           {"mas", {"mas", 1e-3, false}},
+                                                           {"uas", {"uas", 1e-6, false}},
+                                                           {"px", {"px", 0, false}},
+                                                           {"m/s", {"m/s", 1, true}},
+                                                           {"km/s", {"km/s", 1000, true}}};
+    ValueUnit unit = units.at(name);
+    if (name == "px" && !plate_scale)
+        throw Failure(kExitUsage, "--unit px: needs --plate-scale");
+    if (name == "px")
+        unit.factor = plate_scale_of(plate_scale, 1);
+    else if (plate_scale)
+        throw Failure(kExitUsage, "--plate-scale: needs --unit px, --system or a state folder");
+    return unit;
+}
+
+void PlanetOptions::add_to(CLI::App &command) {
+    command
+        .add_option("--star-masses", star_masses,
+                    "masses of A and B in solar masses; one for the star of velocities; default: those of the system")
+        ->delimiter(',')
+        ->allow_extra_args(false)
+        ->type_name("A,B");
+    add_option(&command, "--parallax", parallax_mas, "MAS", "parallax of the binary; default: that of the system");
+    command.add_option("--max", most, "largest number of planets, 1 to 4, default 1")
+        ->check(CLI::Range(1u, TOLIMAN_PLANET_MOST));
+    command.add_flag("--jitter", jitter, "add white noise of unknown size to the sigmas");
+    command.add_option("--period-min", period_min, "shortest period, default 60 d");
+    command.add_option("--period-max", period_max, "longest period, default 1000 d");
+    command.add_option("--threshold", threshold,
+                       "log10 of the Bayes factor at which a candidate counts as a planet, default 2");
+    command.add_option("--fap", fap, "false alarm probability of a detection in --limits and --map, default 0.001");
+    command.add_option("--samples", samples, "samples of each posterior, default 4096")
+        ->check(CLI::Range(100u, 1000000u));
+    add_seed(command, seed, "seed of samples and injections, default 0");
+    command.add_option("--threads", threads, "worker threads, default one per processor")->check(CLI::Range(0u, 1024u));
+}
+
+void PlanetOptions::check(const ValueUnit &unit) const {
+    for (const double mass : star_masses)
+        check_positive("--star-masses", mass, kMostMass, " solar masses");
+    const size_t most_stars = unit.is_velocity ? 1 : 2;
+    if (star_masses.size() > most_stars)
+        throw Failure(kExitUsage,
+                      formatted("--star-masses: has %zu numbers: must be %s", star_masses.size(),
+                                unit.is_velocity ? "one, as the series has the velocities of one star" : "A,B"));
+    if (parallax_mas)
+        check_positive("--parallax", *parallax_mas, 1000, " mas");
+    if (parallax_mas && unit.is_velocity)
+        throw Failure(kExitUsage, "--parallax: is for separations, not with --unit " + unit.name);
+    for (const auto &[option, value] : {std::pair("--period-min", period_min), {"--period-max", period_max}})
+        if (value)
+            check_positive(option, *value, 1e9, "");
+    if (!(threshold > 0 && std::isfinite(threshold)))
+        throw Failure(kExitUsage, formatted("--threshold %g: must be above 0 and finite", threshold));
+    if (!(fap > 0 && fap < 1))
+        throw Failure(kExitUsage, formatted("--fap %g: must be in (0, 1)", fap));
+}
+
+StarData PlanetOptions::stars(const StarData &system) const {
+    StarData stars = system;
+    if (parallax_mas)
+        stars.parallax_arcsec = *parallax_mas / 1000;
+    if (!star_masses.empty()) {
+        stars.mass_sun[0] = star_masses.front();
+        stars.mass_sun[1] = star_masses.size() > 1 ? star_masses[1] : 0;
+    }
+    return stars;
+}
+
+bool PlanetSearch::knows_mass(size_t star) const noexcept {
+    return unit.factor > 0 && options.star_mass[star] > 0 && (unit.is_velocity || options.parallax_arcsec > 0);
+}
+
+PlanetSearch find_planets(const Series &series, const PlanetOptions &options, const ValueUnit &unit,
+                          const StarData &stars, Progress &progress) {
+    if (series.sigma.empty() && !options.jitter)
+        malformed(series.name, "has no column sigma: give --jitter, which fits the size of the noise");
+    PlanetSearch search = {
+        nullptr, unit, for_library(options, unit, stars, progress), toliman::sized<toliman_planet_info>(), {}};
+    const std::vector<double> rows = series.nuisance.rows();
+    const toliman_planet_series given = as_given(series, rows);
+    try {
+        search.handle = toliman::make<toliman::planet_set>(toliman_planet_search, &given, &search.options);
+    } catch (const toliman::error &error) {
+        fail(error, series);
+    }
+    search.info = info_from<toliman_planet_info>(toliman_planet_get_info, search.handle.get());
+    for (uint32_t i = 0; i < search.info.candidates; i++) {
+        search.candidates.push_back(toliman::sized<toliman_planet>());
+        toliman::check(toliman_planet_get(search.handle.get(), i, &search.candidates.back()));
+    }
+    return search;
+}
+
+std::vector<toliman_planet_limit> limits_of(const PlanetSearch &search) {
+    const std::vector<double> periods =
+        edges_between(search.info.period_min, search.info.period_max, kLimitPeriods - 1);
+    std::vector<toliman_planet_limit> limits(periods.size(), toliman::sized<toliman_planet_limit>());
+    toliman::check(toliman_planet_get_limits(search.handle.get(), periods.data(), periods.size(), kLimitProbability,
+                                             limits.data()));
+    return limits;
+}
+
+toliman_planet_limit limit_at(const PlanetSearch &search, double period) {
+    auto limit = toliman::sized<toliman_planet_limit>();
+    toliman::check(toliman_planet_get_limits(search.handle.get(), &period, 1, kLimitProbability, &limit));
+    return limit;
+}
+
+std::vector<double> edges_between(double first, double last, size_t count) {
+    std::vector<double> edges;
+    for (size_t i = 0; i <= count; i++)
+        edges.push_back(first * std::pow(last / first, static_cast<double>(i) / static_cast<double>(count)));
+    edges.back() = last; // pow rounds
+    return edges;
+}
+
+} // namespace cli

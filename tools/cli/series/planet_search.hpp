@@ -1,0 +1,73 @@
+// Planets of a series: options of the command line, search, limits.
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <toliman/toliman.hpp>
+
+#include "common/terminal.hpp"
+#include "scenes/star_data.hpp"
+#include "series/series.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace cli {
+
+// Unit of the values of a series.
+struct ValueUnit {
+    std::string name;  // "" = unknown
+    double factor = 0; // arcsec (velocities: m/s) per unit; 0 = unknown
+    bool is_velocity = false;
+
+    // A separation whose unit is known: results are also in microarcsec.
+    bool in_uas() const noexcept { return factor > 0 && !is_velocity; }
+};
+// The unit of this name, "" for none. plate_scale: arcsec per px.
+ValueUnit unit_of(const std::string &name, const std::optional<double> &plate_scale);
+
+struct PlanetOptions {
+    uint32_t most = 1;
+    bool jitter = false;
+    std::optional<double> period_min, period_max; // units of t
+    double threshold = 2, fap = 1e-3;
+    uint32_t samples = 4096, threads = 0;
+    uint64_t seed = 0;
+    std::vector<double> star_masses; // solar masses
+    std::optional<double> parallax_mas;
+
+    void add_to(CLI::App &command);
+    // Throws Failure for bad values and for those that do not suit the unit.
+    void check(const ValueUnit &unit) const;
+    // Those of the options, otherwise those of a system.
+    StarData stars(const StarData &system) const;
+};
+
+struct PlanetSearch {
+    toliman::planet_set handle;
+    ValueUnit unit;
+    toliman_planet_options options; // as the library received them
+    toliman_planet_info info;
+    std::vector<toliman_planet> candidates; // the planets, then at most one more
+
+    double uas(double value) const noexcept { return value * unit.factor * 1e6; }
+    bool knows_mass(size_t star) const noexcept;
+};
+
+// Throws Failure for options and series that the library refuses.
+PlanetSearch find_planets(const Series &series, const PlanetOptions &options, const ValueUnit &unit,
+                          const StarData &stars, Progress &progress);
+
+constexpr double kLimitProbability = 0.95;
+// Limits at periods from the shortest to the longest, with equal steps of their logarithm.
+std::vector<toliman_planet_limit> limits_of(const PlanetSearch &search);
+// The limit at one period.
+toliman_planet_limit limit_at(const PlanetSearch &search, double period);
+
+// [count + 1] numbers from `first` to `last` with equal ratios.
+std::vector<double> edges_between(double first, double last, size_t count);
+
+} // namespace cli

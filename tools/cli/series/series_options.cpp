@@ -1,0 +1,45 @@
+#include "series/series_options.hpp"
+
+#include <CLI/CLI.hpp>
+
+#include "common/failure.hpp"
+#include "common/text.hpp"
+#include "options/command.hpp"
+#include "series/nuisance_file.hpp"
+#include "series/orbit_functions.hpp"
+
+namespace cli {
+
+CLI::Option *add_system_options(CLI::App &command, SeriesOptions &options) {
+    CLI::Option *system = add_option(&command, "--system", options.system, "SYSTEM",
+                                     "reduce measured separations to the orbit of this binary: alpha-cen, or a system "
+                                     "file");
+    options.reduction.add_to(command, system);
+    command.get_option("--scale-sigma")
+        ->needs(system)
+        ->excludes(command.get_option("--trend"))
+        ->excludes(command.get_option("--nuisance-file"));
+    return system;
+}
+
+std::optional<ReductionNote> add_functions(const SeriesOptions &options, bool with_orbit, const std::string &growing,
+                                           Series &series, Progress &progress) {
+    const NuisanceOptions &how = options.nuisance;
+    series.nuisance.trend.order = how.trend.value_or(0);
+    if (!how.file.empty())
+        series.nuisance.columns = read_columns(how.file, series, options.samples);
+    if (series.nuisance.count() > kMostFunctions)
+        malformed(how.file, formatted("has %zu columns: at most %zu with --trend %d", series.nuisance.columns.size(),
+                                      kMostFunctions - static_cast<size_t>(series.nuisance.trend.order),
+                                      series.nuisance.trend.order));
+    std::optional<ReductionNote> reduced;
+    if (options.system)
+        reduced = reduce_to_orbit(*options.system, options.reduction, how, with_orbit, series, progress);
+    if (!growing.empty())
+        how.need_span(series.nuisance.trend.order, growing);
+    series.nuisance.trend = trend_of(series.nuisance.trend.order, how, options.samples, series);
+    set_priors(how, series);
+    return reduced;
+}
+
+} // namespace cli
