@@ -233,7 +233,8 @@ class Bench(ProgramTest):
             return {"part": "run", "processor_s": processor_s, "wall_s": processor_s / 2, "memory_bytes": 1000000,
                     "period_days": period_days, "true_period_days": 400, "efficiency": efficiency, "frames": 100}
         runs = [of_seed(9, 400, 0.9), of_seed(12, 401, 0.7), of_seed(10, 390, 0.8), of_seed(8, 402, 0.6), of_seed(60, 400, 1)]
-        simple = [{"part": part, "processor_s": 0.5, "spread_s": 0.25, "wall_s": 0.75} for part in ("psf", "period", "simulate", "simulate sky")]
+        simple = [{"part": part, "processor_s": 0.5, "spread_s": 0.25, "wall_s": 0.75}
+                  for part in ("psf", "period", "planet", "planets", "simulate", "simulate sky")]
         simple.append({"part": "pupil", "processor_s": 10.0, "spread_s": 0.0, "wall_s": 20.0, "masks": 100})
         library = {"part": "library", "case": "template 64x64", "frames": 1000, "threads": 0, "frames_per_wall_s": 40000}
         track = {"part": "track", "case": "template 64x64", "every": 1, "jobs": 1, "sync": "none", "seconds": 5e-5}
@@ -243,7 +244,7 @@ class Bench(ProgramTest):
                 {"part": "fdatasync", "seconds": 64e-4}]
         numpy = {"part": "numpy", "image": {"name": "numpy 1", "seconds": 0.5}, "poisson": {"name": "numpy 1", "seconds": 1e-8}}
         rows = self.check_rows(commands, runs + simple + rest + [numpy])
-        self.assertEqual(len(rows), 12)
+        self.assertEqual(len(rows), 14)
         self.expect(rows["toliman simulate sky.json: 1095 frames into a file"], seconds=0.5, wall_seconds=0.75, peer=None)
         self.expect(rows["toliman encode, fit 64x64, 1 core: per frame, wall time"], seconds=4e-4, peer=None, headline=True)
         self.expect(rows["toliman encode, fit 64x64, 2 cores: per frame, wall time"], seconds=25e-5)
@@ -255,6 +256,7 @@ class Bench(ProgramTest):
         self.expect(rows["toliman psf chapter.json"], seconds=0.5, wall_seconds=0.75, peer="numpy 1", ratio_peer=102 / 101)
         self.expect(rows["toliman simulate chapter.json: 1095 frames into a file"], ratio_peer=1e-8 * 65536 * 1095 / 0.5)
         self.expect(rows["toliman pupil chapter.json, per mask"], seconds=0.1, wall_seconds=0.2)
+        self.expect(rows["toliman planet: 836 separations, 5 functions, one planet"], seconds=0.5, wall_seconds=0.75, peer=None)
         what = "toliman track, template 64x64, --every 1, --jobs 1, --sync %s: per frame, wall time"
         self.expect(rows[what % "none"], seconds=5e-5, peer="the library", ratio_peer=0.5)
         self.expect(rows[what % "group"], seconds=1e-4, ratio_peer=(5e-5 + 1e-4) / 1e-4)
@@ -264,7 +266,7 @@ class Bench(ProgramTest):
         with contextlib.redirect_stderr(warning):
             rows = self.check_rows(commands, runs + simple + rest + [numpy, {**track, "case": "busy", "seconds": -1e-6},
                                                {**encode, "case": "busy too", "seconds": 0}])
-        self.assertEqual(len(rows), 12)
+        self.assertEqual(len(rows), 14)
         self.assertIn("toliman encode, busy too: a few frames took longer than all", warning.getvalue())
         self.assertIn("toliman track, busy: a few frames took longer than all: the machine is too busy", warning.getvalue())
 

@@ -103,6 +103,25 @@ class Mpi(ProgramTest):
         self.assertEqual(campaign, "".join(self.output(1, "s.json", "--seed", s, "--json") for s in (8, 9)))
         self.assertEqual(len({json.loads(line)["digest"] for line in campaign.splitlines()}), 2)
 
+    def test_a_map_of_planets_is_that_of_the_program(self):
+        """On any number of ranks, and resumed after a stop."""
+        random = numpy.random.default_rng(7)
+        t = numpy.sort(random.uniform(0, 700, 60))
+        rows = numpy.stack([t, numpy.cos(t / 20) + 0.3 * random.normal(size=60), numpy.full(60, 0.3)], 1)
+        numpy.savetxt(self.folder / "y.csv", rows, delimiter=",", header="t,y,sigma", comments="")
+        arguments = ("planet", "y.csv", "--map", "--map-cells", "5x3", "--map-injections", 4, "--json", "--out")
+        found = self.succeed(*arguments, "alone")
+        whole = (self.folder / "alone" / "map.csv").read_bytes()
+        path = self.folder / "ranks" / "map.csv"
+        for count in 3, 2:
+            self.assertEqual(self.output(count, *arguments, "ranks"), found)
+            self.assertEqual(path.read_bytes(), whole)
+            path.write_bytes(whole[:whole.index(b"\n7,") + 1])
+        self.assertEqual(self.alone("planet", "--help").stdout.count("Examples:"), 1)
+        self.end(3, "none.csv: No such file", 2, "planet", "none.csv")
+        path.write_text("my notes\n")
+        self.end(3, "rank 0: ranks/map.csv: is not a detection map", 2, *arguments, "ranks")
+
     def test_more_ranks_than_frames(self):
         self.scene("five.json", 5)
         self.assertEqual(self.output(6, "five.json"), self.output(1, "five.json"))

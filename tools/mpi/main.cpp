@@ -11,6 +11,7 @@
 #include "options/command.hpp"
 #include "options/help.hpp"
 #include "options/suggest.hpp"
+#include "planet_map.hpp"
 #include "ranks.hpp"
 #include "scenes/scene.hpp"
 #include "series/periodogram.hpp"
@@ -30,6 +31,8 @@ Examples:
   mpirun -n 4 toliman-mpi chapter.json --weights chapter.tlmw --seed 7 --json
   # 20 series with 20 seeds, one JSON line each
   mpirun -n 4 toliman-mpi chapter.json --campaign 20 >campaign.jsonl
+  # a detection map on four processors, with the options and the output of `toliman planet`
+  mpirun -n 4 toliman-mpi planet mission --map --out mission.planets
 
 Each rank simulates and estimates a range of the frames on one processor. The exact sums of all ranks are added up, so
 the output has the same bits for any number of ranks. The frequency grid is that of `toliman run`.
@@ -194,6 +197,8 @@ class Job {
 };
 
 void run(const mpi::Ranks &ranks, int argc, char **argv) {
+    if (mpi::is_planet(argc, argv))
+        return mpi::run_planet(ranks, argc, argv);
     Options options;
     std::optional<Job> job;
     ranks.together([&] {
@@ -223,7 +228,9 @@ void run(const mpi::Ranks &ranks, int argc, char **argv) {
 // Without a launcher there are no other ranks to agree with: --help and an invalid command line need no MPI.
 bool answered_alone(int argc, char **argv) {
     Options options;
-    const std::string text = mpi::launched() ? "" : parse(argc, argv, options);
+    const std::string text = mpi::launched()              ? ""
+                             : mpi::is_planet(argc, argv) ? mpi::planet_help(argc, argv)
+                                                          : parse(argc, argv, options);
     print_stdout(text);
     return !text.empty();
 }

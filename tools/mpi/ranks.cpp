@@ -74,6 +74,16 @@ void Ranks::together(const std::function<void()> &work) const {
     throw Ended{static_cast<cli::ExitCode>(*lowest)};
 }
 
+int64_t Ranks::of_first(int64_t own) const {
+    MPI_Bcast(&own, 1, MPI_INT64_T, 0, MPI_COMM_WORLD);
+    return own;
+}
+
+void Ranks::add(std::vector<uint32_t> &numbers) const {
+    MPI_Allreduce(MPI_IN_PLACE, numbers.data(), static_cast<int>(numbers.size()), MPI_UINT32_T, MPI_SUM,
+                  MPI_COMM_WORLD);
+}
+
 toliman::periodogram Ranks::sum(const toliman::periodogram &own) const {
     std::vector<unsigned char> bytes = cli::state_bytes(own);
     MPI_Datatype state;

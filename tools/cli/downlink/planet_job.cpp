@@ -1,0 +1,118 @@
+#include "downlink/planet_job.hpp"
+
+#include <utility>
+
+#include "common/failure.hpp"
+#include "common/input.hpp"
+#include "common/output.hpp"
+#include "options/command.hpp"
+
+namespace cli {
+
+namespace {
+
+// Options that a state folder has already fixed.
+constexpr const char *kOfSeries[] = {"--columns",  "--time-format", "--time-scale", "--leap-seconds",  "--trend",
+                                     "--span",     "--prior",       "--system",     "--nuisance-file", "--scale-sigma",
+                                     "--observer", "--altitude",    "--node",       "--exposure"};
+
+} // namespace
+
+void PlanetJobOptions::add_to(CLI::App &command) {
+    add_option(&command, "SERIES", file, "",
+               "series t,y,sigma as of `toliman period`, or a state folder of `toliman track`")
+        ->required();
+    add_option(&command, "--columns", samples.columns, "NAMES",
+               "names of the columns to use: T,Y or T,Y,SIGMA; default t,y and, if present, sigma");
+    add_times(command, samples);
+    nuisance.add_to(command);
+    CLI::Option *system_option = add_system_options(command, *this);
+    command.get_option("--plate-scale")->remove_needs(system_option); // also of --unit px
+    CLI::Option *unit_option =
+        add_choice(&command, "--unit", unit, std::vector<std::string>{"arcsec", "mas", "uas", "px", "m/s", "km/s"},
+                   "unit of y, for masses: arcsec, mas, uas, px (--plate-scale); m/s and km/s are "
+                   "radial velocities; default: unknown separations");
+    unit_option->excludes(system_option); // whose values are in arcsec or px
+    planets.add_to(command);
+    command.add_flag("--limits", limits, "list upper limits and detectable planets at 40 periods");
+    map.add_to(command);
+    command.add_flag("--json", as_json, "print JSON, schema toliman-planet/1");
+    add_option(&command, "--out", out, "DIR",
+               "write result.json, series, samples, limits and map into this folder, for toliman report");
+}
+
+void PlanetJobOptions::see(const CLI::App &command) {
+    for (const char *name : kOfSeries)
+        if (command.count(name) > 0)
+            of_series.emplace_back(name);
+    if (command.count("--unit") > 0 && is_folder(file))
+        of_series.emplace_back("--unit");
+}
+
+// --plate-scale is the size of the px of --unit.
+PlanetJob::Input PlanetJob::input_of_state(Progress &progress) const {
+    const PlanetJobOptions &options = options_;
+    if (!options.of_series.empty())
+        throw Failure(kExitUsage, options.of_series[0] + ": must not be given with a state folder, " + options.file);
+    StateSeries state = dated_series(options.file, progress);
+    Input input = {std::move(state.series), {}, {}, std::nullopt};
+    if (state.system.empty()) {
+        input.unit = unit_of(options.reduction.plate_scale ? "px" : "", options.reduction.plate_scale);
+        return input;
+    }
+    if (options.reduction.plate_scale)
+        throw Failure(kExitUsage,
+                      "--plate-scale: must not be given with a state folder that has a plate scale, " + options.file);
+    input.unit = unit_of("px", state.plate_scale);
+    input.stars = stars_of(state.system);
+    return input;
+}
+
+PlanetJob::Input PlanetJob::input_of_series(Progress &progress) const {
+    const PlanetJobOptions &options = options_;
+    Input input = {read_series(options.file, options.samples), {}, {}, std::nullopt};
+    if (!input.series.warning.empty())
+        progress.warn(input.series.warning);
+    input.unit = options.system
+                     ? unit_of(options.reduction.plate_scale ? "px" : "arcsec", options.reduction.plate_scale)
+                     : unit_of(options.unit, options.reduction.plate_scale);
+    options.planets.check(input.unit); // before the reduction, which takes seconds
+    input.reduced = add_functions(options, true, "", input.series, progress);
+    if (options.system)
+        input.stars = stars_of(*options.system);
+    return input;
+}
+
+PlanetJob::PlanetJob(PlanetJobOptions &options, bool writes, Progress &progress) : options_(options) {
+    options.file = plain(options.file);
+    options.samples.leap_seconds = options.reduction.observer.leap_seconds();
+    options.nuisance.check();
+    if (writes && !options.out.empty()) {
+        check_not_input(options.out + "/series.csv", {options.file, options.nuisance.file});
+        folder_.emplace(options.out, options.limits);
+    }
+    input_.emplace(is_folder(options.file) ? input_of_state(progress) : input_of_series(progress));
+    options.planets.check(input_->unit);
+    search_.emplace(
+        find_planets(input_->series, options.planets, input_->unit, options.planets.stars(input_->stars), progress));
+    if (options.map.is_wanted)
+        map_.emplace(empty_map(options.map, *search_, options.planets.seed));
+    if (map_ && folder_)
+        file_.emplace(folder_->map_path(), *map_, *search_, input_->series);
+}
+
+void PlanetJob::finish(Progress &progress) {
+    PlanetReport report = {*search_, input_->series, input_->reduced, {}, map_};
+    if (options_.limits)
+        report.limits = limits_of(*search_);
+    progress.clear();
+    report.warn(progress);
+    if (folder_)
+        folder_->write(report);
+    if (options_.as_json)
+        print_stdout(report.json().text());
+    else
+        report.print();
+}
+
+} // namespace cli
