@@ -77,6 +77,7 @@ std::vector<Function> shapes_of(const Series &series, const FittedPlanet &fitted
 // Solves for the amplitudes of the orbits at hand. Returns the sum of squares.
 double solve_amplitudes(const Series &series, double jitter, std::vector<FittedPlanet> &planets) {
     std::vector<std::vector<Function>> shapes;
+    shapes.reserve(planets.size());
     std::vector<const Function *> all;
     for (const Function &function : series.functions)
         all.push_back(&function);

@@ -87,6 +87,7 @@ Prior prior_of(const Series &series, const Settings &settings) {
 
 double median_jitter(const std::vector<PosteriorSample> &samples) {
     std::vector<double> jitters;
+    jitters.reserve(samples.size());
     for (const PosteriorSample &sample : samples)
         jitters.push_back(sample.jitter);
     return interval_of(std::move(jitters)).middle;

@@ -169,7 +169,7 @@ class Job {
         json.set("period_days", peak.period).set("half_width_period_days", peak.half_width_period);
         json.set("fwhm_period_days", peak.fwhm_period).set("at_edge", (peak.flags & TOLIMAN_PERIOD_AT_EDGE) != 0);
         json.set("power", peak.power).set("log10_fap", peak.log10_fap);
-        json.set("grid", std::move(grid)).set("digest", digest(sum));
+        json.set("grid", grid).set("digest", digest(sum));
         return json.line();
     }
 

@@ -13,6 +13,7 @@
 #include "common/failure.hpp"
 #include "common/input.hpp"
 #include "common/stop.hpp"
+#include "common/text.hpp"
 
 namespace cli {
 
@@ -88,10 +89,11 @@ void check_arguments(const std::string &path, const cJSON *found, const Json &gi
     for (const cJSON *item = wanted->child; item != nullptr; item = item->next) {
         const cJSON *there = cJSON_GetObjectItemCaseSensitive(found, item->string);
         if (cJSON_Compare(item, there, 1) == 0)
-            throw Failure(kExitUsage, path + ": " + item->string + " = " +
-                                          (there != nullptr ? line_of(there) : "nothing") + ": must be " +
-                                          line_of(item) + ", as in this " + what +
-                                          ": give another --out or the same arguments");
+            throw Failure(kExitUsage,
+                          formatted("%s: %s = %s: must be %s, as in this %s: give another --out or the same "
+                                    "arguments",
+                                    path.c_str(), item->string, there != nullptr ? line_of(there).c_str() : "nothing",
+                                    line_of(item).c_str(), what.c_str()));
     }
 }
 

@@ -19,6 +19,7 @@ std::vector<double> position_angles(const std::string &system, const Series &ser
     std::vector<toliman_sky_prediction> seen(times.size(), toliman::sized<toliman_sky_prediction>());
     toliman::check(toliman_sky_predict(sky.get(), times.data(), times.size(), seen.data()));
     std::vector<double> angles;
+    angles.reserve(seen.size());
     for (const toliman_sky_prediction &prediction : seen)
         angles.push_back(prediction.geometric_angle_deg);
     return angles;
