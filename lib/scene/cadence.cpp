@@ -75,9 +75,10 @@ constexpr Row kCadenceRows[] = {
                                      "Photons in the brightest pixel of the frame without displacement; scales the "
                                      "stars' fluxes")
         .either("exposure_s"),
-    optional<&Cadence::exposure_s>("exposure_s", above(0, 1e9, "s"),
-                                   "Exposure of a frame; every star then needs photons_per_s; the expected peak must "
-                                   "be at least 1e-6 photons"),
+    optional<&Cadence::exposure_s>(
+        "exposure_s", above(0, 1e9, "s"),
+        "Exposure of a frame; every star then needs photons_per_s or magnitude; the expected peak must "
+        "be at least 1e-6 photons"),
     optional<read_on_target>("on_target_s", within(0, 1e9, "s"),
                              "Intervals from the start of an exposure in which the telescope points at the stars: "
                              "start and end of each in turn. Photons are collected in them only. The stars are at "

@@ -15,6 +15,17 @@ void read_shape(const Reader &reader, const Row &row, Detector &detector) {
     detector.cols = static_cast<size_t>(shape[1]);
 }
 
+constexpr Range kPixelScale = within(1e-6, 100, "arcsec");
+
+void read_pixel(const Reader &reader, const Row &row, Detector &detector) {
+    const double pixel_um = reader.number(row);
+    detector.pixel_scale_arcsec = pixel_um * 1e-6 / detector.focal_length_m * (180 * 3600 / kPi);
+    if (!(detector.pixel_scale_arcsec >= kPixelScale.low && detector.pixel_scale_arcsec <= kPixelScale.high))
+        reader.refuse(Status::scene, row.key,
+                      " = %g: with focal_length_m = %g, gives %g arcsec: must be in [%g, %g] arcsec", pixel_um,
+                      detector.focal_length_m, detector.pixel_scale_arcsec, kPixelScale.low, kPixelScale.high);
+}
+
 void check_dark(const Reader &reader, const Detector &detector) {
     if (detector.dark_e_per_s > 0 && reader.scene().cadence.exposure_s == 0)
         reader.refuse(Status::scene, "dark_e_per_s", " = %g: needs cadence.exposure_s", detector.dark_e_per_s);
@@ -22,7 +33,13 @@ void check_dark(const Reader &reader, const Detector &detector) {
 
 constexpr Row kDetectorRows[] = {
     required<read_shape>("shape", within(1, 2048, "px"), "Rows and columns").as(Type::integers).entries(2, 2),
-    required<&Detector::pixel_scale_arcsec>("pixel_scale_arcsec", within(1e-6, 100, "arcsec"), "Side of a pixel"),
+    required<&Detector::pixel_scale_arcsec>("pixel_scale_arcsec", kPixelScale, "Side of a pixel on the sky")
+        .either("focal_length_m"),
+    optional<&Detector::focal_length_m>("focal_length_m", above(0, 1e6, "m"),
+                                        "Effective focal length; with pixel_um, instead of pixel_scale_arcsec"),
+    required<read_pixel>("pixel_um", above(0, 1e6, "um"),
+                         "Side of a pixel; pixel_scale_arcsec is pixel_um/focal_length_m, from rad to arcsec")
+        .when(with("focal_length_m", "needs focal_length_m")),
     optional<&Detector::integrated>(
         "pixel", Words{"point integrated"},
         "Sampling; point: the image at the pixel's centre; integrated: its mean over the pixel"),

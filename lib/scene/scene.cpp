@@ -68,9 +68,9 @@ void check_fluxes(const Reader &reader, const Scene &scene) {
     const auto known = static_cast<size_t>(std::count_if(
         scene.stars.begin(), scene.stars.end(), [](const Star &star) { return star.photons_per_s.has_value(); }));
     if (known != scene.stars.size() && scene.cadence.exposure_s > 0)
-        reader.refuse(Status::scene, "cadence.exposure_s", ": needs photons_per_s for every star");
+        reader.refuse(Status::scene, "cadence.exposure_s", ": needs photons_per_s or magnitude for every star");
     if (known != scene.stars.size() && known > 0)
-        reader.refuse(Status::scene, "stars", ": give photons_per_s for both stars or neither");
+        reader.refuse(Status::scene, "stars", ": give photons_per_s or magnitude for both stars or neither");
 }
 
 void derive_signal(const Reader &reader, Scene &scene) {

@@ -73,7 +73,7 @@ struct Spectrum {
 
 struct Star {
     Spectrum spectrum;
-    std::optional<double> relative_flux, photons_per_s, mass_sun;
+    std::optional<double> relative_flux, photons_per_s, magnitude, mass_sun;
 };
 
 struct Binary {
@@ -114,6 +114,7 @@ int64_t tai_of_date(double date) noexcept;            // Julian year of TT
 struct Detector {
     size_t rows = 0, cols = 0;
     double pixel_scale_arcsec = 0;
+    double focal_length_m = 0;              // 0: not given
     double scale_anisotropy = 0, shear = 0; // geometry.hpp
     double rotation_deg = 0;                // position angle of the +y axis
     bool integrated = false;                // integrate over the pixel's area; otherwise sample the image at its centre

@@ -87,14 +87,31 @@ constexpr Row kSpectrumRows[] = {
 };
 constexpr Group kSpectrum = group_of("spectrum", "Spectrum", kSpectrumRows);
 
+constexpr Range kFlux = above(0, 1e15, "photons/s");
+
+void read_zero_point(const Reader &reader, const Row &row, Star &star) {
+    star.photons_per_s = reader.number(row) * std::pow(10, -0.4 * *star.magnitude);
+    if (!(*star.photons_per_s > kFlux.low && *star.photons_per_s <= kFlux.high))
+        reader.refuse(Status::scene, "magnitude", " = %g: gives %g photons/s: must be in (%g, %g] photons/s",
+                      *star.magnitude, *star.photons_per_s, kFlux.low, kFlux.high);
+}
+
 constexpr Row kStarRows[] = {
     required<&Star::spectrum>("spectrum", &kSpectrum),
     optional<&Star::relative_flux>("relative_flux", above(0, 1e12),
                                    "Photons over the band, relative to the other star; 1 if not given")
-        .either("photons_per_s"),
-    optional<&Star::photons_per_s>("photons_per_s", above(0, 1e15, "photons/s"),
+        .either("photons_per_s")
+        .when(without("magnitude", "not allowed with magnitude, which gives the flux")),
+    optional<&Star::photons_per_s>("photons_per_s", kFlux,
                                    "Photons over the band at the detector, before its quantum efficiency; instead of "
-                                   "relative_flux"),
+                                   "relative_flux")
+        .either("magnitude"),
+    optional<&Star::magnitude>("magnitude", within(-50, 50, "mag"),
+                               "Magnitude; with zero_point_photons_per_s, instead of photons_per_s"),
+    required<read_zero_point>("zero_point_photons_per_s", above(0, 1e30, "photons/s"),
+                              "photons_per_s of a star of magnitude 0 with the same spectrum; photons_per_s is this "
+                              "times 10^(-0.4 magnitude)")
+        .when(with("magnitude", "needs magnitude")),
     optional<&Star::mass_sun>("mass_sun", above(0, 1e3, "solar masses"), "Mass; for a planet"),
 };
 constexpr Group kStar = group_of("star", "A star", kStarRows);

@@ -41,6 +41,9 @@ ORBIT = {"period_years": 80, "semi_major_arcsec": 1, "eccentricity": 0.5, "incli
 OTHER = dict(
     SCENE, band={"wavelength_nm": 575}, binary={"date": 2027, "orbit": ORBIT, "moving": True, "distance_pc": 1.3},
     signal={"kind": "planet", "star": "A", "mass_earth": 1, "semi_major_au": 1, "eccentricity": 0.2, "argument_deg": 30},
+    stars={name: dict({key: star[key] for key in ("spectrum", "mass_sun") if key in star}, magnitude=2.5,
+                      zero_point_photons_per_s=1e7) for name, star in SCENE["stars"].items()},
+    detector={"shape": [8, 8], "focal_length_m": 10, "pixel_um": 10},
     cadence={"times_days": [1, 2, 5], "exposure_s": 1})
 DEVIATING = {"kind": "blackbody", "temperature_k": 5790, "modes": [0.1, -0.05]}
 THIRD = dict(
@@ -49,7 +52,7 @@ THIRD = dict(
     systematics={"jitter_covariance_px2": {"xx": 0.04, "yy": 0.01, "xy": 0.01}})
 # Messages about one key. What they name, the schema refuses too; relations of several keys it does not know.
 OF_ONE_KEY = ("unknown key", "must be a ", "must be an ", "must be one of", "must be true or false", "needs kind",
-              "needs a signal", "not allowed with", "give either relative", "give either peak", "give either ampl")
+              "needs a signal", "not allowed with", "needs magnitude", "needs focal_length_m", "give either relative", "give either peak", "give either ampl")
 VALUES = (None, -1, 1.5, 1e300, "x", [])
 
 

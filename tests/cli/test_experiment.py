@@ -153,6 +153,20 @@ class Numbers(Experiment):
         self.assertEqual((strong["found"], weak["found"]), (2, 0))
         self.assertLess(abs(strong["log10_fap"] / strong["expected_log10_fap"] - 1), 0.15)
 
+    def test_fluxes_and_pixels_may_be_given_in_other_units(self):
+        """10 um at 10.3 m are 0.2 arcsec; five magnitudes are a factor of 100."""
+        short = ("--methods", "template", "--tables", "equal,robust", "--amplitudes", "1e-3", "--seeds", 1, "--blind", 0)
+        expected = self.experiment(*short, "--out", "plain")
+        scene = tiny_scene()
+        for star, magnitude, zero_point in (("A", 5, 2e9), ("B", -5, 1e5)):
+            del scene["stars"][star]["photons_per_s"]
+            scene["stars"][star].update(magnitude=magnitude, zero_point_photons_per_s=zero_point)
+        scene["detector"] = {"shape": [64, 64], "focal_length_m": 10.313240312354819, "pixel_um": 10}
+        self.write(scene)
+        result = self.experiment(*short, "--out", "other")
+        bounds = [[table["crb_projected_px"] for table in run["tables"]] for run in (expected, result)]
+        numpy.testing.assert_allclose(bounds[1], bounds[0], rtol=1e-9)
+
 
 class Components(Experiment):
     """What is learnt from the series itself, worked out again from its frames."""

@@ -21,6 +21,22 @@ static void keys_of_other_variants(void **state) {
         {kelvin, "\"kind\": \"blackbody\", \"file\": \"x.csv\"", "stars.A.spectrum.file: needs kind \"table\""},
         {kelvin, "\"kind\": \"blackbody\", \"weight\": [1]", "stars.A.spectrum.weight: needs kind \"lines\""},
         {"\"period_days\": 40", "\"eccentricity\": 0.1", "signal.eccentricity: needs kind \"planet\""},
+        {"\"pixel_scale_arcsec\": 0.2", "\"pixel_scale_arcsec\": 0.2, \"focal_length_m\": 10, \"pixel_um\": 10",
+         "detector.pixel_scale_arcsec: give either pixel_scale_arcsec or focal_length_m"},
+        {"\"pixel_scale_arcsec\": 0.2", "\"focal_length_m\": 10", "detector.pixel_um: is missing"},
+        {"\"pixel_scale_arcsec\": 0.2", "\"pixel_scale_arcsec\": 0.2, \"pixel_um\": 10",
+         "detector.pixel_um: needs focal_length_m"},
+        {"\"pixel_scale_arcsec\": 0.2", "\"focal_length_m\": 1e-3, \"pixel_um\": 10",
+         "detector.pixel_um = 10: with focal_length_m = 0.001, gives 2062.65 arcsec: must be in [1e-06, 100] arcsec"},
+        {"\"relative_flux\": 3", "\"relative_flux\": 3, \"magnitude\": 0, \"zero_point_photons_per_s\": 1",
+         "stars.A.relative_flux: not allowed with magnitude"},
+        {"\"relative_flux\": 3", "\"photons_per_s\": 3, \"magnitude\": 0, \"zero_point_photons_per_s\": 1",
+         "stars.A.photons_per_s: give either photons_per_s or magnitude"},
+        {"\"relative_flux\": 3", "\"magnitude\": 0", "stars.A.zero_point_photons_per_s: is missing"},
+        {"\"relative_flux\": 3", "\"zero_point_photons_per_s\": 1",
+         "stars.A.zero_point_photons_per_s: needs magnitude"},
+        {"\"relative_flux\": 3", "\"magnitude\": -40, \"zero_point_photons_per_s\": 1",
+         "stars.A.magnitude = -40: gives 1e+16 photons/s: must be in (0, 1e+15] photons/s"},
         {"\"kind\": \"sinusoid\", \"star\": \"B\"", "\"kind\": \"none\"",
          "signal.amplitude_px: needs kind \"sinusoid\""},
     };
@@ -31,6 +47,31 @@ static void keys_of_other_variants(void **state) {
         assert_null(sim);
         free(text);
     }
+}
+
+static toliman_sim_info info_of(toliman_sim *sim) {
+    toliman_sim_info info = TOLIMAN_SIM_INFO_INIT;
+    assert_ok(toliman_sim_get_info(sim, &info));
+    toliman_sim_destroy(sim);
+    return info;
+}
+
+/* 10 um at 10 m are 1e-6 rad. */
+static void pixels_by_focal_length(void **state) {
+    (void)state;
+    const toliman_sim_info info =
+        info_of(sim_with(kBinaryScene, "\"pixel_scale_arcsec\": 0.2", "\"focal_length_m\": 10, \"pixel_um\": 10"));
+    assert_close(info.pixel_scale_arcsec, 0.20626480624709636, 1e-15, 0);
+}
+
+/* Five magnitudes are a factor of 100. */
+static void fluxes_by_magnitude(void **state) {
+    (void)state;
+    char *text = replaced(kBinaryScene, "\"relative_flux\": 3", "\"magnitude\": 1, \"zero_point_photons_per_s\": 2e7");
+    text = replaced_again(text, "5260}", "5260}, \"magnitude\": 6, \"zero_point_photons_per_s\": 1.5e7");
+    const toliman_sim_info info = info_of(sim_of(text));
+    free(text);
+    assert_close(info.flux_ratio, 400.0 / 3, 1e-12, 0);
 }
 
 typedef struct refusal {
@@ -199,6 +240,8 @@ static void equivalent_scenes_give_equal_bytes(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(keys_of_other_variants),
+        cmocka_unit_test(pixels_by_focal_length),
+        cmocka_unit_test(fluxes_by_magnitude),
         cmocka_unit_test(values_of_other_kinds),
         cmocka_unit_test(a_single_star_has_no_second_star),
         cmocka_unit_test(emission_lines_need_no_band),

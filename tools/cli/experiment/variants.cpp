@@ -2,6 +2,7 @@
 #include "experiment/variants.hpp"
 
 #include <cmath>
+#include <optional>
 #include <vector>
 
 #include "common/failure.hpp"
@@ -12,13 +13,28 @@ namespace cli {
 
 SceneVariants::SceneVariants(const Scene &scene)
     : json_(read_scene_json(scene.path)),
-      wavelength_nm_(scene.wavelengths()[static_cast<size_t>(scene.info.wavelengths) / 2] * 1e9) {
+      wavelength_nm_(scene.wavelengths()[static_cast<size_t>(scene.info.wavelengths) / 2] * 1e9),
+      pixel_scale_arcsec_(scene.info.pixel_scale_arcsec) {
     toliman::check(toliman_sim_get_offsets(scene.sim.get(), &offsets_));
     if (std::isnan(offsets_.b_x_px))
         throw Failure(kExitUsage, scene.path +
                                       ": stars.B: is missing: the tables equal and robust need two stars; give " +
                                       "--tables real");
 }
+
+namespace {
+
+// Photons per second of a star, given directly or by its magnitude; nothing if the star has a relative flux.
+std::optional<double> photons_of(const cJSON *star) {
+    const cJSON *photons = item_of(star, "photons_per_s"), *magnitude = item_of(star, "magnitude");
+    if (photons != nullptr)
+        return photons->valuedouble;
+    if (magnitude != nullptr)
+        return item_of(star, "zero_point_photons_per_s")->valuedouble * std::pow(10, -0.4 * magnitude->valuedouble);
+    return std::nullopt;
+}
+
+} // namespace
 
 std::string SceneVariants::with(const std::vector<std::string> &patches) const {
     JsonTree scene = copy_of(json_.get());
@@ -29,10 +45,10 @@ std::string SceneVariants::with(const std::vector<std::string> &patches) const {
 
 std::string SceneVariants::equal_stars() const {
     const cJSON *stars = item_of(json_.get(), "stars");
-    const cJSON *a = item_of(item_of(stars, "A"), "photons_per_s"), *b = item_of(item_of(stars, "B"), "photons_per_s");
-    const bool counted = a != nullptr && b != nullptr;
-    const std::string star = formatted(R"({"%s": %.17g})", counted ? "photons_per_s" : "relative_flux",
-                                       counted ? (a->valuedouble + b->valuedouble) / 2 : 1);
+    const std::optional<double> a = photons_of(item_of(stars, "A")), b = photons_of(item_of(stars, "B"));
+    const bool counted = a && b;
+    const std::string star = formatted(R"({"magnitude": null, "zero_point_photons_per_s": null, "%s": %.17g})",
+                                       counted ? "photons_per_s" : "relative_flux", counted ? (*a + *b) / 2 : 1);
     return with({R"({"stars": {"A": )" + star + R"(, "B": )" + star + "}}"});
 }
 
@@ -55,13 +71,13 @@ std::string SceneVariants::moved(double separation_px, double shift_px, double s
     still[0] += x / distance * separation_px;
     still[1] += y / distance * separation_px;
     const cJSON *distance_pc = item_of(item_of(json_.get(), "binary"), "distance_pc");
-    const cJSON *pixel_arcsec = item_of(item_of(json_.get(), "detector"), "pixel_scale_arcsec");
     return with(
         {R"({"binary": null})",
          formatted(R"({"binary": {"offsets_px": {"A": [%.17g, %.17g], "B": [%.17g, %.17g]}, "distance_pc": %s},
-                               "detector": {"pixel_scale_arcsec": %.17g}})",
+                               "detector": {"focal_length_m": null, "pixel_um": null,
+                                            "pixel_scale_arcsec": %.17g}})",
                    places[0], places[1], places[2], places[3],
-                   distance_pc != nullptr ? line_of(distance_pc).c_str() : "null", scale * pixel_arcsec->valuedouble)});
+                   distance_pc != nullptr ? line_of(distance_pc).c_str() : "null", scale * pixel_scale_arcsec_)});
 }
 
 } // namespace cli

@@ -31,6 +31,7 @@ class SceneVariants {
   private:
     JsonTree json_;
     double wavelength_nm_; // the middle one
+    double pixel_scale_arcsec_;
     toliman_sim_offsets offsets_ = toliman::sized<toliman_sim_offsets>();
 };
 
