@@ -389,32 +389,6 @@ module toliman
     end interface
     public :: toliman_frames_fn
 
-    ! Training options.
-    type, bind(C), public :: toliman_cae_train_options
-        integer(c_int32_t) :: struct_size = 96
-        integer(c_int32_t) :: mode = 0 ! TOLIMAN_CAE_MODE_..., 0 = TIED
-        integer(c_int32_t) :: steps = 0 ! TIED: number of steps; 0 = 300
-        integer(c_int32_t) :: epochs = 0 ! UNSUPERVISED: total number of passes over the training frames; 0 = 300
-        ! in [0, 1]. TIED: largest rotation of a tensor per step in rad, decreasing linearly to 0; 0 = 0.08.
-        ! UNSUPERVISED: constant rate of Adam; 0 = 1e-3
-        real(c_double) :: learning_rate = 0.0_c_double
-        type(c_funptr) :: progress = c_null_funptr ! may be NULL
-        type(c_ptr) :: progress_data = c_null_ptr
-        ! UNSUPERVISED: provides the frames; their inputs are kept in memory, 256 KiB each
-        type(c_funptr) :: frames = c_null_funptr
-        type(c_ptr) :: frames_data = c_null_ptr
-        integer(c_int64_t) :: frame_count = 0 ! UNSUPERVISED: number of frames, at least 2
-        ! UNSUPERVISED: number of frames held out, chosen by the seed; 0 = 10 %, at least 1
-        integer(c_int64_t) :: validation = 0
-        integer(c_int32_t) :: batch = 0 ! UNSUPERVISED: frames per step of Adam, at most 4096; 0 = 16
-        ! UNSUPERVISED: worker threads, 0 = one per processor; results do not depend on the number
-        integer(c_int32_t) :: threads = 0
-        ! [loss_count], may be NULL: losses[k] receives the loss after step (TIED) or epoch k + 1
-        type(c_ptr) :: losses = c_null_ptr
-        ! elements of losses. Losses of later steps, and of steps before a training was resumed, are not written
-        integer(c_int64_t) :: loss_count = 0
-    end type
-
     ! Training result. Members that do not apply to the mode are 0.
     type, bind(C), public :: toliman_cae_training
         integer(c_int32_t) :: struct_size = 64 ! in: sizeof(toliman_cae_training)
@@ -433,6 +407,51 @@ module toliman
         real(c_double) :: mssim = 0.0_c_double
         ! UNSUPERVISED: mean over the validation frames, see toliman_cae_reconstruct
         real(c_double) :: photon_floor = 0.0_c_double
+    end type
+
+    abstract interface
+        ! Callback after each epoch of UNSUPERVISED training. Receives a network with the weights of this epoch, which may
+        ! encode frames and may be saved with its training state, and the training result so far. Both are valid during the
+        ! callback. Return 0 to continue, any other value to stop: the training returns TOLIMAN_E_CANCELLED and can be resumed
+        ! after this epoch. Runs on the thread of the call, with no lock held. A call on the network being trained returns
+        ! TOLIMAN_E_STATE. Since 0.2.
+        function toliman_epoch_fn(so_far, result, user_data) bind(C) result(answer)
+            import
+            type(c_ptr), value :: so_far, user_data
+            type(toliman_cae_training), intent(in) :: result
+            integer(c_int32_t) :: answer
+        end function
+    end interface
+    public :: toliman_epoch_fn
+
+    ! Training options.
+    type, bind(C), public :: toliman_cae_train_options
+        integer(c_int32_t) :: struct_size = 112
+        integer(c_int32_t) :: mode = 0 ! TOLIMAN_CAE_MODE_..., 0 = TIED
+        integer(c_int32_t) :: steps = 0 ! TIED: number of steps; 0 = 300
+        integer(c_int32_t) :: epochs = 0 ! UNSUPERVISED: total number of passes over the training frames; 0 = 300
+        ! in [0, 1]. TIED: largest rotation of a tensor per step in rad, decreasing linearly to 0; 0 = 0.08.
+        ! UNSUPERVISED: constant rate of Adam; 0 = 1e-3
+        real(c_double) :: learning_rate = 0.0_c_double
+        type(c_funptr) :: progress = c_null_funptr ! may be NULL
+        type(c_ptr) :: progress_data = c_null_ptr
+        ! UNSUPERVISED: provides the frames; their inputs are kept in memory, 256 KiB each
+        type(c_funptr) :: frames = c_null_funptr
+        type(c_ptr) :: frames_data = c_null_ptr
+        integer(c_int64_t) :: frame_count = 0 ! UNSUPERVISED: number of frames, at least 2
+        ! UNSUPERVISED: number of frames held out, chosen by the seed; 0 = a tenth, rounded to nearest, at least 1
+        integer(c_int64_t) :: validation = 0
+        integer(c_int32_t) :: batch = 0 ! UNSUPERVISED: frames per step of Adam, at most 4096; 0 = 16
+        ! UNSUPERVISED: worker threads, 0 = one per processor; results do not depend on the number
+        integer(c_int32_t) :: threads = 0
+        ! [loss_count], may be NULL: losses[k] receives the loss after step (TIED) or epoch k + 1
+        type(c_ptr) :: losses = c_null_ptr
+        ! elements of losses. Losses of later steps, and of steps before a training was resumed, are not written
+        integer(c_int64_t) :: loss_count = 0
+        ! UNSUPERVISED: may be NULL. Each epoch then requests and reconstructs the validation frames, which takes a
+        ! few ms per frame. Since 0.2
+        type(c_funptr) :: epoch = c_null_funptr
+        type(c_ptr) :: epoch_data = c_null_ptr
     end type
 
     ! Properties of a network.

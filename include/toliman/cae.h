@@ -98,31 +98,6 @@ TOLIMAN_API void toliman_cae_destroy(toliman_cae *cae) TOLIMAN_NOEXCEPT;
  * callback calls a function on the network being trained, that call returns TOLIMAN_E_STATE. */
 typedef toliman_status (*toliman_frames_fn)(size_t first, size_t count, double *counts, void *user_data);
 
-/* Training options. */
-typedef struct toliman_cae_train_options {
-    uint32_t struct_size;
-    int32_t mode;         /* TOLIMAN_CAE_MODE_..., 0 = TIED */
-    uint32_t steps;       /* TIED: number of steps; 0 = 300 */
-    uint32_t epochs;      /* UNSUPERVISED: total number of passes over the training frames; 0 = 300 */
-    double learning_rate; /* in [0, 1]. TIED: largest rotation of a tensor per step in rad, decreasing linearly to 0;
-                             0 = 0.08. UNSUPERVISED: constant rate of Adam; 0 = 1e-3 */
-    toliman_progress_fn progress; /* may be NULL */
-    void *progress_data;
-    toliman_frames_fn frames; /* UNSUPERVISED: provides the frames; their inputs are kept in memory, 256 KiB each */
-    void *frames_data;
-    uint64_t frame_count; /* UNSUPERVISED: number of frames, at least 2 */
-    uint64_t validation;  /* UNSUPERVISED: number of frames held out, chosen by the seed; 0 = 10 %, at least 1 */
-    uint32_t batch;       /* UNSUPERVISED: frames per step of Adam, at most 4096; 0 = 16 */
-    uint32_t threads;     /* UNSUPERVISED: worker threads, 0 = one per processor; results do not depend on the number */
-    double *losses;       /* [loss_count], may be NULL: losses[k] receives the loss after step (TIED) or epoch k + 1 */
-    uint64_t loss_count;  /* elements of losses. Losses of later steps, and of steps before a training was resumed, are
-                             not written */
-} toliman_cae_train_options;
-#define TOLIMAN_CAE_TRAIN_OPTIONS_INIT TOLIMAN_INIT(toliman_cae_train_options)
-
-/* Sets *options, a struct of `size` bytes, to the defaults. */
-TOLIMAN_API void toliman_cae_train_options_init(toliman_cae_train_options *options, size_t size) TOLIMAN_NOEXCEPT;
-
 /* Training result. Members that do not apply to the mode are 0. */
 typedef struct toliman_cae_training {
     uint32_t struct_size;   /* in: sizeof(toliman_cae_training) */
@@ -139,6 +114,42 @@ typedef struct toliman_cae_training {
     double photon_floor;    /* UNSUPERVISED: mean over the validation frames, see toliman_cae_reconstruct */
 } toliman_cae_training;
 #define TOLIMAN_CAE_TRAINING_INIT TOLIMAN_INIT(toliman_cae_training)
+
+/* Callback after each epoch of UNSUPERVISED training. Receives a network with the weights of this epoch, which may
+ * encode frames and may be saved with its training state, and the training result so far. Both are valid during the
+ * callback. Return 0 to continue, any other value to stop: the training returns TOLIMAN_E_CANCELLED and can be resumed
+ * after this epoch. Runs on the thread of the call, with no lock held. A call on the network being trained returns
+ * TOLIMAN_E_STATE. Since 0.2. */
+typedef int32_t (*toliman_epoch_fn)(const toliman_cae *so_far, const toliman_cae_training *result, void *user_data);
+
+/* Training options. */
+typedef struct toliman_cae_train_options {
+    uint32_t struct_size;
+    int32_t mode;         /* TOLIMAN_CAE_MODE_..., 0 = TIED */
+    uint32_t steps;       /* TIED: number of steps; 0 = 300 */
+    uint32_t epochs;      /* UNSUPERVISED: total number of passes over the training frames; 0 = 300 */
+    double learning_rate; /* in [0, 1]. TIED: largest rotation of a tensor per step in rad, decreasing linearly to 0;
+                             0 = 0.08. UNSUPERVISED: constant rate of Adam; 0 = 1e-3 */
+    toliman_progress_fn progress; /* may be NULL */
+    void *progress_data;
+    toliman_frames_fn frames; /* UNSUPERVISED: provides the frames; their inputs are kept in memory, 256 KiB each */
+    void *frames_data;
+    uint64_t frame_count; /* UNSUPERVISED: number of frames, at least 2 */
+    uint64_t validation;  /* UNSUPERVISED: number of frames held out, chosen by the seed; 0 = a tenth, rounded to
+                             nearest, at  least 1 */
+    uint32_t batch;       /* UNSUPERVISED: frames per step of Adam, at most 4096; 0 = 16 */
+    uint32_t threads;     /* UNSUPERVISED: worker threads, 0 = one per processor; results do not depend on the number */
+    double *losses;       /* [loss_count], may be NULL: losses[k] receives the loss after step (TIED) or epoch k + 1 */
+    uint64_t loss_count;  /* elements of losses. Losses of later steps, and of steps before a training was resumed, are
+                             not written */
+    toliman_epoch_fn epoch; /* UNSUPERVISED: may be NULL. Each epoch then requests and reconstructs the validation
+                               frames, which takes a few ms per frame. Since 0.2 */
+    void *epoch_data;
+} toliman_cae_train_options;
+#define TOLIMAN_CAE_TRAIN_OPTIONS_INIT TOLIMAN_INIT(toliman_cae_train_options)
+
+/* Sets *options, a struct of `size` bytes, to the defaults. */
+TOLIMAN_API void toliman_cae_train_options_init(toliman_cae_train_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
 /* Trains a network, or resumes its last training. Writes the training result to *report.
  * options and report may be NULL.

@@ -106,30 +106,49 @@ cae::UnsupervisedOptions unsupervised_options(const toliman_cae_train_options &o
     known.workers = options.threads;
     known.learning_rate = or_default(options.learning_rate, known.learning_rate);
     known.frames = options.frame_count;
-    known.validation = or_default<size_t>(options.validation, std::max<size_t>(known.frames / 10, 1));
+    known.validation = or_default<size_t>(options.validation, std::max<size_t>((known.frames + 5) / 10, 1));
     known.progress = {options.progress, options.progress_data};
     known.losses = {options.losses, options.loss_count};
     return known;
 }
 
+toliman_cae_training result_of(const cae::Training &state, const cae::Quality &quality) {
+    toliman_cae_training result = {};
+    result.struct_size = sizeof result;
+    result.steps = static_cast<uint32_t>(state.steps);
+    result.epochs = state.done;
+    result.loss = state.loss;
+    result.validation_loss = state.validation_loss;
+    result.mmse = quality.mmse;
+    result.mssim = quality.mssim;
+    result.photon_floor = quality.photon_floor;
+    return result;
+}
+
 toliman_cae_training train_unsupervised(toliman_cae &cae, const toliman_cae_train_options &options) {
-    const cae::UnsupervisedOptions known = unsupervised_options(options);
+    cae::UnsupervisedOptions known = unsupervised_options(options);
     const cae::FrameSource frames = frame_source(options);
-    toliman_cae_training report = {};
+    const auto quality_of = [&](const cae::Network &network) {
+        cae::UnsupervisedOptions quiet = known;
+        quiet.progress = {};
+        return cae::validate(network, options.epoch != nullptr ? quiet : known, frames);
+    };
+    toliman_cae_training result = {};
+    if (options.epoch != nullptr)
+        known.epoch = [&](const cae::Training &state) {
+            const toliman_cae so_far = {{}, cae::trained_network(cae.network, state), state};
+            result = result_of(state, quality_of(so_far.network));
+            if (in_callback("epoch", [&] { return options.epoch(&so_far, &result, options.epoch_data); }) != 0)
+                fail(Status::cancelled, "epoch %u: cancelled by the epoch callback", state.done);
+        };
     resume_training(cae, known.course(), known.epochs, [&](cae::Training &state) {
         cae::train_unsupervised(cae.network, known, frames, state);
         cae::Network trained = cae::trained_network(cae.network, state);
-        const cae::Quality quality = cae::validate(trained, known, frames);
+        if (result.epochs != state.done)
+            result = result_of(state, quality_of(trained));
         cae.network = std::move(trained);
-        report.steps = static_cast<uint32_t>(state.steps);
-        report.epochs = state.done;
-        report.loss = state.loss;
-        report.validation_loss = state.validation_loss;
-        report.mmse = quality.mmse;
-        report.mssim = quality.mssim;
-        report.photon_floor = quality.photon_floor;
     });
-    return report;
+    return result;
 }
 
 std::vector<uint8_t> blob_of(const toliman_cae *cae, const toliman_cae_save_options *given) {

@@ -12,6 +12,7 @@ namespace toliman::api {
 template <class T> constexpr size_t kOldest = sizeof(T);
 template <> inline constexpr size_t kOldest<toliman_sim_info> = offsetof(toliman_sim_info, exposure_s);
 template <> inline constexpr size_t kOldest<toliman_cae_options> = offsetof(toliman_cae_options, log);
+template <> inline constexpr size_t kOldest<toliman_cae_train_options> = offsetof(toliman_cae_train_options, epoch);
 template <> inline constexpr size_t kOldest<toliman_components_options> = offsetof(toliman_components_options, log);
 template <> inline constexpr size_t kOldest<toliman_linear_options> = offsetof(toliman_linear_options, log);
 template <> inline constexpr size_t kOldest<toliman_track_options> = offsetof(toliman_track_options, stamp);

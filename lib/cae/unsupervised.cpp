@@ -217,6 +217,8 @@ void train_unsupervised(const Network &network, const UnsupervisedOptions &optio
         next.done++;
         state = next;
         options.losses.put(state.done - 1, state.loss);
+        if (options.epoch)
+            options.epoch(state);
     }
 }
 

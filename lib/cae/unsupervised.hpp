@@ -21,6 +21,7 @@ struct UnsupervisedOptions {
     size_t frames = 0, validation = 0; // all frames; those of them held out for validation, at least 1
     Progress progress;
     Losses losses;
+    std::function<void(const Training &)> epoch; // called after each epoch; may throw to stop. Empty: none
     Course course() const noexcept { return {Mode::unsupervised, learning_rate, 0, frames, validation, batch}; }
 };
 

@@ -154,6 +154,24 @@ class Network(unittest.TestCase):
             trained.append(other.to_bytes())
         self.assertEqual(*trained)
 
+    def test_results_of_each_epoch(self):
+        """Each is the result of a training of as many epochs; the training stops if the function asks for it."""
+        how = {"frames": frames, "batch": 4, "validation": 2}
+        seen = []
+        other = toliman.CAE(simulator, layout="paper", input="raw")
+        result = other.train("unsupervised", epochs=2, **how,
+                             epoch=lambda so_far, training: seen.append((training, so_far.to_bytes(training=True))))
+        self.assertEqual(result, seen[1][0])
+        for k, (training, content) in enumerate(seen, 1):
+            again = toliman.CAE(simulator, layout="paper", input="raw")
+            self.assertEqual(again.train("unsupervised", epochs=k, **how), training)
+            self.assertEqual(again.to_bytes(training=True), content)
+        again = toliman.CAE(simulator, layout="paper", input="raw")
+        with self.assertRaisesRegex(toliman.Cancelled, "epoch 1: cancelled by the epoch callback"):
+            again.train("unsupervised", epochs=2, epoch=lambda so_far, training: training.epochs == 1, **how)
+        again.train("unsupervised", epochs=2, **how)
+        self.assertEqual(again.to_bytes(), other.to_bytes())
+
     def test_exceptions_of_a_frame_function_propagate(self):
         other = toliman.CAE(simulator, layout="paper", input="raw")
         before = other.to_bytes()
@@ -190,7 +208,7 @@ class Network(unittest.TestCase):
         with self.assertRaisesRegex(RuntimeError, "this CAE is being trained"):
             other.train(steps=2, progress=lambda stage, fraction: other.train())
         other.train(steps=2)
-        with self.assertRaisesRegex(ValueError, "frames, count: allowed for mode = .unsupervised. only"):
+        with self.assertRaisesRegex(ValueError, "frames, count, epoch: allowed for mode = .unsupervised. only"):
             other.train(frames=frames)
 
     def test_closing_during_training(self):

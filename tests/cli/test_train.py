@@ -34,6 +34,42 @@ class Resumed(ProgramTest):
         self.refuse(2, "--epochs 2: must be at least 3, the epochs done in half",
                     arguments=(*resume, "--epochs", "2"))
 
+    def test_log(self):
+        self.write_scene(12)
+        how = (*UNSUPERVISED, "--layout", "paper", "--input", "raw")
+        self.succeed(*how, "--epochs", "12", "--log", "whole.csv", "--out", "whole")
+        mark, head, *rows = (self.folder / "whole.csv").read_text().splitlines()
+        self.assertEqual(mark, "# epochs of an unsupervised training; log10_fap: of the latents of frames")
+        rows = [dict(zip(head.split(","), row.split(","))) for row in rows]
+        self.assertEqual([row["epoch"] for row in rows], [str(k) for k in range(1, 13)])
+        for row in rows:
+            self.assertTrue(0.999 < float(row["validation_loss"]) / float(row["mmse"]) < 1.001, row)
+            self.assertEqual(row["log10_fap_fresh"] != "", row["epoch"] in ("10", "12"))
+        self.assertFalse((self.folder / "whole.part").exists())
+        # the frames of `simulate` are the fresh ones
+        self.succeed("simulate", "s.json", "--out", "f.npy")
+        (self.folder / "f.csv").write_text(self.succeed("encode", "--weights", "whole", "f.npy"))
+        found = json.loads(self.succeed("period", "f.csv", "--columns", "frame,latent", "--json"))
+        self.assertAlmostEqual(found["peak"]["log10_fap"], float(rows[-1]["log10_fap_fresh"]), delta=0.006)
+        # a resumed training continues the log: to the same lines
+        self.succeed(*how, "--epochs", "10", "--log", "half.csv", "--out", "half")
+        self.succeed("train", "s.json", "--resume", "half", "--epochs", "12", "--log", "half.csv", "--out", "half")
+        self.assertEqual(self.bytes_of("half.csv"), self.bytes_of("whole.csv"))
+        self.assertEqual(self.bytes_of("half"), self.bytes_of("whole"))
+
+    def test_logs_that_are_refused(self):
+        self.refuse(2, "--log: is for unsupervised training", arguments=("train", "s.json", "--log", "l.csv", "--out", "x"))
+        self.refuse(2, "--log: is for unsupervised training",
+                    arguments=("train", "s.json", "--bank", "frames", "--log", "l.csv", "--out", "x"))
+        (self.folder / "notes.csv").write_text("epoch\n")
+        self.refuse(6, "notes.csv", arguments=(*UNSUPERVISED, "--epochs", "1", "--log", "notes.csv", "--out", "x"))
+        self.succeed(*UNSUPERVISED, "--epochs", "1", "--out", "one")
+        self.refuse(3, "notes.csv: is not the log of an unsupervised training",
+                    arguments=("train", "s.json", "--resume", "one", "--epochs", "2", "--log", "notes.csv", "--out", "x"))
+        self.write_scene(4)
+        self.refuse(2, "cadence.frames = 4: must be in [5, 400000] for --log",
+                    arguments=(*UNSUPERVISED, "--log", "l.csv", "--out", "x"))
+
     def test_dependent_nuisances(self):
         scene = json.loads((self.folder / "s.json").read_text())
         del scene["stars"]["B"]

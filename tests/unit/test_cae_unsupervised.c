@@ -100,6 +100,48 @@ static void test_same_bits_for_any_number_of_workers(void **unused) {
     }
 }
 
+typedef struct Epochs {
+    toliman_cae *cae;
+    toliman_cae_training results[3];
+    double latents[3];
+    int count, last;
+} Epochs;
+
+static int32_t note_epoch(const toliman_cae *so_far, const toliman_cae_training *result, void *user_data) {
+    Epochs *epochs = user_data;
+    epochs->latents[epochs->count] = first_latent(so_far);
+    toliman_cae_info info = TOLIMAN_CAE_INFO_INIT;
+    assert_int_equal(toliman_cae_get_info(epochs->cae, &info), TOLIMAN_E_STATE);
+    epochs->results[epochs->count++] = *result;
+    return epochs->count == epochs->last;
+}
+
+/* The result of each epoch is that of a training of as many epochs; a training stopped by the callback resumes. */
+static void test_results_of_each_epoch(void **unused) {
+    (void)unused;
+    Source source = make_source(1e-2);
+    toliman_cae *cae = make_network(TOLIMAN_CAE_LAYOUT_PAPER, TOLIMAN_CAE_INPUT_RAW);
+    Epochs epochs = {.cae = cae, .last = 2};
+    toliman_cae_train_options options = options_for(&source, 10, 3);
+    options.epoch = note_epoch;
+    options.epoch_data = &epochs;
+    toliman_cae_training result = TOLIMAN_CAE_TRAINING_INIT;
+    assert_fails(toliman_cae_train(cae, &options, &result), TOLIMAN_E_CANCELLED,
+                 "epoch 2: cancelled by the epoch callback");
+    assert_ok(toliman_cae_train(cae, &options, &result));
+    assert_int_equal(epochs.count, 3);
+    assert_memory_equal(&epochs.results[2], &result, sizeof result);
+    for (uint32_t k = 1; k <= 3; k++) {
+        toliman_cae *again = make_network(TOLIMAN_CAE_LAYOUT_PAPER, TOLIMAN_CAE_INPUT_RAW);
+        const toliman_cae_train_options plain = options_for(&source, 10, k);
+        assert_ok(toliman_cae_train(again, &plain, &result));
+        assert_memory_equal(&epochs.results[k - 1], &result, sizeof result);
+        assert_true(epochs.latents[k - 1] == first_latent(again));
+        toliman_cae_destroy(again);
+    }
+    toliman_cae_destroy(cae);
+}
+
 typedef struct Patience {
     double until;
     int epochs_named;
@@ -344,6 +386,7 @@ static void test_refusals(void **unused) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_same_bits_for_any_number_of_workers),
+        cmocka_unit_test(test_results_of_each_epoch),
         cmocka_unit_test(test_resume_after_cancellation),
         cmocka_unit_test(test_learns_a_large_signal),
         cmocka_unit_test(test_paper_has_no_decoder_without_a_frame),

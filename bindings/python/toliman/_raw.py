@@ -444,42 +444,6 @@ TOLIMAN_CAE_MODE_UNSUPERVISED = 222
 toliman_frames_fn = CFUNCTYPE(c_int32, c_size_t, c_size_t, POINTER(c_double), c_void_p)
 
 
-class toliman_cae_train_options(Sized):
-    """Training options.
-    mode: TOLIMAN_CAE_MODE_..., 0 = TIED
-    steps: TIED: number of steps; 0 = 300
-    epochs: UNSUPERVISED: total number of passes over the training frames; 0 = 300
-    learning_rate: in [0, 1]. TIED: largest rotation of a tensor per step in rad, decreasing linearly to 0;
-        0 = 0.08. UNSUPERVISED: constant rate of Adam; 0 = 1e-3
-    progress: may be NULL
-    frames: UNSUPERVISED: provides the frames; their inputs are kept in memory, 256 KiB each
-    frame_count: UNSUPERVISED: number of frames, at least 2
-    validation: UNSUPERVISED: number of frames held out, chosen by the seed; 0 = 10 %, at least 1
-    batch: UNSUPERVISED: frames per step of Adam, at most 4096; 0 = 16
-    threads: UNSUPERVISED: worker threads, 0 = one per processor; results do not depend on the number
-    losses: [loss_count], may be NULL: losses[k] receives the loss after step (TIED) or epoch k + 1
-    loss_count: elements of losses. Losses of later steps, and of steps before a training was resumed, are
-        not written"""
-
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("mode", c_int32),
-        ("steps", c_uint32),
-        ("epochs", c_uint32),
-        ("learning_rate", c_double),
-        ("progress", toliman_progress_fn),
-        ("progress_data", c_void_p),
-        ("frames", toliman_frames_fn),
-        ("frames_data", c_void_p),
-        ("frame_count", c_uint64),
-        ("validation", c_uint64),
-        ("batch", c_uint32),
-        ("threads", c_uint32),
-        ("losses", POINTER(c_double)),
-        ("loss_count", c_uint64),
-    ]
-
-
 class toliman_cae_training(Sized):
     """Training result. Members that do not apply to the mode are 0.
     struct_size: in: sizeof(toliman_cae_training)
@@ -507,6 +471,56 @@ class toliman_cae_training(Sized):
         ("mmse", c_double),
         ("mssim", c_double),
         ("photon_floor", c_double),
+    ]
+
+
+# Callback after each epoch of UNSUPERVISED training. Receives a network with the weights of this epoch, which may
+# encode frames and may be saved with its training state, and the training result so far. Both are valid during the
+# callback. Return 0 to continue, any other value to stop: the training returns TOLIMAN_E_CANCELLED and can be resumed
+# after this epoch. Runs on the thread of the call, with no lock held. A call on the network being trained returns
+# TOLIMAN_E_STATE. Since 0.2.
+# Arguments: so_far, result, user_data.
+toliman_epoch_fn = CFUNCTYPE(c_int32, POINTER(toliman_cae), POINTER(toliman_cae_training), c_void_p)
+
+
+class toliman_cae_train_options(Sized):
+    """Training options.
+    mode: TOLIMAN_CAE_MODE_..., 0 = TIED
+    steps: TIED: number of steps; 0 = 300
+    epochs: UNSUPERVISED: total number of passes over the training frames; 0 = 300
+    learning_rate: in [0, 1]. TIED: largest rotation of a tensor per step in rad, decreasing linearly to 0;
+        0 = 0.08. UNSUPERVISED: constant rate of Adam; 0 = 1e-3
+    progress: may be NULL
+    frames: UNSUPERVISED: provides the frames; their inputs are kept in memory, 256 KiB each
+    frame_count: UNSUPERVISED: number of frames, at least 2
+    validation: UNSUPERVISED: number of frames held out, chosen by the seed; 0 = a tenth, rounded to
+        nearest, at  least 1
+    batch: UNSUPERVISED: frames per step of Adam, at most 4096; 0 = 16
+    threads: UNSUPERVISED: worker threads, 0 = one per processor; results do not depend on the number
+    losses: [loss_count], may be NULL: losses[k] receives the loss after step (TIED) or epoch k + 1
+    loss_count: elements of losses. Losses of later steps, and of steps before a training was resumed, are
+        not written
+    epoch: UNSUPERVISED: may be NULL. Each epoch then requests and reconstructs the validation
+        frames, which takes a few ms per frame. Since 0.2"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("mode", c_int32),
+        ("steps", c_uint32),
+        ("epochs", c_uint32),
+        ("learning_rate", c_double),
+        ("progress", toliman_progress_fn),
+        ("progress_data", c_void_p),
+        ("frames", toliman_frames_fn),
+        ("frames_data", c_void_p),
+        ("frame_count", c_uint64),
+        ("validation", c_uint64),
+        ("batch", c_uint32),
+        ("threads", c_uint32),
+        ("losses", POINTER(c_double)),
+        ("loss_count", c_uint64),
+        ("epoch", toliman_epoch_fn),
+        ("epoch_data", c_void_p),
     ]
 
 

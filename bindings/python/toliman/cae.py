@@ -88,7 +88,7 @@ class CAE(Handle):
 
     def train(self, mode: str = "tied", *, steps: int = 0, learning_rate: float = 0, frames: Frames | None = None,
               count: int | None = None, epochs: int = 0, validation: int = 0, batch: int = 0, threads: int = 0,
-              progress: Progress | bool | None = None) -> Training:
+              epoch: Epoch | None = None, progress: Progress | bool | None = None) -> Training:
         """Trains the network, or resumes a cancelled training with the same options.
 
         Parameters
@@ -103,14 +103,17 @@ class CAE(Handle):
         epochs: unsupervised: passes over the training frames in all; 0 means 300.
         validation: unsupervised: number of held-out frames; 0 means a tenth.
         batch: unsupervised: frames per step; 0 means 16.
+        epoch: unsupervised: a function of (CAE, Training), called after each epoch with a network with the weights of
+            this epoch and the result so far. The CAE may encode frames and may be saved during the call. A true return
+            value cancels the training.
 
         Ctrl-C, and a progress function that raises or returns a true value, cancel the training, which can be resumed.
 
         Raises RuntimeError if an open Tracker uses this network, since its values would come from two networks;
         InputError if the training diverges; Cancelled.
         """
-        if mode == "tied" and (frames is not None or count is not None):
-            raise ValueError("frames, count: allowed for mode = 'unsupervised' only")
+        if mode == "tied" and (frames is not None or count is not None or epoch is not None):
+            raise ValueError("frames, count, epoch: allowed for mode = 'unsupervised' only")
         if any(tracker._pointer is not None for tracker in self._trackers):
             raise RuntimeError("a Tracker uses this CAE: close the Tracker first, or train another CAE")
         with self._exclusive(), Watch(progress) as watch:
@@ -121,7 +124,8 @@ class CAE(Handle):
                 epochs=whole("epochs", epochs, 2**32), learning_rate=real("learning_rate", learning_rate),
                 progress=watch.callback,
                 frames=source, frame_count=count, validation=whole("validation", validation),
-                batch=whole("batch", batch, 2**32), threads=whole("threads", threads, 2**32))
+                batch=whole("batch", batch, 2**32), threads=whole("threads", threads, 2**32),
+                epoch=_epoch_callback(watch, epoch))
             report = _raw.toliman_cae_training()
             watch.check(library.toliman_cae_train(self._c, ctypes.byref(options), ctypes.byref(report)))
         return Training._of(report)
@@ -218,6 +222,29 @@ def _save_options(weights: str, planes: str, training: bool) -> typing.Any:
         _raw.toliman_cae_save_options, library.toliman_cae_save_options_init, training=int(training),
         weights_encoding=number("weights", weights, "TOLIMAN_CAE_ENCODING"),
         planes_encoding=number("planes", planes, "TOLIMAN_CAE_ENCODING")))
+
+
+class _SoFar(CAE):
+    """The network of a running training, which the library destroys."""
+
+    _destroy = ""
+
+
+# Called after each epoch of unsupervised training. A true return value cancels the training.
+Epoch = typing.Callable[[CAE, Training], typing.Any]
+
+
+def _epoch_callback(watch: Watch, epoch: Epoch | None) -> typing.Any:
+    """Returns the callback of C that calls `epoch`."""
+    if epoch is None:
+        return ctypes.cast(0, _raw.toliman_epoch_fn)
+    given = epoch
+
+    def call(so_far: typing.Any, result: typing.Any, _: object) -> int:
+        with _SoFar._adopt(so_far) as network:
+            return int(bool(given(network, Training._of(result.contents))))
+
+    return _raw.toliman_epoch_fn(lambda *arguments: watch.run(call, *arguments))
 
 
 def _source(watch: Watch, frames: Frames | None, count: int | None, info: NetworkInfo) -> tuple[typing.Any, int]:

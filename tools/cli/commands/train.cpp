@@ -1,5 +1,7 @@
 // toliman train: weights from a scene.
 #include <cstdio>
+#include <exception>
+#include <filesystem>
 #include <map>
 #include <optional>
 
@@ -9,6 +11,7 @@
 #include "common/output.hpp"
 #include "common/stop.hpp"
 #include "common/text.hpp"
+#include "experiment/training_log.hpp"
 #include "frames/bank_training.hpp"
 #include "frames/network.hpp"
 #include "options/command.hpp"
@@ -19,7 +22,7 @@ namespace cli {
 namespace {
 
 struct Options {
-    std::string scene, out, payload = "float32", mode = "tied", layout = "flight", input = "whitened", resume;
+    std::string scene, out, payload = "float32", mode = "tied", layout = "flight", input = "whitened", resume, log;
     std::optional<std::string> bank; // its dates
     std::string free;                // further parameters of the fit of a bank
     uint64_t seed = 1;
@@ -95,6 +98,8 @@ void check_network(const Options &options) {
 }
 
 void check_bank_mode(const Options &options) {
+    if (!options.log.empty())
+        throw Failure(kExitUsage, "--log: is for unsupervised training");
     if (options.mode != "tied" || options.input != "whitened" || options.epochs != 0)
         throw Failure(kExitUsage, std::string(options.mode != "tied"        ? "--mode"
                                               : options.input != "whitened" ? "--input"
@@ -102,8 +107,16 @@ void check_bank_mode(const Options &options) {
                                       ": the networks of a bank have tied training on whitened residuals");
 }
 
+// Epochs of the training that a network resumes.
+uint32_t done_in(const toliman_cae *cae) {
+    toliman_cae_train_options how = {};
+    return get_training(cae, how) ? how.epochs : 0;
+}
+
 // An option of the other mode is refused.
 void check_mode(const Options &options, bool tied) {
+    if (tied && !options.log.empty())
+        throw Failure(kExitUsage, "--log: is for unsupervised training");
     if (tied && options.epochs != 0)
         throw Failure(kExitUsage, "--epochs: is for unsupervised training; tied training has --steps");
     if (!tied && options.steps != 0)
@@ -127,12 +140,12 @@ struct Frames {
 
 using Bytes = std::vector<unsigned char>;
 
-Bytes saved(const toliman::autoencoder &cae, const std::string &payload, bool with_training) {
+Bytes bytes_of_network(const toliman_cae *cae, const std::string &payload, bool with_training) {
     auto how = toliman::sized<toliman_cae_save_options>();
     how.weights_encoding = how.planes_encoding = kPayloads.at(payload);
     how.training = with_training ? 1 : 0;
     return bytes_of([&](unsigned char *data, size_t capacity, size_t *size) {
-        return toliman_cae_save(cae.get(), &how, data, capacity, size);
+        return toliman_cae_save(cae, &how, data, capacity, size);
     });
 }
 
@@ -162,6 +175,31 @@ void save_interrupted(const Bytes &bytes, const Options &options, const std::str
                  part.c_str(), options.out.c_str(), more.c_str(), payload.c_str());
 }
 
+// After each epoch: its line in the log and, with the false alarm probabilities, OUT.part, so that a power cut costs at
+// most ten epochs.
+struct Epochs {
+    TrainingLog log;
+    std::string part; // "" if there is none
+    const Options &options;
+    uint32_t last;
+    std::exception_ptr failure;
+
+    static int32_t note(const toliman_cae *so_far, const toliman_cae_training *result, void *user_data) noexcept {
+        auto &epochs = *static_cast<Epochs *>(user_data);
+        try {
+            const bool searched = epochs.log.add(so_far, *result, result->epochs == epochs.last);
+            if (searched && !epochs.part.empty()) {
+                OutputFile out(epochs.part);
+                write(bytes_of_network(so_far, "float32", true), out);
+            }
+            return 0;
+        } catch (...) {
+            epochs.failure = std::current_exception();
+            return 1;
+        }
+    }
+};
+
 void train_network(const Options &options, OutputFile &out, Progress &progress) {
     check_network(options);
     const Scene scene(options.scene, progress);
@@ -179,17 +217,32 @@ void train_network(const Options &options, OutputFile &out, Progress &progress) 
     how.frames_data = &frames;
     how.progress = Progress::callback;
     how.progress_data = &progress;
+    std::optional<Epochs> epochs;
+    if (!options.log.empty()) {
+        epochs.emplace(Epochs{{options.log, scene, frames.seed, options.resume.empty() ? 0 : done_in(cae.get())},
+                              options.out != "-" ? options.out + kPart : "",
+                              options,
+                              how.epochs != 0 ? how.epochs : kEpochs,
+                              nullptr});
+        how.epoch = Epochs::note;
+        how.epoch_data = &*epochs;
+    }
     auto result = toliman::sized<toliman_cae_training>();
     const toliman_status status = toliman_cae_train(cae.get(), &how, &result);
     progress.clear();
     if (status == TOLIMAN_E_CANCELLED) {
         if (get_training(cae.get(), how) && options.out != "-")
-            save_interrupted(saved(cae, "float32", true), options,
-                             options.epochs != 0 ? " --epochs " + std::to_string(options.epochs) : "");
+            save_interrupted(bytes_of_network(cae.get(), "float32", true), options,
+                             (options.epochs != 0 ? " --epochs " + std::to_string(options.epochs) : "") +
+                                 (options.log.empty() ? "" : " --log " + options.log));
         stop_if_asked();
+        if (epochs && epochs->failure)
+            std::rethrow_exception(epochs->failure);
     }
     toliman::check(status);
-    write(saved(cae, options.payload, !tied && options.payload == "float32"), out);
+    write(bytes_of_network(cae.get(), options.payload, !tied && options.payload == "float32"), out);
+    if (epochs && !epochs->part.empty())
+        std::filesystem::remove(epochs->part);
     report_result(options, scene, tied, result);
 }
 
@@ -266,6 +319,9 @@ void add_train(CLI::App &app, Context &context) {
         ->add_option("--epochs", options->epochs,
                      "number of epochs of unsupervised training, including those before --resume, default 300")
         ->check(CLI::Range(1u, 1000000u));
+    add_option(command, "--log", options->log, "FILE",
+               "csv file with a line per epoch of unsupervised training: losses, and every 10 epochs the log10 FAP of "
+               "latents");
     add_choice(command, "--payload", options->payload, kPayloads,
                "number format of the file: float32 (default), bf16 or fp16");
     set_action(*command, context, options, train);

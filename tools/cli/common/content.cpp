@@ -153,9 +153,9 @@ bool is_own(const Identity &file) {
     case Content::npy:
         return file.head.size() >= kNpyHeaderSize && begins_with(file.head, kNpyMark);
     case Content::text:
-        for (const char *mark :
-             {kSeriesMark, kPeriodogramMark, kStatePeriodogramMark, kPeriodSeriesMark, kPeriodPowerMark,
-              kPlanetSeriesMark, kPlanetLimitsMark, kPlanetMapMark, kTrainingMark, kDisplacementMark, kTrialsMark})
+        for (const char *mark : {kSeriesMark, kPeriodogramMark, kStatePeriodogramMark, kPeriodSeriesMark,
+                                 kPeriodPowerMark, kPlanetSeriesMark, kPlanetLimitsMark, kPlanetMapMark, kTrainingMark,
+                                 kEpochsMark, kDisplacementMark, kTrialsMark})
             if (begins_with(file.head, mark))
                 return true;
         return begins_with(file.head, "# Experiment: ") && file.head.find(kExperimentMark) != std::string::npos;

@@ -45,6 +45,7 @@ inline constexpr char kPlanetSeriesMark[] =
 inline constexpr char kPlanetLimitsMark[] = "# limits of toliman planet, probability 0.95: circular orbits\n";
 inline constexpr char kPlanetMapMark[] = "# detection map of toliman planet: detected planets of those injected\n";
 inline constexpr char kTrainingMark[] = "# loss after each step of training\n";
+inline constexpr char kEpochsMark[] = "# epochs of an unsupervised training; log10_fap: of the latents of frames\n";
 inline constexpr char kTrialsMark[] =
     "# a method on a series of frames: amplitude_px 0 is without signal; the rest in pixels and days\n";
 inline constexpr char kExperimentMark[] = " Medians over the seeds; found: log10 FAP ";

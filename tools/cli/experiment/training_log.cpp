@@ -1,0 +1,87 @@
+// Method: the loss cannot show whether a network has learned the signal: the image and its noise dominate it. Every ten
+// epochs three series of frames are therefore encoded, and their period is searched: the frames of the training, those
+// of `toliman simulate`, which have other noise, and frames without signal. A network that fits the noise of its
+// training frames finds a period in the first series alone; one that has learned the signal finds it in the second too;
+// the third shows how small a false alarm probability becomes by chance.
+#include "experiment/training_log.hpp"
+
+#include <cstdlib>
+#include <filesystem>
+
+#include "common/content.hpp"
+#include "common/failure.hpp"
+#include "common/input.hpp"
+#include "common/library.hpp"
+#include "common/output.hpp"
+#include "common/text.hpp"
+#include "frames/frame_loop.hpp"
+#include "series/periodogram.hpp"
+
+namespace cli {
+
+namespace {
+
+constexpr char kColumns[] = "epoch,loss,validation_loss,mmse,mssim,log10_fap_trained,log10_fap_fresh,log10_fap_none\n";
+constexpr uint32_t kEvery = 10; // epochs between two searches
+
+// The lines of an earlier log up to an epoch.
+std::vector<std::string> earlier_lines(const std::string &path, uint32_t epochs) {
+    std::vector<std::string> lines;
+    const std::string text = whole_text(path), head = std::string(kEpochsMark) + kColumns;
+    if (text.compare(0, head.size(), head) != 0)
+        malformed(path, "is not the log of an unsupervised training");
+    for (size_t start = head.size(), end; (end = text.find('\n', start)) != std::string::npos; start = end + 1) {
+        const std::string line = text.substr(start, end + 1 - start);
+        if (std::strtoul(line.c_str(), nullptr, 10) <= epochs)
+            lines.push_back(line);
+    }
+    return lines;
+}
+
+} // namespace
+
+TrainingLog::TrainingLog(const std::string &path, const Scene &scene, uint64_t training_seed, uint32_t epochs)
+    : path_(path), scene_(scene), cadence_(scene), training_seed_(training_seed) {
+    check_cadence(scene, "--log");
+    if (epochs > 0 && std::filesystem::exists(path))
+        lines_ = earlier_lines(path, epochs);
+    check_output(path);
+}
+
+bool TrainingLog::add(const toliman_cae *network, const toliman_cae_training &result, bool last) {
+    std::string line = formatted("%u,%.6g,%.6g,%.6g,%.9f", result.epochs, result.loss, result.validation_loss,
+                                 result.mmse, result.mssim);
+    const bool searched = last || result.epochs % kEvery == 0;
+    if (searched) {
+        const std::vector<double> still(cadence_.times.size());
+        line += formatted(",%.2f,%.2f,%.2f\n", log10_fap(network, training_seed_, nullptr),
+                          log10_fap(network, scene_.info.seed, nullptr),
+                          log10_fap(network, scene_.info.seed + 1, still.data()));
+    } else {
+        line += ",,,\n";
+    }
+    lines_.push_back(line);
+    write();
+    return searched;
+}
+
+// Of the frames of the cadence with the noise of this seed.
+double TrainingLog::log10_fap(const toliman_cae *network, uint64_t seed, const double *displacements) const {
+    Progress quiet(Progress::Style::none);
+    Series series = {scene_.path, cadence_.times, std::vector<double>(cadence_.times.size()), {}};
+    for_frames(scene_, seed, 0, series.t.size(), displacements, [&](size_t at, size_t count, double *images) {
+        const toliman_image image = plain_image(images);
+        toliman::check(toliman_cae_encode_many(network, &image, count, 0, &series.y[at], nullptr));
+    });
+    return find_period(series, default_grid(series), {}, quiet).peak.log10_fap;
+}
+
+void TrainingLog::write() const {
+    OutputFile file(path_);
+    file.write(std::string(kEpochsMark) + kColumns);
+    for (const std::string &line : lines_)
+        file.write(line);
+    file.commit();
+}
+
+} // namespace cli
