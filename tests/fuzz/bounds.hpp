@@ -1,5 +1,5 @@
 // Bounded resources: an input of up to 1 MiB needs at most 8 MiB of the heap plus twice the size of the object made
-// from it, and 50 ms, regardless of its content.
+// from it, and 50 ms plus 5 ms per MiB of that object, regardless of its content.
 #pragma once
 #include <cstdio>
 
@@ -14,6 +14,8 @@ constexpr double kMostSeconds = 0.05;
 constexpr double kMostSeconds = 1;
 #endif
 
+constexpr double kSecondsPerMiB = kMostSeconds / 10; // of the object
+
 constexpr int kMostAgain = 10;
 
 inline int failures = 0;
@@ -21,10 +23,11 @@ inline int failures = 0;
 // model: size in bytes of the object made from the input; 0 if the input is refused.
 template <class Work> void within(const char *what, size_t model, Work work) {
     meter::Cost cost = meter::of(work);
-    for (int again = 0; again < kMostAgain && cost.seconds >= kMostSeconds; again++)
+    const double longest = kMostSeconds + kSecondsPerMiB * static_cast<double>(model) / kMiB;
+    for (int again = 0; again < kMostAgain && cost.seconds >= longest; again++)
         cost = meter::of(work); // the processor may be slower for a moment
     const size_t most = 2 * model + 8 * kMiB;
-    const bool good = cost.bytes < most && cost.seconds < kMostSeconds;
+    const bool good = cost.bytes < most && cost.seconds < longest;
     std::printf("%-44s %9zu of %9zu bytes %7.2f ms%s\n", what, cost.bytes, most, 1e3 * cost.seconds,
                 good ? "" : ": TOO MUCH");
     failures += !good;
