@@ -448,8 +448,8 @@ module toliman
         type(c_ptr) :: losses = c_null_ptr
         ! elements of losses. Losses of later steps, and of steps before a training was resumed, are not written
         integer(c_int64_t) :: loss_count = 0
-        ! UNSUPERVISED: may be NULL. Each epoch then requests and reconstructs the validation frames, which takes a
-        ! few ms per frame. Since 0.2
+        ! UNSUPERVISED: may be NULL. If given, the validation frames are requested and reconstructed again after each
+        ! epoch. Since 0.2
         type(c_funptr) :: epoch = c_null_funptr
         type(c_ptr) :: epoch_data = c_null_ptr
     end type

@@ -136,14 +136,14 @@ typedef struct toliman_cae_train_options {
     void *frames_data;
     uint64_t frame_count; /* UNSUPERVISED: number of frames, at least 2 */
     uint64_t validation;  /* UNSUPERVISED: number of frames held out, chosen by the seed; 0 = a tenth, rounded to
-                             nearest, at  least 1 */
+                             nearest, at least 1 */
     uint32_t batch;       /* UNSUPERVISED: frames per step of Adam, at most 4096; 0 = 16 */
     uint32_t threads;     /* UNSUPERVISED: worker threads, 0 = one per processor; results do not depend on the number */
     double *losses;       /* [loss_count], may be NULL: losses[k] receives the loss after step (TIED) or epoch k + 1 */
     uint64_t loss_count;  /* elements of losses. Losses of later steps, and of steps before a training was resumed, are
                              not written */
-    toliman_epoch_fn epoch; /* UNSUPERVISED: may be NULL. Each epoch then requests and reconstructs the validation
-                               frames, which takes a few ms per frame. Since 0.2 */
+    toliman_epoch_fn epoch; /* UNSUPERVISED: may be NULL. If given, the validation frames are requested and
+                               reconstructed again after each epoch. Since 0.2 */
     void *epoch_data;
 } toliman_cae_train_options;
 #define TOLIMAN_CAE_TRAIN_OPTIONS_INIT TOLIMAN_INIT(toliman_cae_train_options)

@@ -494,14 +494,14 @@ class toliman_cae_train_options(Sized):
     frames: UNSUPERVISED: provides the frames; their inputs are kept in memory, 256 KiB each
     frame_count: UNSUPERVISED: number of frames, at least 2
     validation: UNSUPERVISED: number of frames held out, chosen by the seed; 0 = a tenth, rounded to
-        nearest, at  least 1
+        nearest, at least 1
     batch: UNSUPERVISED: frames per step of Adam, at most 4096; 0 = 16
     threads: UNSUPERVISED: worker threads, 0 = one per processor; results do not depend on the number
     losses: [loss_count], may be NULL: losses[k] receives the loss after step (TIED) or epoch k + 1
     loss_count: elements of losses. Losses of later steps, and of steps before a training was resumed, are
         not written
-    epoch: UNSUPERVISED: may be NULL. Each epoch then requests and reconstructs the validation
-        frames, which takes a few ms per frame. Since 0.2"""
+    epoch: UNSUPERVISED: may be NULL. If given, the validation frames are requested and
+        reconstructed again after each epoch. Since 0.2"""
 
     _fields_ = [
         ("struct_size", c_uint32),

@@ -179,10 +179,9 @@ void save_interrupted(const Bytes &bytes, const Options &options, const std::str
 // most ten epochs.
 struct Epochs {
     TrainingLog log;
-    std::string part; // "" if there is none
-    const Options &options;
-    uint32_t last;
-    std::exception_ptr failure;
+    std::string part;           // OUT.part; "" if there is none
+    uint32_t last;              // epoch
+    std::exception_ptr failure; // of a write
 
     static int32_t note(const toliman_cae *so_far, const toliman_cae_training *result, void *user_data) noexcept {
         auto &epochs = *static_cast<Epochs *>(user_data);
@@ -221,7 +220,6 @@ void train_network(const Options &options, OutputFile &out, Progress &progress) 
     if (!options.log.empty()) {
         epochs.emplace(Epochs{{options.log, scene, frames.seed, options.resume.empty() ? 0 : done_in(cae.get())},
                               options.out != "-" ? options.out + kPart : "",
-                              options,
                               how.epochs != 0 ? how.epochs : kEpochs,
                               nullptr});
         how.epoch = Epochs::note;
