@@ -71,6 +71,8 @@ typedef struct toliman_mask_info {
     double peak_to_mean;          /* this mask */
     double light_in_frame_before; /* fraction of the photons of the stars that falls in the frame: mask of the scene, */
     double light_in_frame;        /* this mask */
+    double gradient_energy_before; /* toliman_sim_bounds.gradient_energy, px^-2: mask of the scene, */
+    double gradient_energy;        /* this mask */
 } toliman_mask_info;
 #define TOLIMAN_MASK_INFO_INIT TOLIMAN_INIT(toliman_mask_info)
 

@@ -64,6 +64,8 @@ toliman_status toliman_mask_get_info(const toliman_mask *mask, toliman_mask_info
         info.peak_to_mean = found.best.peak_to_mean;
         info.light_in_frame_before = found.own.light_in_frame;
         info.light_in_frame = found.best.light_in_frame;
+        info.gradient_energy_before = found.own_gradient_energy;
+        info.gradient_energy = found.gradient_energy;
         deliver(info, out, "out");
     });
 }

@@ -269,6 +269,10 @@ toliman_status toliman_sim_get_bounds(const toliman_sim *sim, toliman_sim_bounds
         bounds.crb_marginal_px = known.marginal;
         bounds.crb_projected_px = known.projected;
         bounds.truncation = use->simulator.truncation();
+        const optics::Images &images = use->simulator.bound_images();
+        bounds.peak_to_mean =
+            images.peak_photons() / images.total_photons() * static_cast<double>(images.both().size());
+        bounds.gradient_energy = optics::gradient_energy(images);
         api::deliver(bounds, out, "out");
     });
 }

@@ -19,6 +19,18 @@ double total(const std::vector<double> &photons) {
     return std::accumulate(photons.begin(), photons.end(), 0.0);
 }
 
+// Calls work with the images of the scene with another mask, computed on one thread, and with its light.
+template <class Work> auto with_images(Scene scene, const Mask &mask, Work work) {
+    optics::Settings settings;
+    settings.workers = 1;
+    scene.telescope.mask = mask;
+    optics::Outline outline = optics::outline_of(std::move(scene), settings);
+    const optics::Imager imager(outline.scene, outline.pupil, outline.plan, settings.workers);
+    const optics::DetectorStages detector(outline.scene);
+    const optics::Images images(outline.scene, outline.pupil, imager, outline.plan, detector, outline.light, {}, 1);
+    return work(images, outline.light);
+}
+
 // With too few samples the image aliases, and files of the pupil have a fixed size.
 bool can_be_simulated(const Scene &scene, const Mask &mask) {
     try {
@@ -41,14 +53,15 @@ Score score_of(const optics::Images &images, const optics::Light &light) {
 
 // Only what a score needs: the stars' images, and the first derivative by the displacement.
 Score score_of(Scene scene, const Mask &mask) {
-    optics::Settings settings;
-    settings.workers = 1;
-    scene.telescope.mask = mask;
-    optics::Outline outline = optics::outline_of(std::move(scene), settings);
-    const optics::Imager imager(outline.scene, outline.pupil, outline.plan, settings.workers);
-    const optics::DetectorStages detector(outline.scene);
-    const optics::Images images(outline.scene, outline.pupil, imager, outline.plan, detector, outline.light, {}, 1);
-    return score_of(images, outline.light);
+    return with_images(std::move(scene), mask, [](const optics::Images &images, const optics::Light &light) {
+        return score_of(images, light);
+    });
+}
+
+double gradient_energy(Scene scene, const Mask &mask) {
+    return with_images(std::move(scene), mask, [](const optics::Images &images, const optics::Light &) {
+        return optics::gradient_energy(images);
+    });
 }
 
 Scene without_signal(Scene scene) {

@@ -18,6 +18,9 @@ Score score_of(const optics::Images &images, const optics::Light &light);
 // Simulates the scene with another mask on one thread; may be called from several threads at once.
 Score score_of(Scene scene, const Mask &mask);
 
+// The gradient energy of the scene with another mask, px^-2 (optics/information.hpp).
+double gradient_energy(Scene scene, const Mask &mask);
+
 // The scene with a signal of amplitude 0, which is faster to simulate: the bound does not depend on the amplitude.
 Scene without_signal(Scene scene);
 

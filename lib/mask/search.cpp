@@ -41,7 +41,8 @@ struct Stage {
 class Search {
   public:
     Search(const optics::Simulator &simulator, const SearchOptions &options)
-        : own_(score_of(simulator.images(), simulator.light())), best_{{}, own_}, step_(step_of(simulator)),
+        : own_(score_of(simulator.images(), simulator.light())), best_{{}, own_},
+          own_gradient_energy_(optics::gradient_energy(simulator.images())), step_(step_of(simulator)),
           full_(without_signal(simulator.scene())), coarse_(coarse(full_, mask_of(draw_terms(0, 0)))),
           options_(options) {}
 
@@ -65,7 +66,8 @@ class Search {
 
     Score own_;
     Candidate best_; // evaluated with the full scene
-    Mask step_;      // a spiral without terms, with the step of every mask
+    double own_gradient_energy_;
+    Mask step_; // a spiral without terms, with the step of every mask
     Scene full_, coarse_;
     std::vector<Candidate> candidates_; // evaluated with the coarse scene, best first
     SearchOptions options_;
@@ -203,7 +205,18 @@ Found Search::run() {
     if (!best_.terms.empty())
         work({"polish", 1, 1}, [&](size_t count, double) { polish(count); });
     const bool improved = !best_.terms.empty();
-    return {improved ? mask_of(best_.terms) : Mask(), own_, best_.score, tried_, improved, stopped_};
+    Found found;
+    found.own = own_;
+    found.best = best_.score;
+    found.own_gradient_energy = found.gradient_energy = own_gradient_energy_;
+    found.tried = tried_;
+    found.improved = improved;
+    found.stopped = stopped_;
+    if (improved) {
+        found.mask = mask_of(best_.terms);
+        found.gradient_energy = gradient_energy(full_, found.mask);
+    }
+    return found;
 }
 
 } // namespace

@@ -17,7 +17,8 @@ struct SearchOptions {
 struct Found {
     Mask mask; // a spiral; clear if no mask is better than the scene's own
     Score own, best;
-    uint64_t tried = 0; // masks drawn or varied
+    double own_gradient_energy = 0, gradient_energy = 0; // px^-2
+    uint64_t tried = 0;                                  // masks drawn or varied
     bool improved = false, stopped = false;
 };
 

@@ -28,6 +28,17 @@ double bound_with(const Images &images, const std::vector<Parameter> &free) {
     return remaining > 0 ? 1 / remaining : std::numeric_limits<double>::infinity();
 }
 
+double gradient_energy(const Images &images) {
+    const Disturbed &slopes = images.disturbed();
+    const size_t n = images.both().size();
+    double square = 0, light = 0;
+    for (size_t i = 0; i < n; i++) {
+        square += slopes.shift_x[i] * slopes.shift_x[i] + slopes.shift_y[i] * slopes.shift_y[i];
+        light += images.star(0)[i] + (images.star(1).empty() ? 0 : images.star(1)[i]);
+    }
+    return square / light / light * static_cast<double>(n);
+}
+
 const Buffer<double> &image_of(const Images &images, Parameter parameter) {
     switch (parameter.kind) {
     case Kind::separation:

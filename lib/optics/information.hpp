@@ -15,6 +15,9 @@ struct Bounds {
 // The bound (px) with these nuisances free; infinity if nothing of the signal is left.
 double bound_with(const Images &images, const std::vector<Parameter> &free);
 
+// Mean |gradient|^2 of the stars' light over the square of its mean, px^-2, from the exact derivatives by a shift.
+double gradient_energy(const Images &images);
+
 // The bounds of all four sets of free nuisances.
 Bounds bound(const Scene &scene, const Images &images);
 

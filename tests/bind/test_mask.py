@@ -8,6 +8,8 @@ import sys
 import tempfile
 import unittest
 
+import numpy
+
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "bindings" / "python"))
 import toliman  # noqa: E402
@@ -36,12 +38,28 @@ class SearchMask(unittest.TestCase):
                                                check=True, capture_output=True).stdout)
         mask, info = toliman.search_mask(self.simulator, count=40, seed=5, threads=1)
         self.assertEqual((mask, info.tried, info.improved, info.stopped), (theirs["mask"], 40, True, False))
-        for name in ("crb_before_px", "crb_px", "peak_to_mean_before", "peak_to_mean", "light_in_frame_before", "light_in_frame"):
+        for name in ("crb_before_px", "crb_px", "peak_to_mean_before", "peak_to_mean", "light_in_frame_before", "light_in_frame",
+                     "gradient_energy_before", "gradient_energy"):
             self.assertAlmostEqual(getattr(info, name) / theirs[name], 1, delta=1e-12)  # the program selects OpenBLAS kernels
         scene = copy.deepcopy(small_scene())
         scene["telescope"]["mask"] = mask
         with toliman.Simulator(scene) as better:
-            self.assertAlmostEqual(better.bounds.crb_px / info.crb_px, 1, delta=1e-12)
+            for name in ("crb_px", "peak_to_mean", "gradient_energy"):
+                self.assertAlmostEqual(getattr(better.bounds, name) / getattr(info, name), 1, delta=1e-12)
+
+    def test_structure_of_the_light(self):
+        """Differences between neighbouring points of a grid nine times as fine, which has every pixel's centre."""
+        frame = self.simulator.expect(0)
+        scene = small_scene()
+        scene["detector"] = {"shape": [720, 720], "pixel_scale_arcsec": 0.2 / 9}
+        with toliman.Simulator(scene) as fine:
+            light = fine.expect(0)
+        slopes = [9 * slope[4::9, 4::9] for slope in numpy.gradient(light)]
+        light = light[4::9, 4::9]
+        energy = numpy.mean(slopes[0]**2 + slopes[1]**2) / light.mean()**2
+        self.assertAlmostEqual(self.simulator.bounds.gradient_energy / energy, 1, delta=0.01)
+        for image in (frame, light):
+            self.assertAlmostEqual(self.simulator.bounds.peak_to_mean / (image.max() / image.mean()), 1, delta=1e-6)
 
     def test_progress_ends_the_search(self):
         seen = []

@@ -1,4 +1,5 @@
 """toliman plan: it warns as the simulation does, marks what is above the accuracy, and its memory is what is taken."""
+import array
 import json
 import os
 import pathlib
@@ -57,6 +58,22 @@ class Plan(ProgramTest):
         self.assertRegex(self.rows("b.json")["places"], r"^window of \d+, \d sample\(s\) per pixel ")
         self.scene("b.json", signal={"amplitude_px": 3}, accuracy=1e-15)
         self.assertIn("every frame propagated", self.rows("b.json")["frames"])
+
+    def test_structure_of_the_light(self):
+        """That of the expected frame; not there if its set-up takes long."""
+        self.scene("a.json")
+        found = json.loads(self.succeed("plan", "a.json", "--json"))
+        self.succeed("psf", "a.json", "--out", "a.npy")
+        content = (self.folder / "a.npy").read_bytes()  # without numpy, whose memory the system would count in test_memory
+        frame = array.array("d", content[10 + int.from_bytes(content[8:10], "little"):])
+        self.assertAlmostEqual(found["peak_to_mean"] / (max(frame) / (sum(frame) / len(frame))), 1, delta=1e-6)
+        self.assertEqual(self.rows("a.json")["image"], f"peak-to-mean {found['peak_to_mean']:.3g}, "
+                         f"gradient energy {found['gradient_energy']:.3g} px^-2")
+        self.scene("long.json", telescope={"pupil_samples": 2048}, detector={"shape": [1024, 1024]}, band={"step_nm": 0.02})
+        found = json.loads(self.succeed("plan", "long.json", "--json"))
+        self.assertGreater(found["setup_s"], 5)
+        self.assertEqual((found["peak_to_mean"], found["gradient_energy"]), (None, None))
+        self.assertNotIn("image", self.rows("long.json"))
 
     @unittest.skipIf(b"san_init" in pathlib.Path(PROGRAM).read_bytes(), "sanitizers take memory of their own")
     def test_memory(self):

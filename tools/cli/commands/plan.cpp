@@ -52,27 +52,42 @@ struct BankPlan {
     std::string why;
 };
 
+// What needs the set-up of the scene.
+struct SetUp {
+    std::optional<toliman_sim_bounds> image;
+    std::optional<BankPlan> bank;
+};
+
+constexpr double kShort = 5; // s: a set-up that the properties of the image are worth
+
 toliman_bank_plan_info info_of_bank(const Scene &scene) {
     auto info = toliman::sized<toliman_bank_plan_info>();
     toliman::check(toliman_bank_plan(scene.sim.get(), nullptr, &info));
     return info;
 }
 
-// Nothing for stars at rest. The places of moving stars need the scene's simulator.
-std::optional<BankPlan> bank_plan(const std::string &path, const toliman_sim_plan_info &plan, Progress &progress) {
-    if (!has_stage(plan, "moving stars"))
-        return std::nullopt;
+// The properties of the image, if the set-up is short, and the bank of moving stars, whose places need the simulator.
+SetUp set_up(const std::string &path, const toliman_sim_plan_info &plan, Progress &progress) {
+    SetUp found;
+    const bool moving = has_stage(plan, "moving stars"), is_short = plan.setup_s <= kShort;
+    if (!moving && !is_short)
+        return found;
     auto silent = toliman::sized<toliman_sim_options>(); // the plan has given the warnings
     silent.progress = Progress::callback;
     silent.progress_data = &progress;
     try {
         const Scene scene(path, silent);
+        if (is_short)
+            found.image = scene.bounds();
         progress.clear();
-        return BankPlan{info_of_bank(scene), ""};
+        if (moving)
+            found.bank = BankPlan{info_of_bank(scene), ""};
     } catch (const toliman::error &error) { // the plan of the scene is printed nevertheless
         stop_if_asked();
-        return BankPlan{std::nullopt, error.what()};
+        if (moving)
+            found.bank = BankPlan{std::nullopt, error.what()};
     }
+    return found;
 }
 
 void print_bank(const BankPlan &bank) {
@@ -87,7 +102,7 @@ void print_bank(const BankPlan &bank) {
                 size_text(static_cast<double>(info.bytes_half)).c_str(), info.train_s / processors);
 }
 
-void print_summary(const toliman_sim_plan_info &plan, const std::optional<BankPlan> &bank) {
+void print_summary(const toliman_sim_plan_info &plan, const SetUp &found) {
     std::printf("modelled      %s\n", stages(plan, true).c_str());
     std::printf("not modelled  %s\n", stages(plan, false).c_str());
     std::printf("accuracy      %.2g requested                            error/peak\n", plan.accuracy);
@@ -127,8 +142,11 @@ void print_summary(const toliman_sim_plan_info &plan, const std::optional<BankPl
     std::printf("set-up        %.3g GFLOP, %.2g s\n", plan.setup_flops * 1e-9, plan.setup_s);
     std::printf("per frame     %.3g MFLOP, %.2g ms including noise\n", plan.frame_flops * 1e-6, plan.frame_s * 1e3);
     std::printf("memory        %s on all processors\n", size_text(plan.bytes).c_str());
-    if (bank)
-        print_bank(*bank);
+    if (found.image)
+        std::printf("image         peak-to-mean %.3g, gradient energy %.3g px^-2\n", found.image->peak_to_mean,
+                    found.image->gradient_energy);
+    if (found.bank)
+        print_bank(*found.bank);
     print_stdout("");
 }
 
@@ -138,7 +156,7 @@ Json bank_json(const toliman_bank_plan_info &info) {
                 "train_s", info.train_s);
 }
 
-std::string as_json(const toliman_sim_plan_info &plan, const std::optional<BankPlan> &bank, const std::string &scene) {
+std::string as_json(const toliman_sim_plan_info &plan, const SetUp &found, const std::string &scene) {
     Json stages_there;
     for (int32_t i = 0; toliman_sim_stage_name(i) != nullptr; i++)
         stages_there.set(toliman_sim_stage_name(i), has_stage(plan, toliman_sim_stage_name(i)) ? 1.0 : 0.0);
@@ -153,7 +171,12 @@ std::string as_json(const toliman_sim_plan_info &plan, const std::optional<BankP
                             "scale_focus", plan.scale_focus_error, "plate_scale", plan.plate_scale_error));
     json.set("setup_flops", plan.setup_flops, "frame_flops", plan.frame_flops, "bytes", plan.bytes);
     json.set("setup_s", plan.setup_s, "frame_s", plan.frame_s);
-    json.set("bank", bank && bank->info ? std::optional(bank_json(*bank->info)) : std::nullopt);
+    const auto of_image = [&](double toliman_sim_bounds::*value) {
+        return found.image ? std::optional((*found.image).*value) : std::nullopt;
+    };
+    json.set("peak_to_mean", of_image(&toliman_sim_bounds::peak_to_mean), "gradient_energy",
+             of_image(&toliman_sim_bounds::gradient_energy));
+    json.set("bank", found.bank && found.bank->info ? std::optional(bank_json(*found.bank->info)) : std::nullopt);
     return json.text();
 }
 
@@ -167,11 +190,11 @@ void plan(const Options &options, Progress &progress) {
     auto found = toliman::sized<toliman_sim_plan_info>();
     const std::string path = scene_path(options.scene, how);
     toliman::check(toliman_sim_plan_file(path.c_str(), &how, &found));
-    const std::optional<BankPlan> bank = bank_plan(path, found, progress);
+    const SetUp computed = set_up(path, found, progress);
     if (options.as_json)
-        print_stdout(as_json(found, bank, options.scene));
+        print_stdout(as_json(found, computed, options.scene));
     else
-        print_summary(found, bank);
+        print_summary(found, computed);
 }
 
 } // namespace

@@ -54,24 +54,28 @@ void print_json(Result result, uint64_t seed) {
                       "judged", info.tried, "crb_before_px", info.crb_before_px, "crb_px", info.crb_px,
                       "peak_to_mean_before", info.peak_to_mean_before, "peak_to_mean", info.peak_to_mean,
                       "light_in_frame_before", info.light_in_frame_before, "light_in_frame", info.light_in_frame,
+                      "gradient_energy_before", info.gradient_energy_before, "gradient_energy", info.gradient_energy,
                       "mask", std::move(result.mask))
                      .text());
 }
 
-void print_line(const char *what, double crb_px, double peak_to_mean, double light_in_frame) {
-    std::printf("%-13s Cramer-Rao bound %.4g px, peak-to-mean %.2f, %.1f %% of the light in the frame\n", what, crb_px,
-                peak_to_mean, 100 * light_in_frame);
+void print_line(const char *what, double crb_px, double peak_to_mean, double gradient_energy, double light_in_frame) {
+    std::printf(
+        "%-13s Cramer-Rao bound %.4g px, peak-to-mean %.2f, gradient energy %.3g px^-2, %.1f %% of the light in "
+        "the frame\n",
+        what, crb_px, peak_to_mean, gradient_energy, 100 * light_in_frame);
 }
 
 void print_summary(Result result) {
     const toliman_mask_info &info = result.info;
     std::printf("scene         %s: %llu masks tried\n", result.scene, static_cast<unsigned long long>(info.tried));
-    print_line("own mask", info.crb_before_px, info.peak_to_mean_before, info.light_in_frame_before);
+    print_line("own mask", info.crb_before_px, info.peak_to_mean_before, info.gradient_energy_before,
+               info.light_in_frame_before);
     if (info.improved == 0) {
         print_stdout("found         no better mask\n");
         return;
     }
-    print_line("found", info.crb_px, info.peak_to_mean, info.light_in_frame);
+    print_line("found", info.crb_px, info.peak_to_mean, info.gradient_energy, info.light_in_frame);
     Json json;
     json.set("mask", std::move(result.mask));
     print_stdout(json.text());
