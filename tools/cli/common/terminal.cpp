@@ -68,8 +68,10 @@ void Progress::show(const char *stage, double fraction, const std::string &note)
         return;
     const Clock::time_point now = now_();
     const bool begins = stage_ != stage;
-    if (begins || fraction < fraction_) // the latter begins the next file of the same stage
+    if (begins || fraction < fraction_) { // the latter begins the next file of the same stage
         stage_start_ = now;
+        first_fraction_ = fraction; // above 0 for work that is resumed
+    }
     stage_ = stage;
     fraction_ = fraction;
     const std::chrono::duration<double> elapsed = now - stage_start_;
@@ -80,8 +82,9 @@ void Progress::show(const char *stage, double fraction, const std::string &note)
         return;
     last_ = now;
     // No estimate of the time left before 2 % and half a second.
-    const bool estimated = fraction >= 1 || (fraction >= 0.02 && elapsed.count() >= 0.5);
-    const double left = estimated ? elapsed.count() * (1 - fraction) / fraction : NAN;
+    const double done = fraction - first_fraction_;
+    const bool estimated = fraction >= 1 || (done >= 0.02 && elapsed.count() >= 0.5);
+    const double left = fraction >= 1 ? 0 : estimated ? elapsed.count() * (1 - fraction) / done : NAN;
     if (form_ == Form::messages)
         tell(formatted("%s %.0f %%", stage, 100 * fraction) + (estimated ? ", about " + rounded(left) + " left" : ""));
     else if (form_ == Form::json)

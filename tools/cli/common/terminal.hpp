@@ -43,7 +43,7 @@ class Progress {
     Clock::time_point (*now_)();
     bool drawn_ = false;
     std::string stage_;
-    double fraction_ = 0;
+    double fraction_ = 0, first_fraction_ = 0; // shown last, and first in this stage
     Clock::time_point stage_start_, last_;
 };
 
