@@ -239,7 +239,7 @@ module toliman
     ! can reach from one frame. Infinite if the frame does not constrain the separation. Computed from images of accuracy
     ! 1e-9 at least, whatever the scene's: with few wavelengths nuisances would seem less alike. Since 0.2.
     type, bind(C), public :: toliman_sim_bounds
-        integer(c_int32_t) :: struct_size = 48 ! in: sizeof(toliman_sim_bounds)
+        integer(c_int32_t) :: struct_size = 64 ! in: sizeof(toliman_sim_bounds)
         integer(c_int32_t) :: reserved = 0 ! 0
         real(c_double) :: crb_px = 0.0_c_double ! with all else known; finite if the scene has a signal
         real(c_double) :: crb_flux_shift_px = 0.0_c_double ! with both fluxes and the common shift unknown
@@ -250,6 +250,12 @@ module toliman
         ! error of the Taylor expansion at the largest displacement of the signal: largest error of any pixel, divided
         ! by the largest change of any pixel by the signal
         real(c_double) :: truncation = 0.0_c_double
+        ! How a mask spreads the light, of the expected frame before the detector. brightest pixel over mean pixel:
+        ! the dynamic range that the frame needs
+        real(c_double) :: peak_to_mean = 0.0_c_double
+        ! mean |gradient of the light|^2 over (mean light)^2, px^-2: how much fine structure a frame has. A bound
+        ! depends on the signal and its noise too: compare masks by their bounds
+        real(c_double) :: gradient_energy = 0.0_c_double
     end type
 
     ! Plan of a scene: what the simulator will compute to reach the accuracy of the scene, with the expected error and
@@ -351,15 +357,26 @@ module toliman
     ! counts, scaled so that the reference image spans 0..1, as in the chapter
     integer(c_int32_t), parameter, public :: TOLIMAN_CAE_INPUT_RAW = 213
 
+    ! Place of the crop in a frame. It is centred on the barycentre of the scene's light, to half a pixel.
+    integer(c_int32_t), parameter, public :: TOLIMAN_CAE_CENTRE_SCENE = 231 ! the same for all frames
+
+    ! Moved by whole pixels, within the frame, until the barycentre of its light is that of the reference image, to half a
+    ! pixel. The light is what exceeds the scene's uniform background (dark current, bias). For frames whose pointing
+    ! wanders by pixels. A fraction of a pixel remains: for the latent to measure the separation, project out the shift
+    ! (preprocess.project), or train the network on such frames. Since 0.2.
+    integer(c_int32_t), parameter, public :: TOLIMAN_CAE_CENTRE_IMAGE = 232
+
     ! Network options.
     type, bind(C), public :: toliman_cae_options
-        integer(c_int32_t) :: struct_size = 40
+        integer(c_int32_t) :: struct_size = 48
         integer(c_int32_t) :: layout = 0 ! TOLIMAN_CAE_LAYOUT_..., 0 = FLIGHT
         integer(c_int32_t) :: input = 0 ! TOLIMAN_CAE_INPUT_..., 0 = WHITENED
         integer(c_int32_t) :: reserved = 0 ! 0
         type(c_ptr) :: allocator = c_null_ptr ! for the large arrays of the object; NULL = malloc
         type(c_funptr) :: log = c_null_funptr ! receives warnings about preprocess.project; may be NULL. Since 0.2
         type(c_ptr) :: log_data = c_null_ptr
+        integer(c_int32_t) :: centre = 0 ! TOLIMAN_CAE_CENTRE_..., 0 = SCENE. Since 0.2
+        integer(c_int32_t) :: reserved_2 = 0 ! 0
     end type
 
     ! Training mode TIED: the kernels of the decoder are the transposed kernels of the encoder. Training fits the output
@@ -456,7 +473,7 @@ module toliman
 
     ! Properties of a network.
     type, bind(C), public :: toliman_cae_info
-        integer(c_int32_t) :: struct_size = 112 ! in: sizeof(toliman_cae_info)
+        integer(c_int32_t) :: struct_size = 120 ! in: sizeof(toliman_cae_info)
         integer(c_int32_t) :: trained = 0 ! 0 or 1
         type(c_ptr) :: layout = c_null_ptr ! "flight" or "paper"; static text
         integer(c_int64_t) :: layout_hash = 0 ! FNV-1a hash of the tensor table of the layout
@@ -464,7 +481,7 @@ module toliman
         integer(c_int64_t) :: parameters = 0 ! number of weights
         integer(c_int64_t) :: rows = 0 ! shape of the frames that the network takes
         integer(c_int64_t) :: cols = 0
-        integer(c_int64_t) :: crop_row = 0 ! first row and column of the 256x256 crop
+        integer(c_int64_t) :: crop_row = 0 ! first row and column of the 256x256 crop of the scene's image
         integer(c_int64_t) :: crop_col = 0
         integer(c_int32_t) :: projected = 0 ! number of nuisance images projected out
         integer(c_int32_t) :: input = 0 ! TOLIMAN_CAE_INPUT_...
@@ -473,6 +490,8 @@ module toliman
         ! factor between the input and the first convolution: 1e-3 for TIED, else 1
         real(c_double) :: input_scale = 0.0_c_double
         integer(c_int64_t) :: seed = 0 ! seed of the random weights
+        integer(c_int32_t) :: centre = 0 ! TOLIMAN_CAE_CENTRE_...
+        integer(c_int32_t) :: reserved = 0 ! 0
     end type
 
     ! Number formats of a weights blob. formats.md lists the bytes and the loss of accuracy of each. The reference image
@@ -1179,7 +1198,7 @@ module toliman
 
     ! Scores of a mask and of the mask of the scene it was found for ("before"). Equal unless improved. Since 0.2.
     type, bind(C), public :: toliman_mask_info
-        integer(c_int32_t) :: struct_size = 72 ! in: sizeof(toliman_mask_info)
+        integer(c_int32_t) :: struct_size = 88 ! in: sizeof(toliman_mask_info)
         integer(c_int32_t) :: improved = 0 ! 1 if the mask is better than that of the scene, else 0
         integer(c_int32_t) :: stopped = 0 ! 1 if the progress callback ended the search, else 0
         integer(c_int32_t) :: reserved = 0 ! 0
@@ -1193,6 +1212,9 @@ module toliman
         ! fraction of the photons of the stars that falls in the frame: mask of the scene,
         real(c_double) :: light_in_frame_before = 0.0_c_double
         real(c_double) :: light_in_frame = 0.0_c_double ! this mask
+        ! toliman_sim_bounds.gradient_energy, px^-2: mask of the scene,
+        real(c_double) :: gradient_energy_before = 0.0_c_double
+        real(c_double) :: gradient_energy = 0.0_c_double ! this mask
     end type
 
     ! Flags of toliman_period_options.

@@ -45,6 +45,14 @@ typedef struct toliman_cae toliman_cae;
 #define TOLIMAN_CAE_INPUT_RESIDUAL 212 /* (counts - reference)/mean sigma of the frame */
 #define TOLIMAN_CAE_INPUT_RAW 213      /* counts, scaled so that the reference image spans 0..1, as in the chapter */
 
+/* Place of the crop in a frame. It is centred on the barycentre of the scene's light, to half a pixel. */
+#define TOLIMAN_CAE_CENTRE_SCENE 231 /* the same for all frames */
+/* Moved by whole pixels, within the frame, until the barycentre of its light is that of the reference image, to half a
+ * pixel. The light is what exceeds the scene's uniform background (dark current, bias). For frames whose pointing
+ * wanders by pixels. A fraction of a pixel remains: for the latent to measure the separation, project out the shift
+ * (preprocess.project), or train the network on such frames. Since 0.2. */
+#define TOLIMAN_CAE_CENTRE_IMAGE 232
+
 /* Network options. */
 typedef struct toliman_cae_options {
     uint32_t struct_size;
@@ -54,6 +62,8 @@ typedef struct toliman_cae_options {
     const toliman_allocator *allocator; /* for the large arrays of the object; NULL = malloc */
     toliman_log_fn log;                 /* receives warnings about preprocess.project; may be NULL. Since 0.2 */
     void *log_data;
+    int32_t centre;      /* TOLIMAN_CAE_CENTRE_..., 0 = SCENE. Since 0.2 */
+    uint32_t reserved_2; /* 0 */
 } toliman_cae_options;
 #define TOLIMAN_CAE_OPTIONS_INIT TOLIMAN_INIT(toliman_cae_options)
 
@@ -65,8 +75,9 @@ TOLIMAN_API void toliman_cae_options_init(toliman_cae_options *options, size_t s
  *
  * With the default layout and input, the untrained network is scaled so that its latent changes by 1 px per px of
  * displacement; it can serve as an untrained control. Otherwise the latent of an untrained network has no unit.
- * Errors: TOLIMAN_E_UNSUPPORTED if frames are smaller than 256x256, or for preprocess.project with another input than
- * WHITENED; TOLIMAN_E_SCENE if the nuisances span the derivative of the signal.
+ * Errors: TOLIMAN_E_UNSUPPORTED if frames are smaller than 256x256, for preprocess.project with another input than
+ * WHITENED, or for CENTRE_IMAGE with frames of 256x256; TOLIMAN_E_SCENE if the nuisances span the derivative of the
+ * signal.
  *
  * Images of preprocess.project that depend on each other, all divided by sigma per pixel over the whole frame: an image
  * is dropped if less than 1e-10 of its norm remains after the projection of those before it in the list. The log
@@ -185,13 +196,15 @@ typedef struct toliman_cae_info {
     uint64_t scene_digest;      /* toliman_sim_info.scene_digest of the scene */
     uint64_t parameters;        /* number of weights */
     int64_t rows, cols;         /* shape of the frames that the network takes */
-    int64_t crop_row, crop_col; /* first row and column of the 256x256 crop */
+    int64_t crop_row, crop_col; /* first row and column of the 256x256 crop of the scene's image */
     uint32_t projected;         /* number of nuisance images projected out */
     int32_t input;              /* TOLIMAN_CAE_INPUT_... */
     double crb_px;              /* Cramer-Rao bound with these nuisances unknown */
     double cosine;              /* toliman_cae_training.cosine; 0 before training */
     double input_scale;         /* factor between the input and the first convolution: 1e-3 for TIED, else 1 */
     uint64_t seed;              /* seed of the random weights */
+    int32_t centre;             /* TOLIMAN_CAE_CENTRE_... */
+    uint32_t reserved;          /* 0 */
 } toliman_cae_info;
 #define TOLIMAN_CAE_INFO_INIT TOLIMAN_INIT(toliman_cae_info)
 
@@ -207,7 +220,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_get_info(const toliman
  * the same negative displacements (scene chapter.json). Between trainings, the deviation from 1 varies by a third. A
  * flux error shifts the latent unless preprocess.project removes it: 0.1 % more light shifts it by -6e-6 px in
  * chapter.json.
- * Errors: TOLIMAN_E_ARGUMENT for a non-finite count in the crop, naming its row and column; TOLIMAN_E_RANGE if the
+ * Errors: TOLIMAN_E_ARGUMENT for a non-finite count in the crop, naming its row and column, and with CENTRE_IMAGE
+ * for a crop without light; TOLIMAN_E_RANGE if the
  * counts are so far from the scene that the latent overflows. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_encode(const toliman_cae *cae, const double *counts,
                                                                  size_t stride, double *latent_px) TOLIMAN_NOEXCEPT;

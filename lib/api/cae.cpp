@@ -30,6 +30,7 @@ template <class T> T or_default(T value, T otherwise) noexcept {
 }
 
 constexpr Choice<cae::Input> kInputs = {TOLIMAN_CAE_INPUT_WHITENED, TOLIMAN_CAE_INPUT_RAW, "TOLIMAN_CAE_INPUT_..."};
+constexpr Choice<cae::Centre> kCentres = {TOLIMAN_CAE_CENTRE_SCENE, TOLIMAN_CAE_CENTRE_IMAGE, "TOLIMAN_CAE_CENTRE_..."};
 constexpr Choice<cae::Mode> kModes = {TOLIMAN_CAE_MODE_TIED, TOLIMAN_CAE_MODE_UNSUPERVISED, "TOLIMAN_CAE_MODE_..."};
 
 toliman_cae_train_options known_train_options(const toliman_cae_train_options *given) {
@@ -193,15 +194,17 @@ toliman_status toliman_cae_create(const toliman_sim *sim, uint64_t seed, const t
         const auto &simulator = use->simulator;
         const toliman_cae_options known = accept(options, toliman_cae_options{}, "options");
         const cae::Layout &layout = layout_of(known.layout);
-        if (known.reserved != 0)
-            fail(Status::argument, "{options->reserved} = %u: must be 0", known.reserved);
+        for (const uint32_t reserved : {known.reserved, known.reserved_2})
+            if (reserved != 0)
+                fail(Status::argument, "{options->reserved} = %u: must be 0", reserved);
         required(out, "out");
         const MemoryScope scope(memory_of(known.allocator));
         store_network(
             {cae::untrained_network(
                  layout,
                  cae::Preprocess::from_model(simulator.frame_model({known.log, known.log_data}),
-                                             kInputs.to_enum_or(known.input, cae::Input::whitened, "options->input")),
+                                             kInputs.to_enum_or(known.input, cae::Input::whitened, "options->input"),
+                                             kCentres.to_enum_or(known.centre, cae::Centre::scene, "options->centre")),
                  seed),
              std::nullopt},
             out);
@@ -270,6 +273,7 @@ toliman_status toliman_cae_get_info(const toliman_cae *cae, toliman_cae_info *ou
         info.cosine = network.cosine();
         info.input_scale = preprocess.input_scale;
         info.seed = network.seed();
+        info.centre = kCentres.to_constant(preprocess.centre);
         deliver(info, out, "out");
     });
 }

@@ -11,7 +11,10 @@ namespace toliman::api {
 
 template <class T> constexpr size_t kOldest = sizeof(T);
 template <> inline constexpr size_t kOldest<toliman_sim_info> = offsetof(toliman_sim_info, exposure_s);
+template <> inline constexpr size_t kOldest<toliman_sim_bounds> = offsetof(toliman_sim_bounds, peak_to_mean);
+template <> inline constexpr size_t kOldest<toliman_mask_info> = offsetof(toliman_mask_info, gradient_energy_before);
 template <> inline constexpr size_t kOldest<toliman_cae_options> = offsetof(toliman_cae_options, log);
+template <> inline constexpr size_t kOldest<toliman_cae_info> = offsetof(toliman_cae_info, centre);
 template <> inline constexpr size_t kOldest<toliman_cae_train_options> = offsetof(toliman_cae_train_options, epoch);
 template <> inline constexpr size_t kOldest<toliman_components_options> = offsetof(toliman_components_options, log);
 template <> inline constexpr size_t kOldest<toliman_linear_options> = offsetof(toliman_linear_options, log);

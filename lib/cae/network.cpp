@@ -23,15 +23,14 @@ Network::Network(const Layout &layout, Preprocess preprocess, Parameters paramet
       trained_(trained), cosine_(cosine) {}
 
 // Band by band, so that the planes' rows are read once for all frames and stay in cache.
-void Network::latents_of_rows(const ImageView<const double> *frames, size_t count, Workspace &work,
-                              double *latents) const {
+void Network::latents_of_rows(const Crop *crops, size_t count, Workspace &work, double *latents) const {
     for (size_t f = 0; f < count; f++)
         work.rows[f].start(parameters_, encoder_);
     float *bands[kTogether];
     for (size_t f = 0; f < count; f++)
         bands[f] = work.rows[f].band();
     for (size_t r = 0; r < kSide; r += kBand) {
-        preprocess_.band(frames, count, r, work.input, bands, EncoderRows::kBandStride);
+        preprocess_.band(crops, count, r, work.input, bands, EncoderRows::kBandStride);
         for (size_t f = 0; f < count; f++)
             work.rows[f].push_band();
     }
@@ -39,23 +38,22 @@ void Network::latents_of_rows(const ImageView<const double> *frames, size_t coun
         latents[f] = work.rows[f].latent();
 }
 
-double Network::latent_of_image(const ImageView<const double> &frame, Workspace &work, Pooling *pooling) const {
+double Network::latent_of_image(const Crop &crop, Workspace &work, Pooling *pooling) const {
     Images &images = *work.images;
     for (size_t r = 0; r < kSide; r += kBand) {
         float *const rows = images[0] + (r + 1) * kInputStride + 1;
-        preprocess_.band(&frame, 1, r, work.input, &rows, kInputStride);
+        preprocess_.band(&crop, 1, r, work.input, &rows, kInputStride);
     }
     return cae::encode(*layout_, parameters_, encoder_, images, pooling);
 }
 
-void Network::latents_of(const ImageView<const double> *frames, size_t count, Workspace &work, Pooling *pooling,
-                         double *latents) const {
+void Network::latents_of(const Crop *crops, size_t count, Workspace &work, Pooling *pooling, double *latents) const {
     work.prepare(*layout_, preprocess_, count);
-    preprocess_.start(frames, count, work.input);
+    preprocess_.start(crops, count, work.input);
     if (layout_->max_pool)
-        latents[0] = latent_of_image(frames[0], work, pooling);
+        latents[0] = latent_of_image(crops[0], work, pooling);
     else
-        latents_of_rows(frames, count, work, latents);
+        latents_of_rows(crops, count, work, latents);
     for (size_t f = 0; f < count; f++)
         if (!std::isfinite(latents[f]))
             fail(Status::range, "{counts}: the latent is not finite: the counts are too far from the reference frame");
@@ -63,9 +61,11 @@ void Network::latents_of(const ImageView<const double> *frames, size_t count, Wo
 
 void Network::encode(const ImageView<const double> *frames, size_t count, Workspace &work, double *latents,
                      double *chi_square) const {
-    latents_of(frames, count, work, nullptr, latents);
+    Crop crops[kTogether] = {};
+    std::transform(frames, frames + count, crops, [this](const auto &frame) { return preprocess_.crop_of(frame); });
+    latents_of(crops, count, work, nullptr, latents);
     for (size_t f = 0; f < count && chi_square != nullptr; f++)
-        chi_square[f] = preprocess_.chi_square(frames[f], f, work.input);
+        chi_square[f] = preprocess_.chi_square(crops[f], f, work.input);
 }
 
 double Network::encode(ImageView<const double> frame, Workspace &work, double *chi_square) const {
@@ -111,7 +111,8 @@ void Network::reconstruct(ImageView<const double> frame, double *image) const {
     Workspace work;
     Pooling pooling(*layout_);
     double latent;
-    latents_of(&frame, 1, work, &pooling, &latent);
+    const Crop crop = preprocess_.crop_of(frame);
+    latents_of(&crop, 1, work, &pooling, &latent);
     if (!(std::fabs(latent) <= kLargestLatent))
         fail(Status::range,
              "{counts}: latent = %g px: must be in [%g, %g]: the counts are too far from the reference frame", latent,

@@ -58,10 +58,9 @@ class Network {
     void reconstruct(ImageView<const double> frame, double *image) const;
 
   private:
-    void latents_of_rows(const ImageView<const double> *frames, size_t count, Workspace &work, double *latents) const;
-    double latent_of_image(const ImageView<const double> &frame, Workspace &work, Pooling *pooling) const;
-    void latents_of(const ImageView<const double> *frames, size_t count, Workspace &work, Pooling *pooling,
-                    double *latents) const;
+    void latents_of_rows(const Crop *crops, size_t count, Workspace &work, double *latents) const;
+    double latent_of_image(const Crop &crop, Workspace &work, Pooling *pooling) const;
+    void latents_of(const Crop *crops, size_t count, Workspace &work, Pooling *pooling, double *latents) const;
     void run_decoder(double latent, Pooling &pooling, double *image) const;
 
     const Layout *layout_;

@@ -1,9 +1,9 @@
 // Method: with counts n, reference frame m, variance v and an orthonormal basis u_k of the whitened nuisance images,
 //     r = (n - m)/sqrt(v),    input = input_scale (r - sum_k <u_k, r> u_k)
-// over a 256x256 crop centred on the barycentre of the reference. After whitening every pixel has unit noise, so that
-// the best linear estimate of a small displacement is the inner product with the whitened derivative image (matched
-// filter). Projecting the nuisances (fluxes, common shift, ...) out makes the latent insensitive to them to first
-// order; the price is the larger Cramer-Rao bound with these parameters free.
+// over a 256x256 crop centred on the barycentre of the reference, or moved with the light of each frame. After
+// whitening every pixel has unit noise, so that the best linear estimate of a small displacement is the inner product
+// with the whitened derivative image (matched filter). Projecting the nuisances (fluxes, common shift, ...) out makes
+// the latent insensitive to them to first order; the price is the larger Cramer-Rao bound with these parameters free.
 //
 // Precision: the residual is formed in double, and only the residual is rounded to float32, so that the rounding is
 // relative to the noise, not to the counts. float32 values near 1e9 counts are 64 counts apart, and a rounded reference
@@ -16,6 +16,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <optional>
 
 #include "base/bytes.hpp"
 #include "base/error.hpp"
@@ -38,19 +39,36 @@ size_t crop_start(double centre, size_t size) {
     return static_cast<size_t>(std::clamp(start, 0.0, static_cast<double>(size - kSide)));
 }
 
-void crop_about_barycentre(const FrameModel &model, Preprocess &out) {
+// Barycentre of the counts above the background; none without light.
+std::optional<Barycentre> barycentre_of(const ImageView<const double> &image, double background) {
     double flux = 0, row_moment = 0, col_moment = 0;
-    for (size_t r = 0; r < model.rows; r++)
-        for (size_t c = 0; c < model.cols; c++) {
-            const double counts = model.reference[r * model.cols + c] - model.background;
+    for (size_t r = 0; r < image.rows; r++)
+        for (size_t c = 0; c < image.cols; c++) {
+            const double counts = image.row(r)[c] - background;
             flux += counts;
             row_moment += counts * static_cast<double>(r);
             col_moment += counts * static_cast<double>(c);
         }
     if (!(flux > 0))
+        return {};
+    return Barycentre{row_moment / flux, col_moment / flux};
+}
+
+constexpr int kMostMoves = 16; // of a crop to the light
+
+// The start of a crop that follows the light: moved by whole pixels, but not beyond the frame.
+size_t moved_start(size_t start, double by, size_t size) {
+    return static_cast<size_t>(
+        std::clamp(static_cast<double>(start) + std::round(by), 0.0, static_cast<double>(size - kSide)));
+}
+
+void crop_about_barycentre(const FrameModel &model, Preprocess &out) {
+    const std::optional<Barycentre> light =
+        barycentre_of({model.reference.data(), model.rows, model.cols, model.cols}, model.background);
+    if (!light)
         fail(Status::scene, "%s: the reference frame has no counts above the background", model.source.c_str());
-    out.crop_row = crop_start(row_moment / flux, model.rows);
-    out.crop_col = crop_start(col_moment / flux, model.cols);
+    out.crop_row = crop_start(light->row, model.rows);
+    out.crop_col = crop_start(light->col, model.cols);
 }
 
 Buffer<double> crop(const FrameModel &model, const Buffer<double> &image, const Preprocess &at) {
@@ -90,17 +108,17 @@ void check_signal(const Preprocess &preprocess, const std::string &source) {
              source.c_str(), before > 0 ? after / before * after / before : 0, before * before);
 }
 
-// Fails with the first non-finite count of some rows of the crop.
-void refuse_non_finite(ImageView<const double> frame, size_t first_row, size_t rows, size_t first_col) {
+// Fails with the first non-finite count of some rows of a crop.
+void refuse_non_finite(const Crop &crop, size_t first_row, size_t rows) {
     for (size_t r = first_row; r < first_row + rows; r++)
-        for (size_t c = first_col; c < first_col + kSide; c++)
-            if (const double count = frame.row(r)[c]; !std::isfinite(count))
-                fail(Status::argument, "{counts[%zu][%zu]} = %g: must be finite", r, c, count);
+        for (size_t c = 0; c < kSide; c++)
+            if (const double count = crop.counts.row(r)[c]; !std::isfinite(count))
+                fail(Status::argument, "{counts[%zu][%zu]} = %g: must be finite", crop.row + r, crop.col + c, count);
 }
 
 } // namespace
 
-Preprocess Preprocess::from_model(const FrameModel &model, Input input) {
+Preprocess Preprocess::from_model(const FrameModel &model, Input input, Centre centre) {
     if (model.rows < kSide || model.cols < kSide)
         fail(Status::unsupported, "%s: {detector.shape} = [%zu, %zu]: must be at least [%zu, %zu] px for the network",
              model.source.c_str(), model.rows, model.cols, kSide, kSide);
@@ -108,8 +126,14 @@ Preprocess Preprocess::from_model(const FrameModel &model, Input input) {
         fail(Status::unsupported,
              "%s: {preprocess.project}: must be empty for %s input: only whitened input can be projected",
              model.source.c_str(), name_of(input));
+    if (centre == Centre::image && model.rows == kSide && model.cols == kSide)
+        fail(Status::unsupported,
+             "%s: {detector.shape} = [%zu, %zu]: must exceed [%zu, %zu] px for a crop that follows the image",
+             model.source.c_str(), model.rows, model.cols, kSide, kSide);
     Preprocess out;
     out.input = input;
+    out.centre = centre;
+    out.background = centre == Centre::image ? model.background : 0;
     out.rows = model.rows;
     out.cols = model.cols;
     out.crb_px = model.crb_px;
@@ -146,6 +170,14 @@ void Preprocess::derive() {
                            &basis[(r * projected + k) * kSide], kernels::to_float32);
     target32.assign(target.begin(), target.end());
     target_square = kernels::residual_kernels().inner(target.data(), target.data(), kPixels);
+    if (centre == Centre::image) {
+        const std::optional<Barycentre> light = barycentre_of({reference.data(), kSide, kSide, kSide}, background);
+        if (!light)
+            fail(Status::format,
+                 "weights blob: the reference image has no light above the background of %g counts per pixel",
+                 background);
+        barycentre = *light;
+    }
     whitening.assign(kPixels, 1.0);
     kernels::whiten(whitening.data(), variance.data(), kPixels, whitening.data());
     offset = reference;
@@ -172,24 +204,44 @@ void Preprocess::Work::reserve(const Preprocess &preprocess, size_t frames) {
         residual.resize(frames * kResidualStride);
 }
 
-void Preprocess::start(const ImageView<const double> *frames, size_t count, Work &work) const {
+// The light at the edges leaves a crop that is off, and other light enters it: its barycentre is moved by a little less
+// than the light. A few moves bring it there.
+Crop Preprocess::crop_of(const ImageView<const double> &frame) const {
+    Crop crop = crop_at(frame, crop_row, crop_col);
+    for (int move = 0; centre == Centre::image && move < kMostMoves; move++) {
+        const std::optional<Barycentre> light = barycentre_of(crop.counts, background);
+        if (!light || !std::isfinite(light->row) || !std::isfinite(light->col)) {
+            refuse_non_finite(crop, 0, kSide);
+            fail(Status::argument, "{counts}: has no light above the background of %g counts per pixel", background);
+        }
+        const size_t row = moved_start(crop.row, light->row - barycentre.row, rows),
+                     col = moved_start(crop.col, light->col - barycentre.col, cols);
+        if (row == crop.row && col == crop.col)
+            break;
+        crop = crop_at(frame, row, col);
+    }
+    return crop;
+}
+
+void Preprocess::start(const Crop *crops, size_t count, Work &work) const {
     work.reserve(*this, count);
     if (projected == 0)
         return;
     const double *counts[kTogether];
     float *vectors[kTogether], *components[kTogether];
     for (size_t f = 0; f < count; f++) {
-        counts[f] = frames[f].row(crop_row) + crop_col;
+        counts[f] = crops[f].counts.row(0);
         vectors[f] = &work.residual[f * kResidualStride];
         components[f] = work.component[f];
     }
-    if (!kernels::residual_kernels().components(projected_rows(), count, counts, frames[0].stride, vectors, components))
+    if (!kernels::residual_kernels().components(projected_rows(), count, counts, crops[0].counts.stride, vectors,
+                                                components))
         for (size_t f = 0; f < count; f++)
-            refuse_non_finite(frames[f], crop_row, kSide, crop_col);
+            refuse_non_finite(crops[f], 0, kSide);
 }
 
-void Preprocess::band(const ImageView<const double> *frames, size_t count, size_t first_row, Work &work,
-                      float *const *bands, size_t stride) const {
+void Preprocess::band(const Crop *crops, size_t count, size_t first_row, Work &work, float *const *bands,
+                      size_t stride) const {
     const kernels::ResidualKernels &kernel = kernels::residual_kernels();
     float *vectors[kTogether] = {}, *components[kTogether] = {};
     for (size_t f = 0; projected > 0 && f < count; f++) {
@@ -203,21 +255,22 @@ void Preprocess::band(const ImageView<const double> *frames, size_t count, size_
         if (projected > 0)
             kernel.project_row(projected_rows(), count, components, r, vectors, out);
         for (size_t f = 0; f < count && projected == 0; f++)
-            if (!kernel.scaled_residual(frames[f].row(crop_row + r) + crop_col, &offset[r * kSide], &factor[r * kSide],
-                                        input_scale, kSide, out[f]))
-                refuse_non_finite(frames[f], crop_row + r, 1, crop_col);
+            if (!kernel.scaled_residual(crops[f].counts.row(r), &offset[r * kSide], &factor[r * kSide], input_scale,
+                                        kSide, out[f]))
+                refuse_non_finite(crops[f], r, 1);
     }
 }
 
 void Preprocess::apply(ImageView<const double> frame, Work &work, float *out) const {
-    start(&frame, 1, work);
+    const Crop crop = crop_of(frame);
+    start(&crop, 1, work);
     for (size_t r = 0; r < kSide; r += kBand) {
         float *const rows_of_band = out + r * kSide;
-        band(&frame, 1, r, work, &rows_of_band, kSide);
+        band(&crop, 1, r, work, &rows_of_band, kSide);
     }
 }
 
-double Preprocess::chi_square(ImageView<const double> frame, size_t i, const Work &work) const {
+double Preprocess::chi_square(const Crop &crop, size_t i, const Work &work) const {
     const kernels::ResidualKernels &kernel = kernels::residual_kernels();
     double along = 0, square = 0;
     for (size_t r = 0; r < kSide; r++) {
@@ -226,8 +279,8 @@ double Preprocess::chi_square(ImageView<const double> frame, size_t i, const Wor
         if (projected > 0) // whitened and projected by band()
             residual = &work.residual[i * kResidualStride + r * kSide];
         else
-            kernel.scaled_residual(frame.row(crop_row + r) + crop_col, &reference[r * kSide], &whitening[r * kSide], 1,
-                                   kSide, whitened);
+            kernel.scaled_residual(crop.counts.row(r), &reference[r * kSide], &whitening[r * kSide], 1, kSide,
+                                   whitened);
         along += kernel.inner_float(&target32[r * kSide], residual, kSide);
         square += kernel.inner_float(residual, residual, kSide);
     }
@@ -241,6 +294,8 @@ uint64_t Preprocess::digest() const noexcept {
     uint64_t hash = fnv1a(with_bits<uint64_t>(input_scale), kFnvOffset);
     for (const size_t number : {rows, cols, crop_row, crop_col, projected, static_cast<size_t>(input)})
         hash = fnv1a(number, hash);
+    if (centre == Centre::image)
+        hash = fnv1a(with_bits<uint64_t>(background), hash);
     for (const Buffer<double> *plane : {&reference, &variance, &nuisance_basis})
         hash = fnv1a(*plane, hash);
     return hash;

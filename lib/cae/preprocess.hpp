@@ -24,13 +24,31 @@ constexpr const char *name_of(Input input) noexcept {
     return input == Input::whitened ? "whitened" : input == Input::residual ? "residual" : "raw";
 }
 
+// Place of the 256x256 crop in a frame:
+//   scene  always that of the reference
+//   image  moved by whole pixels until its barycentre is that of the reference, to half a pixel
+enum class Centre : uint32_t { scene = 0, image = 1 };
+
+// Barycentre of the light of a crop, px from its first pixel.
+struct Barycentre {
+    double row = 0, col = 0;
+};
+
+// 256x256 part of a frame.
+struct Crop {
+    ImageView<const double> counts;
+    size_t row, col; // of its first pixel in the frame
+};
+
 // Parameters of the preprocessing. The planes are stored as double, but rounded to what the weights blob can represent:
 // float32, and for the reference the sum of two float32. A network therefore computes the same bits before saving and
 // after loading.
 struct Preprocess {
     size_t rows = 0, cols = 0;         // size of a frame
-    size_t crop_row = 0, crop_col = 0; // first row and column of the 256x256 crop
-    size_t projected = 0;              // number of nuisance images
+    size_t crop_row = 0, crop_col = 0; // first row and column of the reference's crop
+    Centre centre = Centre::scene;
+    double background = 0; // Centre::image: counts per pixel of the reference that are not light
+    size_t projected = 0;  // number of nuisance images
     Input input = Input::whitened;
     double input_scale = 1; // set by the training mode
     double crb_px = 0;      // Cramer-Rao bound of the separation, with exactly the projected nuisances free
@@ -44,16 +62,21 @@ struct Preprocess {
     Buffer<double> whitening;      // derived: 1/sqrt(variance)
     Buffer<double> offset, factor; // derived: input = (counts - offset) factor, before the projection
     double target_square = 0;      // derived: |target|^2
+    Barycentre barycentre;         // derived: of the reference, with Centre::image
 
     // Preprocessing of a scene, with the crop centred on the barycentre of the reference's flux. Status::unsupported
-    // for frames below 256x256 px and for a projection without whitened input. Status::scene if the nuisances explain
-    // the whole derivative, so that no information about the separation remains.
-    static Preprocess from_model(const FrameModel &model, Input input);
+    // for frames below 256x256 px, for a projection without whitened input, and for Centre::image without pixels around
+    // the crop. Status::scene if the nuisances explain the whole derivative, so that no information about the
+    // separation remains.
+    static Preprocess from_model(const FrameModel &model, Input input, Centre centre);
 
-    // Computes the derived members from the others.
+    // Computes the derived members from the others. Status::format for Centre::image without light.
     void derive();
 
     Preprocess with_input_scale(double scale) const;
+
+    // Crop of a frame. Centre::image: Status::argument for a non-finite count and for a crop without light.
+    Crop crop_of(const ImageView<const double> &frame) const;
 
     // Working memory of frames that are preprocessed together; reuse it to avoid allocations.
     struct Work {
@@ -62,20 +85,19 @@ struct Preprocess {
         void reserve(const Preprocess &preprocess, size_t frames);
     };
 
-    // The input of `count` frames, at most kTogether, of equal stride: start() once, then band() for each band of kBand
-    // rows from the first on, which writes input_scale times the input of frame f to bands[f] [kBand][stride]. Frames
+    // The input of `count` crops, at most kTogether, of equal stride: start() once, then band() for each band of kBand
+    // rows from the first on, which writes input_scale times the input of crop f to bands[f] [kBand][stride]. Frames
     // that are processed together share the reading of the planes. Status::argument for a non-finite count.
-    void start(const ImageView<const double> *frames, size_t count, Work &work) const;
-    void band(const ImageView<const double> *frames, size_t count, size_t first_row, Work &work, float *const *rows,
-              size_t stride) const;
+    void start(const Crop *crops, size_t count, Work &work) const;
+    void band(const Crop *crops, size_t count, size_t first_row, Work &work, float *const *rows, size_t stride) const;
 
     // The whole input of a frame: out [256 rows][256].
     void apply(ImageView<const double> frame, Work &work, float *out) const;
 
     // Reduced chi-square of the crop's whitened residual r, after the fit of nuisances u_k and target t, for any input:
     //     |r - sum_k <u_k, r> u_k - <t, r> t/|t|^2|^2 / (pixels - projected - 1)
-    // +infinity if it overflows. Call it after all bands, for frame i of those that were processed together.
-    double chi_square(ImageView<const double> frame, size_t i, const Work &work) const;
+    // +infinity if it overflows. Call it after all bands, for crop i of those that were processed together.
+    double chi_square(const Crop &crop, size_t i, const Work &work) const;
 
     // FNV-1a of everything that determines the input.
     uint64_t digest() const noexcept;
@@ -85,6 +107,9 @@ struct Preprocess {
     void to_counts(double *image) const noexcept;
 
   private:
+    Crop crop_at(const ImageView<const double> &frame, size_t row, size_t col) const noexcept {
+        return {{frame.row(row) + col, kSide, kSide, frame.stride}, row, col};
+    }
     kernels::ProjectedRows projected_rows() const noexcept {
         return {kSide, kSide, projected, offset.data(), factor.data(), basis.data(), input_scale};
     }

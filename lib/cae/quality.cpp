@@ -17,9 +17,10 @@ namespace toliman::cae {
 
 Quality quality(const Network &network, ImageView<const double> frame, const double *image) {
     const Preprocess &preprocess = network.preprocess();
+    const Crop crop = preprocess.crop_of(frame);
     Buffer<double> seen(kPixels), reconstructed(image, image + kPixels);
     for (size_t r = 0; r < kSide; r++)
-        std::copy_n(frame.row(preprocess.crop_row + r) + preprocess.crop_col, kSide, &seen[r * kSide]);
+        std::copy_n(crop.counts.row(r), kSide, &seen[r * kSide]);
     const auto [darkest, brightest] = std::minmax_element(seen.begin(), seen.end());
     const double lowest = *darkest, range = *brightest - lowest;
     if (!(range > 0))

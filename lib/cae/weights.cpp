@@ -1,5 +1,6 @@
-// Method: header of 104 bytes, payloads of weights and planes (cae/payload.hpp), optional training, CRC32;
-// little-endian. The blob contains the preprocessing planes, so that frames can be encoded without the scene.
+// Method: header of 104 bytes, or 112 if the crop follows the image, payloads of weights and planes (cae/payload.hpp),
+// optional training, CRC32; little-endian. The blob contains the preprocessing planes, so that frames can be encoded
+// without the scene.
 //
 // A blob is untrusted input. The reader checks size and CRC32 first, then every header field against its range, and
 // only then allocates. A zlib stream must inflate to exactly the length that layout and frame imply, so that a small
@@ -25,10 +26,10 @@ constexpr const char *kKind = "weights blob";
 // Version 3 differs from 2 in the number of nuisance planes alone: 2 has up to 8, and older libraries read it.
 constexpr uint32_t kVersion = 2, kManyPlanesVersion = 3;
 constexpr size_t kFewPlanes = 8; // of version 2
-constexpr uint32_t kTrainedFlag = 1, kInputShift = 1, kInputMask = 3, kTrainingFlag = 8;
+constexpr uint32_t kTrainedFlag = 1, kInputShift = 1, kInputMask = 3, kTrainingFlag = 8, kFollowFlag = 16;
 constexpr uint32_t kLargestFrame = 4096; // largest number of rows and of columns
 constexpr uint32_t kLastInput = static_cast<uint32_t>(Input::raw);
-constexpr size_t kHeaderSize = 104, kTrainingHeaderSize = 72;
+constexpr size_t kHeaderSize = 104, kFollowSize = 8, kTrainingHeaderSize = 72;
 enum : size_t { kReferenceHigh, kReferenceLow, kVariance, kTarget, kFixedPlanes }; // then the nuisance planes
 
 struct Header {
@@ -39,6 +40,12 @@ struct Header {
     bool trained, with_training;
     double cosine;
     size_t packed_weights, packed_planes;
+
+    // Bytes of the blob but for the training.
+    size_t known() const noexcept {
+        return kHeaderSize + (preprocess.centre == Centre::image ? kFollowSize : 0) + packed_weights + packed_planes +
+               kChecksumSize;
+    }
 };
 
 // Returns the layout with this id, checked against the hash.
@@ -114,6 +121,17 @@ void check_projected(uint32_t version, size_t projected) {
              projected, fewest, most, version);
 }
 
+// What a crop needs to follow the image.
+void read_background(ByteReader &reader, Preprocess &preprocess) {
+    preprocess.background = reader.f64();
+    if (!(std::fabs(preprocess.background) <= kMaxMagnitude))
+        fail(Status::format, "%s: background = %g counts: must be in [%.3g, %.3g]", kKind, preprocess.background,
+             -kMaxMagnitude, kMaxMagnitude);
+    if (preprocess.rows == kSide && preprocess.cols == kSide)
+        fail(Status::format, "%s: {flags}: a crop that follows the image needs frames above %zu x %zu px", kKind, kSide,
+             kSide);
+}
+
 // Reads the remainder of the header. Sizes are checked before anything is allocated.
 Header read_header(ByteReader &reader, size_t size) {
     Header header = {};
@@ -125,12 +143,13 @@ Header read_header(ByteReader &reader, size_t size) {
     const uint64_t hash = reader.u64();
     header.layout = &layout_of(id, hash);
     const uint32_t input = flags >> kInputShift & kInputMask;
-    if ((flags & ~(kTrainedFlag | kInputMask << kInputShift | kTrainingFlag)) != 0 || input > kLastInput)
-        fail(Status::format, "%s: {flags} = 0x%x: must set bits 0 to 3 only, with bits 1 and 2 in [0, 2]", kKind,
+    if ((flags & ~(kTrainedFlag | kInputMask << kInputShift | kTrainingFlag | kFollowFlag)) != 0 || input > kLastInput)
+        fail(Status::format, "%s: {flags} = 0x%x: must set bits 0 to 4 only, with bits 1 and 2 in [0, 2]", kKind,
              flags);
     header.trained = (flags & kTrainedFlag) != 0;
     header.with_training = (flags & kTrainingFlag) != 0;
     preprocess.input = static_cast<Input>(input);
+    preprocess.centre = (flags & kFollowFlag) != 0 ? Centre::image : Centre::scene;
     preprocess.scene_digest = reader.u64();
     header.seed = reader.u64();
     preprocess.rows = reader.u32();
@@ -162,8 +181,9 @@ Header read_header(ByteReader &reader, size_t size) {
              preprocess.crb_px, header.cosine, kMaxMagnitude);
     header.packed_weights = reader.u32();
     header.packed_planes = reader.u32();
-    const size_t known = kHeaderSize + header.packed_weights + header.packed_planes + kChecksumSize;
-    if (header.with_training ? size < known + kTrainingHeaderSize : size != known)
+    if (preprocess.centre == Centre::image)
+        read_background(reader, preprocess);
+    if (header.with_training ? size < header.known() + kTrainingHeaderSize : size != header.known())
         fail(Status::format, "%s: payload sizes = %zu and %zu bytes: do not match the blob's %zu bytes", kKind,
              header.packed_weights, header.packed_planes, size);
     return header;
@@ -258,14 +278,15 @@ std::vector<uint8_t> to_blob(const Network &network, const Encodings &encodings,
     const std::vector<uint8_t> planes =
         pack(planes_of(preprocess), plane_blocks(preprocess.projected, encodings.planes), "planes");
     const std::vector<uint8_t> state = training != nullptr ? pack_training(*training) : std::vector<uint8_t>();
+    const bool follows = preprocess.centre == Centre::image;
     ByteWriter writer;
     writer.raw(kMagic, 4);
     writer.u32(preprocess.projected > kFewPlanes ? kManyPlanesVersion : kVersion);
-    writer.u64(kHeaderSize + weights.size() + planes.size() +
+    writer.u64(kHeaderSize + (follows ? kFollowSize : 0) + weights.size() + planes.size() +
                (training != nullptr ? kTrainingHeaderSize + state.size() : 0) + kChecksumSize);
     writer.u32(network.layout().id);
     writer.u32((network.trained() ? kTrainedFlag : 0) | static_cast<uint32_t>(preprocess.input) << kInputShift |
-               (training != nullptr ? kTrainingFlag : 0));
+               (training != nullptr ? kTrainingFlag : 0) | (follows ? kFollowFlag : 0));
     writer.u64(layout_hash(network.layout()));
     writer.u64(preprocess.scene_digest);
     writer.u64(network.seed());
@@ -279,6 +300,8 @@ std::vector<uint8_t> to_blob(const Network &network, const Encodings &encodings,
     writer.f64(network.cosine());
     writer.u32(static_cast<uint32_t>(weights.size()));
     writer.u32(static_cast<uint32_t>(planes.size()));
+    if (follows)
+        writer.f64(preprocess.background);
     writer.raw(weights.data(), weights.size());
     writer.raw(planes.data(), planes.size());
     if (training != nullptr)
@@ -299,8 +322,7 @@ Blob from_blob(const void *bytes, size_t size) {
                header.preprocess);
     std::optional<Training> training;
     if (header.with_training)
-        training = read_training(
-            reader, size - kHeaderSize - header.packed_weights - header.packed_planes - kChecksumSize, header);
+        training = read_training(reader, size - header.known(), header);
     return {Network(*header.layout, std::move(header.preprocess), std::move(parameters), header.seed, header.trained,
                     header.cosine),
             std::move(training)};

@@ -4,11 +4,13 @@ import json
 import os
 import pathlib
 import pickle
+import struct
 import subprocess
 import sys
 import tempfile
 import threading
 import unittest
+import zlib
 
 import numpy
 
@@ -220,6 +222,59 @@ class Network(unittest.TestCase):
         thread.start()
         copy.close()
         thread.join()
+
+    def test_crop_that_follows_the_image(self):
+        """A frame moved by whole pixels has the latent of the frame itself, also on a bright background."""
+        scene = json.loads((ROOT / "examples" / "scenes" / "chapter.json").read_text())
+        scene["detector"].update(shape=[ROWS, COLS], dark_e_per_s=1e9)
+        scene["cadence"] = {"frames": 1095, "interval_days": 1, "exposure_s": 1}
+        for star, photons in zip(scene["stars"].values(), (8e10, 2.6e10)):
+            del star["relative_flux"]
+            star["photons_per_s"] = photons
+        scene["telescope"]["pupil_samples"] = 128
+        simulated = toliman.Simulator(scene)
+        frames = simulated.frames(0, 2).astype("<u8")
+        for options in ({}, {"layout": "paper", "input": "raw"}):
+            fixed, following = (toliman.CAE(simulated, centre=centre, **options) for centre in ("scene", "image"))
+            self.assertEqual((fixed.info.centre, following.info.centre), ("scene", "image"))
+            latents, chi_square = following.encode(frames, chi_square=True)
+            self.assertEqual(latents.tolist(), fixed.encode(frames).tolist())
+            for shift in ((1, -5), (-2, 6), (0, 0)):
+                moved = numpy.roll(frames, shift, axis=(1, 2))
+                again, square = following.encode(moved, chi_square=True)
+                self.assertEqual((again.tolist(), square.tolist()), (latents.tolist(), chi_square.tolist()))
+                self.assertEqual((fixed.encode(moved) == latents).all(), shift == (0, 0))
+                self.assertTrue((following.reconstruct(moved[0]).image == following.reconstruct(frames[0]).image).all())
+            loaded = toliman.CAE.from_bytes(following.to_bytes())
+            self.assertEqual((loaded.info, loaded.to_bytes()), (following.info, following.to_bytes()))
+            self.assertEqual(loaded.encode(moved).tolist(), latents.tolist())
+        self.assertNotEqual(following.encode(numpy.roll(frames[0], 9, axis=1)), latents[0])  # stays within the frame
+        damaged = frames[0].astype(float)
+        damaged[9, 30] = numpy.nan
+        with self.assertRaisesRegex(toliman.InputError, r"counts\[9\]\[30\] = nan: must be finite"):
+            following.encode(damaged)
+        with self.assertRaisesRegex(toliman.InputError, "has no light above the background of 1e\\+09 counts per pixel"):
+            following.encode(numpy.zeros((ROWS, COLS)))
+        scene["detector"]["shape"] = [256, 256]
+        with self.assertRaisesRegex(toliman.UnsupportedError, "must exceed .256, 256. px for a crop that follows the image"):
+            toliman.CAE(toliman.Simulator(scene), centre="image")
+
+    def test_blobs_of_a_crop_that_follows(self):
+        blob = toliman.CAE(simulator, centre="image").to_bytes()
+        self.assertEqual(struct.unpack_from("<I", blob, 20)[0] & 16, 16)
+        self.assertEqual(struct.unpack_from("<d", blob, 104), (0,))
+        for value, text in ((numpy.nan, "background = nan"), (1e300, "background = 1e.300"), (1e12, "no light above")):
+            with self.assertRaisesRegex(toliman.InputError, text):
+                toliman.CAE.from_bytes(self.with_number(blob, "<d", 104, value))
+        with self.assertRaises(toliman.InputError):  # without the flag, the header ends before the number
+            toliman.CAE.from_bytes(self.with_number(blob, "<I", 20, struct.unpack_from("<I", blob, 20)[0] & ~16))
+
+    @staticmethod
+    def with_number(blob, kind, offset, value):
+        changed = bytearray(blob)
+        struct.pack_into(kind, changed, offset, value)
+        struct.pack_into("<I", changed, len(blob) - 4, zlib.crc32(changed[:-4]))
+        return bytes(changed)
 
     def test_copies(self):
         latents = network.encode(frames)

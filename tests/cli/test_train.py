@@ -1,9 +1,11 @@
 """toliman train --resume: resumes by the file, to the same bytes; what it refuses; a signal before the first epoch."""
 import json
+import re
 import signal
 import subprocess
 import unittest
 
+import numpy
 from program import PATIENCE, PROGRAM, ProgramTest, one_wavelength
 
 UNSUPERVISED = ("train", "s.json", "--mode", "unsupervised")
@@ -14,8 +16,9 @@ class Resumed(ProgramTest):
         super().setUp()
         self.write_scene(6)
 
-    def write_scene(self, frames):
+    def write_scene(self, frames, **detector):
         scene = one_wavelength()
+        scene["detector"].update(detector)
         scene["cadence"]["frames"] = frames
         (self.folder / "s.json").write_text(json.dumps(scene))
 
@@ -34,6 +37,20 @@ class Resumed(ProgramTest):
         self.refuse(2, "--epochs 2: must be at least 3, the epochs done in half",
                     arguments=(*resume, "--epochs", "2"))
 
+    def test_crop_that_follows_the_image(self):
+        """A frame moved by a pixel has the same latent; the file says how."""
+        self.refuse(2, "detector.shape = [256, 256]: must exceed [256, 256] px for a crop that follows the image",
+                    arguments=("train", "s.json", "--centre", "image", "--out", "x"))
+        self.refuse(2, "--centre image: the networks of a bank follow the fitted stars",
+                    arguments=("train", "s.json", "--bank", "frames", "--centre", "image", "--out", "x"))
+        self.write_scene(2, shape=[260, 264])
+        self.succeed(*UNSUPERVISED, "--centre", "image", "--epochs", "1", "--out", "w")
+        self.refuse(2, "--centre", "--resume", arguments=("train", "s.json", "--resume", "w", "--centre", "image", "--out", "x"))
+        self.succeed("simulate", "s.json", "--out", "f.npy")
+        numpy.save(self.folder / "moved.npy", numpy.roll(numpy.load(self.folder / "f.npy"), (1, -3), axis=(1, 2)))
+        latents = [self.succeed("encode", "--weights", "w", name) for name in ("f.npy", "moved.npy")]
+        self.assertEqual(*(re.sub(r"\w+\.npy", "", text) for text in latents))
+
     def test_log(self):
         self.write_scene(12)
         how = (*UNSUPERVISED, "--layout", "paper", "--input", "raw")
@@ -41,8 +58,9 @@ class Resumed(ProgramTest):
         mark, head, *rows = (self.folder / "whole.csv").read_text().splitlines()
         self.assertEqual(mark, "# epochs of an unsupervised training; log10_fap: of the latents of frames")
         rows = [dict(zip(head.split(","), row.split(","))) for row in rows]
-        self.assertEqual([row["epoch"] for row in rows], [str(k) for k in range(1, 13)])
-        for row in rows:
+        self.assertEqual([row["epoch"] for row in rows], [str(k) for k in range(13)])
+        self.assertTrue(rows[0]["log10_fap_fresh"] and not rows[0]["loss"])  # of the random weights
+        for row in rows[1:]:
             self.assertTrue(0.999 < float(row["validation_loss"]) / float(row["mmse"]) < 1.001, row)
             self.assertEqual(row["log10_fap_fresh"] != "", row["epoch"] in ("10", "12"))
         self.assertFalse((self.folder / "whole.part").exists())

@@ -373,6 +373,12 @@ static void test_refusals(void **unused) {
     how.reserved = 3;
     assert_fails(toliman_cae_create(sim, 1, &how, &out), TOLIMAN_E_ARGUMENT, "reserved = 3");
     how.reserved = 0;
+    how.reserved_2 = 4;
+    assert_fails(toliman_cae_create(sim, 1, &how, &out), TOLIMAN_E_ARGUMENT, "reserved = 4");
+    how.reserved_2 = 0;
+    how.centre = 3;
+    assert_fails(toliman_cae_create(sim, 1, &how, &out), TOLIMAN_E_ARGUMENT, "centre = 3");
+    how.centre = 0;
     how.input = 214;
     assert_fails(toliman_cae_create(sim, 1, &how, &out), TOLIMAN_E_ARGUMENT, "input = 214");
     toliman_sim *projecting = make_sim(kSide, kSide, 0, "\"flux_a\"");

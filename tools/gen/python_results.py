@@ -74,6 +74,7 @@ WORDS = {
     "verdict": "TOLIMAN_TRACK_VERDICT",
     "reason": "TOLIMAN_TRACK_REASON",
     "input": "TOLIMAN_CAE_INPUT",
+    "centre": "TOLIMAN_CAE_CENTRE",
     "stamp": "TOLIMAN_FRAME_STAMP",
     "observer": "TOLIMAN_SKY_OBSERVER",
 }

@@ -272,7 +272,11 @@ class toliman_sim_bounds(Sized):
     crb_projected_px: with the nuisances of preprocess.project unknown: the reference of the efficiency of an
         estimator
     truncation: error of the Taylor expansion at the largest displacement of the signal: largest error
-        of any pixel, divided by the largest change of any pixel by the signal"""
+        of any pixel, divided by the largest change of any pixel by the signal
+    peak_to_mean: How a mask spreads the light, of the expected frame before the detector.
+        brightest pixel over mean pixel: the dynamic range that the frame needs
+    gradient_energy: mean |gradient of the light|^2 over (mean light)^2, px^-2: how much fine structure a frame
+        has. A bound depends on the signal and its noise too: compare masks by their bounds"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -282,6 +286,8 @@ class toliman_sim_bounds(Sized):
         ("crb_marginal_px", c_double),
         ("crb_projected_px", c_double),
         ("truncation", c_double),
+        ("peak_to_mean", c_double),
+        ("gradient_energy", c_double),
     ]
 
 
@@ -404,6 +410,15 @@ TOLIMAN_CAE_INPUT_WHITENED = 211  # (counts - reference)/sigma per pixel, nuisan
 TOLIMAN_CAE_INPUT_RESIDUAL = 212  # (counts - reference)/mean sigma of the frame
 TOLIMAN_CAE_INPUT_RAW = 213  # counts, scaled so that the reference image spans 0..1, as in the chapter
 
+# Place of the crop in a frame. It is centred on the barycentre of the scene's light, to half a pixel.
+TOLIMAN_CAE_CENTRE_SCENE = 231  # the same for all frames
+
+# Moved by whole pixels, within the frame, until the barycentre of its light is that of the reference image, to half a
+# pixel. The light is what exceeds the scene's uniform background (dark current, bias). For frames whose pointing
+# wanders by pixels. A fraction of a pixel remains: for the latent to measure the separation, project out the shift
+# (preprocess.project), or train the network on such frames. Since 0.2.
+TOLIMAN_CAE_CENTRE_IMAGE = 232
+
 
 class toliman_cae_options(Sized):
     """Network options.
@@ -411,7 +426,9 @@ class toliman_cae_options(Sized):
     input: TOLIMAN_CAE_INPUT_..., 0 = WHITENED
     reserved: 0
     allocator: for the large arrays of the object; NULL = malloc
-    log: receives warnings about preprocess.project; may be NULL. Since 0.2"""
+    log: receives warnings about preprocess.project; may be NULL. Since 0.2
+    centre: TOLIMAN_CAE_CENTRE_..., 0 = SCENE. Since 0.2
+    reserved_2: 0"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -421,6 +438,8 @@ class toliman_cae_options(Sized):
         ("allocator", POINTER(toliman_allocator)),
         ("log", toliman_log_fn),
         ("log_data", c_void_p),
+        ("centre", c_int32),
+        ("reserved_2", c_uint32),
     ]
 
 
@@ -534,14 +553,16 @@ class toliman_cae_info(Sized):
     parameters: number of weights
     rows: shape of the frames that the network takes
     cols: shape of the frames that the network takes
-    crop_row: first row and column of the 256x256 crop
-    crop_col: first row and column of the 256x256 crop
+    crop_row: first row and column of the 256x256 crop of the scene's image
+    crop_col: first row and column of the 256x256 crop of the scene's image
     projected: number of nuisance images projected out
     input: TOLIMAN_CAE_INPUT_...
     crb_px: Cramer-Rao bound with these nuisances unknown
     cosine: toliman_cae_training.cosine; 0 before training
     input_scale: factor between the input and the first convolution: 1e-3 for TIED, else 1
-    seed: seed of the random weights"""
+    seed: seed of the random weights
+    centre: TOLIMAN_CAE_CENTRE_...
+    reserved: 0"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -560,6 +581,8 @@ class toliman_cae_info(Sized):
         ("cosine", c_double),
         ("input_scale", c_double),
         ("seed", c_uint64),
+        ("centre", c_int32),
+        ("reserved", c_uint32),
     ]
 
 
@@ -1622,7 +1645,9 @@ class toliman_mask_info(Sized):
     peak_to_mean_before: brightest pixel over mean pixel of the noise-free frame: mask of the scene,
     peak_to_mean: this mask
     light_in_frame_before: fraction of the photons of the stars that falls in the frame: mask of the scene,
-    light_in_frame: this mask"""
+    light_in_frame: this mask
+    gradient_energy_before: toliman_sim_bounds.gradient_energy, px^-2: mask of the scene,
+    gradient_energy: this mask"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -1636,6 +1661,8 @@ class toliman_mask_info(Sized):
         ("peak_to_mean", c_double),
         ("light_in_frame_before", c_double),
         ("light_in_frame", c_double),
+        ("gradient_energy_before", c_double),
+        ("gradient_energy", c_double),
     ]
 
 
@@ -3272,8 +3299,9 @@ needed afterwards. options may be NULL. The caller destroys *out.
 
 With the default layout and input, the untrained network is scaled so that its latent changes by 1 px per px of
 displacement; it can serve as an untrained control. Otherwise the latent of an untrained network has no unit.
-Errors: TOLIMAN_E_UNSUPPORTED if frames are smaller than 256x256, or for preprocess.project with another input than
-WHITENED; TOLIMAN_E_SCENE if the nuisances span the derivative of the signal.
+Errors: TOLIMAN_E_UNSUPPORTED if frames are smaller than 256x256, for preprocess.project with another input than
+WHITENED, or for CENTRE_IMAGE with frames of 256x256; TOLIMAN_E_SCENE if the nuisances span the derivative of the
+signal.
 
 Images of preprocess.project that depend on each other, all divided by sigma per pixel over the whole frame: an image
 is dropped if less than 1e-10 of its norm remains after the projection of those before it in the list. The log
@@ -3337,7 +3365,8 @@ latent/displacement is about 0.9996 at 1e-4 px, 0.996 at 1e-3 px and 0.96 at 1e-
 the same negative displacements (scene chapter.json). Between trainings, the deviation from 1 varies by a third. A
 flux error shifts the latent unless preprocess.project removes it: 0.1 % more light shifts it by -6e-6 px in
 chapter.json.
-Errors: TOLIMAN_E_ARGUMENT for a non-finite count in the crop, naming its row and column; TOLIMAN_E_RANGE if the
+Errors: TOLIMAN_E_ARGUMENT for a non-finite count in the crop, naming its row and column, and with CENTRE_IMAGE
+for a crop without light; TOLIMAN_E_RANGE if the
 counts are so far from the scene that the latent overflows.""",
     ),
     "toliman_cae_encode_many": (

@@ -60,6 +60,8 @@ class Bounds(Result):
     crb_marginal_px: float = member("with fluxes, shift, roll, scale, focus and background unknown")
     crb_projected_px: float = member("with the nuisances of preprocess.project unknown: the reference of the efficiency of an estimator")
     truncation: float = member("error of the Taylor expansion at the largest displacement of the signal: largest error of any pixel, divided by the largest change of any pixel by the signal")
+    peak_to_mean: float = member("How a mask spreads the light, of the expected frame before the detector. brightest pixel over mean pixel: the dynamic range that the frame needs")
+    gradient_energy: float = member("mean |gradient of the light|^2 over (mean light)^2, px^-2: how much fine structure a frame has. A bound depends on the signal and its noise too: compare masks by their bounds")
 
 
 @result
@@ -121,14 +123,15 @@ class NetworkInfo(Result):
     parameters: int = member("number of weights")
     rows: int = member("shape of the frames that the network takes")
     cols: int = member("shape of the frames that the network takes")
-    crop_row: int = member("first row and column of the 256x256 crop")
-    crop_col: int = member("first row and column of the 256x256 crop")
+    crop_row: int = member("first row and column of the 256x256 crop of the scene's image")
+    crop_col: int = member("first row and column of the 256x256 crop of the scene's image")
     projected: int = member("number of nuisance images projected out")
     input: str = member("...", words="TOLIMAN_CAE_INPUT")
     crb_px: float = member("Cramer-Rao bound with these nuisances unknown")
     cosine: float = member("toliman_cae_training.cosine; 0 before training")
     input_scale: float = member("factor between the input and the first convolution: 1e-3 for TIED, else 1")
     seed: int = member("seed of the random weights")
+    centre: str = member("...", words="TOLIMAN_CAE_CENTRE")
 
 
 @result
@@ -403,6 +406,8 @@ class MaskInfo(Result):
     peak_to_mean: float = member("this mask")
     light_in_frame_before: float = member("fraction of the photons of the stars that falls in the frame: mask of the scene,")
     light_in_frame: float = member("this mask")
+    gradient_energy_before: float = member("toliman_sim_bounds.gradient_energy, px^-2: mask of the scene,")
+    gradient_energy: float = member("this mask")
 
 
 @result

@@ -59,6 +59,7 @@ class CAE(Handle):
     seed: seed of the random weights; None takes the scene's.
     layout: "flight", which reaches the photon limit, or "paper", the layout of the chapter.
     input: "whitened" ((counts - reference)/sigma per pixel), "residual" or "raw".
+    centre: "scene", a crop at the same place of all frames, or "image", moved by whole pixels with each barycentre.
 
     An untrained network of the default layout and input encodes too, as a control, but about a hundred times as
     noisily; see info.trained.
@@ -69,10 +70,11 @@ class CAE(Handle):
     _kind, _destroy = _raw.toliman_cae, "toliman_cae_destroy"
 
     def __init__(self, simulator: Simulator, *, seed: int | None = None, layout: str = "flight",
-                 input: str = "whitened"):
+                 input: str = "whitened", centre: str = "scene"):
         options = options_of(_raw.toliman_cae_options, library.toliman_cae_options_init,
                              layout=number("layout", layout, "TOLIMAN_CAE_LAYOUT"),
-                             input=number("input", input, "TOLIMAN_CAE_INPUT"), log=log)
+                             input=number("input", input, "TOLIMAN_CAE_INPUT"),
+                             centre=number("centre", centre, "TOLIMAN_CAE_CENTRE"), log=log)
         of_kind("simulator", simulator, Simulator)
         seed = simulator.info.seed if seed is None else whole("seed", seed, 2**64)
         super().__init__(self._create(library.toliman_cae_create, simulator._c, seed, ctypes.byref(options)))

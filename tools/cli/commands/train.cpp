@@ -22,7 +22,8 @@ namespace cli {
 namespace {
 
 struct Options {
-    std::string scene, out, payload = "float32", mode = "tied", layout = "flight", input = "whitened", resume, log;
+    std::string scene, out, payload = "float32", mode = "tied", layout = "flight", input = "whitened", centre = "scene",
+                            resume, log;
     std::optional<std::string> bank; // its dates
     std::string free;                // further parameters of the fit of a bank
     uint64_t seed = 1;
@@ -40,6 +41,7 @@ const Names kModes = {{"tied", TOLIMAN_CAE_MODE_TIED}, {"unsupervised", TOLIMAN_
 const Names kLayouts = {{"flight", TOLIMAN_CAE_LAYOUT_FLIGHT}, {"paper", TOLIMAN_CAE_LAYOUT_PAPER}};
 const Names kInputs = {
     {"whitened", TOLIMAN_CAE_INPUT_WHITENED}, {"residual", TOLIMAN_CAE_INPUT_RESIDUAL}, {"raw", TOLIMAN_CAE_INPUT_RAW}};
+const Names kCentres = {{"scene", TOLIMAN_CAE_CENTRE_SCENE}, {"image", TOLIMAN_CAE_CENTRE_IMAGE}};
 const Names kPayloads = {{"float32", TOLIMAN_CAE_ENCODING_FLOAT32},
                          {"bf16", TOLIMAN_CAE_ENCODING_BF16},
                          {"fp16", TOLIMAN_CAE_ENCODING_FP16}};
@@ -56,6 +58,7 @@ Training new_training(const Scene &scene, const Options &options, Progress &prog
     auto how = with_warnings<toliman_cae_options>(progress);
     how.layout = kLayouts.at(options.layout);
     how.input = kInputs.at(options.input);
+    how.centre = kCentres.at(options.centre);
     Training training = {toliman::make<toliman::autoencoder>(toliman_cae_create, scene.sim.get(), options.seed, &how),
                          toliman::sized<toliman_cae_train_options>(), options.seed};
     training.how.mode = kModes.at(options.mode);
@@ -100,6 +103,8 @@ void check_network(const Options &options) {
 void check_bank_mode(const Options &options) {
     if (!options.log.empty())
         throw Failure(kExitUsage, "--log: is for unsupervised training");
+    if (options.centre != "scene")
+        throw Failure(kExitUsage, "--centre image: the networks of a bank follow the fitted stars");
     if (options.mode != "tied" || options.input != "whitened" || options.epochs != 0)
         throw Failure(kExitUsage, std::string(options.mode != "tied"        ? "--mode"
                                               : options.input != "whitened" ? "--input"
@@ -222,6 +227,8 @@ void train_network(const Options &options, OutputFile &out, Progress &progress) 
                               options.out != "-" ? options.out + kPart : "",
                               how.epochs != 0 ? how.epochs : kEpochs,
                               nullptr});
+        if (options.resume.empty())
+            epochs->log.add_untrained(cae.get());
         how.epoch = Epochs::note;
         how.epoch_data = &*epochs;
     }
@@ -295,6 +302,9 @@ void add_train(CLI::App &app, Context &context) {
                "network: flight (default), or paper, the book chapter's; paper needs --mode unsupervised or --bank");
     add_choice(command, "--input", options->input, kInputs,
                "preprocessing of frames: whitened (default), residual or raw; the last two need --mode unsupervised");
+    add_choice(command, "--centre", options->centre, kCentres,
+               "the 256x256 crop of a frame: centred on the scene's light (default), or moved by whole pixels with the "
+               "barycentre of each image");
     command
         ->add_option("--steps", options->steps,
                      "number of steps of tied training, default 300; with --bank 600, of each network")
@@ -311,7 +321,8 @@ void add_train(CLI::App &app, Context &context) {
         ->check(CLI::Range(0.05, 4.0));
     add_option(command, "--free", options->free, "NAMES",
                "with --bank: further free parameters of the fit, as in encode");
-    for (const char *name : {"--seed", "--mode", "--layout", "--input", "--steps", "--bank", "--places", "--spacing"})
+    for (const char *name :
+         {"--seed", "--mode", "--layout", "--input", "--centre", "--steps", "--bank", "--places", "--spacing"})
         resume->excludes(command->get_option(name)); // those of the file
     command
         ->add_option("--epochs", options->epochs,

@@ -48,21 +48,26 @@ TrainingLog::TrainingLog(const std::string &path, const Scene &scene, uint64_t t
     check_output(path);
 }
 
+void TrainingLog::add_untrained(const toliman_cae *network) {
+    lines_.push_back("0,,,," + faps_of(network));
+    write();
+}
+
 bool TrainingLog::add(const toliman_cae *network, const toliman_cae_training &result, bool last) {
-    std::string line = formatted("%u,%.6g,%.6g,%.6g,%.9f", result.epochs, result.loss, result.validation_loss,
-                                 result.mmse, result.mssim);
+    const std::string line = formatted("%u,%.6g,%.6g,%.6g,%.9f", result.epochs, result.loss, result.validation_loss,
+                                       result.mmse, result.mssim);
     const bool searched = last || result.epochs % kEvery == 0;
-    if (searched) {
-        const std::vector<double> still(cadence_.times.size());
-        line += formatted(",%.2f,%.2f,%.2f\n", log10_fap(network, training_seed_, nullptr),
-                          log10_fap(network, scene_.info.seed, nullptr),
-                          log10_fap(network, scene_.info.seed + 1, still.data()));
-    } else {
-        line += ",,,\n";
-    }
-    lines_.push_back(line);
+    lines_.push_back(line + (searched ? faps_of(network) : ",,,\n"));
     write();
     return searched;
+}
+
+// Of frames of the training, of fresh frames, and of frames without signal.
+std::string TrainingLog::faps_of(const toliman_cae *network) const {
+    const std::vector<double> still(cadence_.times.size());
+    return formatted(",%.2f,%.2f,%.2f\n", log10_fap(network, training_seed_, nullptr),
+                     log10_fap(network, scene_.info.seed, nullptr),
+                     log10_fap(network, scene_.info.seed + 1, still.data()));
 }
 
 // Of the frames of the cadence with the noise of this seed.

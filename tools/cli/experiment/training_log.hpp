@@ -14,10 +14,14 @@ class TrainingLog {
     // an earlier log up to this epoch are kept. Throws Failure if the file exists and is not a log.
     TrainingLog(const std::string &path, const Scene &scene, uint64_t training_seed, uint32_t epochs);
 
+    // Adds the line of the random weights, epoch 0, and writes the file.
+    void add_untrained(const toliman_cae *network);
+
     // Adds the line of an epoch and writes the file. Returns whether the epoch has false alarm probabilities.
     bool add(const toliman_cae *network, const toliman_cae_training &result, bool last);
 
   private:
+    std::string faps_of(const toliman_cae *network) const;
     double log10_fap(const toliman_cae *network, uint64_t seed, const double *displacements) const;
     void write() const;
 
