@@ -45,16 +45,16 @@ bool can_be_simulated(const Scene &scene, const Mask &mask) {
 
 } // namespace
 
-Score score_of(const optics::Images &images, const optics::Light &light) {
+Score score_of(const optics::Images &images, const optics::Light &light, const std::vector<Parameter> &free) {
     const double mean = images.total_photons() / static_cast<double>(images.both().size());
-    return {optics::bound_with(images, {}), images.peak_photons() / mean,
+    return {optics::bound_with(images, free), images.peak_photons() / mean,
             images.total_photons() / (total(light.photons[0]) + total(light.photons[1]))};
 }
 
 // Only what a score needs: the stars' images, and the first derivative by the displacement.
-Score score_of(Scene scene, const Mask &mask) {
-    return with_images(std::move(scene), mask, [](const optics::Images &images, const optics::Light &light) {
-        return score_of(images, light);
+Score score_of(Scene scene, const Mask &mask, const std::vector<Parameter> &free) {
+    return with_images(std::move(scene), mask, [&](const optics::Images &images, const optics::Light &light) {
+        return score_of(images, light, free);
     });
 }
 

@@ -7,16 +7,16 @@
 namespace toliman::mask {
 
 struct Score {
-    double crb_px = std::numeric_limits<double>::infinity();       // Cramer-Rao bound of the separation, all else known
+    double crb_px = std::numeric_limits<double>::infinity();       // Cramer-Rao bound of the separation
     double peak_to_mean = std::numeric_limits<double>::infinity(); // of the noise-free frame
     double light_in_frame = 0;                                     // fraction of the stars' photons
 };
 
-// Of the scene with these images and this light.
-Score score_of(const optics::Images &images, const optics::Light &light);
+// Of the scene with these images and this light, and with these nuisances free.
+Score score_of(const optics::Images &images, const optics::Light &light, const std::vector<Parameter> &free = {});
 
 // Simulates the scene with another mask on one thread; may be called from several threads at once.
-Score score_of(Scene scene, const Mask &mask);
+Score score_of(Scene scene, const Mask &mask, const std::vector<Parameter> &free = {});
 
 // The gradient energy of the scene with another mask, px^-2 (optics/information.hpp).
 double gradient_energy(Scene scene, const Mask &mask);

@@ -10,6 +10,7 @@
 #include <algorithm>
 
 #include "base/constants.hpp"
+#include "base/work_pool.hpp"
 #include "base/workers.hpp"
 #include "optics/matrix_dft.hpp"
 #include "optics/propagate.hpp"
@@ -77,6 +78,39 @@ void add_opd_gradient(const Pupil &pupil, const Light &light, const Grid &grid,
                       unsigned workers, double *gradient) {
     const long double offset[2] = {light.offset_px[0][0], light.offset_px[0][1]};
     add_at(pupil, light, grid, offset, spectra, weights, workers, gradient);
+}
+
+void add_coverage_gradient(const Pupil &pupil, const Light &light, const Grid &grid, size_t star,
+                           const ImageWeights &weights, unsigned workers, double *gradient) {
+    const size_t count = light.wavelength_m.size();
+    const long double offset[2] = {light.offset_px[star][0], light.offset_px[star][1]};
+    std::vector<Buffer<double>> parts(std::min(count, kWavelengthChunks));
+    WorkPool<MatrixDft> transforms([&] { return MatrixDft(pupil, grid, 4); });
+    run_jobs(workers, parts.size(), [&](size_t part) {
+        WorkPool<MatrixDft>::Lease lease(transforms);
+        MatrixDft &dft = *lease;
+        parts[part].resize(pupil.mixed.size());
+        for (size_t i = part; i < count; i += parts.size()) {
+            const long double wavenumber = 1 / static_cast<long double>(light.wavelength_m[i]);
+            const double factor = intensity_factor(pupil, grid, wavenumber, light.photons[star][i]);
+            if (factor == 0)
+                continue;
+            const std::vector<kernels::FieldTerm> terms = {
+                position_term(0, pupil, grid, wavenumber, light.axis[0], light.axis[1]),
+                position_term(0, pupil, grid, wavenumber, -light.axis[1], light.axis[0]),
+                focus_term(0, pupil, wavenumber)};
+            dft.transform(wavenumber, offset, terms);
+            dft.add_coverage_gradient(wavenumber, terms,
+                                      {{0, 0, factor, weights.image},
+                                       {0, 1, 2 * factor, weights.along},
+                                       {0, 2, 2 * factor, weights.across},
+                                       {0, 3, 2 * factor, weights.focus}},
+                                      parts[part].data());
+        }
+    });
+    for (const Buffer<double> &part : parts)
+        for (size_t i = 0; i < part.size(); i++)
+            gradient[i] += part[i];
 }
 
 } // namespace toliman::optics

@@ -16,4 +16,15 @@ void add_opd_gradient(const Pupil &pupil, const Light &light, const Grid &grid,
                       const std::vector<std::vector<double>> &spectra, const std::vector<const double *> &weights,
                       unsigned workers, double *gradient);
 
+// Weights [rows][cols] of the pixels of a star's image and of its derivatives along and across the axis of the light,
+// per px, and by focus, per nm.
+struct ImageWeights {
+    const double *image, *along, *across, *focus;
+};
+
+// Adds the derivative of the weighted sum of these images by the covered fraction of each mixed cell to gradient
+// [mixed]. The bits do not depend on workers.
+void add_coverage_gradient(const Pupil &pupil, const Light &light, const Grid &grid, size_t star,
+                           const ImageWeights &weights, unsigned workers, double *gradient);
+
 } // namespace toliman::optics

@@ -108,6 +108,23 @@ Buffer<double> Imager::opd_gradient_of_spectra(const Light &light, const std::ve
     return gradient;
 }
 
+Buffer<double> Imager::coverage_gradient(const Light &light, size_t star, const Buffer<double> &image,
+                                         const Buffer<double> &along, const Buffer<double> &across,
+                                         const Buffer<double> &focus) const {
+    const auto finer = static_cast<double>(plan_.filter.oversampling);
+    const Light samples = on_finer_grid(plan_.nodes ? project_on_nodes(light, plan_.wavelengths) : light, finer);
+    Buffer<double> weights[4] = {weights_at_samples(image), weights_at_samples(along), weights_at_samples(across),
+                                 weights_at_samples(focus)};
+    for (Buffer<double> *by_position : {&weights[1], &weights[2]}) // derivatives per sample
+        for (double &weight : *by_position)
+            weight *= finer;
+    Buffer<double> gradient(pupil_.mixed.size());
+    add_coverage_gradient(pupil_, samples, sampling_grid(plan_.pixels, plan_.filter), star,
+                          {weights[0].data(), weights[1].data(), weights[2].data(), weights[3].data()}, workers_,
+                          gradient.data());
+    return gradient;
+}
+
 // A sample holds the light of its own small area.
 Buffer<double> Imager::weights_at_samples(const Buffer<double> &weights) const {
     const PixelFilter &filter = plan_.filter;

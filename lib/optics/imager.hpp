@@ -32,6 +32,13 @@ class Imager {
     Buffer<double> opd_gradient_of_spectra(const Light &light, const std::vector<std::vector<double>> &spectra,
                                            const std::vector<Buffer<double>> &weights) const;
 
+    // The derivative of the sum of `image`, `along`, `across` and `focus`, each the weights [rows][cols] of the image
+    // of images().at(0, 0), at(1, 0), at(0, 1) and focus, by the covered fraction of each mixed cell of the pupil.
+    // Matrix DFT only.
+    Buffer<double> coverage_gradient(const Light &light, size_t star, const Buffer<double> &image,
+                                     const Buffer<double> &along, const Buffer<double> &across,
+                                     const Buffer<double> &focus) const;
+
   private:
     Buffer<double> weights_at_samples(const Buffer<double> &weights) const;
     std::unique_ptr<Transform> transform(const Grid &grid, size_t fields) const;

@@ -132,4 +132,15 @@ Buffer<double> covered_fractions(const Mask &mask, double aperture_m, size_t sam
     return covered;
 }
 
+Buffer<double> sum_of_terms(const Mask &mask, size_t points) {
+    Mask unmoved = mask;
+    unmoved.rotation_deg = unmoved.shift_m[0] = unmoved.shift_m[1] = 0;
+    const Sum sum(unmoved, 1);
+    Buffer<double> heights(points * points);
+    const auto at = [&](size_t i) { return (2 * static_cast<double>(i) + 1) / static_cast<double>(points) - 1; };
+    for (size_t i = 0; i < heights.size(); i++)
+        heights[i] = sum.at(at(i % points), at(i / points));
+    return heights;
+}
+
 } // namespace toliman::optics

@@ -10,4 +10,7 @@ namespace toliman::optics {
 // in rotation and shift; of closed cells (amplitude [samples][samples] is 0) the sign. mask must be a spiral.
 Buffer<double> covered_fractions(const Mask &mask, double aperture_m, size_t samples, const Buffer<double> &amplitude);
 
+// The sum of the mask's terms, not rotated or shifted, at the centres of points x points cells of the aperture.
+Buffer<double> sum_of_terms(const Mask &mask, size_t points);
+
 } // namespace toliman::optics

@@ -158,35 +158,50 @@ void MatrixDft::accumulate(const std::vector<kernels::FieldProduct> &products, d
                                images);
 }
 
-// Replaces the field by the folded product with the weights: ee, i oe, -i eo and oo become its parts even or odd in v
-// (first letter) and u, each summed over the pixels that share |v| and |u|. The middle of an odd axis counts once.
-void MatrixDft::weight_field(const double *weights) noexcept {
+// Replaces each field F_p by H_p = sum over its products of factor weights F_q (twice that for q = p), so that a change
+// of the fields changes the sum of the products by Re(sum conj(H_p) dF_p). H is folded: ee, i oe, -i eo and oo become
+// its parts even or odd in v (first letter) and u, each summed over the pixels that share |v| and |u|. The middle of an
+// odd axis counts once.
+void MatrixDft::weight_fields(const std::vector<WeightedProduct> &products) noexcept {
     const size_t rows = grid_.rows, cols = grid_.cols, h = half(rows), w = half(cols);
+    Buffer<double> *const sums[4] = {&ee_, &oe_, &eo_, &oo_};
     for (size_t i = 0; i < h * w; i++) {
-        const size_t v = i / w, u = i % w, re = 2 * v * w + u, im = re + w;
+        const size_t v = i / w, u = i % w, first = 2 * v * w + u;
         const double once = (rows % 2 != 0 && v == 0 ? 0.5 : 1) * (cols % 2 != 0 && u == 0 ? 0.5 : 1);
-        double even[4] = {}, odd[4] = {}; // in u: parts even in v, then odd
+        double folded[kMostAdjoint][4][2] = {}; // [field][part as in sums][real, imaginary]
         for (const double s : {-1.0, 1.0})
             for (const double t : {-1.0, 1.0}) {
                 const size_t row = s > 0 ? rows - h + v : h - 1 - v, col = t > 0 ? cols - w + u : w - 1 - u;
-                const double weight = once * weights[row * cols + col];
-                const double real = weight * (ee_[re] + s * oe_[im] + t * (eo_[im] - s * oo_[re])),
-                             imaginary = weight * (ee_[im] - s * oe_[re] - t * (eo_[re] + s * oo_[im]));
-                even[0] += real;
-                even[1] += imaginary;
-                even[2] -= s * imaginary;
-                even[3] += s * real;
-                odd[0] += t * imaginary;
-                odd[1] -= t * real;
-                odd[2] += s * t * real;
-                odd[3] += s * t * imaginary;
+                Complex field[kMostAdjoint], sum[kMostAdjoint] = {};
+                for (size_t f = 0; f < fields_; f++) {
+                    const size_t re = f * 2 * h * w + first, im = re + w;
+                    field[f] = {ee_[re] + s * oe_[im] + t * (eo_[im] - s * oo_[re]),
+                                ee_[im] - s * oe_[re] - t * (eo_[re] + s * oo_[im])};
+                }
+                for (const WeightedProduct &product : products) {
+                    const double weight = once * product.factor * product.weights[row * cols + col];
+                    sum[product.p].re += weight * field[product.q].re;
+                    sum[product.p].im += weight * field[product.q].im;
+                    sum[product.q].re += weight * field[product.p].re;
+                    sum[product.q].im += weight * field[product.p].im;
+                }
+                for (size_t f = 0; f < fields_; f++) {
+                    const auto [real, imaginary] = sum[f];
+                    auto &parts = folded[f];
+                    parts[0][0] += real;
+                    parts[0][1] += imaginary;
+                    parts[1][0] -= s * imaginary;
+                    parts[1][1] += s * real;
+                    parts[2][0] += t * imaginary;
+                    parts[2][1] -= t * real;
+                    parts[3][0] += s * t * real;
+                    parts[3][1] += s * t * imaginary;
+                }
             }
-        Buffer<double> *const sums[4] = {&ee_, &oe_, &eo_, &oo_};
-        for (size_t part = 0; part < 4; part++) {
-            const double *const from = (part < 2 ? even : odd) + 2 * (part % 2);
-            (*sums[part])[re] = from[0];
-            (*sums[part])[im] = from[1];
-        }
+        for (size_t f = 0; f < fields_; f++)
+            for (size_t part = 0; part < 4; part++)
+                for (size_t k = 0; k < 2; k++)
+                    (*sums[part])[f * 2 * h * w + first + k * w] = folded[f][part][k];
     }
 }
 
@@ -194,29 +209,32 @@ void MatrixDft::weight_field(const double *weights) noexcept {
 void MatrixDft::back_along_y(const Buffer<double> &operand, const Buffer<double> &sums, size_t part,
                              Buffer<double> &middle) noexcept {
     const size_t h = half(pupil_.samples), v = half(grid_.rows), width = 2 * half(grid_.cols), tile = tile_rows(v);
-    for (size_t y = 0; y < h; y += tile)
-        for (size_t j = 0; j < width; j += kTileColumns)
-            blas::dgemm(false, std::min(tile, h - y), std::min(kTileColumns, width - j), v, operand.data() + y * v, v,
-                        sums.data() + j, width, middle.data() + 2 * y * width + part * width + j, 2 * width);
+    for (size_t field = 0; field < fields_; field++) {
+        const double *const from = sums.data() + field * v * width;
+        double *const to = middle.data() + field * h * 2 * width + part * width;
+        for (size_t y = 0; y < h; y += tile)
+            for (size_t j = 0; j < width; j += kTileColumns)
+                blas::dgemm(false, std::min(tile, h - y), std::min(kTileColumns, width - j), v, operand.data() + y * v,
+                            v, from + j, width, to + 2 * y * width + j, 2 * width);
+    }
 }
 
 // folded = middle operand^T.
 void MatrixDft::back_along_x(const Buffer<double> &middle, const Buffer<double> &operand,
                              Buffer<double> &folded) noexcept {
-    const size_t h = half(pupil_.samples), u = half(grid_.cols), tile = tile_rows(u);
+    const size_t h = half(pupil_.samples), u = half(grid_.cols), tile = tile_rows(u), rows = fields_ * 4 * h;
     std::fill(folded.begin(), folded.end(), 0.0);
-    for (size_t row = 0; row < 4 * h; row += tile)
+    for (size_t row = 0; row < rows; row += tile)
         for (size_t x = 0; x < h; x += kTileColumns)
-            blas::dgemm_add(std::min(tile, 4 * h - row), std::min(kTileColumns, h - x), u, middle.data() + row * u, u,
+            blas::dgemm_add(std::min(tile, rows - row), std::min(kTileColumns, h - x), u, middle.data() + row * u, u,
                             operand.data() + x * u, u, folded.data() + row * h + x, h);
 }
 
-void MatrixDft::add_opd_gradient(long double wavenumber, const double *weights, double photons,
-                                 double *gradient) noexcept {
-    const size_t n = pupil_.samples, h = half(n);
-    const bool square = grid_.rows == grid_.cols && grid_.u_x == grid_.v_y, mixed = !pupil_.mixed.empty();
+// From H_p to its adjoint transforms, in the place of the folded fields.
+void MatrixDft::adjoint(long double wavenumber, const std::vector<WeightedProduct> &products) noexcept {
+    const bool square = grid_.rows == grid_.cols && grid_.u_x == grid_.v_y;
     const Buffer<double> &cosine_y = square ? cosine_x_ : cosine_y_, &sine_y = square ? sine_x_ : sine_y_;
-    weight_field(weights);
+    weight_fields(products);
     back_along_y(cosine_y, ee_, 0, even_middle_);
     back_along_y(sine_y, oe_, 1, even_middle_);
     back_along_y(cosine_y, eo_, 0, odd_middle_);
@@ -225,25 +243,79 @@ void MatrixDft::add_opd_gradient(long double wavenumber, const double *weights, 
         shear(step_of(pupil_, grid_, wavenumber) * grid_.v_x);
     back_along_x(even_middle_, cosine_x_, even_);
     back_along_x(odd_middle_, sine_x_, odd_);
+}
+
+// sum over pixels of H exp(+2 pi i (x u + y v)) at a cell, after adjoint().
+MatrixDft::Complex MatrixDft::adjoint_at(size_t field, size_t cell) const noexcept {
+    const size_t n = pupil_.samples, h = half(n), row = cell / n, col = cell % n;
+    const bool up = row >= n - h, right = col >= n - h;
+    const size_t y = up ? row - (n - h) : h - 1 - row, x = right ? col - (n - h) : h - 1 - col;
+    const double *const even = even_.data() + 4 * (field * h + y) * h + x;
+    const double *const odd = odd_.data() + 4 * (field * h + y) * h + x;
+    const double s = up ? 1 : -1, t = right ? 1 : -1;
+    return {even[0] + s * even[2 * h] - t * (odd[0] + s * odd[2 * h]),
+            even[h] + s * even[3 * h] - t * (odd[h] + s * odd[3 * h])};
+}
+
+// As a transform needs the samples beyond lit.
+void MatrixDft::clear_folded() noexcept {
+    for (Buffer<double> *folded : {&even_, &odd_})
+        std::fill(folded->begin(), folded->end(), 0.0);
+}
+
+void MatrixDft::add_opd_gradient(long double wavenumber, const double *weights, double photons,
+                                 double *gradient) noexcept {
+    const size_t n = pupil_.samples;
+    const bool mixed = !pupil_.mixed.empty();
+    adjoint(wavenumber, {{0, 0, photons, weights}});
     const Buffer<double> &amplitude = mixed ? amplitude_ : pupil_.amplitude, &opd_m = mixed ? opd_m_ : pupil_.opd_m;
-    const auto cycles_per_m = static_cast<double>(wavenumber), factor = 4 * kPi * photons * cycles_per_m;
+    const auto cycles_per_m = static_cast<double>(wavenumber);
     for (size_t i = 0; i < n * n; i++) {
         if (amplitude[i] == 0)
             continue;
-        const bool up = i / n >= n - h, right = i % n >= n - h;
-        const size_t y = up ? i / n - (n - h) : h - 1 - i / n, x = right ? i % n - (n - h) : h - 1 - i % n;
-        const double *const even = even_.data() + 4 * y * h + x, *const odd = odd_.data() + 4 * y * h + x;
-        const double s = up ? 1 : -1, t = right ? 1 : -1;
-        const double re = even[0] + s * even[2 * h] - t * (odd[0] + s * odd[2 * h]),
-                     im = even[h] + s * even[3 * h] - t * (odd[h] + s * odd[3 * h]);
+        const Complex g = adjoint_at(0, i);
         double cosine, sine;
         kernels::cis_cycles(
             kernels::reduce_cycles(kernels::reduce_cycles(opd_m[i] * cycles_per_m) + tilt_x_[i % n] + tilt_y_[i / n]),
             cosine, sine);
-        gradient[i] += factor * amplitude[i] * (cosine * im - sine * re);
+        gradient[i] += 2 * kPi * cycles_per_m * amplitude[i] * (cosine * g.im - sine * g.re);
     }
-    for (Buffer<double> *folded : {&even_, &odd_}) // as a transform needs the samples beyond lit
-        std::fill(folded->begin(), folded->end(), 0.0);
+    clear_folded();
+}
+
+// A cell's field is A exp(i k (OPD_0 + tilt)) (1 + c (exp(i k s) - 1)) with the covered fraction c, and that of term p
+// is t_p times it: the derivative is Re(sum over p of t_p conj(G_p) dE/dc).
+void MatrixDft::add_coverage_gradient(long double wavenumber, const std::vector<kernels::FieldTerm> &terms,
+                                      const std::vector<WeightedProduct> &products, double *gradient) noexcept {
+    adjoint(wavenumber, products);
+    const size_t n = pupil_.samples;
+    const auto cycles_per_m = static_cast<double>(wavenumber), middle = 0.5 * (static_cast<double>(n) - 1);
+    double half_cosine, half_sine; // exp(i k s) - 1 = 2 i sin(k s/2) exp(i k s/2)
+    kernels::cis_cycles(kernels::reduce_cycles(0.5 * pupil_.step_m * cycles_per_m), half_cosine, half_sine);
+    for (size_t m = 0; m < pupil_.mixed.size(); m++) {
+        const MixedCell &cell = pupil_.mixed[m];
+        const size_t i = cell.index;
+        const double x = static_cast<double>(i % n) - middle, y = static_cast<double>(i / n) - middle;
+        const Complex own = adjoint_at(0, i);
+        Complex factor[kMostAdjoint] = {{1, 0}}, sum = {own.re, -own.im};
+        for (size_t f = 1; f < fields_; f++) {
+            const kernels::FieldTerm &term = terms[f - 1];
+            const double phase =
+                term.slope_x * x + term.slope_y * y + (term.mode != nullptr ? term.mode[i] * term.mode_scale : 0);
+            const Complex parent = factor[term.parent], g = adjoint_at(f, i);
+            factor[f] = {-phase * parent.im, phase * parent.re};
+            sum.re += factor[f].re * g.re + factor[f].im * g.im;
+            sum.im += factor[f].im * g.re - factor[f].re * g.im;
+        }
+        const double opd = pupil_.opd_m[i] - cell.covered * pupil_.step_m;
+        double cosine, sine;
+        kernels::cis_cycles(
+            kernels::reduce_cycles(kernels::reduce_cycles((opd + 0.5 * pupil_.step_m) * cycles_per_m + 0.25) +
+                                   tilt_x_[i % n] + tilt_y_[i / n]),
+            cosine, sine);
+        gradient[m] += 2 * half_sine * pupil_.amplitude[i] * (cosine * sum.re - sine * sum.im);
+    }
+    clear_folded();
 }
 
 } // namespace toliman::optics

@@ -4,6 +4,13 @@
 
 namespace toliman::optics {
 
+// A product of two fields whose pixels have weights: factor * sum over pixels of weights [rows][cols] Re(F_p conj F_q).
+struct WeightedProduct {
+    size_t p, q;
+    double factor;
+    const double *weights;
+};
+
 class MatrixDft : public Transform {
   public:
     MatrixDft(const Pupil &pupil, const Grid &grid, size_t fields); // pupil must outlive the object
@@ -17,8 +24,21 @@ class MatrixDft : public Transform {
     // gradient [N][N], F the field of the last transform, of one field and at this wavenumber. F is overwritten.
     void add_opd_gradient(long double wavenumber, const double *weights, double photons, double *gradient) noexcept;
 
+    // Adds the derivative of a sum of weighted products by the covered fraction of each mixed cell to gradient [mixed],
+    // of the fields of the last transform, at this wavenumber and with these terms, of positions and of modes. At most
+    // kMostAdjoint fields, which are overwritten.
+    void add_coverage_gradient(long double wavenumber, const std::vector<kernels::FieldTerm> &terms,
+                               const std::vector<WeightedProduct> &products, double *gradient) noexcept;
+    static constexpr size_t kMostAdjoint = 4;
+
   private:
-    void weight_field(const double *weights) noexcept;
+    struct Complex {
+        double re, im;
+    };
+    void adjoint(long double wavenumber, const std::vector<WeightedProduct> &products) noexcept;
+    void weight_fields(const std::vector<WeightedProduct> &products) noexcept;
+    Complex adjoint_at(size_t field, size_t cell) const noexcept;
+    void clear_folded() noexcept;
     void back_along_y(const Buffer<double> &operand, const Buffer<double> &sums, size_t part,
                       Buffer<double> &middle) noexcept;
     void back_along_x(const Buffer<double> &middle, const Buffer<double> &operand, Buffer<double> &folded) noexcept;

@@ -148,24 +148,19 @@ Chunk::Chunk(const Task &task, Transform &transform)
 }
 
 void Chunk::set_terms(const Pupil &pupil, long double wavenumber) {
-    const auto slope = static_cast<double>(2 * kLongPi * step_of(pupil, task_.grid, wavenumber));
     const double *const axis = task_.light.axis;
-    const auto along = angle_of(task_.grid, axis[0], axis[1]), across = angle_of(task_.grid, -axis[1], axis[0]);
     terms_.clear();
     for (size_t i = 1; i < task_.orders.size(); i++) {
         const Order order = task_.orders[i];
         if (order.along > 0)
-            terms_.push_back({index_of(task_.orders, order.along - 1, order.across),
-                              slope * static_cast<double>(along[0]), slope * static_cast<double>(along[1]), nullptr,
-                              0});
+            terms_.push_back(position_term(index_of(task_.orders, order.along - 1, order.across), pupil, task_.grid,
+                                           wavenumber, axis[0], axis[1]));
         else
-            terms_.push_back({index_of(task_.orders, order.along, order.across - 1),
-                              slope * static_cast<double>(across[0]), slope * static_cast<double>(across[1]), nullptr,
-                              0});
+            terms_.push_back(position_term(index_of(task_.orders, order.along, order.across - 1), pupil, task_.grid,
+                                           wavenumber, -axis[1], axis[0]));
     }
     for (size_t i = 0; i < task_.focus_orders; i++)
-        terms_.push_back({i == 0 ? 0 : task_.orders.size(), 0, 0, pupil.defocus.data(),
-                          static_cast<double>(2e-9L * kLongPi * wavenumber)});
+        terms_.push_back(focus_term(i == 0 ? 0 : task_.orders.size(), pupil, wavenumber));
     for (size_t i = 0; i < task_.modes.size(); i++) {
         const Mode &mode = *task_.modes[i];
         FieldTerm term = {0, 0, 0, mode.opd_m.data(), static_cast<double>(2 * kLongPi * wavenumber)};

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "base/buffer.hpp"
+#include "base/constants.hpp"
 #include "kernels/field.hpp"
 #include "optics/pupil.hpp"
 
@@ -49,6 +50,19 @@ inline double intensity_factor(const Pupil &pupil, const Grid &grid, long double
 // The angle, in units of the pitch, of a displacement [x, y] in pixels.
 inline std::array<long double, 2> angle_of(const Grid &grid, long double x, long double y) noexcept {
     return {grid.u_x * x, grid.v_x * x + grid.v_y * y};
+}
+
+// The field of the derivative by a position along the unit vector (x, y), per px, from that of `parent`.
+inline kernels::FieldTerm position_term(size_t parent, const Pupil &pupil, const Grid &grid, long double wavenumber,
+                                        double x, double y) noexcept {
+    const auto slope = static_cast<double>(2 * kLongPi * step_of(pupil, grid, wavenumber));
+    const std::array<long double, 2> angle = angle_of(grid, x, y);
+    return {parent, slope * static_cast<double>(angle[0]), slope * static_cast<double>(angle[1]), nullptr, 0};
+}
+
+// The field of the derivative by defocus, per nm rms, from that of `parent`.
+inline kernels::FieldTerm focus_term(size_t parent, const Pupil &pupil, long double wavenumber) noexcept {
+    return {parent, 0, 0, pupil.defocus.data(), static_cast<double>(2e-9L * kLongPi * wavenumber)};
 }
 
 // Linear phase (cycles) of each pupil column or row: `step` per sample, 0 at the centre, reduced to [-1/2, 1/2].

@@ -1,0 +1,44 @@
+// A mask by gradient: descends from the best of some random spirals on the Cramer-Rao bound with nuisances free.
+#pragma once
+#include <vector>
+
+#include "base/progress.hpp"
+#include "mask/level_set.hpp"
+#include "mask/score.hpp"
+
+namespace toliman::mask {
+
+struct DesignOptions {
+    uint64_t seed = 0;
+    std::vector<Parameter> free;   // nuisances, as in Objective
+    double peak_to_mean = 0;       // largest of each place's frame; 0 = that of the scene's mask
+    double light_in_frame = 0.875; // smallest, as far as the frame allows
+    size_t feature_cells = 2;      // side of the smallest feature
+    Symmetry symmetry = Symmetry::none;
+    size_t draws = 120, iterations = 250; // random spirals; of the first descent
+    unsigned workers = 0;                 // 0 = one per processor
+    Progress progress;                    // asks to stop: the mask so far is the result
+};
+
+struct Design {
+    size_t samples = 0;
+    Buffer<uint8_t> cells; // [samples][samples], 1 where the mask steps
+    double step_m = 0;
+    std::vector<Score> own, best;  // of the scene's mask and of this one, at each place
+    std::vector<double> bounds_px; // of the sketch in each iteration
+    double small_cells = 0;        // fraction of the open cells that are in smaller features
+    bool stopped = false;
+};
+
+// places: scenes of one instrument, whose stars have the places that the mask is designed for. The result depends on
+// the scenes and options only, not on the workers. Status::scene if a place has no bound with these nuisances free;
+// Status::unsupported as in Objective.
+Design design(const std::vector<Scene> &places, const DesignOptions &options);
+
+// Removes what squares of side x side cells of one kind cannot cover; closed cells count as any kind.
+Buffer<uint8_t> without_small_features(Buffer<uint8_t> cells, size_t samples, size_t side, const Buffer<double> &open);
+
+// The fraction of the open cells that it would change first.
+double small_fraction(const Buffer<uint8_t> &cells, size_t samples, size_t side, const Buffer<double> &open);
+
+} // namespace toliman::mask
