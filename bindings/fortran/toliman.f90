@@ -358,13 +358,13 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_CAE_INPUT_RAW = 213
 
     ! Place of the crop in a frame. It is centred on the barycentre of the scene's light, to half a pixel.
-    integer(c_int32_t), parameter, public :: TOLIMAN_CAE_CENTRE_SCENE = 231 ! the same for all frames
+    integer(c_int32_t), parameter, public :: TOLIMAN_CAE_CENTRE_SCENE = 241 ! the same for all frames
 
     ! Moved by whole pixels, within the frame, until the barycentre of its light is that of the reference image, to half a
     ! pixel. The light is what exceeds the scene's uniform background (dark current, bias). For frames whose pointing
     ! wanders by pixels. A fraction of a pixel remains: for the latent to measure the separation, project out the shift
     ! (preprocess.project), or train the network on such frames. Since 0.2.
-    integer(c_int32_t), parameter, public :: TOLIMAN_CAE_CENTRE_IMAGE = 232
+    integer(c_int32_t), parameter, public :: TOLIMAN_CAE_CENTRE_IMAGE = 242
 
     ! Network options.
     type, bind(C), public :: toliman_cae_options
@@ -1196,14 +1196,53 @@ module toliman
         type(c_ptr) :: progress_data = c_null_ptr
     end type
 
-    ! Scores of a mask and of the mask of the scene it was found for ("before"). Equal unless improved. Since 0.2.
+    ! Symmetry of a designed mask under a rotation of the pupil by 180 degrees. Since 0.2.
+    integer(c_int32_t), parameter, public :: TOLIMAN_MASK_SYMMETRY_NONE = 841
+    integer(c_int32_t), parameter, public :: TOLIMAN_MASK_SYMMETRY_EVEN = 842 ! the mask is itself
+    ! the mask is its complement, as spirals of odd m are
+    integer(c_int32_t), parameter, public :: TOLIMAN_MASK_SYMMETRY_ODD = 843
+
+    ! Options of a design. Since 0.2.
+    type, bind(C), public :: toliman_mask_design_options
+        integer(c_int32_t) :: struct_size = 104
+        integer(c_int32_t) :: threads = 0 ! worker threads, 0 = one per processor
+        integer(c_int64_t) :: seed = 0 ! seed of the random spirals that it starts from
+        ! parameters that are fitted together with the separation, names separated by spaces, of flux_a, flux_b,
+        ! shift_x, shift_y, roll, scale, focus and background; "" = none, NULL = all that the scene has
+        type(c_ptr) :: free = c_null_ptr
+        ! Places of the stars for which the mask is designed, at most one of the two lists; without, that of the
+        ! scene. [date_count] Julian years; the scene must give the places by binary.orbit
+        type(c_ptr) :: dates = c_null_ptr
+        integer(c_int64_t) :: date_count = 0 ! at most 64
+        ! [position_angle_count] of B from A; the scene must have binary.position_angle_deg
+        type(c_ptr) :: position_angles_deg = c_null_ptr
+        integer(c_int64_t) :: position_angle_count = 0 ! at most 64
+        ! largest peak-to-mean ratio at every place, above 1; 0 = that of the scene's mask there
+        real(c_double) :: peak_to_mean = 0.0_c_double
+        ! smallest fraction of the light, in [0, 1); 0 = 0.875. Met to 0.2 % if the frame allows
+        real(c_double) :: light_in_frame = 0.0_c_double
+        ! side of the smallest feature in cells of the pupil, at most 16; 0 = 2
+        integer(c_int32_t) :: feature_cells = 0
+        integer(c_int32_t) :: symmetry = 0 ! TOLIMAN_MASK_SYMMETRY_..., 0 = NONE
+        ! of the first descent, at most 100000; 0 = 250. The whole takes 1.5 to 2.3 times as many
+        integer(c_int32_t) :: iterations = 0
+        integer(c_int32_t) :: reserved = 0 ! 0
+        ! stages "draw", "descend", "polish", "correct", with the bound of the sketch ("polish: bound 1.8e-06 px"). A
+        ! nonzero value ends the design: its result is the mask so far, not TOLIMAN_E_CANCELLED. May be NULL
+        type(c_funptr) :: progress = c_null_funptr
+        type(c_ptr) :: progress_data = c_null_ptr
+    end type
+
+    ! Scores of a mask and of the mask of the scene it was found for ("before"). After a search: equal unless improved.
+    ! Since 0.2.
     type, bind(C), public :: toliman_mask_info
         integer(c_int32_t) :: struct_size = 88 ! in: sizeof(toliman_mask_info)
         integer(c_int32_t) :: improved = 0 ! 1 if the mask is better than that of the scene, else 0
         integer(c_int32_t) :: stopped = 0 ! 1 if the progress callback ended the search, else 0
         integer(c_int32_t) :: reserved = 0 ! 0
-        integer(c_int64_t) :: tried = 0 ! number of masks drawn and varied
-        ! Cramer-Rao bound of one frame with all else known: mask of the scene,
+        integer(c_int64_t) :: tried = 0 ! number of masks drawn and varied, or iterations of a design
+        ! Cramer-Rao bound of one frame, after a search with all else known, after a design with its `free` parameters
+        ! free: mask of the scene,
         real(c_double) :: crb_before_px = 0.0_c_double
         real(c_double) :: crb_px = 0.0_c_double ! this mask
         ! brightest pixel over mean pixel of the noise-free frame: mask of the scene,
@@ -3264,13 +3303,31 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
+        ! Sets *options, a struct of `size` bytes, to the defaults.
+        subroutine toliman_mask_design_options_init(options, size) bind(C)
+            import
+            integer(c_size_t), value :: size
+            type(toliman_mask_design_options), intent(inout) :: options
+        end subroutine
+
+        ! Designs a mask of steps on the cells of the pupil (see Data flow above): from the best of iterations/2
+        ! random spirals, Adam descends on the logarithm of the bound and penalties for pixels above the peak and for
+        ! light lost.
+        function toliman_mask_design(sim, options, out) bind(C) result(answer)
+            import
+            type(c_ptr), value :: sim
+            type(toliman_mask_design_options), intent(in), optional :: options
+            type(c_ptr), intent(out) :: out
+            integer(c_int32_t) :: answer
+        end function
+
         ! Destroys a mask.
         subroutine toliman_mask_destroy(mask) bind(C)
             import
             type(c_ptr), value :: mask
         end subroutine
 
-        ! Writes the scores of a mask to *out, whose struct_size must be set.
+        ! Writes the scores of a mask to *out, whose struct_size must be set; of a design those at its first place.
         function toliman_mask_get_info(mask, out) bind(C) result(answer)
             import
             type(c_ptr), value :: mask
@@ -3278,7 +3335,29 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Returns the mask as JSON on one line, the value of telescope.mask of a scene: {"kind": "spiral", ...}.
+        ! Writes the scores at place number `place` of a design to *out, whose struct_size must be set; improved,
+        ! stopped and tried are those of the whole.
+        function toliman_mask_get_place(mask, place, out) bind(C) result(answer)
+            import
+            type(c_ptr), value :: mask
+            integer(c_int64_t), value :: place
+            type(toliman_mask_info), intent(inout) :: out
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Writes the cells of a designed mask to cells[side][side], 1 where it steps and 0 elsewhere, also in cells
+        ! without light; side must be telescope.pupil_samples of the scene.
+        function toliman_mask_get_cells(mask, side, cells) bind(C) result(answer)
+            import
+            type(c_ptr), value :: mask
+            integer(c_size_t), value :: side
+            real(c_double), intent(out) :: cells(*)
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Returns the mask as JSON on one line, the value of telescope.mask of a scene: {"kind": "spiral", ...}, or of
+        ! a design {"kind": "file", "file": "mask.npy", "quantity": "binary", "opd_nm": ...}, whose file the caller
+        ! writes from the cells.
         function toliman_mask_get_json(mask) bind(C) result(answer)
             import
             type(c_ptr), value :: mask
@@ -4286,8 +4365,12 @@ module toliman
     public :: toliman_linear_get_sigma
     public :: toliman_mask_options_init
     public :: toliman_mask_search
+    public :: toliman_mask_design_options_init
+    public :: toliman_mask_design
     public :: toliman_mask_destroy
     public :: toliman_mask_get_info
+    public :: toliman_mask_get_place
+    public :: toliman_mask_get_cells
     public :: toliman_mask_get_json
     public :: toliman_period_options_init
     public :: toliman_period_suggest
@@ -4577,7 +4660,10 @@ module toliman
         type(c_ptr) :: handle = c_null_ptr
     contains
         procedure :: search => phase_mask_search
+        procedure :: design => phase_mask_design
         procedure :: get_info => phase_mask_get_info
+        procedure :: get_place => phase_mask_get_place
+        procedure :: get_cells => phase_mask_get_cells
         procedure :: get_json => phase_mask_get_json
         procedure :: destroy => phase_mask_destroy
         procedure, private :: phase_mask_assign
@@ -6437,7 +6523,25 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Writes the scores of a mask to *out, whose struct_size must be set.
+    ! Designs a mask of steps on the cells of the pupil (see Data flow above): from the best of iterations/2 random
+    ! spirals, Adam descends on the logarithm of the bound and penalties for pixels above the peak and for light lost.
+    subroutine phase_mask_design(self, sim, options, stat, errmsg)
+        class(toliman_phase_mask), intent(inout) :: self
+        type(toliman_simulator), intent(in) :: sim
+        type(toliman_mask_design_options), intent(in), optional :: options
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        type(c_ptr) :: made
+        integer(c_int32_t) :: status
+        status = toliman_mask_design(sim%handle, options, made)
+        if (status == TOLIMAN_OK) then
+            call self%destroy()
+            self%handle = made
+        end if
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Writes the scores of a mask to *out, whose struct_size must be set; of a design those at its first place.
     subroutine phase_mask_get_info(self, out, stat, errmsg)
         class(toliman_phase_mask), intent(in) :: self
         type(toliman_mask_info), intent(inout) :: out
@@ -6446,7 +6550,34 @@ contains
         call conclude(toliman_mask_get_info(self%handle, out), stat, errmsg)
     end subroutine
 
-    ! Returns the mask as JSON on one line, the value of telescope.mask of a scene: {"kind": "spiral", ...}.
+    ! Writes the scores at place number `place` of a design to *out, whose struct_size must be set; improved, stopped
+    ! and tried are those of the whole.
+    subroutine phase_mask_get_place(self, place, out, stat, errmsg)
+        class(toliman_phase_mask), intent(in) :: self
+        integer(c_int64_t), intent(in) :: place
+        type(toliman_mask_info), intent(inout) :: out
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        call conclude(toliman_mask_get_place(self%handle, place, out), stat, errmsg)
+    end subroutine
+
+    ! Writes the cells of a designed mask to cells[side][side], 1 where it steps and 0 elsewhere, also in cells
+    ! without light; side must be telescope.pupil_samples of the scene. cells(side, side).
+    subroutine phase_mask_get_cells(self, cells, stat, errmsg)
+        class(toliman_phase_mask), intent(in) :: self
+        real(c_double), intent(out), contiguous :: cells(:, :)
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_side
+        integer(c_int32_t) :: status
+        of_side = size(cells, 2, c_size_t)
+        status = toliman_mask_get_cells(self%handle, of_side, cells)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Returns the mask as JSON on one line, the value of telescope.mask of a scene: {"kind": "spiral", ...}, or of a
+    ! design {"kind": "file", "file": "mask.npy", "quantity": "binary", "opd_nm": ...}, whose file the caller writes
+    ! from the cells.
     function phase_mask_get_json(self) result(answer)
         class(toliman_phase_mask), intent(in) :: self
         character(len=:), allocatable :: answer

@@ -46,12 +46,12 @@ typedef struct toliman_cae toliman_cae;
 #define TOLIMAN_CAE_INPUT_RAW 213      /* counts, scaled so that the reference image spans 0..1, as in the chapter */
 
 /* Place of the crop in a frame. It is centred on the barycentre of the scene's light, to half a pixel. */
-#define TOLIMAN_CAE_CENTRE_SCENE 231 /* the same for all frames */
+#define TOLIMAN_CAE_CENTRE_SCENE 241 /* the same for all frames */
 /* Moved by whole pixels, within the frame, until the barycentre of its light is that of the reference image, to half a
  * pixel. The light is what exceeds the scene's uniform background (dark current, bias). For frames whose pointing
  * wanders by pixels. A fraction of a pixel remains: for the latent to measure the separation, project out the shift
  * (preprocess.project), or train the network on such frames. Since 0.2. */
-#define TOLIMAN_CAE_CENTRE_IMAGE 232
+#define TOLIMAN_CAE_CENTRE_IMAGE 242
 
 /* Network options. */
 typedef struct toliman_cae_options {

@@ -31,25 +31,6 @@ static_assert(fit::kMostParameters == TOLIMAN_FIT_MAX_PARAMETERS);
 
 using Lease = WorkPool<fit::FitWork>::Lease;
 
-Parameter free_parameter(const std::string &name) {
-    if (const std::optional<Parameter> parameter = parameter_named(name))
-        return *parameter;
-    fail(Status::argument, "{options->free}: \"%s\": must be the name of a parameter%s", name.substr(0, 40).c_str(),
-         suggestion_for(name).c_str());
-}
-
-// Names separated by spaces.
-std::vector<Parameter> free_parameters(const char *text) {
-    std::vector<Parameter> parameters;
-    const std::string names = text != nullptr ? text : "";
-    for (size_t at = names.find_first_not_of(' '); at != std::string::npos;) {
-        const size_t end = std::min(names.find(' ', at), names.size());
-        parameters.push_back(free_parameter(names.substr(at, end - at)));
-        at = names.find_first_not_of(' ', end);
-    }
-    return parameters;
-}
-
 double capture_of(const toliman_fit_options &options) {
     if (!(options.capture_px >= 0 && options.capture_px <= fit::kMostCapturePx))
         fail(Status::argument, "{options->capture_px} = %g: must be in (0, %g] px, or 0 for %g", options.capture_px,

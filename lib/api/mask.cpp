@@ -1,8 +1,14 @@
 // include/toliman/mask.h
 #include <toliman/mask.h>
 
+#include <algorithm>
+#include <cmath>
+
+#include "api/choice.hpp"
 #include "api/guard.hpp"
 #include "api/handles.hpp"
+#include "api/parameters.hpp"
+#include "mask/design.hpp"
 #include "mask/search.hpp"
 #include "mask/spiral.hpp"
 
@@ -11,14 +17,23 @@ using namespace toliman::api;
 
 struct toliman_mask : Handle<toliman_mask> {
     static constexpr char kType[] = "toliman_mask";
-    mask::Found found;
+    std::vector<toliman_mask_info> places; // one after a search
     std::string json;
+    Buffer<uint8_t> cells; // [side][side]; none after a search
+    size_t side = 0;
 };
 
 namespace {
 
 constexpr uint64_t kDefaultCount = 4000;
 constexpr double kMostMinutes = 100000;
+constexpr uint64_t kMostPlaces = 64;
+constexpr uint32_t kMostFeature = 16, kMostIterations = 100000;
+constexpr double kLargestDate = 1e4, kLargestTurn = 360; // years, degrees: as in a scene
+constexpr char kMaskFile[] = "mask.npy";
+
+constexpr Choice<mask::Symmetry> kSymmetries = {TOLIMAN_MASK_SYMMETRY_NONE, TOLIMAN_MASK_SYMMETRY_ODD,
+                                                "TOLIMAN_MASK_SYMMETRY_..."};
 
 mask::SearchOptions search_options_of(const toliman_mask_options *options) {
     const auto known = accept(options, toliman_mask_options{}, "options");
@@ -26,6 +41,131 @@ mask::SearchOptions search_options_of(const toliman_mask_options *options) {
         fail(Status::argument, "{options->minutes} = %g: must be in [0, %g]", known.minutes, kMostMinutes);
     const uint64_t count = known.count != 0 || known.minutes > 0 ? known.count : kDefaultCount;
     return {known.seed, count, known.minutes, known.threads, {known.progress, known.progress_data}};
+}
+
+// All that a scene has of the eight.
+std::vector<Parameter> all_free(const Scene &scene) {
+    return free_parameters(scene.stars.size() == 2 ? "flux_a flux_b shift_x shift_y roll scale focus background"
+                                                   : "flux_a shift_x shift_y roll scale focus background");
+}
+
+std::vector<Parameter> free_of(const Scene &scene, const char *names) {
+    if (names == nullptr)
+        return all_free(scene);
+    const std::vector<Parameter> known = all_free(scene), free = free_parameters(names);
+    for (size_t i = 0; i < free.size(); i++) {
+        const auto upto = free.begin() + static_cast<std::ptrdiff_t>(i);
+        if (std::find(free.begin(), upto, free[i]) != upto)
+            fail(Status::argument, "{options->free}: %s is named twice", name_of(free[i]).c_str());
+        if (std::find(known.begin(), known.end(), free[i]) == known.end())
+            fail(Status::argument, "{options->free}: %s: a design of this scene cannot have it free",
+                 name_of(free[i]).c_str());
+    }
+    return free;
+}
+
+template <class T> T in_range_or(T value, T preset, T most, const char *name) {
+    if (value > most)
+        fail(Status::argument, "{options->%s} = %llu: must be at most %llu", name,
+             static_cast<unsigned long long>(value), static_cast<unsigned long long>(most));
+    return value != 0 ? value : preset;
+}
+
+mask::DesignOptions design_options_of(const Scene &scene, const toliman_mask_design_options &given) {
+    mask::DesignOptions known;
+    if (given.reserved != 0)
+        fail(Status::argument, "{options->reserved} = %u: must be 0", given.reserved);
+    if (given.peak_to_mean != 0 && !(given.peak_to_mean > 1 && std::isfinite(given.peak_to_mean)))
+        fail(Status::argument, "{options->peak_to_mean} = %g: must be above 1, or 0 for that of the scene's mask",
+             given.peak_to_mean);
+    if (!(given.light_in_frame >= 0 && given.light_in_frame < 1))
+        fail(Status::argument, "{options->light_in_frame} = %g: must be in [0, 1), 0 for %g", given.light_in_frame,
+             known.light_in_frame);
+    known.seed = given.seed;
+    known.free = free_of(scene, given.free);
+    known.peak_to_mean = given.peak_to_mean;
+    if (given.light_in_frame > 0)
+        known.light_in_frame = given.light_in_frame;
+    known.feature_cells =
+        in_range_or(given.feature_cells, static_cast<uint32_t>(known.feature_cells), kMostFeature, "feature_cells");
+    known.iterations =
+        in_range_or(given.iterations, static_cast<uint32_t>(known.iterations), kMostIterations, "iterations");
+    known.draws = std::max<size_t>(known.iterations / 2, 1);
+    known.symmetry = kSymmetries.to_enum_or(given.symmetry, mask::Symmetry::none, "options->symmetry");
+    known.workers = given.threads;
+    known.progress = {given.progress, given.progress_data};
+    return known;
+}
+
+// The list's number i, checked.
+double listed(const double *values, uint64_t i, double most, const char *name) {
+    const double value = (&required(values, name))[i];
+    if (!(std::fabs(value) <= most))
+        fail(Status::argument, "{options->%s[%llu]} = %g: must be in [%g, %g]", name,
+             static_cast<unsigned long long>(i), value, -most, most);
+    return value;
+}
+
+// The scene with its stars at rest, at each of the places.
+std::vector<Scene> places_of(const Scene &scene, const toliman_mask_design_options &options) {
+    const uint64_t dates = options.date_count, angles = options.position_angle_count;
+    if (dates > 0 && angles > 0)
+        fail(Status::argument, "{options->date_count} = %llu, position_angle_count = %llu: at most one may be above 0",
+             static_cast<unsigned long long>(dates), static_cast<unsigned long long>(angles));
+    if (std::max(dates, angles) > kMostPlaces)
+        fail(Status::argument, "{options->%s} = %llu: must be at most %llu",
+             dates > 0 ? "date_count" : "position_angle_count",
+             static_cast<unsigned long long>(std::max(dates, angles)), static_cast<unsigned long long>(kMostPlaces));
+    Scene still = scene;
+    still.binary.moving = false;
+    still.binary.sky = nullptr;
+    const Jitter jitter = still.systematics.jitter;
+    still.systematics = {};
+    still.systematics.jitter = jitter;
+    if (dates > 0 && !still.binary.orbit)
+        fail(Status::scene, "%s: {binary.orbit}: dates of a design need the orbit of the stars", scene.source.c_str());
+    if (angles > 0 && (still.binary.orbit || still.binary.by_offsets || still.stars.size() < 2))
+        fail(Status::scene,
+             "%s: {binary.position_angle_deg}: position angles of a design need a binary whose "
+             "separation is given",
+             scene.source.c_str());
+    std::vector<Scene> places(std::max<uint64_t>(std::max(dates, angles), 1), still);
+    for (uint64_t i = 0; i < dates; i++)
+        places[i].binary.date = listed(options.dates, i, kLargestDate, "dates");
+    for (uint64_t i = 0; i < angles; i++)
+        places[i].binary.position_angle_deg =
+            listed(options.position_angles_deg, i, kLargestTurn, "position_angles_deg");
+    return places;
+}
+
+toliman_mask_info info_of(const mask::Score &own, const mask::Score &best) {
+    toliman_mask_info info = {};
+    info.crb_before_px = own.crb_px;
+    info.crb_px = best.crb_px;
+    info.peak_to_mean_before = own.peak_to_mean;
+    info.peak_to_mean = best.peak_to_mean;
+    info.light_in_frame_before = own.light_in_frame;
+    info.light_in_frame = best.light_in_frame;
+    info.gradient_energy_before = own.gradient_energy;
+    info.gradient_energy = best.gradient_energy;
+    return info;
+}
+
+// Scores of a design at all places.
+std::vector<toliman_mask_info> infos_of(const mask::Design &made, const mask::DesignOptions &options) {
+    std::vector<toliman_mask_info> infos;
+    bool improved = true;
+    for (size_t i = 0; i < made.best.size(); i++) {
+        const double peak = options.peak_to_mean > 0 ? options.peak_to_mean : made.own[i].peak_to_mean;
+        improved = improved && made.best[i].crb_px < made.own[i].crb_px && made.best[i].peak_to_mean <= peak;
+        infos.push_back(info_of(made.own[i], made.best[i]));
+    }
+    for (toliman_mask_info &info : infos) {
+        info.improved = improved ? 1 : 0;
+        info.stopped = made.stopped ? 1 : 0;
+        info.tried = made.bounds_px.size();
+    }
+    return infos;
 }
 
 } // namespace
@@ -42,7 +182,30 @@ toliman_status toliman_mask_search(const toliman_sim *sim, const toliman_mask_op
         const Use use(sim, "sim");
         toliman_mask *&made = required(out, "out");
         const mask::Found found = mask::search(use->simulator, search_options_of(options));
-        made = new toliman_mask{{}, found, found.improved ? mask::json_of(found.mask) : ""};
+        toliman_mask_info info = info_of(found.own, found.best);
+        info.improved = found.improved ? 1 : 0;
+        info.stopped = found.stopped ? 1 : 0;
+        info.tried = found.tried;
+        made = new toliman_mask{{}, {info}, found.improved ? mask::json_of(found.mask) : "", {}, 0};
+    });
+}
+
+void toliman_mask_design_options_init(toliman_mask_design_options *options, size_t size) noexcept {
+    deliver_defaults(toliman_mask_design_options{}, options, size);
+}
+
+toliman_status toliman_mask_design(const toliman_sim *sim, const toliman_mask_design_options *options,
+                                   toliman_mask **out) noexcept {
+    return guard([&] {
+        const Use use(sim, "sim");
+        const auto given = accept(options, toliman_mask_design_options{}, "options");
+        toliman_mask *&made = required(out, "out");
+        const Scene &scene = use->simulator.scene();
+        const mask::DesignOptions known = design_options_of(scene, given);
+        mask::Design design = mask::design(places_of(scene, given), known);
+        design.mask.file = kMaskFile;
+        made = new toliman_mask{
+            {}, infos_of(design, known), mask::json_of(design.mask), std::move(design.cells), design.samples};
     });
 }
 
@@ -53,20 +216,28 @@ void toliman_mask_destroy(toliman_mask *mask) noexcept {
 toliman_status toliman_mask_get_info(const toliman_mask *mask, toliman_mask_info *out) noexcept {
     return guard([&] {
         const Use use(mask, "mask");
-        const mask::Found &found = use->found;
-        toliman_mask_info info = {};
-        info.improved = found.improved ? 1 : 0;
-        info.stopped = found.stopped ? 1 : 0;
-        info.tried = found.tried;
-        info.crb_before_px = found.own.crb_px;
-        info.crb_px = found.best.crb_px;
-        info.peak_to_mean_before = found.own.peak_to_mean;
-        info.peak_to_mean = found.best.peak_to_mean;
-        info.light_in_frame_before = found.own.light_in_frame;
-        info.light_in_frame = found.best.light_in_frame;
-        info.gradient_energy_before = found.own_gradient_energy;
-        info.gradient_energy = found.gradient_energy;
-        deliver(info, out, "out");
+        deliver(use->places[0], out, "out");
+    });
+}
+
+toliman_status toliman_mask_get_place(const toliman_mask *mask, uint64_t place, toliman_mask_info *out) noexcept {
+    return guard([&] {
+        const Use use(mask, "mask");
+        if (place >= use->places.size())
+            fail(Status::range, "{place} = %llu: must be below %zu, the number of places",
+                 static_cast<unsigned long long>(place), use->places.size());
+        deliver(use->places[place], out, "out");
+    });
+}
+
+toliman_status toliman_mask_get_cells(const toliman_mask *mask, size_t side, double *cells) noexcept {
+    return guard([&] {
+        const Use use(mask, "mask");
+        if (use->side == 0)
+            fail(Status::state, "mask: has no cells: a search finds spirals");
+        if (side != use->side)
+            fail(Status::argument, "{side} = %zu: must be %zu, the pupil's samples", side, use->side);
+        std::copy(use->cells.begin(), use->cells.end(), &required(cells, "cells"));
     });
 }
 

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "api/choice.hpp"
+#include "base/error.hpp"
 #include "base/nearest_word.hpp"
 
 namespace toliman::api {
@@ -34,6 +35,22 @@ toliman_sim_parameter public_parameter(Parameter parameter) {
 std::string suggestion_for(const std::string &name) {
     const std::string nearest = nearest_word(name, names());
     return nearest.empty() ? "" : "; did you mean \"" + nearest + "\"?";
+}
+
+std::vector<Parameter> free_parameters(const char *names) {
+    std::vector<Parameter> parameters;
+    const std::string text = names != nullptr ? names : "";
+    for (size_t at = text.find_first_not_of(' '); at != std::string::npos;) {
+        const size_t end = std::min(text.find(' ', at), text.size());
+        const std::string name = text.substr(at, end - at);
+        const std::optional<Parameter> parameter = parameter_named(name);
+        if (!parameter)
+            fail(Status::argument, "{options->free}: \"%s\": must be the name of a parameter%s",
+                 name.substr(0, 40).c_str(), suggestion_for(name).c_str());
+        parameters.push_back(*parameter);
+        at = text.find_first_not_of(' ', end);
+    }
+    return parameters;
 }
 
 } // namespace toliman::api

@@ -1,6 +1,7 @@
 // Names of the forward model's parameters, to and from the caller.
 #pragma once
 #include <string>
+#include <vector>
 
 #include <toliman/sim_derivative.h>
 
@@ -13,5 +14,8 @@ toliman_sim_parameter public_parameter(Parameter parameter);
 
 // "; did you mean "scale"?" for the nearest name of a parameter, "" if none is near.
 std::string suggestion_for(const std::string &name);
+
+// The parameters that options->free names, separated by spaces; none for NULL. Status::argument for another name.
+std::vector<Parameter> free_parameters(const char *names);
 
 } // namespace toliman::api

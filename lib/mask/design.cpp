@@ -40,13 +40,19 @@ double shortest_m(const Scene &scene) {
     return *std::min_element(wavelengths.begin(), wavelengths.end());
 }
 
-// The step of the scene's mask or, if it has none, half of the middle wavelength: a phase step of pi.
-double step_of(const Scene &scene) {
-    if (const double step = scene.telescope.mask.step_m(); step != 0)
-        return step;
-    const std::vector<double> wavelengths = optics::make_light(scene).wavelength_m;
-    const auto [least, most] = std::minmax_element(wavelengths.begin(), wavelengths.end());
-    return std::nearbyint((*least + *most) / 4 * 1e10) * 1e-10;
+// A mask of cells with the step of the scene's mask or, if it has none, half of the middle wavelength: a phase step of
+// pi.
+Mask mask_of_cells(const Scene &scene) {
+    Mask mask;
+    mask.kind = Mask::Kind::file;
+    mask.opd_nm = scene.telescope.mask.opd_nm;
+    mask.height_nm = scene.telescope.mask.height_nm;
+    if (mask.step_m() == 0) {
+        const std::vector<double> wavelengths = optics::make_light(scene).wavelength_m;
+        const auto [least, most] = std::minmax_element(wavelengths.begin(), wavelengths.end());
+        mask.opd_nm = std::nearbyint((*least + *most) / 4 * 1e10) / 10;
+    }
+    return mask;
 }
 
 // Cells per axis of the sketch, a divisor of the mask's. Files of the pupil have a fixed size.
@@ -116,8 +122,8 @@ class Places {
     Objective &operator[](size_t place) const noexcept { return *objectives_[place]; }
 
     Score score(size_t place, const Buffer<double> &covered) const {
-        const Merit merit = objectives_[place]->evaluate(covered, {frame_pixels_}, nullptr);
-        return {merit.bound_px * binned_, merit.peak_to_mean, merit.light_in_frame};
+        const Merit merit = objectives_[place]->judge(covered, frame_pixels_);
+        return {merit.bound_px * binned_, merit.peak_to_mean, merit.light_in_frame, merit.gradient_energy};
     }
 
   private:
@@ -184,7 +190,7 @@ class Designer {
 
     void draw(const Places &sketch);
     void descend(const Places &sketch, const Course &course);
-    bool meets_targets(const Places &sketch);
+    bool meets_targets(const Places &sketch, const Places &full);
     void finish_cells();
     bool goes_on(const char *stage, double fraction);
 
@@ -206,10 +212,10 @@ Designer::Designer(const std::vector<Scene> &scenes, const DesignOptions &option
              fine_, coarse_, open_, options.symmetry),
       adam_(coarse_ * coarse_) {
     design_.samples = fine_;
-    design_.step_m = step_of(scenes[0]);
+    design_.mask = mask_of_cells(scenes[0]);
     for (const Scene &scene : scenes) {
-        design_.own.push_back(
-            score_of(without_signal(with_accuracy(scene, optics::kBoundAccuracy)), scene.telescope.mask, options.free));
+        design_.own.push_back(full_score_of(without_signal(with_accuracy(scene, optics::kBoundAccuracy)),
+                                            scene.telescope.mask, options.free));
         targets_.push_back({options.peak_to_mean > 0 ? options.peak_to_mean : design_.own.back().peak_to_mean,
                             options.light_in_frame});
     }
@@ -286,13 +292,9 @@ void Designer::finish_cells() {
 
 // Of the finished mask, judged by the scenes. Also sets what the sketch must meet in the next descent: it lacks the
 // light beyond it, and its mask is a little grey.
-bool Designer::meets_targets(const Places &sketch) {
+bool Designer::meets_targets(const Places &sketch, const Places &full) {
     finish_cells();
     const Buffer<double> covered = covered_by(design_.cells, fine_, fine_), grey = level_.covered(kLastSlope);
-    std::vector<Scene> scenes;
-    for (const Scene &scene : scenes_)
-        scenes.push_back(with_accuracy(scene, optics::kBoundAccuracy));
-    const Places full(scenes, options_, design_.step_m);
     design_.best.clear();
     bool meets = true;
     for (size_t place = 0; place < scenes_.size(); place++) {
@@ -312,16 +314,20 @@ bool Designer::meets_targets(const Places &sketch) {
 
 Design Designer::run() {
     {
-        const Places sketch(scenes_, options_, design_.step_m, kFirstField);
+        const Places sketch(scenes_, options_, design_.mask.step_m(), kFirstField);
         draw(sketch);
         descend(sketch, {"descend", options_.iterations, kFirstSlope, kFirstWeight, kRate});
     }
-    const Places sketch(scenes_, options_, design_.step_m, kLastField);
-    meets_targets(sketch);
+    const Places sketch(scenes_, options_, design_.mask.step_m(), kLastField);
+    std::vector<Scene> accurate;
+    for (const Scene &scene : scenes_)
+        accurate.push_back(with_accuracy(scene, optics::kBoundAccuracy));
+    const Places full(accurate, options_, design_.mask.step_m());
+    meets_targets(sketch, full);
     for (Target &target : targets_)
         target.tightened = 1;
     descend(sketch, {"polish", options_.iterations / 2, 0.75 * kLastSlope, kLastWeight, kRate / 2});
-    for (size_t i = 0; !meets_targets(sketch) && i < kCorrections && !design_.stopped; i++)
+    for (size_t i = 0; !meets_targets(sketch, full) && i < kCorrections && !design_.stopped; i++)
         descend(sketch, {"correct", options_.iterations / 8, 0.75 * kLastSlope, kLastWeight, kRate / 4});
     design_.small_cells = small_fraction(design_.cells, fine_, options_.feature_cells, open_);
     return std::move(design_);

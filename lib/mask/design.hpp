@@ -22,9 +22,9 @@ struct DesignOptions {
 
 struct Design {
     size_t samples = 0;
-    Buffer<uint8_t> cells; // [samples][samples], 1 where the mask steps
-    double step_m = 0;
-    std::vector<Score> own, best;  // of the scene's mask and of this one, at each place
+    Buffer<uint8_t> cells;         // [samples][samples], 1 where the mask steps
+    Mask mask;                     // a binary file of these cells, not yet named
+    std::vector<Score> own, best;  // of the scene's mask and of this one, at each place, with gradient energies
     std::vector<double> bounds_px; // of the sketch in each iteration
     double small_cells = 0;        // fraction of the open cells that are in smaller features
     bool stopped = false;

@@ -27,6 +27,7 @@ using Kind = Parameter::Kind;
 using optics::StarImages;
 
 constexpr double kOrder = 64;    // of the norm that replaces the maximum
+constexpr double kMaximum = 0;   // stands for the maximum itself
 constexpr double kFloor = 1e-12; // of the variance, relative to the peak
 
 optics::Settings settings_of(unsigned workers) {
@@ -84,8 +85,8 @@ void Objective::set_mask(const Buffer<double> &covered) {
     }
 }
 
-// The stars' images and derivatives, in photons as in a frame.
-void Objective::render(Work &work) const {
+// The stars' images and derivatives, in photons as in a frame. order: of the norm of the peak.
+void Objective::render(double order, Work &work) const {
     const size_t stars = outline_.scene.stars.size();
     work.light.assign(response_.size(), 0.0);
     for (size_t s = 0; s < stars; s++) {
@@ -99,8 +100,9 @@ void Objective::render(Work &work) const {
     const double peak = *std::max_element(work.light.begin(), work.light.end());
     double sum = 0;
     for (const double value : work.light)
-        sum += std::pow(std::max(value, 0.0) / peak, kOrder);
-    work.factor = outline_.scene.cadence.peak_photons / (peak * std::pow(sum, 1 / kOrder));
+        sum += order == kMaximum ? 0 : std::pow(std::max(value, 0.0) / peak, order);
+    const double norm = order == kMaximum ? 1 : std::pow(sum, 1 / order);
+    work.factor = outline_.scene.cadence.peak_photons / (peak * norm);
 }
 
 // Derivative images, variance, and the solution of the normal equations.
@@ -117,6 +119,7 @@ void Objective::inform(Work &work) const {
         column.resize(n);
     const double peak = *std::max_element(work.light.begin(), work.light.end());
     work.variance.resize(n);
+    double slopes = 0, light_e = 0;
     for (size_t i = 0; i < n; i++) {
         work.variance[i] = work.factor * response_[i] * (work.light[i] + kFloor * peak) + detector_.dark_e() +
                            detector_.added_variance_e2();
@@ -130,6 +133,8 @@ void Objective::inform(Work &work) const {
             roll += light.offset_px[s][0] * by_y - light.offset_px[s][1] * by_x;
             focus += work.star[s].focus[i];
         }
+        slopes += response_[i] * response_[i] * (x * x + y * y);
+        light_e += response_[i] * work.light[i];
         for (size_t k = 0; k < parameters.size(); k++) {
             double value = 0;
             switch (parameters[k].kind) {
@@ -163,6 +168,7 @@ void Objective::inform(Work &work) const {
             work.columns[k][i] = work.factor * response_[i] * value;
         }
     }
+    work.gradient_energy = slopes / light_e / light_e * static_cast<double>(n);
     const size_t count = parameters.size();
     std::vector<double> matrix(count * count);
     for (size_t a = 0; a < count; a++)
@@ -222,6 +228,7 @@ void Objective::weigh(const Limit &limit, Work &work, Merit &merit) const {
     merit.loss = 0.5 * std::log(square) + penalty;
     merit.peak_to_mean = peak / total * limit.frame_pixels;
     merit.light_in_frame = total / photons_;
+    merit.gradient_energy = work.gradient_energy;
 }
 
 Buffer<double> Objective::gradient_of(const Work &work) const {
@@ -259,18 +266,26 @@ Buffer<double> Objective::gradient_of(const Work &work) const {
     return gradient;
 }
 
-Merit Objective::evaluate(const Buffer<double> &covered, const Limit &limit, Buffer<double> *gradient) {
+Merit Objective::merit_of(double order, const Buffer<double> &covered, const Limit &limit) {
     set_mask(covered);
-    render(work_);
+    render(order, work_);
     inform(work_);
     Merit merit;
     merit.loss = merit.bound_px = std::numeric_limits<double>::infinity();
-    if (work_.solution.empty())
-        return merit;
-    weigh(limit, work_, merit);
-    if (gradient != nullptr)
+    if (!work_.solution.empty())
+        weigh(limit, work_, merit);
+    return merit;
+}
+
+Merit Objective::evaluate(const Buffer<double> &covered, const Limit &limit, Buffer<double> *gradient) {
+    const Merit merit = merit_of(kOrder, covered, limit);
+    if (gradient != nullptr && !work_.solution.empty())
         *gradient = gradient_of(work_);
     return merit;
+}
+
+Merit Objective::judge(const Buffer<double> &covered, double frame_pixels) {
+    return merit_of(kMaximum, covered, {frame_pixels, 0, 0, 0, 0});
 }
 
 } // namespace toliman::mask

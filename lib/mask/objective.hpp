@@ -17,10 +17,11 @@ struct Limit {
 };
 
 struct Merit {
-    double loss = 0;           // ln(bound/px) + penalties
-    double bound_px = 0;       // infinite if the frame does not constrain the separation
-    double peak_to_mean = 0;   // brightest pixel over the mean of frame_pixels
-    double light_in_frame = 0; // fraction of the stars' photons
+    double loss = 0;            // ln(bound/px) + penalties
+    double bound_px = 0;        // infinite if the frame does not constrain the separation
+    double peak_to_mean = 0;    // brightest pixel over the mean of frame_pixels
+    double light_in_frame = 0;  // fraction of the stars' photons
+    double gradient_energy = 0; // px^-2 (optics/information.hpp)
 };
 
 class Objective {
@@ -40,12 +41,16 @@ class Objective {
     // the loss, 0 in closed cells, or nullptr. The bits do not depend on the workers.
     Merit evaluate(const Buffer<double> &covered, const Limit &limit, Buffer<double> *gradient);
 
+    // The same without penalties, and with the true peak where evaluate() has a smooth one.
+    Merit judge(const Buffer<double> &covered, double frame_pixels);
+
   private:
     // The images of one mask. Weights are derivatives of the loss by the electrons of the images.
     struct Work {
         optics::StarImages star[2];
-        Buffer<double> light;                // photons of both stars, before the factor
-        double factor = 1;                   // of the photons, in a scene that gives the peak
+        Buffer<double> light; // photons of both stars, before the factor
+        double factor = 1;    // of the photons, in a scene that gives the peak
+        double gradient_energy = 0;
         Buffer<double> variance;             // e^2
         std::vector<Buffer<double>> columns; // derivative images J_i
         std::vector<double> solution;        // x
@@ -53,7 +58,8 @@ class Objective {
         Buffer<double> by_light;             // weights of the stars' images: through variance, factor and penalty
     };
     void set_mask(const Buffer<double> &covered);
-    void render(Work &work) const;
+    void render(double order, Work &work) const;
+    Merit merit_of(double order, const Buffer<double> &covered, const Limit &limit);
     void inform(Work &work) const;
     void weigh(const Limit &limit, Work &work, Merit &merit) const;
     Buffer<double> gradient_of(const Work &work) const;

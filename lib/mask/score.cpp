@@ -48,7 +48,7 @@ bool can_be_simulated(const Scene &scene, const Mask &mask) {
 Score score_of(const optics::Images &images, const optics::Light &light, const std::vector<Parameter> &free) {
     const double mean = images.total_photons() / static_cast<double>(images.both().size());
     return {optics::bound_with(images, free), images.peak_photons() / mean,
-            images.total_photons() / (total(light.photons[0]) + total(light.photons[1]))};
+            images.total_photons() / (total(light.photons[0]) + total(light.photons[1])), 0};
 }
 
 // Only what a score needs: the stars' images, and the first derivative by the displacement.
@@ -58,9 +58,11 @@ Score score_of(Scene scene, const Mask &mask, const std::vector<Parameter> &free
     });
 }
 
-double gradient_energy(Scene scene, const Mask &mask) {
-    return with_images(std::move(scene), mask, [](const optics::Images &images, const optics::Light &) {
-        return optics::gradient_energy(images);
+Score full_score_of(Scene scene, const Mask &mask, const std::vector<Parameter> &free) {
+    return with_images(std::move(scene), mask, [&](const optics::Images &images, const optics::Light &light) {
+        Score score = score_of(images, light, free);
+        score.gradient_energy = optics::gradient_energy(images);
+        return score;
     });
 }
 

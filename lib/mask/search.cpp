@@ -41,10 +41,11 @@ struct Stage {
 class Search {
   public:
     Search(const optics::Simulator &simulator, const SearchOptions &options)
-        : own_(score_of(simulator.images(), simulator.light())), best_{{}, own_},
-          own_gradient_energy_(optics::gradient_energy(simulator.images())), step_(step_of(simulator)),
+        : own_(score_of(simulator.images(), simulator.light())), best_{{}, own_}, step_(step_of(simulator)),
           full_(without_signal(simulator.scene())), coarse_(coarse(full_, mask_of(draw_terms(0, 0)))),
-          options_(options) {}
+          options_(options) {
+        own_.gradient_energy = optics::gradient_energy(simulator.images());
+    }
 
     Found run();
 
@@ -66,8 +67,7 @@ class Search {
 
     Score own_;
     Candidate best_; // evaluated with the full scene
-    double own_gradient_energy_;
-    Mask step_; // a spiral without terms, with the step of every mask
+    Mask step_;      // a spiral without terms, with the step of every mask
     Scene full_, coarse_;
     std::vector<Candidate> candidates_; // evaluated with the coarse scene, best first
     SearchOptions options_;
@@ -208,13 +208,13 @@ Found Search::run() {
     Found found;
     found.own = own_;
     found.best = best_.score;
-    found.own_gradient_energy = found.gradient_energy = own_gradient_energy_;
+    found.best.gradient_energy = own_.gradient_energy;
     found.tried = tried_;
     found.improved = improved;
     found.stopped = stopped_;
     if (improved) {
         found.mask = mask_of(best_.terms);
-        found.gradient_energy = gradient_energy(full_, found.mask);
+        found.best.gradient_energy = full_score_of(full_, found.mask).gradient_energy;
     }
     return found;
 }

@@ -15,10 +15,9 @@ struct SearchOptions {
 };
 
 struct Found {
-    Mask mask; // a spiral; clear if no mask is better than the scene's own
-    Score own, best;
-    double own_gradient_energy = 0, gradient_energy = 0; // px^-2
-    uint64_t tried = 0;                                  // masks drawn or varied
+    Mask mask;          // a spiral; clear if no mask is better than the scene's own
+    Score own, best;    // with their gradient energies
+    uint64_t tried = 0; // masks drawn or varied
     bool improved = false, stopped = false;
 };
 

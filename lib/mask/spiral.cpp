@@ -88,8 +88,10 @@ Terms vary_terms(const Terms &terms, double reach, uint64_t seed, uint64_t k) {
 }
 
 std::string json_of(const Mask &mask) {
-    std::string json = "{\"kind\": \"spiral\", " +
-                       (mask.opd_nm != 0 ? member("opd_nm", mask.opd_nm) : member("height_nm", mask.height_nm));
+    const std::string step = mask.opd_nm != 0 ? member("opd_nm", mask.opd_nm) : member("height_nm", mask.height_nm);
+    if (mask.kind == Mask::Kind::file)
+        return "{\"kind\": \"file\", \"file\": \"" + mask.file + "\", \"quantity\": \"binary\", " + step + "}";
+    std::string json = "{\"kind\": \"spiral\", " + step;
     if (mask.edges == Mask::Edges::area)
         json += ", \"edges\": \"area\"";
     if (mask.rotation_deg != 0)

@@ -15,7 +15,8 @@ Terms draw_terms(uint64_t seed, uint64_t k);
 // Random variation number k of the terms, with steps from reach/128 to reach.
 Terms vary_terms(const Terms &terms, double reach, uint64_t seed, uint64_t k);
 
-// A spiral mask as the group "mask" of a scene, on one line; every number is read again as the same bits.
+// A spiral mask, or one of a binary file, as the group "mask" of a scene, on one line; every number is read again as
+// the same bits.
 std::string json_of(const Mask &mask);
 
 } // namespace toliman::mask

@@ -47,6 +47,47 @@ class SearchMask(unittest.TestCase):
             for name in ("crb_px", "peak_to_mean", "gradient_energy"):
                 self.assertAlmostEqual(getattr(better.bounds, name) / getattr(info, name), 1, delta=1e-12)
 
+    def test_design(self):
+        """A mask whose scene has the scores of the design; the same on any number of threads."""
+        simulator = toliman.Simulator(small_scene())
+        made = toliman.design_mask(simulator, free=["flux_a", "flux_b", "shift_x", "shift_y"], position_angles=[30, 40],
+                                   peak_to_mean=40, light_in_frame=0.5, iterations=40, seed=2, threads=2)
+        self.assertEqual(made.mask, {"kind": "file", "file": "mask.npy", "quantity": "binary", "opd_nm": 297.5})
+        self.assertEqual((made.cells.shape, made.cells.dtype), ((64, 64), numpy.uint8))
+        again = toliman.design_mask(simulator, free=["flux_a", "flux_b", "shift_x", "shift_y"], position_angles=[30, 40],
+                                    peak_to_mean=40, light_in_frame=0.5, iterations=40, seed=2, threads=1)
+        self.assertTrue((again.cells == made.cells).all())
+        self.assertEqual(again.places, made.places)
+        with tempfile.TemporaryDirectory() as folder:
+            numpy.save(pathlib.Path(folder) / "mask.npy", made.cells)
+            for angle, info in zip((30, 40), made.places):
+                scene = small_scene()
+                scene["binary"]["position_angle_deg"] = angle
+                for suffix, mask in (("_before", scene["telescope"]["mask"]), ("", made.mask)):
+                    scene["telescope"]["mask"] = mask
+                    bounds = toliman.Simulator(scene, folder=folder).bounds
+                    for name, value in (("crb", bounds.crb_flux_shift_px), ("peak_to_mean", bounds.peak_to_mean),
+                                        ("gradient_energy", bounds.gradient_energy)):
+                        known = getattr(info, f"crb{suffix}_px" if name == "crb" else name + suffix)
+                        self.assertAlmostEqual(known / value, 1, delta=1e-6)
+                self.assertLess(info.peak_to_mean, 40)
+
+    def test_refusals_of_a_design(self):
+        for text, options in (("scale_x", {"free": ["scale_x"]}), ("zernike_5: a design", {"free": ["zernike_5"]}),
+                              ("focus is named twice", {"free": ["focus", "focus"]}),
+                              ("binary.orbit: dates of a design need", {"dates": [2027]}),
+                              ("at most one", {"dates": [2027], "position_angles": [3]}),
+                              (r"position_angles_deg\[1\] = nan", {"position_angles": [3, numpy.nan]}),
+                              ("peak_to_mean = 0.5", {"peak_to_mean": 0.5}), ("light_in_frame = 1", {"light_in_frame": 1}),
+                              ("feature_cells = 99", {"feature_cells": 99}), ("iterations = 200000", {"iterations": 200000})):
+            with self.subTest(text), self.assertRaisesRegex((toliman.InputError, ValueError), text):
+                toliman.design_mask(self.simulator, **options)
+        with self.assertRaisesRegex(ValueError, "symmetry = 'threefold': must be one of none, even, odd"):
+            toliman.design_mask(self.simulator, symmetry="threefold")
+        stopped = toliman.design_mask(self.simulator, progress=lambda stage, fraction: True)
+        self.assertTrue(stopped.places[0].stopped)
+        self.assertEqual(set(stopped.cells.ravel()), {0, 1})
+
     def test_structure_of_the_light(self):
         """Differences between neighbouring points of a grid nine times as fine, which has every pixel's centre."""
         frame = self.simulator.expect(0)

@@ -14,6 +14,24 @@ static toliman_mask_options options_of_search(void) {
     return options;
 }
 
+/* Of the shortest design: one iteration of each descent. */
+static toliman_mask_design_options options_of_design(void) {
+    toliman_mask_design_options options;
+    toliman_mask_design_options_init(&options, sizeof options);
+    options.threads = 1;
+    options.seed = 1;
+    options.iterations = 2;
+    options.free = "flux_a shift_x";
+    return options;
+}
+
+static void *make_design(void) {
+    toliman_mask *mask = NULL;
+    const toliman_mask_design_options options = options_of_design();
+    assert_ok(toliman_mask_design(small_sim(), &options, &mask));
+    return mask;
+}
+
 static void *make(void) {
     toliman_mask *mask = NULL;
     const toliman_mask_options options = options_of_search();
@@ -42,6 +60,22 @@ static toliman_status search(attempt *a) {
     const toliman_mask_options options = options_of_search();
     return toliman_mask_search(small_sim(), &options, (toliman_mask **)&a->made);
 }
+static toliman_status init_design(attempt *a) {
+    toliman_mask_design_options_init((void *)a->out, sizeof(toliman_mask_design_options));
+    return TOLIMAN_OK;
+}
+static toliman_status design(attempt *a) {
+    const toliman_mask_design_options options = options_of_design();
+    return toliman_mask_design(small_sim(), &options, (toliman_mask **)&a->made);
+}
+static toliman_status get_place(attempt *a) {
+    return toliman_mask_get_place(a->object, 0, (void *)a->out);
+}
+static toliman_status get_cells(attempt *a) {
+    toliman_sim_info info = {.struct_size = sizeof info};
+    assert_ok(toliman_sim_get_info(small_sim(), &info));
+    return toliman_mask_get_cells(a->object, (size_t)info.pupil_samples, (double *)a->out);
+}
 static toliman_status destroy(attempt *a) {
     toliman_mask_destroy(a->object);
     a->object = NULL;
@@ -62,6 +96,14 @@ static void put_scene(void) {
 static const scenario all[] = {
     {.function = "toliman_mask_options_init", .call = init},
     {.function = "toliman_mask_search", .call = search, .made = &masks, .stage = put_scene},
+    {.function = "toliman_mask_design_options_init", .call = init_design},
+    {.function = "toliman_mask_design", .call = design, .made = &masks, .stage = put_scene, .slow = 1},
+    {.function = "toliman_mask_get_place",
+     .call = get_place,
+     .make = make_design,
+     .of = &masks,
+     .struct_size = sizeof(toliman_mask_info)},
+    {.function = "toliman_mask_get_cells", .call = get_cells, .make = make_design, .of = &masks},
     {.function = "toliman_mask_destroy", .call = destroy, .make = make, .of = &masks},
     {.function = "toliman_mask_get_info",
      .call = get_info,

@@ -36,8 +36,6 @@ static void better_within_the_limits(void **state) {
             shim_design(kScene, kAngles, PLACES, 3, 60, symmetry, kPeak, 2, 0, cells, scores[0][0], &small), 0);
         for (int place = 0; place < PLACES; place++) {
             const double *own = scores[place][0], *best = scores[place][1];
-            print_message("place %d: bound %g -> %g px, peak to mean %g -> %g, light %g -> %g\n", place, own[0],
-                          best[0], own[1], best[1], own[2], best[2]);
             assert_true(best[0] < 0.85 * own[0]);
             assert_true(best[1] <= kPeak);
             assert_true(best[2] > 0.49);

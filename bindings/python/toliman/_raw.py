@@ -411,13 +411,13 @@ TOLIMAN_CAE_INPUT_RESIDUAL = 212  # (counts - reference)/mean sigma of the frame
 TOLIMAN_CAE_INPUT_RAW = 213  # counts, scaled so that the reference image spans 0..1, as in the chapter
 
 # Place of the crop in a frame. It is centred on the barycentre of the scene's light, to half a pixel.
-TOLIMAN_CAE_CENTRE_SCENE = 231  # the same for all frames
+TOLIMAN_CAE_CENTRE_SCENE = 241  # the same for all frames
 
 # Moved by whole pixels, within the frame, until the barycentre of its light is that of the reference image, to half a
 # pixel. The light is what exceeds the scene's uniform background (dark current, bias). For frames whose pointing
 # wanders by pixels. A fraction of a pixel remains: for the latent to measure the separation, project out the shift
 # (preprocess.project), or train the network on such frames. Since 0.2.
-TOLIMAN_CAE_CENTRE_IMAGE = 232
+TOLIMAN_CAE_CENTRE_IMAGE = 242
 
 
 class toliman_cae_options(Sized):
@@ -1633,14 +1633,65 @@ class toliman_mask_options(Sized):
     ]
 
 
+# Symmetry of a designed mask under a rotation of the pupil by 180 degrees. Since 0.2.
+TOLIMAN_MASK_SYMMETRY_NONE = 841
+TOLIMAN_MASK_SYMMETRY_EVEN = 842  # the mask is itself
+TOLIMAN_MASK_SYMMETRY_ODD = 843  # the mask is its complement, as spirals of odd m are
+
+
+class toliman_mask_design_options(Sized):
+    """Options of a design. Since 0.2.
+    threads: worker threads, 0 = one per processor
+    seed: seed of the random spirals that it starts from
+    free: parameters that are fitted together with the separation, names separated by spaces, of flux_a,
+        flux_b, shift_x, shift_y, roll, scale, focus and background; "" = none, NULL = all that the
+        scene has
+    dates: Places of the stars for which the mask is designed, at most one of the two lists; without, that of the scene.
+        [date_count] Julian years; the scene must give the places by binary.orbit
+    date_count: at most 64
+    position_angles_deg: [position_angle_count] of B from A; the scene must have
+        binary.position_angle_deg
+    position_angle_count: at most 64
+    peak_to_mean: largest peak-to-mean ratio at every place, above 1; 0 = that of the scene's mask there
+    light_in_frame: smallest fraction of the light, in [0, 1); 0 = 0.875. Met to 0.2 % if the frame allows
+    feature_cells: side of the smallest feature in cells of the pupil, at most 16; 0 = 2
+    symmetry: TOLIMAN_MASK_SYMMETRY_..., 0 = NONE
+    iterations: of the first descent, at most 100000; 0 = 250. The whole takes 1.5 to 2.3 times as many
+    reserved: 0
+    progress: stages "draw", "descend", "polish", "correct", with the bound of the sketch
+        ("polish: bound 1.8e-06 px"). A nonzero value ends the design: its result is the
+        mask so far, not TOLIMAN_E_CANCELLED. May be NULL"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("threads", c_uint32),
+        ("seed", c_uint64),
+        ("free", c_char_p),
+        ("dates", POINTER(c_double)),
+        ("date_count", c_uint64),
+        ("position_angles_deg", POINTER(c_double)),
+        ("position_angle_count", c_uint64),
+        ("peak_to_mean", c_double),
+        ("light_in_frame", c_double),
+        ("feature_cells", c_uint32),
+        ("symmetry", c_int32),
+        ("iterations", c_uint32),
+        ("reserved", c_uint32),
+        ("progress", toliman_progress_fn),
+        ("progress_data", c_void_p),
+    ]
+
+
 class toliman_mask_info(Sized):
-    """Scores of a mask and of the mask of the scene it was found for ("before"). Equal unless improved. Since 0.2.
+    """Scores of a mask and of the mask of the scene it was found for ("before"). After a search: equal unless improved.
+    Since 0.2.
     struct_size: in: sizeof(toliman_mask_info)
     improved: 1 if the mask is better than that of the scene, else 0
     stopped: 1 if the progress callback ended the search, else 0
     reserved: 0
-    tried: number of masks drawn and varied
-    crb_before_px: Cramer-Rao bound of one frame with all else known: mask of the scene,
+    tried: number of masks drawn and varied, or iterations of a design
+    crb_before_px: Cramer-Rao bound of one frame, after a search with all else known, after a design
+        with its `free` parameters free: mask of the scene,
     crb_px: this mask
     peak_to_mean_before: brightest pixel over mean pixel of the noise-free frame: mask of the scene,
     peak_to_mean: this mask
@@ -2961,8 +3012,11 @@ OF_OBJECTS = {
     "toliman_linear_encode_many": False,
     "toliman_linear_get_sigma": False,
     "toliman_mask_search": False,
+    "toliman_mask_design": False,
     "toliman_mask_destroy": True,
     "toliman_mask_get_info": False,
+    "toliman_mask_get_place": False,
+    "toliman_mask_get_cells": False,
     "toliman_mask_get_json": False,
     "toliman_period_destroy": True,
     "toliman_period_push": True,
@@ -4286,19 +4340,54 @@ If no mask is better, the call succeeds and toliman_mask_info.improved is 0.
 Errors: TOLIMAN_E_SCENE if the scene's own bound is infinite, TOLIMAN_E_UNSUPPORTED for the engine PADDED_FFT, and
 those of toliman_sim_create_file for the files of the scene. Since 0.2.""",
     ),
+    "toliman_mask_design_options_init": (
+        None, (("options", POINTER(toliman_mask_design_options)), ("size", c_size_t)),
+        """Sets *options, a struct of `size` bytes, to the defaults. Since 0.2.""",
+    ),
+    "toliman_mask_design": (
+        c_int32, (
+            ("sim", POINTER(toliman_sim)),
+            ("options", POINTER(toliman_mask_design_options)),
+            ("out", POINTER(POINTER(toliman_mask))),
+        ),
+        """Designs a mask of steps on the cells of the pupil (see Data flow above): from the best of iterations/2 random
+spirals, Adam descends on the logarithm of the bound and penalties for pixels above the peak and for light lost. The
+descent uses sketches: at most 128 cells per axis, the middle of the frame, and the wavelengths that an accuracy of
+1e-6 needs. Small features are then removed, and the scenes of all places judge the mask. The step is opd_nm or
+height_nm of the scene's mask; without one, an OPD of half the middle wavelength. options may be NULL. The simulator
+is not needed afterwards, but the files that its scene names are read again. The caller destroys *out. The result
+depends on the scene and options only, not on threads. One core takes 1 to 2 minutes for mission.json. If the mask is
+not better at all places, the call succeeds and toliman_mask_info.improved is 0. Errors: TOLIMAN_E_ARGUMENT for
+another name in `free`, or one that is named twice; TOLIMAN_E_SCENE if the separation has no bound with these
+parameters free, and for places that the scene cannot have; TOLIMAN_E_UNSUPPORTED for the engine PADDED_FFT; those of
+toliman_sim_create_file for the files of the scene. Since 0.2.""",
+    ),
     "toliman_mask_destroy": (
         None, (("mask", POINTER(toliman_mask)),),
         """Destroys a mask. NULL is allowed. Since 0.2.""",
     ),
     "toliman_mask_get_info": (
         c_int32, (("mask", POINTER(toliman_mask)), ("out", POINTER(toliman_mask_info))),
-        """Writes the scores of a mask to *out, whose struct_size must be set. Since 0.2.""",
+        """Writes the scores of a mask to *out, whose struct_size must be set; of a design those at its first place. Since
+0.2.""",
+    ),
+    "toliman_mask_get_place": (
+        c_int32, (("mask", POINTER(toliman_mask)), ("place", c_uint64), ("out", POINTER(toliman_mask_info))),
+        """Writes the scores at place number `place` of a design to *out, whose struct_size must be set; improved, stopped and
+tried are those of the whole. TOLIMAN_E_RANGE beyond the last place. Since 0.2.""",
+    ),
+    "toliman_mask_get_cells": (
+        c_int32, (("mask", POINTER(toliman_mask)), ("side", c_size_t), ("cells", POINTER(c_double))),
+        """Writes the cells of a designed mask to cells[side][side], 1 where it steps and 0 elsewhere, also in cells without
+light; side must be telescope.pupil_samples of the scene. As .npy of uint8, they are the file of a scene's mask.
+TOLIMAN_E_STATE for the mask of a search. Since 0.2.""",
     ),
     "toliman_mask_get_json": (
         c_char_p, (("mask", POINTER(toliman_mask)),),
-        """Returns the mask as JSON on one line, the value of telescope.mask of a scene: {"kind": "spiral", ...}. Every number
-is read again as the same double. "" if no mask was better, and for NULL. Valid until the mask is destroyed. Since
-0.2.""",
+        """Returns the mask as JSON on one line, the value of telescope.mask of a scene: {"kind": "spiral", ...}, or of a design
+{"kind": "file", "file": "mask.npy", "quantity": "binary", "opd_nm": ...}, whose file the caller writes from the
+cells. Every number is read again as the same double. "" if no mask of a search was better, and for NULL. Valid until
+the mask is destroyed. Since 0.2.""",
     ),
     "toliman_period_options_init": (
         None, (("options", POINTER(toliman_period_options)), ("size", c_size_t)),

@@ -395,12 +395,12 @@ class HeaderTime(Result):
 
 @result
 class MaskInfo(Result):
-    """Scores of a mask and of the mask of the scene it was found for ("before"). Equal unless improved."""
+    """Scores of a mask and of the mask of the scene it was found for ("before"). After a search: equal unless improved."""
 
     improved: bool = member("1 if the mask is better than that of the scene, else 0")
     stopped: bool = member("1 if the progress callback ended the search, else 0")
-    tried: int = member("number of masks drawn and varied")
-    crb_before_px: float = member("Cramer-Rao bound of one frame with all else known: mask of the scene,")
+    tried: int = member("number of masks drawn and varied, or iterations of a design")
+    crb_before_px: float = member("Cramer-Rao bound of one frame, after a search with all else known, after a design with its `free` parameters free: mask of the scene,")
     crb_px: float = member("this mask")
     peak_to_mean_before: float = member("brightest pixel over mean pixel of the noise-free frame: mask of the scene,")
     peak_to_mean: float = member("this mask")
