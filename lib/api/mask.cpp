@@ -52,7 +52,8 @@ std::vector<Parameter> all_free(const Scene &scene) {
 std::vector<Parameter> free_of(const Scene &scene, const char *names) {
     if (names == nullptr)
         return all_free(scene);
-    const std::vector<Parameter> known = all_free(scene), free = free_parameters(names);
+    const std::vector<Parameter> known = all_free(scene);
+    std::vector<Parameter> free = free_parameters(names);
     for (size_t i = 0; i < free.size(); i++) {
         const auto upto = free.begin() + static_cast<std::ptrdiff_t>(i);
         if (std::find(free.begin(), upto, free[i]) != upto)

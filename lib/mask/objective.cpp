@@ -24,7 +24,6 @@ namespace toliman::mask {
 namespace {
 
 using Kind = Parameter::Kind;
-using optics::StarImages;
 
 constexpr double kOrder = 64;    // of the norm that replaces the maximum
 constexpr double kMaximum = 0;   // stands for the maximum itself
@@ -123,7 +122,8 @@ void Objective::inform(Work &work) const {
     for (size_t i = 0; i < n; i++) {
         work.variance[i] = work.factor * response_[i] * (work.light[i] + kFloor * peak) + detector_.dark_e() +
                            detector_.added_variance_e2();
-        const double u = static_cast<double>(i % cols) - x_middle, v = static_cast<double>(i / cols) - y_middle;
+        const size_t row = i / cols, col = i % cols;
+        const double u = static_cast<double>(col) - x_middle, v = static_cast<double>(row) - y_middle;
         double x = 0, y = 0, roll = 0, focus = 0;
         for (size_t s = 0; s < stars; s++) {
             const double along = work.star[s].at(1, 0)[i], across = work.star[s].at(0, 1)[i];
@@ -252,7 +252,8 @@ Buffer<double> Objective::gradient_of(const Work &work) const {
         Buffer<double> image(n), along(n), across(n), focus(n);
         for (size_t i = 0; i < n; i++) {
             const double score = work.score[i] * work.factor * response_[i];
-            const double u = static_cast<double>(i % cols) - x_middle, v = static_cast<double>(i / cols) - y_middle;
+            const size_t row = i / cols, col = i % cols;
+            const double u = static_cast<double>(col) - x_middle, v = static_cast<double>(row) - y_middle;
             const double x = by_x + u * by_scale, y = by_y + v * by_scale;
             image[i] = work.by_light[i] + score * (by_flux - 2 * by_scale);
             along[i] = score * (own + light.axis[0] * x + light.axis[1] * y);

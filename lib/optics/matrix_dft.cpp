@@ -295,7 +295,8 @@ void MatrixDft::add_coverage_gradient(long double wavenumber, const std::vector<
     for (size_t m = 0; m < pupil_.mixed.size(); m++) {
         const MixedCell &cell = pupil_.mixed[m];
         const size_t i = cell.index;
-        const double x = static_cast<double>(i % n) - middle, y = static_cast<double>(i / n) - middle;
+        const size_t row = i / n, col = i % n;
+        const double x = static_cast<double>(col) - middle, y = static_cast<double>(row) - middle;
         const Complex own = adjoint_at(0, i);
         Complex factor[kMostAdjoint] = {{1, 0}}, sum = {own.re, -own.im};
         for (size_t f = 1; f < fields_; f++) {
@@ -311,7 +312,7 @@ void MatrixDft::add_coverage_gradient(long double wavenumber, const std::vector<
         double cosine, sine;
         kernels::cis_cycles(
             kernels::reduce_cycles(kernels::reduce_cycles((opd + 0.5 * pupil_.step_m) * cycles_per_m + 0.25) +
-                                   tilt_x_[i % n] + tilt_y_[i / n]),
+                                   tilt_x_[col] + tilt_y_[row]),
             cosine, sine);
         gradient[m] += 2 * half_sine * pupil_.amplitude[i] * (cosine * sum.re - sine * sum.im);
     }
