@@ -1219,7 +1219,7 @@ module toliman
         integer(c_int64_t) :: position_angle_count = 0 ! at most 64
         ! largest peak-to-mean ratio at every place, above 1; 0 = that of the scene's mask there
         real(c_double) :: peak_to_mean = 0.0_c_double
-        ! smallest fraction of the light, in [0, 1); 0 = 0.875. Met to 0.2 % if the frame allows
+        ! smallest fraction of the light, in [0, 1); 0 = 0.875. Most designs meet it to 1 %
         real(c_double) :: light_in_frame = 0.0_c_double
         ! side of the smallest feature in cells of the pupil, at most 16; 0 = 2
         integer(c_int32_t) :: feature_cells = 0

@@ -10,7 +10,7 @@
  *
  *   A design descends on the gradient of the bound, with nuisances free and for several places of the stars; a search
  *   draws spiral masks at random. On the scene mission.json with the eight nuisances free, a design has a bound of
- *   1.8e-6 px, the shipped spiral 3.3e-6 px, and no search found a smaller one.
+ *   1.8e-6 to 1.9e-6 px, the shipped spiral 3.3e-6 px, and no search found a smaller one.
  *
  * Scores
  *
@@ -81,7 +81,7 @@ typedef struct toliman_mask_design_options {
                                           binary.position_angle_deg */
     uint64_t position_angle_count;     /* at most 64 */
     double peak_to_mean;    /* largest peak-to-mean ratio at every place, above 1; 0 = that of the scene's mask there */
-    double light_in_frame;  /* smallest fraction of the light, in [0, 1); 0 = 0.875. Met to 0.2 % if the frame allows */
+    double light_in_frame;  /* smallest fraction of the light, in [0, 1); 0 = 0.875. Most designs meet it to 1 % */
     uint32_t feature_cells; /* side of the smallest feature in cells of the pupil, at most 16; 0 = 2 */
     int32_t symmetry;       /* TOLIMAN_MASK_SYMMETRY_..., 0 = NONE */
     uint32_t iterations; /* of the first descent, at most 100000; 0 = 250. The whole takes 1.5 to 2.3 times as many */
@@ -103,7 +103,8 @@ TOLIMAN_API void toliman_mask_design_options_init(toliman_mask_design_options *o
  * height_nm of the scene's mask; without one, an OPD of half the middle wavelength. options may be NULL. The simulator
  * is not needed afterwards, but the files that its scene names are read again. The caller destroys *out. The result
  * depends on the scene and options only, not on threads. One core takes 1 to 2 minutes for mission.json. If the mask is
- * not better at all places, the call succeeds and toliman_mask_info.improved is 0. Errors: TOLIMAN_E_ARGUMENT for
+ * not better at all places, or exceeds the peak at one, the call succeeds and toliman_mask_info.improved is 0: try
+ * another seed. Errors: TOLIMAN_E_ARGUMENT for
  * another name in `free`, or one that is named twice; TOLIMAN_E_SCENE if the separation has no bound with these
  * parameters free, and for places that the scene cannot have; TOLIMAN_E_UNSUPPORTED for the engine PADDED_FFT; those of
  * toliman_sim_create_file for the files of the scene. Since 0.2. */

@@ -1653,7 +1653,7 @@ class toliman_mask_design_options(Sized):
         binary.position_angle_deg
     position_angle_count: at most 64
     peak_to_mean: largest peak-to-mean ratio at every place, above 1; 0 = that of the scene's mask there
-    light_in_frame: smallest fraction of the light, in [0, 1); 0 = 0.875. Met to 0.2 % if the frame allows
+    light_in_frame: smallest fraction of the light, in [0, 1); 0 = 0.875. Most designs meet it to 1 %
     feature_cells: side of the smallest feature in cells of the pupil, at most 16; 0 = 2
     symmetry: TOLIMAN_MASK_SYMMETRY_..., 0 = NONE
     iterations: of the first descent, at most 100000; 0 = 250. The whole takes 1.5 to 2.3 times as many
@@ -4357,7 +4357,8 @@ descent uses sketches: at most 128 cells per axis, the middle of the frame, and 
 height_nm of the scene's mask; without one, an OPD of half the middle wavelength. options may be NULL. The simulator
 is not needed afterwards, but the files that its scene names are read again. The caller destroys *out. The result
 depends on the scene and options only, not on threads. One core takes 1 to 2 minutes for mission.json. If the mask is
-not better at all places, the call succeeds and toliman_mask_info.improved is 0. Errors: TOLIMAN_E_ARGUMENT for
+not better at all places, or exceeds the peak at one, the call succeeds and toliman_mask_info.improved is 0: try
+another seed. Errors: TOLIMAN_E_ARGUMENT for
 another name in `free`, or one that is named twice; TOLIMAN_E_SCENE if the separation has no bound with these
 parameters free, and for places that the scene cannot have; TOLIMAN_E_UNSUPPORTED for the engine PADDED_FFT; those of
 toliman_sim_create_file for the files of the scene. Since 0.2.""",
