@@ -253,8 +253,7 @@ module toliman
         ! How a mask spreads the light, of the expected frame before the detector. brightest pixel over mean pixel:
         ! the dynamic range that the frame needs
         real(c_double) :: peak_to_mean = 0.0_c_double
-        ! mean |gradient of the light|^2 over (mean light)^2, px^-2: how much fine structure a frame has. A bound
-        ! depends on the signal and its noise too: compare masks by their bounds
+        ! mean |gradient of the light|^2 over (mean light)^2, px^-2: fine structure of the frame
         real(c_double) :: gradient_energy = 0.0_c_double
     end type
 

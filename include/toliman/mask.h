@@ -10,7 +10,7 @@
  *
  *   A design descends on the gradient of the bound, with nuisances free and for several places of the stars; a search
  *   draws spiral masks at random. On the scene mission.json with the eight nuisances free, a design has a bound of
- *   1.8e-6 to 1.9e-6 px, the shipped spiral 3.3e-6 px, and no search found a smaller one.
+ *   1.8e-6 to 1.9e-6 px, the shipped spiral 3.3e-6 px.
  *
  * Scores
  *
@@ -104,10 +104,10 @@ TOLIMAN_API void toliman_mask_design_options_init(toliman_mask_design_options *o
  * is not needed afterwards, but the files that its scene names are read again. The caller destroys *out. The result
  * depends on the scene and options only, not on threads. One core takes 1 to 2 minutes for mission.json. If the mask is
  * not better at all places, or exceeds the peak at one, the call succeeds and toliman_mask_info.improved is 0: try
- * another seed. Errors: TOLIMAN_E_ARGUMENT for
- * another name in `free`, or one that is named twice; TOLIMAN_E_SCENE if the separation has no bound with these
- * parameters free, and for places that the scene cannot have; TOLIMAN_E_UNSUPPORTED for the engine PADDED_FFT; those of
- * toliman_sim_create_file for the files of the scene. Since 0.2. */
+ * another seed.
+ * Errors: TOLIMAN_E_ARGUMENT for another name in `free`, or one that is named twice; TOLIMAN_E_SCENE if the separation
+ * has no bound with these parameters free, and for places that the scene cannot have; TOLIMAN_E_UNSUPPORTED for the
+ * engine PADDED_FFT; those of toliman_sim_create_file for the files of the scene. Since 0.2. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_mask_design(const toliman_sim *sim,
                                                                   const toliman_mask_design_options *options,
                                                                   toliman_mask **out) TOLIMAN_NOEXCEPT;

@@ -216,10 +216,8 @@ typedef struct toliman_sim_bounds {
     double truncation;        /* error of the Taylor expansion at the largest displacement of the signal: largest error
                                  of any pixel, divided by the largest change of any pixel by the signal */
     /* How a mask spreads the light, of the expected frame before the detector. */
-    double peak_to_mean; /* brightest pixel over mean pixel: the dynamic range that the frame needs */
-    double
-        gradient_energy; /* mean |gradient of the light|^2 over (mean light)^2, px^-2: how much fine structure a frame
-                            has. A bound depends on the signal and its noise too: compare masks by their bounds */
+    double peak_to_mean;    /* brightest pixel over mean pixel: the dynamic range that the frame needs */
+    double gradient_energy; /* mean |gradient of the light|^2 over (mean light)^2, px^-2: fine structure of the frame */
 } toliman_sim_bounds;
 #define TOLIMAN_SIM_BOUNDS_INIT TOLIMAN_INIT(toliman_sim_bounds)
 

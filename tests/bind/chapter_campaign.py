@@ -1,5 +1,5 @@
 """The book chapter's own training at length, and its next idea, a network that uses the order of the frames.
-The short form: test_chapter_campaign.py. Results: tools/docs/benchmarks.md, "Unsupervised training".
+The short form: test_chapter_campaign.py. Results: tools/docs/benchmarks.md, "Detection methods over amplitude".
 
     chapter_campaign.py [training] [smooth] [--folder build/chapter] [--epochs 1000] [--amplitudes 1e-2,1e-4,1e-6]
                         [--seeds 10] [--controls 40] [--jobs 0]
@@ -14,7 +14,7 @@ smooth    A linear autoencoder whose latents must be smooth in time. It is train
               |X - z u^T|^2 + penalty |D z|^2    over latents z and the axis u of unit length.
           For the best z this maximises u^T X^T (1 + penalty D^T D)^-1 X u: u = X^T S v with S = (1 + penalty D^T D)^-1/2
           and v the first eigenvector of S X X^T S. The latents of the odd frames are their products with u. Prints in how
-          many series each penalty finds the period, and the false alarms in series without signal. 15 s per series.
+          many series each penalty finds the period, and the false alarms in series without signal. 4 s per series.
 
 Without a mode both run."""
 import argparse

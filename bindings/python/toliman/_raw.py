@@ -275,8 +275,7 @@ class toliman_sim_bounds(Sized):
         of any pixel, divided by the largest change of any pixel by the signal
     peak_to_mean: How a mask spreads the light, of the expected frame before the detector.
         brightest pixel over mean pixel: the dynamic range that the frame needs
-    gradient_energy: mean |gradient of the light|^2 over (mean light)^2, px^-2: how much fine structure a frame
-        has. A bound depends on the signal and its noise too: compare masks by their bounds"""
+    gradient_energy: mean |gradient of the light|^2 over (mean light)^2, px^-2: fine structure of the frame"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -4358,10 +4357,10 @@ height_nm of the scene's mask; without one, an OPD of half the middle wavelength
 is not needed afterwards, but the files that its scene names are read again. The caller destroys *out. The result
 depends on the scene and options only, not on threads. One core takes 1 to 2 minutes for mission.json. If the mask is
 not better at all places, or exceeds the peak at one, the call succeeds and toliman_mask_info.improved is 0: try
-another seed. Errors: TOLIMAN_E_ARGUMENT for
-another name in `free`, or one that is named twice; TOLIMAN_E_SCENE if the separation has no bound with these
-parameters free, and for places that the scene cannot have; TOLIMAN_E_UNSUPPORTED for the engine PADDED_FFT; those of
-toliman_sim_create_file for the files of the scene. Since 0.2.""",
+another seed.
+Errors: TOLIMAN_E_ARGUMENT for another name in `free`, or one that is named twice; TOLIMAN_E_SCENE if the separation
+has no bound with these parameters free, and for places that the scene cannot have; TOLIMAN_E_UNSUPPORTED for the
+engine PADDED_FFT; those of toliman_sim_create_file for the files of the scene. Since 0.2.""",
     ),
     "toliman_mask_destroy": (
         None, (("mask", POINTER(toliman_mask)),),

@@ -61,7 +61,7 @@ class Bounds(Result):
     crb_projected_px: float = member("with the nuisances of preprocess.project unknown: the reference of the efficiency of an estimator")
     truncation: float = member("error of the Taylor expansion at the largest displacement of the signal: largest error of any pixel, divided by the largest change of any pixel by the signal")
     peak_to_mean: float = member("How a mask spreads the light, of the expected frame before the detector. brightest pixel over mean pixel: the dynamic range that the frame needs")
-    gradient_energy: float = member("mean |gradient of the light|^2 over (mean light)^2, px^-2: how much fine structure a frame has. A bound depends on the signal and its noise too: compare masks by their bounds")
+    gradient_energy: float = member("mean |gradient of the light|^2 over (mean light)^2, px^-2: fine structure of the frame")
 
 
 @result
