@@ -24,10 +24,9 @@ struct Options {
 // The folder whose results are drawn: that of the results of a state folder, or the folder itself.
 std::string with_results(const std::string &folder, Progress &progress) {
     if (exists(folder) && !is_folder(folder))
-        malformed(
-            folder,
-            "is not a folder: give one written by run, experiment, track, period --out, planet --out or `make bench`" +
-                kind_of(folder));
+        malformed(folder, "is not a folder: give one written by run, experiment, track, period --out, planet --out, "
+                          "pupil --out or `make bench`" +
+                              kind_of(folder));
     if (!exists(folder + "/ledger.tlml"))
         return folder;
     const toliman::tracker tracker = open_tracker(state_to_read(folder), progress);

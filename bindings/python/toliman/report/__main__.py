@@ -19,7 +19,7 @@ def parse(words: list[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         prog="python3 -m toliman.report", description="Write an HTML page with figures from results of run, "
                                                       "experiment, period, "
-        "planet, track or make bench. See `toliman report --help`.")
+        "planet, pupil, track or make bench. See `toliman report --help`.")
     parser.add_argument("folders", metavar="DIR", nargs="+", help="folders of results, shown on one page in this order")
     parser.add_argument("--out", metavar="FOLDER",
                         help="folder for the page and its figures, default DIR/report of the first DIR")

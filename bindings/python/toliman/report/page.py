@@ -91,7 +91,7 @@ class Page:
         for target in () if self.force else (path, *files):
             if target not in owned and not (target == path and _is_page(path)):
                 _check_free(target)
-        with _signals_deferred() as received:
+        with signals_deferred() as received:
             if self._replace(path, inner, files, received):
                 for old in owned - set(files):
                     old.unlink(missing_ok=True)
@@ -121,7 +121,7 @@ class Page:
 
 
 @contextlib.contextmanager
-def _signals_deferred() -> typing.Iterator[list[int]]:
+def signals_deferred() -> typing.Iterator[list[int]]:
     """Signals that Python code handles are handled after the block, which gets the list of them: it completes its files or
     removes them. Python allows this on the main thread, which alone handles signals."""
     numbers = [number for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)

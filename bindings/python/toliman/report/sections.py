@@ -6,7 +6,7 @@ import os
 import pathlib
 import typing
 
-from . import bench, budget, calibration, experiment, period, planet, run, state
+from . import bench, budget, calibration, experiment, mask, period, planet, run, state
 from .page import Page
 from .results import malformed, readable
 
@@ -18,7 +18,8 @@ def section_of(folder: pathlib.Path) -> Section:
     try:
         names = os.listdir(folder)
     except NotADirectoryError:
-        raise malformed(folder, "is not a folder: give one written by run, experiment, track, period --out, planet --out or `make bench`") from None
+        raise malformed(folder, "is not a folder: give one written by run, experiment, track, period --out, planet --out, "
+                                "pupil --out or `make bench`") from None
     except FileNotFoundError:
         raise malformed(folder, "No such folder") from None
     except OSError as error:
@@ -34,6 +35,8 @@ def section_of(folder: pathlib.Path) -> Section:
                 planet.add if schema.startswith("toliman-planet/") else run.add)
     if "experiment.json" in names:
         return experiment.add
+    if "pupil.json" in names:
+        return mask.add
     if "budget.json" in names:
         return budget.add
     if calibration.files_of(folder):
@@ -42,8 +45,8 @@ def section_of(folder: pathlib.Path) -> Section:
         return bench.add
     kind = "a folder" if names else "an empty folder"
     raise malformed(folder, "contains neither result.json (of toliman run, toliman status --out, "
-                            "toliman period --out or toliman planet --out), nor "
-                            f"experiment.json (toliman experiment), nor budget.json (toliman budget), nor a "
+                            "toliman period --out or toliman planet --out), nor experiment.json (toliman experiment), "
+                            "nor pupil.json (toliman pupil --out), nor budget.json (toliman budget), nor a "
                             f"*.calibration.json (toliman calibrate), nor a *.json of schema {bench.SCHEMA} (make "
                             f"bench); it is {kind}")
 
