@@ -68,7 +68,7 @@ module toliman
         !             loss 0.9"); valid during the callback
         !   fraction  completed fraction, from 0 to 1
         ! Return 0 to continue, any other value to stop. A stopped call returns TOLIMAN_E_CANCELLED, except
-        ! toliman_mask_search, which returns its best result so far; its object stays usable.
+        ! toliman_mask_design, which returns the mask so far; its object stays usable.
         function toliman_progress_fn(stage, fraction, user_data) bind(C) result(answer)
             import
             type(c_ptr), value :: stage, user_data
@@ -1182,19 +1182,6 @@ module toliman
         type(c_ptr) :: log_data = c_null_ptr
     end type
 
-    ! Options of a search. Since 0.2.
-    type, bind(C), public :: toliman_mask_options
-        integer(c_int32_t) :: struct_size = 48
-        integer(c_int32_t) :: threads = 0 ! worker threads, 0 = one per processor
-        integer(c_int64_t) :: seed = 0 ! seed of the random masks
-        integer(c_int64_t) :: count = 0 ! largest number of masks to draw and vary; 0 = 4000, or no limit with minutes
-        real(c_double) :: minutes = 0.0_c_double ! time limit, 0 ... 100000; 0 = none
-        ! stages "draw", "refine", "polish", each with the best bound so far ("draw: best 1.2e-06 px"). A nonzero
-        ! value ends the search: its result is the best mask so far, not TOLIMAN_E_CANCELLED. May be NULL
-        type(c_funptr) :: progress = c_null_funptr
-        type(c_ptr) :: progress_data = c_null_ptr
-    end type
-
     ! Symmetry of a designed mask under a rotation of the pupil by 180 degrees. Since 0.2.
     integer(c_int32_t), parameter, public :: TOLIMAN_MASK_SYMMETRY_NONE = 841
     integer(c_int32_t), parameter, public :: TOLIMAN_MASK_SYMMETRY_EVEN = 842 ! the mask is itself
@@ -1206,8 +1193,8 @@ module toliman
         integer(c_int32_t) :: struct_size = 104
         integer(c_int32_t) :: threads = 0 ! worker threads, 0 = one per processor
         integer(c_int64_t) :: seed = 0 ! seed of the random spirals that it starts from
-        ! parameters that are fitted together with the separation, names separated by spaces, of flux_a, flux_b,
-        ! shift_x, shift_y, roll, scale, focus and background; "" = none, NULL = all that the scene has
+        ! parameters that are fitted together with the separation, names separated by spaces or commas, of flux_a,
+        ! flux_b, shift_x, shift_y, roll, scale, focus and background; "" = none, NULL = all that the scene has
         type(c_ptr) :: free = c_null_ptr
         ! Places of the stars for which the mask is designed, at most one of the two lists; without, that of the
         ! scene. [date_count] Julian years; the scene must give the places by binary.orbit
@@ -1218,12 +1205,13 @@ module toliman
         integer(c_int64_t) :: position_angle_count = 0 ! at most 64
         ! largest peak-to-mean ratio at every place, above 1; 0 = that of the scene's mask there
         real(c_double) :: peak_to_mean = 0.0_c_double
-        ! smallest fraction of the light, in [0, 1); 0 = 0.875. Most designs meet it to 1 %
+        ! smallest fraction of the light, in [0, 1); 0 = 0.875, or no limit in a scene that gives peak_photons. Most
+        ! designs meet it to 1 %
         real(c_double) :: light_in_frame = 0.0_c_double
         ! side of the smallest feature in cells of the pupil, at most 16; 0 = 2
         integer(c_int32_t) :: feature_cells = 0
         integer(c_int32_t) :: symmetry = 0 ! TOLIMAN_MASK_SYMMETRY_..., 0 = NONE
-        ! of the first descent, at most 100000; 0 = 250. The whole takes 1.5 to 2.3 times as many
+        ! of the first descent, at most 100000; 0 = 250. The whole takes 1.8 to 2.6 times as many
         integer(c_int32_t) :: iterations = 0
         integer(c_int32_t) :: reserved = 0 ! 0
         ! stages "draw", "descend", "polish", "correct", with the bound of the sketch ("polish: bound 1.8e-06 px"). A
@@ -1232,16 +1220,15 @@ module toliman
         type(c_ptr) :: progress_data = c_null_ptr
     end type
 
-    ! Scores of a mask and of the mask of the scene it was found for ("before"). After a search: equal unless improved.
-    ! Since 0.2.
+    ! Scores of a designed mask and of the mask of the scene ("before") at one place of the stars. Bounds are those of one
+    ! frame, infinite where the frame does not constrain the separation. Since 0.2.
     type, bind(C), public :: toliman_mask_info
-        integer(c_int32_t) :: struct_size = 88 ! in: sizeof(toliman_mask_info)
+        integer(c_int32_t) :: struct_size = 176 ! in: sizeof(toliman_mask_info)
         integer(c_int32_t) :: improved = 0 ! 1 if the mask is better than that of the scene, else 0
-        integer(c_int32_t) :: stopped = 0 ! 1 if the progress callback ended the search, else 0
+        integer(c_int32_t) :: stopped = 0 ! 1 if the progress callback ended the design, else 0
         integer(c_int32_t) :: reserved = 0 ! 0
-        integer(c_int64_t) :: tried = 0 ! number of masks drawn and varied, or iterations of a design
-        ! Cramer-Rao bound of one frame, after a search with all else known, after a design with its `free` parameters
-        ! free: mask of the scene,
+        integer(c_int64_t) :: iterations = 0 ! of all descents
+        ! Cramer-Rao bound with the parameters `free` of the options free: mask of the scene,
         real(c_double) :: crb_before_px = 0.0_c_double
         real(c_double) :: crb_px = 0.0_c_double ! this mask
         ! brightest pixel over mean pixel of the noise-free frame: mask of the scene,
@@ -1253,6 +1240,22 @@ module toliman
         ! toliman_sim_bounds.gradient_energy, px^-2: mask of the scene,
         real(c_double) :: gradient_energy_before = 0.0_c_double
         real(c_double) :: gradient_energy = 0.0_c_double ! this mask
+        real(c_double) :: crb_alone_before_px = 0.0_c_double ! bound with all else known: mask of the scene,
+        real(c_double) :: crb_alone_px = 0.0_c_double ! this mask
+        ! bound with the fluxes and the common shift free: mask of the scene,
+        real(c_double) :: crb_flux_shift_before_px = 0.0_c_double
+        real(c_double) :: crb_flux_shift_px = 0.0_c_double ! this mask
+        ! radius about the barycentre of the frame that has half of its light: mask of the scene,
+        real(c_double) :: radius_50_before_px = 0.0_c_double
+        real(c_double) :: radius_50_px = 0.0_c_double ! this mask
+        real(c_double) :: radius_80_before_px = 0.0_c_double ! the same for 80 % of the light
+        real(c_double) :: radius_80_px = 0.0_c_double
+        ! smallest crb_alone_px of this pupil with any mask that only delays, all light detected and no noise but that
+        ! of photons (quantum Cramer-Rao bound)
+        real(c_double) :: quantum_px = 0.0_c_double
+        ! the same of crb_flux_shift_px; infinite for a single star
+        real(c_double) :: quantum_flux_shift_px = 0.0_c_double
+        real(c_double) :: small_features = 0.0_c_double ! fraction of the open cells in features below feature_cells
     end type
 
     ! Flags of toliman_period_options.
@@ -3285,24 +3288,6 @@ module toliman
         end function
 
         ! Sets *options, a struct of `size` bytes, to the defaults.
-        subroutine toliman_mask_options_init(options, size) bind(C)
-            import
-            integer(c_size_t), value :: size
-            type(toliman_mask_options), intent(inout) :: options
-        end subroutine
-
-        ! Searches for a spiral mask that is better than the mask of the scene (see Scores above): masks are drawn at
-        ! random, then the best of them and the scene's own spiral are varied, both with fewer wavelengths and, where
-        ! possible, half the pupil samples; finally the best masks are evaluated and improved with the full scene.
-        function toliman_mask_search(sim, options, out) bind(C) result(answer)
-            import
-            type(c_ptr), value :: sim
-            type(toliman_mask_options), intent(in), optional :: options
-            type(c_ptr), intent(out) :: out
-            integer(c_int32_t) :: answer
-        end function
-
-        ! Sets *options, a struct of `size` bytes, to the defaults.
         subroutine toliman_mask_design_options_init(options, size) bind(C)
             import
             integer(c_size_t), value :: size
@@ -3310,8 +3295,8 @@ module toliman
         end subroutine
 
         ! Designs a mask of steps on the cells of the pupil (see Data flow above): from the best of iterations/2
-        ! random spirals, Adam descends on the logarithm of the bound and penalties for pixels above the peak and for
-        ! light lost.
+        ! random spirals, at most 125, Adam descends on the logarithm of the bound and penalties for pixels above the
+        ! peak and for light lost.
         function toliman_mask_design(sim, options, out) bind(C) result(answer)
             import
             type(c_ptr), value :: sim
@@ -3326,7 +3311,7 @@ module toliman
             type(c_ptr), value :: mask
         end subroutine
 
-        ! Writes the scores of a mask to *out, whose struct_size must be set; of a design those at its first place.
+        ! Writes the scores of a mask at its first place to *out, whose struct_size must be set.
         function toliman_mask_get_info(mask, out) bind(C) result(answer)
             import
             type(c_ptr), value :: mask
@@ -3334,8 +3319,8 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Writes the scores at place number `place` of a design to *out, whose struct_size must be set; improved,
-        ! stopped and tried are those of the whole.
+        ! Writes the scores at place number `place` to *out, whose struct_size must be set; improved, stopped,
+        ! iterations and small_features are those of the whole.
         function toliman_mask_get_place(mask, place, out) bind(C) result(answer)
             import
             type(c_ptr), value :: mask
@@ -3344,8 +3329,8 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Writes the cells of a designed mask to cells[side][side], 1 where it steps and 0 elsewhere, also in cells
-        ! without light; side must be telescope.pupil_samples of the scene.
+        ! Writes the cells of the mask to cells[side][side], 1 where it steps and 0 elsewhere, also in cells without
+        ! light; side must be telescope.pupil_samples of the scene.
         function toliman_mask_get_cells(mask, side, cells) bind(C) result(answer)
             import
             type(c_ptr), value :: mask
@@ -3354,9 +3339,18 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Returns the mask as JSON on one line, the value of telescope.mask of a scene: {"kind": "spiral", ...}, or of
-        ! a design {"kind": "file", "file": "mask.npy", "quantity": "binary", "opd_nm": ...}, whose file the caller
-        ! writes from the cells.
+        ! Writes the bound of the sketch with the free parameters in each iteration, px, to bounds_px[count]; count
+        ! must be toliman_mask_info.iterations.
+        function toliman_mask_get_descent(mask, count, bounds_px) bind(C) result(answer)
+            import
+            type(c_ptr), value :: mask
+            integer(c_size_t), value :: count
+            real(c_double), intent(out) :: bounds_px(*)
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Returns the mask as JSON on one line, the value of telescope.mask of a scene: {"kind": "file", "file":
+        ! "mask.npy", "quantity": "binary", "opd_nm": ...}, whose file the caller writes from the cells.
         function toliman_mask_get_json(mask) bind(C) result(answer)
             import
             type(c_ptr), value :: mask
@@ -4362,14 +4356,13 @@ module toliman
     public :: toliman_linear_encode
     public :: toliman_linear_encode_many
     public :: toliman_linear_get_sigma
-    public :: toliman_mask_options_init
-    public :: toliman_mask_search
     public :: toliman_mask_design_options_init
     public :: toliman_mask_design
     public :: toliman_mask_destroy
     public :: toliman_mask_get_info
     public :: toliman_mask_get_place
     public :: toliman_mask_get_cells
+    public :: toliman_mask_get_descent
     public :: toliman_mask_get_json
     public :: toliman_period_options_init
     public :: toliman_period_suggest
@@ -4653,16 +4646,15 @@ module toliman
         final :: linear_estimator_final
     end type
 
-    ! Best mask that was found for a scene, with its scores. Immutable: any number of threads may use one object.
-    ! Since 0.2.
+    ! A designed mask with its scores. Immutable: any number of threads may use one object. Since 0.2.
     type, public :: toliman_phase_mask
         type(c_ptr) :: handle = c_null_ptr
     contains
-        procedure :: search => phase_mask_search
         procedure :: design => phase_mask_design
         procedure :: get_info => phase_mask_get_info
         procedure :: get_place => phase_mask_get_place
         procedure :: get_cells => phase_mask_get_cells
+        procedure :: get_descent => phase_mask_get_descent
         procedure :: get_json => phase_mask_get_json
         procedure :: destroy => phase_mask_destroy
         procedure, private :: phase_mask_assign
@@ -6503,27 +6495,9 @@ contains
         call conclude(toliman_linear_get_sigma(self%handle, sigma_px), stat, errmsg)
     end subroutine
 
-    ! Searches for a spiral mask that is better than the mask of the scene (see Scores above): masks are drawn at
-    ! random, then the best of them and the scene's own spiral are varied, both with fewer wavelengths and, where
-    ! possible, half the pupil samples; finally the best masks are evaluated and improved with the full scene.
-    subroutine phase_mask_search(self, sim, options, stat, errmsg)
-        class(toliman_phase_mask), intent(inout) :: self
-        type(toliman_simulator), intent(in) :: sim
-        type(toliman_mask_options), intent(in), optional :: options
-        integer, intent(out), optional :: stat
-        character(len=*), intent(inout), optional :: errmsg
-        type(c_ptr) :: made
-        integer(c_int32_t) :: status
-        status = toliman_mask_search(sim%handle, options, made)
-        if (status == TOLIMAN_OK) then
-            call self%destroy()
-            self%handle = made
-        end if
-        call conclude(status, stat, errmsg)
-    end subroutine
-
     ! Designs a mask of steps on the cells of the pupil (see Data flow above): from the best of iterations/2 random
-    ! spirals, Adam descends on the logarithm of the bound and penalties for pixels above the peak and for light lost.
+    ! spirals, at most 125, Adam descends on the logarithm of the bound and penalties for pixels above the peak and
+    ! for light lost.
     subroutine phase_mask_design(self, sim, options, stat, errmsg)
         class(toliman_phase_mask), intent(inout) :: self
         type(toliman_simulator), intent(in) :: sim
@@ -6540,7 +6514,7 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Writes the scores of a mask to *out, whose struct_size must be set; of a design those at its first place.
+    ! Writes the scores of a mask at its first place to *out, whose struct_size must be set.
     subroutine phase_mask_get_info(self, out, stat, errmsg)
         class(toliman_phase_mask), intent(in) :: self
         type(toliman_mask_info), intent(inout) :: out
@@ -6549,8 +6523,8 @@ contains
         call conclude(toliman_mask_get_info(self%handle, out), stat, errmsg)
     end subroutine
 
-    ! Writes the scores at place number `place` of a design to *out, whose struct_size must be set; improved, stopped
-    ! and tried are those of the whole.
+    ! Writes the scores at place number `place` to *out, whose struct_size must be set; improved, stopped, iterations
+    ! and small_features are those of the whole.
     subroutine phase_mask_get_place(self, place, out, stat, errmsg)
         class(toliman_phase_mask), intent(in) :: self
         integer(c_int64_t), intent(in) :: place
@@ -6560,8 +6534,8 @@ contains
         call conclude(toliman_mask_get_place(self%handle, place, out), stat, errmsg)
     end subroutine
 
-    ! Writes the cells of a designed mask to cells[side][side], 1 where it steps and 0 elsewhere, also in cells
-    ! without light; side must be telescope.pupil_samples of the scene. cells(side, side).
+    ! Writes the cells of the mask to cells[side][side], 1 where it steps and 0 elsewhere, also in cells without
+    ! light; side must be telescope.pupil_samples of the scene. cells(side, side).
     subroutine phase_mask_get_cells(self, cells, stat, errmsg)
         class(toliman_phase_mask), intent(in) :: self
         real(c_double), intent(out), contiguous :: cells(:, :)
@@ -6574,9 +6548,22 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Returns the mask as JSON on one line, the value of telescope.mask of a scene: {"kind": "spiral", ...}, or of a
-    ! design {"kind": "file", "file": "mask.npy", "quantity": "binary", "opd_nm": ...}, whose file the caller writes
-    ! from the cells.
+    ! Writes the bound of the sketch with the free parameters in each iteration, px, to bounds_px[count]; count must
+    ! be toliman_mask_info.iterations. bounds_px(count).
+    subroutine phase_mask_get_descent(self, bounds_px, stat, errmsg)
+        class(toliman_phase_mask), intent(in) :: self
+        real(c_double), intent(out), contiguous :: bounds_px(:)
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_count
+        integer(c_int32_t) :: status
+        of_count = size(bounds_px, 1, c_size_t)
+        status = toliman_mask_get_descent(self%handle, of_count, bounds_px)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Returns the mask as JSON on one line, the value of telescope.mask of a scene: {"kind": "file", "file":
+    ! "mask.npy", "quantity": "binary", "opd_nm": ...}, whose file the caller writes from the cells.
     function phase_mask_get_json(self) result(answer)
         class(toliman_phase_mask), intent(in) :: self
         character(len=:), allocatable :: answer

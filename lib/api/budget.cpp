@@ -7,8 +7,8 @@
 
 #include "api/guard.hpp"
 #include "api/handles.hpp"
+#include "api/parameters.hpp"
 #include "api/struct_array.hpp"
-#include "base/nearest_word.hpp"
 #include "optics/budget.hpp"
 
 using namespace toliman;
@@ -19,33 +19,15 @@ namespace {
 constexpr int64_t kMostFrames = int64_t{1} << 53; // exact as double
 constexpr double kTenth = 0.1;
 
-Parameter parameter_of(const std::string &name) {
-    const std::optional<Parameter> known = parameter_named(name);
-    if (known && known->kind != Parameter::Kind::separation)
-        return *known;
-    std::vector<std::string> names;
-    for (const Parameter parameter : all_parameters())
-        names.push_back(name_of(parameter));
-    const std::string near = nearest_word(name, {names.begin() + 1, names.end()}); // the first is the separation
-    fail(Status::argument, "{options->free_names}: \"%.40s\" is not a parameter%s%s%s", name.c_str(),
-         near.empty() ? "" : " (did you mean ", near.c_str(), near.empty() ? "" : "?)");
-}
-
 // The free parameters of the options, in the order of their names.
 std::vector<Parameter> free_of(const optics::Simulator &simulator, const char *names) {
     if (names == nullptr)
         return simulator.scene().projected;
-    std::vector<Parameter> free;
-    std::string text = names;
-    std::replace(text.begin(), text.end(), ',', ' ');
-    for (size_t start = text.find_first_not_of(' '); start != std::string::npos;) {
-        const size_t end = std::min(text.find(' ', start), text.size());
-        const Parameter parameter = parameter_of(text.substr(start, end - start));
-        if (std::find(free.begin(), free.end(), parameter) != free.end())
-            fail(Status::argument, "{options->free_names}: %s is named twice", name_of(parameter).c_str());
+    std::vector<Parameter> free = parameters_of(names, "options->free_names");
+    for (const Parameter parameter : free) {
+        if (parameter.kind == Parameter::Kind::separation)
+            fail(Status::argument, "{options->free_names}: separation: must not be in the list: it is always free");
         optics::check_parameter(simulator.scene(), simulator.plan(), parameter);
-        free.push_back(parameter);
-        start = text.find_first_not_of(' ', end);
     }
     return free;
 }

@@ -44,7 +44,7 @@ struct FitSettings {
         const toliman_fit_options known = accept(options, toliman_fit_options{}, "options");
         if (known.reserved != 0)
             fail(Status::argument, "{options->reserved} = %u: must be 0", known.reserved);
-        free = free_parameters(known.free);
+        free = parameters_of(known.free, "options->free");
         capture_px = capture_of(known);
         memory = memory_of(known.allocator);
         progress = {known.progress, known.progress_data};

@@ -2,66 +2,47 @@
 #include <toliman/mask.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
+#include <iterator>
 
 #include "api/choice.hpp"
 #include "api/guard.hpp"
 #include "api/handles.hpp"
 #include "api/parameters.hpp"
 #include "mask/design.hpp"
-#include "mask/search.hpp"
-#include "mask/spiral.hpp"
 
 using namespace toliman;
 using namespace toliman::api;
 
 struct toliman_mask : Handle<toliman_mask> {
     static constexpr char kType[] = "toliman_mask";
-    std::vector<toliman_mask_info> places; // one after a search
+    std::vector<toliman_mask_info> places;
     std::string json;
-    Buffer<uint8_t> cells; // [side][side]; none after a search
+    Buffer<uint8_t> cells; // [side][side]
     size_t side = 0;
+    std::vector<double> descent_px;
 };
 
 namespace {
 
-constexpr uint64_t kDefaultCount = 4000;
-constexpr double kMostMinutes = 100000;
 constexpr uint64_t kMostPlaces = 64;
+constexpr size_t kMostDraws = 125;
 constexpr uint32_t kMostFeature = 16, kMostIterations = 100000;
 constexpr double kLargestDate = 1e4, kLargestTurn = 360; // years, degrees: as in a scene
-constexpr char kMaskFile[] = "mask.npy";
 
 constexpr Choice<mask::Symmetry> kSymmetries = {TOLIMAN_MASK_SYMMETRY_NONE, TOLIMAN_MASK_SYMMETRY_ODD,
                                                 "TOLIMAN_MASK_SYMMETRY_..."};
 
-mask::SearchOptions search_options_of(const toliman_mask_options *options) {
-    const auto known = accept(options, toliman_mask_options{}, "options");
-    if (!(known.minutes >= 0 && known.minutes <= kMostMinutes))
-        fail(Status::argument, "{options->minutes} = %g: must be in [0, %g]", known.minutes, kMostMinutes);
-    const uint64_t count = known.count != 0 || known.minutes > 0 ? known.count : kDefaultCount;
-    return {known.seed, count, known.minutes, known.threads, {known.progress, known.progress_data}};
-}
-
-// All that a scene has of the eight.
-std::vector<Parameter> all_free(const Scene &scene) {
-    return free_parameters(scene.stars.size() == 2 ? "flux_a flux_b shift_x shift_y roll scale focus background"
-                                                   : "flux_a shift_x shift_y roll scale focus background");
-}
-
 std::vector<Parameter> free_of(const Scene &scene, const char *names) {
+    const std::vector<Parameter> known = optics::eight_nuisances(scene);
     if (names == nullptr)
-        return all_free(scene);
-    const std::vector<Parameter> known = all_free(scene);
-    std::vector<Parameter> free = free_parameters(names);
-    for (size_t i = 0; i < free.size(); i++) {
-        const auto upto = free.begin() + static_cast<std::ptrdiff_t>(i);
-        if (std::find(free.begin(), upto, free[i]) != upto)
-            fail(Status::argument, "{options->free}: %s is named twice", name_of(free[i]).c_str());
-        if (std::find(known.begin(), known.end(), free[i]) == known.end())
+        return known;
+    std::vector<Parameter> free = parameters_of(names, "options->free");
+    for (const Parameter parameter : free)
+        if (std::find(known.begin(), known.end(), parameter) == known.end())
             fail(Status::argument, "{options->free}: %s: a design of this scene cannot have it free",
-                 name_of(free[i]).c_str());
-    }
+                 name_of(parameter).c_str());
     return free;
 }
 
@@ -85,13 +66,13 @@ mask::DesignOptions design_options_of(const Scene &scene, const toliman_mask_des
     known.seed = given.seed;
     known.free = free_of(scene, given.free);
     known.peak_to_mean = given.peak_to_mean;
-    if (given.light_in_frame > 0)
+    if (given.light_in_frame > 0 || scene.cadence.peak_photons > 0)
         known.light_in_frame = given.light_in_frame;
     known.feature_cells =
         in_range_or(given.feature_cells, static_cast<uint32_t>(known.feature_cells), kMostFeature, "feature_cells");
     known.iterations =
         in_range_or(given.iterations, static_cast<uint32_t>(known.iterations), kMostIterations, "iterations");
-    known.draws = std::max<size_t>(known.iterations / 2, 1);
+    known.draws = std::clamp<size_t>(known.iterations / 2, 1, kMostDraws);
     known.symmetry = kSymmetries.to_enum_or(given.symmetry, mask::Symmetry::none, "options->symmetry");
     known.workers = given.threads;
     known.progress = {given.progress, given.progress_data};
@@ -149,6 +130,16 @@ toliman_mask_info info_of(const mask::Score &own, const mask::Score &best) {
     info.light_in_frame = best.light_in_frame;
     info.gradient_energy_before = own.gradient_energy;
     info.gradient_energy = best.gradient_energy;
+    info.crb_alone_before_px = own.alone_px;
+    info.crb_alone_px = best.alone_px;
+    info.crb_flux_shift_before_px = own.flux_shift_px;
+    info.crb_flux_shift_px = best.flux_shift_px;
+    info.radius_50_before_px = own.radius_50_px;
+    info.radius_50_px = best.radius_50_px;
+    info.radius_80_before_px = own.radius_80_px;
+    info.radius_80_px = best.radius_80_px;
+    info.quantum_px = best.quantum_px;
+    info.quantum_flux_shift_px = best.quantum_flux_shift_px;
     return info;
 }
 
@@ -164,32 +155,25 @@ std::vector<toliman_mask_info> infos_of(const mask::Design &made, const mask::De
     for (toliman_mask_info &info : infos) {
         info.improved = improved ? 1 : 0;
         info.stopped = made.stopped ? 1 : 0;
-        info.tried = made.bounds_px.size();
+        info.iterations = made.bounds_px.size();
+        info.small_features = made.small_cells;
     }
     return infos;
+}
+
+// The group "mask" of a scene. The numbers have the fewest digits that are read as the same bits, in every locale.
+std::string json_of(const Mask &mask) {
+    const bool by_opd = mask.opd_nm != 0;
+    char digits[32];
+    const char *const end = std::to_chars(digits, std::end(digits), by_opd ? mask.opd_nm : mask.height_nm).ptr;
+    return R"({"kind": "file", "file": "mask.npy", "quantity": "binary", ")" +
+           std::string(by_opd ? "opd_nm" : "height_nm") + "\": " + std::string(static_cast<const char *>(digits), end) +
+           "}";
 }
 
 } // namespace
 
 extern "C" {
-
-void toliman_mask_options_init(toliman_mask_options *options, size_t size) noexcept {
-    deliver_defaults(toliman_mask_options{}, options, size);
-}
-
-toliman_status toliman_mask_search(const toliman_sim *sim, const toliman_mask_options *options,
-                                   toliman_mask **out) noexcept {
-    return guard([&] {
-        const Use use(sim, "sim");
-        toliman_mask *&made = required(out, "out");
-        const mask::Found found = mask::search(use->simulator, search_options_of(options));
-        toliman_mask_info info = info_of(found.own, found.best);
-        info.improved = found.improved ? 1 : 0;
-        info.stopped = found.stopped ? 1 : 0;
-        info.tried = found.tried;
-        made = new toliman_mask{{}, {info}, found.improved ? mask::json_of(found.mask) : "", {}, 0};
-    });
-}
 
 void toliman_mask_design_options_init(toliman_mask_design_options *options, size_t size) noexcept {
     deliver_defaults(toliman_mask_design_options{}, options, size);
@@ -204,9 +188,12 @@ toliman_status toliman_mask_design(const toliman_sim *sim, const toliman_mask_de
         const Scene &scene = use->simulator.scene();
         const mask::DesignOptions known = design_options_of(scene, given);
         mask::Design design = mask::design(places_of(scene, given), known);
-        design.mask.file = kMaskFile;
-        made = new toliman_mask{
-            {}, infos_of(design, known), mask::json_of(design.mask), std::move(design.cells), design.samples};
+        made = new toliman_mask{{},
+                                infos_of(design, known),
+                                json_of(design.mask),
+                                std::move(design.cells),
+                                design.samples,
+                                std::move(design.bounds_px)};
     });
 }
 
@@ -234,11 +221,19 @@ toliman_status toliman_mask_get_place(const toliman_mask *mask, uint64_t place, 
 toliman_status toliman_mask_get_cells(const toliman_mask *mask, size_t side, double *cells) noexcept {
     return guard([&] {
         const Use use(mask, "mask");
-        if (use->side == 0)
-            fail(Status::state, "mask: has no cells: a search finds spirals");
         if (side != use->side)
             fail(Status::argument, "{side} = %zu: must be %zu, the pupil's samples", side, use->side);
         std::copy(use->cells.begin(), use->cells.end(), &required(cells, "cells"));
+    });
+}
+
+toliman_status toliman_mask_get_descent(const toliman_mask *mask, size_t count, double *bounds_px) noexcept {
+    return guard([&] {
+        const Use use(mask, "mask");
+        if (count != use->descent_px.size())
+            fail(Status::argument, "{count} = %zu: must be %zu, the iterations", count, use->descent_px.size());
+        if (count > 0)
+            std::copy(use->descent_px.begin(), use->descent_px.end(), &required(bounds_px, "bounds_px"));
     });
 }
 

@@ -37,18 +37,21 @@ std::string suggestion_for(const std::string &name) {
     return nearest.empty() ? "" : "; did you mean \"" + nearest + "\"?";
 }
 
-std::vector<Parameter> free_parameters(const char *names) {
+std::vector<Parameter> parameters_of(const char *names, const char *field) {
+    constexpr char kBetween[] = " ,";
     std::vector<Parameter> parameters;
     const std::string text = names != nullptr ? names : "";
-    for (size_t at = text.find_first_not_of(' '); at != std::string::npos;) {
-        const size_t end = std::min(text.find(' ', at), text.size());
+    for (size_t at = text.find_first_not_of(kBetween); at != std::string::npos;) {
+        const size_t end = std::min(text.find_first_of(kBetween, at), text.size());
         const std::string name = text.substr(at, end - at);
         const std::optional<Parameter> parameter = parameter_named(name);
         if (!parameter)
-            fail(Status::argument, "{options->free}: \"%s\": must be the name of a parameter%s",
-                 name.substr(0, 40).c_str(), suggestion_for(name).c_str());
+            fail(Status::argument, "{%s}: \"%s\": must be the name of a parameter%s", field, name.substr(0, 40).c_str(),
+                 suggestion_for(name).c_str());
+        if (std::find(parameters.begin(), parameters.end(), *parameter) != parameters.end())
+            fail(Status::argument, "{%s}: %s is named twice", field, name.c_str());
         parameters.push_back(*parameter);
-        at = text.find_first_not_of(' ', end);
+        at = text.find_first_not_of(kBetween, end);
     }
     return parameters;
 }

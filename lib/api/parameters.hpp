@@ -15,7 +15,8 @@ toliman_sim_parameter public_parameter(Parameter parameter);
 // "; did you mean "scale"?" for the nearest name of a parameter, "" if none is near.
 std::string suggestion_for(const std::string &name);
 
-// The parameters that options->free names, separated by spaces; none for NULL. Status::argument for another name.
-std::vector<Parameter> free_parameters(const char *names);
+// The parameters of a list of names, separated by spaces or commas; none for NULL. Status::argument for another name
+// and for one that is given twice; field: where the list is given ("options->free").
+std::vector<Parameter> parameters_of(const char *names, const char *field);
 
 } // namespace toliman::api

@@ -17,6 +17,7 @@
 #include "base/constants.hpp"
 #include "base/text.hpp"
 #include "base/workers.hpp"
+#include "mask/features.hpp"
 #include "mask/objective.hpp"
 #include "mask/spiral.hpp"
 #include "optics/mask_cells.hpp"
@@ -30,10 +31,11 @@ constexpr size_t kSketchCells = 128;
 constexpr double kLargestPitch = 0.46;              // of the sketch's pixels, in lambda/D of the shortest wavelength
 constexpr double kFirstField = 56, kLastField = 66; // width of the sketch, in the same unit
 constexpr double kRate = 0.06, kDecay1 = 0.9, kDecay2 = 0.98, kTiny = 1e-12; // of Adam
-constexpr double kFirstSlope = 3, kLastSlope = 40, kFirstWeight = 0.02, kLastWeight = 1, kLightWeight = 1000;
-constexpr double kFirstPeak = 1.09; // of the first sketch over that of the frame
-constexpr double kDrawPenalty = 0.35, kTighter = 0.997, kNearly = 0.998;
-constexpr size_t kCorrections = 6, kMostOpenings = 20;
+constexpr double kFirstSlope = 3, kLastSlope = 40, kFirstWeight = 0.02, kLastWeight = 1, kLightWeight = 100;
+constexpr double kSmoothing = 0.7, kLeastSmoothing = 2.8; // standard deviation: sides of a feature, cells
+constexpr double kFirstPeak = 1.09;                       // of the first sketch over that of the frame
+constexpr double kDrawPenalty = 0.35, kFirstTighter = 0.985, kTighter = 0.995, kNearly = 0.998;
+constexpr size_t kCorrections = 6;
 
 double shortest_m(const Scene &scene) {
     const std::vector<double> wavelengths = optics::make_light(scene).wavelength_m;
@@ -122,8 +124,7 @@ class Places {
     Objective &operator[](size_t place) const noexcept { return *objectives_[place]; }
 
     Score score(size_t place, const Buffer<double> &covered) const {
-        const Merit merit = objectives_[place]->judge(covered, frame_pixels_);
-        return {merit.bound_px * binned_, merit.peak_to_mean, merit.light_in_frame, merit.gradient_energy};
+        return objectives_[place]->judge(covered, frame_pixels_);
     }
 
   private:
@@ -185,7 +186,7 @@ class Designer {
     struct Target {
         double peak_to_mean, light_in_frame;
         double peak_share = kFirstPeak, light_share = 0; // sketch over frame; the first descent has no limit of light
-        double tightened = 1;                            // the limit of the peak
+        double peak_factor = 1, light_factor = 1;        // limits in the descent over those asked for
     };
 
     void draw(const Places &sketch);
@@ -208,14 +209,16 @@ class Designer {
 Designer::Designer(const std::vector<Scene> &scenes, const DesignOptions &options)
     : scenes_(scenes), options_(options), fine_(scenes[0].telescope.pupil_samples), coarse_(sketch_cells(scenes[0])),
       open_(optics::make_pupil(scenes[0], fine_).amplitude),
-      level_(coarse_, 0.5 * static_cast<double>(options.feature_cells * coarse_ * 2) / static_cast<double>(fine_),
+      level_(coarse_,
+             std::max(kLeastSmoothing, kSmoothing * static_cast<double>(options.feature_cells)) *
+                 static_cast<double>(coarse_) / static_cast<double>(fine_),
              fine_, coarse_, open_, options.symmetry),
       adam_(coarse_ * coarse_) {
     design_.samples = fine_;
     design_.mask = mask_of_cells(scenes[0]);
     for (const Scene &scene : scenes) {
-        design_.own.push_back(full_score_of(without_signal(with_accuracy(scene, optics::kBoundAccuracy)),
-                                            scene.telescope.mask, options.free));
+        design_.own.push_back(
+            score_of(without_signal(with_accuracy(scene, optics::kBoundAccuracy)), scene.telescope.mask, options.free));
         targets_.push_back({options.peak_to_mean > 0 ? options.peak_to_mean : design_.own.back().peak_to_mean,
                             options.light_in_frame});
     }
@@ -246,7 +249,7 @@ void Designer::draw(const Places &sketch) {
         const double rms = level_.set(heights);
         if (rms < kLeastHeight)
             continue;
-        const Score score = sketch.score(0, level_.covered(kLastSlope));
+        const Score score = sketch.score(0, level_.covered(kLastSlope)); // in pixels of the sketch
         const double excess = std::log(score.peak_to_mean / (kFirstPeak * targets_[0].peak_to_mean));
         const double loss = std::log(score.crb_px) + kDrawPenalty * std::max(0.0, excess);
         if (loss < best || heights_.empty()) {
@@ -269,11 +272,11 @@ void Designer::descend(const Places &sketch, const Course &course) {
         const size_t place = i % scenes_.size();
         const Target &target = targets_[place];
         level_.set(heights_);
-        const Merit merit =
-            sketch[place].evaluate(level_.covered(slope),
-                                   {sketch.frame_pixels(), target.peak_share * target.tightened * target.peak_to_mean,
-                                    weight, target.light_share * target.light_in_frame, kLightWeight},
-                                   &by_covered);
+        const Merit merit = sketch[place].evaluate(
+            level_.covered(slope),
+            {sketch.frame_pixels(), target.peak_share * target.peak_factor * target.peak_to_mean, weight,
+             target.light_share * target.light_factor * target.light_in_frame, kLightWeight},
+            &by_covered);
         if (!std::isfinite(merit.loss))
             fail(Status::scene,
                  "%s: a mask cannot be designed: the separation has no Cramer-Rao bound with the free "
@@ -304,9 +307,12 @@ bool Designer::meets_targets(const Places &sketch, const Places &full) {
         target.light_share = of_sketch.light_in_frame / score.light_in_frame;
         if (score.peak_to_mean > target.peak_to_mean) {
             meets = false;
-            target.tightened *= kTighter * target.peak_to_mean / score.peak_to_mean;
+            target.peak_factor *= kTighter * target.peak_to_mean / score.peak_to_mean;
         }
-        meets = meets && score.light_in_frame >= kNearly * target.light_in_frame;
+        if (score.light_in_frame < kNearly * target.light_in_frame) {
+            meets = false;
+            target.light_factor *= target.light_in_frame / score.light_in_frame;
+        }
         design_.best.push_back(score);
     }
     return meets;
@@ -324,59 +330,18 @@ Design Designer::run() {
         accurate.push_back(with_accuracy(scene, optics::kBoundAccuracy));
     const Places full(accurate, options_, design_.mask.step_m());
     meets_targets(sketch, full);
-    for (Target &target : targets_)
-        target.tightened = 1;
-    descend(sketch, {"polish", options_.iterations / 2, 0.75 * kLastSlope, kLastWeight, kRate / 2});
+    for (Target &target : targets_) {
+        target.peak_factor = kFirstTighter;
+        target.light_factor = 1;
+    }
+    descend(sketch, {"polish", options_.iterations * 4 / 5, 0.75 * kLastSlope, kLastWeight, kRate / 2});
     for (size_t i = 0; !meets_targets(sketch, full) && i < kCorrections && !design_.stopped; i++)
         descend(sketch, {"correct", options_.iterations / 8, 0.75 * kLastSlope, kLastWeight, kRate / 4});
     design_.small_cells = small_fraction(design_.cells, fine_, options_.feature_cells, open_);
     return std::move(design_);
 }
 
-// 1 in cells that a square of side x side cells of this kind covers.
-Buffer<uint8_t> opened(const Buffer<uint8_t> &cells, size_t n, size_t side, const Buffer<double> &open, uint8_t kind) {
-    Buffer<uint8_t> found(cells.size());
-    for (size_t y = 0; y + side <= n; y++)
-        for (size_t x = 0; x + side <= n; x++) {
-            bool whole = true;
-            for (size_t i = 0; whole && i < side * side; i++) {
-                const size_t at = (y + i / side) * n + x + i % side;
-                whole = open[at] == 0 || cells[at] == kind;
-            }
-            for (size_t i = 0; whole && i < side * side; i++)
-                found[(y + i / side) * n + x + i % side] = 1;
-        }
-    return found;
-}
-
-// Flips the open cells of this kind that no square covers; returns their number.
-size_t open_kind(Buffer<uint8_t> &cells, size_t n, size_t side, const Buffer<double> &open, uint8_t kind) {
-    const Buffer<uint8_t> large = opened(cells, n, side, open, kind);
-    size_t changed = 0;
-    for (size_t i = 0; i < cells.size(); i++)
-        if (open[i] > 0 && cells[i] == kind && large[i] == 0) {
-            cells[i] = 1 - kind;
-            changed++;
-        }
-    return changed;
-}
-
 } // namespace
-
-Buffer<uint8_t> without_small_features(Buffer<uint8_t> cells, size_t samples, size_t side, const Buffer<double> &open) {
-    for (size_t round = 0; round < kMostOpenings; round++)
-        if (open_kind(cells, samples, side, open, 1) + open_kind(cells, samples, side, open, 0) == 0)
-            break;
-    return cells;
-}
-
-double small_fraction(const Buffer<uint8_t> &cells, size_t samples, size_t side, const Buffer<double> &open) {
-    const auto open_cells =
-        static_cast<double>(std::count_if(open.begin(), open.end(), [](double amplitude) { return amplitude > 0; }));
-    Buffer<uint8_t> ones = cells, zeros = cells;
-    return static_cast<double>(open_kind(ones, samples, side, open, 1) + open_kind(zeros, samples, side, open, 0)) /
-           open_cells;
-}
 
 Design design(const std::vector<Scene> &places, const DesignOptions &options) {
     return Designer(places, options).run();

@@ -35,10 +35,4 @@ struct Design {
 // Status::unsupported as in Objective.
 Design design(const std::vector<Scene> &places, const DesignOptions &options);
 
-// Removes what squares of side x side cells of one kind cannot cover; closed cells count as any kind.
-Buffer<uint8_t> without_small_features(Buffer<uint8_t> cells, size_t samples, size_t side, const Buffer<double> &open);
-
-// The fraction of the open cells that it would change first.
-double small_fraction(const Buffer<uint8_t> &cells, size_t samples, size_t side, const Buffer<double> &open);
-
 } // namespace toliman::mask

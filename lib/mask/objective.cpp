@@ -13,7 +13,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 
 #include "base/symmetric.hpp"
@@ -105,14 +104,14 @@ void Objective::render(double order, Work &work) const {
 }
 
 // Derivative images, variance, and the solution of the normal equations.
-void Objective::inform(Work &work) const {
+void Objective::inform(const std::vector<Parameter> &free, Work &work) const {
     const optics::Light &light = outline_.light;
     const size_t n = work.light.size(), stars = outline_.scene.stars.size(), cols = outline_.plan.pixels.cols;
     const double x_axis = light.axis[0], y_axis = light.axis[1];
     const double x_middle = 0.5 * static_cast<double>(cols - 1),
                  y_middle = 0.5 * static_cast<double>(outline_.plan.pixels.rows - 1);
     std::vector<Parameter> parameters = {{Kind::separation}};
-    parameters.insert(parameters.end(), free_.begin(), free_.end());
+    parameters.insert(parameters.end(), free.begin(), free.end());
     work.columns.resize(parameters.size());
     for (Buffer<double> &column : work.columns)
         column.resize(n);
@@ -228,7 +227,6 @@ void Objective::weigh(const Limit &limit, Work &work, Merit &merit) const {
     merit.loss = 0.5 * std::log(square) + penalty;
     merit.peak_to_mean = peak / total * limit.frame_pixels;
     merit.light_in_frame = total / photons_;
-    merit.gradient_energy = work.gradient_energy;
 }
 
 Buffer<double> Objective::gradient_of(const Work &work) const {
@@ -267,26 +265,44 @@ Buffer<double> Objective::gradient_of(const Work &work) const {
     return gradient;
 }
 
-Merit Objective::merit_of(double order, const Buffer<double> &covered, const Limit &limit) {
-    set_mask(covered);
-    render(order, work_);
-    inform(work_);
-    Merit merit;
-    merit.loss = merit.bound_px = std::numeric_limits<double>::infinity();
-    if (!work_.solution.empty())
-        weigh(limit, work_, merit);
-    return merit;
-}
-
 Merit Objective::evaluate(const Buffer<double> &covered, const Limit &limit, Buffer<double> *gradient) {
-    const Merit merit = merit_of(kOrder, covered, limit);
-    if (gradient != nullptr && !work_.solution.empty())
+    set_mask(covered);
+    render(kOrder, work_);
+    inform(free_, work_);
+    Merit merit;
+    merit.loss = merit.bound_px = Score::kNone;
+    if (work_.solution.empty())
+        return merit;
+    weigh(limit, work_, merit);
+    if (gradient != nullptr)
         *gradient = gradient_of(work_);
     return merit;
 }
 
-Merit Objective::judge(const Buffer<double> &covered, double frame_pixels) {
-    return merit_of(kMaximum, covered, {frame_pixels, 0, 0, 0, 0});
+// Of the images that were rendered last.
+double Objective::bound_with(const std::vector<Parameter> &free) {
+    inform(free, work_);
+    return work_.solution.empty() ? Score::kNone : std::sqrt(work_.solution[0]);
+}
+
+Score Objective::judge(const Buffer<double> &covered, double frame_pixels) {
+    set_mask(covered);
+    render(kMaximum, work_);
+    const double light = sum_of(work_.light);
+    const double electrons = work_.factor * sum_of(response_) / static_cast<double>(response_.size());
+    const Quantum quantum = quantum_of(outline_, electrons);
+    Score score;
+    score.alone_px = bound_with({});
+    score.flux_shift_px = bound_with(optics::fluxes_and_shift(outline_.scene));
+    score.crb_px = bound_with(free_);
+    score.peak_to_mean = *std::max_element(work_.light.begin(), work_.light.end()) / light * frame_pixels;
+    score.light_in_frame = light / photons_;
+    score.gradient_energy = work_.gradient_energy;
+    score.radius_50_px = encircled_px(work_.light, outline_.plan.pixels.cols, 0.5);
+    score.radius_80_px = encircled_px(work_.light, outline_.plan.pixels.cols, 0.8);
+    score.quantum_px = quantum.alone_px;
+    score.quantum_flux_shift_px = quantum.flux_shift_px;
+    return score;
 }
 
 } // namespace toliman::mask

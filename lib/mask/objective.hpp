@@ -3,7 +3,7 @@
 #pragma once
 #include <vector>
 
-#include "optics/simulator.hpp"
+#include "mask/score.hpp"
 
 namespace toliman::mask {
 
@@ -17,11 +17,10 @@ struct Limit {
 };
 
 struct Merit {
-    double loss = 0;            // ln(bound/px) + penalties
-    double bound_px = 0;        // infinite if the frame does not constrain the separation
-    double peak_to_mean = 0;    // brightest pixel over the mean of frame_pixels
-    double light_in_frame = 0;  // fraction of the stars' photons
-    double gradient_energy = 0; // px^-2 (optics/information.hpp)
+    double loss = 0;           // ln(bound/px) + penalties
+    double bound_px = 0;       // infinite if the frame does not constrain the separation
+    double peak_to_mean = 0;   // brightest pixel over the mean of frame_pixels
+    double light_in_frame = 0; // fraction of the stars' photons
 };
 
 class Objective {
@@ -41,8 +40,8 @@ class Objective {
     // the loss, 0 in closed cells, or nullptr. The bits do not depend on the workers.
     Merit evaluate(const Buffer<double> &covered, const Limit &limit, Buffer<double> *gradient);
 
-    // The same without penalties, and with the true peak where evaluate() has a smooth one.
-    Merit judge(const Buffer<double> &covered, double frame_pixels);
+    // The scores of the mask, with the true peak where evaluate() has a smooth one. frame_pixels as in Limit.
+    Score judge(const Buffer<double> &covered, double frame_pixels);
 
   private:
     // The images of one mask. Weights are derivatives of the loss by the electrons of the images.
@@ -59,8 +58,8 @@ class Objective {
     };
     void set_mask(const Buffer<double> &covered);
     void render(double order, Work &work) const;
-    Merit merit_of(double order, const Buffer<double> &covered, const Limit &limit);
-    void inform(Work &work) const;
+    void inform(const std::vector<Parameter> &free, Work &work) const;
+    double bound_with(const std::vector<Parameter> &free);
     void weigh(const Limit &limit, Work &work, Merit &merit) const;
     Buffer<double> gradient_of(const Work &work) const;
 

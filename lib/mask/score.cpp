@@ -1,26 +1,45 @@
-// Method: a mask is scored by the simulation of its scene, whose Cramer-Rao bound is
-//     sigma = 1 / |(dI/dd) / sqrt(V)|,
-// with I the expected frame, V its variance and d the separation (optics/information.cpp). It is the smallest standard
-// deviation that any estimator can reach, so that no estimator has to be trained for each mask. The coarse scene has
-// at most six wavelengths and half the pupil samples: until the full scene confirms the best masks only their order
-// matters.
+// Method: a mask is scored by the simulation of its scene, whose Cramer-Rao bound is the smallest standard deviation
+// that any estimator can reach from the frame (optics/information.cpp), so that no estimator has to be trained for each
+// mask. No measurement of a photon tells more of the direction u of its star than the quantum Fisher information of its
+// wave in the pupil: with the pupil coordinate x along u, weighted by the transmitted light,
+//     Q = 4 (2 pi / lambda)^2 Var(x)
+// per photon, whatever the phases in the pupil. The separation of two stars, each of unknown place, has the variance
+// 1/Q_A + 1/Q_B. Reference: Helstrom 1976, Quantum Detection and Estimation Theory, chapter 8.
 #include "mask/score.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
+
+#include "base/constants.hpp"
 
 namespace toliman::mask {
 
 namespace {
 
-constexpr size_t kCoarseSteps = 5, kFewestSamples = 8;
-
 double total(const std::vector<double> &photons) {
     return std::accumulate(photons.begin(), photons.end(), 0.0);
 }
 
-// Calls work with the images of the scene with another mask, computed on one thread, and with its light.
-template <class Work> auto with_images(Scene scene, const Mask &mask, Work work) {
+// Variance (m^2) of the pupil coordinate along the separation, weighted by the transmitted light.
+double pupil_variance_m2(const optics::Outline &outline) {
+    const size_t n = outline.pupil.samples;
+    const double cell = outline.scene.telescope.aperture_m / static_cast<double>(n);
+    double sum = 0, first = 0, second = 0;
+    for (size_t i = 0; i < n * n; i++) {
+        const double amplitude = outline.pupil.amplitude[i], weight = amplitude * amplitude;
+        const double x = cell * (static_cast<double>(i % n) * outline.light.axis[0] +
+                                 static_cast<double>(i / n) * outline.light.axis[1]);
+        sum += weight;
+        first += weight * x;
+        second += weight * x * x;
+    }
+    return second / sum - first / sum * (first / sum);
+}
+
+} // namespace
+
+Score score_of(Scene scene, const Mask &mask, const std::vector<Parameter> &free) {
     optics::Settings settings;
     settings.workers = 1;
     scene.telescope.mask = mask;
@@ -28,42 +47,51 @@ template <class Work> auto with_images(Scene scene, const Mask &mask, Work work)
     const optics::Imager imager(outline.scene, outline.pupil, outline.plan, settings.workers);
     const optics::DetectorStages detector(outline.scene);
     const optics::Images images(outline.scene, outline.pupil, imager, outline.plan, detector, outline.light, {}, 1);
-    return work(images, outline.light);
+    const Buffer<double> &light = images.both();
+    Score score;
+    score.crb_px = optics::bound_with(images, free);
+    score.alone_px = optics::bound_with(images, {});
+    score.flux_shift_px = optics::bound_with(images, optics::fluxes_and_shift(outline.scene));
+    score.peak_to_mean = images.peak_photons() / images.total_photons() * static_cast<double>(light.size());
+    score.light_in_frame = images.total_photons() / (total(outline.light.photons[0]) + total(outline.light.photons[1]));
+    score.gradient_energy = optics::gradient_energy(images);
+    score.radius_50_px = encircled_px(light, outline.plan.pixels.cols, 0.5);
+    score.radius_80_px = encircled_px(light, outline.plan.pixels.cols, 0.8);
+    return score;
 }
 
-// With too few samples the image aliases, and files of the pupil have a fixed size.
-bool can_be_simulated(const Scene &scene, const Mask &mask) {
-    try {
-        score_of(scene, mask);
-        return true;
-    } catch (const Error &error) {
-        if (error.status() == Status::scene || error.status() == Status::format)
-            return false;
-        throw;
+double encircled_px(const Buffer<double> &light, size_t cols, double fraction) {
+    double sum = 0, x = 0, y = 0;
+    for (size_t i = 0; i < light.size(); i++) {
+        sum += light[i];
+        x += light[i] * static_cast<double>(i % cols);
+        y += light[i] * static_cast<double>(i / cols);
     }
+    std::vector<std::pair<double, double>> rings; // square of the radius, light
+    for (size_t i = 0; i < light.size(); i++) {
+        const double dx = static_cast<double>(i % cols) - x / sum, dy = static_cast<double>(i / cols) - y / sum;
+        rings.emplace_back(dx * dx + dy * dy, light[i]);
+    }
+    std::sort(rings.begin(), rings.end());
+    double within = 0;
+    for (const auto &[square, value] : rings) {
+        within += value;
+        if (within >= fraction * sum)
+            return std::sqrt(square);
+    }
+    return std::sqrt(rings.back().first);
 }
 
-} // namespace
-
-Score score_of(const optics::Images &images, const optics::Light &light, const std::vector<Parameter> &free) {
-    const double mean = images.total_photons() / static_cast<double>(images.both().size());
-    return {optics::bound_with(images, free), images.peak_photons() / mean,
-            images.total_photons() / (total(light.photons[0]) + total(light.photons[1])), 0};
-}
-
-// Only what a score needs: the stars' images, and the first derivative by the displacement.
-Score score_of(Scene scene, const Mask &mask, const std::vector<Parameter> &free) {
-    return with_images(std::move(scene), mask, [&](const optics::Images &images, const optics::Light &light) {
-        return score_of(images, light, free);
-    });
-}
-
-Score full_score_of(Scene scene, const Mask &mask, const std::vector<Parameter> &free) {
-    return with_images(std::move(scene), mask, [&](const optics::Images &images, const optics::Light &light) {
-        Score score = score_of(images, light, free);
-        score.gradient_energy = optics::gradient_energy(images);
-        return score;
-    });
+Quantum quantum_of(const optics::Outline &outline, double electrons) {
+    const double pixel_rad = outline.scene.detector.pixel_scale_arcsec * kPi / 648000;
+    const double variance = pupil_variance_m2(outline);
+    double information[2] = {0, 0}; // px^-2
+    for (size_t s = 0; s < outline.scene.stars.size(); s++)
+        for (size_t k = 0; k < outline.light.wavelength_m.size(); k++) {
+            const double rate = 2 * kPi * pixel_rad / outline.light.wavelength_m[k];
+            information[s] += 4 * rate * rate * variance * electrons * outline.light.photons[s][k];
+        }
+    return {1 / std::sqrt(information[outline.scene.signal.star]), std::sqrt(1 / information[0] + 1 / information[1])};
 }
 
 Scene without_signal(Scene scene) {
@@ -75,14 +103,6 @@ Scene without_signal(Scene scene) {
     scene.signal.star = star;
     scene.signal.period_days = 1;
     return scene;
-}
-
-Scene coarse(Scene scene, const Mask &trial) {
-    if (scene.band)
-        scene.band->steps = std::min(scene.band->steps, kCoarseSteps);
-    Scene half = scene;
-    half.telescope.pupil_samples /= 2;
-    return half.telescope.pupil_samples >= kFewestSamples && can_be_simulated(half, trial) ? half : scene;
 }
 
 } // namespace toliman::mask

@@ -1,4 +1,4 @@
-// The figures of merit of a mask, and the simpler scenes that rank masks like the given one in less time.
+// The figures of merit of a mask.
 #pragma once
 #include <limits>
 
@@ -7,26 +7,32 @@
 namespace toliman::mask {
 
 struct Score {
-    double crb_px = std::numeric_limits<double>::infinity();       // Cramer-Rao bound of the separation
-    double peak_to_mean = std::numeric_limits<double>::infinity(); // of the noise-free frame
-    double light_in_frame = 0;                                     // fraction of the stars' photons
-    double gradient_energy = 0; // px^-2 (optics/information.hpp), where it is asked for
+    static constexpr double kNone = std::numeric_limits<double>::infinity();
+    // Cramer-Rao bounds of the separation: with the chosen nuisances free, all known, fluxes and shift free.
+    double crb_px = kNone, alone_px = kNone, flux_shift_px = kNone;
+    double peak_to_mean = kNone;                              // brightest pixel over mean pixel of the noise-free frame
+    double light_in_frame = 0;                                // fraction of the stars' photons
+    double gradient_energy = 0;                               // px^-2 (optics/information.hpp)
+    double radius_50_px = 0, radius_80_px = 0;                // see encircled_px
+    double quantum_px = kNone, quantum_flux_shift_px = kNone; // see quantum_of; of a designed mask
 };
 
-// Of the scene with these images and this light, and with these nuisances free.
-Score score_of(const optics::Images &images, const optics::Light &light, const std::vector<Parameter> &free = {});
+// Simulates the scene with another mask on one thread. Without quantum bounds.
+Score score_of(Scene scene, const Mask &mask, const std::vector<Parameter> &free);
 
-// Simulates the scene with another mask on one thread; may be called from several threads at once.
-Score score_of(Scene scene, const Mask &mask, const std::vector<Parameter> &free = {});
+// Radius about the barycentre of an image that has this fraction of its light.
+double encircled_px(const Buffer<double> &light, size_t cols, double fraction);
 
-// The same with the gradient energy.
-Score full_score_of(Scene scene, const Mask &mask, const std::vector<Parameter> &free = {});
+// Smallest bounds of a pupil with any mask that only delays, without losses of light or noise but that of photons:
+// all else known, and fluxes and shift free.
+struct Quantum {
+    double alone_px = Score::kNone, flux_shift_px = Score::kNone;
+};
+
+// electrons: of the light per photon.
+Quantum quantum_of(const optics::Outline &outline, double electrons);
 
 // The scene with a signal of amplitude 0, which is faster to simulate: the bound does not depend on the amplitude.
 Scene without_signal(Scene scene);
-
-// A coarse scene, which ranks masks nearly alike in a fraction of the time: few wavelengths and, if it can be simulated
-// with the mask `trial`, half the pupil samples.
-Scene coarse(Scene scene, const Mask &trial);
 
 } // namespace toliman::mask

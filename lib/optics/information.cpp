@@ -64,17 +64,25 @@ const Buffer<double> &image_of(const Images &images, Parameter parameter) {
     }
 }
 
-Bounds bound(const Scene &scene, const Images &images) {
-    std::vector<Parameter> flux_shift = {{Kind::flux_a}};
+std::vector<Parameter> fluxes_and_shift(const Scene &scene) {
+    std::vector<Parameter> free = {{Kind::flux_a}};
     if (scene.stars.size() == 2)
-        flux_shift.push_back({Kind::flux_b});
-    flux_shift.insert(flux_shift.end(), {{Kind::shift_x}, {Kind::shift_y}});
-    std::vector<Parameter> all = flux_shift;
-    all.insert(all.end(), {{Kind::roll}, {Kind::scale}, {Kind::focus}, {Kind::background}});
+        free.push_back({Kind::flux_b});
+    free.insert(free.end(), {{Kind::shift_x}, {Kind::shift_y}});
+    return free;
+}
+
+std::vector<Parameter> eight_nuisances(const Scene &scene) {
+    std::vector<Parameter> free = fluxes_and_shift(scene);
+    free.insert(free.end(), {{Kind::roll}, {Kind::scale}, {Kind::focus}, {Kind::background}});
+    return free;
+}
+
+Bounds bound(const Scene &scene, const Images &images) {
     Bounds bounds;
     bounds.alone = bound_with(images, {});
-    bounds.flux_shift = bound_with(images, flux_shift);
-    bounds.marginal = bound_with(images, all);
+    bounds.flux_shift = bound_with(images, fluxes_and_shift(scene));
+    bounds.marginal = bound_with(images, eight_nuisances(scene));
     bounds.projected = bound_with(images, scene.projected);
     return bounds;
 }

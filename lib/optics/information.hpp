@@ -12,6 +12,10 @@ struct Bounds {
     double projected = 0;  // exactly those of the scene's preprocess.project free
 };
 
+// The free nuisances of these sets, as far as the scene has the stars.
+std::vector<Parameter> fluxes_and_shift(const Scene &scene);
+std::vector<Parameter> eight_nuisances(const Scene &scene);
+
 // The bound (px) with these nuisances free; infinity if nothing of the signal is left.
 double bound_with(const Images &images, const std::vector<Parameter> &free);
 

@@ -20,7 +20,7 @@ SCALE, ROTATION_DEG, JITTER_PX2 = 1e-3, 0.1, {"xx": 0.01, "yy": 0.006, "xy": 0.0
 
 def nominal_scene():
     scene = shipped_scene("sky")
-    scene["telescope"]["mask"]["edges"] = "area"
+    scene["telescope"]["mask"] = {**shipped_scene("mission")["telescope"]["mask"], "edges": "area"}  # it can rotate
     scene["band"]["step_nm"] = STEP_NM
     photons_per_s = sum(star["photons_per_s"] for star in scene["stars"].values())
     scene["cadence"] = {"frames": FRAMES, "interval_days": DAYS / (FRAMES - 1), "exposure_s": PHOTONS / photons_per_s}

@@ -14,7 +14,7 @@ import time
 from measuring import HERE, SHORT, lines, median_spread, name_and_seconds, peer, row, stay_on_cores, warn
 
 SCENES = os.path.join(HERE, "..", "..", "examples", "scenes")
-SEEDS, REPEATS, MASKS = ((1,), 1, 20) if SHORT else ((1, 2, 3, 4, 5), 3, 200)
+SEEDS, REPEATS, ITERATIONS = ((1,), 1, 5) if SHORT else ((1, 2, 3, 4, 5), 3, 250)
 FRAMES, PIXELS = 1095, 65536  # of the chapter's scene
 STARS = 2 * 51 / 101  # its images of one star in one wavelength, by those that numpy_mft.py computes
 GROUP = 64  # records between two fsyncs; also the frames of a run whose time is that of the start
@@ -76,8 +76,9 @@ def folder_of(case):
 
 def write_inputs(program, folder):
     """Scenes and pairs of files for each case of `toliman track`, and the weights of the network."""
-    for star in scene_of(FITS[0])["stars"].values():
-        shutil.copy(os.path.join(SCENES, star["spectrum"]["file"]), folder)
+    scene = scene_of(FITS[0])
+    for part in (scene["telescope"]["mask"], *(star["spectrum"] for star in scene["stars"].values())):
+        shutil.copy(os.path.join(SCENES, part["file"]), folder)
     for case in CASES:
         name = folder_of(case)
         with open(os.path.join(folder, name + ".json"), "w") as file:
@@ -172,7 +173,7 @@ def measure(binaries):
         write_separations(separations)
         found.append(repeated("planet", REPEATS, [program, "planet", separations, "--unit", "uas", "--trend", "4"]))
     found += [repeated("psf", 5, [program, "psf", "chapter.json", "--out", "psf.npy"]),
-              repeated("pupil", 1, [program, "pupil", "chapter.json", "--count", MASKS], masks=MASKS),
+              repeated("pupil", 1, [program, "pupil", "chapter.json", "--iterations", ITERATIONS]),
               repeated("period", 11, [program, "period", series]),
               repeated("planets", REPEATS, [program, "planet", series, "--unit", "m/s", "--jitter", "--max", "2",
                                             "--period-max", "5000"]),
@@ -235,7 +236,7 @@ def rows(measured):
             ("simulate", f"toliman simulate chapter.json: {FRAMES} frames into a file", 1,
              (counts and counts + ", Poisson counts only", counts_s)),
             ("simulate sky", f"toliman simulate sky.json: {FRAMES} frames into a file", 1, (None, None)),
-            ("pupil", "toliman pupil chapter.json, per mask", parts["pupil"]["masks"], (None, None)),
+            ("pupil", "toliman pupil chapter.json", 1, (None, None)),
             ("period", "toliman period nu_oph_rv.csv", 1, (None, None)),
             ("planet", "toliman planet: 836 separations, 5 functions, one planet", 1, (None, None)),
             ("planets", "toliman planet nu_oph_rv.csv: two planets, with jitter", 1, (None, None))):

@@ -159,16 +159,16 @@ static void fit_linear(const toliman_sim *sim, const double *frame, int64_t rows
     toliman_linear_destroy(linear);
 }
 
-static void search_mask(const toliman_sim *sim) {
+static void design_mask(const toliman_sim *sim) {
     toliman_mask *mask;
-    toliman_mask_options options = TOLIMAN_MASK_OPTIONS_INIT;
+    toliman_mask_design_options options = TOLIMAN_MASK_DESIGN_OPTIONS_INIT;
     toliman_mask_info info = TOLIMAN_MASK_INFO_INIT;
-    options.count = 1;
-    MUST(toliman_mask_search(sim, &options, &mask));
+    options.iterations = 1;
+    MUST(toliman_mask_design(sim, &options, &mask));
     MUST(toliman_mask_get_info(mask, &info));
     show("mask_crb", info.crb_px);
     show("mask_peak_to_mean", info.peak_to_mean);
-    show("mask_tried", (double)info.tried);
+    show("mask_iterations", (double)info.iterations);
     show("mask_json", (double)strlen(toliman_mask_get_json(mask)));
     toliman_mask_destroy(mask);
 }
@@ -336,7 +336,7 @@ int main(int argc, char **argv) {
     encode(sim, image, info.cols);
     follow(sim, image, info.cols);
     fit_linear(sim, image, info.rows, info.cols);
-    search_mask(sim);
+    design_mask(sim);
     search();
     find_planets();
     track(sim, info.rows, info.cols);

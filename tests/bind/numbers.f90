@@ -36,7 +36,7 @@ contains
         call encode(sim, image)
         call follow(sim, image)
         call fit_linear(sim, image)
-        call search_mask(sim)
+        call design_mask(sim)
         call search()
         call find_planets()
         call track(sim, image)
@@ -184,17 +184,17 @@ contains
         call show('share', share)
     end subroutine
 
-    subroutine search_mask(sim)
+    subroutine design_mask(sim)
         type(toliman_simulator), intent(in) :: sim
         type(toliman_phase_mask) :: mask
-        type(toliman_mask_options) :: options
+        type(toliman_mask_design_options) :: options
         type(toliman_mask_info) :: info
-        options%count = 1
-        call mask%search(sim, options)
+        options%iterations = 1
+        call mask%design(sim, options)
         call mask%get_info(info)
         call show('mask_crb', info%crb_px)
         call show('mask_peak_to_mean', info%peak_to_mean)
-        call show('mask_tried', real(info%tried, c_double))
+        call show('mask_iterations', real(info%iterations, c_double))
         call show('mask_json', real(len(mask%get_json()), c_double))
     end subroutine
 

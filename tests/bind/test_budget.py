@@ -62,7 +62,7 @@ class Budget(unittest.TestCase):
         self.assertEqual(self.simulator.budget([]).summary.crb_px, self.simulator.bounds.crb_px)
 
     def test_errors(self):
-        with self.assertRaisesRegex(toliman.InputError, "did you mean shift_x"):
+        with self.assertRaisesRegex(toliman.InputError, "did you mean \"shift_x"):
             self.simulator.budget(["shift_z"])
         with self.assertRaisesRegex(toliman.UnsupportedError, "mask_rotation"):
             self.simulator.budget(["mask_rotation"])

@@ -100,7 +100,7 @@ class Progress(ProgramTest):
             (("convert", "f.npy", "f.fits"), "convert"),
             (("period", "series.csv"), "period"),
             (("psf", "large.json", "--out", "p.npy"), "propagate"),
-            (("pupil", "small.json", "--count", 20, "--out", "b.json"), "polish"),
+            (("pupil", "small.json", "--iterations", 4, "--out", "b"), "polish"),
             (("experiment", "small.json", "--methods", "template", "--tables", "real", "--amplitudes", "1e-2", "--seeds", 1,
               "--blind", 0, "--out", "e"), "experiment"),
             (("report", "e"), "report"),
@@ -156,7 +156,7 @@ class Progress(ProgramTest):
         self.assertEqual(len(lines[-1]), 39)
 
     def test_terminals_that_do_not_know_their_width(self):
-        pupil = ("pupil", "small.json", "--count", 20, "--out", "b.json")
+        pupil = ("pupil", "small.json", "--iterations", 4, "--out", "b")
         for variables, columns in (({"COLUMNS": "50"}, 50), ({}, 80), ({"COLUMNS": "wide"}, 80), ({"COLUMNS": "0"}, 80)):
             with self.subTest(variables):
                 self.assertEqual(max(map(len, self.on(0, *pupil, **variables))), columns - 1)

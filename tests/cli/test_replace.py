@@ -71,8 +71,10 @@ class Replace(ProgramTest):
         (self.folder / "v.part").write_text("notes")
         self.refuse(6, "w: " + REASON, arguments=("train", quick, "--steps", "100000", "--out", "w"))
         self.refuse(6, "v.part: " + REASON, arguments=("train", quick, "--steps", "100000", "--out", "v"))
-        (self.folder / "o.json").write_text('{"schema": "other/1"}')
-        self.refuse(6, "o.json: " + REASON, arguments=("pupil", quick, "--out", "o.json"))
+        for name in ("mask.npy", "scene.json", "pupil.json"):
+            (self.folder / name[:4]).mkdir()
+            (self.folder / name[:4] / name).write_text("notes")
+            self.refuse(6, f"{name[:4]}/{name}: " + REASON, arguments=("pupil", quick, "--out", name[:4]))
         for name in ("experiment.csv", "experiment.md", "experiment.json"):
             (self.folder / name[-4:]).mkdir()
             (self.folder / name[-4:] / name).write_text("notes")
@@ -103,7 +105,7 @@ class Replace(ProgramTest):
             (("convert", "x.npy", "x.npy"), "x.npy", ""), (("convert", "x.npy", "./x.npy"), "./x.npy", " x.npy"),
             (("convert", "x.npy", "hard.npy"), "hard.npy", " x.npy"), (("convert", "soft.npy", "x.npy"), "x.npy", " soft.npy"),
             (("psf", "s.json", "--out", "s.npy"), "s.npy", " s.json"), (("simulate", "s.json", "--out", "s.npy"), "s.npy", " s.json"),
-            (("train", "s.json", "--out", "s.json"), "s.json", ""), (("pupil", "s.json", "--out", "s.json"), "s.json", ""),
+            (("train", "s.json", "--out", "s.json"), "s.json", ""),
         ):
             for force in ((), ("--force",)):
                 self.refuse(2, f"toliman: {out}: is the input{name}: give another output\n", arguments=(*command, *force))

@@ -4,16 +4,6 @@
 #include "assert_close.h"
 #include "scenario.h"
 
-/* Of the smallest search that confirms and polishes masks. */
-static toliman_mask_options options_of_search(void) {
-    toliman_mask_options options;
-    toliman_mask_options_init(&options, sizeof options);
-    options.threads = 1;
-    options.count = 3;
-    options.seed = 1;
-    return options;
-}
-
 /* Of the shortest design: one iteration of each descent. */
 static toliman_mask_design_options options_of_design(void) {
     toliman_mask_design_options options;
@@ -25,17 +15,10 @@ static toliman_mask_design_options options_of_design(void) {
     return options;
 }
 
-static void *make_design(void) {
+static void *make(void) {
     toliman_mask *mask = NULL;
     const toliman_mask_design_options options = options_of_design();
     assert_ok(toliman_mask_design(small_sim(), &options, &mask));
-    return mask;
-}
-
-static void *make(void) {
-    toliman_mask *mask = NULL;
-    const toliman_mask_options options = options_of_search();
-    assert_ok(toliman_mask_search(small_sim(), &options, &mask));
     return mask;
 }
 
@@ -52,14 +35,6 @@ static uint64_t digest(const void *mask) {
 
 static const object_kind masks = {end, digest};
 
-static toliman_status init(attempt *a) {
-    toliman_mask_options_init((void *)a->out, sizeof(toliman_mask_options));
-    return TOLIMAN_OK;
-}
-static toliman_status search(attempt *a) {
-    const toliman_mask_options options = options_of_search();
-    return toliman_mask_search(small_sim(), &options, (toliman_mask **)&a->made);
-}
 static toliman_status init_design(attempt *a) {
     toliman_mask_design_options_init((void *)a->out, sizeof(toliman_mask_design_options));
     return TOLIMAN_OK;
@@ -75,6 +50,11 @@ static toliman_status get_cells(attempt *a) {
     toliman_sim_info info = {.struct_size = sizeof info};
     assert_ok(toliman_sim_get_info(small_sim(), &info));
     return toliman_mask_get_cells(a->object, (size_t)info.pupil_samples, (double *)a->out);
+}
+static toliman_status get_descent(attempt *a) {
+    toliman_mask_info info = {.struct_size = sizeof info};
+    assert_ok(toliman_mask_get_info(a->object, &info));
+    return toliman_mask_get_descent(a->object, (size_t)info.iterations, (double *)a->out);
 }
 static toliman_status destroy(attempt *a) {
     toliman_mask_destroy(a->object);
@@ -94,16 +74,15 @@ static void put_scene(void) {
 }
 
 static const scenario all[] = {
-    {.function = "toliman_mask_options_init", .call = init},
-    {.function = "toliman_mask_search", .call = search, .made = &masks, .stage = put_scene},
     {.function = "toliman_mask_design_options_init", .call = init_design},
     {.function = "toliman_mask_design", .call = design, .made = &masks, .stage = put_scene, .slow = 1},
     {.function = "toliman_mask_get_place",
      .call = get_place,
-     .make = make_design,
+     .make = make,
      .of = &masks,
      .struct_size = sizeof(toliman_mask_info)},
-    {.function = "toliman_mask_get_cells", .call = get_cells, .make = make_design, .of = &masks},
+    {.function = "toliman_mask_get_cells", .call = get_cells, .make = make, .of = &masks},
+    {.function = "toliman_mask_get_descent", .call = get_descent, .make = make, .of = &masks},
     {.function = "toliman_mask_destroy", .call = destroy, .make = make, .of = &masks},
     {.function = "toliman_mask_get_info",
      .call = get_info,

@@ -1,7 +1,8 @@
 // C interface of level sets, and of the removal of small features.
 #include <algorithm>
 
-#include "mask/design.hpp"
+#include "mask/features.hpp"
+#include "mask/level_set.hpp"
 
 using namespace toliman;
 using namespace toliman::mask;

@@ -43,9 +43,9 @@ extern "C" void shim_objective_own(const char *json, double *bounds, double *lig
     for (size_t i = 0; i < covered.size(); i++)
         covered[i] = std::min(std::max((pupil.opd_m[i] - plain.opd_m[i]) / pupil.step_m, 0.0), 1.0);
     mask::Objective objective(simulator.scene(), all, pupil.step_m, 2);
-    const mask::Merit merit = objective.judge(covered, 1);
-    bounds[0] = merit.bound_px;
+    const mask::Score score = objective.judge(covered, 1);
+    bounds[0] = score.crb_px;
     bounds[1] = optics::bound_with(simulator.images(), all);
-    light[0] = merit.peak_to_mean; // peak over total, for one pixel
+    light[0] = score.peak_to_mean; // peak over total, for one pixel
     light[1] = simulator.images().peak_photons() / simulator.images().total_photons();
 }

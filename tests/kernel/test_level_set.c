@@ -147,12 +147,33 @@ static void small_features(void **state) {
     }
 }
 
+/* A bridge of one cell, which would be small with either kind, becomes wider. */
+static void bridges(void **state) {
+    (void)state;
+    static const char *const kBridge[] = {"1111111", "0111111", "0001111", "0001000", "0111000", "1111000", "1111100"};
+    double open[N * N];
+    unsigned char mask[N * N], before[N * N];
+    for (int i = 0; i < N * N; i++) {
+        const int row = (int)fmin(fmax(i / N - 6, 0), 6), col = (int)fmin(fmax(i % N - 6, 0), 6);
+        open[i] = 1;
+        before[i] = mask[i] = kBridge[row][col] == '1';
+    }
+    assert_close(shim_small_features(N, 2, open, mask), 1.0 / (N * N), 1e-12, 0);
+    int changed = 0;
+    for (int i = 0; i < N * N; i++) {
+        assert_true(is_large(mask, open, 2, i));
+        changed += mask[i] != before[i];
+    }
+    assert_in_range(changed, 1, 3);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup(covered_fractions, set_up),
         cmocka_unit_test_setup(gradient_by_heights, set_up),
         cmocka_unit_test_setup(symmetry, set_up),
         cmocka_unit_test_setup(small_features, set_up),
+        cmocka_unit_test(bridges),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

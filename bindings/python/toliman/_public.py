@@ -14,7 +14,7 @@ from .fit import Fit
 from .ingest import Pair, PairEvent
 from .linear import Components, Template
 from .machine import blas_speed, machine
-from .mask import DesignedMask, FoundMask, design_mask, search_mask
+from .mask import DesignedMask, design_mask
 from .noise import NoiseSearch, bootstrap_correlated, search_correlated
 from .periodogram import AccuracyWarning, Grid, Peak, Periodogram, batch, period, suited_grid
 from .planet import Planets, planets
@@ -29,12 +29,12 @@ __all__ = [
     "AccuracyWarning", "Bank", "BankInfo", "BankNetwork", "BankPlan", "BankResult", "Bounds", "Budget", "BudgetRow",
     "BudgetStep", "BudgetSummary", "CAE", "Calibration", "CalibrationInfo", "CalibrationStep", "CalibrationValue",
     "CalibrationWindow", "Cancelled", "CapacityError",
-    "Components", "ComponentsInfo", "ComponentsTraining", "DesignedMask", "Error", "Estimate", "Fit", "FitInfo", "FitResult", "FoundMask", "Frame", "Grid", "HeaderTime",
+    "Components", "ComponentsInfo", "ComponentsTraining", "DesignedMask", "Error", "Estimate", "Fit", "FitInfo", "FitResult", "Frame", "Grid", "HeaderTime",
     "InputError", "LostError", "Machine", "MaskInfo", "Model", "NetworkInfo", "NoiseSearch", "NoMemoryError", "NotFoundError", "Outcome",
     "Pair", "PairEvent", "PairInfo", "Parameter", "Peak", "Periodogram", "PeriodogramInfo", "Plan", "Planet", "PlanetInfo", "PlanetLimit",
     "Planets", "REASONS", "Reconstruction", "Refit",
     "Sampling", "SceneInfo", "Simulator", "Sky", "SkyInfo", "SkyPrediction", "Spectrum", "StateError", "Stream", "Template", "TrackInfo", "Tracker",
     "Training", "UnsupportedError", "VERDICTS", "WriteError", "abi_version", "batch", "blas_speed", "bootstrap_correlated", "calibrate", "design_mask", "library_path",
-    "machine", "parameters", "parse_time", "period", "plan", "planets", "read_clock", "read_header", "read_on_target", "search_correlated", "search_mask", "shipped_scenes", "suited_grid",
+    "machine", "parameters", "parse_time", "period", "plan", "planets", "read_clock", "read_header", "read_on_target", "search_correlated", "shipped_scenes", "suited_grid",
     "version",
 ]

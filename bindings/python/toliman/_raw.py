@@ -49,7 +49,7 @@ TOLIMAN_E_LOST = 14  # data lost from a file: another program or the disk has ch
 #             loss 0.9"); valid during the callback
 #   fraction  completed fraction, from 0 to 1
 # Return 0 to continue, any other value to stop. A stopped call returns TOLIMAN_E_CANCELLED, except
-# toliman_mask_search, which returns its best result so far; its object stays usable.
+# toliman_mask_design, which returns the mask so far; its object stays usable.
 # Arguments: stage, fraction, user_data.
 toliman_progress_fn = CFUNCTYPE(c_int32, c_char_p, c_double, c_void_p)
 
@@ -1607,29 +1607,7 @@ class toliman_linear_options(Sized):
 
 
 class toliman_mask(Structure):
-    """Best mask that was found for a scene, with its scores. Immutable: any number of threads may use one object. Since
-    0.2."""
-
-
-class toliman_mask_options(Sized):
-    """Options of a search. Since 0.2.
-    threads: worker threads, 0 = one per processor
-    seed: seed of the random masks
-    count: largest number of masks to draw and vary; 0 = 4000, or no limit with minutes
-    minutes: time limit, 0 ... 100000; 0 = none
-    progress: stages "draw", "refine", "polish", each with the best bound so far ("draw: best
-        1.2e-06 px"). A nonzero value ends the search: its result is the best mask so
-        far, not TOLIMAN_E_CANCELLED. May be NULL"""
-
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("threads", c_uint32),
-        ("seed", c_uint64),
-        ("count", c_uint64),
-        ("minutes", c_double),
-        ("progress", toliman_progress_fn),
-        ("progress_data", c_void_p),
-    ]
+    """A designed mask with its scores. Immutable: any number of threads may use one object. Since 0.2."""
 
 
 # Symmetry of a designed mask under a rotation of the pupil by 180 degrees. Since 0.2.
@@ -1642,9 +1620,9 @@ class toliman_mask_design_options(Sized):
     """Options of a design. Since 0.2.
     threads: worker threads, 0 = one per processor
     seed: seed of the random spirals that it starts from
-    free: parameters that are fitted together with the separation, names separated by spaces, of flux_a,
-        flux_b, shift_x, shift_y, roll, scale, focus and background; "" = none, NULL = all that the
-        scene has
+    free: parameters that are fitted together with the separation, names separated by spaces or commas,
+        of flux_a, flux_b, shift_x, shift_y, roll, scale, focus and background; "" = none, NULL = all
+        that the scene has
     dates: Places of the stars for which the mask is designed, at most one of the two lists; without, that of the scene.
         [date_count] Julian years; the scene must give the places by binary.orbit
     date_count: at most 64
@@ -1652,10 +1630,11 @@ class toliman_mask_design_options(Sized):
         binary.position_angle_deg
     position_angle_count: at most 64
     peak_to_mean: largest peak-to-mean ratio at every place, above 1; 0 = that of the scene's mask there
-    light_in_frame: smallest fraction of the light, in [0, 1); 0 = 0.875. Most designs meet it to 1 %
+    light_in_frame: smallest fraction of the light, in [0, 1); 0 = 0.875, or no limit
+        in a scene that gives peak_photons. Most designs meet it to 1 %
     feature_cells: side of the smallest feature in cells of the pupil, at most 16; 0 = 2
     symmetry: TOLIMAN_MASK_SYMMETRY_..., 0 = NONE
-    iterations: of the first descent, at most 100000; 0 = 250. The whole takes 1.5 to 2.3 times as many
+    iterations: of the first descent, at most 100000; 0 = 250. The whole takes 1.8 to 2.6 times as many
     reserved: 0
     progress: stages "draw", "descend", "polish", "correct", with the bound of the sketch
         ("polish: bound 1.8e-06 px"). A nonzero value ends the design: its result is the
@@ -1682,29 +1661,40 @@ class toliman_mask_design_options(Sized):
 
 
 class toliman_mask_info(Sized):
-    """Scores of a mask and of the mask of the scene it was found for ("before"). After a search: equal unless improved.
-    Since 0.2.
+    """Scores of a designed mask and of the mask of the scene ("before") at one place of the stars. Bounds are those of one
+    frame, infinite where the frame does not constrain the separation. Since 0.2.
     struct_size: in: sizeof(toliman_mask_info)
     improved: 1 if the mask is better than that of the scene, else 0
-    stopped: 1 if the progress callback ended the search, else 0
+    stopped: 1 if the progress callback ended the design, else 0
     reserved: 0
-    tried: number of masks drawn and varied, or iterations of a design
-    crb_before_px: Cramer-Rao bound of one frame, after a search with all else known, after a design
-        with its `free` parameters free: mask of the scene,
+    iterations: of all descents
+    crb_before_px: Cramer-Rao bound with the parameters `free` of the options free: mask of the scene,
     crb_px: this mask
     peak_to_mean_before: brightest pixel over mean pixel of the noise-free frame: mask of the scene,
     peak_to_mean: this mask
     light_in_frame_before: fraction of the photons of the stars that falls in the frame: mask of the scene,
     light_in_frame: this mask
     gradient_energy_before: toliman_sim_bounds.gradient_energy, px^-2: mask of the scene,
-    gradient_energy: this mask"""
+    gradient_energy: this mask
+    crb_alone_before_px: bound with all else known: mask of the scene,
+    crb_alone_px: this mask
+    crb_flux_shift_before_px: bound with the fluxes and the common shift free: mask of the scene,
+    crb_flux_shift_px: this mask
+    radius_50_before_px: radius about the barycentre of the frame that has half of its light: mask of the
+        scene,
+    radius_50_px: this mask
+    radius_80_before_px: the same for 80 % of the light
+    quantum_px: smallest crb_alone_px of this pupil with any mask that only delays, all light
+        detected and no noise but that of photons (quantum Cramer-Rao bound)
+    quantum_flux_shift_px: the same of crb_flux_shift_px; infinite for a single star
+    small_features: fraction of the open cells in features below feature_cells"""
 
     _fields_ = [
         ("struct_size", c_uint32),
         ("improved", c_int32),
         ("stopped", c_int32),
         ("reserved", c_uint32),
-        ("tried", c_uint64),
+        ("iterations", c_uint64),
         ("crb_before_px", c_double),
         ("crb_px", c_double),
         ("peak_to_mean_before", c_double),
@@ -1713,6 +1703,17 @@ class toliman_mask_info(Sized):
         ("light_in_frame", c_double),
         ("gradient_energy_before", c_double),
         ("gradient_energy", c_double),
+        ("crb_alone_before_px", c_double),
+        ("crb_alone_px", c_double),
+        ("crb_flux_shift_before_px", c_double),
+        ("crb_flux_shift_px", c_double),
+        ("radius_50_before_px", c_double),
+        ("radius_50_px", c_double),
+        ("radius_80_before_px", c_double),
+        ("radius_80_px", c_double),
+        ("quantum_px", c_double),
+        ("quantum_flux_shift_px", c_double),
+        ("small_features", c_double),
     ]
 
 
@@ -3010,12 +3011,12 @@ OF_OBJECTS = {
     "toliman_linear_encode": False,
     "toliman_linear_encode_many": False,
     "toliman_linear_get_sigma": False,
-    "toliman_mask_search": False,
     "toliman_mask_design": False,
     "toliman_mask_destroy": True,
     "toliman_mask_get_info": False,
     "toliman_mask_get_place": False,
     "toliman_mask_get_cells": False,
+    "toliman_mask_get_descent": False,
     "toliman_mask_get_json": False,
     "toliman_period_destroy": True,
     "toliman_period_push": True,
@@ -4319,26 +4320,6 @@ image larger than the address space. Since 0.2.""",
         """Writes the predicted standard deviation of a value (px) to *sigma_px: the Cramer-Rao bound with the nuisances of
 preprocess.project unknown.""",
     ),
-    "toliman_mask_options_init": (
-        None, (("options", POINTER(toliman_mask_options)), ("size", c_size_t)),
-        """Sets *options, a struct of `size` bytes, to the defaults. Since 0.2.""",
-    ),
-    "toliman_mask_search": (
-        c_int32, (
-            ("sim", POINTER(toliman_sim)),
-            ("options", POINTER(toliman_mask_options)),
-            ("out", POINTER(POINTER(toliman_mask))),
-        ),
-        """Searches for a spiral mask that is better than the mask of the scene (see Scores above): masks are drawn at random,
-then the best of them and the scene's own spiral are varied, both with fewer wavelengths and, where possible, half
-the pupil samples; finally the best masks are evaluated and improved with the full scene. The step of every mask is
-opd_nm or height_nm of the scene's mask; without one, an OPD of half the middle wavelength. options may be NULL. The
-simulator is not needed afterwards, but the files that its scene names are read again. The caller destroys *out.
-Without a time limit the result depends only on the scene, seed and count, not on threads.
-If no mask is better, the call succeeds and toliman_mask_info.improved is 0.
-Errors: TOLIMAN_E_SCENE if the scene's own bound is infinite, TOLIMAN_E_UNSUPPORTED for the engine PADDED_FFT, and
-those of toliman_sim_create_file for the files of the scene. Since 0.2.""",
-    ),
     "toliman_mask_design_options_init": (
         None, (("options", POINTER(toliman_mask_design_options)), ("size", c_size_t)),
         """Sets *options, a struct of `size` bytes, to the defaults. Since 0.2.""",
@@ -4350,17 +4331,17 @@ those of toliman_sim_create_file for the files of the scene. Since 0.2.""",
             ("out", POINTER(POINTER(toliman_mask))),
         ),
         """Designs a mask of steps on the cells of the pupil (see Data flow above): from the best of iterations/2 random
-spirals, Adam descends on the logarithm of the bound and penalties for pixels above the peak and for light lost. The
-descent uses sketches: at most 128 cells per axis, the middle of the frame, and the wavelengths that an accuracy of
-1e-6 needs. Small features are then removed, and the scenes of all places judge the mask. The step is opd_nm or
-height_nm of the scene's mask; without one, an OPD of half the middle wavelength. options may be NULL. The simulator
-is not needed afterwards, but the files that its scene names are read again. The caller destroys *out. The result
-depends on the scene and options only, not on threads. One core takes 1 to 2 minutes for mission.json. If the mask is
-not better at all places, or exceeds the peak at one, the call succeeds and toliman_mask_info.improved is 0: try
-another seed.
-Errors: TOLIMAN_E_ARGUMENT for another name in `free`, or one that is named twice; TOLIMAN_E_SCENE if the separation
-has no bound with these parameters free, and for places that the scene cannot have; TOLIMAN_E_UNSUPPORTED for the
-engine PADDED_FFT; those of toliman_sim_create_file for the files of the scene. Since 0.2.""",
+spirals, at most 125, Adam descends on the logarithm of the bound and penalties for pixels above the peak and for
+light lost. The descent uses sketches: at most 128 cells per axis, the middle of the frame, and the wavelengths that
+an accuracy of 1e-6 needs. Small features are then removed, and the scenes of all places judge the mask. The step is
+opd_nm or height_nm of the scene's mask; without one, an OPD of half the middle wavelength. options may be NULL. The
+simulator is not needed afterwards, but the files that its scene names are read again. The caller destroys *out. The
+result depends on the scene and options only, not on threads. One core takes 1 to 2 minutes for mission.json. If the
+mask is not better at all places, or exceeds the peak at one, the call succeeds and toliman_mask_info.improved is 0:
+try another seed. Errors: TOLIMAN_E_ARGUMENT for another name in `free`, or one that is named twice; TOLIMAN_E_SCENE
+if the separation has no bound with these parameters free, and for places that the scene cannot have;
+TOLIMAN_E_UNSUPPORTED for the engine PADDED_FFT; those of toliman_sim_create_file for the files of the scene. Since
+0.2.""",
     ),
     "toliman_mask_destroy": (
         None, (("mask", POINTER(toliman_mask)),),
@@ -4368,26 +4349,28 @@ engine PADDED_FFT; those of toliman_sim_create_file for the files of the scene. 
     ),
     "toliman_mask_get_info": (
         c_int32, (("mask", POINTER(toliman_mask)), ("out", POINTER(toliman_mask_info))),
-        """Writes the scores of a mask to *out, whose struct_size must be set; of a design those at its first place. Since
-0.2.""",
+        """Writes the scores of a mask at its first place to *out, whose struct_size must be set. Since 0.2.""",
     ),
     "toliman_mask_get_place": (
         c_int32, (("mask", POINTER(toliman_mask)), ("place", c_uint64), ("out", POINTER(toliman_mask_info))),
-        """Writes the scores at place number `place` of a design to *out, whose struct_size must be set; improved, stopped and
-tried are those of the whole. TOLIMAN_E_RANGE beyond the last place. Since 0.2.""",
+        """Writes the scores at place number `place` to *out, whose struct_size must be set; improved, stopped, iterations and
+small_features are those of the whole. TOLIMAN_E_RANGE beyond the last place. Since 0.2.""",
     ),
     "toliman_mask_get_cells": (
         c_int32, (("mask", POINTER(toliman_mask)), ("side", c_size_t), ("cells", POINTER(c_double))),
-        """Writes the cells of a designed mask to cells[side][side], 1 where it steps and 0 elsewhere, also in cells without
-light; side must be telescope.pupil_samples of the scene. As .npy of uint8, they are the file of a scene's mask.
-TOLIMAN_E_STATE for the mask of a search. Since 0.2.""",
+        """Writes the cells of the mask to cells[side][side], 1 where it steps and 0 elsewhere, also in cells without light;
+side must be telescope.pupil_samples of the scene. As .npy of uint8, they are the file of a scene's mask. Since 0.2.""",
+    ),
+    "toliman_mask_get_descent": (
+        c_int32, (("mask", POINTER(toliman_mask)), ("count", c_size_t), ("bounds_px", POINTER(c_double))),
+        """Writes the bound of the sketch with the free parameters in each iteration, px, to bounds_px[count]; count must be
+toliman_mask_info.iterations. Since 0.2.""",
     ),
     "toliman_mask_get_json": (
         c_char_p, (("mask", POINTER(toliman_mask)),),
-        """Returns the mask as JSON on one line, the value of telescope.mask of a scene: {"kind": "spiral", ...}, or of a design
-{"kind": "file", "file": "mask.npy", "quantity": "binary", "opd_nm": ...}, whose file the caller writes from the
-cells. Every number is read again as the same double. "" if no mask of a search was better, and for NULL. Valid until
-the mask is destroyed. Since 0.2.""",
+        """Returns the mask as JSON on one line, the value of telescope.mask of a scene: {"kind": "file", "file": "mask.npy",
+"quantity": "binary", "opd_nm": ...}, whose file the caller writes from the cells. Every number is read again as the
+same double. "" for NULL. Valid until the mask is destroyed. Since 0.2.""",
     ),
     "toliman_period_options_init": (
         None, (("options", POINTER(toliman_period_options)), ("size", c_size_t)),

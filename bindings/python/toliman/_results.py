@@ -395,12 +395,13 @@ class HeaderTime(Result):
 
 @result
 class MaskInfo(Result):
-    """Scores of a mask and of the mask of the scene it was found for ("before"). After a search: equal unless improved."""
+    """Scores of a designed mask and of the mask of the scene ("before") at one place of the stars. Bounds are those of one
+    frame, infinite where the frame does not constrain the separation."""
 
     improved: bool = member("1 if the mask is better than that of the scene, else 0")
-    stopped: bool = member("1 if the progress callback ended the search, else 0")
-    tried: int = member("number of masks drawn and varied, or iterations of a design")
-    crb_before_px: float = member("Cramer-Rao bound of one frame, after a search with all else known, after a design with its `free` parameters free: mask of the scene,")
+    stopped: bool = member("1 if the progress callback ended the design, else 0")
+    iterations: int = member("of all descents")
+    crb_before_px: float = member("Cramer-Rao bound with the parameters `free` of the options free: mask of the scene,")
     crb_px: float = member("this mask")
     peak_to_mean_before: float = member("brightest pixel over mean pixel of the noise-free frame: mask of the scene,")
     peak_to_mean: float = member("this mask")
@@ -408,6 +409,17 @@ class MaskInfo(Result):
     light_in_frame: float = member("this mask")
     gradient_energy_before: float = member("toliman_sim_bounds.gradient_energy, px^-2: mask of the scene,")
     gradient_energy: float = member("this mask")
+    crb_alone_before_px: float = member("bound with all else known: mask of the scene,")
+    crb_alone_px: float = member("this mask")
+    crb_flux_shift_before_px: float = member("bound with the fluxes and the common shift free: mask of the scene,")
+    crb_flux_shift_px: float = member("this mask")
+    radius_50_before_px: float = member("radius about the barycentre of the frame that has half of its light: mask of the scene,")
+    radius_50_px: float = member("this mask")
+    radius_80_before_px: float = member("the same for 80 % of the light")
+    radius_80_px: float
+    quantum_px: float = member("smallest crb_alone_px of this pupil with any mask that only delays, all light detected and no noise but that of photons (quantum Cramer-Rao bound)")
+    quantum_flux_shift_px: float = member("the same of crb_flux_shift_px; infinite for a single star")
+    small_features: float = member("fraction of the open cells in features below feature_cells")
 
 
 @result

@@ -1,4 +1,4 @@
-"""Finds a phase mask with a smaller Cramer-Rao bound. Reference: include/toliman/mask.h."""
+"""Designs a phase mask with a smaller Cramer-Rao bound. Reference: include/toliman/mask.h."""
 from __future__ import annotations
 
 import ctypes
@@ -19,70 +19,35 @@ from ._words import number
 from .sim import Simulator
 
 
-class FoundMask(typing.NamedTuple):
-    """Result of search_mask: the mask, as telescope.mask of a scene, or None if no better one was found; its scores."""
-
-    mask: dict[str, typing.Any] | None
-    info: MaskInfo
-
-
 class DesignedMask(typing.NamedTuple):
     """Result of design_mask.
 
     cells: [row][column] of the pupil, uint8: 1 where the mask steps. mask: telescope.mask of a scene, whose file
-    mask.npy is numpy.save("mask.npy", cells). places: scores at each place of the stars.
+    mask.npy is numpy.save("mask.npy", cells). places: scores at each place of the stars. descent: the bound of the sketch
+    in each iteration, px.
     """
 
     cells: NDArray[numpy.uint8]
     mask: dict[str, typing.Any]
     places: list[MaskInfo]
+    descent: NDArray[numpy.float64]
 
 
 class _Mask(Handle):
     _kind, _destroy = _raw.toliman_mask, "toliman_mask_destroy"
-
-    def found(self) -> FoundMask:
-        found = library.toliman_mask_get_json(self._c)
-        info = self._read(library.toliman_mask_get_info, _raw.toliman_mask_info, MaskInfo)
-        return FoundMask(json.loads(found) if found else None, info)
 
     def designed(self, side: int, places: int) -> DesignedMask:
         cells = numpy.empty((side, side))
         check(library.toliman_mask_get_cells(self._c, side, pointer(cells)))
         infos = [self._read(functools.partial(_get_place, place), _raw.toliman_mask_info, MaskInfo)
                  for place in range(places)]
-        return DesignedMask(cells.astype(numpy.uint8), json.loads(library.toliman_mask_get_json(self._c)), infos)
+        descent = numpy.empty(infos[0].iterations)
+        check(library.toliman_mask_get_descent(self._c, len(descent), pointer(descent)))
+        return DesignedMask(cells.astype(numpy.uint8), json.loads(library.toliman_mask_get_json(self._c)), infos, descent)
 
 
 def _get_place(place: int, mask: typing.Any, info: typing.Any) -> int:
     return library.toliman_mask_get_place(mask, place, info)
-
-
-def search_mask(simulator: Simulator, *, seed: int = 0, count: int = 0, minutes: float = 0, threads: int = 0,
-                progress: Progress | bool | None = None) -> FoundMask:
-    """Searches for a spiral mask with a smaller Cramer-Rao bound than the mask of a scene.
-
-        found = toliman.search_mask(toliman.Simulator("chapter.json"), minutes=10)
-        scene["telescope"]["mask"] = found.mask
-
-    Parameters
-
-    simulator: Simulator of the scene.
-    seed: seed of the random masks.
-    count: largest number of masks to draw and vary; 0 means 4000, or no limit with minutes.
-    minutes: time limit; 0 means none. Without one the result depends on the scene, seed and count only.
-
-    A true return value of progress ends the search: the result is the best mask so far, with info.stopped. Ctrl-C
-    raises KeyboardInterrupt.
-    """
-    of_kind("simulator", simulator, Simulator)
-    with Watch(progress) as watch:
-        options = options_of(
-            _raw.toliman_mask_options, library.toliman_mask_options_init, seed=whole("seed", seed, 2**64),
-            count=whole("count", count, 2**64), minutes=real("minutes", minutes),
-            threads=whole("threads", threads, 2**32), progress=watch.callback)
-        made = _Mask._create(library.toliman_mask_search, simulator._c, ctypes.byref(options))
-    return _Mask._adopt(made).found()
 
 
 def design_mask(simulator: Simulator, *, free: typing.Iterable[str] | None = None, dates: ArrayLike | None = None,
@@ -103,7 +68,7 @@ def design_mask(simulator: Simulator, *, free: typing.Iterable[str] | None = Non
     dates, position_angles: places of the stars, in Julian years for a scene with an orbit, or position angles in
         degrees; None means the scene's own place.
     peak_to_mean: largest ratio of the brightest pixel to the mean; 0 means that of the scene's mask.
-    light_in_frame: smallest fraction of the light in the frame; 0 means 0.875.
+    light_in_frame: smallest fraction of the light in the frame; 0 means 0.875, or no limit in a scene with peak_photons.
     feature_cells: side of the smallest feature, in cells of the pupil; 0 means 2.
     symmetry: under a rotation of the pupil by 180 degrees: "none", "even" or "odd".
     iterations: of the first descent; 0 means 250.

@@ -1,13 +1,19 @@
-// toliman pupil: searches for a better phase mask for a scene.
+// toliman pupil: designs a phase mask for a scene.
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <iterator>
 #include <optional>
+#include <sstream>
 
 #include "common/failure.hpp"
 #include "common/json.hpp"
 #include "common/library.hpp"
+#include "common/npy.hpp"
 #include "common/output.hpp"
 #include "common/stop.hpp"
+#include "common/text.hpp"
 #include "options/command.hpp"
 #include "scenes/scene.hpp"
 #include "scenes/scene_json.hpp"
@@ -17,12 +23,77 @@ namespace cli {
 namespace {
 
 struct Options {
-    std::string scene, out;
-    toliman_mask_options search = toliman::sized<toliman_mask_options>();
+    std::string scene, out, symmetry = "none";
+    std::optional<std::string> free;
+    std::vector<double> dates, angles;
+    toliman_mask_design_options design = toliman::sized<toliman_mask_design_options>();
     bool as_json = false;
 };
 
-constexpr double kMostMinutes = 100000;
+constexpr char kEight[] = "flux_a,flux_b,shift_x,shift_y,roll,scale,focus,background";
+constexpr char kEightOfOne[] = "flux_a,shift_x,shift_y,roll,scale,focus,background";
+
+// The design and what it was made for.
+struct Design {
+    const Scene &scene;
+    const Options &options;
+    std::string free; // names, separated by commas
+    std::vector<toliman_mask_info> places;
+    std::vector<double> descent;
+    std::vector<uint8_t> cells; // [pupil_samples][pupil_samples]
+    std::string mask;           // JSON
+};
+
+// The library's message names a member of its options; the user knows the option.
+[[noreturn]] void refuse(const toliman::error &error) {
+    for (const auto &[member, option] : {std::pair("options->free", "--free"),
+                                         {"options->dates", "--dates"},
+                                         {"options->position_angles_deg", "--position-angles"},
+                                         {"options->peak_to_mean", "--peak-to-mean"},
+                                         {"options->light_in_frame", "--light"}}) {
+        const std::string field = error.field();
+        if (field.compare(0, std::string(member).size(), member) == 0)
+            throw Failure(kExitUsage, option + std::string(error.what()).substr(std::string(member).size()));
+    }
+    throw error;
+}
+
+toliman::phase_mask design_of(const Scene &scene, const Options &options, const std::string &free, Progress &progress) {
+    toliman_mask_design_options design = options.design;
+    design.free = free.c_str();
+    design.dates = options.dates.data();
+    design.date_count = options.dates.size();
+    design.position_angles_deg = options.angles.data();
+    design.position_angle_count = options.angles.size();
+    design.symmetry = options.symmetry == "even"  ? TOLIMAN_MASK_SYMMETRY_EVEN
+                      : options.symmetry == "odd" ? TOLIMAN_MASK_SYMMETRY_ODD
+                                                  : TOLIMAN_MASK_SYMMETRY_NONE;
+    design.progress = Progress::callback;
+    design.progress_data = &progress;
+    try {
+        return toliman::make<toliman::phase_mask>(toliman_mask_design, scene.sim.get(), &design);
+    } catch (const toliman::error &error) {
+        refuse(error);
+    }
+}
+
+Design result_of(const Scene &scene, const Options &options, Progress &progress) {
+    const std::string eight = scene.info.flux_ratio > 0 ? kEight : kEightOfOne;
+    Design design = {scene, options, options.free.value_or(eight), {}, {}, {}, ""};
+    const toliman::phase_mask mask = design_of(scene, options, design.free, progress);
+    for (size_t place = 0; place < std::max({size_t{1}, options.dates.size(), options.angles.size()}); place++) {
+        design.places.push_back(toliman::sized<toliman_mask_info>());
+        toliman::check(toliman_mask_get_place(mask.get(), place, &design.places.back()));
+    }
+    design.descent.resize(design.places[0].iterations);
+    toliman::check(toliman_mask_get_descent(mask.get(), design.descent.size(), design.descent.data()));
+    const auto side = static_cast<size_t>(scene.info.pupil_samples);
+    std::vector<double> cells(side * side);
+    toliman::check(toliman_mask_get_cells(mask.get(), side, cells.data()));
+    design.cells.assign(cells.begin(), cells.end());
+    design.mask = toliman_mask_get_json(mask.get());
+    return design;
+}
 
 // Rewrites file names of the scene that are relative to one folder, relative to another one.
 void move_files(cJSON *item, const std::filesystem::path &from, const std::filesystem::path &to) {
@@ -35,80 +106,131 @@ void move_files(cJSON *item, const std::filesystem::path &from, const std::files
     }
 }
 
-void write_scene(OutputFile &out, const std::string &path, const std::string &folder, const JsonTree &tree) {
-    const std::filesystem::path to = std::filesystem::path(path).parent_path();
-    move_files(tree.get(), folder, to.empty() ? "." : to);
-    out.write(text_of(tree));
-    out.commit();
+// The scene with the mask, for this folder.
+std::string scene_with(const Design &design, const std::string &folder) {
+    const JsonTree tree = read_scene_json(design.scene.path);
+    move_files(tree.get(), folder_of(design.scene.path), folder);
+    cJSON *telescope = item_of(tree.get(), "telescope");
+    cJSON_DeleteItemFromObjectCaseSensitive(telescope, "mask");
+    cJSON_AddItemToObject(telescope, "mask", cJSON_Parse(design.mask.c_str()));
+    return text_of(tree);
 }
 
-struct Result {
-    const char *scene;
-    toliman_mask_info info;
-    JsonTree mask; // the best one; nullptr if the scene has none and no better one was found
+// One score of the scene's mask and of the designed one.
+struct Pair {
+    const char *name, *title;
+    double toliman_mask_info::*before, toliman_mask_info::*after;
+};
+constexpr Pair kScores[] = {
+    {"crb_alone_px", "alone", &toliman_mask_info::crb_alone_before_px, &toliman_mask_info::crb_alone_px},
+    {"crb_flux_shift_px", "fluxes, shift", &toliman_mask_info::crb_flux_shift_before_px,
+     &toliman_mask_info::crb_flux_shift_px},
+    {"crb_px", "all free", &toliman_mask_info::crb_before_px, &toliman_mask_info::crb_px},
+    {"peak_to_mean", "peak-to-mean", &toliman_mask_info::peak_to_mean_before, &toliman_mask_info::peak_to_mean},
+    {"light_in_frame", "light", &toliman_mask_info::light_in_frame_before, &toliman_mask_info::light_in_frame},
+    {"gradient_energy", "gradient", &toliman_mask_info::gradient_energy_before, &toliman_mask_info::gradient_energy},
+    {"radius_50_px", "r50, px", &toliman_mask_info::radius_50_before_px, &toliman_mask_info::radius_50_px},
+    {"radius_80_px", "r80, px", &toliman_mask_info::radius_80_before_px, &toliman_mask_info::radius_80_px},
 };
 
-void print_json(Result result, uint64_t seed) {
-    const toliman_mask_info &info = result.info;
-    print_stdout(Json("schema", "toliman-pupil/1", "version", toliman_version(), "scene", result.scene, "seed", seed,
-                      "judged", info.tried, "crb_before_px", info.crb_before_px, "crb_px", info.crb_px,
-                      "peak_to_mean_before", info.peak_to_mean_before, "peak_to_mean", info.peak_to_mean,
-                      "light_in_frame_before", info.light_in_frame_before, "light_in_frame", info.light_in_frame,
-                      "gradient_energy_before", info.gradient_energy_before, "gradient_energy", info.gradient_energy,
-                      "mask", std::move(result.mask))
-                     .text());
+// The words of a list that spaces or commas separate.
+std::vector<std::string> names_in(std::string list) {
+    std::replace(list.begin(), list.end(), ',', ' ');
+    std::istringstream words(list);
+    return {std::istream_iterator<std::string>(words), {}};
 }
 
-void print_line(const char *what, double crb_px, double peak_to_mean, double gradient_energy, double light_in_frame) {
-    std::printf(
-        "%-13s Cramer-Rao bound %.4g px, peak-to-mean %.2f, gradient energy %.3g px^-2, %.1f %% of the light in "
-        "the frame\n",
-        what, crb_px, peak_to_mean, gradient_energy, 100 * light_in_frame);
+std::optional<double> listed(const std::vector<double> &values, size_t place) {
+    return values.empty() ? std::nullopt : std::optional(values[place]);
 }
 
-void print_summary(Result result) {
-    const toliman_mask_info &info = result.info;
-    std::printf("scene         %s: %llu masks tried\n", result.scene, static_cast<unsigned long long>(info.tried));
-    print_line("own mask", info.crb_before_px, info.peak_to_mean_before, info.gradient_energy_before,
-               info.light_in_frame_before);
-    if (info.improved == 0) {
-        print_stdout("found         no better mask\n");
-        return;
+Json place_json(const Design &design, size_t place) {
+    const toliman_mask_info &info = design.places[place];
+    Json own, designed;
+    for (const Pair &score : kScores) {
+        own.set(score.name, info.*score.before);
+        designed.set(score.name, info.*score.after);
     }
-    print_line("found", info.crb_px, info.peak_to_mean, info.gradient_energy, info.light_in_frame);
-    Json json;
-    json.set("mask", std::move(result.mask));
-    print_stdout(json.text());
+    return Json("date", listed(design.options.dates, place), "position_angle_deg", listed(design.options.angles, place),
+                "quantum_px", info.quantum_px, "quantum_flux_shift_px", info.quantum_flux_shift_px, "scene_mask", own,
+                "designed", designed);
+}
+
+std::string as_json(const Design &design) {
+    const toliman_mask_info &info = design.places[0];
+    Json json("schema", "toliman-pupil/1", "version", toliman_version(), "scene",
+              toliman_sim_get_name(design.scene.sim.get()), "seed", design.options.design.seed, "free",
+              names_in(design.free), "improved", info.improved != 0, "stopped", info.stopped != 0, "iterations",
+              info.iterations, "small_features", info.small_features);
+    std::vector<Json> places;
+    for (size_t place = 0; place < design.places.size(); place++)
+        places.push_back(place_json(design, place));
+    json.set("places", places, "mask", JsonTree(cJSON_Parse(design.mask.c_str())), "descent_px", design.descent);
+    return json.text();
+}
+
+// Before the work: every file that it will write.
+void open_files(OutputFolder &out) {
+    out.open("mask.npy");
+    out.open("scene.json", Replaces::scenes);
+    out.open("pupil.json");
+}
+
+void write_folder(OutputFolder &out, const Design &design) {
+    const auto side = static_cast<size_t>(design.scene.info.pupil_samples);
+    write_npy(out.open("mask.npy"), design.cells, {side, side});
+    out.open("scene.json", Replaces::scenes).write(scene_with(design, design.options.out));
+    out.open("pupil.json").write(as_json(design));
+    out.commit("pupil.json");
+}
+
+std::string place_text(const Options &options, size_t place) {
+    return !options.dates.empty()    ? formatted("date %g", options.dates[place])
+           : !options.angles.empty() ? formatted("%g deg", options.angles[place])
+                                     : "scene";
+}
+
+void print_summary(const Design &design) {
+    const toliman_mask_info &first = design.places[0];
+    std::printf("scene          %s\n", toliman_sim_get_name(design.scene.sim.get()));
+    std::printf("free           %s\n", design.free.empty() ? "none" : design.free.c_str());
+    for (size_t place = 0; place < design.places.size(); place++) {
+        const toliman_mask_info &info = design.places[place];
+        std::printf("\n%-14s %12s %12s %12s\n", place_text(design.options, place).c_str(), "scene's mask", "designed",
+                    "quantum");
+        for (const Pair &score : kScores) {
+            const bool is_bound = score.title == kScores[0].title || score.title == kScores[1].title;
+            const double quantum = score.title == kScores[0].title ? info.quantum_px : info.quantum_flux_shift_px;
+            std::printf("%-14s %12.4g %12.4g %12s\n", score.title, info.*score.before, info.*score.after,
+                        is_bound && std::isfinite(quantum) ? formatted("%.4g", quantum).c_str() : "");
+        }
+    }
+    std::printf("\niterations     %llu\n", static_cast<unsigned long long>(first.iterations));
+    std::printf("small features %.2g of the open cells\n", first.small_features);
+    print_stdout(first.improved != 0 ? ""
+                                     : "result         not better than the scene's mask at every place, or above the "
+                                       "limit of the peak: try another --seed or more --iterations\n");
 }
 
 void pupil(const Options &options, Progress &progress) {
-    if (options.as_json && options.out == "-")
-        throw Failure(kExitUsage, "--json with --out -: only one of them can go to standard output");
-    std::optional<OutputFile> out;
-    check_not_input(options.out, {options.scene});
+    std::optional<OutputFolder> out;
     if (!options.out.empty())
-        out.emplace(options.out, Replaces::scenes);
+        open_files(out.emplace(options.out));
     const Scene scene(options.scene, progress);
-    const JsonTree tree = read_scene_json(scene.path);
-    toliman_mask_options search = options.search;
-    search.progress = Progress::callback;
-    search.progress_data = &progress;
-    const auto found = toliman::make<toliman::phase_mask>(toliman_mask_search, scene.sim.get(), &search);
+    const Design design = result_of(scene, options, progress);
     progress.clear();
-    const auto info = info_from<toliman_mask_info>(toliman_mask_get_info, found.get());
-    cJSON *telescope = item_of(tree.get(), "telescope");
-    if (info.improved != 0) {
-        cJSON_DeleteItemFromObjectCaseSensitive(telescope, "mask");
-        cJSON_AddItemToObject(telescope, "mask", cJSON_Parse(toliman_mask_get_json(found.get())));
-    }
-    Result result = {toliman_sim_get_name(scene.sim.get()), info, copy_of(item_of(telescope, "mask"))};
     if (out)
-        write_scene(*out, options.out, folder_of(scene.path), tree);
+        write_folder(*out, design);
     if (options.as_json)
-        print_json(std::move(result), search.seed);
-    else if (options.out != "-")
-        print_summary(std::move(result));
+        print_stdout(as_json(design));
+    else
+        print_summary(design);
     stop_if_asked();
+}
+
+CLI::Option *add_list(CLI::App *command, const char *name, std::vector<double> &values, const char *type,
+                      const char *what) {
+    return add_option(command, name, values, type, what)->delimiter(',')->allow_extra_args(false);
 }
 
 } // namespace
@@ -116,22 +238,33 @@ void pupil(const Options &options, Progress &progress) {
 void add_pupil(CLI::App &app, Context &context) {
     CLI::App *command = add_command(app, "pupil");
     auto options = std::make_shared<Options>();
+    toliman_mask_design_options &design = options->design;
     add_scene(*command, options->scene);
-    add_option(command, "--out", options->out, "FILE",
-               "write the scene with the best mask to this file; - writes to standard output");
-    CLI::Option *minutes =
-        command->add_option("--minutes", options->search.minutes, "time limit in minutes; default: none");
-    command
-        ->add_option("--count", options->search.count,
-                     "largest number of masks to draw and vary; default 4000, with --minutes no limit")
-        ->check(CLI::Range(1u, 1000000000u));
-    options->search.seed = 1;
-    add_seed(*command, options->search.seed, "seed of the random masks, default 1");
+    add_option(command, "--out", options->out, "FOLDER",
+               "write mask.npy, scene.json and pupil.json to this folder, for other commands and `toliman report`");
+    add_option(command, "--free", options->free, "NAMES",
+               "parameters that are fitted together with the separation, separated by commas; default: fluxes, shifts, "
+               "roll, scale, focus and background; \"\" for none");
+    CLI::Option *dates = add_list(command, "--dates", options->dates, "YEAR,...",
+                                  "design for these Julian years of the stars' orbit; default: the scene's");
+    add_list(command, "--position-angles", options->angles, "DEG,...", "design for these position angles of star B")
+        ->excludes(dates);
+    add_option(command, "--peak-to-mean", design.peak_to_mean, "RATIO",
+               "largest peak-to-mean ratio, default: that of the scene's mask")
+        ->check(CLI::Range(1.000001, 1e12));
+    add_option(command, "--light", design.light_in_frame, "SHARE",
+               "smallest fraction of the light in the frame; default: 0.875, or none with peak_photons")
+        ->check(CLI::Range(0.001, 0.999));
+    add_option(command, "--feature", design.feature_cells, "CELLS", "side of the smallest feature, default 2")
+        ->check(CLI::Range(1u, 16u));
+    add_choice(command, "--symmetry", options->symmetry, {"none", "even", "odd"},
+               "under a rotation of the pupil by 180 degrees, default none");
+    add_option(command, "--iterations", design.iterations, "N", "iterations of the first descent, default 250")
+        ->check(CLI::Range(1u, 100000u));
+    design.seed = 1;
+    add_seed(*command, design.seed, "seed of the random spirals that it starts from, default 1");
     command->add_flag("--json", options->as_json, "print JSON, schema toliman-pupil/1");
-    set_action(*command, context, options, pupil, [options, minutes] {
-        if (minutes->count() > 0 && !(options->search.minutes > 0 && options->search.minutes <= kMostMinutes))
-            throw CLI::ValidationError("--minutes", "must be above 0 and at most 100000");
-    });
+    set_action(*command, context, options, pupil);
 }
 
 } // namespace cli

@@ -54,6 +54,6 @@ inline constexpr char kExperimentMark[] = " Medians over the seeds; found: log10
 // 128 bytes for such arrays.
 inline constexpr size_t kNpyHeaderSize = 256;
 using std::string_view_literals::operator""sv;
-inline constexpr auto kNpyMark = "\x93NUMPY\1\0\xf6\0{'descr': '<f8', 'fortran_order': False, 'shape': ("sv;
+inline constexpr auto kNpyMark = "\x93NUMPY\1\0\xf6\0{'descr': '"sv;
 
 } // namespace cli

@@ -1,6 +1,7 @@
 // Headers of NumPy .npy files.
 #pragma once
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "base/npy.hpp"
@@ -13,6 +14,7 @@ namespace cli {
 void write_npy_header(OutputFile &out, const std::vector<size_t> &shape);
 // The whole file. An empty shape is that of the vector.
 void write_npy(OutputFile &out, const std::vector<double> &values, const std::vector<size_t> &shape = {});
+void write_npy(OutputFile &out, const std::vector<uint8_t> &values, const std::vector<size_t> &shape);
 
 // Reads the header; the file is then positioned at the first number.
 toliman::NpyHeader read_npy_header(InputFile &file);
