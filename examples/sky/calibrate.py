@@ -20,7 +20,8 @@ FRAMES, DAYS, PHOTONS = 10, 1095.75, 1e10
 path = pathlib.Path(sys.argv[2] if sys.argv[2:] else TOP / "examples" / "scenes" / "sky.json")
 nominal = json.loads(path.read_text())
 resolve_files(nominal, path.parent.resolve())
-nominal["telescope"]["mask"]["edges"] = "area"  # only such a mask can rotate by little
+if nominal["telescope"]["mask"]["kind"] == "spiral":
+    nominal["telescope"]["mask"]["edges"] = "area"  # only such a mask can rotate by little
 given = nominal["cadence"]
 light = ({"peak_photons": given["peak_photons"]} if "peak_photons" in given else
          {"exposure_s": PHOTONS / sum(star["photons_per_s"] for star in nominal["stars"].values())})

@@ -38,10 +38,11 @@ def check(holds, what):
 
 
 def sky(photons, step_nm, frames=FRAMES):
-    path = ROOT / "examples" / "scenes" / "sky.json"
-    scene = json.loads(path.read_text())
-    resolve_files(scene, path.parent)
-    scene["telescope"]["mask"]["edges"] = "area"
+    """The scene sky with the mask of the mission, a spiral, whose rotation is found too."""
+    folder = ROOT / "examples" / "scenes"
+    scene, mission = (json.loads((folder / name).read_text()) for name in ("sky.json", "mission.json"))
+    scene["telescope"]["mask"] = {**mission["telescope"]["mask"], "edges": "area"}
+    resolve_files(scene, folder)
     scene["band"]["step_nm"] = step_nm
     total = sum(star["photons_per_s"] for star in scene["stars"].values())
     scene["cadence"] = {"times_days": numpy.linspace(0, DAYS, frames).tolist(), "exposure_s": photons / total}

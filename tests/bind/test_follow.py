@@ -23,8 +23,8 @@ SCENES = ROOT / "examples" / "scenes"
 
 def sky(detector=None, pointing=0.3, date=2026.5, days=365.25, **more):
     scene = json.loads((SCENES / "sky.json").read_text())
-    for star in scene["stars"].values():
-        star["spectrum"]["file"] = str(SCENES / star["spectrum"]["file"])
+    for part in (scene["telescope"]["mask"], *(star["spectrum"] for star in scene["stars"].values())):
+        part["file"] = str(SCENES / part["file"])
     scene["detector"].update(detector or {})
     scene["binary"]["date"] = date
     scene["cadence"].update(frames=FRAMES, interval_days=days / FRAMES)

@@ -24,8 +24,8 @@ SEED = 11
 
 def sky(amplitude=6.8e-6):
     scene = json.loads((SCENES / "sky.json").read_text())
-    for star in scene["stars"].values():
-        star["spectrum"]["file"] = str(SCENES / star["spectrum"]["file"])
+    for part in (scene["telescope"]["mask"], *(star["spectrum"] for star in scene["stars"].values())):
+        part["file"] = str(SCENES / part["file"])
     scene["cadence"].update(frames=FRAMES, interval_days=DAYS / FRAMES)
     scene["signal"]["amplitude_px"] = amplitude
     if not LONG:
