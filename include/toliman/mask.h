@@ -13,9 +13,9 @@
  *
  * Scores
  *
- *   A mask is scored by the expected frame of its scene: the Cramer-Rao bounds of the separation, the peak-to-mean
- * ratio (brightest pixel over mean pixel, before the detector), and the fraction of the light of the stars that falls
- * in the frame. A mask is better if its bound is smaller at every place and its peak-to-mean ratio is nowhere above the
+ *   A mask is scored by the expected frame of its scene: Cramer-Rao bounds of the separation, the peak-to-mean ratio
+ *   (brightest pixel over mean pixel, before the detector), and the fraction of the light of the stars that falls in
+ *   the frame. A mask is better if its bound is smaller at every place and its peak-to-mean ratio is nowhere above the
  *   limit, so that it needs no more dynamic range of the detector.
  */
 #ifndef TOLIMAN_MASK_H
@@ -70,12 +70,12 @@ TOLIMAN_API void toliman_mask_design_options_init(toliman_mask_design_options *o
  * an accuracy of 1e-6 needs. Small features are then removed, and the scenes of all places judge the mask. The step is
  * opd_nm or height_nm of the scene's mask; without one, an OPD of half the middle wavelength. options may be NULL. The
  * simulator is not needed afterwards, but the files that its scene names are read again. The caller destroys *out. The
- * result depends on the scene and options only, not on threads. One core takes 1 to 2 minutes for mission.json. If the
- * mask is not better at all places, or exceeds the peak at one, the call succeeds and toliman_mask_info.improved is 0:
- * try another seed. Errors: TOLIMAN_E_ARGUMENT for another name in `free`, or one that is named twice; TOLIMAN_E_SCENE
- * if the separation has no bound with these parameters free, and for places that the scene cannot have;
- * TOLIMAN_E_UNSUPPORTED for the engine PADDED_FFT; those of toliman_sim_create_file for the files of the scene. Since
- * 0.2. */
+ * result depends on the scene and options only, not on threads. One core takes 1 to 2 minutes for mission.json.
+ * If the mask is not better at all places, or exceeds the peak at one, the call succeeds and toliman_mask_info.improved
+ * is 0: try another seed.
+ * Errors: TOLIMAN_E_ARGUMENT for another name in `free`, or one that is named twice; TOLIMAN_E_SCENE if the separation
+ * has no bound with these parameters free, and for places that the scene cannot have; TOLIMAN_E_UNSUPPORTED for the
+ * engine PADDED_FFT; those of toliman_sim_create_file for the files of the scene. Since 0.2. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_mask_design(const toliman_sim *sim,
                                                                   const toliman_mask_design_options *options,
                                                                   toliman_mask **out) TOLIMAN_NOEXCEPT;

@@ -4336,12 +4336,12 @@ light lost. The descent uses sketches: at most 128 cells per axis, the middle of
 an accuracy of 1e-6 needs. Small features are then removed, and the scenes of all places judge the mask. The step is
 opd_nm or height_nm of the scene's mask; without one, an OPD of half the middle wavelength. options may be NULL. The
 simulator is not needed afterwards, but the files that its scene names are read again. The caller destroys *out. The
-result depends on the scene and options only, not on threads. One core takes 1 to 2 minutes for mission.json. If the
-mask is not better at all places, or exceeds the peak at one, the call succeeds and toliman_mask_info.improved is 0:
-try another seed. Errors: TOLIMAN_E_ARGUMENT for another name in `free`, or one that is named twice; TOLIMAN_E_SCENE
-if the separation has no bound with these parameters free, and for places that the scene cannot have;
-TOLIMAN_E_UNSUPPORTED for the engine PADDED_FFT; those of toliman_sim_create_file for the files of the scene. Since
-0.2.""",
+result depends on the scene and options only, not on threads. One core takes 1 to 2 minutes for mission.json.
+If the mask is not better at all places, or exceeds the peak at one, the call succeeds and toliman_mask_info.improved
+is 0: try another seed.
+Errors: TOLIMAN_E_ARGUMENT for another name in `free`, or one that is named twice; TOLIMAN_E_SCENE if the separation
+has no bound with these parameters free, and for places that the scene cannot have; TOLIMAN_E_UNSUPPORTED for the
+engine PADDED_FFT; those of toliman_sim_create_file for the files of the scene. Since 0.2.""",
     ),
     "toliman_mask_destroy": (
         None, (("mask", POINTER(toliman_mask)),),
