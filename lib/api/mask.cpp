@@ -185,6 +185,8 @@ toliman_status toliman_mask_design(const toliman_sim *sim, const toliman_mask_de
         const Use use(sim, "sim");
         const auto given = accept(options, toliman_mask_design_options{}, "options");
         toliman_mask *&made = required(out, "out");
+        if (use->simulator.plan().engine == optics::EngineKind::padded_fft)
+            fail(Status::unsupported, "{sim}: the engine PADDED_FFT models no mask");
         const Scene &scene = use->simulator.scene();
         const mask::DesignOptions known = design_options_of(scene, given);
         mask::Design design = mask::design(places_of(scene, given), known);

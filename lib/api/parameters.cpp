@@ -49,7 +49,7 @@ std::vector<Parameter> parameters_of(const char *names, const char *field) {
             fail(Status::argument, "{%s}: \"%s\": must be the name of a parameter%s", field, name.substr(0, 40).c_str(),
                  suggestion_for(name).c_str());
         if (std::find(parameters.begin(), parameters.end(), *parameter) != parameters.end())
-            fail(Status::argument, "{%s}: %s is named twice", field, name.c_str());
+            fail(Status::argument, "{%s}: \"%s\": must be named once", field, name.c_str());
         parameters.push_back(*parameter);
         at = text.find_first_not_of(kBetween, end);
     }

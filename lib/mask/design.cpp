@@ -79,8 +79,8 @@ Sketch sketch_of(const Scene &full, double field) {
     const double pitch = full.detector.pixel_scale_arcsec * kPi / 648000 * full.telescope.aperture_m / shortest_m(full);
     const double binned = std::max(1.0, std::floor(kLargestPitch / pitch));
     const auto part = [&](size_t pixels) {
-        return static_cast<size_t>(
-            std::min(std::floor(static_cast<double>(pixels) / binned), 2 * std::round(field / (2 * pitch * binned))));
+        const double whole = std::max(std::floor(static_cast<double>(pixels) / binned), 1.0);
+        return static_cast<size_t>(std::min(whole, 2 * std::round(field / (2 * pitch * binned))));
     };
     const double pixels = static_cast<double>(full.detector.rows * full.detector.cols);
     Sketch sketch = {full, binned, pixels / (binned * binned)};

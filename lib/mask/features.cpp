@@ -69,10 +69,12 @@ struct Cells {
         return count;
     }
 
-    // Gives the kind of the cell to the square with the fewest small cells around it, if that is an improvement.
-    void widen(size_t row, size_t col) {
+    // Gives the kind of the cell to the square with the fewest small cells around it; returns whether that is an
+    // improvement.
+    bool widen(size_t row, size_t col) {
         const uint8_t own = kind[row * n + col];
-        size_t fewest = small_near(row, col);
+        const size_t present = small_near(row, col);
+        size_t fewest = present;
         const Buffer<uint8_t> before = kind;
         Buffer<uint8_t> best = kind;
         for (size_t y = row + 1 > side ? row + 1 - side : 0; y <= row && y + side <= n; y++)
@@ -89,6 +91,7 @@ struct Cells {
                 }
             }
         kind = best;
+        return fewest < present;
     }
 };
 
@@ -99,9 +102,13 @@ Buffer<uint8_t> without_small_features(Buffer<uint8_t> cells, size_t samples, si
         if (open_kind(cells, samples, side, open, 1) + open_kind(cells, samples, side, open, 0) == 0)
             return cells;
     Cells all = {cells, open, samples, side};
-    for (size_t i = 0; i < cells.size(); i++)
-        if (open[i] > 0 && all.is_small(i / samples, i % samples))
-            all.widen(i / samples, i % samples);
+    bool better = true;
+    for (size_t round = 0; better && round < kMostRounds; round++) {
+        better = false;
+        for (size_t i = 0; i < cells.size(); i++)
+            if (open[i] > 0 && all.is_small(i / samples, i % samples))
+                better = all.widen(i / samples, i % samples) || better;
+    }
     return cells;
 }
 

@@ -97,7 +97,7 @@ class DesignMask(unittest.TestCase):
 
     def test_refusals_of_a_design(self):
         for text, options in (("scale_x", {"free": ["scale_x"]}), ("zernike_5: a design", {"free": ["zernike_5"]}),
-                              ("focus is named twice", {"free": ["focus", "focus"]}),
+                              ("focus.: must be named once", {"free": ["focus", "focus"]}),
                               ("binary.orbit: dates of a design need", {"dates": [2027]}),
                               ("at most one", {"dates": [2027], "position_angles": [3]}),
                               (r"position_angles_deg\[1\] = nan", {"position_angles": [3, numpy.nan]}),

@@ -23,9 +23,11 @@ SEED = 11
 
 
 def sky(amplitude=6.8e-6):
-    scene = json.loads((SCENES / "sky.json").read_text())
-    for part in (scene["telescope"]["mask"], *(star["spectrum"] for star in scene["stars"].values())):
-        part["file"] = str(SCENES / part["file"])
+    """The scene with the mission's spiral: the designed mask has a smaller bound and needs more networks for this efficiency."""
+    scene, mission = (json.loads((SCENES / name).read_text()) for name in ("sky.json", "mission.json"))
+    scene["telescope"]["mask"] = mission["telescope"]["mask"]
+    for star in scene["stars"].values():
+        star["spectrum"]["file"] = str(SCENES / star["spectrum"]["file"])
     scene["cadence"].update(frames=FRAMES, interval_days=DAYS / FRAMES)
     scene["signal"]["amplitude_px"] = amplitude
     if not LONG:

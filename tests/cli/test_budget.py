@@ -306,7 +306,7 @@ class Budget(ProgramTest):
     def test_refusals(self):
         (self.folder / "mission.json").write_text(json.dumps(small()))
         for arguments, text in ((("--free", "zernike_4"), "--free: \"zernike_4\": must be the name of a parameter; did you mean \"zernike_"),
-                                (("--free", "roll,roll"), "--free: roll is named twice"),
+                                (("--free", "roll,roll"), "--free: \"roll\": must be named once"),
                                 (("--free", "mask_rotation"), "derivative by mask_rotation: needs a spiral mask with mask.edges"),
                                 (("--frames", "0"), "--frames"), (("--earth-px", "0"), "--earth-px")):
             with self.subTest(arguments):

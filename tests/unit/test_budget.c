@@ -292,7 +292,7 @@ static void bad_arguments_are_refused(void **state) {
                  "options->free_names: separation: must not be in the list");
     options.free_names = "roll, roll";
     assert_fails(toliman_sim_get_budget(sim, &options, &budget), TOLIMAN_E_ARGUMENT,
-                 "options->free_names: roll is named twice");
+                 "options->free_names: \"roll\": must be named once");
     options = with_names(NULL);
     options.frames = -1;
     assert_fails(toliman_sim_get_budget(sim, &options, &budget), TOLIMAN_E_ARGUMENT,

@@ -40,7 +40,7 @@ static void bad_options_are_refused(void **state) {
         const char *message;
     } cases[] = {
         {{.free = "scal"}, "options->free: \"scal\": must be the name of a parameter; did you mean \"scale\"?"},
-        {{.free = "scale,focus"}, "options->free: \"scale,focus\": must be the name of a parameter"},
+        {{.free = "scale;focus"}, "options->free: \"scale;focus\": must be the name of a parameter"},
         {{.free = "focus scale focus"}, "options->free: \"focus\": must be named once"},
         {{.free = " shift_x"}, "options->free: \"shift_x\": is always free"},
         {{.free = "separation"}, "options->free: \"separation\": is always free"},
