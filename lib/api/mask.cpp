@@ -35,9 +35,9 @@ constexpr Choice<mask::Symmetry> kSymmetries = {TOLIMAN_MASK_SYMMETRY_NONE, TOLI
                                                 "TOLIMAN_MASK_SYMMETRY_..."};
 
 std::vector<Parameter> free_of(const Scene &scene, const char *names) {
-    const std::vector<Parameter> known = optics::eight_nuisances(scene);
     if (names == nullptr)
-        return known;
+        return optics::eight_nuisances(scene);
+    const std::vector<Parameter> known = optics::eight_nuisances(scene);
     std::vector<Parameter> free = parameters_of(names, "options->free");
     for (const Parameter parameter : free)
         if (std::find(known.begin(), known.end(), parameter) == known.end())

@@ -28,8 +28,9 @@ double pupil_variance_m2(const optics::Outline &outline) {
     double sum = 0, first = 0, second = 0;
     for (size_t i = 0; i < n * n; i++) {
         const double amplitude = outline.pupil.amplitude[i], weight = amplitude * amplitude;
-        const double x = cell * (static_cast<double>(i % n) * outline.light.axis[0] +
-                                 static_cast<double>(i / n) * outline.light.axis[1]);
+        const size_t row = i / n, col = i % n;
+        const double x = cell * (static_cast<double>(col) * outline.light.axis[0] +
+                                 static_cast<double>(row) * outline.light.axis[1]);
         sum += weight;
         first += weight * x;
         second += weight * x * x;
@@ -63,13 +64,15 @@ Score score_of(Scene scene, const Mask &mask, const std::vector<Parameter> &free
 double encircled_px(const Buffer<double> &light, size_t cols, double fraction) {
     double sum = 0, x = 0, y = 0;
     for (size_t i = 0; i < light.size(); i++) {
+        const size_t row = i / cols, col = i % cols;
         sum += light[i];
-        x += light[i] * static_cast<double>(i % cols);
-        y += light[i] * static_cast<double>(i / cols);
+        x += light[i] * static_cast<double>(col);
+        y += light[i] * static_cast<double>(row);
     }
     std::vector<std::pair<double, double>> rings; // square of the radius, light
     for (size_t i = 0; i < light.size(); i++) {
-        const double dx = static_cast<double>(i % cols) - x / sum, dy = static_cast<double>(i / cols) - y / sum;
+        const size_t row = i / cols, col = i % cols;
+        const double dx = static_cast<double>(col) - x / sum, dy = static_cast<double>(row) - y / sum;
         rings.emplace_back(dx * dx + dy * dy, light[i]);
     }
     std::sort(rings.begin(), rings.end());
@@ -86,8 +89,8 @@ Quantum quantum_of(const optics::Outline &outline, double electrons) {
     const double pixel_rad = outline.scene.detector.pixel_scale_arcsec * kPi / 648000;
     const double variance = pupil_variance_m2(outline);
     double information[2] = {0, 0}; // px^-2
-    for (size_t s = 0; s < outline.scene.stars.size(); s++)
-        for (size_t k = 0; k < outline.light.wavelength_m.size(); k++) {
+    for (size_t s = 0; s < 2; s++)
+        for (size_t k = 0; k < outline.light.photons[s].size(); k++) { // none of B in a single star
             const double rate = 2 * kPi * pixel_rad / outline.light.wavelength_m[k];
             information[s] += 4 * rate * rate * variance * electrons * outline.light.photons[s][k];
         }

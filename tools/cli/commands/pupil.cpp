@@ -116,15 +116,16 @@ std::string scene_with(const Design &design, const std::string &folder) {
     return text_of(tree);
 }
 
-// One score of the scene's mask and of the designed one.
+// One score of the scene's mask and of the designed one, and its quantum bound, if it has one.
 struct Pair {
     const char *name, *title;
-    double toliman_mask_info::*before, toliman_mask_info::*after;
+    double toliman_mask_info::*before, toliman_mask_info::*after, toliman_mask_info::*quantum = nullptr;
 };
 constexpr Pair kScores[] = {
-    {"crb_alone_px", "alone", &toliman_mask_info::crb_alone_before_px, &toliman_mask_info::crb_alone_px},
+    {"crb_alone_px", "alone", &toliman_mask_info::crb_alone_before_px, &toliman_mask_info::crb_alone_px,
+     &toliman_mask_info::quantum_px},
     {"crb_flux_shift_px", "fluxes, shift", &toliman_mask_info::crb_flux_shift_before_px,
-     &toliman_mask_info::crb_flux_shift_px},
+     &toliman_mask_info::crb_flux_shift_px, &toliman_mask_info::quantum_flux_shift_px},
     {"crb_px", "all free", &toliman_mask_info::crb_before_px, &toliman_mask_info::crb_px},
     {"peak_to_mean", "peak-to-mean", &toliman_mask_info::peak_to_mean_before, &toliman_mask_info::peak_to_mean},
     {"light_in_frame", "light", &toliman_mask_info::light_in_frame_before, &toliman_mask_info::light_in_frame},
@@ -199,10 +200,9 @@ void print_summary(const Design &design) {
         std::printf("\n%-14s %12s %12s %12s\n", place_text(design.options, place).c_str(), "scene's mask", "designed",
                     "quantum");
         for (const Pair &score : kScores) {
-            const bool is_bound = score.title == kScores[0].title || score.title == kScores[1].title;
-            const double quantum = score.title == kScores[0].title ? info.quantum_px : info.quantum_flux_shift_px;
+            const bool has_quantum = score.quantum != nullptr && std::isfinite(info.*score.quantum);
             std::printf("%-14s %12.4g %12.4g %12s\n", score.title, info.*score.before, info.*score.after,
-                        is_bound && std::isfinite(quantum) ? formatted("%.4g", quantum).c_str() : "");
+                        has_quantum ? formatted("%.4g", info.*score.quantum).c_str() : "");
         }
     }
     std::printf("\niterations     %llu\n", static_cast<unsigned long long>(first.iterations));
