@@ -44,6 +44,19 @@ template <class T> class AlignedAllocator {
 
 template <class T> using Buffer = std::vector<T, AlignedAllocator<T>>;
 
+// Leaves new elements of trivial type unset: a page of memory is not touched before it is written.
+template <class T> class UnsetAllocator : public AlignedAllocator<T> {
+  public:
+    template <class U> struct rebind { using other = UnsetAllocator<U>; };
+    using AlignedAllocator<T>::AlignedAllocator;
+    template <class U> void construct(U *place) noexcept {
+        static_assert(std::is_trivial_v<U>);
+        ::new (static_cast<void *>(place)) U;
+    }
+};
+
+template <class T> using UnsetBuffer = std::vector<T, UnsetAllocator<T>>;
+
 // Returns a * b; Status::range, naming what is sized, on overflow.
 inline size_t checked_product(size_t a, size_t b, const char *what) {
     if (a != 0 && b > std::numeric_limits<size_t>::max() / a)

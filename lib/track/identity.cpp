@@ -1,6 +1,7 @@
-// Method: open addressing with linear probing; all memory is allocated at creation, so that a push allocates nothing. A
-// frame is identified by the 64-bit FNV-1a digest of session, region and frame id, since packet counters wrap and times
-// repeat. The slot depends on a random secret (scatter.hpp): crafted keys cannot make all probes collide.
+// Method: open addressing with linear probing. All memory is allocated at creation, so that a push allocates nothing; a
+// slot is written when it is taken, so that an index for a million frames is created at once. A frame is identified by
+// the 64-bit FNV-1a digest of session, region and frame id, since packet counters wrap and times repeat. The slot
+// depends on a random secret (scatter.hpp): crafted keys cannot make all probes collide.
 #include "track/identity.hpp"
 
 #include "base/error.hpp"
@@ -29,18 +30,19 @@ uint64_t key_digest(uint64_t stream, int64_t frame_id) noexcept {
 }
 
 FrameIndex::FrameIndex(int64_t capacity)
-    : slots_(static_cast<size_t>(capacity) + static_cast<size_t>(capacity) / 2 + 1), capacity_(capacity) {}
+    : slots_(static_cast<size_t>(capacity) + static_cast<size_t>(capacity) / 2 + 1), taken_(slots_.size() / 64 + 1),
+      capacity_(capacity) {}
 
 size_t FrameIndex::slot_of(uint64_t key) const noexcept {
     size_t at = scatter_.slot(key, slots_.size());
-    while (slots_[at].state() != FrameState::none && slots_[at].key != key)
+    while (is_taken(at) && slots_[at].key != key)
         at = at + 1 < slots_.size() ? at + 1 : 0;
     return at;
 }
 
 const KnownFrame *FrameIndex::find(uint64_t key) const noexcept {
-    const KnownFrame &seen = slots_[slot_of(key)];
-    return seen.state() != FrameState::none ? &seen : nullptr;
+    const size_t at = slot_of(key);
+    return is_taken(at) ? &slots_[at] : nullptr;
 }
 
 void FrameIndex::check_capacity() const {
@@ -49,7 +51,9 @@ void FrameIndex::check_capacity() const {
 }
 
 void FrameIndex::add(uint64_t key, uint32_t content, uint64_t record, FrameState state) noexcept {
-    slots_[slot_of(key)] = {key, content, static_cast<uint32_t>(record << 3 | static_cast<uint32_t>(state))};
+    const size_t at = slot_of(key);
+    slots_[at] = {key, content, static_cast<uint32_t>(record << 3 | static_cast<uint32_t>(state))};
+    taken_[at / 64] |= uint64_t{1} << at % 64;
     count_++;
 }
 

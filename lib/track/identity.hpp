@@ -1,4 +1,5 @@
-// Index of known frames and their states: a hash table of fixed capacity, 16 bytes per slot, at most two thirds full.
+// Index of known frames and their states: a hash table of fixed capacity, 16 bytes and a bit per slot, at most two
+// thirds full.
 #pragma once
 #include <cstdint>
 #include <string_view>
@@ -16,7 +17,7 @@ void check_name(std::string_view name, const char *what);
 uint64_t stream_digest(std::string_view session, std::string_view roi) noexcept;
 uint64_t key_digest(uint64_t stream, int64_t frame_id) noexcept;
 
-enum class FrameState : uint32_t { none = 0, accepted = 1, outlier = 2, unreduced = 3, quarantined = 7 };
+enum class FrameState : uint32_t { accepted = 1, outlier = 2, unreduced = 3, quarantined = 7 };
 
 struct KnownFrame {
     uint64_t key;
@@ -41,8 +42,10 @@ class FrameIndex {
 
   private:
     size_t slot_of(uint64_t key) const noexcept; // of the key, or the free slot for it
+    bool is_taken(size_t slot) const noexcept { return (taken_[slot / 64] >> slot % 64 & 1) != 0; }
     Scatter scatter_;
-    Buffer<KnownFrame> slots_;
+    UnsetBuffer<KnownFrame> slots_; // those not taken are unset
+    Buffer<uint64_t> taken_;        // a bit per slot
     int64_t capacity_, count_ = 0;
 };
 

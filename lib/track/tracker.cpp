@@ -40,7 +40,7 @@ Tracker::Tracker(Plan plan, Estimate estimate, StateFolder folder, period::Strea
         open(folder);
         return;
     }
-    memory_.resize(static_cast<size_t>(plan_.capacity) * record_size(columns_.count()));
+    memory_.reserve(static_cast<size_t>(plan_.capacity) * record_size(columns_.count())); // no page is touched yet
     if (plan_.reference.is_given())
         reducer_.emplace(columns_, plan_.reference, plan_.errors, "options->values");
 }
@@ -154,9 +154,11 @@ uint64_t Tracker::append_record(const Record &record) {
         ledger_->append(record);
         return ledger_->count() - 1;
     }
-    if (record.kind == Kind::accepted || record.kind == Kind::outlier)
-        to_bytes(record, columns_.count(), 0, 0, memory_.data() + records_in_memory_++ * record_size(columns_.count()));
-    return records_in_memory_ - 1;
+    if (record.kind == Kind::accepted || record.kind == Kind::outlier) {
+        memory_.resize(memory_.size() + record_size(columns_.count()));
+        to_bytes(record, columns_.count(), 0, 0, &memory_[memory_.size() - record_size(columns_.count())]);
+    }
+    return records() - 1;
 }
 
 Record Tracker::read_record(uint64_t number) const {
@@ -352,7 +354,7 @@ void Tracker::visit(uint64_t first, uint64_t most, const EachFrame &each) const 
     };
     if (ledger_)
         return ledger_->visit(first, most, visit_one);
-    for (uint64_t number = first; number < records_in_memory_ && number - first < most; number++)
+    for (uint64_t number = first; number < records() && number - first < most; number++)
         visit_one(read_record(number), number);
 }
 

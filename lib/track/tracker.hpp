@@ -147,8 +147,10 @@ class Tracker {
     size_t stream_count() const noexcept { return streams_.count(); }
     std::vector<NamedStream> streams() const;                    // sorted by name
     const Columns &columns() const noexcept { return columns_; } // of the ledger
-    uint64_t records() const noexcept { return ledger_ ? ledger_->count() : records_in_memory_; }
-    uint64_t committed() const noexcept { return ledger_ ? ledger_->committed() : records_in_memory_; }
+    uint64_t records() const noexcept {
+        return ledger_ ? ledger_->count() : memory_.size() / record_size(columns_.count());
+    }
+    uint64_t committed() const noexcept { return ledger_ ? ledger_->committed() : records(); }
 
   private:
     // Result of a worker for one frame.
@@ -227,8 +229,7 @@ class Tracker {
     std::optional<Reducer> reducer_;  // with a reference
     std::vector<OnTarget> on_target_; // of each worker
     Buffer<uint8_t> memory_;          // without a ledger: records of accepted frames and outliers
-    size_t records_in_memory_ = 0;
-    Buffer<double> images_; // [workers][out_rows * out_cols]
+    Buffer<double> images_;           // [workers][out_rows * out_cols]
     std::vector<Job> jobs_;
     Counts counts_;
     int64_t unrecorded_repeats_ = 0;               // not yet counted by the ledger
