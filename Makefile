@@ -3,7 +3,7 @@ BUILD ?= build
 JOBS ?= $(shell nproc)
 PREFIX ?= /usr/local
 SECONDS ?= 60
-CAMPAIGNS = soak same science missions planets masks chapter budget faults fuzz races asan tsan coverage
+CAMPAIGNS = long soak same science missions planets masks chapter budget faults fuzz races asan tsan coverage
 .PHONY: all own deps demo check check-deps everything bench record fap noise $(CAMPAIGNS) abi docs install package wheel format lint clean help
 
 all: own deps $(BUILD)/build.ninja ## build the library and the program (default)
@@ -11,8 +11,8 @@ all: own deps $(BUILD)/build.ninja ## build the library and the program (default
 demo: all ## build everything, find a planet in 1095 simulated frames, and draw a report
 	$(BUILD)/bin/toliman run examples/scenes/chapter.json
 	$(BUILD)/bin/toliman report chapter.run
-check: everything ## build and run every test
-	tests/with_kernels $(BUILD) ctest --test-dir $(BUILD) --output-on-failure --parallel $$(($(JOBS) + 1)) # some tests wait for disks and clocks
+check: everything ## build and run the tests
+	tests/with_kernels $(BUILD) ctest --test-dir $(BUILD) --label-exclude long --output-on-failure --parallel $$(($(JOBS) + 1)) # some tests wait for disks and clocks
 bench: everything ## measure speed and error, with reference programs, into build/bench and a report (10 minutes)
 	@/usr/bin/python3 tests/bench/bench.py $(BUILD)/bin $(BUILD)/bench
 	@$(BUILD)/bin/toliman report $(BUILD)/bench
@@ -25,6 +25,7 @@ fap: everything ## count false alarms in noise, and samples until a signal is fo
 noise: everything ## count false alarms in correlated noise, with and without its model (half an hour)
 	@$(BUILD)/bin/bench_noise
 
+long: everything ## run all tests, also those of tools/check and of the packages (20 minutes)
 soak: everything ## run for long: a million frames, kills, power cuts, frames out of order, round trips (10 minutes)
 same: everything ## compare results over instruction sets, workers, OpenBLAS kernels and 20 orders (1 minute)
 science: everything ## find the separation with unknown optics, and of stars that move: bias and efficiency; false alarms with nuisance functions (20 minutes)

@@ -48,6 +48,10 @@ set_tests_properties(install/manual PROPERTIES ENVIRONMENT TOLIMAN_BUILD=${PROJE
 add_test(NAME install/package COMMAND ${PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/install/test_package.py)
 set_tests_properties(install/package PROPERTIES ENVIRONMENT TOLIMAN_BUILD=${PROJECT_BINARY_DIR})
 
+# The tests of the checks, and what needs the installation that install/installed tests.
+set_tests_properties(header/checks header/bindings abi/interface install/package install/pip install/wheel
+                     PROPERTIES LABELS long)
+
 # A host program that watches which functions the library calls, and a library that violates the conventions, to test the
 # watch itself. Not with sanitizers, which replace the same functions.
 if(NOT TOLIMAN_SANITIZE)

@@ -205,7 +205,7 @@ class Failures(unittest.TestCase):
 
     @unittest.skipIf(os.environ.get("TOLIMAN_SANITIZE"), "sanitizers keep what is freed")
     def test_memory_is_freed(self):
-        """100 times three objects of 13 MB: 4 GB if they leaked."""
+        """20 times three objects of 13 MB: 0.8 GB if they leaked."""
         child = subprocess.Popen([os.path.join(PROGRAMS, "bind_failures"), SCENE, "leak"], stdout=subprocess.PIPE)
         output = child.stdout.read()
         _, code, usage = os.wait4(child.pid, 0)

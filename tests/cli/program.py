@@ -31,6 +31,11 @@ def one_wavelength():
     return {**json.loads((SCENES / "chapter.json").read_text()), "band": {"wavelength_nm": 580}}
 
 
+# Runs in `make long` alone.
+LONG = bool(os.environ.get("TOLIMAN_LONG"))
+long = unittest.skipUnless(LONG, "runs in make long")
+
+
 class ProgramTest(unittest.TestCase):
     """Each test runs in a fresh empty folder, self.folder."""
 

@@ -10,7 +10,7 @@ import unittest
 
 import numpy
 from astropy.timeseries import LombScargle
-from program import PATIENCE, PROGRAM, ProgramTest, one_wavelength
+from program import PATIENCE, PROGRAM, ProgramTest, long, one_wavelength
 
 PLACES = {"A": [-4.0, -6.0], "B": [8.0, 10.0]}
 ALONG = numpy.array([-12.0, -16.0]) / 20  # of star A, where it lengthens the separation
@@ -254,6 +254,7 @@ class Unsupervised(Experiment):
 
 
 class Networks(Experiment):
+    @long
     def test_every_table(self):
         """One wavelength, one seed: slow is the training alone."""
         self.write(short_scene(60), "s.json")

@@ -13,9 +13,9 @@ import tempfile
 import termios
 import unittest
 
-from program import PATIENCE, PROGRAM, ProgramTest, one_wavelength
+from program import LONG, PATIENCE, PROGRAM, ProgramTest, one_wavelength
 
-WIDTHS = (120, 80, 50, 20)
+WIDTHS = (120, 80, 50, 20) if LONG else (80, 20)
 TRAIN = ("train", "large.json", "--steps", 4, "--out", "w.tlmw")
 ENCODE = ("encode", "--weights", "w.tlmw")
 TRACK = ("track", "--template", "small.json", "--state", "s", "--mission-days", 12, "--dtype", "u32le", "pair")

@@ -9,7 +9,7 @@ import time
 import unittest
 
 from pages import write_bench
-from program import PATIENCE, PROGRAM, ROOT, SCENES, ProgramTest, one_wavelength
+from program import PATIENCE, PROGRAM, ROOT, SCENES, ProgramTest, long, one_wavelength
 
 STOPPED = "toliman: stopped by a signal"
 RESUMES = STOPPED + "; the same command resumes the experiment"
@@ -55,6 +55,7 @@ class Stops(ProgramTest):
         self.assertEqual(out, "")
         return child.returncode, time.monotonic() - start, err.splitlines()[-1]
 
+    @long
     def test_during_a_long_call_of_the_library(self):
         """The folder shows that the command is past the set-up, or before it in case of train."""
         scene = self.inputs / "slow.json"
