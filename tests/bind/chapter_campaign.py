@@ -6,7 +6,7 @@ The short form: test_chapter_campaign.py. Results: tools/docs/benchmarks.md, "De
 
 training  Trains the chapter's network as the chapter does: layout `paper`, raw input, 985 frames and 110 for validation,
           at each amplitude (px). 6 s of one core per epoch. Weights and logs are in the folder: a training that was stopped
-          is continued, and --epochs may be raised. Prints a table and draws training.png.
+          is continued, and --epochs may be raised. Prints tables and draws training.png.
 smooth    A linear autoencoder whose latents must be smooth in time. It is trained without supervision on the frames of
           even days and encodes those of odd days, so that a false alarm probability means what it says. With X the even
           frames' residuals (x - mean)/sqrt(mean), one per row, and D differences of their latents (first differences per
@@ -78,8 +78,23 @@ def table_of(logs):
         for epoch in sorted({*SHOWN, max(log)} & {*log}):
             row = log[epoch]
             cells = [f"{row[name]:.1e}" for name in ("loss", "validation_loss", "mmse")] + [f"{row['mssim']:.4f}"]
-            cells += [f"{row['log10_fap_' + name]:.3g}" for name in ("trained", "fresh", "none")]
+            cells += [f"{row['log10_fap_' + name]:.4g}" for name in ("trained", "fresh", "none")]
             yield f"| {amplitude:g} px | {epoch} | {' | '.join(cell.replace('nan', '') for cell in cells)} |"
+
+
+def summary_of(logs):
+    """Smallest error, that of the last 100 epochs, and searches below the false alarm probability ALARM, with the lowest."""
+    yield "| amplitude | epochs | smallest MMSE | median of the last 100 | trained | fresh | no signal |"
+    yield "|---|---|---|---|---|---|---|"
+    for amplitude, log in logs.items():
+        trained = [log[epoch] for epoch in sorted(log) if epoch > 0]
+        errors = [row["mmse"] for row in trained]
+        cells = [f"{min(errors):.1e}", f"{numpy.median(errors[-100:]):.1e}"]
+        for name in ("trained", "fresh", "none"):
+            searched = [row["log10_fap_" + name] for row in trained if not numpy.isnan(row["log10_fap_" + name])]
+            alarms = sum(value < numpy.log10(ALARM) for value in searched)
+            cells.append(f"{alarms} of {len(searched)} ({min(searched):.1f})")
+        yield f"| {amplitude:g} px | {max(log)} | {' | '.join(cells)} |"
 
 
 def draw(logs, floor, path):
@@ -114,7 +129,7 @@ def training(options):
     with multiprocessing.pool.ThreadPool(jobs) as pool:
         tasks = [(options.folder, amplitude, options.epochs, i % jobs) for i, amplitude in enumerate(options.amplitudes)]
         logs = dict(zip(options.amplitudes, pool.starmap(train, tasks, 1)))
-    print("\n".join(table_of(logs)))
+    print("\n".join([*table_of(logs), "", *summary_of(logs)]))
     draw(logs, photon_floor(), options.folder / "training.png")
 
 

@@ -44,6 +44,8 @@ class Chapter(unittest.TestCase):
             self.assertEqual(rows[2:], ["| 0.01 px | 0 |  |  |  |  | -14 | -13.5 | -0.1 |",
                                         "| 0.01 px | 1 | 2.1e-03 | 1.1e-03 | 1.1e-03 | 0.9100 |  |  |  |",
                                         "| 0.01 px | 2 | 2.1e-04 | 1.1e-04 | 1.1e-04 | 0.9910 | -9 | -8.5 | -0.2 |"])
+            self.assertEqual(list(campaign.summary_of(logs))[2],
+                             "| 0.01 px | 2 | 1.1e-04 | 6.1e-04 | 1 of 1 (-9.0) | 1 of 1 (-8.5) | 0 of 1 (-0.2) |")
             campaign.draw(logs, campaign.photon_floor(), path.with_suffix(".png"))
             self.assertGreater(path.with_suffix(".png").stat().st_size, 10000)
         self.assertAlmostEqual(campaign.photon_floor() / 7.13e-11, 1, delta=0.01)
