@@ -5,9 +5,9 @@
 // slots of fixed membership, regardless of the number of workers. Runs on 1 or 8 threads, and interrupted and
 // uninterrupted ones, therefore give the same bits. All inputs are held in memory as float32, 256 KiB per frame.
 //
-// The mode reproduces the book chapter's training and serves as a control: the loss is dominated by the image, not by the
-// displacement, and in 1,000 epochs the network found no signal of 1e-6 px, and none of 1e-4 px better than its random
-// weights (tools/docs/benchmarks.md). Use tied training (cae/tied.hpp) to detect signals.
+// The mode reproduces the book chapter's training and serves as a control: the loss is dominated by the image, not by
+// the displacement, and in 1,000 epochs the network found no signal of 1e-6 px, and none of 1e-4 px better than its
+// random weights (tools/docs/benchmarks.md). Use tied training (cae/tied.hpp) to detect signals.
 //
 // Reference: Kingma and Ba (2015), "Adam", ICLR.
 #include "cae/unsupervised.hpp"
