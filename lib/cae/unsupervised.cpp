@@ -6,8 +6,8 @@
 // uninterrupted ones, therefore give the same bits. All inputs are held in memory as float32, 256 KiB per frame.
 //
 // The mode reproduces the book chapter's training and serves as a control: the loss is dominated by the image, not by
-// the displacement, and in 1,000 epochs the network found no signal of 1e-6 px, and none of 1e-4 px better than its
-// random weights (tools/docs/benchmarks.md). Use tied training (cae/tied.hpp) to detect signals.
+// the displacement, and the network found a signal of 1e-4 px at a sixth of the epochs and one of 1e-6 px at none of
+// 1,000 (tools/docs/benchmarks.md). Use tied training (cae/tied.hpp) to detect signals.
 //
 // Reference: Kingma and Ba (2015), "Adam", ICLR.
 #include "cae/unsupervised.hpp"
