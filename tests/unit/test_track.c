@@ -512,15 +512,15 @@ static void threads_and_batches_change_no_bit(void **unused) {
 }
 
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-/* Memory: 1.5 slots of 16 bytes and a bit per frame in the index; without a folder, 64 more and 8 for each of 7
- * columns. Creation touches no page of them (25 MB of index are 6000), and a push allocates nothing, whatever its
- * verdict. */
 static long touched_pages(void) {
     struct rusage usage;
     getrusage(RUSAGE_SELF, &usage);
     return usage.ru_minflt;
 }
 
+/* Memory: 1.5 slots of 16 bytes and a bit per frame in the index; without a folder, 64 more and 8 for each of 7
+ * columns. Creation touches no page of them (25 MB of index are 6000), and a push allocates nothing, whatever its
+ * verdict. */
 static void memory_is_allocated_at_creation(void **unused) {
     (void)unused;
     enum { MANY = 1 << 20 };
