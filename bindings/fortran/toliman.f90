@@ -1043,6 +1043,18 @@ module toliman
     end interface
     public :: toliman_estimate_fn
 
+    ! Verdicts of goodness of fit.
+    !   UNKNOWN   there is no chi_square
+    !   GOOD      the noise explains the residuals
+    !   POOR      chi_square is too large: the data are damaged, the model lacks an effect, or the standard deviations are
+    !             too small. The standard deviations of the results are too small, and the results may be wrong
+    !   TOO_GOOD  chi_square is too small: the standard deviations are too large, for instance because the data are in
+    !             another unit (DN instead of photons)
+    integer(c_int32_t), parameter, public :: TOLIMAN_GOODNESS_UNKNOWN = 801
+    integer(c_int32_t), parameter, public :: TOLIMAN_GOODNESS_GOOD = 802
+    integer(c_int32_t), parameter, public :: TOLIMAN_GOODNESS_POOR = 803
+    integer(c_int32_t), parameter, public :: TOLIMAN_GOODNESS_TOO_GOOD = 804
+
     ! Flags of toliman_ingest_options.
     ! the files may still grow; see toliman_ingest_next and toliman_ingest_finish
     integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_GROWING = 1
@@ -3106,6 +3118,13 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
+        ! Returns the name of a verdict: "unknown", "good", "poor", "too good"; "?" for another number.
+        function toliman_goodness_name(goodness) bind(C) result(answer)
+            import
+            integer(c_int32_t), value :: goodness
+            type(c_ptr) :: answer
+        end function
+
         ! Sets *options, a struct of `size` bytes, to the defaults.
         subroutine toliman_ingest_options_init(options, size) bind(C)
             import
@@ -4337,6 +4356,7 @@ module toliman
     public :: toliman_components_train
     public :: toliman_components_get_series
     public :: toliman_components_get_info
+    public :: toliman_goodness_name
     public :: toliman_ingest_options_init
     public :: toliman_ingest_create
     public :: toliman_ingest_destroy

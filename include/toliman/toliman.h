@@ -10,6 +10,7 @@
 #include <toliman/components.h>
 #include <toliman/fit.h>
 #include <toliman/frame.h>
+#include <toliman/goodness.h>
 #include <toliman/image.h>
 #include <toliman/ingest.h>
 #include <toliman/linear.h>

@@ -77,6 +77,7 @@ WORDS = {
     "centre": "TOLIMAN_CAE_CENTRE",
     "stamp": "TOLIMAN_FRAME_STAMP",
     "observer": "TOLIMAN_SKY_OBSERVER",
+    "goodness": "TOLIMAN_GOODNESS",
 }
 
 # Prefixes between TOLIMAN_ and a constant's word that are longer than the module's name.

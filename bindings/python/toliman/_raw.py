@@ -1404,6 +1404,18 @@ class toliman_estimate(Sized):
 # Arguments: input, estimate, user_data.
 toliman_estimate_fn = CFUNCTYPE(c_int32, POINTER(toliman_estimate_input), POINTER(toliman_estimate), c_void_p)
 
+# Verdicts of goodness of fit.
+#   UNKNOWN   there is no chi_square
+#   GOOD      the noise explains the residuals
+#   POOR      chi_square is too large: the data are damaged, the model lacks an effect, or the standard deviations are
+#             too small. The standard deviations of the results are too small, and the results may be wrong
+#   TOO_GOOD  chi_square is too small: the standard deviations are too large, for instance because the data are in
+#             another unit (DN instead of photons)
+TOLIMAN_GOODNESS_UNKNOWN = 801
+TOLIMAN_GOODNESS_GOOD = 802
+TOLIMAN_GOODNESS_POOR = 803
+TOLIMAN_GOODNESS_TOO_GOOD = 804
+
 
 class toliman_ingest(Structure):
     """Reader of one pair of files. No file is open after NOTHING, so that one process can follow thousands of pairs."""
@@ -4079,6 +4091,10 @@ Errors: TOLIMAN_E_STATE before training; TOLIMAN_E_RANGE for a component that wa
     "toliman_components_get_info": (
         c_int32, (("components", POINTER(toliman_components)), ("out", POINTER(toliman_components_info))),
         """Writes the properties of a collection to *out, whose struct_size must be set.""",
+    ),
+    "toliman_goodness_name": (
+        c_char_p, (("goodness", c_int32),),
+        """Returns the name of a verdict: "unknown", "good", "poor", "too good"; "?" for another number. Static text. Since 0.2.""",
     ),
     "toliman_ingest_options_init": (
         None, (("options", POINTER(toliman_ingest_options)), ("size", c_size_t)),
