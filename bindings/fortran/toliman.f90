@@ -1858,6 +1858,7 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_VERDICT_UNREDUCED = 507 ! since 0.2
     ! never an outcome: on-target intervals of the next frame. Since 0.2
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_VERDICT_INTERVALS = 508
+    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_VERDICT_MISFIT = 509 ! since 0.2
 
     ! Reasons for rejection, and why a frame is unreduced.
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_NONE = 511
@@ -1881,7 +1882,7 @@ module toliman
 
     ! Outcome of a pushed frame.
     type, bind(C), public :: toliman_track_outcome
-        integer(c_int32_t) :: struct_size = 64 ! in: sizeof(toliman_track_outcome)
+        integer(c_int32_t) :: struct_size = 88 ! in: sizeof(toliman_track_outcome)
         integer(c_int32_t) :: verdict = 0 ! TOLIMAN_TRACK_VERDICT_...
         integer(c_int32_t) :: reason = 0 ! TOLIMAN_TRACK_REASON_... of a rejected or unreduced frame
         integer(c_int32_t) :: reserved = 0
@@ -1889,11 +1890,16 @@ module toliman
         integer(c_int64_t) :: row = 0
         integer(c_int64_t) :: col = 0
         real(c_double) :: pixel = 0.0_c_double ! value of that pixel
-        ! accepted frames and outliers: reduced if the folder has a system; unreduced frames: the estimate
+        ! accepted frames, outliers and misfits: reduced if the folder has a system; unreduced frames: the estimate
         real(c_double) :: value = 0.0_c_double
         integer(c_int64_t) :: tai_ns = 0 ! these frames: time in TAI
-        ! these frames: chi-square per pixel against the estimator's model; NaN without one
+        ! these frames: goodness of fit (goodness.h) of the estimator's model; NaN and UNKNOWN without one. Since 0.2,
+        ! as all that follow
         real(c_double) :: chi_square = 0.0_c_double
+        real(c_double) :: chi_square_sigma = 0.0_c_double
+        real(c_double) :: largest_residual = 0.0_c_double
+        integer(c_int32_t) :: goodness = 0 ! TOLIMAN_GOODNESS_...
+        integer(c_int32_t) :: bad_pixels = 0 ! pixels that were found damaged and left out of the estimate
     end type
 
     ! Flags of toliman_track_options.
@@ -1925,7 +1931,7 @@ module toliman
 
     ! Options of a tracker.
     type, bind(C), public :: toliman_track_options
-        integer(c_int32_t) :: struct_size = 496
+        integer(c_int32_t) :: struct_size = 504
         integer(c_int32_t) :: flags = 0 ! TOLIMAN_TRACK_...
         ! folder of ledger, setup and checkpoint, created if missing. NULL = in memory, which takes 64 bytes more per
         ! frame and 8 per column
@@ -2035,13 +2041,19 @@ module toliman
         real(c_double) :: trend_start = 0.0_c_double
         real(c_double) :: trend_end = 0.0_c_double
         real(c_double) :: scale_sigma = 0.0_c_double
+        ! Limit of the chi-square of a frame, to 0.4 %. A frame above it is a misfit. Frames without a chi-square are
+        ! never misfits. Since 0.2. above 0 the limit -1 4 times the median of all valid frames of the folder, at
+        ! least 2 and at most 100: a model that is wrong by a chi-square of 10 is usable, and one of 1000 is not. The
+        ! verdict of earlier frames changes with the median; it does not depend on the order of arrival 0 that of the
+        ! folder; in a new folder 2 if the scene of `fit` is that of a calibration, otherwise -1
+        real(c_double) :: chi_limit = 0.0_c_double
     end type
 
-    ! Counts and properties of a tracker. received = accepted + unreduced + outlier + quarantined + repeated +
-    ! rejected. received, repeated and rejected count arrivals: a frame that arrives again counts again, also after the
+    ! Counts and properties of a tracker. received = accepted + unreduced + outlier + misfit + quarantined +
+    ! repeated + rejected. received, repeated and rejected count arrivals: a frame that arrives again counts again, also after the
     ! folder was reopened. The ledger holds all counts: a crash loses those of uncommitted frames only.
     type, bind(C), public :: toliman_track_info
-        integer(c_int32_t) :: struct_size = 168 ! in: sizeof(toliman_track_info)
+        integer(c_int32_t) :: struct_size = 192 ! in: sizeof(toliman_track_info)
         integer(c_int32_t) :: flags = 0 ! TOLIMAN_TRACK_..., as given
         integer(c_int64_t) :: received = 0 ! arrived frames, in this and earlier runs
         integer(c_int64_t) :: accepted = 0 ! frames in the periodogram
@@ -2051,10 +2063,9 @@ module toliman
         integer(c_int64_t) :: repeated = 0
         integer(c_int64_t) :: rejected = 0 ! for any reason; see toliman_track_get_rejected
         integer(c_int64_t) :: expected = 0 ! frame ids from the first to the last of each session and region
-        ! expected ids that are neither accepted nor unreduced nor outlier nor quarantined
+        ! expected ids that are neither accepted nor unreduced, outlier, misfit nor quarantined
         integer(c_int64_t) :: missing = 0
-        ! frames dropped by the camera, as reported by accepted and unreduced frames and outliers
-        integer(c_int64_t) :: dropped = 0
+        integer(c_int64_t) :: dropped = 0 ! frames dropped by the camera, as reported by all valid frames
         integer(c_int64_t) :: sessions = 0 ! number of pairs of session and region
         ! records of the ledger; in memory, of accepted and unreduced frames and outliers
         integer(c_int64_t) :: records = 0
@@ -2072,6 +2083,9 @@ module toliman
         ! bit j: the error of element j (sky.h) is a column of the periodogram. Since 0.2
         integer(c_int32_t) :: elements = 0
         integer(c_int32_t) :: reserved = 0
+        integer(c_int64_t) :: misfit = 0 ! frames whose chi-square exceeds chi_limit. Since 0.2, as all that follow
+        real(c_double) :: chi_limit = 0.0_c_double ! the limit in force
+        real(c_double) :: chi_median = 0.0_c_double ! median chi-square of the valid frames, to 0.2 %; NaN without one
     end type
 
     ! Session and region of interest. Both names are empty if unknown: without a folder, or if their line of streams.txt
@@ -2082,17 +2096,45 @@ module toliman
         integer(c_int64_t) :: stream = 0 ! FNV-1a hash of both names, as in toliman_track_record
         integer(c_int64_t) :: first_id = 0 ! lowest and highest frame id
         integer(c_int64_t) :: last_id = 0
-        integer(c_int64_t) :: frames = 0 ! keys that are accepted, unreduced, outlier or quarantined
+        integer(c_int64_t) :: frames = 0 ! keys that are accepted, unreduced, outlier, misfit or quarantined
         integer(c_int64_t) :: missing = 0 ! other ids between first_id and last_id
         character(kind=c_char) :: session(72) = c_null_char
         character(kind=c_char) :: roi(72) = c_null_char
+    end type
+
+    ! Goodness of fit (goodness.h) of the frames of a folder. Since 0.2.
+    type, bind(C), public :: toliman_track_goodness
+        integer(c_int32_t) :: struct_size = 136 ! in: sizeof(toliman_track_goodness)
+        integer(c_int32_t) :: goodness = 0 ! verdict on chi_square, as for a single frame
+        integer(c_int64_t) :: frames = 0 ! accepted and unreduced frames with a chi-square
+        real(c_double) :: chi_square = 0.0_c_double ! their median, NaN without frames
+        ! median standard deviation of a frame's chi-square, if the model is right
+        real(c_double) :: chi_square_sigma = 0.0_c_double
+        real(c_double) :: largest_residual = 0.0_c_double ! largest one of these frames
+        ! change of chi-square per 365.25 days of TAI, least squares; NaN for fewer than 3 times
+        real(c_double) :: trend_per_year = 0.0_c_double
+        real(c_double) :: trend_sigma_per_year = 0.0_c_double ! its standard error, from the scatter of the frames
+        integer(c_int64_t) :: poor = 0 ! verdicts of these frames
+        integer(c_int64_t) :: too_good = 0
+        integer(c_int64_t) :: misfit = 0 ! frames above the limit, which are not among these frames
+        integer(c_int64_t) :: bad_pixels = 0 ! pixels that were left out of these frames
+        integer(c_int64_t) :: cleaned = 0 ! number of these frames with a bad pixel
+        real(c_double) :: chi_limit = 0.0_c_double ! the limit in force
+        ! The scene with which the frames are measured, if it is that of a calibration. 1: it is
+        integer(c_int32_t) :: is_calibrated = 0
+        ! 0: the calibration found an effect that its model lacks (TOLIMAN_CALIBRATION_INCOMPLETE)
+        integer(c_int32_t) :: is_complete = 0
+        real(c_double) :: calibration_chi_square = 0.0_c_double ! of the calibration; NaN if unknown
+        real(c_double) :: calibration_chi_square_sigma = 0.0_c_double
+        integer(c_int32_t) :: calibration_goodness = 0 ! verdict on it
+        integer(c_int32_t) :: reserved = 0
     end type
 
     ! Record of the ledger: a frame as it arrived and its present verdict; with TOLIMAN_TRACK_VERDICT_MERGED, counts
     ! instead of a frame; with TOLIMAN_TRACK_VERDICT_INTERVALS, on-target intervals of a later frame, without values or
     ! columns.
     type, bind(C), public :: toliman_track_record
-        integer(c_int32_t) :: struct_size = 72 ! sizeof(toliman_track_record)
+        integer(c_int32_t) :: struct_size = 104 ! sizeof(toliman_track_record)
         integer(c_int32_t) :: verdict = 0 ! TOLIMAN_TRACK_VERDICT_...; quarantined if a conflicting copy arrived later
         integer(c_int32_t) :: reason = 0 ! TOLIMAN_TRACK_REASON_... of a rejected or unreduced frame
         integer(c_int32_t) :: content = 0 ! CRC32 of the frame
@@ -2104,6 +2146,11 @@ module toliman
         ! as in the outcome; if the frame has no value: 0, and the sigma of the frame or tracker
         real(c_double) :: value = 0.0_c_double
         real(c_double) :: sigma = 0.0_c_double
+        real(c_double) :: chi_square = 0.0_c_double ! as in the outcome. Since 0.2, as all that follow
+        real(c_double) :: chi_square_sigma = 0.0_c_double
+        real(c_double) :: largest_residual = 0.0_c_double
+        integer(c_int32_t) :: goodness = 0
+        integer(c_int32_t) :: bad_pixels = 0
     end type
 
     ! Types of a column.
@@ -2117,6 +2164,9 @@ module toliman
     !                               applied to the time
     !   window_row, window_col      of toliman_frame
     !   intervals                   number of on-target intervals; -1 = they are lost
+    !   chi_square_sigma            standard deviation of chi_square, if the model is right
+    !   largest_residual            largest |residual| over its standard deviation
+    !   bad_pixels                  pixels that were left out of the estimate
     ! In a folder with a system, NaN in unreduced frames:
     !   factor                      mean apparent separation over mean geometric separation
     !   geometric_arcsec            mean separation on the orbit, in arcsec
@@ -4077,10 +4127,10 @@ module toliman
         end subroutine
 
         ! Reads the options of a folder to *options, whose struct_size must be set, for toliman_track_create: folder
-        ! (the given pointer), estimator_id, values, sigma, value_limit, bit_depth, zero_run_bytes, the flag
-        ! TOLIMAN_TRACK_ALLOW_ZERO_RUNS, geometry, grid, trend, stamp, exposure_s, plate_scale_arcsec and scale_sigma
-        ! (nf = 0 and stamp = 0 if the setup file is lost), and a capacity of twice the number of records, at least
-        ! 2^20 and at most 2^28.
+        ! (the given pointer), estimator_id, values, sigma, value_limit, chi_limit, bit_depth, zero_run_bytes, the
+        ! flag TOLIMAN_TRACK_ALLOW_ZERO_RUNS, geometry, grid, trend, stamp, exposure_s, plate_scale_arcsec and
+        ! scale_sigma (nf = 0 and stamp = 0 if the setup file is lost), and a capacity of twice the number of records,
+        ! at least 2^20 and at most 2^28.
         function toliman_track_load_options(folder, options) bind(C) result(answer)
             import
             character(kind=c_char), intent(in) :: folder(*)
@@ -4198,6 +4248,14 @@ module toliman
             import
             type(c_ptr), value :: track
             type(toliman_period_peak), intent(inout) :: out
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Writes the goodness of fit of the folder's frames to *out, whose struct_size must be set.
+        function toliman_track_query_goodness(track, out) bind(C) result(answer)
+            import
+            type(c_ptr), value :: track
+            type(toliman_track_goodness), intent(inout) :: out
             integer(c_int32_t) :: answer
         end function
 
@@ -4470,6 +4528,7 @@ module toliman
     public :: toliman_track_get_clock
     public :: toliman_track_get_period
     public :: toliman_track_query_fit
+    public :: toliman_track_query_goodness
     public :: toliman_track_get_records
     public :: toliman_track_get_columns
     public :: toliman_track_get_column
@@ -4798,6 +4857,7 @@ module toliman
         procedure :: get_clock => tracker_get_clock
         procedure :: get_period => tracker_get_period
         procedure :: query_fit => tracker_query_fit
+        procedure :: query_goodness => tracker_query_goodness
         procedure :: get_records => tracker_get_records
         procedure :: get_columns => tracker_get_columns
         procedure :: get_column => tracker_get_column
@@ -7636,6 +7696,15 @@ contains
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
         call conclude(toliman_track_query_fit(self%handle, out), stat, errmsg)
+    end subroutine
+
+    ! Writes the goodness of fit of the folder's frames to *out, whose struct_size must be set.
+    subroutine tracker_query_goodness(self, out, stat, errmsg)
+        class(toliman_tracker), intent(in) :: self
+        type(toliman_track_goodness), intent(inout) :: out
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        call conclude(toliman_track_query_goodness(self%handle, out), stat, errmsg)
     end subroutine
 
     ! Reads up to `count` records from number `first` on, in order of arrival; *done becomes their number.

@@ -7,7 +7,7 @@
  *                                    |
  *   frames[count] -> push -> toliman_track -> outcomes[count]; get_period -> period.h
  *   other folders -> merge ----------+
- *                                    +-> query_fit, get_info, get_rejected, get_options, get_clock, get_streams;
+ *                                    +-> query_fit, query_goodness, get_info, get_rejected, get_options, get_clock, get_streams;
  *                                    |   verdict_name, reason_name; records: track_records.h
  *                                    +-> commit, save -> folder
  *                                 destroy
@@ -20,6 +20,8 @@
  *   duplicate    valid, same key and same content (frame.h) as an earlier valid frame; ignored
  *   quarantined  valid, same key as an earlier valid frame but different content. Neither can be trusted: the value of
  *                the earlier frame is retracted exactly, and every later valid copy is quarantined, too
+ *   misfit       valid and recorded, but not in the periodogram: its chi-square exceeds the limit of the folder
+ *                (chi_limit of the options). It may change with the median of the folder's frames
  *   outlier      valid, but not in the periodogram: |value| exceeds value_limit, or, after a change of the grid or
  *                clock table, the periodogram can no longer represent the time of a frame accepted earlier
  *   unreduced    valid and recorded, but not in the periodogram: the observer file does not cover its exposure (a
@@ -60,6 +62,7 @@
 #include <toliman/cae.h>
 #include <toliman/fit.h>
 #include <toliman/frame.h>
+#include <toliman/goodness.h>
 #include <toliman/linear.h>
 #include <toliman/period.h>
 #include <toliman/sky.h>
@@ -79,6 +82,7 @@ typedef struct toliman_track toliman_track;
 #define TOLIMAN_TRACK_VERDICT_MERGED 506    /* never an outcome: a record of counts (repeats, merged ledger) */
 #define TOLIMAN_TRACK_VERDICT_UNREDUCED 507 /* since 0.2 */
 #define TOLIMAN_TRACK_VERDICT_INTERVALS 508 /* never an outcome: on-target intervals of the next frame. Since 0.2 */
+#define TOLIMAN_TRACK_VERDICT_MISFIT 509    /* since 0.2 */
 
 /* Returns the name of a verdict ("accepted"), "?" for an unknown one. Static text. Since 0.2. */
 TOLIMAN_API const char *toliman_track_verdict_name(int32_t verdict) TOLIMAN_NOEXCEPT;
@@ -109,10 +113,14 @@ typedef struct toliman_track_outcome {
     int32_t reserved;
     int64_t row, col; /* first pixel over range, not finite, or completing a zero run; for SHAPE, the shape received */
     double pixel;     /* value of that pixel */
-    double value; /* accepted frames and outliers: reduced if the folder has a system; unreduced frames: the estimate */
+    double value;      /* accepted frames, outliers and misfits: reduced if the folder has a system; unreduced frames: the
+                          estimate */
     int64_t tai_ns;    /* these frames: time in TAI */
-    double chi_square; /* these frames: chi-square per pixel against the estimator's model; NaN without
-                          one */
+    double chi_square; /* these frames: goodness of fit (goodness.h) of the estimator's model; NaN and UNKNOWN without
+                          one. Since 0.2, as all that follow */
+    double chi_square_sigma, largest_residual;
+    int32_t goodness;    /* TOLIMAN_GOODNESS_... */
+    uint32_t bad_pixels; /* pixels that were found damaged and left out of the estimate */
 } toliman_track_outcome;
 #define TOLIMAN_TRACK_OUTCOME_INIT TOLIMAN_INIT(toliman_track_outcome)
 
@@ -230,6 +238,14 @@ typedef struct toliman_track_options {
      *                      folder; in a new folder no error */
     double trend_start, trend_end;
     double scale_sigma;
+    /* Limit of the chi-square of a frame, to 0.4 %. A frame above it is a misfit. Frames without a chi-square are never
+     * misfits. Since 0.2.
+     *   above 0  the limit
+     *   -1       4 times the median of all valid frames of the folder, at least 2 and at most 100: a model that is wrong
+     *            by a chi-square of 10 is usable, and one of 1000 is not. The verdict of earlier frames changes with the
+     *            median; it does not depend on the order of arrival
+     *   0        that of the folder; in a new folder 2 if the scene of `fit` is that of a calibration, otherwise -1 */
+    double chi_limit;
 } toliman_track_options;
 #define TOLIMAN_TRACK_OPTIONS_INIT TOLIMAN_INIT(toliman_track_options)
 
@@ -237,7 +253,7 @@ typedef struct toliman_track_options {
 TOLIMAN_API void toliman_track_options_init(toliman_track_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
 /* Reads the options of a folder to *options, whose struct_size must be set, for toliman_track_create: folder (the
- * given pointer), estimator_id, values, sigma, value_limit, bit_depth, zero_run_bytes, the flag
+ * given pointer), estimator_id, values, sigma, value_limit, chi_limit, bit_depth, zero_run_bytes, the flag
  * TOLIMAN_TRACK_ALLOW_ZERO_RUNS, geometry, grid, trend, stamp, exposure_s, plate_scale_arcsec and scale_sigma (nf = 0
  * and stamp = 0 if the setup file is lost), and a capacity of twice the number of records, at least 2^20 and at most
  * 2^28. Other members are set to their defaults. Errors:
@@ -251,8 +267,8 @@ toliman_track_load_options(const char *folder, toliman_track_options *options) T
  * toliman_track_load_options. Allocates all memory and locks the ledger until the tracker is destroyed. The caller
  * destroys *out. Errors:
  *   - TOLIMAN_E_MISMATCH if the folder has another estimator, other values, geometry or limits, another stamp or
- *     exposure_s, or, without REBUILD, another grid, clock table, system or plate scale, and for the bank of another
- *     fit;
+ *     exposure_s, or, without REBUILD, another grid, clock table, system, plate scale or chi_limit, and for the bank of
+ *     another fit;
  *   - TOLIMAN_E_STATE if another tracker writes to the folder;
  *   - TOLIMAN_E_LOST if the ledger has lost records. toliman_track_merge with SALVAGE recovers the others;
  *   - TOLIMAN_E_FORMAT if the ledger is damaged otherwise, is missing although other files of the folder exist, or is
@@ -306,8 +322,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_save(toliman_track *
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_merge(toliman_track *track, const char *folder,
                                                                   uint32_t flags, int64_t *lost) TOLIMAN_NOEXCEPT;
 
-/* Counts and properties of a tracker. received = accepted + unreduced + outlier + quarantined + repeated +
- * rejected. received, repeated and rejected count arrivals: a frame that arrives again counts again, also after the
+/* Counts and properties of a tracker. received = accepted + unreduced + outlier + misfit + quarantined +
+ * repeated + rejected. received, repeated and rejected count arrivals: a frame that arrives again counts again, also after the
  * folder was reopened. The ledger holds all counts: a crash loses those of uncommitted frames only. */
 typedef struct toliman_track_info {
     uint32_t struct_size; /* in: sizeof(toliman_track_info) */
@@ -319,8 +335,8 @@ typedef struct toliman_track_info {
     int64_t repeated;    /* later arrivals of known keys, with the same or other content, here or in merged folders */
     int64_t rejected;    /* for any reason; see toliman_track_get_rejected */
     int64_t expected;    /* frame ids from the first to the last of each session and region */
-    int64_t missing;     /* expected ids that are neither accepted nor unreduced nor outlier nor quarantined */
-    int64_t dropped;     /* frames dropped by the camera, as reported by accepted and unreduced frames and outliers */
+    int64_t missing;     /* expected ids that are neither accepted nor unreduced, outlier, misfit nor quarantined */
+    int64_t dropped;     /* frames dropped by the camera, as reported by all valid frames */
     int64_t sessions;    /* number of pairs of session and region */
     int64_t records;     /* records of the ledger; in memory, of accepted and unreduced frames and outliers */
     int64_t committed;   /* committed records; with READ_ONLY, records that the files show to be committed */
@@ -334,6 +350,9 @@ typedef struct toliman_track_info {
                            Valid until the tracker is destroyed. Since 0.2 */
     uint32_t elements;  /* bit j: the error of element j (sky.h) is a column of the periodogram. Since 0.2 */
     uint32_t reserved;
+    int64_t misfit;    /* frames whose chi-square exceeds chi_limit. Since 0.2, as all that follow */
+    double chi_limit;  /* the limit in force */
+    double chi_median; /* median chi-square of the valid frames, to 0.2 %; NaN without one */
 } toliman_track_info;
 #define TOLIMAN_TRACK_INFO_INIT TOLIMAN_INIT(toliman_track_info)
 
@@ -358,7 +377,7 @@ typedef struct toliman_track_stream {
     uint32_t reserved;
     uint64_t stream;           /* FNV-1a hash of both names, as in toliman_track_record */
     int64_t first_id, last_id; /* lowest and highest frame id */
-    int64_t frames;            /* keys that are accepted, unreduced, outlier or quarantined */
+    int64_t frames;            /* keys that are accepted, unreduced, outlier, misfit or quarantined */
     int64_t missing;           /* other ids between first_id and last_id */
     char session[72], roi[72];
 } toliman_track_stream;
@@ -387,6 +406,35 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_period(const tol
  * damaged since it was opened. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_query_fit(const toliman_track *track,
                                                                       toliman_period_peak *out) TOLIMAN_NOEXCEPT;
+
+/* Goodness of fit (goodness.h) of the frames of a folder. Since 0.2. */
+typedef struct toliman_track_goodness {
+    uint32_t struct_size; /* in: sizeof(toliman_track_goodness) */
+    int32_t goodness;     /* verdict on chi_square, as for a single frame */
+    int64_t frames;       /* accepted and unreduced frames with a chi-square */
+    double chi_square;    /* their median, NaN without frames */
+    double chi_square_sigma; /* median standard deviation of a frame's chi-square, if the model is right */
+    double largest_residual; /* largest one of these frames */
+    double trend_per_year;       /* change of chi-square per 365.25 days of TAI, least squares; NaN for fewer than 3 times */
+    double trend_sigma_per_year; /* its standard error, from the scatter of the frames */
+    int64_t poor, too_good;      /* verdicts of these frames */
+    int64_t misfit;              /* frames above the limit, which are not among these frames */
+    int64_t bad_pixels;          /* pixels that were left out of these frames */
+    int64_t cleaned;             /* number of these frames with a bad pixel */
+    double chi_limit;            /* the limit in force */
+    /* The scene with which the frames are measured, if it is that of a calibration. */
+    uint32_t is_calibrated; /* 1: it is */
+    uint32_t is_complete;   /* 0: the calibration found an effect that its model lacks (TOLIMAN_CALIBRATION_INCOMPLETE) */
+    double calibration_chi_square, calibration_chi_square_sigma; /* of the calibration; NaN if unknown */
+    int32_t calibration_goodness;                                /* verdict on it */
+    int32_t reserved;
+} toliman_track_goodness;
+#define TOLIMAN_TRACK_GOODNESS_INIT TOLIMAN_INIT(toliman_track_goodness)
+
+/* Writes the goodness of fit of the folder's frames to *out, whose struct_size must be set. Reads all records. Errors:
+ * TOLIMAN_E_FORMAT if the ledger has been damaged since it was opened. Since 0.2. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_query_goodness(const toliman_track *track,
+                                                                           toliman_track_goodness *out) TOLIMAN_NOEXCEPT;
 
 TOLIMAN_END_DECLS
 

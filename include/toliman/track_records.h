@@ -26,12 +26,15 @@ typedef struct toliman_track_record {
     int64_t camera_ns, tai_ns; /* camera time, and TAI from the tracker's clock table */
     int64_t dropped;
     double value, sigma; /* as in the outcome; if the frame has no value: 0, and the sigma of the frame or tracker */
+    double chi_square, chi_square_sigma, largest_residual; /* as in the outcome. Since 0.2, as all that follow */
+    int32_t goodness;
+    uint32_t bad_pixels;
 } toliman_track_record;
 #define TOLIMAN_TRACK_RECORD_INIT TOLIMAN_INIT(toliman_track_record)
 
 /* Reads up to `count` records from number `first` on, in order of arrival; *done becomes their number. The newest
- * start at toliman_track_info.records - count. Duplicates have no record. In memory, only frames that were accepted,
- * unreduced or outliers on arrival have records. TOLIMAN_E_FORMAT if the ledger has been damaged since it was opened;
+ * start at toliman_track_info.records - count. Duplicates have no record. In memory, only valid frames have records, one
+ * each. TOLIMAN_E_FORMAT if the ledger has been damaged since it was opened;
  * some records may then have been written. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_records(const toliman_track *track, int64_t first,
                                                                         size_t count, toliman_track_record *records,
@@ -48,6 +51,9 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_records(const to
  *                               applied to the time
  *   window_row, window_col      of toliman_frame
  *   intervals                   number of on-target intervals; -1 = they are lost
+ *   chi_square_sigma            standard deviation of chi_square, if the model is right
+ *   largest_residual            largest |residual| over its standard deviation
+ *   bad_pixels                  pixels that were left out of the estimate
  * In a folder with a system, NaN in unreduced frames:
  *   factor                      mean apparent separation over mean geometric separation
  *   geometric_arcsec            mean separation on the orbit, in arcsec

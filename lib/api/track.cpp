@@ -53,6 +53,7 @@ constexpr Choice<track::Stamp> kStamps = {TOLIMAN_FRAME_STAMP_START, TOLIMAN_FRA
 constexpr uint32_t kLargestGroup = 65536;
 constexpr double kSigmasToLimit = 1e4, kReducedLimitPx = 0.25;
 constexpr double kMostScale = 1e6; // arcsec per px
+constexpr double kOfMedian = -1;   // chi_limit
 
 constexpr int64_t kCapacity = 1 << 20;
 constexpr uint32_t kZeroRunBytes = 4096, kGroup = 64;
@@ -92,6 +93,10 @@ toliman_track_options known_options(const toliman_track_options *given) {
     if (!(options.plate_scale_arcsec >= 0 && options.plate_scale_arcsec <= kMostScale))
         fail(Status::argument, "{options->plate_scale_arcsec} = %g: must be in (0, %g] arcsec per px, or 0",
              options.plate_scale_arcsec, kMostScale);
+    if (options.chi_limit != kOfMedian && !(options.chi_limit >= 0 && std::isfinite(options.chi_limit)))
+        fail(Status::argument, "{options->chi_limit} = %g: must be above 0, 0 = that of the folder, or -1 = that of the "
+             "median",
+             options.chi_limit);
     check_functions(options);
     if (options.capacity < 1 || options.capacity > track::FrameIndex::kMax)
         fail(Status::argument, "{options->capacity} = %lld: must be in [1, 2^28], or 0 for 2^20",
@@ -242,6 +247,13 @@ track::Reference reference_of(const toliman_track_options &options, const Source
     return {sky.system, scale, sky.in_orbit};
 }
 
+// The limit of chi-square of the options, else that of the folder; 0: that of the median.
+double chi_limit_of(const toliman_track_options &options, const KnownSetup &known, const track::ModelVerdict &model) {
+    if (options.chi_limit != 0)
+        return options.chi_limit == kOfMedian ? 0 : options.chi_limit;
+    return known ? known->chi_limit : model.is_calibrated ? track::kCalibratedLimit : 0;
+}
+
 // Grid and clock of the options, else those of the folder. If the folder has records but has lost its setup file, both
 // must be given: a guess would silently shift all times.
 track::Setup setup_of(std::optional<period::Grid> grid, std::optional<track::Clock> clock, const KnownSetup &known,
@@ -309,6 +321,7 @@ toliman_track_options options_of(Store &store) {
         set_grid(options, setup->grid);
         set_timing(options, setup->timing);
         options.plate_scale_arcsec = setup->reference.scale_arcsec;
+        options.chi_limit = setup->chi_limit > 0 ? setup->chi_limit : kOfMedian;
         show_functions(setup->grid.basis, setup->errors, setup->reference.is_given(), options);
     }
     return options;
@@ -331,6 +344,7 @@ void keep_options(toliman_track &made, const toliman_track_options &given) {
     set_grid(options, made.period.stream.grid());
     set_timing(options, plan.timing);
     options.plate_scale_arcsec = plan.reference.scale_arcsec;
+    options.chi_limit = plan.chi_limit > 0 ? plan.chi_limit : kOfMedian;
     show_functions(made.period.stream.grid().basis, plan.errors, plan.reference.is_given(), options);
     options.folder = given.folder != nullptr ? made.folder.c_str() : nullptr;
     options.clock = made.clock.empty() ? nullptr : made.clock.data();
@@ -364,6 +378,8 @@ std::unique_ptr<toliman_track> make_track(const toliman_track_options &options) 
     plan.reference = setup.reference = reference_of(options, source, known, sky);
     set_functions(options, known, sky, setup);
     plan.errors = setup.errors;
+    plan.model = known && (has_records(place) || !source.estimate) ? known->model : source.model;
+    plan.chi_limit = chi_limit_of(options, known, plan.model);
     plan.columns = columns_of(options, source, plan.reference);
     plan.reduce = std::move(sky.reduce);
     if (options.estimate != nullptr)
@@ -414,9 +430,9 @@ extern "C" {
 
 const char *toliman_track_verdict_name(int32_t verdict) noexcept {
     static const char *const names[] = {"accepted", "duplicate", "quarantined", "outlier",
-                                        "rejected", "merged",    "unreduced",   "intervals"};
+                                        "rejected", "merged",    "unreduced",   "intervals", "misfit"};
     const int32_t place = verdict - TOLIMAN_TRACK_VERDICT_ACCEPTED;
-    return place >= 0 && verdict <= TOLIMAN_TRACK_VERDICT_INTERVALS ? names[place] : "?";
+    return place >= 0 && verdict <= TOLIMAN_TRACK_VERDICT_MISFIT ? names[place] : "?";
 }
 
 const char *toliman_track_reason_name(int32_t reason) noexcept {

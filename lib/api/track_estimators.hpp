@@ -21,6 +21,7 @@ struct Source {
     std::string values;        // names of its further values, separated by commas
     track::Estimate estimate;
     double scale_arcsec = 0; // of a pixel; 0: unknown
+    track::ModelVerdict model = {};
 };
 
 // Returns the estimator chosen in options. For a user-supplied function the member `estimate` stays empty until

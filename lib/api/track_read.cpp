@@ -10,6 +10,7 @@
 #include "api/struct_array.hpp"
 #include "api/track_handle.hpp"
 #include "api/track_results.hpp"
+#include "track/folder_goodness.hpp"
 
 using namespace toliman;
 using namespace toliman::api;
@@ -169,6 +170,32 @@ toliman_status toliman_track_query_fit(const toliman_track *track, toliman_perio
         samples.columns = series.rows.data();
         const period::Stream &stream = use->period.stream;
         deliver(public_fit(stream, samples), out, "out");
+    });
+}
+
+toliman_status toliman_track_query_goodness(const toliman_track *track, toliman_track_goodness *out) noexcept {
+    return guard([&] {
+        const Use use(track, "track");
+        const track::Tracker &tracker = *use->tracker;
+        const track::FolderGoodness found = track::folder_goodness(tracker);
+        toliman_track_goodness made = {};
+        set_goodness(found.goodness, made);
+        made.frames = found.frames;
+        made.trend_per_year = found.trend_per_year;
+        made.trend_sigma_per_year = found.trend_sigma_per_year;
+        made.poor = found.poor;
+        made.too_good = found.too_good;
+        made.misfit = tracker.counts().misfit;
+        made.bad_pixels = found.bad_pixels;
+        made.cleaned = found.cleaned;
+        made.chi_limit = tracker.chi_limit();
+        const track::ModelVerdict &model = tracker.plan().model;
+        made.is_calibrated = model.is_calibrated ? 1 : 0;
+        made.is_complete = model.is_complete ? 1 : 0;
+        made.calibration_chi_square = model.goodness.chi_square;
+        made.calibration_chi_square_sigma = model.goodness.sigma;
+        made.calibration_goodness = kGoodness.to_constant(model.goodness.verdict);
+        deliver(made, out, "out");
     });
 }
 

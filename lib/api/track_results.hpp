@@ -6,6 +6,7 @@
 #include <toliman/track_records.h>
 
 #include "api/choice.hpp"
+#include "api/goodness.hpp"
 #include "base/name.hpp"
 #include "track/tracker.hpp"
 
@@ -19,7 +20,9 @@ constexpr Choice<track::Reason> kRejections = {TOLIMAN_TRACK_REASON_NONE, TOLIMA
                                                "TOLIMAN_TRACK_REASON_..."};
 
 inline int32_t public_verdict(track::Verdict verdict) noexcept {
-    return verdict == track::Verdict::unreduced ? TOLIMAN_TRACK_VERDICT_UNREDUCED : kVerdicts.to_constant(verdict);
+    return verdict == track::Verdict::unreduced ? TOLIMAN_TRACK_VERDICT_UNREDUCED
+           : verdict == track::Verdict::misfit  ? TOLIMAN_TRACK_VERDICT_MISFIT
+                                                : kVerdicts.to_constant(verdict);
 }
 
 constexpr Choice<track::ColumnType> kColumnTypes = {TOLIMAN_TRACK_COLUMN_F64, TOLIMAN_TRACK_COLUMN_I64,
@@ -33,11 +36,12 @@ inline toliman_track_outcome public_outcome(const track::Outcome &outcome) noexc
     out.col = static_cast<int64_t>(outcome.flaw.col);
     out.pixel = outcome.flaw.value;
     if (outcome.verdict == track::Verdict::accepted || outcome.verdict == track::Verdict::unreduced ||
-        outcome.verdict == track::Verdict::outlier) {
+        outcome.verdict == track::Verdict::outlier || outcome.verdict == track::Verdict::misfit) {
         out.value = outcome.value;
         out.tai_ns = outcome.tai_ns;
     }
-    out.chi_square = outcome.chi_square;
+    set_goodness(outcome.goodness, out);
+    out.bad_pixels = outcome.bad_pixels;
     return out;
 }
 
@@ -55,6 +59,8 @@ inline toliman_track_record public_record(const track::Record &record, const tra
     out.verdict = record.kind == track::Kind::merged      ? TOLIMAN_TRACK_VERDICT_MERGED
                   : record.kind == track::Kind::intervals ? TOLIMAN_TRACK_VERDICT_INTERVALS
                                                           : public_verdict(outcome.verdict);
+    set_goodness(outcome.goodness, out);
+    out.bad_pixels = outcome.bad_pixels;
     return out;
 }
 
@@ -92,7 +98,9 @@ inline toliman_track_info public_info(const track::Tracker &tracker, uint32_t fl
     for (const int64_t rejected : counts.rejected)
         info.rejected += rejected;
     info.expected = tracker.expected();
-    info.missing = info.expected - counts.accepted - counts.unreduced - counts.outlier - counts.quarantined;
+    info.misfit = counts.misfit;
+    info.missing =
+        info.expected - counts.accepted - counts.unreduced - counts.outlier - counts.misfit - counts.quarantined;
     info.dropped = counts.dropped;
     info.sessions = static_cast<int64_t>(tracker.stream_count());
     info.records = static_cast<int64_t>(tracker.records());
@@ -101,6 +109,8 @@ inline toliman_track_info public_info(const track::Tracker &tracker, uint32_t fl
     info.estimator_id = tracker.plan().terms.estimator;
     info.sigma = tracker.plan().terms.sigma;
     info.value_limit = tracker.plan().terms.value_limit;
+    info.chi_limit = tracker.chi_limit();
+    info.chi_median = tracker.chi_median();
     const track::Reference &reference = tracker.plan().reference;
     info.plate_scale_arcsec = reference.scale_arcsec;
     for (uint32_t i = 0; i < track::kPartials; i++)

@@ -25,6 +25,9 @@ enum class OwnColumn : size_t {
     window_col,
     flags,
     intervals, // number of on-target intervals, in records before that of the frame; kLostIntervals: not known any more
+    chi_square_sigma,
+    largest_residual,
+    bad_pixels,
     factor,
     geometric_arcsec,
     partials // of the geometric separation by the elements of the orbit: kPartials columns

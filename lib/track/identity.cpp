@@ -30,8 +30,8 @@ uint64_t key_digest(uint64_t stream, int64_t frame_id) noexcept {
 }
 
 FrameIndex::FrameIndex(int64_t capacity)
-    : slots_(static_cast<size_t>(capacity) + static_cast<size_t>(capacity) / 2 + 1), taken_(slots_.size() / 64 + 1),
-      capacity_(capacity) {}
+    : slots_(static_cast<size_t>(capacity) + static_cast<size_t>(capacity) / 2 + 1), chi_squares_(slots_.size()),
+      taken_(slots_.size() / 64 + 1), capacity_(capacity) {}
 
 size_t FrameIndex::slot_of(uint64_t key) const noexcept {
     size_t at = scatter_.slot(key, slots_.size());
@@ -50,15 +50,17 @@ void FrameIndex::check_capacity() const {
         fail(Status::capacity, "the frame index is full: capacity = %lld frames", static_cast<long long>(count_));
 }
 
-void FrameIndex::add(uint64_t key, uint32_t content, uint64_t record, FrameState state) noexcept {
+void FrameIndex::add(uint64_t key, uint32_t content, uint64_t record, FrameState state, ChiBin chi_square) noexcept {
     const size_t at = slot_of(key);
     slots_[at] = {key, content, static_cast<uint32_t>(record << 3 | static_cast<uint32_t>(state))};
+    chi_squares_[at] = chi_square;
     taken_[at / 64] |= uint64_t{1} << at % 64;
     count_++;
 }
 
-void FrameIndex::quarantine(const KnownFrame &seen) noexcept {
-    slots_[slot_of(seen.key)].packed |= static_cast<uint32_t>(FrameState::quarantined);
+void FrameIndex::set_state(const KnownFrame &known, FrameState state) noexcept {
+    KnownFrame &slot = slots_[slot_of(known.key)];
+    slot.packed = static_cast<uint32_t>(slot.record() << 3 | static_cast<uint32_t>(state));
 }
 
 } // namespace toliman::track

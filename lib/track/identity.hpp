@@ -1,10 +1,11 @@
-// Index of known frames and their states: a hash table of fixed capacity, 16 bytes and a bit per slot, at most two
+// Index of known frames and their states: a hash table of fixed capacity, 18 bytes and a bit per slot, at most two
 // thirds full.
 #pragma once
 #include <cstdint>
 #include <string_view>
 
 #include "base/buffer.hpp"
+#include "track/misfit.hpp"
 #include "track/scatter.hpp"
 
 namespace toliman::track {
@@ -17,7 +18,7 @@ void check_name(std::string_view name, const char *what);
 uint64_t stream_digest(std::string_view session, std::string_view roi) noexcept;
 uint64_t key_digest(uint64_t stream, int64_t frame_id) noexcept;
 
-enum class FrameState : uint32_t { accepted = 1, outlier = 2, unreduced = 3, quarantined = 7 };
+enum class FrameState : uint32_t { accepted = 1, outlier = 2, unreduced = 3, misfit = 4, quarantined = 7 };
 
 struct KnownFrame {
     uint64_t key;
@@ -36,15 +37,26 @@ class FrameIndex {
     // Fails with Status::capacity if the index is full.
     void check_capacity() const;
     // Adds a new key; requires check_capacity().
-    void add(uint64_t key, uint32_t content, uint64_t record, FrameState state) noexcept;
-    void quarantine(const KnownFrame &seen) noexcept;
+    void add(uint64_t key, uint32_t content, uint64_t record, FrameState state, ChiBin chi_square) noexcept;
+    void set_state(const KnownFrame &known, FrameState state) noexcept;
+    ChiBin chi_square(const KnownFrame &known) const noexcept {
+        return chi_squares_[static_cast<size_t>(&known - slots_.data())];
+    }
+    // Passes the frames with a chi-square in (low, high] that are not quarantined, in any order.
+    template <class Each> void visit_between(ChiBin low, ChiBin high, const Each &each) const {
+        for (size_t slot = 0; slot < slots_.size(); slot++)
+            if (is_taken(slot) && chi_squares_[slot] > low && chi_squares_[slot] <= high &&
+                slots_[slot].state() != FrameState::quarantined)
+                each(slots_[slot]);
+    }
     int64_t count() const noexcept { return count_; }
 
   private:
     size_t slot_of(uint64_t key) const noexcept; // of the key, or the free slot for it
     bool is_taken(size_t slot) const noexcept { return (taken_[slot / 64] >> slot % 64 & 1) != 0; }
     Scatter scatter_;
-    UnsetBuffer<KnownFrame> slots_; // those not taken are unset
+    UnsetBuffer<KnownFrame> slots_; // those not taken are unset, here and in chi_squares_
+    UnsetBuffer<ChiBin> chi_squares_;
     Buffer<uint64_t> taken_;        // a bit per slot
     int64_t capacity_, count_ = 0;
 };

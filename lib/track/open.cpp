@@ -60,6 +60,7 @@ void Tracker::adopt_columns(const LedgerFile &file) {
         fail(Status::mismatch, "{%s}: written with values \"%s\", this tracker has \"%s\"", file.path().c_str(),
              there.c_str(), here.c_str());
     columns_ = file.columns();
+    goodness_ = GoodnessColumns(columns_);
     arrange_ = Arrangement(plan_.columns, columns_);
 }
 
@@ -82,9 +83,18 @@ void Tracker::open(StateFolder &folder) {
     const Checkpoint none, &point = folder.loaded ? folder.loaded->checkpoint : none;
     salt_ = file.salt();
     merged_[salt_].salt = salt_;
+    limit_ = std::numeric_limits<ChiBin>::max(); // until all frames are known
     ledger_.emplace(*store_, access_, plan_.terms, plan_.group, plan_.sync,
                     CheckpointMark{point.salt, point.records, point.chain},
-                    [this](const Record &record, uint64_t number) { count_record(record, number); });
+                    [&](const Record &record, uint64_t number) {
+                        if (number == point.records)
+                            limit_before_ = bin_of(chi_limit());
+                        count_chi_square(record);
+                        count_record(record, number);
+                    });
+    if (ledger_->count() <= point.records)
+        limit_before_ = bin_of(chi_limit());
+    mark_misfits();
     if (!folder.setup && !plan_.reference.is_given())
         refuse_reduced_records();
     names_.emplace(*store_);
@@ -137,6 +147,7 @@ void Tracker::resume_from_checkpoint(StateFolder &folder) {
         return;
     sums_ = std::move(folder.loaded->sums);
     push_accepted_from(point.records);
+    push_changed(point.records);
 }
 
 // If the setup is lost, the values would otherwise count as not reduced, also those that wait for an observer file.
@@ -175,6 +186,8 @@ void Tracker::check_setup(const StateFolder &folder) const {
              path.c_str());
     if (!is_same_clock)
         fail(Status::mismatch, "{%s}: has another clock: rebuild to change it", path.c_str());
+    if (folder.setup->chi_limit != plan_.chi_limit)
+        fail(Status::mismatch, "{%s}: has another limit of chi-square: rebuild to change it", path.c_str());
 }
 
 // Pushes the accepted frames of the records from number `first`, and retracts the samples of earlier records whose keys
@@ -187,7 +200,7 @@ void Tracker::push_accepted_from(uint64_t first) {
         Row row;
         if (record.kind == Kind::accepted && known.state() == FrameState::accepted)
             sums_.push(*sample_of(record, row));
-        if (record.kind == Kind::quarantined && known.record() < first)
+        if (record.kind == Kind::quarantined && known.record() < first && index_.chi_square(known) <= limit_before_)
             if (const auto sample = sample_of(ledger_->read(known.record()), row))
                 sums_.retract(*sample);
     });

@@ -14,7 +14,8 @@ namespace toliman::track {
 namespace {
 
 constexpr char kMagic[] = "TLMS", kKind[] = "setup";
-constexpr uint32_t kVersion = 4, kVersionWithoutFunctions = 3, kVersionWithoutReference = 2, kVersionWithoutTiming = 1;
+constexpr uint32_t kVersion = 5, kVersionWithoutLimit = 4, kVersionWithoutFunctions = 3, kVersionWithoutReference = 2,
+                   kVersionWithoutTiming = 1;
 constexpr size_t kLongestSystem = size_t{256} << 10;
 constexpr double kMostScale = 1e6;       // arcsec per px
 constexpr double kLongestExposure = 1e9; // s
@@ -77,6 +78,31 @@ OrbitErrors read_errors(ByteReader &in, const period::Grid &grid, const Referenc
     return errors;
 }
 
+// The limit of chi-square, and what is known of the model.
+void read_limit(ByteReader &in, Setup &setup) {
+    setup.chi_limit = in.f64();
+    const uint32_t flags = in.u32(), verdict = in.u32();
+    Goodness &goodness = setup.model.goodness;
+    for (double *number : {&goodness.chi_square, &goodness.sigma, &goodness.largest})
+        *number = in.f64();
+    if (!(setup.chi_limit >= 0 && std::isfinite(setup.chi_limit)) || flags > 3 ||
+        verdict > static_cast<uint32_t>(GoodnessVerdict::too_good))
+        fail(Status::format, "%s: limit of chi-square %g, flags %u, goodness %u", kKind, setup.chi_limit, flags,
+             verdict);
+    setup.model.is_calibrated = (flags & 1) != 0;
+    setup.model.is_complete = (flags & 2) != 0;
+    goodness.verdict = static_cast<GoodnessVerdict>(verdict);
+}
+
+void write_limit(const Setup &setup, ByteWriter &out) {
+    const ModelVerdict &model = setup.model;
+    out.f64(setup.chi_limit);
+    out.u32((model.is_calibrated ? 1 : 0) | (model.is_complete ? 2 : 0));
+    out.u32(static_cast<uint32_t>(model.goodness.verdict));
+    for (const double number : {model.goodness.chi_square, model.goodness.sigma, model.goodness.largest})
+        out.f64(number);
+}
+
 Setup read(const std::vector<uint8_t> &bytes) {
     auto [in, version] = checked_content(bytes, kMagic, kVersion, kKind);
     const size_t count = in.u32();
@@ -92,11 +118,13 @@ Setup read(const std::vector<uint8_t> &bytes) {
         setup.timing = read_timing(in);
     if (version > kVersionWithoutReference) {
         setup.salt = in.u64();
-        setup.reference = read_reference(in, version == kVersion);
+        setup.reference = read_reference(in, version > kVersionWithoutFunctions);
     }
-    if (version == kVersion)
+    if (version > kVersionWithoutFunctions)
         setup.errors = read_errors(in, setup.grid, setup.reference);
-    if (setup.grid.basis.any() != (version == kVersion))
+    if (version == kVersion)
+        read_limit(in, setup);
+    if (version < kVersion && setup.grid.basis.any() != (version == kVersionWithoutLimit))
         fail(Status::format, "%s: version %u with %zu functions", kKind, version, setup.grid.basis.functions());
     if (in.left() > 0)
         fail(Status::format, "%s: has %zu extra bytes", kKind, in.left());
@@ -123,13 +151,15 @@ uint32_t Setup::digest() const {
     return ByteReader(bytes.data() + bytes.size() - 4, 4, kKind).u32();
 }
 
-// Earlier versions are written without nuisance functions, without a reference, and with the default timing, so that
-// older folders keep their bytes and their checkpoints stay valid.
+// Earlier versions are written with the default limit, without nuisance functions, without a reference, and with the
+// default timing, so that older folders keep their bytes and their checkpoints stay valid.
 std::vector<uint8_t> to_bytes(const Setup &setup) {
-    const bool has_functions = setup.grid.basis.any();
+    const bool has_limit = setup.chi_limit != 0 || setup.model.is_calibrated;
+    const bool has_functions = has_limit || setup.grid.basis.any();
     const bool has_reference = has_functions || setup.reference.is_given();
     const bool has_timing = has_reference || !(setup.timing == Timing());
-    ByteWriter out = begin_file(kMagic, has_functions   ? kVersion
+    ByteWriter out = begin_file(kMagic, has_limit       ? kVersion
+                                        : has_functions ? kVersionWithoutLimit
                                         : has_reference ? kVersionWithoutFunctions
                                         : has_timing    ? kVersionWithoutReference
                                                         : kVersionWithoutTiming);
@@ -156,6 +186,8 @@ std::vector<uint8_t> to_bytes(const Setup &setup) {
             out.f64(sigma);
         out.f64(setup.errors.scale_sigma);
     }
+    if (has_limit)
+        write_limit(setup, out);
     return finish_file(std::move(out));
 }
 

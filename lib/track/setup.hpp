@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "backend/store.hpp"
+#include "base/goodness.hpp"
 #include "period/stream.hpp"
 #include "track/clock.hpp"
 #include "track/reduction.hpp"
@@ -25,6 +26,13 @@ struct Timing {
     }
 };
 
+// What is known of the model that measures the frames: of the calibration of its scene.
+struct ModelVerdict {
+    bool is_calibrated = false;
+    bool is_complete = true; // the calibration found no effect that its model lacks
+    Goodness goodness = {};  // of the calibration
+};
+
 // Status::mismatch, naming the setup file at `path`, if its reference differs.
 void check_reference(const Reference &in_file, const Reference &own, const std::string &path);
 
@@ -40,6 +48,8 @@ struct Setup {
     Reference reference = {};
     uint64_t salt = 0;       // with a reference: of the ledger whose frames are reduced to it
     OrbitErrors errors = {}; // columns of the grid
+    double chi_limit = 0;    // of the chi-square of a frame; 0: from the median (misfit.hpp)
+    ModelVerdict model = {};
     uint32_t digest() const;
 };
 

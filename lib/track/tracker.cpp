@@ -29,8 +29,8 @@ constexpr size_t kSpans = 64;                      // of a frame, for which memo
 
 Tracker::Tracker(Plan plan, Estimate estimate, StateFolder folder, period::Stream &sums)
     : plan_(std::move(plan)), estimate_(std::move(estimate)), store_(std::move(folder.store)), access_(folder.access),
-      index_(plan_.capacity), streams_(plan_.capacity), sums_(sums), columns_(plan_.columns),
-      arrange_(columns_, columns_) {
+      index_(plan_.capacity), limit_(bin_of(chi_limit())), streams_(plan_.capacity), sums_(sums),
+      columns_(plan_.columns), goodness_(columns_), arrange_(columns_, columns_) {
     images_.resize(plan_.workers * plan_.terms.geometry.out_rows * plan_.terms.geometry.out_cols);
     jobs_.resize(kBatch);
     on_target_.resize(plan_.workers);
@@ -58,6 +58,7 @@ std::optional<period::Sample> Tracker::sample_of(const Record &record, Row &row)
     return sums_.covers(sample) ? std::optional(sample) : std::nullopt;
 }
 
+// Unless it is a misfit.
 FrameState Tracker::state_of(const Record &record) const noexcept {
     if (record.kind == Kind::accepted && std::isnan(value_of(record)))
         return FrameState::unreduced;
@@ -68,6 +69,7 @@ FrameState Tracker::state_of(const Record &record) const noexcept {
 int64_t &Tracker::count_of(FrameState state) noexcept {
     return state == FrameState::accepted    ? counts_.accepted
            : state == FrameState::unreduced ? counts_.unreduced
+           : state == FrameState::misfit    ? counts_.misfit
                                             : counts_.outlier;
 }
 
@@ -108,11 +110,12 @@ void Tracker::count_record(const Record &record, uint64_t number) {
 void Tracker::count_frame(const Record &record, uint64_t number) {
     index_.check_capacity();
     streams_.check_capacity(record.stream);
-    const FrameState state = state_of(record);
+    const ChiBin chi_square = chi_square_of(record);
+    const FrameState state = chi_square > limit_ ? FrameState::misfit : state_of(record);
     if (index_.find(key_of(record)) != nullptr)
         fail(Status::format, "{%s}: record %llu: duplicate frame", store_->path(LedgerFile::kName).c_str(),
              static_cast<unsigned long long>(number));
-    index_.add(key_of(record), record.content, number, state);
+    index_.add(key_of(record), record.content, number, state, chi_square);
     streams_.add(record.stream, record.frame_id);
     count_of(state)++;
     counts_.dropped += record.dropped;
@@ -127,7 +130,7 @@ void Tracker::count_quarantine(const Record &record, uint64_t number) {
     counts_.quarantined++;
     counts_.repeated++;
     counts_.dropped -= record.dropped;
-    index_.quarantine(*known);
+    index_.set_state(*known, FrameState::quarantined);
 }
 
 MergeMark Tracker::last_merge_of(uint64_t salt) const noexcept {
@@ -207,7 +210,9 @@ void Tracker::validate_and_estimate(const Frame &frame, Job &job, unsigned worke
         outcome.flaw = {Reason::estimate, 0, 0, found.sigma};
     } else {
         outcome.value = found.value;
-        outcome.chi_square = found.chi_square;
+        outcome.goodness =
+            goodness_of(found.chi_square, found.chi_square_sigma, found.largest_residual, kFrameSigmas);
+        outcome.bad_pixels = found.bad_pixels;
         if (plan_.reduce)
             reduce(frame, job, worker);
     }
@@ -238,6 +243,9 @@ Cells Tracker::cells_of(const Frame &frame, const Job &job) const noexcept {
     if (plan_.reduce)
         store(job.unreduced == Reason::none ? &job.reduction : nullptr, cells);
     cell(OwnColumn::chi_square) = with_bits<uint64_t>(job.estimated.chi_square);
+    cell(OwnColumn::chi_square_sigma) = with_bits<uint64_t>(job.estimated.chi_square_sigma);
+    cell(OwnColumn::largest_residual) = with_bits<uint64_t>(job.estimated.largest_residual);
+    cell(OwnColumn::bad_pixels) = job.estimated.bad_pixels;
     cell(OwnColumn::flags) = job.estimated.flags;
     const size_t own = plan_.columns.own();
     for (size_t i = own; i < plan_.columns.count(); i++)
@@ -277,9 +285,10 @@ void Tracker::register_frame(const Record &record, const Frame &frame, Outcome &
     const KnownFrame *known = index_.find(key_of(record));
     if (known == nullptr) {
         add_frame(record, frame.intervals, frame.interval_count);
-        const double chi_square = outcome.chi_square; // not in the record of every ledger
+        const Outcome estimated = outcome; // not in the record of every ledger
         outcome = outcome_of(record);
-        outcome.chi_square = chi_square;
+        outcome.goodness = estimated.goodness;
+        outcome.bad_pixels = estimated.bad_pixels;
         return;
     }
     const bool quarantined = known->state() == FrameState::quarantined;
@@ -291,32 +300,6 @@ void Tracker::register_frame(const Record &record, const Frame &frame, Outcome &
     count_repeats(1);
 }
 
-void Tracker::add_frame(const Record &record, const double *intervals, size_t interval_count) {
-    index_.check_capacity();
-    streams_.check_capacity(record.stream);
-    Row row;
-    const std::optional<period::Sample> sample = sample_of(record, row);
-    if (ledger_ && columns_.has_intervals())
-        for (const Record &part :
-             interval_records(record, intervals, interval_count, columns_.count(), plan_.terms.sigma))
-            append_record(part);
-    count_record(record, append_record(record));
-    if (sample)
-        sums_.push(*sample);
-}
-
-void Tracker::quarantine(const KnownFrame &known, Record record) {
-    const Record original = read_record(known.record());
-    record.kind = Kind::quarantined;
-    record.reason = Reason::none;
-    record.dropped = original.dropped; // to be subtracted from the counts
-    clear_reduction(columns_, record);
-    count_record(record, append_record(record));
-    Row row;
-    if (const std::optional<period::Sample> sample = sample_of(original, row))
-        sums_.retract(*sample);
-}
-
 // Returns the current outcome of a record: that of its key, which may have been quarantined since.
 Outcome Tracker::outcome_of(const Record &record) const {
     Outcome outcome;
@@ -325,6 +308,8 @@ Outcome Tracker::outcome_of(const Record &record) const {
     outcome.value = record.value;
     if (record.kind != Kind::accepted && record.kind != Kind::outlier && record.kind != Kind::quarantined)
         return outcome;
+    outcome.goodness = goodness_.goodness(record.cells);
+    outcome.bad_pixels = goodness_.bad_pixels(record.cells);
     if (const double value = value_of(record); std::isfinite(value))
         outcome.value = value;
     switch (index_.find(key_of(record))->state()) {
@@ -336,6 +321,9 @@ Outcome Tracker::outcome_of(const Record &record) const {
         break;
     case FrameState::outlier:
         outcome.verdict = Verdict::outlier;
+        break;
+    case FrameState::misfit:
+        outcome.verdict = Verdict::misfit;
         break;
     default:
         outcome.verdict = Verdict::quarantined;

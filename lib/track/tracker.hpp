@@ -20,6 +20,7 @@
 #include "track/identity.hpp"
 #include "track/interval_records.hpp"
 #include "track/ledger.hpp"
+#include "track/misfit.hpp"
 #include "track/names.hpp"
 #include "track/reduction.hpp"
 #include "track/setup.hpp"
@@ -28,14 +29,23 @@
 
 namespace toliman::track {
 
-enum class Verdict : int32_t { accepted = 0, duplicate = 1, quarantined = 2, outlier = 3, rejected = 4, unreduced = 5 };
+enum class Verdict : int32_t {
+    accepted = 0,
+    duplicate = 1,
+    quarantined = 2,
+    outlier = 3,
+    rejected = 4,
+    unreduced = 5,
+    misfit = 6
+};
 
 struct Outcome {
     Verdict verdict = Verdict::rejected;
     Flaw flaw; // rejected and unreduced frames only
     int64_t tai_ns = 0;
-    double value = 0; // accepted frames and outliers: reduced if frames are; unreduced frames: that of the estimator
-    double chi_square = std::numeric_limits<double>::quiet_NaN(); // per pixel, likewise; NaN: unknown
+    double value = 0; // frames with a value: reduced if frames are; unreduced frames: that of the estimator
+    Goodness goodness;       // of these frames
+    uint32_t bad_pixels = 0; // left out of the estimate
 };
 
 // Result of an estimator for one image.
@@ -43,6 +53,9 @@ struct Estimated {
     double value = std::numeric_limits<double>::quiet_NaN();
     double sigma = 0;                                             // 0: the frame's sigma
     double chi_square = std::numeric_limits<double>::quiet_NaN(); // per pixel, against its model
+    double chi_square_sigma = std::numeric_limits<double>::quiet_NaN();
+    double largest_residual = std::numeric_limits<double>::quiet_NaN();
+    uint32_t bad_pixels = 0;
     uint32_t flags = 0;
     // Further values and covariances, in the order of Columns; as many as the plan declares columns for.
     std::array<double, kMaxFurther> further = {};
@@ -65,6 +78,8 @@ struct Plan {
     Timing timing;
     Reference reference; // of the values in the sums
     OrbitErrors errors;  // columns of the sums
+    double chi_limit = 0; // above it, frames are misfits; 0: from the median of all
+    ModelVerdict model = {};
     Reduce reduce;       // with a reference: needed to push frames, and to rebuild
     unsigned workers = 1;
     size_t group = 64; // records per write and fsync
@@ -89,10 +104,10 @@ StateFolder open_state_folder(std::unique_ptr<Store> store, Access access, const
 // it wrote its setup. Status::format if the ledger is missing although other files exist.
 bool has_state(Store &store);
 
-// A key is counted once in accepted, unreduced, outlier or quarantined. received = accepted + unreduced + outlier +
-// quarantined + repeated + all rejected.
+// A key is counted once in accepted, unreduced, outlier, misfit or quarantined. received = accepted + unreduced +
+// outlier + misfit + quarantined + repeated + all rejected.
 struct Counts {
-    int64_t received = 0, accepted = 0, unreduced = 0, outlier = 0, quarantined = 0, repeated = 0,
+    int64_t received = 0, accepted = 0, unreduced = 0, outlier = 0, misfit = 0, quarantined = 0, repeated = 0,
             rejected[kReasons] = {};
     int64_t dropped = 0; // by the camera, as reported by these except quarantined frames
 };
@@ -143,6 +158,9 @@ class Tracker {
 
     const Plan &plan() const noexcept { return plan_; }
     const Counts &counts() const noexcept { return counts_; }
+    // The chi-square above which frames are misfits, and the median of those of all valid frames.
+    double chi_limit() const noexcept { return chi_squares_.limit(plan_.chi_limit); }
+    double chi_median() const noexcept { return chi_squares_.median(); }
     int64_t expected() const noexcept { return streams_.expected(); }
     size_t stream_count() const noexcept { return streams_.count(); }
     std::vector<NamedStream> streams() const;                    // sorted by name
@@ -186,7 +204,10 @@ class Tracker {
     void merge_all_records(Store &other, const Checkpoint &point, bool is_known);
     uint64_t merge_salvaged_records(const LedgerFile &file, const Checkpoint &point, bool is_known);
     bool merge_record(const Record &found, const Foreign &from, bool is_new);
-    Setup setup() const { return {sums_.grid(), plan_.clock, plan_.timing, plan_.reference, salt_, plan_.errors}; }
+    Setup setup() const {
+        return {sums_.grid(), plan_.clock,  plan_.timing,    plan_.reference,
+                salt_,        plan_.errors, plan_.chi_limit, plan_.model};
+    }
     void evaluate(const Frame &frame, Job &job, unsigned worker) noexcept;
     void validate_and_estimate(const Frame &frame, Job &job, unsigned worker);
     void reduce(const Frame &frame, Job &job, unsigned worker) noexcept;
@@ -201,6 +222,20 @@ class Tracker {
     void count_record(const Record &record, uint64_t number); // updates index and counts
     void count_frame(const Record &record, uint64_t number);
     void count_quarantine(const Record &record, uint64_t number);
+    // A frame whose state changes with the limit, and its sample if it enters or leaves the sums.
+    struct Change {
+        uint64_t key;
+        FrameState state;
+        std::optional<period::Sample> sample;
+        Row row;
+    };
+    class LimitChange; // limit.cpp
+    ChiBin chi_square_of(const Record &record) const noexcept; // that counts for the limit
+    std::vector<Change> changes_to(ChiBin limit) const;
+    void apply(const std::vector<Change> &changes) noexcept;
+    void count_chi_square(const Record &record) noexcept; // of the ledger, before the record is counted
+    void mark_misfits() noexcept;
+    void push_changed(uint64_t first);
     uint64_t append_record(const Record &record); // returns its number
     Record read_record(uint64_t number) const;
     Outcome outcome_of(const Record &record) const;
@@ -218,6 +253,9 @@ class Tracker {
     std::unique_ptr<Store> store_;
     Access access_;
     FrameIndex index_;
+    ChiSquares chi_squares_;
+    ChiBin limit_;             // the highest bin that is no misfit
+    ChiBin limit_before_ = kNoBin; // when the checkpoint was written
     Streams streams_;
     period::Stream &sums_;
     std::optional<Ledger> ledger_;
@@ -225,6 +263,7 @@ class Tracker {
     std::map<uint64_t, MergeMark> merged_; // by salt, the latest mark of each ledger; the own one counts repeats
     uint64_t salt_ = 0;                    // of the own ledger
     Columns columns_;
+    GoodnessColumns goodness_;
     Arrangement arrange_;             // plan's columns -> columns_
     std::optional<Reducer> reducer_;  // with a reference
     std::vector<OnTarget> on_target_; // of each worker

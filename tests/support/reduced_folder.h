@@ -8,7 +8,7 @@
 #include "track_reduced.h"
 
 /* Columns: 16 of the library, separation_px, 2 covariances. */
-enum { LAST = 30, REDUCED_COLUMNS = 19 };
+enum { LAST = 30, REDUCED_COLUMNS = 22 };
 
 static toliman_sky *earth, *orbit, *predicted, *other;
 

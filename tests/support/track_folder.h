@@ -7,8 +7,8 @@
 
 #include "track_frames.h"
 
-/* Six columns: tools/docs/formats.md "TLML". */
-enum { COLUMNS = 7, HEADER = 124 + COLUMNS * 64, LINE = 64 + COLUMNS * 8 };
+/* Columns: tools/docs/formats.md "TLML". */
+enum { COLUMNS = 10, HEADER = 124 + COLUMNS * 64, LINE = 64 + COLUMNS * 8 };
 
 static char folder[256], ledger[300], checkpoint[300], setup[300];
 

@@ -110,7 +110,9 @@ static void columns_hold_the_given_values(void **unused) {
         static const char *const names[] = {"chi_square",       "exposure_s",
                                             "shift_s",          "window_row",
                                             "window_col",       "flags",
-                                            "intervals",        "dx",
+                                            "intervals",        "chi_square_sigma",
+                                            "largest_residual", "bad_pixels",
+                                            "dx",
                                             "flux_2",           "cov_value_dx",
                                             "cov_value_flux_2", "cov_dx_dx",
                                             "cov_dx_flux_2",    "cov_flux_2_flux_2"};
@@ -120,11 +122,11 @@ static void columns_hold_the_given_values(void **unused) {
         assert_ok(toliman_track_get_columns(track, NULL, 0, &count));
         assert_int_equal(count, ALL);
         assert_fails(toliman_track_get_columns(track, columns, ALL - 1, &count), TOLIMAN_E_CAPACITY,
-                     "must be at least 14, the number of columns");
+                     "must be at least 17, the number of columns");
         assert_ok(toliman_track_get_columns(track, columns, ALL, &count));
         for (int i = 0; i < ALL; i++) {
             assert_string_equal(columns[i].name, names[i]);
-            assert_int_equal(columns[i].type, i > 2 && i < 7 ? TOLIMAN_TRACK_COLUMN_I64 : TOLIMAN_TRACK_COLUMN_F64);
+            assert_int_equal(columns[i].type, (i > 2 && i < 7) || i == 9 ? TOLIMAN_TRACK_COLUMN_I64 : TOLIMAN_TRACK_COLUMN_F64);
         }
         double values[2 * FRAMES];
         assert_ok(toliman_track_get_column(track, "dx", record_of(track, 10), 2 * FRAMES, values, &done));
@@ -363,9 +365,9 @@ static void impossible_columns_are_refused(void **unused) {
         off_t at;
         unsigned char byte;
         const char *message;
-    } bad[] = {{112, 59, "columns, records of"},
-               {112, 5, "5 columns, records of 120 bytes"},
-               {116, 128, "7 columns, records of"},
+    } bad[] = {{112, 62, "columns, records of"},
+               {112, 5, "5 columns, records of 144 bytes"},
+               {116, 128, "10 columns, records of"},
                {120, 0, "column 0: name is invalid or duplicate"},
                {120, 'C', "column 0: name is invalid or duplicate"},
                {120 + 56, 2, "column chi_square: type 2, role 1"},

@@ -63,6 +63,7 @@ RESULTS = {
     "toliman_track_record": None,
     "toliman_track_column": None,
     "toliman_track_info": "TrackInfo",
+    "toliman_track_goodness": "FolderGoodness",
     "toliman_track_stream": "Stream",
 }
 
@@ -78,6 +79,7 @@ WORDS = {
     "stamp": "TOLIMAN_FRAME_STAMP",
     "observer": "TOLIMAN_SKY_OBSERVER",
     "goodness": "TOLIMAN_GOODNESS",
+    "calibration_goodness": "TOLIMAN_GOODNESS",
 }
 
 # Prefixes between TOLIMAN_ and a constant's word that are longer than the module's name.
@@ -88,7 +90,7 @@ NAMES = {"stages": "names of the modelled stages"}
 
 # Integer members that are booleans, in all structs or in one, and the bits of `flags` that become booleans.
 SWITCHES = {"blas_is_slow", "whole_counts", "exact_frames", "trained", "converged", "raw", "weighted", "improved",
-            "stopped", "is_free", "toliman_calibration_step.map", "toliman_calibration_step.accepted"}
+            "stopped", "is_free", "is_calibrated", "is_complete", "toliman_calibration_step.map", "toliman_calibration_step.accepted"}
 FLAGS = {
     "toliman_period_peak": ("TOLIMAN_PERIOD_AT_EDGE", "TOLIMAN_PERIOD_ALIAS", "TOLIMAN_PERIOD_INACCURATE",
                             "TOLIMAN_PERIOD_COARSE", "TOLIMAN_PERIOD_ABOVE_NYQUIST", "TOLIMAN_PERIOD_LONG",

@@ -2579,6 +2579,7 @@ TOLIMAN_TRACK_VERDICT_REJECTED = 505
 TOLIMAN_TRACK_VERDICT_MERGED = 506  # never an outcome: a record of counts (repeats, merged ledger)
 TOLIMAN_TRACK_VERDICT_UNREDUCED = 507  # since 0.2
 TOLIMAN_TRACK_VERDICT_INTERVALS = 508  # never an outcome: on-target intervals of the next frame. Since 0.2
+TOLIMAN_TRACK_VERDICT_MISFIT = 509  # since 0.2
 
 # Reasons for rejection, and why a frame is unreduced.
 TOLIMAN_TRACK_REASON_NONE = 511
@@ -2605,10 +2606,13 @@ class toliman_track_outcome(Sized):
     row: first pixel over range, not finite, or completing a zero run; for SHAPE, the shape received
     col: first pixel over range, not finite, or completing a zero run; for SHAPE, the shape received
     pixel: value of that pixel
-    value: accepted frames and outliers: reduced if the folder has a system; unreduced frames: the estimate
+    value: accepted frames, outliers and misfits: reduced if the folder has a system; unreduced frames: the
+        estimate
     tai_ns: these frames: time in TAI
-    chi_square: these frames: chi-square per pixel against the estimator's model; NaN without
-        one"""
+    chi_square: these frames: goodness of fit (goodness.h) of the estimator's model; NaN and UNKNOWN without
+        one. Since 0.2, as all that follow
+    goodness: TOLIMAN_GOODNESS_...
+    bad_pixels: pixels that were found damaged and left out of the estimate"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -2621,6 +2625,10 @@ class toliman_track_outcome(Sized):
         ("value", c_double),
         ("tai_ns", c_int64),
         ("chi_square", c_double),
+        ("chi_square_sigma", c_double),
+        ("largest_residual", c_double),
+        ("goodness", c_int32),
+        ("bad_pixels", c_uint32),
     ]
 
 
@@ -2755,7 +2763,14 @@ class toliman_track_options(Sized):
           trend_start, _end  span of the trend, in units of unit_ns since time_offset_ns. A frame outside is rejected
                              with REASON_CLOCK. Both 0 = from -0.05/df to 0.15/df, twice the time span of the grid
           scale_sigma        standard deviation of the relative error of the plate scale, in [0, 1); 0 = that of the
-                             folder; in a new folder no error"""
+                             folder; in a new folder no error
+    chi_limit: Limit of the chi-square of a frame, to 0.4 %. A frame above it is a misfit. Frames without a chi-square are never
+        misfits. Since 0.2.
+          above 0  the limit
+          -1       4 times the median of all valid frames of the folder, at least 2 and at most 100: a model that is wrong
+                   by a chi-square of 10 is usable, and one of 1000 is not. The verdict of earlier frames changes with the
+                   median; it does not depend on the order of arrival
+          0        that of the folder; in a new folder 2 if the scene of `fit` is that of a calibration, otherwise -1"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -2804,12 +2819,13 @@ class toliman_track_options(Sized):
         ("trend_start", c_double),
         ("trend_end", c_double),
         ("scale_sigma", c_double),
+        ("chi_limit", c_double),
     ]
 
 
 class toliman_track_info(Sized):
-    """Counts and properties of a tracker. received = accepted + unreduced + outlier + quarantined + repeated +
-    rejected. received, repeated and rejected count arrivals: a frame that arrives again counts again, also after the
+    """Counts and properties of a tracker. received = accepted + unreduced + outlier + misfit + quarantined +
+    repeated + rejected. received, repeated and rejected count arrivals: a frame that arrives again counts again, also after the
     folder was reopened. The ledger holds all counts: a crash loses those of uncommitted frames only.
     struct_size: in: sizeof(toliman_track_info)
     flags: TOLIMAN_TRACK_..., as given
@@ -2819,8 +2835,8 @@ class toliman_track_info(Sized):
     repeated: later arrivals of known keys, with the same or other content, here or in merged folders
     rejected: for any reason; see toliman_track_get_rejected
     expected: frame ids from the first to the last of each session and region
-    missing: expected ids that are neither accepted nor unreduced nor outlier nor quarantined
-    dropped: frames dropped by the camera, as reported by accepted and unreduced frames and outliers
+    missing: expected ids that are neither accepted nor unreduced, outlier, misfit nor quarantined
+    dropped: frames dropped by the camera, as reported by all valid frames
     sessions: number of pairs of session and region
     records: records of the ledger; in memory, of accepted and unreduced frames and outliers
     committed: committed records; with READ_ONLY, records that the files show to be committed
@@ -2829,7 +2845,10 @@ class toliman_track_info(Sized):
     plate_scale_arcsec: of the reduction; 0 = frames are not reduced. Since 0.2
     system: of the reduction, JSON text that toliman_sky_create takes; NULL = frames are not reduced.
         Valid until the tracker is destroyed. Since 0.2
-    elements: bit j: the error of element j (sky.h) is a column of the periodogram. Since 0.2"""
+    elements: bit j: the error of element j (sky.h) is a column of the periodogram. Since 0.2
+    misfit: frames whose chi-square exceeds chi_limit. Since 0.2, as all that follow
+    chi_limit: the limit in force
+    chi_median: median chi-square of the valid frames, to 0.2 %; NaN without one"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -2855,6 +2874,9 @@ class toliman_track_info(Sized):
         ("system", c_char_p),
         ("elements", c_uint32),
         ("reserved", c_uint32),
+        ("misfit", c_int64),
+        ("chi_limit", c_double),
+        ("chi_median", c_double),
     ]
 
 
@@ -2865,7 +2887,7 @@ class toliman_track_stream(Sized):
     stream: FNV-1a hash of both names, as in toliman_track_record
     first_id: lowest and highest frame id
     last_id: lowest and highest frame id
-    frames: keys that are accepted, unreduced, outlier or quarantined
+    frames: keys that are accepted, unreduced, outlier, misfit or quarantined
     missing: other ids between first_id and last_id"""
 
     _fields_ = [
@@ -2881,6 +2903,53 @@ class toliman_track_stream(Sized):
     ]
 
 
+class toliman_track_goodness(Sized):
+    """Goodness of fit (goodness.h) of the frames of a folder. Since 0.2.
+    struct_size: in: sizeof(toliman_track_goodness)
+    goodness: verdict on chi_square, as for a single frame
+    frames: accepted and unreduced frames with a chi-square
+    chi_square: their median, NaN without frames
+    chi_square_sigma: median standard deviation of a frame's chi-square, if the model is right
+    largest_residual: largest one of these frames
+    trend_per_year: change of chi-square per 365.25 days of TAI, least squares; NaN for fewer than 3 times
+    trend_sigma_per_year: its standard error, from the scatter of the frames
+    poor: verdicts of these frames
+    too_good: verdicts of these frames
+    misfit: frames above the limit, which are not among these frames
+    bad_pixels: pixels that were left out of these frames
+    cleaned: number of these frames with a bad pixel
+    chi_limit: the limit in force
+    is_calibrated: The scene with which the frames are measured, if it is that of a calibration.
+        1: it is
+    is_complete: 0: the calibration found an effect that its model lacks (TOLIMAN_CALIBRATION_INCOMPLETE)
+    calibration_chi_square: of the calibration; NaN if unknown
+    calibration_chi_square_sigma: of the calibration; NaN if unknown
+    calibration_goodness: verdict on it"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("goodness", c_int32),
+        ("frames", c_int64),
+        ("chi_square", c_double),
+        ("chi_square_sigma", c_double),
+        ("largest_residual", c_double),
+        ("trend_per_year", c_double),
+        ("trend_sigma_per_year", c_double),
+        ("poor", c_int64),
+        ("too_good", c_int64),
+        ("misfit", c_int64),
+        ("bad_pixels", c_int64),
+        ("cleaned", c_int64),
+        ("chi_limit", c_double),
+        ("is_calibrated", c_uint32),
+        ("is_complete", c_uint32),
+        ("calibration_chi_square", c_double),
+        ("calibration_chi_square_sigma", c_double),
+        ("calibration_goodness", c_int32),
+        ("reserved", c_int32),
+    ]
+
+
 class toliman_track_record(Sized):
     """Record of the ledger: a frame as it arrived and its present verdict; with TOLIMAN_TRACK_VERDICT_MERGED, counts
     instead of a frame; with TOLIMAN_TRACK_VERDICT_INTERVALS, on-target intervals of a later frame, without values or
@@ -2893,7 +2962,10 @@ class toliman_track_record(Sized):
     camera_ns: camera time, and TAI from the tracker's clock table
     tai_ns: camera time, and TAI from the tracker's clock table
     value: as in the outcome; if the frame has no value: 0, and the sigma of the frame or tracker
-    sigma: as in the outcome; if the frame has no value: 0, and the sigma of the frame or tracker"""
+    sigma: as in the outcome; if the frame has no value: 0, and the sigma of the frame or tracker
+    chi_square: as in the outcome. Since 0.2, as all that follow
+    chi_square_sigma: as in the outcome. Since 0.2, as all that follow
+    largest_residual: as in the outcome. Since 0.2, as all that follow"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -2907,6 +2979,11 @@ class toliman_track_record(Sized):
         ("dropped", c_int64),
         ("value", c_double),
         ("sigma", c_double),
+        ("chi_square", c_double),
+        ("chi_square_sigma", c_double),
+        ("largest_residual", c_double),
+        ("goodness", c_int32),
+        ("bad_pixels", c_uint32),
     ]
 
 
@@ -2923,6 +3000,9 @@ class toliman_track_column(Sized):
                                   applied to the time
       window_row, window_col      of toliman_frame
       intervals                   number of on-target intervals; -1 = they are lost
+      chi_square_sigma            standard deviation of chi_square, if the model is right
+      largest_residual            largest |residual| over its standard deviation
+      bad_pixels                  pixels that were left out of the estimate
     In a folder with a system, NaN in unreduced frames:
       factor                      mean apparent separation over mean geometric separation
       geometric_arcsec            mean separation on the orbit, in arcsec
@@ -3090,6 +3170,7 @@ OF_OBJECTS = {
     "toliman_track_get_clock": False,
     "toliman_track_get_period": False,
     "toliman_track_query_fit": False,
+    "toliman_track_query_goodness": False,
     "toliman_track_get_records": False,
     "toliman_track_get_columns": False,
     "toliman_track_get_column": False,
@@ -5185,7 +5266,7 @@ Errors, after which neither result nor out is written:
     "toliman_track_load_options": (
         c_int32, (("folder", c_char_p), ("options", POINTER(toliman_track_options))),
         """Reads the options of a folder to *options, whose struct_size must be set, for toliman_track_create: folder (the
-given pointer), estimator_id, values, sigma, value_limit, bit_depth, zero_run_bytes, the flag
+given pointer), estimator_id, values, sigma, value_limit, chi_limit, bit_depth, zero_run_bytes, the flag
 TOLIMAN_TRACK_ALLOW_ZERO_RUNS, geometry, grid, trend, stamp, exposure_s, plate_scale_arcsec and scale_sigma (nf = 0
 and stamp = 0 if the setup file is lost), and a capacity of twice the number of records, at least 2^20 and at most
 2^28. Other members are set to their defaults. Errors:
@@ -5199,8 +5280,8 @@ and stamp = 0 if the setup file is lost), and a capacity of twice the number of 
 toliman_track_load_options. Allocates all memory and locks the ledger until the tracker is destroyed. The caller
 destroys *out. Errors:
   - TOLIMAN_E_MISMATCH if the folder has another estimator, other values, geometry or limits, another stamp or
-    exposure_s, or, without REBUILD, another grid, clock table, system or plate scale, and for the bank of another
-    fit;
+    exposure_s, or, without REBUILD, another grid, clock table, system, plate scale or chi_limit, and for the bank of
+    another fit;
   - TOLIMAN_E_STATE if another tracker writes to the folder;
   - TOLIMAN_E_LOST if the ledger has lost records. toliman_track_merge with SALVAGE recovers the others;
   - TOLIMAN_E_FORMAT if the ledger is damaged otherwise, is missing although other files of the folder exist, or is
@@ -5312,6 +5393,11 @@ time_offset_ns, and standard errors. The result does not depend on the order of 
 temporarily takes 100 bytes per frame. Errors as toliman_period_query_fit; TOLIMAN_E_FORMAT if the ledger has been
 damaged since it was opened.""",
     ),
+    "toliman_track_query_goodness": (
+        c_int32, (("track", POINTER(toliman_track)), ("out", POINTER(toliman_track_goodness))),
+        """Writes the goodness of fit of the folder's frames to *out, whose struct_size must be set. Reads all records. Errors:
+TOLIMAN_E_FORMAT if the ledger has been damaged since it was opened. Since 0.2.""",
+    ),
     "toliman_track_get_records": (
         c_int32, (
             ("track", POINTER(toliman_track)),
@@ -5321,8 +5407,8 @@ damaged since it was opened.""",
             ("done", POINTER(c_size_t)),
         ),
         """Reads up to `count` records from number `first` on, in order of arrival; *done becomes their number. The newest
-start at toliman_track_info.records - count. Duplicates have no record. In memory, only frames that were accepted,
-unreduced or outliers on arrival have records. TOLIMAN_E_FORMAT if the ledger has been damaged since it was opened;
+start at toliman_track_info.records - count. Duplicates have no record. In memory, only valid frames have records, one
+each. TOLIMAN_E_FORMAT if the ledger has been damaged since it was opened;
 some records may then have been written.""",
     ),
     "toliman_track_get_columns": (

@@ -645,15 +645,19 @@ class Outcome(Result):
     row: int = member("first pixel over range, not finite, or completing a zero run; for SHAPE, the shape received")
     col: int = member("first pixel over range, not finite, or completing a zero run; for SHAPE, the shape received")
     pixel: float = member("value of that pixel")
-    value: float = member("accepted frames and outliers: reduced if the folder has a system; unreduced frames: the estimate")
+    value: float = member("accepted frames, outliers and misfits: reduced if the folder has a system; unreduced frames: the estimate")
     tai_ns: int = member("these frames: time in TAI")
-    chi_square: float = member("these frames: chi-square per pixel against the estimator's model; NaN without one")
+    chi_square: float = member("these frames: goodness of fit (goodness.h) of the estimator's model; NaN and UNKNOWN without one. Since 0.2, as all that follow")
+    chi_square_sigma: float
+    largest_residual: float
+    goodness: str = member("...", words="TOLIMAN_GOODNESS")
+    bad_pixels: int = member("pixels that were found damaged and left out of the estimate")
 
 
 @result
 class TrackInfo(Result):
-    """Counts and properties of a tracker. received = accepted + unreduced + outlier + quarantined + repeated +
-    rejected. received, repeated and rejected count arrivals: a frame that arrives again counts again, also after the
+    """Counts and properties of a tracker. received = accepted + unreduced + outlier + misfit + quarantined +
+    repeated + rejected. received, repeated and rejected count arrivals: a frame that arrives again counts again, also after the
     folder was reopened. The ledger holds all counts: a crash loses those of uncommitted frames only."""
 
     received: int = member("arrived frames, in this and earlier runs")
@@ -663,8 +667,8 @@ class TrackInfo(Result):
     repeated: int = member("later arrivals of known keys, with the same or other content, here or in merged folders")
     rejected: int = member("for any reason; see toliman_track_get_rejected")
     expected: int = member("frame ids from the first to the last of each session and region")
-    missing: int = member("expected ids that are neither accepted nor unreduced nor outlier nor quarantined")
-    dropped: int = member("frames dropped by the camera, as reported by accepted and unreduced frames and outliers")
+    missing: int = member("expected ids that are neither accepted nor unreduced, outlier, misfit nor quarantined")
+    dropped: int = member("frames dropped by the camera, as reported by all valid frames")
     sessions: int = member("number of pairs of session and region")
     records: int = member("records of the ledger; in memory, of accepted and unreduced frames and outliers")
     committed: int = member("committed records; with READ_ONLY, records that the files show to be committed")
@@ -676,6 +680,9 @@ class TrackInfo(Result):
     plate_scale_arcsec: float = member("of the reduction; 0 = frames are not reduced. Since 0.2")
     system: str = member("of the reduction, JSON text that toliman_sky_create takes; NULL = frames are not reduced. Valid until the tracker is destroyed. Since 0.2")
     elements: int = member("bit j: the error of element j (sky.h) is a column of the periodogram. Since 0.2")
+    misfit: int = member("frames whose chi-square exceeds chi_limit. Since 0.2, as all that follow")
+    chi_limit: float = member("the limit in force")
+    chi_median: float = member("median chi-square of the valid frames, to 0.2 %; NaN without one")
 
 
 @result
@@ -686,7 +693,31 @@ class Stream(Result):
     stream: int = member("FNV-1a hash of both names, as in toliman_track_record")
     first_id: int = member("lowest and highest frame id")
     last_id: int = member("lowest and highest frame id")
-    frames: int = member("keys that are accepted, unreduced, outlier or quarantined")
+    frames: int = member("keys that are accepted, unreduced, outlier, misfit or quarantined")
     missing: int = member("other ids between first_id and last_id")
     session: str
     roi: str
+
+
+@result
+class FolderGoodness(Result):
+    """Goodness of fit (goodness.h) of the frames of a folder."""
+
+    goodness: str = member("verdict on chi_square, as for a single frame", words="TOLIMAN_GOODNESS")
+    frames: int = member("accepted and unreduced frames with a chi-square")
+    chi_square: float = member("their median, NaN without frames")
+    chi_square_sigma: float = member("median standard deviation of a frame's chi-square, if the model is right")
+    largest_residual: float = member("largest one of these frames")
+    trend_per_year: float = member("change of chi-square per 365.25 days of TAI, least squares; NaN for fewer than 3 times")
+    trend_sigma_per_year: float = member("its standard error, from the scatter of the frames")
+    poor: int = member("verdicts of these frames")
+    too_good: int = member("verdicts of these frames")
+    misfit: int = member("frames above the limit, which are not among these frames")
+    bad_pixels: int = member("pixels that were left out of these frames")
+    cleaned: int = member("number of these frames with a bad pixel")
+    chi_limit: float = member("the limit in force")
+    is_calibrated: bool = member("The scene with which the frames are measured, if it is that of a calibration. 1: it is")
+    is_complete: bool = member("0: the calibration found an effect that its model lacks (incomplete)")
+    calibration_chi_square: float = member("of the calibration; NaN if unknown")
+    calibration_chi_square_sigma: float = member("of the calibration; NaN if unknown")
+    calibration_goodness: str = member("verdict on it", words="TOLIMAN_GOODNESS")

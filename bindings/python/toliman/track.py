@@ -20,7 +20,7 @@ from ._handle import Handle
 from ._log import log
 from ._pixels import PIXELS
 from ._progress import Progress, Watch
-from ._results import Outcome, Stream, TrackInfo
+from ._results import FolderGoodness, Outcome, Stream, TrackInfo
 from ._words import number, words
 from .bank import Bank
 from .cae import CAE
@@ -144,6 +144,9 @@ class Tracker(Handle):
     span: first and last time of the trend, in units of unit_ns since time_offset_ns; later frames are rejected. None:
         from -0.05/df to 0.15/df, twice the time span that suits the grid.
     scale_sigma: standard deviation of the relative error of the plate scale, in [0, 1); 0 takes the folder's.
+    chi_limit: chi-square above which a frame is a misfit, not in the periodogram; "median": 4 times the median of the
+        folder's frames, at least 2 and at most 100. None: that of the folder, in a new one 2 for the Fit of a calibrated
+        scene, otherwise "median".
 
     Recoverable damage to the folder is logged as warnings to Python's logging, logger "toliman".
 
@@ -163,7 +166,8 @@ class Tracker(Handle):
                  clock: ArrayLike | None = None, sync: str = "group", group: int = 64, read_only: bool = False,
                  rebuild: bool = False, stamp: str | None = None, exposure_s: float = 0.0, sky: Sky | None = None,
                  plate_scale_arcsec: float = 0.0, trend: int | None = None,
-                 span: tuple[float, float] | None = None, scale_sigma: float = 0.0):
+                 span: tuple[float, float] | None = None, scale_sigma: float = 0.0,
+                 chi_limit: float | str | None = None):
         period_flags = ((0 if fit_mean else _raw.TOLIMAN_PERIOD_FIXED_MEAN)
                         | (_raw.TOLIMAN_PERIOD_DOUBLE_LIMB if double_limb else 0))
         options = options_of(
@@ -181,7 +185,7 @@ class Tracker(Handle):
             stamp=0 if stamp is None else number("stamp", stamp, "TOLIMAN_FRAME_STAMP"),
             exposure_s=real("exposure_s", exposure_s), plate_scale_arcsec=real("plate_scale_arcsec", plate_scale_arcsec),
             trend=0 if trend is None else whole("trend", trend, 2**31) or -1,
-            scale_sigma=real("scale_sigma", scale_sigma),
+            scale_sigma=real("scale_sigma", scale_sigma), chi_limit=_chi_limit_of(chi_limit),
             flags=(_raw.TOLIMAN_TRACK_READ_ONLY if read_only else 0) | (_raw.TOLIMAN_TRACK_REBUILD if rebuild else 0)
             | (_raw.TOLIMAN_TRACK_ALLOW_ZERO_RUNS if allow_zero_runs else 0))
         if span is not None:
@@ -296,6 +300,11 @@ class Tracker(Handle):
         options["sync"] = words("TOLIMAN_TRACK_SYNC")[struct.sync]
         options["stamp"] = words("TOLIMAN_FRAME_STAMP")[struct.stamp]
         return options
+
+    @property
+    def goodness(self) -> FolderGoodness:
+        """Goodness of fit of the folder's frames: median and trend of chi-square, counts, and that of the calibration."""
+        return self._read(library.toliman_track_query_goodness, _raw.toliman_track_goodness, FolderGoodness)
 
     @property
     def rejected(self) -> dict[str, int]:
@@ -448,6 +457,19 @@ def _store(found: float | Estimate, made: typing.Any) -> None:
             made.covariance[i] = entry
     made.sigma, made.chi_square = real("sigma", found.sigma), real("chi_square", found.chi_square)
     made.flags = whole("flags", found.flags, 2**32)
+
+
+def _chi_limit_of(chi_limit: float | str | None) -> float:
+    if chi_limit is None:
+        return 0.0
+    if isinstance(chi_limit, str):
+        if chi_limit != "median":
+            raise ValueError(f'chi_limit = {chi_limit!r}: must be a number above 0, "median" or None')
+        return -1.0
+    limit = real("chi_limit", chi_limit)
+    if not limit > 0:
+        raise ValueError(f'chi_limit = {limit!r}: must be a number above 0, "median" or None')
+    return limit
 
 
 def _names(values: typing.Sequence[str]) -> bytes:

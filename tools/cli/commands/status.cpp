@@ -6,6 +6,7 @@
 #include "common/library.hpp"
 #include "common/output.hpp"
 #include "common/text.hpp"
+#include "downlink/folder_goodness.hpp"
 #include "downlink/ledger_report.hpp"
 #include "downlink/reference_options.hpp"
 #include "downlink/setup_options.hpp"
@@ -80,8 +81,13 @@ void print(const toliman::tracker &tracker, const toliman_track_options &how, co
     if (as_json)
         return print_stdout(status_json(tracker, how, period).text());
     print_stdout(how.folder + ("\n  " + period.text() + "\n") + counts_text(tracker) +
-                 settings_text(how, info_of(tracker)) + indented(period.functions_text()) +
+                 goodness_text(goodness_of(tracker)) + settings_text(how, info_of(tracker)) + indented(period.functions_text()) +
                  sessions_text(streams_of(tracker)));
+}
+
+void warn_of_model(const std::string &folder, const toliman::tracker &tracker, Progress &progress) {
+    if (const std::string complaint = model_complaint(goodness_of(tracker)); !complaint.empty())
+        progress.warn(folder + ": " + complaint);
 }
 
 void status(Options &options, Progress &progress) {
@@ -100,6 +106,7 @@ void status(Options &options, Progress &progress) {
     if (!options.out.empty())
         write_results(tracker, settings, period, options.out);
     print(tracker, settings, period, options.as_json);
+    warn_of_model(options.folder, tracker, progress);
 }
 
 // A new grid changes the span of a trend. --system brings the errors of its orbit, unless a folder with a system has a

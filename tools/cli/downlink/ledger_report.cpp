@@ -10,6 +10,7 @@
 #include "common/output.hpp"
 #include "common/provenance.hpp"
 #include "common/text.hpp"
+#include "downlink/folder_goodness.hpp"
 #include "downlink/tracked_series.hpp"
 #include "series/fap.hpp"
 #include "series/period_folder.hpp"
@@ -74,7 +75,8 @@ class Reductions {
 
 bool is_known(const toliman_track_record &line) noexcept {
     return line.verdict == TOLIMAN_TRACK_VERDICT_ACCEPTED || line.verdict == TOLIMAN_TRACK_VERDICT_OUTLIER ||
-           line.verdict == TOLIMAN_TRACK_VERDICT_UNREDUCED || line.verdict == TOLIMAN_TRACK_VERDICT_QUARANTINED;
+           line.verdict == TOLIMAN_TRACK_VERDICT_UNREDUCED || line.verdict == TOLIMAN_TRACK_VERDICT_MISFIT ||
+           line.verdict == TOLIMAN_TRACK_VERDICT_QUARANTINED;
 }
 
 Json session_json(const toliman_track_stream &stream) {
@@ -125,7 +127,10 @@ void print_records(const toliman::tracker &tracker) {
         if (!is_valid || line.verdict == TOLIMAN_TRACK_VERDICT_UNREDUCED)
             json.set("reason", toliman_track_reason_name(line.reason));
         if (is_valid)
-            json.set("tai_ns", line.tai_ns, "value", Exact{line.value}, "sigma", Exact{line.sigma});
+            json.set("tai_ns", line.tai_ns, "value", Exact{line.value}, "sigma", Exact{line.sigma}, "chi_square",
+                     line.chi_square, "chi_square_sigma", line.chi_square_sigma, "largest_residual",
+                     line.largest_residual, "goodness", toliman_goodness_name(line.goodness), "bad_pixels",
+                     line.bad_pixels);
         json.set("dropped", line.dropped);
         if (is_valid && reduction)
             json.set("reduction", *reduction);
@@ -173,7 +178,7 @@ Json status_json(const toliman::tracker &tracker, const toliman_track_options &h
     json.set("records", info.records, "sigma", info.sigma, "grid",
              Json("f0", how.f0, "df", how.df, "nf", how.nf, "time_offset_ns", how.time_offset_ns), "plate_scale_arcsec",
              if_known(info.system != nullptr, info.plate_scale_arcsec), "clock", how.clock_points > 0, "streams",
-             array_of(streams_of(tracker), session_json));
+             array_of(streams_of(tracker), session_json), "goodness", goodness_json(goodness_of(tracker)));
     add_timing(how, json);
     return json;
 }

@@ -51,6 +51,13 @@ int64_t epoch_of(const std::string &text) {
     return read_time("--epoch", text, TOLIMAN_INGEST_SCALE_UTC, LeapSeconds().rows);
 }
 
+double chi_limit_of(const std::string &text) {
+    double limit = -1;
+    if (text != "median" && !(number_of(text, limit) && limit > 0 && std::isfinite(limit)))
+        throw Failure(kExitUsage, "--chi-limit " + text + ": must be a number above 0, or median");
+    return limit;
+}
+
 // Pairs camera_ns,tai_ns, one after the other; 0,0 for "camera", and none for "".
 std::vector<int64_t> read_clock(const std::string &path, Progress &progress) {
     if (path.empty())
@@ -81,6 +88,10 @@ void SetupOptions::add_to(CLI::App &command) {
                     "order of a trend that is fitted with the mean, 0 to 8; default: that of the folder; for a new "
                     "folder, with --system the errors of the orbit, otherwise 4 if the stars move, else 0")
         ->check(CLI::Range(0, 8));
+    add_option(&command, "--chi-limit", chi_limit_, "LIMIT",
+               "chi-square per pixel above which a frame is a misfit and not in the periodogram, or the word median: 4 "
+               "times the median of the folder's frames, at least 2 and at most 100; default: that of the folder; for a "
+               "new folder, 2 for --fit of a calibrated scene, otherwise median");
     add_option(&command, "--clock", clock_, "FILE",
                "CSV file of pairs camera_ns,tai_ns, or the word camera if the camera's time is TAI; default: that "
                "of the folder; for a new folder, camera");
@@ -107,6 +118,8 @@ void SetupOptions::set(toliman_track_options &how, Progress &progress) {
     }
     if (trend_)
         set_trend(how, *trend_);
+    if (!chi_limit_.empty())
+        how.chi_limit = chi_limit_of(chi_limit_);
     if (epoch_)
         how.time_offset_ns = epoch_of(*epoch_);
     for (const int32_t stamp : {TOLIMAN_FRAME_STAMP_START, TOLIMAN_FRAME_STAMP_MIDDLE, TOLIMAN_FRAME_STAMP_END})
@@ -132,7 +145,8 @@ void SetupOptions::check_complete(const std::string &folder) const {
 std::string SetupOptions::text() const {
     return (grid_.empty() ? "" : " --grid " + grid_) +
            (mission_days_ ? formatted(" --mission-days %.17g", *mission_days_) : "") +
-           (trend_ ? " --trend " + std::to_string(*trend_) : "") + (epoch_ ? " --epoch " + *epoch_ : "") +
+           (trend_ ? " --trend " + std::to_string(*trend_) : "") +
+           (chi_limit_.empty() ? "" : " --chi-limit " + chi_limit_) + (epoch_ ? " --epoch " + *epoch_ : "") +
            (clock_.empty() ? "" : " --clock " + clock_);
 }
 

@@ -35,7 +35,7 @@ class SetupOptions {
     std::string text() const;
 
   private:
-    std::string grid_, clock_, stamp_;
+    std::string grid_, clock_, stamp_, chi_limit_;
     std::optional<std::string> epoch_;
     std::optional<double> mission_days_, exposure_s_;
     std::optional<int32_t> trend_;

@@ -10,6 +10,7 @@
 #include "common/output.hpp"
 #include "common/stop.hpp"
 #include "common/text.hpp"
+#include "downlink/folder_goodness.hpp"
 
 namespace cli {
 
@@ -58,12 +59,16 @@ std::string verdict_text(const toliman_frame &frame, const toliman_track_outcome
     if (outcome.verdict == TOLIMAN_TRACK_VERDICT_OUTLIER)
         return formatted("outlier: a value of %.4g px, beyond the %.4g px of --value-limit: not in the periodogram",
                          outcome.value, settings.value_limit);
+    if (outcome.verdict == TOLIMAN_TRACK_VERDICT_MISFIT)
+        return formatted("misfit: a chi-square of %.4g, largest residual %.3g sigma: damaged, or not a frame of the "
+                         "scene: not in the periodogram",
+                         outcome.chi_square, outcome.largest_residual);
     return std::string("rejected: ") + toliman_track_reason_name(outcome.reason) + rejection_text(outcome, settings);
 }
 
 bool has_value(const toliman_track_outcome &outcome) noexcept {
     return outcome.verdict == TOLIMAN_TRACK_VERDICT_ACCEPTED || outcome.verdict == TOLIMAN_TRACK_VERDICT_UNREDUCED ||
-           outcome.verdict == TOLIMAN_TRACK_VERDICT_OUTLIER;
+           outcome.verdict == TOLIMAN_TRACK_VERDICT_OUTLIER || outcome.verdict == TOLIMAN_TRACK_VERDICT_MISFIT;
 }
 
 std::string unreduced_text(int32_t reason, int64_t frames, const std::string &folder, const std::string &coverage) {
@@ -86,7 +91,10 @@ std::string frame_line(const toliman_frame &frame, bool has_key, bool has_time, 
                 if_known(has_key, frame.roi), "frame_id", if_known(has_key, frame.frame_id), "verdict",
                 toliman_track_verdict_name(outcome.verdict), "reason", if_known(reason != nullptr, reason), "camera_ns",
                 if_known(has_time, frame.camera_ns), "input", place, "tai_ns", if_known(known, outcome.tai_ns), "value",
-                Exact{known ? outcome.value : NAN}, "chi_square", outcome.chi_square) // null if there is none
+                Exact{known ? outcome.value : NAN}, "chi_square", outcome.chi_square, "chi_square_sigma",
+                outcome.chi_square_sigma, "largest_residual", outcome.largest_residual, "goodness",
+                if_known(known, toliman_goodness_name(outcome.goodness)), "bad_pixels",
+                if_known(known, outcome.bad_pixels)) // null if there is none
         .line();
 }
 
@@ -192,7 +200,7 @@ void Tracking::settle(const toliman_frame &frame, const std::string &place, cons
     known_ += verdict == TOLIMAN_TRACK_VERDICT_DUPLICATE || verdict == TOLIMAN_TRACK_VERDICT_QUARANTINED;
     if (verdict == TOLIMAN_TRACK_VERDICT_UNREDUCED)
         unreduced_[outcome.reason]++;
-    refused_ += is_rejected || verdict == TOLIMAN_TRACK_VERDICT_OUTLIER;
+    refused_ += is_rejected || verdict == TOLIMAN_TRACK_VERDICT_OUTLIER || verdict == TOLIMAN_TRACK_VERDICT_MISFIT;
     outside_clock_ += has_value(outcome) && is_outside_clock(settings_, frame.camera_ns);
     if (!is_good && verdict != TOLIMAN_TRACK_VERDICT_DUPLICATE && verdict != TOLIMAN_TRACK_VERDICT_UNREDUCED)
         warn(place, verdict_text(frame, outcome, settings_));
@@ -230,7 +238,7 @@ void Tracking::reject(const toliman_frame &frame, bool has_key, const std::strin
     warn(place, std::string("rejected: ") + reason + ": " + text);
     auto outcome = toliman::sized<toliman_track_outcome>();
     outcome.verdict = TOLIMAN_TRACK_VERDICT_REJECTED;
-    outcome.chi_square = NAN;
+    outcome.chi_square = outcome.chi_square_sigma = outcome.largest_residual = NAN;
     say(frame_line(frame, has_key, has_key && frame.rows > 0, place, reason, outcome));
 }
 
@@ -278,10 +286,12 @@ void Tracking::conclude() {
         progress_.warn(unreduced_text(reason, frames, settings_.folder, options_.coverage));
     if (refused_ > 0 && accepted_ + known_ == 0 && unreduced_.empty())
         progress_.warn("none of the " + std::to_string(refused_) +
-                       " frames of this run is good, all were rejected or are outliers: check the scene or weights, "
-                       "--dtype, --bit-depth and --shape");
+                       " frames of this run is good, all were rejected or are outliers or misfits: check the scene or "
+                       "weights, --dtype, --bit-depth and --shape");
     if (bank_)
         bank_->conclude(progress_);
+    if (const std::string complaint = model_complaint(goodness_of(tracker_)); !complaint.empty())
+        progress_.warn(std::string(settings_.folder) + ": " + complaint);
 }
 
 void Tracking::say(std::string text) {
