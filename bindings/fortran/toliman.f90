@@ -1107,7 +1107,7 @@ module toliman
     ! Event of a reader. `file` is valid until the reader is destroyed, `text` as long as the memory of a frame. Since
     ! 0.2.
     type, bind(C), public :: toliman_ingest_event
-        integer(c_int32_t) :: struct_size = 56 ! in: sizeof(toliman_ingest_event)
+        integer(c_int32_t) :: struct_size = 64 ! in: sizeof(toliman_ingest_event)
         integer(c_int32_t) :: event = 0 ! TOLIMAN_INGEST_EVENT_...
         integer(c_int32_t) :: reason = 0 ! TOLIMAN_INGEST_REASON_...
         integer(c_int32_t) :: has_key = 0 ! 1 for FRAME, and for DAMAGE if session, roi and frame_id are known; else 0
@@ -1116,6 +1116,9 @@ module toliman
         type(c_ptr) :: text = c_null_ptr ! what is wrong, without file and line; "" for FRAME and NOTHING. Never NULL
         integer(c_int64_t) :: stamp_ns = 0 ! timestamp_ns as written, for FRAME, SHORT_FILE and PLACE_UNKNOWN; else 0
         real(c_double) :: host_s = 0.0_c_double ! host_time in s, for the same events; else 0
+        ! byte of the file of pixels at which a FRAME begins by the lines before it, without the shift of
+        ! toliman_ingest_set_shift
+        integer(c_int64_t) :: offset = 0
     end type
 
     ! Properties and counts of a reader. Since 0.2.
@@ -1902,6 +1905,26 @@ module toliman
         integer(c_int32_t) :: bad_pixels = 0 ! pixels that were found damaged and left out of the estimate
     end type
 
+    abstract interface
+        ! Called on the thread of toliman_track_push for a valid frame that is a misfit, before it is recorded: it may be given
+        ! again with other pixels, such as those that toliman_ingest_find_frame finds.
+        !   frame    the frame
+        !   outcome  chi_square, largest_residual, value and tai_ns of the estimate; the verdict is MISFIT
+        !   other    a copy of *frame, whose pixels, rows, cols, stride and pixel may be changed; they must stay valid until the
+        !            push returns
+        ! Returns 1 to try *other, which takes the place of the frame unless it is a misfit, too; 0 to record the frame as a
+        ! misfit. An exception, and any other number, count as 0. Since 0.2.
+        function toliman_misfit_fn(frame, outcome, other, user_data) bind(C) result(answer)
+            import
+            type(c_ptr), value :: user_data
+            type(toliman_frame), intent(in) :: frame
+            type(toliman_track_outcome), intent(in) :: outcome
+            type(toliman_frame), intent(inout) :: other
+            integer(c_int32_t) :: answer
+        end function
+    end interface
+    public :: toliman_misfit_fn
+
     ! Flags of toliman_track_options.
     ! opens the folder for reading, also while another tracker writes to it
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_READ_ONLY = 1
@@ -1931,7 +1954,7 @@ module toliman
 
     ! Options of a tracker.
     type, bind(C), public :: toliman_track_options
-        integer(c_int32_t) :: struct_size = 504
+        integer(c_int32_t) :: struct_size = 520
         integer(c_int32_t) :: flags = 0 ! TOLIMAN_TRACK_...
         ! folder of ledger, setup and checkpoint, created if missing. NULL = in memory, which takes 64 bytes more per
         ! frame and 8 per column
@@ -2047,6 +2070,8 @@ module toliman
         ! verdict of earlier frames changes with the median; it does not depend on the order of arrival 0 that of the
         ! folder; in a new folder 2 if the scene of `fit` is that of a calibration, otherwise -1
         real(c_double) :: chi_limit = 0.0_c_double
+        type(c_funptr) :: misfit = c_null_funptr ! may be NULL. Since 0.2
+        type(c_ptr) :: misfit_data = c_null_ptr
     end type
 
     ! Counts and properties of a tracker. received = accepted + unreduced + outlier + misfit + quarantined +
@@ -2104,14 +2129,15 @@ module toliman
 
     ! Goodness of fit (goodness.h) of the frames of a folder. Since 0.2.
     type, bind(C), public :: toliman_track_goodness
-        integer(c_int32_t) :: struct_size = 136 ! in: sizeof(toliman_track_goodness)
+        integer(c_int32_t) :: struct_size = 144 ! in: sizeof(toliman_track_goodness)
         integer(c_int32_t) :: goodness = 0 ! verdict on chi_square, as for a single frame
         integer(c_int64_t) :: frames = 0 ! accepted and unreduced frames with a chi-square
         real(c_double) :: chi_square = 0.0_c_double ! their median, NaN without frames
         ! median standard deviation of a frame's chi-square, if the model is right
         real(c_double) :: chi_square_sigma = 0.0_c_double
         real(c_double) :: largest_residual = 0.0_c_double ! largest one of these frames
-        ! change of chi-square per 365.25 days of TAI, least squares; NaN for fewer than 3 times
+        real(c_double) :: years = 0.0_c_double ! from their first time to the last, in years of 365.25 days
+        ! change of chi-square per year, least squares; NaN for fewer than 3 frames
         real(c_double) :: trend_per_year = 0.0_c_double
         real(c_double) :: trend_sigma_per_year = 0.0_c_double ! its standard error, from the scatter of the frames
         integer(c_int64_t) :: poor = 0 ! verdicts of these frames
@@ -3213,6 +3239,28 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
+        ! Finds a frame that is not at its place, because the file of pixels has lost or gained bytes before it: a
+        ! part of a frame without a line, or of a frame whose rest is lost.
+        function toliman_ingest_find_frame(ingest, offset, reference, pixels, capacity, &
+            shift) bind(C) result(answer)
+            import
+            type(c_ptr), value :: ingest
+            integer(c_int64_t), value :: offset
+            integer(c_size_t), value :: capacity
+            type(toliman_frame), intent(in) :: reference
+            integer(c_int8_t), intent(out) :: pixels(*)
+            integer(c_int64_t), intent(out) :: shift
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Sets the shift, in bytes, at which frames that were not reported yet are read, 0 at the beginning.
+        function toliman_ingest_set_shift(ingest, shift) bind(C) result(answer)
+            import
+            type(c_ptr), value :: ingest
+            integer(c_int64_t), value :: shift
+            integer(c_int32_t) :: answer
+        end function
+
         ! Declares that the files no longer grow.
         function toliman_ingest_finish(ingest) bind(C) result(answer)
             import
@@ -4196,7 +4244,8 @@ module toliman
         end function
 
         ! Writes the options in force to *options, whose struct_size must be set, with defaults resolved. folder and
-        ! clock point to memory of the tracker. cae, linear, fit, bank, estimate, sky, allocator and log are NULL.
+        ! clock point to memory of the tracker. cae, linear, fit, bank, estimate, sky, allocator, log and misfit are
+        ! NULL.
         function toliman_track_get_options(track, options) bind(C) result(answer)
             import
             type(c_ptr), value :: track
@@ -4420,6 +4469,8 @@ module toliman
     public :: toliman_ingest_destroy
     public :: toliman_ingest_reason_name
     public :: toliman_ingest_next
+    public :: toliman_ingest_find_frame
+    public :: toliman_ingest_set_shift
     public :: toliman_ingest_finish
     public :: toliman_ingest_get_info
     public :: toliman_ingest_read_clock
@@ -4693,6 +4744,8 @@ module toliman
         procedure :: create => pair_reader_create
         procedure, nopass :: reason_name => pair_reader_reason_name
         procedure :: next => pair_reader_next
+        procedure :: find_frame => pair_reader_find_frame
+        procedure :: set_shift => pair_reader_set_shift
         procedure :: finish => pair_reader_finish
         procedure :: get_info => pair_reader_get_info
         procedure, nopass :: read_clock => pair_reader_read_clock
@@ -6376,6 +6429,32 @@ contains
         call conclude(toliman_ingest_next(self%handle, frame, event), stat, errmsg)
     end subroutine
 
+    ! Finds a frame that is not at its place, because the file of pixels has lost or gained bytes before it: a part of
+    ! a frame without a line, or of a frame whose rest is lost. pixels(capacity).
+    subroutine pair_reader_find_frame(self, offset, reference, pixels, shift, stat, errmsg)
+        class(toliman_pair_reader), intent(in) :: self
+        integer(c_int64_t), intent(in) :: offset
+        type(toliman_frame), intent(in) :: reference
+        integer(c_int8_t), intent(out), contiguous :: pixels(:)
+        integer(c_int64_t), intent(out) :: shift
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_capacity
+        integer(c_int32_t) :: status
+        of_capacity = size(pixels, 1, c_size_t)
+        status = toliman_ingest_find_frame(self%handle, offset, reference, pixels, of_capacity, shift)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Sets the shift, in bytes, at which frames that were not reported yet are read, 0 at the beginning.
+    subroutine pair_reader_set_shift(self, shift, stat, errmsg)
+        class(toliman_pair_reader), intent(inout) :: self
+        integer(c_int64_t), intent(in) :: shift
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        call conclude(toliman_ingest_set_shift(self%handle, shift), stat, errmsg)
+    end subroutine
+
     ! Declares that the files no longer grow.
     subroutine pair_reader_finish(self, stat, errmsg)
         class(toliman_pair_reader), intent(inout) :: self
@@ -7634,7 +7713,7 @@ contains
     end subroutine
 
     ! Writes the options in force to *options, whose struct_size must be set, with defaults resolved. folder and clock
-    ! point to memory of the tracker. cae, linear, fit, bank, estimate, sky, allocator and log are NULL.
+    ! point to memory of the tracker. cae, linear, fit, bank, estimate, sky, allocator, log and misfit are NULL.
     subroutine tracker_get_options(self, options, stat, errmsg)
         class(toliman_tracker), intent(in) :: self
         type(toliman_track_options), intent(inout) :: options

@@ -124,6 +124,17 @@ typedef struct toliman_track_outcome {
 } toliman_track_outcome;
 #define TOLIMAN_TRACK_OUTCOME_INIT TOLIMAN_INIT(toliman_track_outcome)
 
+/* Called on the thread of toliman_track_push for a valid frame that is a misfit, before it is recorded: it may be given
+ * again with other pixels, such as those that toliman_ingest_find_frame finds.
+ *   frame    the frame
+ *   outcome  chi_square, largest_residual, value and tai_ns of the estimate; the verdict is MISFIT
+ *   other    a copy of *frame, whose pixels, rows, cols, stride and pixel may be changed; they must stay valid until the
+ *            push returns
+ * Returns 1 to try *other, which takes the place of the frame unless it is a misfit, too; 0 to record the frame as a
+ * misfit. An exception, and any other number, count as 0. Since 0.2. */
+typedef int32_t (*toliman_misfit_fn)(const toliman_frame *frame, const toliman_track_outcome *outcome,
+                                     toliman_frame *other, void *user_data);
+
 /* Flags of toliman_track_options. */
 #define TOLIMAN_TRACK_READ_ONLY 1u /* opens the folder for reading, also while another tracker writes to it */
 /* Rebuilds the accumulators from the ledger with the grid and clock table of these options. Frames rejected for their
@@ -246,6 +257,8 @@ typedef struct toliman_track_options {
      *            median; it does not depend on the order of arrival
      *   0        that of the folder; in a new folder 2 if the scene of `fit` is that of a calibration, otherwise -1 */
     double chi_limit;
+    toliman_misfit_fn misfit; /* may be NULL. Since 0.2 */
+    void *misfit_data;
 } toliman_track_options;
 #define TOLIMAN_TRACK_OPTIONS_INIT TOLIMAN_INIT(toliman_track_options)
 
@@ -361,7 +374,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_info(const tolim
                                                                      toliman_track_info *out) TOLIMAN_NOEXCEPT;
 
 /* Writes the options in force to *options, whose struct_size must be set, with defaults resolved. folder and clock
- * point to memory of the tracker. cae, linear, fit, bank, estimate, sky, allocator and log are NULL. Since 0.2. */
+ * point to memory of the tracker. cae, linear, fit, bank, estimate, sky, allocator, log and misfit are NULL. Since 0.2. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
 toliman_track_get_options(const toliman_track *track, toliman_track_options *options) TOLIMAN_NOEXCEPT;
 
@@ -415,7 +428,8 @@ typedef struct toliman_track_goodness {
     double chi_square;    /* their median, NaN without frames */
     double chi_square_sigma; /* median standard deviation of a frame's chi-square, if the model is right */
     double largest_residual; /* largest one of these frames */
-    double trend_per_year;       /* change of chi-square per 365.25 days of TAI, least squares; NaN for fewer than 3 times */
+    double years;                /* from their first time to the last, in years of 365.25 days */
+    double trend_per_year;       /* change of chi-square per year, least squares; NaN for fewer than 3 frames */
     double trend_sigma_per_year; /* its standard error, from the scatter of the frames */
     int64_t poor, too_good;      /* verdicts of these frames */
     int64_t misfit;              /* frames above the limit, which are not among these frames */

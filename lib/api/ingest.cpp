@@ -130,6 +130,7 @@ toliman_ingest_event public_event(const ingest::Event &event) {
     result.text = event.text;
     result.stamp_ns = event.line.stamp_ns;
     result.host_s = event.line.host_s;
+    result.offset = static_cast<int64_t>(event.offset);
     return result;
 }
 
@@ -169,6 +170,34 @@ toliman_status toliman_ingest_next(toliman_ingest *ingest, toliman_frame *frame,
         const ingest::Event found = use->pair.next();
         deliver(public_frame(found, use->options, use->shift_ns), frame, "frame");
         deliver(public_event(found), event, "event");
+    });
+}
+
+toliman_status toliman_ingest_find_frame(const toliman_ingest *ingest, int64_t offset, const toliman_frame *reference,
+                                         void *pixels, size_t capacity, int64_t *shift) noexcept {
+    return guard([&] {
+        const Use use(ingest, "ingest");
+        if (offset < 0)
+            fail(Status::argument, "{offset} = %lld: must be at least 0", static_cast<long long>(offset));
+        const toliman_frame known = accept(&required(reference, "reference"), toliman_frame{}, "reference");
+        required(pixels, "pixels");
+        required(shift, "shift");
+        if (known.pixel != use->options.pixel || known.rows < 1 || known.cols < 1 || known.rows > kLargestSide ||
+            known.cols > kLargestSide || (known.stride != 0 && known.stride != known.cols))
+            fail(Status::argument, "{reference}: must be a contiguous frame of the pixel type of the reader");
+        const auto count = static_cast<size_t>(known.rows * known.cols);
+        const size_t needed = count * size_of(kPixels.to_enum(known.pixel, "reference->pixel"));
+        if (capacity < needed)
+            fail(Status::capacity, "{capacity} = %zu: must be at least %zu, the bytes of the reference", capacity, needed);
+        *shift = use->pair.find(static_cast<uint64_t>(offset), count,
+                                &required(static_cast<const char *>(known.pixels), "reference->pixels"), pixels);
+    });
+}
+
+toliman_status toliman_ingest_set_shift(toliman_ingest *ingest, int64_t shift) noexcept {
+    return guard([&] {
+        const Use use(ingest, "ingest");
+        use->pair.set_shift(shift);
     });
 }
 

@@ -381,6 +381,7 @@ std::unique_ptr<toliman_track> make_track(const toliman_track_options &options) 
     plan.model = known && (has_records(place) || !source.estimate) ? known->model : source.model;
     plan.chi_limit = chi_limit_of(options, known, plan.model);
     plan.columns = columns_of(options, source, plan.reference);
+    plan.retry = retry_of(options, plan.terms);
     plan.reduce = std::move(sky.reduce);
     if (options.estimate != nullptr)
         source.estimate = estimate_of(options, plan.terms, plan.columns);

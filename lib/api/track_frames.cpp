@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "api/pixel_frames.hpp"
+#include "api/track_results.hpp"
 #include "base/error.hpp"
 #include "base/name.hpp"
 
@@ -101,6 +102,58 @@ track::Frame frame_of(const toliman_frame &given) {
     frame.window_row = given.window_row;
     frame.window_col = given.window_col;
     return frame;
+}
+
+toliman_frame public_frame(const track::Frame &frame) noexcept {
+    toliman_frame out = {};
+    out.struct_size = sizeof out;
+    out.session = frame.session;
+    out.roi = frame.roi;
+    out.frame_id = frame.frame_id;
+    out.camera_ns = frame.camera_ns;
+    out.dropped = frame.dropped;
+    out.sigma = frame.sigma;
+    out.pixel = kPixels.to_constant(frame.pixel);
+    out.pixels = frame.pixels;
+    out.rows = static_cast<int64_t>(frame.rows);
+    out.cols = static_cast<int64_t>(frame.cols);
+    out.stride = static_cast<int64_t>(frame.stride);
+    out.exposure_s = frame.exposure_s;
+    out.intervals = frame.intervals;
+    out.interval_count = frame.interval_count;
+    out.window_row = frame.window_row;
+    out.window_col = frame.window_col;
+    return out;
+}
+
+track::Retry retry_of(const toliman_track_options &options, const track::Terms &terms) {
+    if (options.misfit == nullptr)
+        return {};
+    return [call = options.misfit, data = options.misfit_data, terms](
+               const track::Frame &frame, const track::Outcome &outcome, track::Frame &other) {
+        const toliman_frame given = public_frame(frame);
+        toliman_frame changed = given;
+        toliman_track_outcome seen = public_outcome(outcome);
+        seen.struct_size = sizeof seen;
+        seen.verdict = TOLIMAN_TRACK_VERDICT_MISFIT;
+        seen.value = outcome.value;
+        seen.tai_ns = outcome.tai_ns;
+        try {
+            if (call(&given, &seen, &changed, data) != 1)
+                return false;
+        } catch (...) {
+            return false;
+        }
+        toliman_frame tried = given; // nothing else may be changed
+        tried.pixel = changed.pixel;
+        tried.pixels = changed.pixels;
+        tried.rows = changed.rows;
+        tried.cols = changed.cols;
+        tried.stride = changed.stride;
+        check_frame(tried, 0, terms);
+        other = frame_of(tried);
+        return true;
+    };
 }
 
 } // namespace toliman::api

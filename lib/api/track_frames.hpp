@@ -12,7 +12,11 @@ constexpr double kLongestExposure = 1e9; // s
 // Status::argument, naming the member, if frame i is impossible for a tracker with these terms.
 void check_frame(const toliman_frame &given, size_t i, const track::Terms &terms);
 
-// Converts a frame that has been checked.
+// Converts a frame that has been checked, and back.
 track::Frame frame_of(const toliman_frame &given);
+toliman_frame public_frame(const track::Frame &frame) noexcept;
+
+// Wraps the caller's function for misfits; empty without one.
+track::Retry retry_of(const toliman_track_options &options, const track::Terms &terms);
 
 } // namespace toliman::api

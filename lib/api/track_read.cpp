@@ -181,6 +181,7 @@ toliman_status toliman_track_query_goodness(const toliman_track *track, toliman_
         toliman_track_goodness made = {};
         set_goodness(found.goodness, made);
         made.frames = found.frames;
+        made.years = found.years;
         made.trend_per_year = found.trend_per_year;
         made.trend_sigma_per_year = found.trend_sigma_per_year;
         made.poor = found.poor;

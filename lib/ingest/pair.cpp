@@ -10,6 +10,7 @@
 
 #include "base/error.hpp"
 #include "base/text.hpp"
+#include "ingest/realign.hpp"
 
 namespace toliman::ingest {
 
@@ -160,7 +161,8 @@ Event Pair::damage(Slot &slot, Reason reason, std::string text) {
 Event Pair::frame(Slot &slot, const Place &place) {
     slot.pixels.resize(static_cast<size_t>(place.bytes));
     is_settled_ = false; // if the file was truncated meanwhile
-    pixels_->read_exactly(place.offset, slot.pixels.data(), slot.pixels.size());
+    pixels_->read_exactly(place.offset + static_cast<uint64_t>(placement_.shift()), slot.pixels.data(),
+                          slot.pixels.size());
     is_settled_ = true;
     Event event;
     event.kind = EventKind::frame;
@@ -169,6 +171,7 @@ Event Pair::frame(Slot &slot, const Place &place) {
     event.line = front();
     slot.on_target_s = event.line.on_target_s;
     event.pixels = slot.pixels.data();
+    event.offset = place.offset;
     counts_.frames++;
     calls_since_frame_ = 0;
     clock_.pass(front(), front_number());
@@ -265,6 +268,24 @@ std::optional<Event> Pair::give(Slot &slot) {
     }
     begin_rest();
     return is_over_ ? give_rest(slot) : std::nullopt;
+}
+
+// The surplus of the file tells the sign of the shift. A frame of which a part is lost is therefore not taken for the
+// next one, which is where it should be but for the surplus.
+int64_t Pair::find(uint64_t offset, size_t pixels, const void *reference, void *found) const {
+    const int64_t surplus = placement_.surplus(), now = placement_.shift(), place = static_cast<int64_t>(offset);
+    const auto frame = static_cast<int64_t>(pixels * options_.pixel_bytes);
+    const int64_t least = std::max(std::min<int64_t>(surplus, 0), now - frame + 1),
+                  most = std::min(std::max<int64_t>(surplus, 0), now + frame - 1);
+    if (options_.growing || surplus == 0)
+        return 0;
+    const file::Reader file(pixel_path_);
+    const std::optional<int64_t> at =
+        find_frame(file, {place + least, place + most, pixels, options_.pixel_bytes}, reference);
+    if (!at || *at == place)
+        return 0;
+    file.read_exactly(static_cast<uint64_t>(*at), found, static_cast<size_t>(frame));
+    return *at - place;
 }
 
 Event Pair::next() {

@@ -39,6 +39,7 @@ struct Event {
     const char *text = "";
     SideLine line = {};           // of a frame, and of damage; of a bad line the key alone
     const void *pixels = nullptr; // of a frame
+    uint64_t offset = 0;          // of a frame: its place by the lines before it, without the shift
 };
 
 struct PairCounts {
@@ -54,6 +55,13 @@ class Pair {
     // Status::not_found if a file cannot be read, Status::format if it cannot be a file of such a pair.
     Event next();
     void finish() noexcept { is_finished_ = options_.growing; }
+
+    // Finds the frame whose place is `offset`, after the file has lost or gained bytes: reads it into pixels [reference's
+    // size], and returns how far it is from its place. 0 if it is not found elsewhere, and of growing files, whose size
+    // says nothing.
+    int64_t find(uint64_t offset, size_t pixels, const void *reference, void *found) const;
+    // Of the frames that were not reported yet.
+    void set_shift(int64_t bytes) noexcept { placement_.set_shift(bytes); }
 
     PairCounts counts() const noexcept;
     const std::string &side_path() const noexcept { return side_path_; }

@@ -39,6 +39,10 @@ void Placement::set_size(uint64_t size) noexcept {
     is_uniform_ = !is_exact_ && static_cast<uint64_t>(all_.lines) * usual_bytes_ == size;
 }
 
+void Placement::set_shift(int64_t bytes) noexcept {
+    shift_ = is_exact_ || is_uniform_ ? 0 : bytes;
+}
+
 bool Placement::is_odd(const SideLine &line) const noexcept {
     return !line.error.empty() || bytes(line) != first_bytes_;
 }
@@ -47,7 +51,8 @@ std::optional<Place> Placement::next(const SideLine &line) const noexcept {
     if (is_uniform_)
         return Place{static_cast<uint64_t>(done_.lines) * usual_bytes_, usual_bytes_};
     const Place place = {bytes(done_), bytes(line)};
-    if (is_exact_ || (!has_odd_ && !is_odd(line) && place.offset + place.bytes <= size_))
+    const int64_t end = static_cast<int64_t>(place.offset + place.bytes) + shift_;
+    if (is_exact_ || (!has_odd_ && !is_odd(line) && end <= static_cast<int64_t>(size_)))
         return place;
     return std::nullopt;
 }

@@ -1,5 +1,6 @@
 // Where the frames are in the file of pixels.
 #pragma once
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 
@@ -20,6 +21,13 @@ class Placement {
     void count(const SideLine &line) noexcept;   // a line was read
     void release(const SideLine &line) noexcept; // the first line that was not released is reported
     void set_size(uint64_t size) noexcept;       // of the file of pixels
+    void set_shift(int64_t bytes) noexcept;      // of the frames that follow, from their places
+    int64_t shift() const noexcept { return shift_; }
+    // Size of the file minus that of the frames of all lines: bytes that it has gained or lost. 0 if it may be other
+    // things: lines are malformed or of other shapes.
+    int64_t surplus() const noexcept {
+        return is_uniform_ || has_odd_ ? 0 : static_cast<int64_t>(size_) - static_cast<int64_t>(bytes());
+    }
 
     int64_t counted() const noexcept { return all_.lines; }
     int64_t released() const noexcept { return done_.lines; }
@@ -28,8 +36,8 @@ class Placement {
     bool has_odd() const noexcept { return has_odd_; }      // among the released lines
     uint64_t bytes(const SideLine &line) const noexcept;
     // Bytes after the frames of all lines; 0 if positions are unknown.
-    uint64_t extra_bytes() const noexcept { return is_uniform_ || has_odd_ || size_ < bytes() ? 0 : size_ - bytes(); }
-    // The place of the first line that was not released, if it is known. Its size differs from bytes(line) if the line
+    uint64_t extra_bytes() const noexcept { return static_cast<uint64_t>(std::max<int64_t>(0, surplus() - shift_)); }
+    // The place of the first line that was not released, without the shift, if it is known. Its size differs from bytes(line) if the line
     // has a wrong shape.
     std::optional<Place> next(const SideLine &line) const noexcept;
 
@@ -42,6 +50,7 @@ class Placement {
     void add(Sums &sums, const SideLine &line) const noexcept;
 
     uint64_t pixel_bytes_, usual_bytes_, first_bytes_ = 0, size_ = 0;
+    int64_t shift_ = 0;
     Sums all_, done_;
     bool is_exact_ = false, is_uniform_ = false, has_odd_ = false;
 };

@@ -68,6 +68,10 @@ FolderGoodness folder_goodness(const Tracker &tracker) {
         found.cleaned += outcome.bad_pixels > 0;
     });
     found.frames = static_cast<int64_t>(years.size());
+    if (!years.empty()) {
+        const auto [first, last] = std::minmax_element(years.begin(), years.end());
+        found.years = *last - *first;
+    }
     set_trend(years, chi_squares, found);
     found.goodness = goodness_of(median_of(std::move(chi_squares)), median_of(std::move(sigmas)), largest, kFrameSigmas);
     return found;

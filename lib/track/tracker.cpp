@@ -388,17 +388,37 @@ void Tracker::push(const Frame *frames, size_t count, Outcome *outcomes, size_t 
             std::rethrow_exception(std::exchange(jobs_[done].failure, nullptr));
         if (!has_uncommitted())
             oldest_ = std::chrono::steady_clock::now();
+        Frame frame = frames[done];
+        retry(frame, jobs_[done]);
         outcomes[done] = jobs_[done].outcome;
-        const Record record = record_of(frames[done], jobs_[done]);
+        const Record record = record_of(frame, jobs_[done]);
         const bool unnamed = names_ && record.kind != Kind::rejected && !streams_.is_named(record.stream);
         if (unnamed)
-            names_->add(record.stream, frames[done].session, frames[done].roi);
-        register_frame(record, frames[done], outcomes[done]);
+            names_->add(record.stream, frame.session, frame.roi);
+        register_frame(record, frame, outcomes[done]);
         if (unnamed)
             streams_.set_named(record.stream);
     }
     if (has_uncommitted() && std::chrono::steady_clock::now() - oldest_ >= kCommitInterval)
         commit();
+}
+
+// Replaces a misfit by the frame that the caller gives for it, unless that is one, too.
+void Tracker::retry(Frame &frame, Job &job) {
+    const auto is_misfit = [this](const Job &one) {
+        return one.outcome.flaw.reason == Reason::none && bin_of(one.outcome.goodness.chi_square) > limit_;
+    };
+    Frame other = frame;
+    if (!plan_.retry || !is_misfit(job) || !plan_.retry(frame, job.outcome, other))
+        return;
+    const auto second = std::make_unique<Job>();
+    evaluate(other, *second, 0);
+    if (second->failure)
+        std::rethrow_exception(second->failure);
+    if (second->outcome.flaw.reason != Reason::none || is_misfit(*second))
+        return;
+    frame = other;
+    job = *second;
 }
 
 bool Tracker::has_uncommitted() const noexcept {

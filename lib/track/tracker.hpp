@@ -70,6 +70,10 @@ inline uint64_t key_of(const Record &record) noexcept {
 using Estimate =
     std::function<void(double *image, const Frame &frame, int64_t tai_ns, unsigned worker, Estimated &estimated)>;
 
+// Called for a frame that is a misfit, before it is recorded. Returns whether `other` is to be tried in its place: the
+// same frame with other pixels, which stay valid until the push ends.
+using Retry = std::function<bool(const Frame &frame, const Outcome &outcome, Frame &other)>;
+
 struct Plan {
     int64_t capacity = 0; // frames
     Terms terms;
@@ -80,6 +84,7 @@ struct Plan {
     OrbitErrors errors;  // columns of the sums
     double chi_limit = 0; // above it, frames are misfits; 0: from the median of all
     ModelVerdict model = {};
+    Retry retry;          // may be empty
     Reduce reduce;       // with a reference: needed to push frames, and to rebuild
     unsigned workers = 1;
     size_t group = 64; // records per write and fsync
@@ -211,6 +216,7 @@ class Tracker {
     void evaluate(const Frame &frame, Job &job, unsigned worker) noexcept;
     void validate_and_estimate(const Frame &frame, Job &job, unsigned worker);
     void reduce(const Frame &frame, Job &job, unsigned worker) noexcept;
+    void retry(Frame &frame, Job &job);
     Cells cells_of(const Frame &frame, const Job &job) const noexcept;
     Record record_of(const Frame &frame, const Job &job) const noexcept;
     void register_frame(const Record &record, const Frame &frame, Outcome &outcome);

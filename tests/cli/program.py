@@ -12,7 +12,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 SCENES = ROOT / "examples" / "scenes"
 # Seconds after which a run is taken to hang; sanitizers are slow.
 PATIENCE = 2500 if os.environ.get("TOLIMAN_SANITIZE") else 250
-HEADER, LINE = 124 + 7 * 64, 64 + 7 * 8  # bytes of a ledger's header and of its lines, tools/docs/formats.md "TLML"
+HEADER, LINE = 124 + 10 * 64, 64 + 10 * 8  # bytes of a ledger's header and of its lines, tools/docs/formats.md "TLML"
 PROGRAM = os.path.abspath(os.environ.get("TOLIMAN", ROOT / "build" / "bin" / "toliman"))
 
 # One star on 8x8 px, for what does not depend on the scene.

@@ -174,8 +174,8 @@ class Pixels(Mistakes):
     def test_when_nothing_is_good(self):
         odd = self.frames | numpy.uint32(1 << 31)
         self.pair("in/x", self.lines[:3], odd[:3])
-        check = "none of the 3 frames of this run is good, all were rejected or are outliers: check the scene or weights, --dtype, " \
-                "--bit-depth and --shape\n"
+        check = "none of the 3 frames of this run is good, all were rejected or are outliers or misfits: check the scene or weights, " \
+                "--dtype, --bit-depth and --shape\n"
         self.track("s", "in", "--bit-depth", "31")
         self.assertEqual(self.errors.count("none of"), 1)
         self.assertTrue(self.errors.endswith(check), self.errors)

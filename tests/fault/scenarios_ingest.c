@@ -105,6 +105,37 @@ static toliman_status next(attempt *a) {
 static toliman_status finish(attempt *a) {
     return toliman_ingest_finish(a->object);
 }
+/* The second frame is searched in a file that has lost a line: it is found elsewhere, or not at all. */
+static void *make_short(void) {
+    toliman_ingest *ingest = NULL;
+    unsigned char ignored[64];
+    put_pair();
+    uint16_t pixels[4 * PIXELS];
+    for (size_t i = 0; i < 4 * PIXELS; i++)
+        pixels[i] = (uint16_t)(i < PIXELS || i >= 2 * PIXELS ? i % PIXELS : 7);
+    write_file("day1_frames.bin", pixels, sizeof pixels - 2 * PIXELS);
+    assert_ok(open_pair(0, &ingest));
+    assert_ok(next_into(ingest, ignored));
+    return ingest;
+}
+static toliman_status find_frame(attempt *a) {
+    uint16_t pixels[PIXELS], found[PIXELS];
+    for (size_t i = 0; i < PIXELS; i++)
+        pixels[i] = (uint16_t)i;
+    toliman_frame reference = TOLIMAN_FRAME_INIT;
+    reference.pixel = TOLIMAN_PIXEL_U16;
+    reference.rows = reference.cols = SIDE;
+    reference.pixels = pixels;
+    int64_t shift = -1;
+    const toliman_status status =
+        toliman_ingest_find_frame(a->object, 2 * PIXELS, &reference, found, sizeof found, &shift);
+    must(status == TOLIMAN_OK || shift == -1, "an output of a failure");
+    memcpy(a->out, &shift, sizeof shift);
+    return status;
+}
+static toliman_status set_shift(attempt *a) {
+    return toliman_ingest_set_shift(a->object, 2);
+}
 static toliman_status get_info(attempt *a) {
     toliman_ingest_info info = TOLIMAN_INGEST_INFO_INIT;
     const toliman_status status = toliman_ingest_get_info(a->object, &info);
@@ -129,6 +160,8 @@ static const scenario all[] = {
     {.function = "toliman_ingest_next", "growth", next, make_grown, &readers},
     {.function = "toliman_ingest_next", "the end", next, make_finished, &readers},
     {.function = "toliman_ingest_finish", .call = finish, .make = make_second, .of = &readers},
+    {.function = "toliman_ingest_find_frame", .call = find_frame, .make = make_short, .of = &readers},
+    {.function = "toliman_ingest_set_shift", .call = set_shift, .make = make_second, .of = &readers},
     {.function = "toliman_ingest_get_info", .call = get_info, .make = make_second, .of = &readers},
 };
 SCENARIO_LIST(ingest_scenarios, all);

@@ -349,6 +349,10 @@ static toliman_status query_fit(attempt *a) {
     return toliman_track_query_fit(a->object, (void *)a->out);
 }
 
+static toliman_status query_goodness(attempt *a) {
+    return toliman_track_query_goodness(a->object, (void *)a->out);
+}
+
 static void put_frames(void) {
     make_folders();
     fill_frames();
@@ -450,5 +454,6 @@ static const scenario all[] = {
     QUERIES(get_streams, sizeof(toliman_track_stream)),
     QUERIES(get_period, 0),
     QUERIES(query_fit, sizeof(toliman_period_peak)),
+    QUERIES(query_goodness, sizeof(toliman_track_goodness)),
 };
 SCENARIO_LIST(track_scenarios, all);

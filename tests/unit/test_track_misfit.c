@@ -217,7 +217,7 @@ static void goodness_of_the_folder(void **unused) {
     toliman_track_goodness found = TOLIMAN_TRACK_GOODNESS_INIT;
     assert_ok(toliman_track_query_goodness(track, &found));
     const double limit = expected_limit(1, FRAMES, 0);
-    long double n = 0, t = 0, x = 0, tt = 0, tx = 0;
+    long double n = 0, t = 0, x = 0, tt = 0, tx = 0, first_year = 0, last_year = 0;
     double all[FRAMES];
     for (int64_t id = 1; id <= FRAMES; id++) {
         if (!counts(id, 0) || id == 77 || chi_square_of(id) > limit)
@@ -226,6 +226,8 @@ static void goodness_of_the_folder(void **unused) {
         make_frame(&frame, id);
         const long double year = (long double)frame.frame.camera_ns / (365.25L * DAY_NS);
         all[(int)n] = chi_square_of(id);
+        first_year = n == 0 ? year : first_year;
+        last_year = year;
         n += 1;
         t += year;
         x += chi_square_of(id);
@@ -238,6 +240,7 @@ static void goodness_of_the_folder(void **unused) {
     assert_true(isnan(found.chi_square_sigma) && found.goodness == TOLIMAN_GOODNESS_UNKNOWN);
     assert_close(found.trend_per_year, (double)((n * tx - t * x) / (n * tt - t * t)), 1e-9, 0);
     assert_true(found.trend_sigma_per_year > 0);
+    assert_close(found.years, (double)(last_year - first_year), 1e-12, 0);
     assert_int_equal(found.misfit, info_of(track).misfit);
     assert_true(found.poor == 0 && found.too_good == 0 && found.bad_pixels == 0 && found.cleaned == 0);
     assert_true(found.is_calibrated == 0 && found.is_complete == 1);

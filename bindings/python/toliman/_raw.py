@@ -1484,7 +1484,9 @@ class toliman_ingest_event(Sized):
     line: line of the side file, from 1; 0 for NOTHING and EXTRA_BYTES
     text: what is wrong, without file and line; "" for FRAME and NOTHING. Never NULL
     stamp_ns: timestamp_ns as written, for FRAME, SHORT_FILE and PLACE_UNKNOWN; else 0
-    host_s: host_time in s, for the same events; else 0"""
+    host_s: host_time in s, for the same events; else 0
+    offset: byte of the file of pixels at which a FRAME begins by the lines before it, without the shift of
+        toliman_ingest_set_shift"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -1496,6 +1498,7 @@ class toliman_ingest_event(Sized):
         ("text", c_char_p),
         ("stamp_ns", c_int64),
         ("host_s", c_double),
+        ("offset", c_int64),
     ]
 
 
@@ -2632,6 +2635,17 @@ class toliman_track_outcome(Sized):
     ]
 
 
+# Called on the thread of toliman_track_push for a valid frame that is a misfit, before it is recorded: it may be given
+# again with other pixels, such as those that toliman_ingest_find_frame finds.
+#   frame    the frame
+#   outcome  chi_square, largest_residual, value and tai_ns of the estimate; the verdict is MISFIT
+#   other    a copy of *frame, whose pixels, rows, cols, stride and pixel may be changed; they must stay valid until the
+#            push returns
+# Returns 1 to try *other, which takes the place of the frame unless it is a misfit, too; 0 to record the frame as a
+# misfit. An exception, and any other number, count as 0. Since 0.2.
+# Arguments: frame, outcome, other, user_data.
+toliman_misfit_fn = CFUNCTYPE(c_int32, POINTER(toliman_frame), POINTER(toliman_track_outcome), POINTER(toliman_frame), c_void_p)
+
 # Flags of toliman_track_options.
 TOLIMAN_TRACK_READ_ONLY = 1  # opens the folder for reading, also while another tracker writes to it
 
@@ -2770,7 +2784,8 @@ class toliman_track_options(Sized):
           -1       4 times the median of all valid frames of the folder, at least 2 and at most 100: a model that is wrong
                    by a chi-square of 10 is usable, and one of 1000 is not. The verdict of earlier frames changes with the
                    median; it does not depend on the order of arrival
-          0        that of the folder; in a new folder 2 if the scene of `fit` is that of a calibration, otherwise -1"""
+          0        that of the folder; in a new folder 2 if the scene of `fit` is that of a calibration, otherwise -1
+    misfit: may be NULL. Since 0.2"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -2820,6 +2835,8 @@ class toliman_track_options(Sized):
         ("trend_end", c_double),
         ("scale_sigma", c_double),
         ("chi_limit", c_double),
+        ("misfit", toliman_misfit_fn),
+        ("misfit_data", c_void_p),
     ]
 
 
@@ -2911,7 +2928,8 @@ class toliman_track_goodness(Sized):
     chi_square: their median, NaN without frames
     chi_square_sigma: median standard deviation of a frame's chi-square, if the model is right
     largest_residual: largest one of these frames
-    trend_per_year: change of chi-square per 365.25 days of TAI, least squares; NaN for fewer than 3 times
+    years: from their first time to the last, in years of 365.25 days
+    trend_per_year: change of chi-square per year, least squares; NaN for fewer than 3 frames
     trend_sigma_per_year: its standard error, from the scatter of the frames
     poor: verdicts of these frames
     too_good: verdicts of these frames
@@ -2933,6 +2951,7 @@ class toliman_track_goodness(Sized):
         ("chi_square", c_double),
         ("chi_square_sigma", c_double),
         ("largest_residual", c_double),
+        ("years", c_double),
         ("trend_per_year", c_double),
         ("trend_sigma_per_year", c_double),
         ("poor", c_int64),
@@ -3096,6 +3115,8 @@ OF_OBJECTS = {
     "toliman_components_get_info": False,
     "toliman_ingest_destroy": True,
     "toliman_ingest_next": True,
+    "toliman_ingest_find_frame": False,
+    "toliman_ingest_set_shift": True,
     "toliman_ingest_finish": True,
     "toliman_ingest_get_info": False,
     "toliman_linear_create": False,
@@ -4236,6 +4257,30 @@ frame if they have been replaced or truncated:
     pixel type, and no line has been reported yet; with GROWING, if two examinations in a row find this;
   - TOLIMAN_E_FORMAT if a side file of n bytes has more than 1024 + n/120 lines. Since 0.2.""",
     ),
+    "toliman_ingest_find_frame": (
+        c_int32, (
+            ("ingest", POINTER(toliman_ingest)),
+            ("offset", c_int64),
+            ("reference", POINTER(toliman_frame)),
+            ("pixels", c_void_p),
+            ("capacity", c_size_t),
+            ("shift", POINTER(c_int64)),
+        ),
+        """Finds a frame that is not at its place, because the file of pixels has lost or gained bytes before it: a part of a frame
+without a line, or of a frame whose rest is lost. Such a frame is a misfit of a tracker (track.h).
+  offset     that of the FRAME event
+  reference  an undamaged frame of the same scene, shape and pixel type, contiguous
+  pixels     [rows][cols], receives the frame where it looks most like the reference; capacity in bytes
+  shift      receives the bytes from its place to there; 0 if it is not found elsewhere, then pixels is unchanged
+The size of the file, compared with that of the frames of all lines, tells whether bytes were lost or gained; with
+GROWING it does not, and no frame is found. The likeness is that of images: let the estimator confirm the frame.
+Errors: TOLIMAN_E_CAPACITY if capacity is too small; TOLIMAN_E_NOT_FOUND if the file cannot be read. Since 0.2.""",
+    ),
+    "toliman_ingest_set_shift": (
+        c_int32, (("ingest", POINTER(toliman_ingest)), ("shift", c_int64)),
+        """Sets the shift, in bytes, at which frames that were not reported yet are read, 0 at the beginning. No effect on a file
+that has exactly the size of the frames of all lines. Since 0.2.""",
+    ),
     "toliman_ingest_finish": (
         c_int32, (("ingest", POINTER(toliman_ingest)),),
         """Declares that the files no longer grow. The following calls of next report what was found before, do not examine the
@@ -5353,7 +5398,7 @@ If the merge is repeated, they count again as received and as repeated or reject
     "toliman_track_get_options": (
         c_int32, (("track", POINTER(toliman_track)), ("options", POINTER(toliman_track_options))),
         """Writes the options in force to *options, whose struct_size must be set, with defaults resolved. folder and clock
-point to memory of the tracker. cae, linear, fit, bank, estimate, sky, allocator and log are NULL. Since 0.2.""",
+point to memory of the tracker. cae, linear, fit, bank, estimate, sky, allocator, log and misfit are NULL. Since 0.2.""",
     ),
     "toliman_track_get_rejected": (
         c_int32, (("track", POINTER(toliman_track)), ("reason", c_int32), ("frames", POINTER(c_int64))),

@@ -9,6 +9,7 @@ import time
 import typing
 
 import numpy
+from numpy.typing import ArrayLike, NDArray
 
 from . import _raw
 from ._arguments import INT64, file_name, of_kind, options_of, real, whole, within
@@ -36,6 +37,7 @@ class PairEvent:
     frame: of a frame.
     key: session, roi and frame_id of a frame, and of damage if they are known.
     stamp_ns, host_s: timestamp_ns and host_time of a frame, as written.
+    offset: place of a frame in the file of pixels, bytes, by the lines before it.
     """
 
     kind: str
@@ -47,6 +49,7 @@ class PairEvent:
     key: tuple[str, str, int] | None
     stamp_ns: int
     host_s: float
+    offset: int = 0
 
     def __str__(self) -> str:
         return f"{self.file}{f':{self.line}' if self.line else ''}: {self.text or self.kind}"
@@ -90,7 +93,7 @@ class Pair(Handle):
                              cols=whole("cols", cols), stamp=number("stamp", stamp, "TOLIMAN_FRAME_STAMP"),
                              exposure_s=real("exposure_s", exposure_s), first_id=first, end_id=end,
                              buffers=1 if copy else 2)  # a view outlives the end of the iteration
-        self._copy, self._growing = copy, growing
+        self._copy, self._growing, self._dtype = copy, growing, dtype
         self._finished = False
         super().__init__(self._create(library.toliman_ingest_create, file_name(path), ctypes.byref(options)))
 
@@ -127,6 +130,24 @@ class Pair(Handle):
         the files have changed since the last two iterations."""
         self._finished = True
 
+    def find_frame(self, offset: int, reference: ArrayLike) -> tuple[NDArray, int] | None:
+        """Finds a frame that is not at its place, because the file has lost or gained bytes before it. offset: that of its
+        event. reference: pixels of an undamaged frame. Returns its pixels, and how many bytes it is from its place, for
+        set_shift; None if it is not found elsewhere. Let a chi-square confirm it."""
+        given = numpy.ascontiguousarray(reference, self._type)
+        if given.ndim != 2:
+            raise ValueError(f"reference: has {given.ndim} dimensions: must have 2")
+        frame = _raw.toliman_frame(pixel=_PIXELS[self._dtype][0], rows=given.shape[0], cols=given.shape[1],
+                                   pixels=given.ctypes.data)
+        found, shift = numpy.empty_like(given), ctypes.c_int64()
+        check(library.toliman_ingest_find_frame(self._c, within("offset", offset, 0, INT64), ctypes.byref(frame),
+                                                found.ctypes.data, found.nbytes, ctypes.byref(shift)))
+        return (found, shift.value) if shift.value else None
+
+    def set_shift(self, shift: int) -> None:
+        """Reads the frames that follow `shift` bytes from their places."""
+        check(library.toliman_ingest_set_shift(self._c, within("shift", shift, -INT64, INT64)))
+
     def info(self) -> PairInfo:
         """Returns the properties and counts of the reader."""
         return self._read(library.toliman_ingest_get_info, _raw.toliman_ingest_info, PairInfo)
@@ -135,7 +156,7 @@ class Pair(Handle):
         key = (frame.session.decode(), frame.roi.decode(), frame.frame_id) if event.has_key else None
         return PairEvent(_EVENTS[event.event], _REASONS[event.reason], os.fsdecode(event.file), event.line,
                          event.text.decode(errors="replace"), self._frame(frame) if frame.pixels else None, key,
-                         event.stamp_ns, event.host_s)
+                         event.stamp_ns, event.host_s, event.offset)
 
     def _frame(self, frame: _raw.toliman_frame) -> Frame:
         memory = (self._type * (frame.rows * frame.cols)).from_address(frame.pixels)

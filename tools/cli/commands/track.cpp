@@ -45,7 +45,7 @@ void track(Options &options, Progress &progress) {
     toliman::tracker tracker = options.folder.open(input.dtype, estimator, progress);
     const std::optional<std::string> renewal = estimator.bank ? std::make_optional(estimator.renewal) : std::nullopt;
     Tracking tracking(std::move(tracker), {options.every, jobs, unused, renewal, options.folder.reference.coverage()},
-                      progress);
+                      options.folder.realigner, progress);
     try {
         if (on_target)
             tracking.set_on_target(std::move(*on_target));

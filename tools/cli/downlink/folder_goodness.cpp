@@ -9,10 +9,14 @@ namespace cli {
 
 namespace {
 
-constexpr double kTrendSigmas = 5; // beyond which a trend of chi-square is told
+constexpr double kTrendSigmas = 5; // beyond which a trend of chi-square is told,
+constexpr double kChange = 3;      // and of a frame's chi-square, by which it has changed since the first frame
+constexpr int64_t kLeastFrames = 20;
 
 bool has_trend(const toliman_track_goodness &goodness) noexcept {
-    return std::fabs(goodness.trend_per_year) > kTrendSigmas * goodness.trend_sigma_per_year;
+    const double change = std::fabs(goodness.trend_per_year) * goodness.years;
+    return goodness.frames >= kLeastFrames && change > kChange * goodness.chi_square_sigma &&
+           std::fabs(goodness.trend_per_year) > kTrendSigmas * goodness.trend_sigma_per_year;
 }
 
 std::string calibration_text(const toliman_track_goodness &goodness) {

@@ -94,6 +94,8 @@ toliman_track_options track_options(FolderOptions &given, const std::string &dty
     how.fit = estimator.fit.get();
     how.bank = estimator.bank.get();
     how.values[0] = '\0'; // those of the estimator
+    how.misfit = Realigner::call;
+    how.misfit_data = &given.realigner;
     return how;
 }
 

@@ -3,6 +3,7 @@
 #include <optional>
 #include <string>
 
+#include "downlink/realigner.hpp"
 #include "downlink/reference_options.hpp"
 #include "downlink/setup_options.hpp"
 #include "downlink/state_folder.hpp"
@@ -25,6 +26,7 @@ struct FolderOptions {
     std::optional<uint32_t> bit_depth;
     std::optional<int64_t> bin, capacity;
     unsigned jobs = 1;
+    Realigner realigner; // of the tracker
 };
 
 } // namespace cli

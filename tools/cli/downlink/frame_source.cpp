@@ -33,6 +33,16 @@ int64_t PairSource::skipped() const {
     return info_from<toliman_ingest_info>(toliman_ingest_get_info, reader_.get()).skipped;
 }
 
+int64_t PairSource::find(int64_t offset, const toliman_frame &reference, std::vector<uint8_t> &pixels) const {
+    int64_t shift = 0;
+    check_input(toliman_ingest_find_frame(reader_.get(), offset, &reference, pixels.data(), pixels.size(), &shift));
+    return shift;
+}
+
+void PairSource::set_shift(int64_t bytes) {
+    toliman::check(toliman_ingest_set_shift(reader_.get(), bytes));
+}
+
 void PairSource::finish() {
     toliman::check(toliman_ingest_finish(reader_.get()));
 }

@@ -85,7 +85,7 @@ std::string unreduced_text(int32_t reason, int64_t frames, const std::string &fo
 // A line toliman-frame/2. has_key, has_time: the frame's name and time are known; reason: NULL unless it is rejected or
 // unreduced.
 std::string frame_line(const toliman_frame &frame, bool has_key, bool has_time, const std::string &place,
-                       const char *reason, const toliman_track_outcome &outcome) {
+                       const char *reason, const toliman_track_outcome &outcome, int64_t shift) {
     const bool known = has_value(outcome);
     return Json("schema", "toliman-frame/2", "session", if_known(has_key, frame.session), "roi",
                 if_known(has_key, frame.roi), "frame_id", if_known(has_key, frame.frame_id), "verdict",
@@ -94,7 +94,7 @@ std::string frame_line(const toliman_frame &frame, bool has_key, bool has_time, 
                 Exact{known ? outcome.value : NAN}, "chi_square", outcome.chi_square, "chi_square_sigma",
                 outcome.chi_square_sigma, "largest_residual", outcome.largest_residual, "goodness",
                 if_known(known, toliman_goodness_name(outcome.goodness)), "bad_pixels",
-                if_known(known, outcome.bad_pixels)) // null if there is none
+                if_known(known, outcome.bad_pixels), "shift_bytes", shift) // null if there is none
         .line();
 }
 
@@ -114,8 +114,10 @@ const char *advice_after(const std::exception &error) {
 
 } // namespace
 
-Tracking::Tracking(toliman::tracker &&tracker, const TrackingOptions &options, Progress &progress)
-    : tracker_(std::move(tracker)), settings_(settings_of(tracker_)), options_(options), progress_(progress),
+Tracking::Tracking(toliman::tracker &&tracker, const TrackingOptions &options, Realigner &realigner,
+                   Progress &progress)
+    : tracker_(std::move(tracker)), settings_(settings_of(tracker_)), options_(options), realigner_(realigner),
+      progress_(progress),
       batch_(options.jobs > 1 ? std::min(kBatch, options.every) : 1), records_(info_of(tracker_).records),
       saved_(records_) {
     if (options.renewal)
@@ -144,7 +146,7 @@ void Tracking::take(const std::shared_ptr<FrameSource> &source, const toliman_fr
     if (on_target_ && !on_target_->limit(frame, intervals))
         return reject(frame, true, place, "off target", on_target_->complaint(frame));
     frames_.push_back(frame);
-    origins_.push_back({source, place, std::move(intervals)}); // does not move the numbers
+    origins_.push_back({source, event.offset, place, std::move(intervals)}); // does not move the numbers
     // No update is skipped: a batch ends at the next update at the latest.
     if (frames_.size() >= std::min(batch_, std::max<size_t>(1, options_.every - since_update_))) {
         flush();
@@ -167,6 +169,9 @@ void Tracking::flush() {
     const auto frames = std::exchange(frames_, {});
     const auto origins = std::exchange(origins_, {});
     size_t done = 0;
+    realigner_.begin();
+    for (size_t i = 0; i < frames.size(); i++)
+        realigner_.expect(frames[i], origins[i].source, origins[i].offset);
     const toliman_status status =
         toliman_track_push(tracker_.get(), frames.data(), frames.size(), outcomes.data(), &done);
     const toliman::error error(status);
@@ -193,8 +198,14 @@ void Tracking::settle(const toliman_frame &frame, const std::string &place, cons
     const bool is_good = verdict == TOLIMAN_TRACK_VERDICT_ACCEPTED,
                is_rejected = verdict == TOLIMAN_TRACK_VERDICT_REJECTED;
     const bool has_reason = is_rejected || verdict == TOLIMAN_TRACK_VERDICT_UNREDUCED;
+    const bool is_whole = is_good || verdict == TOLIMAN_TRACK_VERDICT_UNREDUCED ||
+                          verdict == TOLIMAN_TRACK_VERDICT_DUPLICATE || verdict == TOLIMAN_TRACK_VERDICT_OUTLIER;
+    const int64_t shift = is_whole ? realigner_.shift_of(frame) : 0;
+    realigner_.settle(frame, is_good || verdict == TOLIMAN_TRACK_VERDICT_UNREDUCED,
+                      verdict == TOLIMAN_TRACK_VERDICT_DUPLICATE);
+    note_shift(place, shift, is_whole);
     say(frame_line(frame, true, true, place, has_reason ? toliman_track_reason_name(outcome.reason) : nullptr,
-                   outcome));
+                   outcome, shift));
     since_update_ += is_good;
     accepted_ += is_good;
     known_ += verdict == TOLIMAN_TRACK_VERDICT_DUPLICATE || verdict == TOLIMAN_TRACK_VERDICT_QUARANTINED;
@@ -222,6 +233,18 @@ void Tracking::warn_if_far(const std::string &place, double value) {
                                  value, sigmas));
 }
 
+// Frames that follow one that was found elsewhere are read there.
+void Tracking::note_shift(const std::string &place, int64_t shift, bool is_good) {
+    if (shift == 0 || !is_good)
+        return;
+    realigned_++;
+    const std::string now = place.substr(0, place.rfind(':')) + " " + std::to_string(shift);
+    if (now != std::exchange(shift_, now))
+        warn(place, formatted("realigned: the frame is %lld bytes %s its place: the file has %s bytes before it",
+                              static_cast<long long>(std::llabs(shift)), shift > 0 ? "after" : "before",
+                              shift > 0 ? "gained" : "lost"));
+}
+
 void Tracking::warn(const std::string &place, const std::string &text) {
     damaged_++;
     const int64_t before = warnings_[place.substr(0, place.rfind(':'))]++;
@@ -239,7 +262,7 @@ void Tracking::reject(const toliman_frame &frame, bool has_key, const std::strin
     auto outcome = toliman::sized<toliman_track_outcome>();
     outcome.verdict = TOLIMAN_TRACK_VERDICT_REJECTED;
     outcome.chi_square = outcome.chi_square_sigma = outcome.largest_residual = NAN;
-    say(frame_line(frame, has_key, has_key && frame.rows > 0, place, reason, outcome));
+    say(frame_line(frame, has_key, has_key && frame.rows > 0, place, reason, outcome, 0));
 }
 
 void Tracking::report(Severity severity, const std::string &warning, const std::string &input,
@@ -262,7 +285,7 @@ PeriodFacts Tracking::update(Fit fit) {
     add_timing(settings_, line);
     line.set("bad_lines", reasons_[TOLIMAN_INGEST_REASON_BAD_LINE], "short_frames",
              reasons_[TOLIMAN_INGEST_REASON_SHORT_FILE] + reasons_[TOLIMAN_INGEST_REASON_PLACE_UNKNOWN], "clock_jumps",
-             reasons_[TOLIMAN_INGEST_REASON_CLOCK_JUMP], "long_files", reasons_[TOLIMAN_INGEST_REASON_EXTRA_BYTES],
+             reasons_[TOLIMAN_INGEST_REASON_CLOCK_JUMP], "realigned", realigned_, "long_files", reasons_[TOLIMAN_INGEST_REASON_EXTRA_BYTES],
              "unreadable_inputs", unreadable_, "passed_over", skipped_);
     say(line.line());
     return period;

@@ -13,6 +13,7 @@
 #include "downlink/frame_source.hpp"
 #include "downlink/on_target.hpp"
 #include "downlink/period_facts.hpp"
+#include "downlink/realigner.hpp"
 #include "downlink/state_folder.hpp"
 
 namespace cli {
@@ -30,7 +31,8 @@ enum class Severity { note, warning, damage };
 
 class Tracking {
   public:
-    Tracking(toliman::tracker &&tracker, const TrackingOptions &options, Progress &progress);
+    // realigner: that of the tracker's options.
+    Tracking(toliman::tracker &&tracker, const TrackingOptions &options, Realigner &realigner, Progress &progress);
 
     const toliman_track_options &settings() const noexcept { return settings_; } // of the folder
     size_t batch() const noexcept { return batch_; } // frames of a source that must stay valid at the same time
@@ -54,6 +56,7 @@ class Tracking {
     // Where a frame of the batch comes from.
     struct Origin {
         std::shared_ptr<FrameSource> source;
+        int64_t offset; // in the file of a pair
         std::string place;
         std::vector<double> intervals; // of the frame, with --on-target
     };
@@ -75,10 +78,12 @@ class Tracking {
     void say(std::string text);
     void print_acknowledged();
     void warn(const std::string &place, const std::string &text);
+    void note_shift(const std::string &place, int64_t shift, bool is_good);
 
     toliman::tracker tracker_;
     toliman_track_options settings_;
     TrackingOptions options_;
+    Realigner &realigner_;
     Progress &progress_;
     size_t batch_;
     std::vector<toliman_frame> frames_; // that wait for the estimator, with their origins
@@ -90,10 +95,12 @@ class Tracking {
     std::optional<BankWatch> bank_;
     std::optional<OnTarget> on_target_;
     bool noted_exposure_ = false;
+    std::string shift_; // file and shift of the last frame that was not at its place
     // Counts of this run.
     int64_t accepted_ = 0, refused_ = 0;   // refused: rejected, or outliers
     int64_t known_ = 0;                    // frames of which the folder has a copy
     std::map<int32_t, int64_t> unreduced_; // TOLIMAN_TRACK_REASON_...
+    int64_t realigned_ = 0; // frames that were not at their places
     int64_t outside_clock_ = 0, far_ = 0, skipped_ = 0, damaged_ = 0, unreadable_ = 0;
     std::map<int32_t, int64_t> reasons_;      // TOLIMAN_INGEST_REASON_...
     std::map<std::string, int64_t> warnings_; // by file
