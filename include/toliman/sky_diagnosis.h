@@ -13,6 +13,7 @@
 #ifndef TOLIMAN_SKY_DIAGNOSIS_H
 #define TOLIMAN_SKY_DIAGNOSIS_H
 
+#include <toliman/goodness.h>
 #include <toliman/sky.h>
 
 TOLIMAN_BEGIN_DECLS

@@ -24,6 +24,7 @@ constexpr Scale kScales[] = {{"UTC", -kLeap}, {"GPS time", -kGpsLag}, {"TAI", 0}
 constexpr double kMostShare = 0.1;  // of an offset: standard deviation at which it is still recognised
 constexpr double kMostSigmas = 3;   // between an offset and its value
 constexpr double kRounding = 0.05;  // s, of the values in the list
+constexpr size_t kMostLikely = 2;
 constexpr double kHour = 3600, kDay = 86400;
 
 Matrix product(const Matrix &a, const Matrix &b) noexcept {
@@ -75,7 +76,8 @@ std::string text_of(const Signed &axes) {
     }
     if (axes.moved() == 0)
         return axes.reversed() == 3 ? "all signs of the observer's states are reversed"
-                                    : "the signs of " + reversed + " of the observer's states are reversed";
+                                    : reversed + " of the observer's states " +
+                                          (axes.reversed() == 1 ? "is" : "are") + " reversed";
     if (axes.moved() == 2 && axes.reversed() == 0)
         return exchanged + " of the observer's states are exchanged";
     return "(x, y, z) should be (" + given + ") of the observer's states";
@@ -137,15 +139,19 @@ std::vector<Axes> wrong_axes(double days) {
 }
 
 std::string mistake_of(double late_s, double sigma_s, double exposure_s) {
-    const Offset *nearest = nullptr;
-    const std::vector<Offset> offsets = known_offsets(exposure_s);
-    const auto distance = [&](const Offset &offset) { return std::fabs(offset.late_s - late_s); };
-    for (const Offset &offset : offsets)
-        if (nearest == nullptr || distance(offset) < distance(*nearest))
-            nearest = &offset;
-    const bool known = sigma_s <= kMostShare * std::fabs(nearest->late_s) &&
-                       distance(*nearest) <= kMostSigmas * sigma_s + kRounding;
-    return known ? nearest->text : "";
+    std::vector<Offset> likely;
+    for (const Offset &offset : known_offsets(exposure_s))
+        if (sigma_s <= kMostShare * std::fabs(offset.late_s) &&
+            std::fabs(offset.late_s - late_s) <= kMostSigmas * sigma_s + kRounding)
+            likely.push_back(offset);
+    const auto nearer = [&](const Offset &a, const Offset &b) {
+        return std::fabs(a.late_s - late_s) < std::fabs(b.late_s - late_s);
+    };
+    std::stable_sort(likely.begin(), likely.end(), nearer);
+    std::string text;
+    for (size_t i = 0; i < std::min(likely.size(), kMostLikely); i++)
+        text += (i == 0 ? "" : ", or ") + likely[i].text;
+    return text;
 }
 
 } // namespace toliman::sky

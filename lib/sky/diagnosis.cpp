@@ -27,6 +27,7 @@ namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr size_t kMost = 4096, kLeast = 20; // measurements
+constexpr double kLeastSigma = 0.1;        // of the median
 constexpr double kDecisive = 7;            // standard deviations
 constexpr double kLeastShared = 5;         // measurements
 constexpr double kAlike = 9;               // difference of sums of squares, in units of chi-square
@@ -80,14 +81,16 @@ struct Family {
 
 class Trial {
   public:
-    explicit Trial(const Residuals &residuals) : residuals_(residuals) {}
+    explicit Trial(const Residuals &residuals)
+        : residuals_(residuals), before_(residuals.rest(residuals.before(), residuals.before(), Free::annual)) {}
 
     // What a hypothesis leaves, compared with none for the same measurements. fitted: its parameters.
     Hypothesis judge(const Values &after, size_t fitted, Free free = Free::annual) const {
-        const std::vector<double> before = residuals_.rest(residuals_.before(), after, free);
-        const std::vector<double> rest = residuals_.rest(after, after, free);
         const auto used = static_cast<size_t>(
             std::count_if(after.begin(), after.end(), [](double value) { return !std::isnan(value); }));
+        const bool is_cached = used == after.size() && free == Free::annual;
+        const std::vector<double> before = is_cached ? before_ : residuals_.rest(residuals_.before(), after, free);
+        const std::vector<double> rest = residuals_.rest(after, after, free);
         const double freedom = static_cast<double>(used) - static_cast<double>(fitted + static_cast<size_t>(free));
         Hypothesis out = {kNaN, kNaN, squares(rest) / freedom, squares(before) - squares(rest), 0, false, ""};
         out.significance = std::sqrt(std::max(0.0, out.gain) / std::max(1.0, out.chi_square));
@@ -207,6 +210,7 @@ class Trial {
     }
 
     const Residuals &residuals_;
+    const std::vector<double> before_; // what is left without a hypothesis
 };
 
 Family shifts(double exposure_s) {
@@ -269,9 +273,26 @@ std::vector<Hypothesis> try_all(const Residuals &residuals, bool in_orbit) {
     return all;
 }
 
-// The simplest of the decisive hypotheses that explain the residuals best.
-Cause cause_of(const std::vector<Hypothesis> &all) {
-    constexpr Cause kSimplestFirst[] = {Cause::time,       Cause::centre,     Cause::axes,      Cause::scale,
+// Standard deviations far below the others would decide alone: they are raised. Empty if there are none.
+std::vector<Measurement> without_extremes(const std::vector<Measurement> &measurements) {
+    std::vector<double> sigmas;
+    for (const Measurement &one : measurements)
+        sigmas.push_back(one.sigma_arcsec);
+    const auto middle = sigmas.begin() + static_cast<std::ptrdiff_t>(sigmas.size() / 2);
+    std::nth_element(sigmas.begin(), middle, sigmas.end());
+    const double least = kLeastSigma * *middle;
+    if (std::none_of(sigmas.begin(), sigmas.end(), [least](double sigma) { return sigma < least; }))
+        return {};
+    std::vector<Measurement> raised = measurements;
+    for (Measurement &one : raised)
+        one.sigma_arcsec = std::max(one.sigma_arcsec, least);
+    return raised;
+}
+
+// The simplest of the decisive hypotheses that explain the residuals best. A shift of time by half a revolution looks
+// like reversed axes.
+Cause cause_of(const std::vector<Hypothesis> &all, double exposure_s) {
+    constexpr Cause kSimplestFirst[] = {Cause::centre, Cause::axes,       Cause::time,       Cause::scale,
                                         Cause::rotation_x, Cause::rotation_y, Cause::rotation_z};
     const auto at = [&](Cause cause) -> const Hypothesis & { return all[static_cast<size_t>(cause) - 1]; };
     double most = 0, chi_square = 1;
@@ -280,8 +301,14 @@ Cause cause_of(const std::vector<Hypothesis> &all) {
             most = one.gain;
             chi_square = std::max(1.0, one.chi_square);
         }
+    const auto is_best = [&](Cause cause) {
+        return at(cause).is_decisive && at(cause).gain >= most - kAlike * chi_square;
+    };
+    const Hypothesis &time = at(Cause::time);
+    if (is_best(Cause::time) && !mistake_of(time.value, time.sigma, exposure_s).empty())
+        return Cause::time;
     for (const Cause cause : kSimplestFirst)
-        if (at(cause).is_decisive && at(cause).gain >= most - kAlike * chi_square)
+        if (is_best(cause))
             return cause;
     return Cause::none;
 }
@@ -302,10 +329,13 @@ Diagnosis diagnose(const Predictor &predictor, const std::vector<Measurement> &m
         out.goodness =
             goodness_of(squares(rest) / freedom, chi_square_sigma(out.used, 0, freedom), largest, kSeriesSigmas);
     }
-    if (!hypotheses)
+    if (!hypotheses || measurements.empty())
         return out;
-    out.hypotheses = try_all(residuals, predictor.observer().kind() != Observer::Kind::earth);
-    out.cause = cause_of(out.hypotheses);
+    const bool in_orbit = predictor.observer().kind() != Observer::Kind::earth;
+    const std::vector<Measurement> raised = without_extremes(measurements);
+    out.hypotheses = try_all(
+        raised.empty() ? residuals : Residuals(predictor, raised, scale_sigma, kMost), in_orbit);
+    out.cause = cause_of(out.hypotheses, residuals.exposure_s());
     return out;
 }
 

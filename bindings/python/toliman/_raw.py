@@ -2593,7 +2593,9 @@ TOLIMAN_SKY_HYPOTHESES = 7
 
 
 class toliman_sky_hypothesis(Sized):
-    """A hypothesis, fitted alone, with a mean and the errors of the orbital elements. Since 0.2.
+    """A hypothesis, fitted alone, with the errors of the orbital elements and, except for SCALE, a mean and two harmonics of
+    a year: the residuals that a whole number of revolutions of the observer leaves have that period, and may be those of
+    a planet. Since 0.2.
     Sign of times: value is the given time minus the true time. It is above 0 for times that are late, such as times in
     TAI that were read as UTC (+37 s), and below 0 for times that are early, such as starts of exposures that were taken
     for their middles (-30 s for 60 s). An error of the times in the observer file has the opposite sign.
@@ -5282,8 +5284,8 @@ those of toliman_sky_refit.
   hypotheses          [TOLIMAN_SKY_HYPOTHESES], receives all hypotheses, with the struct_size of hypotheses[0] set.
                       NULL: only the goodness is computed; the cause is NONE
 At most 4096 measurements are used, evenly spread over more. Those that the observer file does not cover are left
-out. With fewer than 8, no hypothesis is tested. Shifts of time are tested up to 25 h. Takes about 25 us per
-measurement for the goodness, and 5 ms per measurement for all hypotheses.
+out. With fewer than 20, no hypothesis is tested. Shifts of time are tested up to 25 h. Takes about 25 us per
+measurement for the goodness, and 1 ms per measurement for all hypotheses.
 Errors: TOLIMAN_E_ARGUMENT, naming the measurement, for those that toliman_sky_reduce refuses and for bad numbers;
 otherwise as toliman_sky_predict_mean. Nothing is then written. Since 0.2.""",
     ),
