@@ -17,6 +17,7 @@
 #include "api/sky_handle.hpp"
 #include "api/sky_measurements.hpp"
 #include "api/struct_array.hpp"
+#include "api/text_out.hpp"
 #include "api/times.hpp"
 #include "backend/file.hpp"
 #include "base/hash.hpp"
@@ -282,7 +283,7 @@ toliman_status toliman_sky_get_info(const toliman_sky *sky, toliman_sky_info *ou
         info.star_mass[0] = predictor.system().value.masses.a_sun;
         info.star_mass[1] = predictor.system().value.masses.b_sun;
         set_orbit(predictor.observer(), info);
-        predictor.system().name.copy(info.name, sizeof info.name - 1);
+        put_text(predictor.system().name, info.name);
         deliver(info, out, "out");
     });
 }

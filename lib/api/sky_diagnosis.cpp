@@ -8,6 +8,7 @@
 #include "api/sky_handle.hpp"
 #include "api/sky_measurements.hpp"
 #include "api/struct_array.hpp"
+#include "api/text_out.hpp"
 #include "sky/diagnosis.hpp"
 
 using namespace toliman;
@@ -31,7 +32,7 @@ toliman_sky_hypothesis public_hypothesis(const sky::Hypothesis &one, size_t plac
     out.gain = one.gain;
     out.significance = one.significance;
     out.is_decisive = one.is_decisive ? 1 : 0;
-    one.text.copy(out.text, sizeof out.text - 1);
+    put_text(one.text, out.text);
     return out;
 }
 
