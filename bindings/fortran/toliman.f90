@@ -1825,7 +1825,7 @@ module toliman
 
     ! Properties of a predictor. Since 0.2.
     type, bind(C), public :: toliman_sky_info
-        integer(c_int32_t) :: struct_size = 136 ! in: sizeof(toliman_sky_info)
+        integer(c_int32_t) :: struct_size = 192 ! in: sizeof(toliman_sky_info)
         integer(c_int32_t) :: without = 0 ! effects that are left out
         integer(c_int32_t) :: observer = 0 ! TOLIMAN_SKY_OBSERVER_...
         integer(c_int32_t) :: segments = 0 ! of the observer file; 0 without one
@@ -1836,6 +1836,15 @@ module toliman
         character(kind=c_char) :: name(72) = c_null_char ! name of the system; "" if the file has none
         real(c_double) :: parallax_arcsec = 0.0_c_double ! of the barycentre
         real(c_double) :: star_mass(2) = 0.0_c_double ! of A and B, solar masses
+        integer(c_int64_t) :: states = 0 ! of the observer file; 0 without one
+        ! lowest and highest of the observer's states, above 6378.137 km; NaN without an orbit
+        real(c_double) :: altitude_km(2) = 0.0_c_double
+        ! of the observer's orbit to the equator, at its first state; above 90: retrograde
+        real(c_double) :: inclination_deg = 0.0_c_double
+        ! right ascension of its ascending node there; NaN for a circular orbit
+        real(c_double) :: node_deg = 0.0_c_double
+        real(c_double) :: node_hours = 0.0_c_double ! local mean time at its ascending node there, in [0, 24) h
+        real(c_double) :: orbit_minutes = 0.0_c_double ! period of the observer's orbit there, min
     end type
 
     ! Result of a refit. Since 0.2.
@@ -1848,6 +1857,61 @@ module toliman
         real(c_double) :: scale = 0.0_c_double ! relative error of the plate scale: measured = (1 + scale) true
         real(c_double) :: scale_sigma = 0.0_c_double ! its standard deviation
         real(c_double) :: covariance(49) = 0.0_c_double ! [7][7], of the elements, in their units
+    end type
+
+    ! Causes of residuals. TIME to CENTRE are the hypotheses of toliman_sky_diagnose, in the order of its array. All but
+    ! SCALE need an observer in orbit.
+    integer(c_int32_t), parameter, public :: TOLIMAN_SKY_CAUSE_NONE = 711 ! no hypothesis explains the residuals
+    integer(c_int32_t), parameter, public :: TOLIMAN_SKY_CAUSE_TIME = 712 ! all times are late by a common offset, s
+    ! the observer's axes are exchanged or reversed, those of the ecliptic or of date
+    integer(c_int32_t), parameter, public :: TOLIMAN_SKY_CAUSE_AXES = 713
+    ! the observer's states are turned about the axis x, y or z of the ICRS, deg
+    integer(c_int32_t), parameter, public :: TOLIMAN_SKY_CAUSE_ROTATION_X = 714
+    integer(c_int32_t), parameter, public :: TOLIMAN_SKY_CAUSE_ROTATION_Y = 715
+    integer(c_int32_t), parameter, public :: TOLIMAN_SKY_CAUSE_ROTATION_Z = 716
+    ! relative error of the plate scale: measured = (1 + value) true
+    integer(c_int32_t), parameter, public :: TOLIMAN_SKY_CAUSE_SCALE = 717
+    ! the separations are those at the Earth's centre
+    integer(c_int32_t), parameter, public :: TOLIMAN_SKY_CAUSE_CENTRE = 718
+
+    ! Number of hypotheses.
+    integer(c_int32_t), parameter, public :: TOLIMAN_SKY_HYPOTHESES = 7
+
+    ! A hypothesis, fitted alone, with the errors of the orbital elements and, except for SCALE, a mean and two harmonics of
+    ! a year: the residuals that a whole number of revolutions of the observer leaves have that period, and may be those of
+    ! a planet. Since 0.2.
+    ! Sign of times: value is the given time minus the true time. It is above 0 for times that are late, such as times in
+    ! TAI that were read as UTC (+37 s), and below 0 for times that are early, such as starts of exposures that were taken
+    ! for their middles (-30 s for 60 s). An error of the times in the observer file has the opposite sign.
+    type, bind(C), public :: toliman_sky_hypothesis
+        integer(c_int32_t) :: struct_size = 216 ! in: sizeof(toliman_sky_hypothesis)
+        integer(c_int32_t) :: cause = 0 ! TOLIMAN_SKY_CAUSE_...
+        real(c_double) :: value = 0.0_c_double ! s, deg or relative; NaN for AXES and CENTRE
+        ! standard deviation of value, with the residuals that are left; NaN for AXES and CENTRE
+        real(c_double) :: sigma = 0.0_c_double
+        ! per degree of freedom, if the hypothesis is true; NaN if it was not tested
+        real(c_double) :: chi_square = 0.0_c_double
+        real(c_double) :: gain = 0.0_c_double ! by which it lowers the sum of the squared residuals and priors
+        ! sqrt(gain/max(1, chi_square)), standard deviations; 0 if it was not tested
+        real(c_double) :: significance = 0.0_c_double
+        ! 1 if significance is at least 7, and at least 5 measurements share the gain
+        integer(c_int32_t) :: is_decisive = 0
+        integer(c_int32_t) :: reserved = 0 ! 0
+        character(kind=c_char) :: text(160) = c_null_char ! "times are late by 37.0 +- 0.2 s: TAI taken for UTC?"
+    end type
+
+    ! Result of a diagnosis. Since 0.2.
+    type, bind(C), public :: toliman_sky_diagnosis
+        integer(c_int32_t) :: struct_size = 48 ! in: sizeof(toliman_sky_diagnosis)
+        ! the simplest of the decisive hypotheses that explain the residuals equally well
+        integer(c_int32_t) :: cause = 0
+        ! per degree of freedom, of the residuals and priors without a hypothesis (goodness.h)
+        real(c_double) :: chi_square = 0.0_c_double
+        real(c_double) :: chi_square_sigma = 0.0_c_double ! its standard deviation
+        real(c_double) :: largest_residual = 0.0_c_double ! of a measurement, in standard deviations
+        integer(c_int32_t) :: goodness = 0 ! TOLIMAN_GOODNESS_...
+        integer(c_int32_t) :: reserved = 0 ! 0
+        integer(c_int64_t) :: used = 0 ! number of measurements that were used
     end type
 
     ! Verdicts, explained above.
@@ -2380,7 +2444,7 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Returns the name of the scene, "" for NULL.
+        ! Returns the name of the scene; "" for NULL and after an error.
         function toliman_sim_get_name(sim) bind(C) result(answer)
             import
             type(c_ptr), value :: sim
@@ -2734,7 +2798,7 @@ module toliman
             type(c_ptr), value :: fit
         end subroutine
 
-        ! Returns the number of parameters, 7 plus those of toliman_fit_options.free; 0 for NULL.
+        ! Returns the number of parameters, 7 plus those of toliman_fit_options.free; 0 for NULL and after an error.
         function toliman_fit_parameter_count(fit) bind(C) result(answer)
             import
             type(c_ptr), value :: fit
@@ -3587,7 +3651,7 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Returns the number of samples, 0 for NULL.
+        ! Returns the number of samples; 0 for NULL and after an error.
         function toliman_period_count(period) bind(C) result(answer)
             import
             type(c_ptr), value :: period
@@ -4153,6 +4217,29 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
+        ! Returns the name of a cause ("none", "time", "axes", "rotation_x", "rotation_y", "rotation_z", "scale",
+        ! "centre"), "?" for an unknown one.
+        function toliman_sky_cause_name(cause) bind(C) result(answer)
+            import
+            integer(c_int32_t), value :: cause
+            type(c_ptr) :: answer
+        end function
+
+        ! Finds the mistake that explains the residuals of measured separations about their predictions.
+        function toliman_sky_diagnose(sky, intervals, interval_counts, separations_arcsec, sigmas_arcsec, count, &
+            scale_sigma, result, hypotheses) bind(C) result(answer)
+            import
+            type(c_ptr), value :: sky
+            integer(c_size_t), value :: count
+            real(c_double), value :: scale_sigma
+            integer(c_int64_t), intent(in) :: intervals(*)
+            integer(c_size_t), intent(in), optional :: interval_counts(*)
+            real(c_double), intent(in) :: separations_arcsec(*), sigmas_arcsec(*)
+            type(toliman_sky_diagnosis), intent(inout) :: result
+            type(toliman_sky_hypothesis), intent(inout), optional :: hypotheses(*)
+            integer(c_int32_t) :: answer
+        end function
+
         ! Returns the name of a verdict ("accepted"), "?" for an unknown one.
         function toliman_track_verdict_name(verdict) bind(C) result(answer)
             import
@@ -4562,6 +4649,8 @@ module toliman
     public :: toliman_sky_set_columns
     public :: toliman_sky_refit
     public :: toliman_sky_save_file
+    public :: toliman_sky_cause_name
+    public :: toliman_sky_diagnose
     public :: toliman_track_verdict_name
     public :: toliman_track_reason_name
     public :: toliman_track_options_init
@@ -4884,6 +4973,8 @@ module toliman
         procedure :: set_columns => sky_predictor_set_columns
         procedure :: refit => sky_predictor_refit
         procedure :: save_file => sky_predictor_save_file
+        procedure, nopass :: cause_name => sky_predictor_cause_name
+        procedure :: diagnose => sky_predictor_diagnose
         procedure :: destroy => sky_predictor_destroy
         procedure, private :: sky_predictor_assign
         generic :: assignment(=) => sky_predictor_assign
@@ -5345,7 +5436,7 @@ contains
         call conclude(toliman_sim_get_plan(self%handle, out), stat, errmsg)
     end subroutine
 
-    ! Returns the name of the scene, "" for NULL.
+    ! Returns the name of the scene; "" for NULL and after an error.
     function simulator_get_name(self) result(answer)
         class(toliman_simulator), intent(in) :: self
         character(len=:), allocatable :: answer
@@ -5820,7 +5911,7 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Returns the number of parameters, 7 plus those of toliman_fit_options.free; 0 for NULL.
+    ! Returns the number of parameters, 7 plus those of toliman_fit_options.free; 0 for NULL and after an error.
     function frame_fit_parameter_count(self) result(answer)
         class(toliman_frame_fit), intent(in) :: self
         integer(c_int32_t) :: answer
@@ -6890,7 +6981,7 @@ contains
         call conclude(toliman_period_reset(self%handle), stat, errmsg)
     end subroutine
 
-    ! Returns the number of samples, 0 for NULL.
+    ! Returns the number of samples; 0 for NULL and after an error.
     function periodogram_count(self) result(answer)
         class(toliman_periodogram), intent(in) :: self
         integer(c_int64_t) :: answer
@@ -7644,6 +7735,45 @@ contains
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
         call conclude(toliman_sky_save_file(self%handle, c_string(path)), stat, errmsg)
+    end subroutine
+
+    ! Returns the name of a cause ("none", "time", "axes", "rotation_x", "rotation_y", "rotation_z", "scale",
+    ! "centre"), "?" for an unknown one.
+    function sky_predictor_cause_name(cause) result(answer)
+        integer(c_int32_t), intent(in) :: cause
+        character(len=:), allocatable :: answer
+        answer = toliman_text(toliman_sky_cause_name(cause))
+    end function
+
+    ! Finds the mistake that explains the residuals of measured separations about their predictions. intervals(2,
+    ! count), interval_counts(count), separations_arcsec(count), sigmas_arcsec(count), hypotheses(7).
+    subroutine sky_predictor_diagnose(self, intervals, interval_counts, separations_arcsec, sigmas_arcsec, &
+        scale_sigma, result, hypotheses, stat, errmsg)
+        class(toliman_sky_predictor), intent(in) :: self
+        integer(c_int64_t), intent(in), contiguous :: intervals(:, :)
+        integer(c_size_t), intent(in), optional, contiguous :: interval_counts(:)
+        real(c_double), intent(in), contiguous :: separations_arcsec(:), sigmas_arcsec(:)
+        real(c_double), intent(in) :: scale_sigma
+        type(toliman_sky_diagnosis), intent(inout) :: result
+        type(toliman_sky_hypothesis), intent(inout), optional, contiguous :: hypotheses(:)
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_count
+        integer(c_int32_t) :: status
+        of_count = size(intervals, 2, c_size_t)
+        if (.not. fits(size(intervals, 1, c_size_t), 2_c_size_t, 'intervals', 1, stat, errmsg)) return
+        if (present(interval_counts)) then
+            if (.not. fits(size(interval_counts, 1, c_size_t), of_count, 'interval_counts', 1, stat, errmsg)) return
+        end if
+        if (.not. fits(size(separations_arcsec, 1, c_size_t), of_count, 'separations_arcsec', 1, stat, &
+            errmsg)) return
+        if (.not. fits(size(sigmas_arcsec, 1, c_size_t), of_count, 'sigmas_arcsec', 1, stat, errmsg)) return
+        if (present(hypotheses)) then
+            if (.not. fits(size(hypotheses, 1, c_size_t), 7_c_size_t, 'hypotheses', 1, stat, errmsg)) return
+        end if
+        status = toliman_sky_diagnose(self%handle, intervals, interval_counts, separations_arcsec, sigmas_arcsec, &
+            of_count, scale_sigma, result, hypotheses)
+        call conclude(status, stat, errmsg)
     end subroutine
 
     ! Returns the name of a verdict ("accepted"), "?" for an unknown one.

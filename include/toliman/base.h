@@ -37,14 +37,17 @@
  *     object may run on one object from several threads. Other functions need exclusive use: while one runs, every
  *     other call on the same object, const or not, returns TOLIMAN_E_STATE at once and changes nothing. This includes
  *     calls from its own callbacks. Such a function also fails while const calls run on its object.
- *     toliman_period_count and toliman_sim_get_name return no status and are not protected: do not call them while
- *     another call changes the object. toliman_X_destroy of an object in use does not destroy it, but only sets
- *     toliman_last_error().
  *   - Invalid handles. A pointer to a destroyed object, or to an object of another type, is refused with
  *     TOLIMAN_E_ARGUMENT as long as its memory has not been reused. This helps debugging; do not rely on it.
+ *   - Functions without a status. toliman_fit_parameter_count, toliman_mask_get_json, toliman_period_count and
+ *     toliman_sim_get_name return 0 or "" where others return TOLIMAN_E_STATE or TOLIMAN_E_ARGUMENT, and set
+ *     toliman_last_error(). toliman_X_destroy of an object in use, or of another type, does not destroy it, but only
+ *     sets toliman_last_error().
  *   - Callbacks may be written in C++. An exception that leaves a progress, log or frames callback stops the call,
  *     which returns TOLIMAN_E_CANCELLED. An exception that leaves an estimator (frame.h) rejects the frame.
- *     Allocators must not throw.
+ *     Allocators must not throw. A callback must return or throw: longjmp out of one is not allowed. It skips the
+ *     destructors of the call, so that the object remains in use and cannot be destroyed, its memory is lost, worker
+ *     threads keep pointers into the abandoned stack, and the process may crash later.
  *   - Signals and fork. Do not call the library from a signal handler. After fork(), the child may use every object
  *     on which no call was running in the parent, except trackers with a folder.
  *   - Process state. The library never prints, exits, reads the environment, or changes the locale, the signal

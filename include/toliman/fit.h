@@ -89,7 +89,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_fit_create_windows(const t
 /* Destroys a fit. NULL is allowed. */
 TOLIMAN_API void toliman_fit_destroy(toliman_fit *fit) TOLIMAN_NOEXCEPT;
 
-/* Returns the number of parameters, 7 plus those of toliman_fit_options.free; 0 for NULL. */
+/* Returns the number of parameters, 7 plus those of toliman_fit_options.free; 0 for NULL and after an error. */
 TOLIMAN_API int32_t toliman_fit_parameter_count(const toliman_fit *fit) TOLIMAN_NOEXCEPT;
 
 /* Writes parameter number `index`, 0 <= index < toliman_fit_parameter_count(), to *out, whose struct_size must be set.

@@ -137,7 +137,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_mask_get_descent(const tol
 
 /* Returns the mask as JSON on one line, the value of telescope.mask of a scene: {"kind": "file", "file": "mask.npy",
  * "quantity": "binary", "opd_nm": ...}, whose file the caller writes from the cells. Every number is read again as the
- * same double. "" for NULL. Valid until the mask is destroyed. Since 0.2. */
+ * same double. "" for NULL and after an error. Valid until the mask is destroyed. Since 0.2. */
 TOLIMAN_API const char *toliman_mask_get_json(const toliman_mask *mask) TOLIMAN_NOEXCEPT;
 
 TOLIMAN_END_DECLS

@@ -207,7 +207,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_copy(const toliman_
 /* Removes every sample. Grid and options remain. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_reset(toliman_period *period) TOLIMAN_NOEXCEPT;
 
-/* Returns the number of samples, 0 for NULL. */
+/* Returns the number of samples; 0 for NULL and after an error. */
 TOLIMAN_API int64_t toliman_period_count(const toliman_period *period) TOLIMAN_NOEXCEPT;
 
 /* Properties of a periodogram. Members with names of toliman_period_options hold the options in force. */

@@ -287,7 +287,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_stage(const tolima
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_plan(const toliman_sim *sim,
                                                                    toliman_sim_plan_info *out) TOLIMAN_NOEXCEPT;
 
-/* Returns the name of the scene, "" for NULL. Valid until the simulator is destroyed. */
+/* Returns the name of the scene; "" for NULL and after an error. Valid until the simulator is destroyed. */
 TOLIMAN_API const char *toliman_sim_get_name(const toliman_sim *sim) TOLIMAN_NOEXCEPT;
 
 /* Writes the times (days) and true displacements (px) of frames first ... first + count - 1 to arrays of `count`

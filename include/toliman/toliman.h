@@ -26,6 +26,7 @@
 #include <toliman/sim.h>
 #include <toliman/sim_derivative.h>
 #include <toliman/sky.h>
+#include <toliman/sky_diagnosis.h>
 #include <toliman/track.h>
 #include <toliman/track_records.h>
 

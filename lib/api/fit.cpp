@@ -189,7 +189,8 @@ void toliman_fit_destroy(toliman_fit *fit) noexcept {
 }
 
 int32_t toliman_fit_parameter_count(const toliman_fit *fit) noexcept {
-    return fit != nullptr ? static_cast<int32_t>(fit->fit.parameters().size()) : 0;
+    return value_of(fit, "fit", int32_t{0},
+                    [](const toliman_fit &one) { return static_cast<int32_t>(one.fit.parameters().size()); });
 }
 
 toliman_status toliman_fit_get_parameter(const toliman_fit *handle, int32_t index,

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "api/guard.hpp"
+#include "api/text_out.hpp"
 #include "api/times.hpp"
 #include "ingest/clock_table.hpp"
 #include "ingest/header_time.hpp"
@@ -112,7 +113,7 @@ toliman_status toliman_ingest_read_header(const toliman_ingest_header *header, c
         toliman_ingest_header_time result = {};
         result.flags = (found.assumed ? TOLIMAN_INGEST_ASSUMED : 0) | (found.expired ? TOLIMAN_INGEST_EXPIRED : 0);
         result.tai_ns = found.tai_ns;
-        found.rule.copy(result.rule, sizeof result.rule - 1);
+        put_text(found.rule, result.rule);
         deliver(result, time, "time");
     });
 }

@@ -240,7 +240,7 @@ toliman_status toliman_mask_get_descent(const toliman_mask *mask, size_t count, 
 }
 
 const char *toliman_mask_get_json(const toliman_mask *mask) noexcept {
-    return mask != nullptr ? mask->json.c_str() : "";
+    return value_of(mask, "mask", "", [](const toliman_mask &one) { return one.json.c_str(); });
 }
 
 } // extern "C"

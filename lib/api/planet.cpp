@@ -40,6 +40,8 @@ namespace {
 
 constexpr double kDegree = kPi / 180;
 constexpr uint32_t kMostSamples = 1'000'000;
+constexpr double kMostParallax = 0.77;               // arcsec; that of the nearest star is 0.768
+constexpr double kLeastMass = 0.01, kMostMass = 500; // of a star, solar masses
 
 double positive(const char *name, double value) {
     if (!(value >= 0 && value <= 1e100))
@@ -102,9 +104,9 @@ planet::Settings settings_of(const toliman_planet_options &options) {
     settings.units = {(options.flags & TOLIMAN_PLANET_VELOCITY) != 0,
                       in_range("time_unit_days", options.time_unit_days, 1e-12, 1e12, 1.0),
                       positive("options->unit", options.unit),
-                      positive("options->parallax_arcsec", options.parallax_arcsec),
-                      {positive("options->star_mass[0]", options.star_mass[0]),
-                       positive("options->star_mass[1]", options.star_mass[1])}};
+                      in_range("parallax_arcsec", options.parallax_arcsec, 1e-9, kMostParallax, 0.0),
+                      {in_range("star_mass[0]", options.star_mass[0], kLeastMass, kMostMass, 0.0),
+                       in_range("star_mass[1]", options.star_mass[1], kLeastMass, kMostMass, 0.0)}};
     settings.period_min = positive("options->period_min", options.period_min);
     settings.period_max = positive("options->period_max", options.period_max);
     settings.eccentricity_max = in_range("eccentricity_max", options.eccentricity_max, 1e-3, 0.95, 0.95);

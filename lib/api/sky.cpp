@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 #include <iterator>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -14,7 +15,9 @@
 #include "api/choice.hpp"
 #include "api/guard.hpp"
 #include "api/sky_handle.hpp"
+#include "api/sky_measurements.hpp"
 #include "api/struct_array.hpp"
+#include "api/text_out.hpp"
 #include "api/times.hpp"
 #include "backend/file.hpp"
 #include "base/hash.hpp"
@@ -97,43 +100,6 @@ toliman_sky_prediction public_prediction(const sky::Prediction &prediction) noex
     return out;
 }
 
-std::vector<sky::Interval> intervals_of(const int64_t *intervals, size_t count) {
-    std::vector<sky::Interval> given(count);
-    for (size_t i = 0; i < count; i++)
-        given[i] = {intervals[2 * i], intervals[2 * i + 1]};
-    return given;
-}
-
-// The exposure of measurement i, whose intervals begin at `next`; moves it to those of measurement i + 1.
-sky::Exposure take_exposure(const int64_t *&next, const size_t *interval_counts, size_t i) {
-    const size_t own = interval_counts != nullptr ? interval_counts[i] : 1;
-    sky::Exposure taken = {intervals_of(next, own), interval_counts != nullptr};
-    next += 2 * own;
-    return taken;
-}
-
-double known_separation(const double *separations_arcsec, size_t i) {
-    if (!(separations_arcsec[i] > 0 && std::isfinite(separations_arcsec[i])))
-        fail(Status::argument, "{separations_arcsec[%zu]} = %g: must be above 0 and finite", i, separations_arcsec[i]);
-    return separations_arcsec[i];
-}
-
-std::vector<sky::Measurement> measurements_of(const int64_t *intervals, const size_t *interval_counts,
-                                              const double *separations_arcsec, const double *sigmas_arcsec,
-                                              size_t count) {
-    required_array(separations_arcsec, count, sizeof *separations_arcsec, "separations_arcsec");
-    required_array(sigmas_arcsec, count, sizeof *sigmas_arcsec, "sigmas_arcsec");
-    required_array(intervals, count, 2 * sizeof *intervals, "intervals");
-    std::vector<sky::Measurement> measurements;
-    for (size_t i = 0; i < count; i++) {
-        const double separation = known_separation(separations_arcsec, i);
-        if (!(sigmas_arcsec[i] > 0 && std::isfinite(sigmas_arcsec[i])))
-            fail(Status::argument, "{sigmas_arcsec[%zu]} = %g: must be above 0 and finite", i, sigmas_arcsec[i]);
-        measurements.push_back({take_exposure(intervals, interval_counts, i), separation, sigmas_arcsec[i]});
-    }
-    return measurements;
-}
-
 std::unique_ptr<toliman_sky> new_sky(std::unique_ptr<const sky::Predictor> predictor) {
     auto handle = std::make_unique<toliman_sky>();
     handle->predictor = std::move(predictor);
@@ -157,17 +123,49 @@ std::vector<sky::Reduced> reduced_of(const sky::Predictor &predictor, const int6
     return reduced;
 }
 
+void add_states(const sky::Ephemeris &file, toliman_sky_info &info) {
+    info.segments = static_cast<int32_t>(file.segments().size());
+    info.first_ns = file.segments().front().first_ns;
+    info.last_ns = file.segments().back().last_ns;
+    double least = HUGE_VAL, most = 0;
+    for (const sky::Segment &segment : file.segments()) {
+        info.states += segment.states.size();
+        for (const sky::State &state : segment.states) {
+            const double *const r = state.position_m;
+            const double distance = std::sqrt(r[0] * r[0] + r[1] * r[1] + r[2] * r[2]);
+            least = std::min(least, distance);
+            most = std::max(most, distance);
+        }
+    }
+    info.altitude_km[0] = (least - sky::kEarthRadius) / 1000;
+    info.altitude_km[1] = (most - sky::kEarthRadius) / 1000;
+}
+
+void set_orbit(const sky::Observer &observer, toliman_sky_info &info) {
+    constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+    info.altitude_km[0] = info.altitude_km[1] = observer.orbit().altitude_km;
+    sky::OrbitShape shape = {kNaN, kNaN, kNaN, kNaN};
+    if (const sky::Ephemeris *const file = observer.ephemeris(); file != nullptr) {
+        add_states(*file, info);
+        const sky::Segment &first = file->segments().front();
+        shape = sky::shape_of(first.states.front(), first.tai_ns.front());
+    } else if (observer.kind() == sky::Observer::Kind::circular) {
+        shape = sky::shape_of(observer.at(0), 0);
+        shape.node_deg = kNaN; // follows the Sun
+    } else {
+        info.altitude_km[0] = info.altitude_km[1] = kNaN;
+    }
+    info.inclination_deg = shape.inclination_deg;
+    info.node_deg = shape.node_deg;
+    info.node_hours = shape.node_hours;
+    info.orbit_minutes = shape.period_minutes;
+}
+
 void warn_of_centre(const sky::Predictor &predictor, const Log &log) {
     const double arcsec = sky::position_on_orbit(predictor.system().value.orbit, kWarnedYear).separation_arcsec();
     log.warn("no observer given: predictions are for the Earth's centre; the velocity of a spacecraft in a low orbit "
              "changes the separation (%.3g arcsec in %.0f) by up to %.3g uas",
              arcsec, kWarnedYear, 1e6 * arcsec * kLowOrbitSpeed / erfa::kLightSpeed);
-}
-
-double known_scale_sigma(double scale_sigma) {
-    if (!(scale_sigma >= 0 && scale_sigma < 1))
-        fail(Status::argument, "{scale_sigma} = %g: must be in [0, 1)", scale_sigma);
-    return scale_sigma;
 }
 
 // The caller's options, if they have all members for nuisance functions and these columns fit.
@@ -280,16 +278,12 @@ toliman_status toliman_sky_get_info(const toliman_sky *sky, toliman_sky_info *ou
         toliman_sky_info info = {};
         info.without = predictor.without();
         info.observer = kObservers.to_constant(predictor.observer().kind());
-        if (const sky::Ephemeris *const file = predictor.observer().ephemeris(); file != nullptr) {
-            info.segments = static_cast<int32_t>(file->segments().size());
-            info.first_ns = file->segments().front().first_ns;
-            info.last_ns = file->segments().back().last_ns;
-        }
         info.orbit_digest = fnv1a(elements_of(predictor.system().value.orbit), kFnvOffset);
         info.parallax_arcsec = predictor.system().value.barycentre.parallax_mas / 1000;
         info.star_mass[0] = predictor.system().value.masses.a_sun;
         info.star_mass[1] = predictor.system().value.masses.b_sun;
-        predictor.system().name.copy(info.name, sizeof info.name - 1);
+        set_orbit(predictor.observer(), info);
+        put_text(predictor.system().name, info.name);
         deliver(info, out, "out");
     });
 }

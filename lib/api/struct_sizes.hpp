@@ -84,6 +84,8 @@ constexpr StructSize kStructSizes[] = {
     {"toliman_sky_prediction", sizeof(toliman_sky_prediction)},
     {"toliman_sky_info", sizeof(toliman_sky_info)},
     {"toliman_sky_refit_result", sizeof(toliman_sky_refit_result)},
+    {"toliman_sky_hypothesis", sizeof(toliman_sky_hypothesis)},
+    {"toliman_sky_diagnosis", sizeof(toliman_sky_diagnosis)},
     {"toliman_track_outcome", sizeof(toliman_track_outcome)},
     {"toliman_track_options", sizeof(toliman_track_options)},
     {"toliman_track_info", sizeof(toliman_track_info)},

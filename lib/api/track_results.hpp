@@ -67,7 +67,7 @@ inline toliman_track_record public_record(const track::Record &record, const tra
 inline toliman_track_column public_column(const track::Column &column) noexcept {
     toliman_track_column out = {};
     out.type = kColumnTypes.to_constant(column.type);
-    column.name.copy(out.name, sizeof out.name - 1);
+    put_text(column.name, out.name);
     return out;
 }
 

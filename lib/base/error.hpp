@@ -60,10 +60,13 @@ template <class Work> void in_frame(size_t frame, Work work) {
     }
 }
 
-// Runs a user-supplied callback. An exception from a callback written in C++ cancels the call.
+// Runs a user-supplied callback. An exception from a callback written in C++ cancels the call. An Error is that of a
+// callback of the library's own, which has called the user's.
 template <class Call> auto in_callback(const char *name, Call call) {
     try {
         return call();
+    } catch (const Error &) {
+        throw;
     } catch (const std::exception &error) {
         fail(Status::cancelled, "the %s callback threw an exception: %s", name, error.what());
     } catch (...) {

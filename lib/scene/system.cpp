@@ -60,7 +60,7 @@ constexpr Row kBarycentreRows[] = {
     required<&Barycentre::pm_ra_mas_yr>("pm_ra_mas_yr", kMotion,
                                         "Proper motion in right ascension times cos(declination)"),
     required<&Barycentre::pm_dec_mas_yr>("pm_dec_mas_yr", kMotion, "Proper motion in declination"),
-    required<&Barycentre::parallax_mas>("parallax_mas", above(0, 1e4, "mas"), "Parallax at the epoch"),
+    required<&Barycentre::parallax_mas>("parallax_mas", above(0, 770, "mas"), "Parallax at the epoch; that of the nearest star is 768 mas"),
     required<read_radial_velocity>("radial_velocity_km_s", kVelocity, "Radial velocity; positive: recedes")
         .as(Type::number),
     required<read_kind>("radial_velocity_kind", Words{"kinematic spectroscopic"},
@@ -74,9 +74,10 @@ constexpr Row kBarycentreRows[] = {
 constexpr Group kBarycentre =
     group_of("barycentre", "Place and motion of the barycentre of the two stars", kBarycentreRows);
 
+constexpr Range kMass = within(0.01, 500, "solar masses");
 constexpr Row kMassesRows[] = {
-    required<&Masses::a_sun>("A", above(0, 1e3, "solar masses"), "Mass of star A"),
-    required<&Masses::b_sun>("B", above(0, 1e3, "solar masses"), "Mass of star B"),
+    required<&Masses::a_sun>("A", kMass, "Mass of star A"),
+    required<&Masses::b_sun>("B", kMass, "Mass of star B"),
     source<Masses>(),
 };
 constexpr Group kMasses = group_of("masses", "Masses of the stars", kMassesRows);

@@ -49,6 +49,12 @@ State Ephemeris::known_state(int64_t tai_ns) const {
     return found.state;
 }
 
+bool Ephemeris::covers(int64_t tai_ns) const noexcept {
+    const auto later = [](int64_t wanted, const Segment &segment) { return wanted < segment.first_ns; };
+    const auto after = std::upper_bound(segments_.begin(), segments_.end(), tai_ns, later);
+    return after != segments_.begin() && tai_ns <= (after - 1)->last_ns;
+}
+
 void Ephemeris::check_interval(int64_t start_ns, int64_t end_ns) const {
     int64_t covered = start_ns;
     for (const Segment &segment : segments_)

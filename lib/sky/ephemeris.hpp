@@ -40,6 +40,9 @@ class Ephemeris {
     // velocity to 1 m/s. Any number of threads may call it.
     State at(int64_t tai_ns) const;
 
+    // Whether a segment is usable at a time.
+    bool covers(int64_t tai_ns) const noexcept;
+
     // Throws NoState unless the segments have states for a whole interval.
     void check_interval(int64_t start_ns, int64_t end_ns) const;
 

@@ -1,6 +1,8 @@
 // Where the camera is: the Earth's centre, or a spacecraft on a computed or a circular orbit.
 #pragma once
+#include <array>
 #include <memory>
+#include <optional>
 
 #include "sky/ephemeris.hpp"
 
@@ -11,6 +13,19 @@ struct CircularOrbit {
     double altitude_km = 600;
     double node_hours = 18; // local mean time at the ascending node: 18 or 6 = above the terminator
 };
+
+// Rows of a matrix [3][3].
+using Matrix = std::array<double, 9>;
+
+constexpr double kEarthGm = 3.986004418e14, kEarthRadius = 6378137; // m^3/s^2, m
+
+// An osculating orbit about the Earth.
+struct OrbitShape {
+    double inclination_deg, node_deg; // to the equator; right ascension of the ascending node, 0 to 360
+    double node_hours;                // local mean time there, 0 to 24
+    double period_minutes;            // NaN if it does not return
+};
+OrbitShape shape_of(const State &state, int64_t tai_ns) noexcept;
 
 class Observer {
   public:
@@ -27,13 +42,21 @@ class Observer {
 
     uint64_t digest(uint64_t hash) const; // continues an FNV-1a hash
 
+    // The same observer, all positions and velocities multiplied by a matrix.
+    Observer turned(const Matrix &matrix) const;
+    // Whether there is a state for a time, as far as the usable times of the segments tell.
+    bool covers(int64_t tai_ns) const noexcept;
+
     // Relative to the Earth's centre. Status::range as Ephemeris::at.
     State at(int64_t tai_ns) const;
 
   private:
+    State untouched(int64_t tai_ns) const; // before turning
+
     Kind kind_ = Kind::earth;
     CircularOrbit orbit_;
     std::shared_ptr<const Ephemeris> ephemeris_;
+    std::optional<Matrix> turn_;
 };
 
 } // namespace toliman::sky

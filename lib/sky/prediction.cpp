@@ -108,6 +108,11 @@ Predictor::Predictor(const System &system, const Predictor &other)
     prepare();
 }
 
+Predictor::Predictor(const Predictor &other, Observer observer)
+    : system_(other.system_), observer_(std::move(observer)), without_(other.without_), earth_(other.earth_) {
+    prepare();
+}
+
 void Predictor::prepare() noexcept {
     const Barycentre &centre = system_.value.barycentre;
     const double ra = centre.ra_deg * kDegree, dec = centre.dec_deg * kDegree;

@@ -45,6 +45,8 @@ class Predictor {
     Predictor(const System &system, Observer observer, uint32_t without = 0);
     // Another system, for the observer and the effects of `other`.
     Predictor(const System &system, const Predictor &other);
+    // Another observer, for the system and the effects of `other`.
+    Predictor(const Predictor &other, Observer observer);
 
     // Status::range outside 1900 to 2100, and as Ephemeris::at.
     Prediction at(int64_t tai_ns) const;
@@ -54,6 +56,7 @@ class Predictor {
     const System &system() const noexcept { return system_; }
     const Observer &observer() const noexcept { return observer_; }
     uint32_t without() const noexcept { return without_; }
+    const Earth &earth() const noexcept { return *earth_; }
     // FNV-1a hash of all numbers on which predictions depend.
     uint64_t digest() const;
 

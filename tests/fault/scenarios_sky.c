@@ -148,6 +148,26 @@ static toliman_status refit(attempt *a) {
     return toliman_sky_refit(sky, intervals, NULL, separations, sigmas, DATES, 1e-3, (void *)a->out,
                              (toliman_sky **)&a->made);
 }
+static toliman_status diagnose(attempt *a) {
+    int64_t intervals[2 * 2 * DATES];
+    double separations[2 * DATES], sigmas[2 * DATES];
+    for (int i = 0; i < 2 * DATES; i++) {
+        intervals[2 * i] = kTimes[0] + i * INT64_C(4000000000000000);
+        intervals[2 * i + 1] = intervals[2 * i] + INT64_C(60000000000);
+        separations[i] = 9.2 + 0.05 * i;
+        sigmas[i] = 1;
+    }
+    toliman_sky_hypothesis hypotheses[TOLIMAN_SKY_HYPOTHESES] = {TOLIMAN_SKY_HYPOTHESIS_INIT};
+    const toliman_status status = toliman_sky_diagnose(a->object, intervals, NULL, separations, sigmas, 2 * DATES, 1e-3,
+                                                       (void *)a->out, hypotheses);
+    if (status == TOLIMAN_OK)
+        memcpy(a->out + sizeof(toliman_sky_diagnosis), hypotheses, sizeof hypotheses);
+    return status;
+}
+static toliman_status cause_name(attempt *a) {
+    strcpy((char *)a->out, toliman_sky_cause_name(TOLIMAN_SKY_CAUSE_AXES));
+    return TOLIMAN_OK;
+}
 static toliman_status save_file(attempt *a) {
     return toliman_sky_save_file(a->object, in_folder(kSaved));
 }
@@ -203,6 +223,13 @@ static const scenario all[] = {
      .made = &skies,
      .struct_size = sizeof(toliman_sky_refit_result),
      .slow = 1},
+    {.function = "toliman_sky_diagnose",
+     .call = diagnose,
+     .make = make,
+     .of = &skies,
+     .struct_size = sizeof(toliman_sky_diagnosis),
+     .slow = 1},
+    {.function = "toliman_sky_cause_name", .call = cause_name},
     {.function = "toliman_sky_save_file",
      .call = save_file,
      .make = make,

@@ -14,7 +14,7 @@ import model  # noqa: E402
 HEADERS = model.read(TOP)
 STRUCTS = [struct.name for struct in HEADERS.all(model.Struct) if struct.sized]
 # Last words in the names of members and arguments that hold an enumeration.
-CHOICES = {"engine", "encoding", "event", "format", "goodness", "input", "kind", "layout", "level", "method", "mode", "normalisation", "pixel", "reason",
+CHOICES = {"cause", "engine", "encoding", "event", "format", "goodness", "input", "kind", "layout", "level", "method", "mode", "normalisation", "pixel", "reason",
            "scale", "scope", "stamp", "status", "sync", "unit", "verdict"}
 
 
@@ -47,6 +47,17 @@ class Enumerations(unittest.TestCase):
                     self.assertEqual(base, "int32_t", f"{item.name}: {named.name}")
                     seen.add(last_word)
         self.assertEqual(seen, CHOICES)
+
+
+class WithoutStatus(unittest.TestCase):
+    def test_all_are_tested_with_wrong_objects(self):
+        with open(os.path.join(TOP, "tests", "unit", "test_misuse.c"), encoding="utf-8") as stream:
+            text = stream.read()
+        handles = {handle.name for handle in HEADERS.all(model.Handle)}
+        named = [function.name for function in HEADERS.all(model.Function)
+                 if not function.status and function.arguments and function.arguments[0].type.base in handles]
+        self.assertGreater(len(named), 15)
+        self.assertEqual([name for name in named if not re.search(rf"\b{name}\b", text)], [])
 
 
 class Initialisers(unittest.TestCase):

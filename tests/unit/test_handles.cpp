@@ -130,6 +130,14 @@ int callbacks_may_throw() {
     failed +=
         ends_with(toliman_cae_train(cae.get(), &training, nullptr), "frames callback threw an exception: no more");
 
+    toliman_fit_options fitting; // whose progress is part of that of all windows
+    toliman_fit_options_init(&fitting, sizeof fitting);
+    fitting.progress = throws;
+    toliman_fit *fit = nullptr;
+    failed += ends_with(toliman_fit_create(sim.get(), &fitting, &fit), "the progress callback threw an exception");
+    if (std::string(toliman_last_error()).find("callback", 20) != std::string::npos)
+        failed += ends_with(TOLIMAN_OK, "is stated twice");
+
     toliman_sim_options options;
     toliman_sim_options_init(&options, sizeof options);
     options.log = throws_while_logging;

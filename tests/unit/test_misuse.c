@@ -235,6 +235,81 @@ static void pointer_to_another_type_is_refused(void **state) {
     toliman_sim_destroy(sim);
 }
 
+static const void *read_parameter_count(const void *object) {
+    static int32_t count;
+    count = toliman_fit_parameter_count(object);
+    return count == 0 ? NULL : &count;
+}
+static const void *read_json(const void *object) {
+    return *toliman_mask_get_json(object) == '\0' ? NULL : object;
+}
+static const void *read_count(const void *object) {
+    return toliman_period_count(object) == 0 ? NULL : object;
+}
+static const void *read_name(const void *object) {
+    return *toliman_sim_get_name(object) == '\0' ? NULL : object;
+}
+
+/* All functions that take an object and return no status; tests/header/test_types.py compares with the headers. */
+static const struct {
+    const char *type;
+    const void *(*read)(const void *); /* NULL for 0 and ""; otherwise NULL */
+    void (*destroy)(void *);
+} kWithoutStatus[] = {
+#define DESTROYS(type, function) {#type, NULL, (void (*)(void *))function}
+    {"toliman_fit", read_parameter_count, NULL},
+    {"toliman_mask", read_json, NULL},
+    {"toliman_period", read_count, NULL},
+    {"toliman_sim", read_name, NULL},
+    DESTROYS(toliman_bank, toliman_bank_destroy),
+    DESTROYS(toliman_cae, toliman_cae_destroy),
+    DESTROYS(toliman_calibration, toliman_calibration_destroy),
+    DESTROYS(toliman_components, toliman_components_destroy),
+    DESTROYS(toliman_fit, toliman_fit_destroy),
+    DESTROYS(toliman_ingest, toliman_ingest_destroy),
+    DESTROYS(toliman_linear, toliman_linear_destroy),
+    DESTROYS(toliman_mask, toliman_mask_destroy),
+    DESTROYS(toliman_period, toliman_period_destroy),
+    DESTROYS(toliman_planets, toliman_planet_destroy),
+    DESTROYS(toliman_series, toliman_series_destroy),
+    DESTROYS(toliman_sim, toliman_sim_destroy),
+    DESTROYS(toliman_sky, toliman_sky_destroy),
+    DESTROYS(toliman_track, toliman_track_destroy),
+};
+
+static void functions_without_status_check_their_object(void **state) {
+    (void)state;
+    toliman_sky *sky = NULL;
+    toliman_period *period = new_period(5);
+    assert_ok(toliman_sky_create("alpha-cen", NULL, &sky));
+    assert_ok(toliman_period_push(period, 1, 1, 1));
+    for (size_t i = 0; i < sizeof kWithoutStatus / sizeof *kWithoutStatus; i++) {
+        const int is_sky = strcmp(kWithoutStatus[i].type, "toliman_sky") == 0;
+        void *const other = is_sky ? (void *)period : (void *)sky, *const none[8] = {NULL};
+        char expected[64];
+        snprintf(expected, sizeof expected, "is not a %s, or was destroyed", kWithoutStatus[i].type);
+        for (int zeros = 0; zeros < 2; zeros++) { /* another type, and memory that is no object */
+            void *const wrong = zeros ? (void *)none : other;
+            assert_fails(toliman_sky_get_element(NULL, 0, NULL, NULL), TOLIMAN_E_ARGUMENT, "sky is NULL");
+            if (kWithoutStatus[i].read != NULL)
+                assert_null(kWithoutStatus[i].read(wrong));
+            else
+                kWithoutStatus[i].destroy(wrong);
+            if (strstr(toliman_last_error(), expected) == NULL)
+                fail_msg("%s: \"%s\"", kWithoutStatus[i].type, toliman_last_error());
+            if (kWithoutStatus[i].read != NULL)
+                assert_null(kWithoutStatus[i].read(NULL));
+            else
+                kWithoutStatus[i].destroy(NULL);
+        }
+    }
+    double value = 0;
+    assert_ok(toliman_sky_get_element(sky, 0, &value, NULL));
+    assert_int_equal(toliman_period_count(period), 1);
+    toliman_sky_destroy(sky);
+    toliman_period_destroy(period);
+}
+
 /* Works as long as the freed memory still shows it; a sanitizer would stop the program at the first access. */
 static void destroyed_object_is_refused(void **state) {
     (void)state;
@@ -316,6 +391,7 @@ int main(void) {
         cmocka_unit_test(callback_cannot_use_what_is_being_trained),
         cmocka_unit_test(tracker_cannot_be_read_while_it_changes),
         cmocka_unit_test(pointer_to_another_type_is_refused),
+        cmocka_unit_test(functions_without_status_check_their_object),
         cmocka_unit_test(destroyed_object_is_refused),
         cmocka_unit_test(zeroed_options_are_the_defaults),
         cmocka_unit_test(counts_beyond_memory_are_refused),

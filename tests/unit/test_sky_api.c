@@ -6,7 +6,7 @@
 
 #include "assert_close.h"
 
-#include <toliman/sky.h>
+#include <toliman/sky_diagnosis.h>
 
 enum { TIMES = 64, THREADS = 8 };
 static const int64_t kStart = INT64_C(1798761600000000000), kStep = INT64_C(1234567890123456); /* 2027-01-01, 14.3 d */
@@ -217,6 +217,48 @@ static void a_refit_refuses_unknown_exposures(void **state) {
                  "separations_arcsec: the fit moves ");
     assert_string_equal(toliman_last_error_field(), "separations_arcsec");
     assert_null(fitted);
+}
+
+/* The 20 measurements that a diagnosis needs at least. */
+static void bad_diagnoses_are_refused(void **state) {
+    (void)state;
+    enum { LEAST = 20 };
+    int64_t pairs[2 * LEAST];
+    double measured[LEAST], sigmas[LEAST];
+    toliman_sky_diagnosis result = TOLIMAN_SKY_DIAGNOSIS_INIT, untouched = result;
+    toliman_sky_hypothesis rows[TOLIMAN_SKY_HYPOTHESES] = {TOLIMAN_SKY_HYPOTHESIS_INIT};
+    for (int i = 0; i < LEAST; i++) {
+        toliman_sky_prediction seen = TOLIMAN_SKY_PREDICTION_INIT;
+        pairs[2 * i] = times[i];
+        pairs[2 * i + 1] = times[i] + 60 * INT64_C(1000000000);
+        assert_ok(toliman_sky_predict_mean(sky, &pairs[2 * i], 1, &seen));
+        measured[i] = seen.separation_arcsec;
+        sigmas[i] = 1e-6;
+    }
+    assert_fails(toliman_sky_diagnose(sky, pairs, NULL, measured, sigmas, LEAST, 0, NULL, rows), TOLIMAN_E_ARGUMENT,
+                 "result is NULL");
+    assert_fails(toliman_sky_diagnose(sky, NULL, NULL, measured, sigmas, LEAST, 0, &result, rows), TOLIMAN_E_ARGUMENT,
+                 "intervals is NULL");
+    assert_fails(toliman_sky_diagnose(sky, pairs, NULL, measured, sigmas, LEAST, 1, &result, rows), TOLIMAN_E_ARGUMENT,
+                 "scale_sigma = 1: must be in [0, 1)");
+    sigmas[3] = 0;
+    assert_fails(toliman_sky_diagnose(sky, pairs, NULL, measured, sigmas, LEAST, 0, &result, rows), TOLIMAN_E_ARGUMENT,
+                 "sigmas_arcsec[3] = 0: must be above 0 and finite");
+    sigmas[3] = 1e-6;
+    rows[0].struct_size = 4;
+    assert_fails(toliman_sky_diagnose(sky, pairs, NULL, measured, sigmas, LEAST, 0, &result, rows), TOLIMAN_E_ARGUMENT,
+                 "hypotheses->struct_size = 4");
+    pairs[7] = pairs[6];
+    assert_fails(toliman_sky_diagnose(sky, pairs, NULL, measured, sigmas, LEAST, 0, &result, NULL), TOLIMAN_E_ARGUMENT,
+                 "measurement 3: intervals: zero length");
+    assert_memory_equal(&result, &untouched, sizeof result);
+    pairs[7] = pairs[6] + 60 * INT64_C(1000000000);
+    assert_ok(toliman_sky_diagnose(sky, pairs, NULL, measured, sigmas, LEAST, 0, &result, NULL));
+    assert_int_equal(result.used, LEAST);
+    assert_int_equal(result.cause, TOLIMAN_SKY_CAUSE_NONE);
+    assert_int_equal(result.goodness, TOLIMAN_GOODNESS_TOO_GOOD); /* there is no noise */
+    assert_string_equal(toliman_sky_cause_name(TOLIMAN_SKY_CAUSE_CENTRE), "centre");
+    assert_string_equal(toliman_sky_cause_name(TOLIMAN_SKY_CAUSE_CENTRE + 1), "?");
 }
 
 static void bad_measurements_are_refused(void **state) {
@@ -434,6 +476,7 @@ int main(void) {
         cmocka_unit_test(reduced_is_measured_over_factor_minus_geometric),
         cmocka_unit_test(unknown_exposures_are_refused),
         cmocka_unit_test(a_refit_refuses_unknown_exposures),
+        cmocka_unit_test(bad_diagnoses_are_refused),
         cmocka_unit_test(bad_measurements_are_refused),
         cmocka_unit_test(columns_are_the_partials_of_uncertain_elements),
         cmocka_unit_test(bad_columns_are_refused),

@@ -58,6 +58,8 @@ RESULTS = {
     "toliman_sky_prediction": "SkyPrediction",
     "toliman_sky_info": "SkyInfo",
     "toliman_sky_refit_result": "Refit",
+    "toliman_sky_diagnosis": "Diagnosis",
+    "toliman_sky_hypothesis": "Hypothesis",
     "toliman_series_info": None,
     "toliman_track_outcome": "Outcome",
     "toliman_track_record": None,
@@ -80,6 +82,7 @@ WORDS = {
     "observer": "TOLIMAN_SKY_OBSERVER",
     "goodness": "TOLIMAN_GOODNESS",
     "calibration_goodness": "TOLIMAN_GOODNESS",
+    "cause": "TOLIMAN_SKY_CAUSE",
 }
 
 # Prefixes between TOLIMAN_ and a constant's word that are longer than the module's name.
@@ -90,7 +93,8 @@ NAMES = {"stages": "names of the modelled stages"}
 
 # Integer members that are booleans, in all structs or in one, and the bits of `flags` that become booleans.
 SWITCHES = {"blas_is_slow", "whole_counts", "exact_frames", "trained", "converged", "raw", "weighted", "improved",
-            "stopped", "is_free", "is_calibrated", "is_complete", "toliman_calibration_step.map", "toliman_calibration_step.accepted"}
+            "stopped", "is_free", "is_calibrated", "is_complete", "is_decisive", "toliman_calibration_step.map",
+            "toliman_calibration_step.accepted"}
 FLAGS = {
     "toliman_period_peak": ("TOLIMAN_PERIOD_AT_EDGE", "TOLIMAN_PERIOD_ALIAS", "TOLIMAN_PERIOD_INACCURATE",
                             "TOLIMAN_PERIOD_COARSE", "TOLIMAN_PERIOD_ABOVE_NYQUIST", "TOLIMAN_PERIOD_LONG",

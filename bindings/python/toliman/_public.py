@@ -3,7 +3,7 @@ from ._library import (Cancelled, CapacityError, Error, InputError, LostError, N
                        UnsupportedError, WriteError, abi_version, library_path, version)
 from ._results import (BankInfo, BankNetwork, BankPlan, BankResult, Bounds, BudgetRow, BudgetStep, BudgetSummary,
                        CalibrationInfo, CalibrationStep, CalibrationValue, CalibrationWindow, ComponentsInfo,
-                       ComponentsTraining, FitInfo, FitResult, HeaderTime, Machine, MaskInfo, Model, NetworkInfo,
+                       ComponentsTraining, Diagnosis, FitInfo, FitResult, HeaderTime, Hypothesis, Machine, MaskInfo, Model, NetworkInfo,
                        Outcome, PairInfo, Parameter, PeriodogramInfo, Plan, Planet, PlanetInfo, PlanetLimit, Refit, Sampling,
                        SceneInfo, SkyInfo, SkyPrediction, Stream, TrackInfo, Training)
 from .bank import Bank
@@ -29,7 +29,7 @@ __all__ = [
     "AccuracyWarning", "Bank", "BankInfo", "BankNetwork", "BankPlan", "BankResult", "Bounds", "Budget", "BudgetRow",
     "BudgetStep", "BudgetSummary", "CAE", "Calibration", "CalibrationInfo", "CalibrationStep", "CalibrationValue",
     "CalibrationWindow", "Cancelled", "CapacityError",
-    "Components", "ComponentsInfo", "ComponentsTraining", "DesignedMask", "Error", "Estimate", "Fit", "FitInfo", "FitResult", "Frame", "Grid", "HeaderTime",
+    "Components", "ComponentsInfo", "ComponentsTraining", "DesignedMask", "Diagnosis", "Error", "Estimate", "Fit", "FitInfo", "FitResult", "Frame", "Grid", "HeaderTime", "Hypothesis",
     "InputError", "LostError", "Machine", "MaskInfo", "Model", "NetworkInfo", "NoiseSearch", "NoMemoryError", "NotFoundError", "Outcome",
     "Pair", "PairEvent", "PairInfo", "Parameter", "Peak", "Periodogram", "PeriodogramInfo", "Plan", "Planet", "PlanetInfo", "PlanetLimit",
     "Planets", "REASONS", "Reconstruction", "Refit",

@@ -2531,7 +2531,13 @@ class toliman_sky_info(Sized):
     orbit_digest: FNV-1a hash of the orbital elements: the reference orbit of geometric_arcsec
     name: name of the system; "" if the file has none
     parallax_arcsec: of the barycentre
-    star_mass: of A and B, solar masses"""
+    star_mass: of A and B, solar masses
+    states: of the observer file; 0 without one
+    altitude_km: lowest and highest of the observer's states, above 6378.137 km; NaN without an orbit
+    inclination_deg: of the observer's orbit to the equator, at its first state; above 90: retrograde
+    node_deg: right ascension of its ascending node there; NaN for a circular orbit
+    node_hours: local mean time at its ascending node there, in [0, 24) h
+    orbit_minutes: period of the observer's orbit there, min"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -2544,6 +2550,12 @@ class toliman_sky_info(Sized):
         ("name", c_char * 72),
         ("parallax_arcsec", c_double),
         ("star_mass", c_double * 2),
+        ("states", c_uint64),
+        ("altitude_km", c_double * 2),
+        ("inclination_deg", c_double),
+        ("node_deg", c_double),
+        ("node_hours", c_double),
+        ("orbit_minutes", c_double),
     ]
 
 
@@ -2565,6 +2577,76 @@ class toliman_sky_refit_result(Sized):
         ("scale", c_double),
         ("scale_sigma", c_double),
         ("covariance", c_double * 49),
+    ]
+
+
+# Causes of residuals. TIME to CENTRE are the hypotheses of toliman_sky_diagnose, in the order of its array. All but
+# SCALE need an observer in orbit.
+TOLIMAN_SKY_CAUSE_NONE = 711  # no hypothesis explains the residuals
+TOLIMAN_SKY_CAUSE_TIME = 712  # all times are late by a common offset, s
+TOLIMAN_SKY_CAUSE_AXES = 713  # the observer's axes are exchanged or reversed, those of the ecliptic or of date
+TOLIMAN_SKY_CAUSE_ROTATION_X = 714  # the observer's states are turned about the axis x, y or z of the ICRS, deg
+TOLIMAN_SKY_CAUSE_ROTATION_Y = 715
+TOLIMAN_SKY_CAUSE_ROTATION_Z = 716
+TOLIMAN_SKY_CAUSE_SCALE = 717  # relative error of the plate scale: measured = (1 + value) true
+TOLIMAN_SKY_CAUSE_CENTRE = 718  # the separations are those at the Earth's centre
+
+# Number of hypotheses.
+TOLIMAN_SKY_HYPOTHESES = 7
+
+
+class toliman_sky_hypothesis(Sized):
+    """A hypothesis, fitted alone, with the errors of the orbital elements and, except for SCALE, a mean and two harmonics of
+    a year: the residuals that a whole number of revolutions of the observer leaves have that period, and may be those of
+    a planet. Since 0.2.
+    Sign of times: value is the given time minus the true time. It is above 0 for times that are late, such as times in
+    TAI that were read as UTC (+37 s), and below 0 for times that are early, such as starts of exposures that were taken
+    for their middles (-30 s for 60 s). An error of the times in the observer file has the opposite sign.
+    struct_size: in: sizeof(toliman_sky_hypothesis)
+    cause: TOLIMAN_SKY_CAUSE_...
+    value: s, deg or relative; NaN for AXES and CENTRE
+    sigma: standard deviation of value, with the residuals that are left; NaN for AXES and CENTRE
+    chi_square: per degree of freedom, if the hypothesis is true; NaN if it was not tested
+    gain: by which it lowers the sum of the squared residuals and priors
+    significance: sqrt(gain/max(1, chi_square)), standard deviations; 0 if it was not tested
+    is_decisive: 1 if significance is at least 7, and at least 5 measurements share the gain
+    reserved: 0
+    text: "times are late by 37.0 +- 0.2 s: TAI taken for UTC?" """
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("cause", c_int32),
+        ("value", c_double),
+        ("sigma", c_double),
+        ("chi_square", c_double),
+        ("gain", c_double),
+        ("significance", c_double),
+        ("is_decisive", c_int32),
+        ("reserved", c_int32),
+        ("text", c_char * 160),
+    ]
+
+
+class toliman_sky_diagnosis(Sized):
+    """Result of a diagnosis. Since 0.2.
+    struct_size: in: sizeof(toliman_sky_diagnosis)
+    cause: the simplest of the decisive hypotheses that explain the residuals equally well
+    chi_square: per degree of freedom, of the residuals and priors without a hypothesis (goodness.h)
+    chi_square_sigma: its standard deviation
+    largest_residual: of a measurement, in standard deviations
+    goodness: TOLIMAN_GOODNESS_...
+    reserved: 0
+    used: number of measurements that were used"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("cause", c_int32),
+        ("chi_square", c_double),
+        ("chi_square_sigma", c_double),
+        ("largest_residual", c_double),
+        ("goodness", c_int32),
+        ("reserved", c_int32),
+        ("used", c_uint64),
     ]
 
 
@@ -3179,6 +3261,7 @@ OF_OBJECTS = {
     "toliman_sky_set_columns": False,
     "toliman_sky_refit": False,
     "toliman_sky_save_file": False,
+    "toliman_sky_diagnose": False,
     "toliman_track_destroy": True,
     "toliman_track_push": True,
     "toliman_track_commit": True,
@@ -3335,7 +3418,7 @@ Since 0.2.""",
     ),
     "toliman_sim_get_name": (
         c_char_p, (("sim", POINTER(toliman_sim)),),
-        """Returns the name of the scene, "" for NULL. Valid until the simulator is destroyed.""",
+        """Returns the name of the scene; "" for NULL and after an error. Valid until the simulator is destroyed.""",
     ),
     "toliman_sim_get_series": (
         c_int32, (
@@ -3729,7 +3812,7 @@ TOLIMAN_E_MISMATCH, naming the scene, unless detector.shape, binary and the time
     ),
     "toliman_fit_parameter_count": (
         c_int32, (("fit", POINTER(toliman_fit)),),
-        """Returns the number of parameters, 7 plus those of toliman_fit_options.free; 0 for NULL.""",
+        """Returns the number of parameters, 7 plus those of toliman_fit_options.free; 0 for NULL and after an error.""",
     ),
     "toliman_fit_get_parameter": (
         c_int32, (("fit", POINTER(toliman_fit)), ("index", c_int32), ("out", POINTER(toliman_sim_parameter))),
@@ -4512,7 +4595,7 @@ toliman_mask_info.iterations. Since 0.2.""",
         c_char_p, (("mask", POINTER(toliman_mask)),),
         """Returns the mask as JSON on one line, the value of telescope.mask of a scene: {"kind": "file", "file": "mask.npy",
 "quantity": "binary", "opd_nm": ...}, whose file the caller writes from the cells. Every number is read again as the
-same double. "" for NULL. Valid until the mask is destroyed. Since 0.2.""",
+same double. "" for NULL and after an error. Valid until the mask is destroyed. Since 0.2.""",
     ),
     "toliman_period_options_init": (
         None, (("options", POINTER(toliman_period_options)), ("size", c_size_t)),
@@ -4650,7 +4733,7 @@ Errors:
     ),
     "toliman_period_count": (
         c_int64, (("period", POINTER(toliman_period)),),
-        """Returns the number of samples, 0 for NULL.""",
+        """Returns the number of samples; 0 for NULL and after an error.""",
     ),
     "toliman_period_get_info": (
         c_int32, (("period", POINTER(toliman_period)), ("out", POINTER(toliman_period_info))),
@@ -5295,6 +5378,42 @@ Errors, after which neither result nor out is written:
     "toliman_sky_save_file": (
         c_int32, (("sky", POINTER(toliman_sky)), ("path", c_char_p)),
         """Writes the system to a file (schema toliman-system/1), replacing it atomically. Errors: TOLIMAN_E_WRITE. Since 0.2.""",
+    ),
+    "toliman_sky_cause_name": (
+        c_char_p, (("cause", c_int32),),
+        """Returns the name of a cause ("none", "time", "axes", "rotation_x", "rotation_y", "rotation_z", "scale", "centre"),
+"?" for an unknown one. Static text. Since 0.2.""",
+    ),
+    "toliman_sky_diagnose": (
+        c_int32, (
+            ("sky", POINTER(toliman_sky)),
+            ("intervals", POINTER(c_int64)),
+            ("interval_counts", POINTER(c_size_t)),
+            ("separations_arcsec", POINTER(c_double)),
+            ("sigmas_arcsec", POINTER(c_double)),
+            ("count", c_size_t),
+            ("scale_sigma", c_double),
+            ("result", POINTER(toliman_sky_diagnosis)),
+            ("hypotheses", POINTER(toliman_sky_hypothesis)),
+        ),
+        """Finds the mistake that explains the residuals of measured separations about their predictions. The arguments are
+those of toliman_sky_refit.
+  intervals           [sum of interval_counts][2], on-target intervals of the measurements, start and end in TAI
+                      nanoseconds
+  interval_counts     [count], number of intervals of each measurement. NULL: one for each, from the start to the end
+                      of an exposure
+  separations_arcsec  [count], measured apparent separations
+  sigmas_arcsec       [count], their standard deviations
+  scale_sigma         standard deviation of the relative error of the plate scale, in [0, 1); 0 = no error. The
+                      hypothesis SCALE tests a larger error
+  result              receives the cause and the goodness of fit
+  hypotheses          [TOLIMAN_SKY_HYPOTHESES], receives all hypotheses, with the struct_size of hypotheses[0] set.
+                      NULL: only the goodness is computed; the cause is NONE
+At most 4096 measurements are used, evenly spread over more. Those that the observer file does not cover are left
+out. With fewer than 20, no hypothesis is tested. Shifts of time are tested up to 25 h. Takes about 25 us per
+measurement for the goodness, and 1 ms per measurement for all hypotheses.
+Errors: TOLIMAN_E_ARGUMENT, naming the measurement, for those that toliman_sky_reduce refuses and for bad numbers;
+otherwise as toliman_sky_predict_mean. Nothing is then written. Since 0.2.""",
     ),
     "toliman_track_verdict_name": (
         c_char_p, (("verdict", c_int32),),

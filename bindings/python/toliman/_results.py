@@ -622,6 +622,12 @@ class SkyInfo(Result):
     name: str = member("name of the system; \"\" if the file has none")
     parallax_arcsec: float = member("of the barycentre")
     star_mass: tuple[float, ...] = member("of A and B, solar masses")
+    states: int = member("of the observer file; 0 without one")
+    altitude_km: tuple[float, ...] = member("lowest and highest of the observer's states, above 6378.137 km; NaN without an orbit")
+    inclination_deg: float = member("of the observer's orbit to the equator, at its first state; above 90: retrograde")
+    node_deg: float = member("right ascension of its ascending node there; NaN for a circular orbit")
+    node_hours: float = member("local mean time at its ascending node there, in [0, 24) h")
+    orbit_minutes: float = member("period of the observer's orbit there, min")
 
 
 @result
@@ -634,6 +640,37 @@ class Refit(Result):
     scale: float = member("relative error of the plate scale: measured = (1 + scale) true")
     scale_sigma: float = member("its standard deviation")
     covariance: tuple[float, ...] = member("[7][7], of the elements, in their units")
+
+
+@result
+class Hypothesis(Result):
+    """A hypothesis, fitted alone, with the errors of the orbital elements and, except for SCALE, a mean and two harmonics of
+    a year: the residuals that a whole number of revolutions of the observer leaves have that period, and may be those of
+    a planet.
+    Sign of times: value is the given time minus the true time. It is above 0 for times that are late, such as times in
+    TAI that were read as UTC (+37 s), and below 0 for times that are early, such as starts of exposures that were taken
+    for their middles (-30 s for 60 s). An error of the times in the observer file has the opposite sign."""
+
+    cause: str = member("...", words="TOLIMAN_SKY_CAUSE")
+    value: float = member("s, deg or relative; NaN for AXES and CENTRE")
+    sigma: float = member("standard deviation of value, with the residuals that are left; NaN for AXES and CENTRE")
+    chi_square: float = member("per degree of freedom, if the hypothesis is true; NaN if it was not tested")
+    gain: float = member("by which it lowers the sum of the squared residuals and priors")
+    significance: float = member("sqrt(gain/max(1, chi_square)), standard deviations; 0 if it was not tested")
+    is_decisive: bool = member("1 if significance is at least 7, and at least 5 measurements share the gain")
+    text: str = member("\"times are late by 37.0 +- 0.2 s: TAI taken for UTC?\"")
+
+
+@result
+class Diagnosis(Result):
+    """Result of a diagnosis."""
+
+    cause: str = member("the simplest of the decisive hypotheses that explain the residuals equally well", words="TOLIMAN_SKY_CAUSE")
+    chi_square: float = member("per degree of freedom, of the residuals and priors without a hypothesis (goodness.h)")
+    chi_square_sigma: float = member("its standard deviation")
+    largest_residual: float = member("of a measurement, in standard deviations")
+    goodness: str = member("...", words="TOLIMAN_GOODNESS")
+    used: int = member("number of measurements that were used")
 
 
 @result

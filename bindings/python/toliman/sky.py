@@ -14,7 +14,7 @@ from ._handle import Handle
 from ._library import check, library
 from ._log import log
 from ._predictions import structured
-from ._results import Refit, SkyInfo, SkyPrediction
+from ._results import Diagnosis, Hypothesis, Refit, SkyInfo, SkyPrediction
 
 _EFFECTS = ("earth_aberration", "spacecraft_aberration", "parallax", "roemer", "light_time", "radial_motion",
             "transverse_motion", "deflection")
@@ -147,6 +147,28 @@ class Sky(Handle):
                             exposures.counts, pointer(separations), pointer(sigmas), exposures.count,
                             real("scale_sigma", scale_sigma), ctypes.byref(result))
         return Sky._adopt(made), Refit._of(result)
+
+    def diagnose(self, tai_ns: ArrayLike, separations_arcsec: ArrayLike, sigmas_arcsec: ArrayLike, *,
+                 scale_sigma: float = 0, on_target: bool | None = None) -> tuple[Diagnosis, dict[str, Hypothesis]]:
+        """Finds the mistake that explains the residuals of measured separations about their predictions.
+
+            found, hypotheses = sky.diagnose([[start, end], ...], measured_arcsec, sigma_arcsec)
+            if found.goodness == "poor" and found.cause != "none":
+                print(hypotheses[found.cause].text)     # times are late by 37.0 +- 0.2 s: TAI taken for UTC?
+
+        The arguments are those of refit. Measurements that the observer file does not cover are left out.
+        Returns the cause with the goodness of fit, and all hypotheses by their causes. Of times, value is the given
+        time minus the true time: above 0 for times that are late."""
+        exposures = _Exposures(tai_ns, on_target)
+        separations, sigmas = exposures.column(separations_arcsec), exposures.column(sigmas_arcsec)
+        result = _raw.toliman_sky_diagnosis()
+        rows = (_raw.toliman_sky_hypothesis * _raw.TOLIMAN_SKY_HYPOTHESES)()
+        rows[0].struct_size = ctypes.sizeof(_raw.toliman_sky_hypothesis)
+        check(library.toliman_sky_diagnose(self._c, exposures.intervals.ctypes.data_as(_int64), exposures.counts,
+                                           pointer(separations), pointer(sigmas), exposures.count,
+                                           real("scale_sigma", scale_sigma), ctypes.byref(result), rows))
+        hypotheses = [Hypothesis._of(row) for row in rows]
+        return Diagnosis._of(result), {one.cause: one for one in hypotheses}
 
     def error_columns(self, unit_arcsec: float = 1.0, *,
                       scale_sigma: float = 0.0) -> tuple[list[int], numpy.ndarray, numpy.ndarray]:

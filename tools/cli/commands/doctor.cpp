@@ -20,6 +20,7 @@
 #include "experiment/theory.hpp"
 #include "frames/fits.hpp"
 #include "options/command.hpp"
+#include "scenes/observer_options.hpp"
 
 namespace cli {
 
@@ -120,7 +121,7 @@ std::string verdict(const Health &health) {
     return health.warnings.empty() ? "ready" : "ready, but " + joined(health.warnings, "; ");
 }
 
-std::string as_json(const Health &health) {
+std::string as_json(const Health &health, const ObserverOptions &observer, const toliman_sky *sky) {
     const toliman_machine &machine = health.machine;
     Json json("schema", "toliman-doctor/1", "version", toliman_version(), "abi_version", toliman_abi_version());
     json.set("cpu", health.cpu, "processors", machine.processors, "isa", machine.isa, "isa_available", health.sets);
@@ -128,11 +129,12 @@ std::string as_json(const Health &health) {
     json.set("blas_is_slow", machine.blas_is_slow != 0, "blas_gflops", health.gflops);
     json.set("fftw", machine.fftw, "zlib", ::zlibVersion(), "cjson", ::cJSON_Version(), "cfitsio", health.cfitsio);
     json.set("cli11", CLI11_VERSION, "fsync_ms", health.sync.milliseconds, "fsync_folder", health.sync.folder);
+    observer.set_orbit(json, sky);
     json.set("ready", health.problems.empty(), "verdict", verdict(health));
     return json.text();
 }
 
-std::string as_text(const Health &health) {
+std::string as_text(const Health &health, const std::string &orbit) {
     const toliman_machine &machine = health.machine;
     return formatted("libtoliman   %s, ABI %d\n", toliman_version(), toliman_abi_version()) +
            formatted("CPU          %s, %d processors\n", health.cpu.c_str(), machine.processors) +
@@ -145,17 +147,22 @@ std::string as_text(const Health &health) {
                      health.cfitsio.c_str(), CLI11_VERSION) +
            "fsync        " +
            (health.sync.error.empty() ? rounded(health.sync.milliseconds) + " ms, median of 9," : health.sync.error) +
-           " in " + health.sync.folder + "\nverdict      " + verdict(health) + "\n";
+           " in " + health.sync.folder + (orbit.empty() ? "" : "\nobserver     " + orbit) + "\nverdict      " + verdict(health) + "\n";
 }
 
 struct Options {
     std::string folder = ".";
+    ObserverOptions observer;
     bool json = false;
 };
 
-void doctor(const Options &options, Progress &) {
+void doctor(const Options &options, Progress &progress) {
+    toliman::sky_predictor sky;
+    if (options.observer.is_file())
+        sky = options.observer.predictor("alpha-cen", 0, progress);
     const Health health = examine(options.folder.empty() ? "." : options.folder);
-    print_stdout(options.json ? as_json(health) : as_text(health));
+    print_stdout(options.json ? as_json(health, options.observer, sky.get())
+                              : as_text(health, options.observer.orbit(sky.get())));
     if (!health.problems.empty())
         throw Failure(kExitRejected, "not ready: " + verdict(health));
 }
@@ -166,6 +173,7 @@ void add_doctor(CLI::App &app, Context &context) {
     CLI::App *command = add_command(app, "doctor");
     auto options = std::make_shared<Options>();
     add_option(command, "FOLDER", options->folder, "", "folder whose disk is tested; default: the current one");
+    options->observer.add_file_to(*command);
     command->add_flag("--json", options->json, "print JSON, schema toliman-doctor/1");
     set_action(*command, context, options, doctor);
 }

@@ -51,13 +51,15 @@ std::vector<toliman_sky_prediction> predictions_of(const toliman_sky *sky, const
     return seen;
 }
 
-void print_table(const Options &options, const toliman_sky_info &info, const std::vector<SkyTime> &times,
+void print_table(const Options &options, const toliman_sky *sky, const std::vector<SkyTime> &times,
                  const std::vector<toliman_sky_prediction> &seen) {
+    const auto info = info_from<toliman_sky_info>(toliman_sky_get_info, sky);
     size_t width = std::strlen("time");
     for (const SkyTime &time : times)
         width = std::max(width, time.text.size());
     std::string text = "# system    " + std::string(info.name[0] != '\0' ? info.name : options.system.c_str()) + "\n";
-    text += "# observer  " + options.observer.text() + "\n";
+    const std::string orbit = options.observer.orbit(sky);
+    text += "# observer  " + (orbit.empty() ? options.observer.text() : orbit) + "\n";
     text += "# without   " + (options.without.empty() ? "nothing" : joined(options.without)) + "\n";
     text += "# scale     " + options.times.scale + "\n";
     const auto cells = static_cast<int>(width);
@@ -84,11 +86,13 @@ std::vector<Exact> partials_of(const toliman_sky_prediction &row) {
     return partials;
 }
 
-void print_json(const Options &options, const toliman_sky_info &info, const std::vector<SkyTime> &times,
+void print_json(const Options &options, const toliman_sky *sky, const std::vector<SkyTime> &times,
                 const std::vector<toliman_sky_prediction> &seen) {
+    const auto info = info_from<toliman_sky_info>(toliman_sky_get_info, sky);
     Json json("schema", "toliman-predict/1", "version", toliman_version(), "system", options.system, "name",
               text_or_null(info.name), "orbit_digest", digest_text(info.orbit_digest));
     options.observer.set(json);
+    options.observer.set_orbit(json, sky);
     json.set("without", options.without, "scale", options.times.scale);
     std::vector<Json> rows;
     for (size_t i = 0; i < times.size(); i++) {
@@ -108,9 +112,8 @@ void predict(const Options &options, Progress &progress) {
     options.observer.check();
     const std::vector<SkyTime> times = sky_times(options.times, LeapSeconds(options.observer.leap_seconds()).rows);
     const auto sky = options.observer.predictor(options.system, effects_of(options.without), progress);
-    const auto info = info_from<toliman_sky_info>(toliman_sky_get_info, sky.get());
     const auto seen = predictions_of(sky.get(), times);
-    (options.as_json ? print_json : print_table)(options, info, times, seen);
+    (options.as_json ? print_json : print_table)(options, sky.get(), times, seen);
 }
 
 } // namespace

@@ -11,6 +11,7 @@
 #include "common/text.hpp"
 #include "downlink/measured_frames.hpp"
 #include "options/command.hpp"
+#include "series/diagnosis.hpp"
 #include "series/reduction.hpp"
 
 namespace cli {
@@ -37,6 +38,7 @@ struct Fitted {
     toliman_sky_refit_result result;
     std::vector<Element> elements;
     size_t measurements, unreduced;
+    std::optional<Json> diagnosis;
 };
 
 std::vector<Element> elements_of(const toliman_sky *before, const toliman_sky *after) {
@@ -82,7 +84,8 @@ Fitted fit(Options &options, Progress &progress) {
     const auto sky = options.reduction.observer.predictor(options.system, 0, progress);
     const Measurements measured = reduce(measured_of(options, progress), options.reduction, sky.get(), progress);
     Fitted fitted = {
-        nullptr, toliman::sized<toliman_sky_refit_result>(), {}, measured.separations.size(), measured.unreduced};
+        nullptr, toliman::sized<toliman_sky_refit_result>(), {}, measured.separations.size(), measured.unreduced, {}};
+    fitted.diagnosis = diagnosis_of(measured, sky.get(), options.scale_sigma, progress);
     fitted.sky = toliman::make<toliman::sky_predictor>(
         toliman_sky_refit, sky.get(), measured.intervals.data(), nullptr, measured.separations.data(),
         measured.sigmas.data(), measured.separations.size(), options.scale_sigma, &fitted.result);
@@ -127,8 +130,8 @@ void print_json(const Options &options, const Fitted &fitted) {
         covariance.emplace_back(&result.covariance[i * TOLIMAN_SKY_ELEMENTS],
                                 &result.covariance[i * TOLIMAN_SKY_ELEMENTS] + TOLIMAN_SKY_ELEMENTS);
     json.set("covariance", covariance, "chi_square", result.chi_square, "rms_uas", result.rms_arcsec * 1e6, "scale",
-             result.scale, "scale_sigma", result.scale_sigma, "iterations", result.iterations, "out",
-             text_or_null(options.out));
+             result.scale, "scale_sigma", result.scale_sigma, "iterations", result.iterations, "diagnosis",
+             fitted.diagnosis, "out", text_or_null(options.out));
     print_stdout(json.text());
 }
 

@@ -51,6 +51,8 @@ void ReferenceOptions::set(toliman_track_options &how, const std::optional<tolim
                       std::string(how.folder) +
                           ": its separations are reduced: give the orbit of the spacecraft, --observer FILE");
     sky_ = observer_.predictor(system_.empty() ? system_of(how.folder, progress) : system_, 0, progress);
+    if (const std::string orbit = observer_.orbit(sky_.get()); !orbit.empty())
+        progress.tell(orbit);
     how.sky = sky_.get();
     if (plate_scale_)
         how.plate_scale_arcsec = plate_scale_of(plate_scale_, 0);

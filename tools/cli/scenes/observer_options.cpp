@@ -1,6 +1,7 @@
 #include "scenes/observer_options.hpp"
 
 #include <cmath>
+#include <cstring>
 
 #include "common/failure.hpp"
 #include "common/library.hpp"
@@ -12,6 +13,14 @@
 #include "scenes/sky_times.hpp"
 
 namespace cli {
+
+namespace {
+
+double per_minute(const toliman_sky_info &info) {
+    return static_cast<double>(info.states) / (static_cast<double>(info.last_ns - info.first_ns) / 60e9);
+}
+
+} // namespace
 
 double plate_scale_of(const std::optional<double> &given, double otherwise) {
     const double scale = given.value_or(otherwise);
@@ -31,6 +40,12 @@ void ObserverOptions::add_to(CLI::App &command, Times times) {
     if (times == Times::own)
         add_option(&command, "--leap-seconds", leap_seconds_, "FILE",
                    "leap-seconds.list of the IERS, default the table of ERFA");
+}
+
+void ObserverOptions::add_file_to(CLI::App &command) {
+    add_option(&command, "--observer", file_, "FILE", "describe the orbit in this file: CCSDS OEM or CSV");
+    add_option(&command, "--leap-seconds", leap_seconds_, "FILE",
+               "leap-seconds.list of the IERS, default the table of ERFA");
 }
 
 void ObserverOptions::check() const {
@@ -63,6 +78,29 @@ toliman::sky_predictor ObserverOptions::predictor(const std::string &system, uin
 std::string ObserverOptions::coverage(const toliman_sky *sky) const {
     const auto info = info_from<toliman_sky_info>(toliman_sky_get_info, sky);
     return *file_ + " has states from " + date_text(info.first_ns) + " to " + date_text(info.last_ns) + " TAI";
+}
+
+std::string ObserverOptions::orbit(const toliman_sky *sky) const {
+    if (!file_)
+        return "";
+    const auto info = info_from<toliman_sky_info>(toliman_sky_get_info, sky);
+    const auto day = [](int64_t ns) { return date_text(ns).substr(0, std::strlen("2029-01-01")); };
+    return *file_ +
+           formatted(": altitude %.0f to %.0f km, inclination %.1f deg, ascending node at %.1f h local time, ",
+                     info.altitude_km[0], info.altitude_km[1], info.inclination_deg, info.node_hours) +
+           day(info.first_ns) + " to " + day(info.last_ns) + formatted(", %.2g states per minute", per_minute(info));
+}
+
+void ObserverOptions::set_orbit(Json &json, const toliman_sky *sky) const {
+    std::optional<Json> orbit;
+    if (file_) {
+        const auto info = info_from<toliman_sky_info>(toliman_sky_get_info, sky);
+        orbit = Json("altitude_min_km", info.altitude_km[0], "altitude_max_km", info.altitude_km[1], "inclination_deg",
+                     info.inclination_deg, "node_deg", info.node_deg, "node_hours", info.node_hours, "period_minutes",
+                     info.orbit_minutes, "first_tai", date_text(info.first_ns), "last_tai", date_text(info.last_ns),
+                     "segments", info.segments, "states", info.states);
+    }
+    json.set("observer_orbit", orbit);
 }
 
 std::string ObserverOptions::options() const {

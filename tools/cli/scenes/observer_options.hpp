@@ -25,6 +25,7 @@ class ObserverOptions {
     enum class Times { own, given_elsewhere };
     // times: whether the command has an option --leap-seconds of its own, which set_leap_seconds() passes on.
     void add_to(CLI::App &command, Times times = Times::own);
+    void add_file_to(CLI::App &command); // --observer and --leap-seconds only
     void set_leap_seconds(const std::string &path) { leap_seconds_ = path; }
     // False for the Earth's centre.
     bool given() const noexcept { return altitude_ || file_; }
@@ -38,6 +39,11 @@ class ObserverOptions {
     toliman::sky_predictor predictor(const std::string &system, uint32_t without, Progress &progress) const;
     // "spacecraft.oem has states from 2027-01-01T00:00:00 to 2027-12-31T00:00:00 TAI".
     std::string coverage(const toliman_sky *sky) const;
+    // "spacecraft.oem: altitude 596 to 604 km, inclination 97.8 deg, ascending node at 18.0 h local time, 2029-01-01 to
+    // 2029-03-01, 1.5 states per minute"; "" without a file.
+    std::string orbit(const toliman_sky *sky) const;
+    // Adds the member observer_orbit: null without a file.
+    void set_orbit(Json &json, const toliman_sky *sky) const;
     // "spacecraft.oem", "circular orbit, altitude 600 km, node at 18 h", "centre of the Earth".
     std::string text() const;
     // Adds the members observer, observer_file, altitude_km and node_hours.

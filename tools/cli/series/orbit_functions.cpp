@@ -4,6 +4,7 @@
 
 #include "common/failure.hpp"
 #include "common/text.hpp"
+#include "series/diagnosis.hpp"
 
 namespace cli {
 
@@ -72,7 +73,8 @@ ReductionNote reduce_to_orbit(const std::string &system, const ReductionOptions 
         set_functions(measured, sky.get(), given.plate_scale, nuisance.scale_sigma, series.nuisance, progress);
     Json json("system", system);
     reduction.set(json);
-    json.set("unreduced", measured.unreduced);
+    json.set("unreduced", measured.unreduced, "diagnosis",
+             diagnosis_of(measured, sky.get(), nuisance.scale_sigma, progress));
     return {json, system + " seen from: " + reduction.observer.text() +
                       formatted("; %zu samples left out", measured.unreduced)};
 }

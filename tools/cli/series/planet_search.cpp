@@ -18,7 +18,7 @@ namespace cli {
 namespace {
 
 constexpr size_t kLimitPeriods = 40;
-constexpr double kMostMass = 1e4; // solar masses
+constexpr double kMostMass = 500, kMostParallax = 770; // solar masses, mas
 
 // Members of the library's options, and the options of the command line that set them.
 const std::pair<const char *, const char *> kNames[] = {
@@ -142,7 +142,7 @@ void PlanetOptions::check(const ValueUnit &unit) const {
                       formatted("--star-masses: has %zu numbers: must be %s", star_masses.size(),
                                 unit.is_velocity ? "one, as the series has the velocities of one star" : "A,B"));
     if (parallax_mas)
-        check_positive("--parallax", *parallax_mas, 1000, " mas");
+        check_positive("--parallax", *parallax_mas, kMostParallax, " mas");
     if (parallax_mas && unit.is_velocity)
         throw Failure(kExitUsage, "--parallax: is for separations, not with --unit " + unit.name);
     for (const auto &[option, value] : {std::pair("--period-min", period_min), {"--period-max", period_max}})

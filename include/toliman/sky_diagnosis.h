@@ -1,0 +1,99 @@
+/* libtoliman, sky diagnosis: the mistake that explains why separations do not agree with their predictions.
+ *
+ * Data flow
+ *
+ *   toliman_sky (sky.h), measured separations [count] -> toliman_sky_diagnose -> toliman_sky_diagnosis
+ *                                                                           +-> toliman_sky_hypothesis [7]
+ *
+ * The velocity of an observer in a low orbit changes the separation of alpha Centauri by 205 to 257 uas every 97
+ * minutes. A mistake in times or in the axes of the observer file therefore leaves residuals of a known shape: times
+ * that are late by 37 s leave 10 uas. A planet leaves another shape, and other residuals count as noise: a cause is
+ * named only if it explains the residuals by at least 7 standard deviations of what it leaves.
+ */
+#ifndef TOLIMAN_SKY_DIAGNOSIS_H
+#define TOLIMAN_SKY_DIAGNOSIS_H
+
+#include <toliman/goodness.h>
+#include <toliman/sky.h>
+
+TOLIMAN_BEGIN_DECLS
+
+/* Causes of residuals. TIME to CENTRE are the hypotheses of toliman_sky_diagnose, in the order of its array. All but
+ * SCALE need an observer in orbit. */
+#define TOLIMAN_SKY_CAUSE_NONE 711       /* no hypothesis explains the residuals */
+#define TOLIMAN_SKY_CAUSE_TIME 712       /* all times are late by a common offset, s */
+#define TOLIMAN_SKY_CAUSE_AXES 713       /* the observer's axes are exchanged or reversed, those of the ecliptic or of date */
+#define TOLIMAN_SKY_CAUSE_ROTATION_X 714 /* the observer's states are turned about the axis x, y or z of the ICRS, deg */
+#define TOLIMAN_SKY_CAUSE_ROTATION_Y 715
+#define TOLIMAN_SKY_CAUSE_ROTATION_Z 716
+#define TOLIMAN_SKY_CAUSE_SCALE 717  /* relative error of the plate scale: measured = (1 + value) true */
+#define TOLIMAN_SKY_CAUSE_CENTRE 718 /* the separations are those at the Earth's centre */
+
+/* Number of hypotheses. */
+#define TOLIMAN_SKY_HYPOTHESES 7u
+
+/* Returns the name of a cause ("none", "time", "axes", "rotation_x", "rotation_y", "rotation_z", "scale", "centre"),
+ * "?" for an unknown one. Static text. Since 0.2. */
+TOLIMAN_API const char *toliman_sky_cause_name(int32_t cause) TOLIMAN_NOEXCEPT;
+
+/* A hypothesis, fitted alone, with the errors of the orbital elements and, except for SCALE, a mean and two harmonics of
+ * a year: the residuals that a whole number of revolutions of the observer leaves have that period, and may be those of
+ * a planet. Since 0.2.
+ * Sign of times: value is the given time minus the true time. It is above 0 for times that are late, such as times in
+ * TAI that were read as UTC (+37 s), and below 0 for times that are early, such as starts of exposures that were taken
+ * for their middles (-30 s for 60 s). An error of the times in the observer file has the opposite sign. */
+typedef struct toliman_sky_hypothesis {
+    uint32_t struct_size; /* in: sizeof(toliman_sky_hypothesis) */
+    int32_t cause;        /* TOLIMAN_SKY_CAUSE_... */
+    double value;         /* s, deg or relative; NaN for AXES and CENTRE */
+    double sigma;         /* standard deviation of value, with the residuals that are left; NaN for AXES and CENTRE */
+    double chi_square;    /* per degree of freedom, if the hypothesis is true; NaN if it was not tested */
+    double gain;          /* by which it lowers the sum of the squared residuals and priors */
+    double significance;  /* sqrt(gain/max(1, chi_square)), standard deviations; 0 if it was not tested */
+    int32_t is_decisive;  /* 1 if significance is at least 7, and at least 5 measurements share the gain */
+    int32_t reserved;     /* 0 */
+    char text[160];       /* "times are late by 37.0 +- 0.2 s: TAI taken for UTC?" */
+} toliman_sky_hypothesis;
+#define TOLIMAN_SKY_HYPOTHESIS_INIT TOLIMAN_INIT(toliman_sky_hypothesis)
+
+/* Result of a diagnosis. Since 0.2. */
+typedef struct toliman_sky_diagnosis {
+    uint32_t struct_size;    /* in: sizeof(toliman_sky_diagnosis) */
+    int32_t cause;           /* the simplest of the decisive hypotheses that explain the residuals equally well */
+    double chi_square;       /* per degree of freedom, of the residuals and priors without a hypothesis (goodness.h) */
+    double chi_square_sigma; /* its standard deviation */
+    double largest_residual; /* of a measurement, in standard deviations */
+    int32_t goodness;        /* TOLIMAN_GOODNESS_... */
+    int32_t reserved;        /* 0 */
+    uint64_t used;           /* number of measurements that were used */
+} toliman_sky_diagnosis;
+#define TOLIMAN_SKY_DIAGNOSIS_INIT TOLIMAN_INIT(toliman_sky_diagnosis)
+
+/* Finds the mistake that explains the residuals of measured separations about their predictions. The arguments are
+ * those of toliman_sky_refit.
+ *   intervals           [sum of interval_counts][2], on-target intervals of the measurements, start and end in TAI
+ *                       nanoseconds
+ *   interval_counts     [count], number of intervals of each measurement. NULL: one for each, from the start to the end
+ *                       of an exposure
+ *   separations_arcsec  [count], measured apparent separations
+ *   sigmas_arcsec       [count], their standard deviations
+ *   scale_sigma         standard deviation of the relative error of the plate scale, in [0, 1); 0 = no error. The
+ *                       hypothesis SCALE tests a larger error
+ *   result              receives the cause and the goodness of fit
+ *   hypotheses          [TOLIMAN_SKY_HYPOTHESES], receives all hypotheses, with the struct_size of hypotheses[0] set.
+ *                       NULL: only the goodness is computed; the cause is NONE
+ * At most 4096 measurements are used, evenly spread over more. Those that the observer file does not cover are left
+ * out. With fewer than 20, no hypothesis is tested. Shifts of time are tested up to 25 h. Takes about 25 us per
+ * measurement for the goodness, and 1 ms per measurement for all hypotheses.
+ * Errors: TOLIMAN_E_ARGUMENT, naming the measurement, for those that toliman_sky_reduce refuses and for bad numbers;
+ * otherwise as toliman_sky_predict_mean. Nothing is then written. Since 0.2. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_diagnose(const toliman_sky *sky, const int64_t *intervals,
+                                                                   const size_t *interval_counts,
+                                                                   const double *separations_arcsec,
+                                                                   const double *sigmas_arcsec, size_t count,
+                                                                   double scale_sigma, toliman_sky_diagnosis *result,
+                                                                   toliman_sky_hypothesis *hypotheses) TOLIMAN_NOEXCEPT;
+
+TOLIMAN_END_DECLS
+
+#endif

@@ -1,0 +1,70 @@
+// include/toliman/sky_diagnosis.h
+#include <toliman/sky_diagnosis.h>
+
+#include <optional>
+
+#include "api/choice.hpp"
+#include "api/goodness.hpp"
+#include "api/sky_handle.hpp"
+#include "api/sky_measurements.hpp"
+#include "api/struct_array.hpp"
+#include "api/text_out.hpp"
+#include "sky/diagnosis.hpp"
+
+using namespace toliman;
+using namespace toliman::api;
+
+namespace {
+
+static_assert(sky::kCauses == TOLIMAN_SKY_HYPOTHESES);
+
+constexpr Choice<sky::Cause> kPublicCauses = {TOLIMAN_SKY_CAUSE_NONE, TOLIMAN_SKY_CAUSE_CENTRE,
+                                              "TOLIMAN_SKY_CAUSE_..."};
+constexpr const char *kCauseNames[] = {"none",       "time",       "axes",  "rotation_x",
+                                       "rotation_y", "rotation_z", "scale", "centre"};
+
+toliman_sky_hypothesis public_hypothesis(const sky::Hypothesis &one, size_t place) noexcept {
+    toliman_sky_hypothesis out = {};
+    out.cause = TOLIMAN_SKY_CAUSE_TIME + static_cast<int32_t>(place);
+    out.value = one.value;
+    out.sigma = one.sigma;
+    out.chi_square = one.chi_square;
+    out.gain = one.gain;
+    out.significance = one.significance;
+    out.is_decisive = one.is_decisive ? 1 : 0;
+    put_text(one.text, out.text);
+    return out;
+}
+
+} // namespace
+
+extern "C" {
+
+const char *toliman_sky_cause_name(int32_t cause) noexcept {
+    return kPublicCauses.contains(cause) ? kCauseNames[cause - kPublicCauses.first] : "?";
+}
+
+toliman_status toliman_sky_diagnose(const toliman_sky *sky, const int64_t *intervals, const size_t *interval_counts,
+                                    const double *separations_arcsec, const double *sigmas_arcsec, size_t count,
+                                    double scale_sigma, toliman_sky_diagnosis *result,
+                                    toliman_sky_hypothesis *hypotheses) noexcept {
+    return guard([&] {
+        const Use use(sky, "sky");
+        check_struct_size("result", required(result, "result"));
+        std::optional<StructArray<toliman_sky_hypothesis>> rows;
+        if (hypotheses != nullptr)
+            rows.emplace(hypotheses, "hypotheses");
+        const double sigma = known_scale_sigma(scale_sigma);
+        const sky::Diagnosis found = sky::diagnose(
+            *sky->predictor, measurements_of(intervals, interval_counts, separations_arcsec, sigmas_arcsec, count),
+            sigma, rows.has_value());
+        toliman_sky_diagnosis filled = {};
+        filled.cause = kPublicCauses.to_constant(found.cause);
+        set_goodness(found.goodness, filled);
+        filled.used = found.used;
+        for (size_t i = 0; i < found.hypotheses.size(); i++)
+            rows->put(i, public_hypothesis(found.hypotheses[i], i));
+        deliver(filled, result, "result");
+    });
+}
+}
