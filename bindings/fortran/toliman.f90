@@ -177,6 +177,18 @@ module toliman
         integer(c_int64_t) :: frame_stride = 0
     end type
 
+    ! Verdicts of goodness of fit.
+    !   UNKNOWN   there is no chi_square
+    !   GOOD      the noise explains the residuals
+    !   POOR      chi_square is too large: the data are damaged, the model lacks an effect, or the standard deviations are
+    !             too small. The standard deviations of the results are too small, and the results may be wrong
+    !   TOO_GOOD  chi_square is too small: the standard deviations are too large, for instance because the data are in
+    !             another unit (DN instead of photons)
+    integer(c_int32_t), parameter, public :: TOLIMAN_GOODNESS_UNKNOWN = 801
+    integer(c_int32_t), parameter, public :: TOLIMAN_GOODNESS_GOOD = 802
+    integer(c_int32_t), parameter, public :: TOLIMAN_GOODNESS_POOR = 803
+    integer(c_int32_t), parameter, public :: TOLIMAN_GOODNESS_TOO_GOOD = 804
+
     ! Engines: how light is propagated from the pupil to the detector. See Engines above.
     integer(c_int32_t), parameter, public :: TOLIMAN_SIM_ENGINE_MATRIX_DFT = 331 ! exact pixel positions; the default
     ! baseline of the chapter; no mask, amplitude or OPD files
@@ -201,9 +213,20 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_SIM_UNIT_ELECTRON = 302
     integer(c_int32_t), parameter, public :: TOLIMAN_SIM_UNIT_DN = 303
 
+    ! Calibration of a scene (calibrate.h): whether one fitted it, and whether its model was complete. Unless it is NONE or
+    ! COMPLETE, estimators that use the scene may be wrong by more than their standard deviations; a warning says so.
+    ! the scene is nominal: no calibration fitted it
+    integer(c_int32_t), parameter, public :: TOLIMAN_SIM_CALIBRATION_NONE = 341
+    ! its file was written without the verdict
+    integer(c_int32_t), parameter, public :: TOLIMAN_SIM_CALIBRATION_UNSTATED = 342
+    ! the model explained the frames of the calibration
+    integer(c_int32_t), parameter, public :: TOLIMAN_SIM_CALIBRATION_COMPLETE = 343
+    ! it did not, or the calibration did not end
+    integer(c_int32_t), parameter, public :: TOLIMAN_SIM_CALIBRATION_INCOMPLETE = 344
+
     ! Properties of a prepared scene.
     type, bind(C), public :: toliman_sim_info
-        integer(c_int32_t) :: struct_size = 184 ! in: sizeof(toliman_sim_info)
+        integer(c_int32_t) :: struct_size = 216 ! in: sizeof(toliman_sim_info)
         integer(c_int32_t) :: wavelengths = 0 ! number of wavelengths of the spectrum
         integer(c_int64_t) :: rows = 0 ! shape of a frame
         integer(c_int64_t) :: cols = 0
@@ -233,6 +256,14 @@ module toliman
         ! TAI of time 0, ns since 1970-01-01T00:00:00 TAI: binary.date as a Julian year of TT; 0 without
         ! binary.observer. Since 0.2
         integer(c_int64_t) :: time_zero_ns = 0
+        integer(c_int32_t) :: calibration = 0 ! TOLIMAN_SIM_CALIBRATION_.... Since 0.2
+        ! TOLIMAN_GOODNESS_..., of the frames of the calibration. Since 0.2
+        integer(c_int32_t) :: calibration_goodness = 0
+        integer(c_int64_t) :: calibration_frames = 0 ! number of these frames; 0 without a verdict. Since 0.2
+        ! per degree of freedom; NaN without a verdict. Since 0.2
+        real(c_double) :: calibration_chi_square = 0.0_c_double
+        ! its standard deviation, if the model is right; NaN without a verdict. Since 0.2
+        real(c_double) :: calibration_chi_square_sigma = 0.0_c_double
     end type
 
     ! Cramer-Rao bounds of a frame: the smallest standard deviation of the separation, in px, that an unbiased estimator
@@ -772,9 +803,27 @@ module toliman
     ! Flag of options: fit also the OPD of each pupil cell.
     integer(c_int32_t), parameter, public :: TOLIMAN_CALIBRATION_MAP = 1
 
+    ! Flag of options: while the model is incomplete, calibrate again with the changes TOLIMAN_CALIBRATION_CHANGE_..., in
+    ! their order, each from the last result. A change is kept if the sum of squared residuals falls by more than noise
+    ! explains at 6 standard deviations. Stops at the first complete model. With _MAP, the map is fitted after the other
+    ! changes. The fitted scene contains the changes that were kept. Since 0.2.
+    integer(c_int32_t), parameter, public :: TOLIMAN_CALIBRATION_IMPROVE = 2
+
+    ! Changes of a model, one bit each. Since 0.2.
+    !   EDGES     telescope.mask.edges = "area" instead of "cell", for a spiral mask
+    !   SAMPLES   twice as many pupil cells per axis, as often as it helps, up to 1024: where the expected error of the
+    !             cells (toliman_sim_plan_info.pupil_error) exceeds the photon noise. Not with files of the pupil, whose
+    !             cells are those of the scene
+    !   SPECTRUM  spectrum_a_1, _2, spectrum_b_1 and _2 free: slope and curvature of the spectra
+    !   OPD_MAP   the OPD of each pupil cell: TOLIMAN_CALIBRATION_MAP
+    integer(c_int32_t), parameter, public :: TOLIMAN_CALIBRATION_CHANGE_EDGES = 1
+    integer(c_int32_t), parameter, public :: TOLIMAN_CALIBRATION_CHANGE_SAMPLES = 2
+    integer(c_int32_t), parameter, public :: TOLIMAN_CALIBRATION_CHANGE_SPECTRUM = 4
+    integer(c_int32_t), parameter, public :: TOLIMAN_CALIBRATION_CHANGE_OPD_MAP = 8
+
     ! An iteration of a calibration.
     type, bind(C), public :: toliman_calibration_step
-        integer(c_int32_t) :: struct_size = 32
+        integer(c_int32_t) :: struct_size = 40
         integer(c_int32_t) :: map = 0 ! 1: of the OPD map; 0: of the parameters
         integer(c_int32_t) :: iteration = 0 ! 1, 2, ...; the numbers continue from the parameters to the map
         integer(c_int32_t) :: accepted = 0 ! 0: the step was rejected
@@ -782,6 +831,10 @@ module toliman
         real(c_double) :: chi_square = 0.0_c_double
         ! of a parameter of the instrument, in its standard deviations; of the map: rms in nm
         real(c_double) :: largest_step = 0.0_c_double
+        ! TOLIMAN_CALIBRATION_CHANGE_... that is tried, 0 for the model as given. The numbers of the iterations begin
+        ! with each change. Since 0.2
+        integer(c_int32_t) :: change = 0
+        integer(c_int32_t) :: reserved = 0 ! 0
     end type
 
     abstract interface
@@ -800,7 +853,7 @@ module toliman
     ! Options of a calibration.
     type, bind(C), public :: toliman_calibration_options
         integer(c_int32_t) :: struct_size = 88
-        integer(c_int32_t) :: flags = 0 ! TOLIMAN_CALIBRATION_MAP, or 0
+        integer(c_int32_t) :: flags = 0 ! TOLIMAN_CALIBRATION_MAP and _IMPROVE, or 0
         ! parameters to fit, separated by spaces: NAME, NAME=SIGMA or NAME-LAST, such as "scale=1e-3 focus
         ! zernike_5-21=50 mask_rotation", with the standard deviation of the prior in the parameter's unit. NULL: all
         ! that the scene has of "focus zernike_5-21 scale mask_rotation jitter_xx jitter_yy jitter_xy temperature_a
@@ -808,7 +861,8 @@ module toliman
         ! deg, mask shifts 1e-4 m, jitter 0.1 px^2, temperatures 200 K, spectral modes 0.1
         type(c_ptr) :: free = c_null_ptr
         ! scene to start from, such as the saved one of a calibration that was interrupted; NULL: the nominal scene.
-        ! Priors remain around the nominal scene
+        ! Priors remain around the nominal scene. With IMPROVE, its mask.edges and pupil_samples replace those of the
+        ! nominal scene
         type(c_ptr) :: start = c_null_ptr
         integer(c_int32_t) :: most_iterations = 0 ! of the parameters, and again of the map; 0 = 30, at most 1000
         integer(c_int32_t) :: threads = 0 ! worker threads, 0 = one per processor. Results do not depend on them
@@ -830,16 +884,20 @@ module toliman
     ! Flag of a calibration: no maximum was found. Values, standard deviations and images of the fitted instrument are NaN.
     integer(c_int32_t), parameter, public :: TOLIMAN_CALIBRATION_NOT_CONVERGED = 1
 
-    ! Flag: the frames have an effect that the model lacks. chi_square is more than 6 standard deviations above 1, or
-    ! structure is above structure_limit.
+    ! Flag: the frames have an effect that the model lacks. chi_square, of all frames or of those of a window, is POOR
+    ! (goodness.h), or structure is above structure_limit.
     integer(c_int32_t), parameter, public :: TOLIMAN_CALIBRATION_INCOMPLETE = 2
     integer(c_int32_t), parameter, public :: TOLIMAN_CALIBRATION_HELD = 4 ! a parameter is known mostly by its prior
     ! the sign of even aberrations is undetermined
     integer(c_int32_t), parameter, public :: TOLIMAN_CALIBRATION_NO_SIGN = 8
 
-    ! Summary of a calibration.
+    ! Flag: chi_square, of all frames or of those of a window, is TOO_GOOD: the noise is smaller than that of the scene,
+    ! for instance with a wrong read noise, a bias that was not subtracted, or counts in another unit. Since 0.2.
+    integer(c_int32_t), parameter, public :: TOLIMAN_CALIBRATION_TOO_GOOD = 16
+
+    ! Summary of a calibration. Members after map_rms_nm since 0.2.
     type, bind(C), public :: toliman_calibration_info
-        integer(c_int32_t) :: struct_size = 112 ! in: sizeof(toliman_calibration_info)
+        integer(c_int32_t) :: struct_size = 168 ! in: sizeof(toliman_calibration_info)
         ! TOLIMAN_CALIBRATION_..., the verdict; 0: converged, and the model is complete
         integer(c_int32_t) :: flags = 0
         integer(c_int64_t) :: frames = 0 ! frames that were calibrated
@@ -850,7 +908,8 @@ module toliman
         integer(c_int32_t) :: windows = 0 ! number of windows
         integer(c_int32_t) :: iterations = 0 ! of the parameters, the rejected ones included
         integer(c_int32_t) :: map_iterations = 0
-        ! sum of squared residuals over their variances, per degree of freedom
+        ! sum of squared residuals over their variances, per degree of freedom: pixels minus parameters,
+        ! map_parameters included
         real(c_double) :: chi_square = 0.0_c_double
         real(c_double) :: chi_square_sigma = 0.0_c_double ! its standard deviation, if the model is right
         ! sum over the neighbours (0,1), (1,0), (1,1), (1,-1), (0,2), (2,0) of the squared correlation of the
@@ -858,7 +917,7 @@ module toliman
         ! with 6 degrees of freedom
         real(c_double) :: structure = 0.0_c_double
         ! 50: exceeded by white residuals once in 2e8 calibrations; with a map, which fits some of the noise, plus
-        ! pixels times (1 - chi_square)^2
+        ! pixels times the square of the part of the noise that it fits
         real(c_double) :: structure_limit = 0.0_c_double
         ! standard deviation of the separation in a frame (median), all parameters of the frame free and those of the
         ! instrument known
@@ -867,6 +926,44 @@ module toliman
         ! frame (median); without that of the map
         real(c_double) :: calibration_sigma_px = 0.0_c_double
         real(c_double) :: map_rms_nm = 0.0_c_double ! rms of the fitted map over the open pupil, nm; 0 without a map
+        ! effective number of parameters of the map, which fits as much of the noise; 0 without
+        real(c_double) :: map_parameters = 0.0_c_double
+        real(c_double) :: largest_residual = 0.0_c_double ! largest |residual| over its standard deviation
+        ! TOLIMAN_GOODNESS_..., of chi_square. With a map that is smaller than its prior, the noise fitted may be up
+        ! to map_parameters / 2 more before chi_square is TOO_GOOD
+        integer(c_int32_t) :: goodness = 0
+        integer(c_int32_t) :: lacks = 0 ! with INCOMPLETE: TOLIMAN_CALIBRATION_CHANGE_... that the model may need
+        integer(c_int32_t) :: changes = 0 ! TOLIMAN_CALIBRATION_CHANGE_... that were kept
+        integer(c_int32_t) :: attempts = 0 ! number of changes that were tried
+        integer(c_int32_t) :: left_out = 0 ! number of default parameters that the scene does not have
+        integer(c_int32_t) :: reserved = 0 ! 0
+        ! expected error of the pupil cells, relative to the peak: toliman_sim_plan_info
+        real(c_double) :: pupil_error = 0.0_c_double
+        ! photon noise of the brightest pixel in all frames together, relative. A larger pupil_error may make the
+        ! model incomplete
+        real(c_double) :: peak_noise = 0.0_c_double
+    end type
+
+    ! A change of the model that was tried. Since 0.2.
+    type, bind(C), public :: toliman_calibration_attempt
+        integer(c_int32_t) :: struct_size = 56 ! in: sizeof(toliman_calibration_attempt)
+        integer(c_int32_t) :: change = 0 ! TOLIMAN_CALIBRATION_CHANGE_...
+        integer(c_int32_t) :: kept = 0 ! 1: the change was kept, and later ones build on it
+        integer(c_int32_t) :: flags = 0 ! TOLIMAN_CALIBRATION_..., the verdict with this change
+        integer(c_int64_t) :: cells = 0 ! pupil cells per axis
+        real(c_double) :: chi_square = 0.0_c_double ! as in toliman_calibration_info, with this change
+        real(c_double) :: chi_square_sigma = 0.0_c_double
+        real(c_double) :: largest_residual = 0.0_c_double
+        integer(c_int32_t) :: goodness = 0
+        integer(c_int32_t) :: reserved = 0 ! 0
+    end type
+
+    ! A default parameter that was not fitted, as the scene does not have it. Since 0.2.
+    type, bind(C), public :: toliman_calibration_left_out
+        integer(c_int32_t) :: struct_size = 24 ! in: sizeof(toliman_calibration_left_out)
+        integer(c_int32_t) :: reserved = 0 ! 0
+        type(c_ptr) :: name = c_null_ptr ! such as "mask_rotation"; static text
+        type(c_ptr) :: reason = c_null_ptr ! such as "needs a spiral mask with mask.edges = "area""; static text
     end type
 
     ! A fitted parameter of the instrument.
@@ -884,12 +981,14 @@ module toliman
 
     ! A window of a calibration: first_days <= time < first_days of the next window.
     type, bind(C), public :: toliman_calibration_window
-        integer(c_int32_t) :: struct_size = 32 ! in: sizeof(toliman_calibration_window)
-        integer(c_int32_t) :: reserved = 0
+        integer(c_int32_t) :: struct_size = 48 ! in: sizeof(toliman_calibration_window)
+        integer(c_int32_t) :: goodness = 0 ! TOLIMAN_GOODNESS_..., of chi_square
         integer(c_int64_t) :: frames = 0 ! number of its frames
         ! start, days of scene time; the first window also holds all earlier times
         real(c_double) :: first_days = 0.0_c_double
         real(c_double) :: chi_square = 0.0_c_double ! of its frames, per degree of freedom
+        real(c_double) :: chi_square_sigma = 0.0_c_double ! as in toliman_calibration_info
+        real(c_double) :: largest_residual = 0.0_c_double
     end type
 
     ! Options of a collection.
@@ -1042,18 +1141,6 @@ module toliman
         end function
     end interface
     public :: toliman_estimate_fn
-
-    ! Verdicts of goodness of fit.
-    !   UNKNOWN   there is no chi_square
-    !   GOOD      the noise explains the residuals
-    !   POOR      chi_square is too large: the data are damaged, the model lacks an effect, or the standard deviations are
-    !             too small. The standard deviations of the results are too small, and the results may be wrong
-    !   TOO_GOOD  chi_square is too small: the standard deviations are too large, for instance because the data are in
-    !             another unit (DN instead of photons)
-    integer(c_int32_t), parameter, public :: TOLIMAN_GOODNESS_UNKNOWN = 801
-    integer(c_int32_t), parameter, public :: TOLIMAN_GOODNESS_GOOD = 802
-    integer(c_int32_t), parameter, public :: TOLIMAN_GOODNESS_POOR = 803
-    integer(c_int32_t), parameter, public :: TOLIMAN_GOODNESS_TOO_GOOD = 804
 
     ! Flags of toliman_ingest_options.
     ! the files may still grow; see toliman_ingest_next and toliman_ingest_finish
@@ -2350,6 +2437,13 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
+        ! Returns the name of a verdict: "unknown", "good", "poor", "too good"; "?" for another number.
+        function toliman_goodness_name(goodness) bind(C) result(answer)
+            import
+            integer(c_int32_t), value :: goodness
+            type(c_ptr) :: answer
+        end function
+
         ! Sets *options, a struct of `size` bytes, to the defaults.
         subroutine toliman_sim_options_init(options, size) bind(C)
             import
@@ -3058,6 +3152,14 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
+        ! Returns the name of a change: "mask edges", "pupil samples", "spectral modes", "map"; "?" for another
+        ! number.
+        function toliman_calibration_change_name(change) bind(C) result(answer)
+            import
+            integer(c_int32_t), value :: change
+            type(c_ptr) :: answer
+        end function
+
         ! Sets *options, a struct of `size` bytes, to the defaults.
         subroutine toliman_calibration_options_init(options, size) bind(C)
             import
@@ -3092,6 +3194,24 @@ module toliman
             import
             type(c_ptr), value :: calibration
             type(toliman_calibration_info), intent(inout) :: out
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Writes attempt number `index` to *out, whose struct_size must be set.
+        function toliman_calibration_get_attempt(calibration, index, out) bind(C) result(answer)
+            import
+            type(c_ptr), value :: calibration
+            integer(c_int32_t), value :: index
+            type(toliman_calibration_attempt), intent(inout) :: out
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Writes number `index` of the parameters that were left out to *out, whose struct_size must be set.
+        function toliman_calibration_get_left_out(calibration, index, out) bind(C) result(answer)
+            import
+            type(c_ptr), value :: calibration
+            integer(c_int32_t), value :: index
+            type(toliman_calibration_left_out), intent(inout) :: out
             integer(c_int32_t) :: answer
         end function
 
@@ -3256,13 +3376,6 @@ module toliman
             type(c_ptr), value :: components
             type(toliman_components_info), intent(inout) :: out
             integer(c_int32_t) :: answer
-        end function
-
-        ! Returns the name of a verdict: "unknown", "good", "poor", "too good"; "?" for another number.
-        function toliman_goodness_name(goodness) bind(C) result(answer)
-            import
-            integer(c_int32_t), value :: goodness
-            type(c_ptr) :: answer
         end function
 
         ! Sets *options, a struct of `size` bytes, to the defaults.
@@ -4453,6 +4566,7 @@ module toliman
     public :: toliman_get_struct_size
     public :: toliman_get_machine
     public :: toliman_get_blas_speed
+    public :: toliman_goodness_name
     public :: toliman_sim_options_init
     public :: toliman_sim_create_file
     public :: toliman_sim_create_json
@@ -4528,10 +4642,13 @@ module toliman
     public :: toliman_sim_get_budget_steps
     public :: toliman_sim_get_budget_rows
     public :: toliman_sim_get_budget_correlations
+    public :: toliman_calibration_change_name
     public :: toliman_calibration_options_init
     public :: toliman_calibrate
     public :: toliman_calibration_destroy
     public :: toliman_calibration_get_info
+    public :: toliman_calibration_get_attempt
+    public :: toliman_calibration_get_left_out
     public :: toliman_calibration_get_value
     public :: toliman_calibration_get_covariance
     public :: toliman_calibration_get_frame
@@ -4550,7 +4667,6 @@ module toliman
     public :: toliman_components_train
     public :: toliman_components_get_series
     public :: toliman_components_get_info
-    public :: toliman_goodness_name
     public :: toliman_ingest_options_init
     public :: toliman_ingest_create
     public :: toliman_ingest_destroy
@@ -4790,8 +4906,11 @@ module toliman
         type(c_ptr) :: handle = c_null_ptr
         integer(c_size_t), private :: rows = -1, cols = -1 ! of a frame
     contains
+        procedure, nopass :: change_name => scene_calibration_change_name
         procedure :: calibrate => scene_calibration_calibrate
         procedure :: get_info => scene_calibration_get_info
+        procedure :: get_attempt => scene_calibration_get_attempt
+        procedure :: get_left_out => scene_calibration_get_left_out
         procedure :: get_value => scene_calibration_get_value
         procedure :: get_covariance => scene_calibration_get_covariance
         procedure :: get_frame => scene_calibration_get_frame
@@ -6264,6 +6383,13 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
+    ! Returns the name of a change: "mask edges", "pupil samples", "spectral modes", "map"; "?" for another number.
+    function scene_calibration_change_name(change) result(answer)
+        integer(c_int32_t), intent(in) :: change
+        character(len=:), allocatable :: answer
+        answer = toliman_text(toliman_calibration_change_name(change))
+    end function
+
     ! Writes the summary of a calibration to *out, whose struct_size must be set.
     subroutine scene_calibration_get_info(self, out, stat, errmsg)
         class(toliman_scene_calibration), intent(in) :: self
@@ -6271,6 +6397,26 @@ contains
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
         call conclude(toliman_calibration_get_info(self%handle, out), stat, errmsg)
+    end subroutine
+
+    ! Writes attempt number `index` to *out, whose struct_size must be set.
+    subroutine scene_calibration_get_attempt(self, index, out, stat, errmsg)
+        class(toliman_scene_calibration), intent(in) :: self
+        integer(c_int32_t), intent(in) :: index
+        type(toliman_calibration_attempt), intent(inout) :: out
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        call conclude(toliman_calibration_get_attempt(self%handle, index, out), stat, errmsg)
+    end subroutine
+
+    ! Writes number `index` of the parameters that were left out to *out, whose struct_size must be set.
+    subroutine scene_calibration_get_left_out(self, index, out, stat, errmsg)
+        class(toliman_scene_calibration), intent(in) :: self
+        integer(c_int32_t), intent(in) :: index
+        type(toliman_calibration_left_out), intent(inout) :: out
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        call conclude(toliman_calibration_get_left_out(self%handle, index, out), stat, errmsg)
     end subroutine
 
     ! Writes parameter number `index` in a window to *out, whose struct_size must be set.

@@ -8,6 +8,7 @@
  *   toliman_sim (nominal scene), frames, times -> toliman_calibrate -> toliman_calibration
  *                                                  (options_init)          |
  *   values, errors, verdict              get_info, get_value, get_covariance, get_frame
+ *   what the model lacks                 get_attempt, change_name, get_left_out
  *   images                               get_opd, get_chi_map, get_residual
  *   fitted scene, for all other uses     save_file, get_window
  *                                        destroy
@@ -31,12 +32,18 @@
  *     known only as well as the spectra are, by their priors. Separations in px do not depend on it.
  *
  * The fitted scene has a group `calibration` with pupil_samples, step_nm, edges and accuracy of the calibration, which
- * are part of the model: a scene that contradicts them is refused.
+ * are part of the model: a scene that contradicts them is refused. The group also has the verdict, which
+ * toliman_sim_info (sim.h) returns, and of which a warning is logged whenever such a scene is used.
+ *
+ * A model that lacks an effect, or whose pupil is too coarse, gives separations that are wrong by many standard
+ * deviations. The verdict on chi_square (goodness.h) and the correlation of the residuals tell it. What may be missing
+ * is listed (toliman_calibration_info.lacks), and tried with TOLIMAN_CALIBRATION_IMPROVE.
  */
 #ifndef TOLIMAN_CALIBRATE_H
 #define TOLIMAN_CALIBRATE_H
 
 #include <toliman/fit.h>
+#include <toliman/goodness.h>
 
 TOLIMAN_BEGIN_DECLS
 
@@ -46,6 +53,28 @@ typedef struct toliman_calibration toliman_calibration;
 /* Flag of options: fit also the OPD of each pupil cell. */
 #define TOLIMAN_CALIBRATION_MAP 1u
 
+/* Flag of options: while the model is incomplete, calibrate again with the changes TOLIMAN_CALIBRATION_CHANGE_..., in
+ * their order, each from the last result. A change is kept if the sum of squared residuals falls by more than noise
+ * explains at 6 standard deviations. Stops at the first complete model. With _MAP, the map is fitted after the other
+ * changes. The fitted scene contains the changes that were kept. Since 0.2. */
+#define TOLIMAN_CALIBRATION_IMPROVE 2u
+
+/* Changes of a model, one bit each. Since 0.2.
+ *   EDGES     telescope.mask.edges = "area" instead of "cell", for a spiral mask
+ *   SAMPLES   twice as many pupil cells per axis, as often as it helps, up to 1024: where the expected error of the
+ *             cells (toliman_sim_plan_info.pupil_error) exceeds the photon noise. Not with files of the pupil, whose
+ *             cells are those of the scene
+ *   SPECTRUM  spectrum_a_1, _2, spectrum_b_1 and _2 free: slope and curvature of the spectra
+ *   OPD_MAP   the OPD of each pupil cell: TOLIMAN_CALIBRATION_MAP */
+#define TOLIMAN_CALIBRATION_CHANGE_EDGES 1u
+#define TOLIMAN_CALIBRATION_CHANGE_SAMPLES 2u
+#define TOLIMAN_CALIBRATION_CHANGE_SPECTRUM 4u
+#define TOLIMAN_CALIBRATION_CHANGE_OPD_MAP 8u
+
+/* Returns the name of a change: "mask edges", "pupil samples", "spectral modes", "map"; "?" for another number. Static
+ * text. Since 0.2. */
+TOLIMAN_API const char *toliman_calibration_change_name(uint32_t change) TOLIMAN_NOEXCEPT;
+
 /* An iteration of a calibration. */
 typedef struct toliman_calibration_step {
     uint32_t struct_size;
@@ -54,6 +83,9 @@ typedef struct toliman_calibration_step {
     uint32_t accepted;   /* 0: the step was rejected */
     double chi_square;   /* sum of squared residuals over their variances, per degree of freedom */
     double largest_step; /* of a parameter of the instrument, in its standard deviations; of the map: rms in nm */
+    uint32_t change;     /* TOLIMAN_CALIBRATION_CHANGE_... that is tried, 0 for the model as given. The numbers of the
+                            iterations begin with each change. Since 0.2 */
+    uint32_t reserved;   /* 0 */
 } toliman_calibration_step;
 #define TOLIMAN_CALIBRATION_STEP_INIT TOLIMAN_INIT(toliman_calibration_step)
 
@@ -66,7 +98,7 @@ typedef int32_t (*toliman_calibration_step_fn)(const toliman_calibration *so_far
 /* Options of a calibration. */
 typedef struct toliman_calibration_options {
     uint32_t struct_size;
-    uint32_t flags;   /* TOLIMAN_CALIBRATION_MAP, or 0 */
+    uint32_t flags;   /* TOLIMAN_CALIBRATION_MAP and _IMPROVE, or 0 */
     const char *free; /* parameters to fit, separated by spaces: NAME, NAME=SIGMA or NAME-LAST, such as "scale=1e-3
                          focus zernike_5-21=50 mask_rotation", with the standard deviation of the prior in the
                          parameter's unit. NULL: all that the scene has of "focus zernike_5-21 scale mask_rotation
@@ -74,7 +106,8 @@ typedef struct toliman_calibration_options {
                          aberrations 100 nm, scale, anisotropy and shear 1e-2, mask_rotation 1 deg, mask shifts 1e-4 m,
                          jitter 0.1 px^2, temperatures 200 K, spectral modes 0.1 */
     const toliman_sim *start; /* scene to start from, such as the saved one of a calibration that was interrupted;
-                                 NULL: the nominal scene. Priors remain around the nominal scene */
+                                 NULL: the nominal scene. Priors remain around the nominal scene. With IMPROVE, its
+                                 mask.edges and pupil_samples replace those of the nominal scene */
     int32_t most_iterations;  /* of the parameters, and again of the map; 0 = 30, at most 1000 */
     uint32_t threads;         /* worker threads, 0 = one per processor. Results do not depend on them */
     double capture_px;        /* largest shift of both stars from their predicted places along x or y, px;
@@ -124,14 +157,18 @@ TOLIMAN_API void toliman_calibration_destroy(toliman_calibration *calibration) T
  */
 #define TOLIMAN_CALIBRATION_NOT_CONVERGED 1u
 
-/* Flag: the frames have an effect that the model lacks. chi_square is more than 6 standard deviations above 1, or
- * structure is above structure_limit. */
+/* Flag: the frames have an effect that the model lacks. chi_square, of all frames or of those of a window, is POOR
+ * (goodness.h), or structure is above structure_limit. */
 #define TOLIMAN_CALIBRATION_INCOMPLETE 2u
 
 #define TOLIMAN_CALIBRATION_HELD 4u    /* a parameter is known mostly by its prior */
 #define TOLIMAN_CALIBRATION_NO_SIGN 8u /* the sign of even aberrations is undetermined */
 
-/* Summary of a calibration. */
+/* Flag: chi_square, of all frames or of those of a window, is TOO_GOOD: the noise is smaller than that of the scene,
+ * for instance with a wrong read noise, a bias that was not subtracted, or counts in another unit. Since 0.2. */
+#define TOLIMAN_CALIBRATION_TOO_GOOD 16u
+
+/* Summary of a calibration. Members after map_rms_nm since 0.2. */
 typedef struct toliman_calibration_info {
     uint32_t struct_size; /* in: sizeof(toliman_calibration_info) */
     uint32_t flags;       /* TOLIMAN_CALIBRATION_..., the verdict; 0: converged, and the model is complete */
@@ -142,24 +179,71 @@ typedef struct toliman_calibration_info {
     uint32_t windows;     /* number of windows */
     int32_t iterations;   /* of the parameters, the rejected ones included */
     int32_t map_iterations;
-    double chi_square;       /* sum of squared residuals over their variances, per degree of freedom */
+    double chi_square;       /* sum of squared residuals over their variances, per degree of freedom: pixels minus
+                                parameters, map_parameters included */
     double chi_square_sigma; /* its standard deviation, if the model is right */
     double structure; /* sum over the neighbours (0,1), (1,0), (1,1), (1,-1), (0,2), (2,0) of the squared correlation of
                          the residuals with those of the neighbour, in units of its variance: for white residuals
                          chi-square distributed with 6 degrees of freedom */
     double structure_limit;      /* 50: exceeded by white residuals once in 2e8 calibrations; with a map, which fits
-                                    some of the noise, plus pixels times (1 - chi_square)^2 */
+                                    some of the noise, plus pixels times the square of the part of the noise that it
+                                    fits */
     double separation_sigma_px;  /* standard deviation of the separation in a frame (median), all parameters
                                     of the frame free and those of the instrument known */
     double calibration_sigma_px; /* standard deviation of the error that the uncertain parameters of the instrument
                                     cause in the separation of a frame (median); without that of the map */
     double map_rms_nm;           /* rms of the fitted map over the open pupil, nm; 0 without a map */
+    double map_parameters;   /* effective number of parameters of the map, which fits as much of the noise; 0 without */
+    double largest_residual; /* largest |residual| over its standard deviation */
+    int32_t goodness;   /* TOLIMAN_GOODNESS_..., of chi_square. With a map that is smaller than its prior, the noise
+                           fitted may be up to map_parameters / 2 more before chi_square is TOO_GOOD */
+    uint32_t lacks;     /* with INCOMPLETE: TOLIMAN_CALIBRATION_CHANGE_... that the model may need */
+    uint32_t changes;   /* TOLIMAN_CALIBRATION_CHANGE_... that were kept */
+    int32_t attempts;   /* number of changes that were tried */
+    int32_t left_out;   /* number of default parameters that the scene does not have */
+    int32_t reserved;   /* 0 */
+    double pupil_error; /* expected error of the pupil cells, relative to the peak: toliman_sim_plan_info */
+    double peak_noise;  /* photon noise of the brightest pixel in all frames together, relative. A larger
+                           pupil_error may make the model incomplete */
 } toliman_calibration_info;
 #define TOLIMAN_CALIBRATION_INFO_INIT TOLIMAN_INIT(toliman_calibration_info)
 
 /* Writes the summary of a calibration to *out, whose struct_size must be set. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
 toliman_calibration_get_info(const toliman_calibration *calibration, toliman_calibration_info *out) TOLIMAN_NOEXCEPT;
+
+/* A change of the model that was tried. Since 0.2. */
+typedef struct toliman_calibration_attempt {
+    uint32_t struct_size; /* in: sizeof(toliman_calibration_attempt) */
+    uint32_t change;      /* TOLIMAN_CALIBRATION_CHANGE_... */
+    uint32_t kept;        /* 1: the change was kept, and later ones build on it */
+    uint32_t flags;       /* TOLIMAN_CALIBRATION_..., the verdict with this change */
+    int64_t cells;        /* pupil cells per axis */
+    double chi_square;    /* as in toliman_calibration_info, with this change */
+    double chi_square_sigma, largest_residual;
+    int32_t goodness;
+    int32_t reserved; /* 0 */
+} toliman_calibration_attempt;
+#define TOLIMAN_CALIBRATION_ATTEMPT_INIT TOLIMAN_INIT(toliman_calibration_attempt)
+
+/* Writes attempt number `index` to *out, whose struct_size must be set. TOLIMAN_E_RANGE unless 0 <= index < attempts.
+ * Since 0.2. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_attempt(
+    const toliman_calibration *calibration, int32_t index, toliman_calibration_attempt *out) TOLIMAN_NOEXCEPT;
+
+/* A default parameter that was not fitted, as the scene does not have it. Since 0.2. */
+typedef struct toliman_calibration_left_out {
+    uint32_t struct_size; /* in: sizeof(toliman_calibration_left_out) */
+    uint32_t reserved;    /* 0 */
+    const char *name;     /* such as "mask_rotation"; static text */
+    const char *reason;   /* such as "needs a spiral mask with mask.edges = "area""; static text */
+} toliman_calibration_left_out;
+#define TOLIMAN_CALIBRATION_LEFT_OUT_INIT TOLIMAN_INIT(toliman_calibration_left_out)
+
+/* Writes number `index` of the parameters that were left out to *out, whose struct_size must be set. TOLIMAN_E_RANGE
+ * unless 0 <= index < left_out. Since 0.2. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_left_out(
+    const toliman_calibration *calibration, int32_t index, toliman_calibration_left_out *out) TOLIMAN_NOEXCEPT;
 
 /* A fitted parameter of the instrument. */
 typedef struct toliman_calibration_value {
@@ -198,10 +282,11 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_frame(cons
 /* A window of a calibration: first_days <= time < first_days of the next window. */
 typedef struct toliman_calibration_window {
     uint32_t struct_size; /* in: sizeof(toliman_calibration_window) */
-    uint32_t reserved;
-    int64_t frames;    /* number of its frames */
-    double first_days; /* start, days of scene time; the first window also holds all earlier times */
-    double chi_square; /* of its frames, per degree of freedom */
+    int32_t goodness;     /* TOLIMAN_GOODNESS_..., of chi_square */
+    int64_t frames;       /* number of its frames */
+    double first_days;    /* start, days of scene time; the first window also holds all earlier times */
+    double chi_square;    /* of its frames, per degree of freedom */
+    double chi_square_sigma, largest_residual; /* as in toliman_calibration_info */
 } toliman_calibration_window;
 #define TOLIMAN_CALIBRATION_WINDOW_INIT TOLIMAN_INIT(toliman_calibration_window)
 

@@ -114,7 +114,7 @@
 #ifndef TOLIMAN_SIM_H
 #define TOLIMAN_SIM_H
 
-#include <toliman/base.h>
+#include <toliman/goodness.h>
 
 TOLIMAN_BEGIN_DECLS
 
@@ -168,6 +168,13 @@ TOLIMAN_API void toliman_sim_destroy(toliman_sim *sim) TOLIMAN_NOEXCEPT;
 #define TOLIMAN_SIM_UNIT_ELECTRON 302
 #define TOLIMAN_SIM_UNIT_DN 303
 
+/* Calibration of a scene (calibrate.h): whether one fitted it, and whether its model was complete. Unless it is NONE or
+ * COMPLETE, estimators that use the scene may be wrong by more than their standard deviations; a warning says so. */
+#define TOLIMAN_SIM_CALIBRATION_NONE 341       /* the scene is nominal: no calibration fitted it */
+#define TOLIMAN_SIM_CALIBRATION_UNSTATED 342   /* its file was written without the verdict */
+#define TOLIMAN_SIM_CALIBRATION_COMPLETE 343   /* the model explained the frames of the calibration */
+#define TOLIMAN_SIM_CALIBRATION_INCOMPLETE 344 /* it did not, or the calibration did not end */
+
 /* Properties of a prepared scene. */
 typedef struct toliman_sim_info {
     uint32_t struct_size;  /* in: sizeof(toliman_sim_info) */
@@ -195,6 +202,12 @@ typedef struct toliman_sim_info {
     double exposure_s;     /* length of an exposure; 0 if the scene has peak_photons instead. Since 0.2 */
     int64_t time_zero_ns;  /* TAI of time 0, ns since 1970-01-01T00:00:00 TAI: binary.date as a Julian year of TT; 0
                               without binary.observer. Since 0.2 */
+    int32_t calibration;   /* TOLIMAN_SIM_CALIBRATION_.... Since 0.2 */
+    int32_t calibration_goodness;        /* TOLIMAN_GOODNESS_..., of the frames of the calibration. Since 0.2 */
+    int64_t calibration_frames;          /* number of these frames; 0 without a verdict. Since 0.2 */
+    double calibration_chi_square;       /* per degree of freedom; NaN without a verdict. Since 0.2 */
+    double calibration_chi_square_sigma; /* its standard deviation, if the model is right; NaN without a verdict. Since
+                                            0.2 */
 } toliman_sim_info;
 #define TOLIMAN_SIM_INFO_INIT TOLIMAN_INIT(toliman_sim_info)
 

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "api/fit_values.hpp"
+#include "api/goodness.hpp"
 #include "api/guard.hpp"
 #include "api/handles.hpp"
 #include "api/memory.hpp"
@@ -21,6 +22,7 @@
 #include "base/workers.hpp"
 #include "calibrate/calibrate.hpp"
 #include "calibrate/fitted.hpp"
+#include "calibrate/improve.hpp"
 #include "calibrate/prior.hpp"
 #include "scene/instrument.hpp"
 
@@ -97,31 +99,44 @@ std::vector<fit::Prediction> predictions_of(const toliman_fit_prediction *given,
     return predictions;
 }
 
-// Where the calibration starts: changes of the parameters, and the map that they do not explain.
-struct Start {
-    std::vector<double> changes;
-    Buffer<double> map_m;
-};
+// Edges and number of the pupil cells of `start` become those of the nominal scene. Returns what changed.
+uint32_t adopt_cells(const toliman_sim *start, Scene &nominal) {
+    if (start == nullptr)
+        return 0;
+    const Use use(start, "options->start");
+    const Telescope &from = use->simulator.scene().telescope;
+    Telescope &to = nominal.telescope;
+    const uint32_t changes = (from.mask.edges != to.mask.edges ? calibrate::lacks_edges : 0u) |
+                             (from.pupil_samples != to.pupil_samples ? calibrate::lacks_samples : 0u);
+    to.mask.edges = from.mask.edges;
+    to.pupil_samples = from.pupil_samples;
+    return changes;
+}
 
-Start start_of(const calibrate::Problem &problem, const optics::Simulator &nominal, const toliman_sim *start) {
-    Start from = {std::vector<double>(problem.free.size()), {}};
+// Where the calibration starts: changes of the parameters, the same in all windows, and the map that they do not
+// explain.
+calibrate::Point start_of(const calibrate::Problem &problem, const optics::Outline &nominal, const toliman_sim *start) {
+    calibrate::Point from;
+    std::vector<double> changes(problem.free.size());
+    from.instrument.assign(problem.windows.size(), changes);
     if (start == nullptr)
         return from;
     const Use use(start, "options->start");
     const Scene &scene = use->simulator.scene();
-    const optics::Pupil &pupil = use->simulator.pupil(), &same = nominal.pupil();
+    const optics::Pupil &pupil = use->simulator.pupil(), &same = nominal.pupil;
     const bool agree = scene.detector.rows == problem.nominal.detector.rows &&
                        scene.detector.cols == problem.nominal.detector.cols &&
                        scene.stars.size() == problem.nominal.stars.size() && pupil.samples == same.samples &&
                        pupil.step_m == same.step_m && pupil.amplitude == same.amplitude &&
-                       use->simulator.light().wavelength_m == nominal.light().wavelength_m;
+                       use->simulator.light().wavelength_m == nominal.light.wavelength_m;
     if (!agree)
         fail(Status::mismatch,
              "{options->start}: %s: must be %s with other values of the parameters: detector, pupil and band differ",
              scene.source.c_str(), problem.nominal.source.c_str());
     for (size_t i = 0; i < problem.free.size(); i++)
-        from.changes[i] = change_of(scene, problem.nominal, problem.free[i].parameter);
-    const optics::Outline outline = calibrate::outline_at(problem, from.changes, {});
+        changes[i] = change_of(scene, problem.nominal, problem.free[i].parameter);
+    from.instrument.assign(problem.windows.size(), changes);
+    const optics::Outline outline = calibrate::outline_at(problem, changes, {});
     from.map_m.resize(outline.pupil.opd_m.size());
     for (size_t i = 0; i < from.map_m.size(); i++)
         from.map_m[i] = pupil.opd_m[i] - outline.pupil.opd_m[i];
@@ -136,6 +151,13 @@ const calibrate::Calibration &known(const toliman_calibration &handle, int64_t w
         fail(Status::range, "{window} = %lld: must be in [0, %lld]", static_cast<long long>(window),
              static_cast<long long>(count - 1));
     return handle.calibration;
+}
+
+template <class List> size_t known(int32_t index, const List &list) {
+    const auto count = static_cast<int32_t>(list.size());
+    if (index < 0 || index >= count)
+        fail(Status::range, "{index} = %d: must be at least 0 and below %d", index, count);
+    return static_cast<size_t>(index);
 }
 
 bool has_values(const calibrate::Calibration &calibration) {
@@ -160,13 +182,15 @@ toliman_calibration_step public_step(const calibrate::Report &report) {
     step.accepted = report.accepted ? 1 : 0;
     step.chi_square = report.chi_square;
     step.largest_step = report.largest_step;
+    step.change = report.lack;
     return step;
 }
 
 calibrate::Options options_of(const toliman_calibration_options &given) {
     calibrate::Options options;
-    if ((given.flags & ~TOLIMAN_CALIBRATION_MAP) != 0)
-        fail(Status::argument, "{options->flags} = %u: must be 0 or TOLIMAN_CALIBRATION_MAP", given.flags);
+    if ((given.flags & ~(TOLIMAN_CALIBRATION_MAP | TOLIMAN_CALIBRATION_IMPROVE)) != 0)
+        fail(Status::argument, "{options->flags} = %u: must be a combination of TOLIMAN_CALIBRATION_MAP and _IMPROVE",
+             given.flags);
     options.map = (given.flags & TOLIMAN_CALIBRATION_MAP) != 0;
     options.most_iterations = in_range("most_iterations", given.most_iterations, 1, kMostIterations, 30);
     options.map_rms_m = 1e-9 * in_range("map_rms_nm", given.map_rms_nm, 1e-3, 1e4, 10.0);
@@ -199,11 +223,17 @@ toliman_status toliman_calibrate(const toliman_sim *sim, const toliman_image *im
         check_scene(simulator);
         if (count < 2)
             fail(Status::argument, "{count} = %zu: must be at least 2 frames", count);
-        const calibrate::Options how = options_of(given);
+        const bool improve = (given.flags & TOLIMAN_CALIBRATION_IMPROVE) != 0;
+        calibrate::Options how = options_of(given);
         calibrate::Problem problem;
         problem.nominal = with_photons(simulator);
         problem.settings.workers = worker_count(given.threads);
-        problem.free = calibrate::free_of(given.free != nullptr ? given.free : "", simulator.scene(), simulator.plan());
+        if (improve)
+            how.improved = adopt_cells(given.start, problem.nominal);
+        const optics::Outline outline = optics::outline_of(problem.nominal, problem.settings);
+        problem.peak_photons = simulator.images().peak_photons();
+        const std::string free = given.free != nullptr ? given.free : "";
+        problem.free = calibrate::free_of(free, problem.nominal, outline.plan, &problem.left_out);
         problem.capture_px = in_range("capture_px", given.capture_px, 0.1, fit::kMostCapturePx, 6.0);
         problem.smoothness = in_range("smoothness", given.smoothness, 1e-9, 1e3, 0.01);
         const double window_days = in_range("window_days", given.window_days, 1e-6, kMostDays, 0.0);
@@ -221,8 +251,9 @@ toliman_status toliman_calibrate(const toliman_sim *sim, const toliman_image *im
         if (problem.windows.size() * problem.free.size() > kMostUnknowns)
             fail(Status::argument, "{options->window_days} = %g: %zu windows of %zu parameters: must be at most %zu",
                  given.window_days, problem.windows.size(), problem.free.size(), kMostUnknowns);
-        const Start start = start_of(problem, simulator, given.start);
-        made = new toliman_calibration{{}, calibrate::calibrate(problem, start.changes, start.map_m, how)};
+        const calibrate::Point start = start_of(problem, outline, given.start);
+        made = new toliman_calibration{
+            {}, improve ? calibrate::improve(problem, free, start, how) : calibrate::calibrate(problem, start, how)};
     });
 }
 
@@ -245,13 +276,20 @@ toliman_status toliman_calibration_get_info(const toliman_calibration *handle, t
         info.windows = static_cast<uint32_t>(calibration.windows.size());
         info.iterations = calibration.iterations;
         info.map_iterations = calibration.map_iterations;
-        info.chi_square = calibration.chi_square; // also of one that did not converge: it tells how far it came
-        info.chi_square_sigma = valid ? calibration.chi_square_sigma : kNan;
+        // The chi-square is also that of a calibration that did not converge: it tells how far it came.
+        set_goodness(calibration.goodness, info);
         info.structure = valid ? calibration.structure : kNan;
         info.structure_limit = valid ? calibration.structure_limit : kNan;
         info.separation_sigma_px = valid ? calibration.separation_sigma_px : kNan;
         info.calibration_sigma_px = valid ? calibration.calibration_sigma_px : kNan;
         info.map_rms_nm = valid ? 1e9 * calibration.map_rms_m : kNan;
+        info.map_parameters = valid ? calibration.map_parameters : kNan;
+        info.pupil_error = calibration.pupil_error;
+        info.peak_noise = calibration.peak_noise;
+        info.lacks = calibration.lacks;
+        info.changes = calibration.improved;
+        info.attempts = static_cast<int32_t>(calibration.attempts.size());
+        info.left_out = static_cast<int32_t>(calibration.left_out.size());
         deliver(info, out, "out");
     });
 }
@@ -326,7 +364,42 @@ toliman_status toliman_calibration_get_window(const toliman_calibration *handle,
         toliman_calibration_window found = {};
         found.frames = static_cast<int64_t>(calibration.windows[w].size());
         found.first_days = calibration.first_days[w];
-        found.chi_square = has_values(calibration) ? calibration.chi_square_of[w] : kNan;
+        set_goodness(has_values(calibration) ? calibration.goodness_of[w] : Goodness(), found);
+        deliver(found, out, "out");
+    });
+}
+
+const char *toliman_calibration_change_name(uint32_t change) noexcept {
+    for (const calibrate::Lack lack :
+         {calibrate::lacks_edges, calibrate::lacks_samples, calibrate::lacks_spectrum, calibrate::lacks_map})
+        if (change == lack)
+            return calibrate::name_of(lack);
+    return "?";
+}
+
+toliman_status toliman_calibration_get_attempt(const toliman_calibration *handle, int32_t index,
+                                               toliman_calibration_attempt *out) noexcept {
+    return guard([&] {
+        const Use use(handle, "calibration");
+        const calibrate::Attempt &attempt = use->calibration.attempts[known(index, use->calibration.attempts)];
+        toliman_calibration_attempt tried = {};
+        tried.change = attempt.lack;
+        tried.kept = attempt.kept ? 1 : 0;
+        tried.flags = attempt.flags;
+        tried.cells = static_cast<int64_t>(attempt.samples);
+        set_goodness(attempt.goodness, tried);
+        deliver(tried, out, "out");
+    });
+}
+
+toliman_status toliman_calibration_get_left_out(const toliman_calibration *handle, int32_t index,
+                                                toliman_calibration_left_out *out) noexcept {
+    return guard([&] {
+        const Use use(handle, "calibration");
+        const calibrate::LeftOut &left_out = use->calibration.left_out[known(index, use->calibration.left_out)];
+        toliman_calibration_left_out found = {};
+        found.name = public_parameter(left_out.parameter).name;
+        found.reason = left_out.why;
         deliver(found, out, "out");
     });
 }

@@ -9,6 +9,7 @@
 #include <numeric>
 
 #include "api/choice.hpp"
+#include "api/goodness.hpp"
 #include "api/guard.hpp"
 #include "api/handles.hpp"
 #include "api/memory.hpp"
@@ -125,6 +126,18 @@ double total(const std::vector<double> &values) {
     return std::accumulate(values.begin(), values.end(), 0.0);
 }
 
+void set_calibration(const std::optional<toliman::SceneCalibration> &calibration, toliman_sim_info &info) noexcept {
+    const toliman::SceneCalibration verdict = calibration.value_or(toliman::SceneCalibration());
+    info.calibration = !calibration       ? TOLIMAN_SIM_CALIBRATION_NONE
+                       : !verdict.stated  ? TOLIMAN_SIM_CALIBRATION_UNSTATED
+                       : verdict.complete ? TOLIMAN_SIM_CALIBRATION_COMPLETE
+                                          : TOLIMAN_SIM_CALIBRATION_INCOMPLETE;
+    info.calibration_goodness = api::kGoodness.to_constant(verdict.goodness.verdict);
+    info.calibration_frames = verdict.frames;
+    info.calibration_chi_square = verdict.goodness.chi_square;
+    info.calibration_chi_square_sigma = verdict.goodness.sigma;
+}
+
 toliman_sim_info info_of(const optics::Simulator &simulator) {
     const Scene &scene = simulator.scene();
     const optics::Light &light = simulator.light();
@@ -153,6 +166,7 @@ toliman_sim_info info_of(const optics::Simulator &simulator) {
     info.bit_depth = static_cast<int32_t>(scene.detector.bit_depth);
     info.exposure_s = scene.cadence.exposure_s;
     info.time_zero_ns = scene.binary.sky ? toliman::tai_of_date(scene.binary.date) : 0;
+    set_calibration(scene.calibration, info);
     info.peak_counts = simulator.detector().counts_of(*std::max_element(both.begin(), both.end()));
     return info;
 }

@@ -42,6 +42,8 @@ constexpr StructSize kStructSizes[] = {
     {"toliman_calibration_step", sizeof(toliman_calibration_step)},
     {"toliman_calibration_options", sizeof(toliman_calibration_options)},
     {"toliman_calibration_info", sizeof(toliman_calibration_info)},
+    {"toliman_calibration_attempt", sizeof(toliman_calibration_attempt)},
+    {"toliman_calibration_left_out", sizeof(toliman_calibration_left_out)},
     {"toliman_calibration_value", sizeof(toliman_calibration_value)},
     {"toliman_calibration_window", sizeof(toliman_calibration_window)},
     {"toliman_components_options", sizeof(toliman_components_options)},

@@ -69,7 +69,8 @@ Source bank_source(const toliman_bank &handle, const toliman_fit &of_fit, int64_
                                                               prediction_at(tai_ns, time_offset_ns), *fit_work, *work);
                 store_bank(estimate, (*work).fitted, fit.parameters().size(), estimated);
             },
-            fit.pixel_scale_arcsec()};
+            fit.pixel_scale_arcsec(),
+            model_verdict_of(of_fit.fit)};
 }
 
 } // namespace toliman::api

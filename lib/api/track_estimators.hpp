@@ -24,6 +24,9 @@ struct Source {
     track::ModelVerdict model = {};
 };
 
+// What is known of the model of a fit: the worst calibration of its windows.
+track::ModelVerdict model_verdict_of(const fit::Windows &fit) noexcept;
+
 // Returns the estimator chosen in options. For a user-supplied function the member `estimate` stays empty until
 // estimate_of(), which needs the shape of the image; that of a fit or bank is for time_offset_ns = 0.
 Source source_of(const toliman_track_options &options, unsigned workers);

@@ -27,6 +27,21 @@ void store_fit(const fit::Result &result, size_t n, track::Estimated &estimated)
 
 } // namespace
 
+track::ModelVerdict model_verdict_of(const fit::Windows &fit) noexcept {
+    track::ModelVerdict verdict;
+    for (size_t i = 0; i < fit.count(); i++) {
+        const std::optional<SceneCalibration> &calibration = fit.window(i).scene().calibration;
+        if (!calibration)
+            continue;
+        const bool is_complete = calibration->complete || !calibration->stated;
+        if (!verdict.is_calibrated || (verdict.is_complete && !is_complete))
+            verdict.goodness = calibration->goodness;
+        verdict.is_complete = verdict.is_complete && is_complete;
+        verdict.is_calibrated = true;
+    }
+    return verdict;
+}
+
 Source fit_source(const toliman_fit &handle, int64_t time_offset_ns) {
     const fit::Windows &fit = handle.fit;
     return {
@@ -42,7 +57,8 @@ Source fit_source(const toliman_fit &handle, int64_t time_offset_ns) {
                       result);
             store_fit(result, fit.parameters().size(), estimated);
         },
-        fit.first().pixel_scale_arcsec()};
+        fit.first().pixel_scale_arcsec(),
+        model_verdict_of(fit)};
 }
 
 } // namespace toliman::api

@@ -9,12 +9,14 @@
 // chi-square stays above 1; the steps end when it no longer decreases, and the verdict says so. Measured: 5 or 6 steps
 // from 20 nm of aberrations, 7 or 8 from 100 nm.
 // Where the pupil is nearly symmetric, aberrations of even azimuthal order with the opposite sign give nearly the same
-// image: a second minimum, at which the steps from 100 nm may end. A poor fit is therefore continued from there, too.
+// image: a second minimum, at which the steps from 100 nm may end. A poor fit is therefore continued from there, too,
+// unless its even aberrations are too small for it (start.cpp).
 #include "calibrate/calibrate.hpp"
 
 #include <algorithm>
 #include <cmath>
 
+#include "calibrate/improve.hpp"
 #include "calibrate/map.hpp"
 #include "calibrate/prior.hpp"
 #include "calibrate/start.hpp"
@@ -45,7 +47,7 @@ class Calibrator {
     Calibrator(const Problem &problem, const Options &options) : problem_(problem), options_(options) {}
 
     // Returns whether a maximum was found.
-    bool run(const std::vector<double> &start, const Buffer<double> &map_m, Calibration &out);
+    bool run(const Point &start, Calibration &out);
 
   private:
     bool iterate(Calibration &out, int patience = 0);
@@ -132,13 +134,15 @@ double Calibrator::per_freedom(const Linearisation &normal) const noexcept {
 
 void Calibrator::report(Calibration &out, bool of_map, bool accepted, double largest) const {
     out.point = point_;
-    out.chi_square = per_freedom(normal_);
+    out.goodness.chi_square = per_freedom(normal_);
     if (options_.on_step)
-        options_.on_step(out, {of_map, accepted, out.iterations + out.map_iterations, out.chi_square, largest});
+        options_.on_step(out, {of_map, accepted, out.iterations + out.map_iterations, out.goodness.chi_square, largest,
+                               options_.lack});
 }
 
 bool Calibrator::is_complete() const noexcept {
-    return per_freedom(normal_) < 1 + fit::kOutlierSigmas * std::sqrt(2 / static_cast<double>(normal_.used));
+    const double sigma = chi_square_sigma(normal_.used, 0, static_cast<double>(normal_.used));
+    return per_freedom(normal_) < chi_square_quantile(sigma, kFrameSigmas);
 }
 
 // patience: iterations after which chi-square must be below that to beat; 0: any number.
@@ -201,7 +205,10 @@ bool Calibrator::iterate(Calibration &out, int patience) {
 bool Calibrator::iterate_mirrored(Calibration &out, bool found) {
     Scene flat = problem_.nominal;
     flat.telescope.zernikes.clear();
-    const optics::Pupil pupil = optics::outline_of(problem_.nominal, problem_.settings).pupil;
+    const optics::Outline outline = optics::outline_of(flat, problem_.settings);
+    const optics::Pupil &pupil = outline.pupil;
+    const std::vector<double> &wavelengths = outline.light.wavelength_m;
+    const double least_nm = 1e9 * least_mirrored_m(pupil, wavelengths[wavelengths.size() / 2]);
     Point mirrored = point_;
     double squares = 0;
     for (size_t i = 0; i < problem_.free.size(); i++) {
@@ -214,7 +221,10 @@ bool Calibrator::iterate_mirrored(Calibration &out, bool found) {
             window[i] = -window[i] - 2 * nominal;
         }
     }
-    if (squares < kEvenStart * kEvenStart * static_cast<double>(mirrored.instrument.size()))
+    if (getenv("MIR"))
+        fprintf(stderr, "mirror: even %g nm, least %g nm\n", std::sqrt(squares / (double)mirrored.instrument.size()),
+                least_nm);
+    if (squares < least_nm * least_nm * static_cast<double>(mirrored.instrument.size()))
         return found;
     const Point before = point_;
     chi_square_to_beat_ = per_freedom(normal_);
@@ -279,10 +289,10 @@ void Calibrator::choose_sign(const std::vector<bool> &even) {
         }
 }
 
-bool Calibrator::run(const std::vector<double> &start, const Buffer<double> &map_m, Calibration &out) {
-    point_.instrument.assign(problem_.windows.size(), start);
-    point_.map_m = map_m;
-    point_.own = find_frames(problem_, start, map_m);
+bool Calibrator::run(const Point &start, Calibration &out) {
+    point_ = start;
+    if (point_.own.empty())
+        point_.own = find_frames(problem_, start.instrument[0], start.map_m);
     out.before = whitened_frame(problem_, point_, 0);
     bool found = iterate(out);
     if (!normal_.lost && !is_complete())
@@ -292,14 +302,15 @@ bool Calibrator::run(const std::vector<double> &start, const Buffer<double> &map
     choose_sign(out.even);
     if (options_.map && !iterate_map(out))
         return false;
+    if (!point_.map_m.empty() && options_.map)
+        out.map_parameters = map_parameters(problem_, point_, options_.map_rms_m);
     judge(problem_, point_, normal_, out);
     return true;
 }
 
 } // namespace
 
-Calibration calibrate(const Problem &problem, const std::vector<double> &start, const Buffer<double> &map_m,
-                      const Options &options) {
+Calibration calibrate(const Problem &problem, const Point &start, const Options &options) {
     Calibration out;
     out.nominal = problem.nominal;
     out.free = problem.free;
@@ -311,18 +322,25 @@ Calibration calibrate(const Problem &problem, const std::vector<double> &start, 
     out.samples = nominal.pupil.samples;
     out.nominal_map_m = optics::opd_of_file(problem.nominal, out.samples);
     out.amplitude = nominal.pupil.amplitude;
+    out.left_out = problem.left_out;
+    out.improved = options.improved;
+    out.pupil_error = nominal.plan.pupil_error;
+    out.peak_noise = 1 / std::sqrt(std::max(1.0, problem.peak_photons * problem.nominal.detector.qe) *
+                                   static_cast<double>(problem.frames.count));
     const bool antisymmetric = is_antisymmetric(nominal.pupil);
-    std::vector<double> first = start;
+    Point first = start;
     for (size_t i = 0; i < problem.free.size(); i++) {
         out.even.push_back(antisymmetric && is_even_aberration(nominal.pupil, problem.free[i].parameter));
-        if (out.even[i] && first[i] == 0)
-            first[i] = kEvenStart;
+        for (std::vector<double> &window : first.instrument)
+            if (out.even[i] && window[i] == 0)
+                window[i] = kEvenStart;
     }
     out.underway = true;
     Calibrator calibrator(problem, options);
-    if (!calibrator.run(first, map_m, out))
+    if (!calibrator.run(first, out))
         out.flags = not_converged;
     out.underway = false;
+    out.lacks = lacks_of(out, problem, options);
     return out;
 }
 

@@ -3,14 +3,27 @@
 #include <functional>
 #include <string>
 
+#include "base/goodness.hpp"
 #include "calibrate/solve.hpp"
 
 namespace toliman::calibrate {
 
-enum Verdict : uint32_t { not_converged = 1, incomplete = 2, held = 4, no_sign = 8 };
+enum Verdict : uint32_t { not_converged = 1, incomplete = 2, held = 4, no_sign = 8, too_good = 16 };
 
 constexpr double kStructureLimit = 50; // of `structure`
 constexpr double kHeld = 0.7;          // of the prior's standard deviation: above it, the prior determines a parameter
+
+// What an incomplete model may lack, in the order in which it is tried.
+enum Lack : uint32_t { lacks_edges = 1, lacks_samples = 2, lacks_spectrum = 4, lacks_map = 8 };
+
+// A calibration with one change of the model.
+struct Attempt {
+    Lack lack;
+    bool kept;
+    uint32_t flags;
+    size_t samples;
+    Goodness goodness;
+};
 
 struct Calibration {
     Scene nominal;
@@ -20,7 +33,7 @@ struct Calibration {
     Point point;
     Uncertainty uncertainty;
     std::vector<fit::Result> frames;       // of each frame
-    std::vector<double> chi_square_of;     // of each window, per degree of freedom
+    std::vector<Goodness> goodness_of;     // of each window
     std::vector<bool> even;                // parameters without a sign
     Buffer<double> amplitude;              // of the nominal pupil, [N][N]
     std::vector<double> nominal_map_m;     // of the nominal scene's OPD file, [N][N]; empty without one
@@ -29,27 +42,35 @@ struct Calibration {
     uint32_t flags = 0;
     bool underway = false; // has no uncertainty yet
     int iterations = 0, map_iterations = 0;
-    double chi_square = 0, chi_square_sigma = 0, structure = 0, structure_limit = kStructureLimit;
+    Goodness goodness;
+    double squares = 0, freedom = 0; // sum of squared residuals over their variances; degrees of freedom
+    double structure = 0, structure_limit = kStructureLimit;
     double separation_sigma_px = 0, calibration_sigma_px = 0, map_rms_m = 0;
+    double map_parameters = 0;              // effective number, of the map
+    double pupil_error = 0, peak_noise = 0; // of the plan; of the brightest pixel in all frames together, relative
+    std::vector<LeftOut> left_out;
+    std::vector<Attempt> attempts;    // to improve the model
+    uint32_t lacks = 0, improved = 0; // Lack, of an incomplete model; of the attempts that were kept
 };
 
 struct Report {
     bool of_map = false, accepted = false;
     int iteration = 0;
     double chi_square = 0, largest_step = 0;
+    uint32_t lack = 0; // that the attempt adds; 0 = the model as given
 };
 
 struct Options {
     int most_iterations = 30;
     bool map = false;
     double map_rms_m = 1e-8;
+    uint32_t lack = 0, improved = 0; // Lack: of the attempt; all that the nominal scene and the parameters were given
     // Called after each iteration on the caller's thread; it may throw to cancel.
     std::function<void(const Calibration &so_far, const Report &report)> on_step;
 };
 
-// From a start of the instrument, the same in all windows; its frames are found first.
-Calibration calibrate(const Problem &problem, const std::vector<double> &start, const Buffer<double> &map_m,
-                      const Options &options);
+// From a start, whose frames are found first if it has none.
+Calibration calibrate(const Problem &problem, const Point &start, const Options &options);
 
 // The fitted scene of a window.
 Scene fitted_scene(const Calibration &calibration, size_t window);

@@ -112,6 +112,22 @@ void set(Parameter parameter, const Scene &scene, Value &tree) {
     }
 }
 
+// The verdict of a window, unless the calibration is still running.
+void add_verdict(const Calibration &calibration, size_t window, Value &group) {
+    const bool ended = !calibration.underway;
+    const Goodness goodness = ended ? calibration.goodness_of[window] : Goodness();
+    group.member("goodness") = Value::of(std::string(toliman::name_of(goodness.verdict)));
+    if (ended) {
+        group.member("chi_square") = Value::of(goodness.chi_square);
+        group.member("chi_square_sigma") = Value::of(goodness.sigma);
+        group.member("largest_residual") = Value::of(goodness.largest);
+    }
+    Value &complete = group.member("complete");
+    complete.kind = Value::Kind::boolean;
+    complete.boolean = ended && (calibration.flags & (incomplete | too_good)) == 0;
+    group.member("frames") = Value::of(static_cast<double>(calibration.windows[window].size()));
+}
+
 Value provenance(const Scene &scene) {
     Value group;
     group.member("pupil_samples") = Value::of(static_cast<double>(scene.telescope.pupil_samples));
@@ -135,7 +151,12 @@ std::string fitted_json(const Calibration &calibration, size_t window, const std
         set(free.parameter, scene, tree);
     if (!map_file.empty())
         tree.member("telescope").member("aberrations").member("opd_file") = Value::of(map_file);
-    tree.member("calibration") = provenance(scene);
+    if ((calibration.improved & lacks_edges) != 0)
+        tree.member("telescope").member("mask").member("edges") = Value::of(std::string("area"));
+    if ((calibration.improved & lacks_samples) != 0)
+        tree.member("telescope").member("pupil_samples") = Value::of(static_cast<double>(calibration.samples));
+    Value &group = tree.member("calibration") = provenance(scene);
+    add_verdict(calibration, window, group);
     return json::print(tree);
 }
 

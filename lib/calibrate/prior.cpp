@@ -16,9 +16,6 @@ namespace {
 
 using Kind = Parameter::Kind;
 
-constexpr const char *kDefault = "focus zernike_5-21 scale mask_rotation jitter_xx jitter_yy jitter_xy temperature_a "
-                                 "temperature_b";
-
 // One item of the text.
 struct Item {
     std::string name;
@@ -80,14 +77,17 @@ bool is_always_free(Kind kind) noexcept {
 }
 
 void add(const std::string &text, const Item &item, const Scene &scene, const optics::Plan &plan, bool named,
-         std::vector<Free> &all) {
+         std::vector<Free> &all, std::vector<LeftOut> *left_out) {
     for (const Parameter parameter : range_of(text, item)) {
         if (const char *const why = why_not_adjustable(parameter))
             fail(is_always_free(parameter.kind) ? Status::argument : Status::unsupported, "{options->free}: \"%s\": %s",
                  name_of(parameter).c_str(), why);
         if (const char *const why = optics::why_no_derivative(scene, plan, parameter)) {
-            if (!named)
+            if (!named) {
+                if (left_out != nullptr)
+                    left_out->push_back({parameter, why});
                 continue;
+            }
             fail(Status::unsupported, "%s: {options->free}: \"%s\": %s", scene.source.c_str(),
                  name_of(parameter).c_str(), why);
         }
@@ -98,6 +98,9 @@ void add(const std::string &text, const Item &item, const Scene &scene, const op
 }
 
 } // namespace
+
+const char *const kDefaultParameters = "focus zernike_5-21 scale mask_rotation jitter_xx jitter_yy jitter_xy "
+                                       "temperature_a temperature_b";
 
 double default_sigma(Parameter parameter) noexcept {
     switch (parameter.kind) {
@@ -124,14 +127,15 @@ double default_sigma(Parameter parameter) noexcept {
     }
 }
 
-std::vector<Free> free_of(const std::string &text, const Scene &scene, const optics::Plan &plan) {
+std::vector<Free> free_of(const std::string &text, const Scene &scene, const optics::Plan &plan,
+                          std::vector<LeftOut> *left_out) {
     const bool named = text.find_first_not_of(' ') != std::string::npos;
-    const std::string list = named ? text : kDefault;
+    const std::string list = named ? text : kDefaultParameters;
     std::vector<Free> all;
     for (size_t at = list.find_first_not_of(' '); at != std::string::npos;) {
         const size_t end = std::min(list.find(' ', at), list.size());
         const std::string item = list.substr(at, end - at);
-        add(item, parse(item), scene, plan, named, all);
+        add(item, parse(item), scene, plan, named, all, left_out);
         at = list.find_first_not_of(' ', end);
     }
     return all;

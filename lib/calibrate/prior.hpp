@@ -9,8 +9,13 @@ namespace toliman::calibrate {
 // Standard deviation of the default prior.
 double default_sigma(Parameter parameter) noexcept;
 
+// The parameters that are fitted by default.
+extern const char *const kDefaultParameters;
+
 // The parameters of `text`: NAME, NAME=SIGMA or NAME-LAST=SIGMA separated by spaces, as in
 // toliman_calibration_options.free. Empty: the default ones that the scene has. Status::argument or unsupported.
-std::vector<Free> free_of(const std::string &text, const Scene &scene, const optics::Plan &plan);
+// left_out: gets the default ones that the scene does not have.
+std::vector<Free> free_of(const std::string &text, const Scene &scene, const optics::Plan &plan,
+                          std::vector<LeftOut> *left_out = nullptr);
 
 } // namespace toliman::calibrate

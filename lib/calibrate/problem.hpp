@@ -19,6 +19,12 @@ struct Free {
     double sigma;
 };
 
+// A default parameter that the scene does not have, and the reason.
+struct LeftOut {
+    Parameter parameter;
+    const char *why;
+};
+
 // Frames are read when needed, one at a time by each thread: memory does not depend on their number.
 struct Frames {
     size_t count = 0;
@@ -37,6 +43,8 @@ struct Problem {
     Scene nominal;
     optics::Settings settings;
     std::vector<Free> free;
+    std::vector<LeftOut> left_out;
+    double peak_photons = 0; // of the brightest pixel of the nominal scene's frames
     Frames frames;
     std::vector<Window> windows;
     double smoothness = 0.01; // standard deviation of the change between windows, in those of the priors

@@ -4,12 +4,19 @@
 // Symmetry: a mask that steps where a sum of cosines of odd m is positive has b(-x) = 1 - b(x). With a symmetric
 // aperture and without aberrations, the field in the focus is then real at every wavelength, up to a constant phase,
 // and an aberration of even azimuthal order has the same image as its negative: no first-order effect, and no sign.
+// Struts leave an imaginary part of rms g beside it, with (1 - o)/2 of the power, where o = |sum P(x) P(-x)|/sum |P|^2
+// is the overlap of the pupil field with its mirrored conjugate. An even aberration of q rad then gives the intensity
+// (g + q)^2 beside the real part's. With the signs of g at random over the frame, the mean squared error for a true q0
+// is (q - q0)^2 ((q + q0)^2 + 4 g^2). It has a second minimum, at q^2 + q q0 + 2 g^2 = 0, only where q0^2 > 8 g^2, and
+// there |q| > sqrt(2) g = sqrt(1 - o).
 #include "calibrate/start.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <limits>
 
+#include "base/constants.hpp"
 #include "base/symmetric.hpp"
 #include "base/workers.hpp"
 #include "optics/derivatives.hpp"
@@ -107,6 +114,21 @@ bool is_antisymmetric(const optics::Pupil &pupil) {
     mean /= open;
     const double least = kSymmetry * std::max(pupil.step_m, 1e-9);
     return square / open - mean * mean <= least * least;
+}
+
+double least_mirrored_m(const optics::Pupil &pupil, double wavelength_m) {
+    const size_t cells = pupil.samples * pupil.samples;
+    Buffer<double> amplitude = pupil.amplitude, opd_m = pupil.opd_m;
+    optics::resolve_mixed(pupil, 1 / wavelength_m, amplitude.data(), opd_m.data());
+    std::complex<double> product = 0;
+    double power = 0;
+    for (size_t i = 0; i < cells; i++) {
+        const size_t opposite = cells - 1 - i;
+        power += amplitude[i] * amplitude[i];
+        product +=
+            std::polar(amplitude[i] * amplitude[opposite], 2 * kPi / wavelength_m * (opd_m[i] + opd_m[opposite]));
+    }
+    return power > 0 ? std::sqrt(std::max(0.0, 1 - std::abs(product) / power)) * wavelength_m / (2 * kPi) : 0;
 }
 
 bool is_even_aberration(const optics::Pupil &pupil, Parameter parameter) {

@@ -11,6 +11,8 @@ std::vector<std::array<double, kOwn>> find_frames(const Problem &problem, const 
 
 // Whether the pupil is antisymmetric about its centre: aberrations of even azimuthal order then have no sign.
 bool is_antisymmetric(const optics::Pupil &pupil);
+// How far it is from that: the least rms (m of OPD) of even aberrations whose negatives are a second minimum.
+double least_mirrored_m(const optics::Pupil &pupil, double wavelength_m);
 // Whether a parameter is such an aberration.
 bool is_even_aberration(const optics::Pupil &pupil, Parameter parameter);
 

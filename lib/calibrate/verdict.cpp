@@ -1,12 +1,15 @@
 // Method: two tests of the residuals r (over their standard deviations, white if the model is right).
-//   chi-square   the mean of r^2, against 1 + 6 standard deviations
+//   chi-square   the mean of r^2, against 6 standard deviations on both sides of 1: base/goodness.cpp
 //   structure    for each neighbour d of (0,1), (1,0), (1,1), (1,-1), (0,2), (2,0): z_d = sum of r(p) r(p + d) over all
 //                pixels p of all frames, over the square root of the number of pairs. The sum of z_d^2 is chi-square
 //                distributed with 6 degrees of freedom: 50 is exceeded once in 2e8 calibrations. Patterns of the
 //                width of a fringe that are far below the noise of a pixel add up.
-// A map also fits some of the noise: chi-square falls below 1, and the residuals are correlated. With the relative loss
-// 1 - chi-square of the power, the sum of z_d^2 grows by 0.2 to 0.4 times pixels times its square (measured); a limit
-// that is larger by once this product allows for it.
+// A map also fits some of the noise: the sum of r^2 falls, and the residuals are correlated. If S gives the fitted
+// frames from the given ones, the expected sum is pixels - tr S where the true map is as the prior says, and pixels - 2
+// tr S + tr S^2 where it is 0. tr S is therefore subtracted from the degrees of freedom (map.cpp). What remains of the
+// difference is at most tr S - tr S^2, with which the lower limit of chi-square is lowered: see kMapShare.
+// With the relative loss 1 - (sum of r^2)/pixels of the power, the sum of z_d^2 grows by 0.2 to 0.4 times pixels times
+// its square (measured); a limit that is larger by once this product allows for it.
 // Reference: Box and Pierce 1970, J. Am. Stat. Assoc. 65, 1509, here in two dimensions.
 #include "calibrate/verdict.hpp"
 
@@ -25,6 +28,7 @@ struct Neighbour {
 };
 constexpr Neighbour kNeighbours[] = {{0, 1}, {1, 0}, {1, 1}, {1, -1}, {0, 2}, {2, 0}};
 constexpr size_t kNeighbourCount = std::size(kNeighbours);
+constexpr double kMapShare = 0.5; // of tr S: at most tr S - tr S^2
 
 struct Correlation {
     double sum[kNeighbourCount] = {};
@@ -52,6 +56,36 @@ struct Correlation {
     }
 };
 
+// Whitened residuals of some frames together.
+struct Residuals {
+    double squares = 0, inverse_counts = 0, largest = 0;
+    double freedom = 0; // pixels minus the frames' own parameters
+    size_t used = 0;    // pixels
+
+    void add(const Block &block) noexcept {
+        squares += block.chi_square;
+        inverse_counts += block.inverse_counts;
+        used += block.used;
+        freedom += static_cast<double>(block.used) - static_cast<double>(kOwn);
+    }
+    void add(const Residuals &other) noexcept {
+        squares += other.squares;
+        inverse_counts += other.inverse_counts;
+        largest = std::max(largest, other.largest);
+        used += other.used;
+        freedom += other.freedom;
+    }
+    // After a fit of this many further parameters, and of a map.
+    Goodness judged(double parameters, double of_map) const noexcept {
+        const double left = freedom - parameters - of_map, sigma = chi_square_sigma(used, inverse_counts, left);
+        Goodness goodness = goodness_of(squares / left, sigma, largest, kFrameSigmas);
+        const double lowest = chi_square_quantile(sigma, -kFrameSigmas) - kMapShare * of_map / left;
+        if (goodness.verdict == GoodnessVerdict::too_good && goodness.chi_square >= lowest)
+            goodness.verdict = GoodnessVerdict::good;
+        return goodness;
+    }
+};
+
 double median_of(std::vector<double> values) {
     const auto middle = values.begin() + static_cast<long>(values.size() / 2);
     std::nth_element(values.begin(), middle, values.end());
@@ -73,7 +107,8 @@ void describe_frames(const Joint &joint, const Problem &problem, const Point &po
         result.excluded = block.saturated;
         if (block.saturated > 0)
             result.flags |= fit::saturated;
-        if (result.chi_square > 1 + fit::kOutlierSigmas * std::sqrt(2 * pixels + block.inverse_counts) / pixels)
+        const double sigma = chi_square_sigma(block.used, block.inverse_counts, pixels);
+        if (result.chi_square > chi_square_quantile(sigma, kFrameSigmas))
             result.flags |= fit::outlier;
         alone.push_back(std::sqrt(known.covariance[0]));
         added.push_back(std::sqrt(std::max(0.0, result.covariance[0] - known.covariance[0])));
@@ -111,14 +146,16 @@ void judge(const Problem &problem, const Point &point, const Linearisation &norm
     out.chi_map.resize(rows * cols);
     std::vector<double> alone, added;
     Correlation correlation;
+    Residuals all;
     Buffer<double> counted(rows * cols);
     for (size_t window = 0; window < problem.windows.size(); window++) {
         const Joint joint(problem, point, window);
         describe_frames(joint, problem, point, normal, window, out, alone, added);
-        double chi_square = 0, used = 0;
+        Residuals residuals;
         joint.whiten(problem.windows[window].frames, [&](const Whitened &whitened) {
             correlation.add(whitened.residual, rows, cols);
             for (size_t i = 0; i < rows * cols; i++) {
+                residuals.largest = std::max(residuals.largest, std::fabs(whitened.residual[i]));
                 out.chi_map[i] += whitened.residual[i] * whitened.residual[i];
                 counted[i] += whitened.residual[i] != 0 ? 1 : 0;
             }
@@ -126,25 +163,32 @@ void judge(const Problem &problem, const Point &point, const Linearisation &norm
                 out.after.resize(rows * cols);
                 std::copy_n(whitened.residual, rows * cols, out.after.data());
             }
-            const Block &block = normal.blocks[whitened.frame];
-            chi_square += block.chi_square;
-            used += static_cast<double>(block.used) - static_cast<double>(kOwn);
+            residuals.add(normal.blocks[whitened.frame]);
         });
-        out.chi_square_of.push_back(chi_square / used);
+        const double share =
+            static_cast<double>(problem.windows[window].frames.size()) / static_cast<double>(problem.frames.count);
+        out.goodness_of.push_back(residuals.judged(static_cast<double>(n), share * out.map_parameters));
+        all.add(residuals);
     }
     for (size_t i = 0; i < rows * cols; i++)
         out.chi_map[i] /= std::max(1.0, counted[i]);
     out.separation_sigma_px = median_of(alone);
     out.calibration_sigma_px = median_of(added);
     out.structure = correlation.structure();
-    const auto pixels = static_cast<double>(normal.used);
-    const double fitted = static_cast<double>(problem.frames.count * kOwn + size);
-    out.chi_square = normal.chi_square / (pixels - fitted);
-    out.chi_square_sigma = std::sqrt(2 * pixels + normal.inverse_counts) / (pixels - fitted);
-    const double loss = std::max(0.0, 1 - out.chi_square);
-    out.structure_limit = kStructureLimit + (point.map_m.empty() ? 0 : pixels * loss * loss);
-    if (out.chi_square > 1 + fit::kOutlierSigmas * out.chi_square_sigma || out.structure > out.structure_limit)
+    out.goodness = all.judged(static_cast<double>(size), out.map_parameters);
+    out.squares = all.squares;
+    out.freedom = all.freedom - static_cast<double>(size) - out.map_parameters;
+    const double loss = std::max(0.0, 1 - all.squares / (all.freedom - static_cast<double>(size)));
+    out.structure_limit = kStructureLimit + (point.map_m.empty() ? 0 : static_cast<double>(all.used) * loss * loss);
+    const auto is = [&](GoodnessVerdict verdict) {
+        return out.goodness.verdict == verdict ||
+               std::any_of(out.goodness_of.begin(), out.goodness_of.end(),
+                           [=](const Goodness &of) { return of.verdict == verdict; });
+    };
+    if (is(GoodnessVerdict::poor) || out.structure > out.structure_limit)
         out.flags |= incomplete;
+    if (is(GoodnessVerdict::too_good))
+        out.flags |= too_good;
     for (size_t i = 0; i < size; i++) {
         const double sigma = std::sqrt(out.uncertainty.instrument[i * size + i]);
         if (sigma > kHeld * problem.free[i % n].sigma)

@@ -77,6 +77,7 @@ class Fit {
     size_t cols() const noexcept { return scene_.detector.cols; }
     double capture_px() const noexcept { return capture_px_; }
     const Model &model() const noexcept { return model_; }
+    const Scene &scene() const noexcept { return scene_; }
     double last_days() const noexcept { return longest_days(scene_.cadence); } // of the scene's frames
     // Predicted place of B minus that of A, px, without a separation given.
     std::array<double, 2> difference(double days) const;

@@ -18,6 +18,7 @@ class Windows {
     // The fit of frames at this time: that of the last window that has begun. The first one has also begun before.
     const Fit &at(double days) const noexcept;
     const Fit &first() const noexcept { return *fits_.front(); }
+    const Fit &window(size_t i) const noexcept { return *fits_[i]; }
     size_t count() const noexcept { return fits_.size(); }
 
     FitWork work() const; // for all windows

@@ -56,10 +56,29 @@ const char *why_propagated(const Plan &plan) noexcept {
                                         : "a star is too far from the frame for an interpolation";
 }
 
+// A model that was incomplete for the frames of its calibration is incomplete for all others.
+void warn_of_calibration(const Scene &scene, const Log &log) {
+    if (!scene.calibration || !scene.calibration->stated)
+        return;
+    const char *const source = scene.source.c_str();
+    const auto &[chi_square, sigma, largest, verdict] = scene.calibration->goodness;
+    if (verdict == GoodnessVerdict::unknown)
+        log.warn("%s: its calibration did not end: values may be wrong by more than their standard deviations", source);
+    else if (verdict == GoodnessVerdict::too_good)
+        log.warn("%s: its calibration is too good: chi-square %.6g +- %.2g: variances or the unit of the frames are "
+                 "wrong, and so are all standard deviations",
+                 source, chi_square, sigma);
+    else if (!scene.calibration->complete)
+        log.warn("%s: its calibration is incomplete: chi-square %.6g +- %.2g, %s: values may be wrong by more than "
+                 "their standard deviations",
+                 source, chi_square, sigma, name_of(verdict));
+}
+
 } // namespace
 
 void warn_of_plan(const Scene &scene, const Light &light, const Plan &plan, const Log &log) {
     const char *const source = scene.source.c_str();
+    warn_of_calibration(scene, log);
     if (plan.filter.error > scene.accuracy)
         log.warn("%s: accuracy = %g: the pixel filter's expected error is %.2g", source, scene.accuracy,
                  plan.filter.error);

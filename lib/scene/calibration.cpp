@@ -1,5 +1,6 @@
 // The numerical model is part of a calibration: with 128 pupil cells for 256, or 20 wavelengths for 40, aberrations
-// that were fitted for the other one leave errors of 1e-5 to 1e-3 px. A fitted scene names what it was calibrated with.
+// that were fitted for the other one leave errors of 1e-5 to 1e-3 px. A fitted scene names what it was calibrated with,
+// and states whether its model explained the frames.
 #include "scene/groups.hpp"
 
 namespace toliman::scene {
@@ -35,6 +36,39 @@ void check_accuracy(const Reader &reader, const Row &row, Scene &scene) {
         reader.refuse(Status::scene, row.key, " = %g, but accuracy = %g: %s", accuracy, scene.accuracy, kAgain);
 }
 
+SceneCalibration &verdict_of(Scene &scene) {
+    if (!scene.calibration)
+        scene.calibration.emplace();
+    return *scene.calibration;
+}
+
+template <double Goodness::*member> void read_number(const Reader &reader, const Row &row, Scene &scene) {
+    verdict_of(scene).goodness.*member = reader.number(row);
+}
+
+// "too good" is no word of a choice, which has no spaces.
+void read_goodness(const Reader &reader, const Row &row, Scene &scene) {
+    const std::string &text = reader.text(row.key);
+    for (const GoodnessVerdict verdict :
+         {GoodnessVerdict::unknown, GoodnessVerdict::good, GoodnessVerdict::poor, GoodnessVerdict::too_good})
+        if (text == name_of(verdict)) {
+            verdict_of(scene).goodness.verdict = verdict;
+            return;
+        }
+    reader.refuse(Status::scene, row.key, R"( = "%.40s": must be "good", "poor", "too good" or "unknown")",
+                  text.c_str());
+}
+
+void read_complete(const Reader &reader, const Row &row, Scene &scene) {
+    verdict_of(scene).complete = reader.boolean(row.key);
+}
+
+void read_frames(const Reader &reader, const Row &row, Scene &scene) {
+    verdict_of(scene).frames = reader.integer(row);
+}
+
+constexpr Condition kOfVerdict = with("goodness", "belongs to a verdict");
+
 constexpr Row kRows[] = {
     optional<check_samples>("pupil_samples", within(8, kMostPupilSamples, "samples"),
                             "telescope.pupil_samples of the calibration")
@@ -43,12 +77,36 @@ constexpr Row kRows[] = {
     optional<check_edges>("edges", Words{"cell area"}, "telescope.mask.edges of the calibration"),
     optional<check_accuracy>("accuracy", within(1e-15, 1), "accuracy of the calibration; the scene's may be smaller")
         .as(Type::number),
+    optional<read_goodness>("goodness", "Verdict on chi_square: good, poor, too good, or unknown").as(Type::text),
+    optional<read_number<&Goodness::chi_square>>("chi_square", within(0, 1e300),
+                                                 "Sum of squared residuals over their variances, per degree of freedom")
+        .as(Type::number)
+        .when(kOfVerdict),
+    optional<read_number<&Goodness::sigma>>("chi_square_sigma", within(0, 1e300),
+                                            "Standard deviation of chi_square, if the model is right")
+        .as(Type::number)
+        .when(kOfVerdict),
+    optional<read_number<&Goodness::largest>>("largest_residual", within(0, 1e300),
+                                              "Largest residual, in its standard deviations")
+        .as(Type::number)
+        .when(kOfVerdict),
+    optional<read_complete>("complete", "Whether the model explained the frames").as(Type::boolean).when(kOfVerdict),
+    optional<read_frames>("frames", within(1, 9e15), "Number of frames of the calibration")
+        .as(Type::integer)
+        .when(kOfVerdict),
 };
 
 } // namespace
 
 constexpr Group kCalibration = group_of(
     "calibration",
-    "What a fitted scene was calibrated with (toliman calibrate): a scene that contradicts it is refused", kRows);
+    "What a fitted scene was calibrated with, and whether it fitted (toliman calibrate): a scene that contradicts the "
+    "former is refused",
+    kRows);
+
+// A file without a verdict has none that is good.
+void note_calibration(const Reader &reader, Scene &scene) {
+    verdict_of(scene).stated = reader.object("calibration").has("goodness");
+}
 
 } // namespace toliman::scene

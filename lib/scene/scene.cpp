@@ -144,7 +144,7 @@ constexpr Row kSceneRows[] = {
     part("preprocess", &kPreprocess),
     optional<&Scene::accuracy>("accuracy", within(1e-15, 1),
                                "Allowed relative error of the noise-free frame and of the signal"),
-    part("calibration", &kCalibration),
+    part("calibration", &kCalibration).checked<note_calibration>(),
 };
 
 } // namespace

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "base/goodness.hpp"
 #include "scene/parameter.hpp"
 #include "sky/prediction.hpp"
 
@@ -154,6 +155,14 @@ struct Noise {
     uint64_t seed = 0;
 };
 
+// Verdict of the calibration that fitted the scene.
+struct SceneCalibration {
+    Goodness goodness;  // of its frames; unknown for a calibration that was stopped, and for files without it
+    bool stated = true; // whether the file has a verdict
+    bool complete = false; // the model explained the frames, and the noise is theirs
+    int64_t frames = 0;
+};
+
 struct Scene {
     std::string source;       // name of the scene in messages: its path as given
     std::string name;         // as base/name.hpp allows, or ""
@@ -170,6 +179,7 @@ struct Scene {
     Systematics systematics;
     std::vector<Parameter> projected; // preprocess.project
     double accuracy = 1e-9;
+    std::optional<SceneCalibration> calibration; // present if the scene has this group
 };
 
 // Reads a scene from JSON text. File names in it are relative to `folder`; of the files only times_days is read, the

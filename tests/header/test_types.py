@@ -14,7 +14,7 @@ import model  # noqa: E402
 HEADERS = model.read(TOP)
 STRUCTS = [struct.name for struct in HEADERS.all(model.Struct) if struct.sized]
 # Last words in the names of members and arguments that hold an enumeration.
-CHOICES = {"cause", "engine", "encoding", "event", "format", "goodness", "input", "kind", "layout", "level", "method", "mode", "normalisation", "pixel", "reason",
+CHOICES = {"calibration", "cause", "engine", "encoding", "event", "format", "goodness", "input", "kind", "layout", "level", "method", "mode", "normalisation", "pixel", "reason",
            "scale", "scope", "stamp", "status", "sync", "unit", "verdict"}
 
 

@@ -35,6 +35,8 @@ RESULTS = {
     "toliman_bank_plan_info": "BankPlan",
     "toliman_bank_result": "BankResult",
     "toliman_calibration_info": "CalibrationInfo",
+    "toliman_calibration_attempt": "CalibrationAttempt",
+    "toliman_calibration_left_out": None,
     "toliman_calibration_step": "CalibrationStep",
     "toliman_calibration_value": "CalibrationValue",
     "toliman_calibration_window": "CalibrationWindow",
@@ -81,6 +83,7 @@ WORDS = {
     "stamp": "TOLIMAN_FRAME_STAMP",
     "observer": "TOLIMAN_SKY_OBSERVER",
     "goodness": "TOLIMAN_GOODNESS",
+    "calibration": "TOLIMAN_SIM_CALIBRATION",
     "calibration_goodness": "TOLIMAN_GOODNESS",
     "cause": "TOLIMAN_SKY_CAUSE",
 }
@@ -94,7 +97,7 @@ NAMES = {"stages": "names of the modelled stages"}
 # Integer members that are booleans, in all structs or in one, and the bits of `flags` that become booleans.
 SWITCHES = {"blas_is_slow", "whole_counts", "exact_frames", "trained", "converged", "raw", "weighted", "improved",
             "stopped", "is_free", "is_calibrated", "is_complete", "is_decisive", "toliman_calibration_step.map",
-            "toliman_calibration_step.accepted"}
+            "toliman_calibration_step.accepted", "toliman_calibration_attempt.kept"}
 FLAGS = {
     "toliman_period_peak": ("TOLIMAN_PERIOD_AT_EDGE", "TOLIMAN_PERIOD_ALIAS", "TOLIMAN_PERIOD_INACCURATE",
                             "TOLIMAN_PERIOD_COARSE", "TOLIMAN_PERIOD_ABOVE_NYQUIST", "TOLIMAN_PERIOD_LONG",
@@ -109,7 +112,9 @@ FLAGS = {
     "toliman_ingest_header_time": ("TOLIMAN_INGEST_ASSUMED", "TOLIMAN_INGEST_EXPIRED"),
     "toliman_bank_result": ("TOLIMAN_BANK_NOT_FITTED", "TOLIMAN_BANK_OUTSIDE", "TOLIMAN_BANK_LOW_EFFICIENCY"),
     "toliman_calibration_info": ("TOLIMAN_CALIBRATION_NOT_CONVERGED", "TOLIMAN_CALIBRATION_INCOMPLETE",
-                                 "TOLIMAN_CALIBRATION_HELD", "TOLIMAN_CALIBRATION_NO_SIGN"),
+                                 "TOLIMAN_CALIBRATION_HELD", "TOLIMAN_CALIBRATION_NO_SIGN", "TOLIMAN_CALIBRATION_TOO_GOOD"),
+    "toliman_calibration_attempt": ("TOLIMAN_CALIBRATION_NOT_CONVERGED", "TOLIMAN_CALIBRATION_INCOMPLETE",
+                                    "TOLIMAN_CALIBRATION_TOO_GOOD"),
     "toliman_calibration_value": ("TOLIMAN_CALIBRATION_HELD", "TOLIMAN_CALIBRATION_NO_SIGN"),
     "toliman_fit_result": ("TOLIMAN_FIT_NOT_CONVERGED", "TOLIMAN_FIT_OUTLIER", "TOLIMAN_FIT_SATURATED", "TOLIMAN_FIT_EDGE",
                            "TOLIMAN_FIT_SEARCHED"),

@@ -162,6 +162,19 @@ class toliman_image(Sized):
     ]
 
 
+# Verdicts of goodness of fit.
+#   UNKNOWN   there is no chi_square
+#   GOOD      the noise explains the residuals
+#   POOR      chi_square is too large: the data are damaged, the model lacks an effect, or the standard deviations are
+#             too small. The standard deviations of the results are too small, and the results may be wrong
+#   TOO_GOOD  chi_square is too small: the standard deviations are too large, for instance because the data are in
+#             another unit (DN instead of photons)
+TOLIMAN_GOODNESS_UNKNOWN = 801
+TOLIMAN_GOODNESS_GOOD = 802
+TOLIMAN_GOODNESS_POOR = 803
+TOLIMAN_GOODNESS_TOO_GOOD = 804
+
+
 class toliman_sim(Structure):
     """Simulator: a prepared scene. Each image is computed once, and only if it is needed: the images of the stars when the
     simulator is created, derivatives and Cramer-Rao bounds by the first call that uses them; TOLIMAN_E_SCENE from such
@@ -200,6 +213,13 @@ TOLIMAN_SIM_UNIT_PHOTON = 301
 TOLIMAN_SIM_UNIT_ELECTRON = 302
 TOLIMAN_SIM_UNIT_DN = 303
 
+# Calibration of a scene (calibrate.h): whether one fitted it, and whether its model was complete. Unless it is NONE or
+# COMPLETE, estimators that use the scene may be wrong by more than their standard deviations; a warning says so.
+TOLIMAN_SIM_CALIBRATION_NONE = 341  # the scene is nominal: no calibration fitted it
+TOLIMAN_SIM_CALIBRATION_UNSTATED = 342  # its file was written without the verdict
+TOLIMAN_SIM_CALIBRATION_COMPLETE = 343  # the model explained the frames of the calibration
+TOLIMAN_SIM_CALIBRATION_INCOMPLETE = 344  # it did not, or the calibration did not end
+
 
 class toliman_sim_info(Sized):
     """Properties of a prepared scene.
@@ -229,7 +249,13 @@ class toliman_sim_info(Sized):
     bit_depth: bits per pixel of the detector; 0 = counts are not rounded
     exposure_s: length of an exposure; 0 if the scene has peak_photons instead. Since 0.2
     time_zero_ns: TAI of time 0, ns since 1970-01-01T00:00:00 TAI: binary.date as a Julian year of TT; 0
-        without binary.observer. Since 0.2"""
+        without binary.observer. Since 0.2
+    calibration: TOLIMAN_SIM_CALIBRATION_.... Since 0.2
+    calibration_goodness: TOLIMAN_GOODNESS_..., of the frames of the calibration. Since 0.2
+    calibration_frames: number of these frames; 0 without a verdict. Since 0.2
+    calibration_chi_square: per degree of freedom; NaN without a verdict. Since 0.2
+    calibration_chi_square_sigma: its standard deviation, if the model is right; NaN without a verdict. Since
+        0.2"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -257,6 +283,11 @@ class toliman_sim_info(Sized):
         ("bit_depth", c_int32),
         ("exposure_s", c_double),
         ("time_zero_ns", c_int64),
+        ("calibration", c_int32),
+        ("calibration_goodness", c_int32),
+        ("calibration_frames", c_int64),
+        ("calibration_chi_square", c_double),
+        ("calibration_chi_square_sigma", c_double),
     ]
 
 
@@ -1027,6 +1058,24 @@ class toliman_calibration(Structure):
 # Flag of options: fit also the OPD of each pupil cell.
 TOLIMAN_CALIBRATION_MAP = 1
 
+# Flag of options: while the model is incomplete, calibrate again with the changes TOLIMAN_CALIBRATION_CHANGE_..., in
+# their order, each from the last result. A change is kept if the sum of squared residuals falls by more than noise
+# explains at 6 standard deviations. Stops at the first complete model. With _MAP, the map is fitted after the other
+# changes. The fitted scene contains the changes that were kept. Since 0.2.
+TOLIMAN_CALIBRATION_IMPROVE = 2
+
+# Changes of a model, one bit each. Since 0.2.
+#   EDGES     telescope.mask.edges = "area" instead of "cell", for a spiral mask
+#   SAMPLES   twice as many pupil cells per axis, as often as it helps, up to 1024: where the expected error of the
+#             cells (toliman_sim_plan_info.pupil_error) exceeds the photon noise. Not with files of the pupil, whose
+#             cells are those of the scene
+#   SPECTRUM  spectrum_a_1, _2, spectrum_b_1 and _2 free: slope and curvature of the spectra
+#   OPD_MAP   the OPD of each pupil cell: TOLIMAN_CALIBRATION_MAP
+TOLIMAN_CALIBRATION_CHANGE_EDGES = 1
+TOLIMAN_CALIBRATION_CHANGE_SAMPLES = 2
+TOLIMAN_CALIBRATION_CHANGE_SPECTRUM = 4
+TOLIMAN_CALIBRATION_CHANGE_OPD_MAP = 8
+
 
 class toliman_calibration_step(Sized):
     """An iteration of a calibration.
@@ -1034,7 +1083,10 @@ class toliman_calibration_step(Sized):
     iteration: 1, 2, ...; the numbers continue from the parameters to the map
     accepted: 0: the step was rejected
     chi_square: sum of squared residuals over their variances, per degree of freedom
-    largest_step: of a parameter of the instrument, in its standard deviations; of the map: rms in nm"""
+    largest_step: of a parameter of the instrument, in its standard deviations; of the map: rms in nm
+    change: TOLIMAN_CALIBRATION_CHANGE_... that is tried, 0 for the model as given. The numbers of the
+        iterations begin with each change. Since 0.2
+    reserved: 0"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -1043,6 +1095,8 @@ class toliman_calibration_step(Sized):
         ("accepted", c_uint32),
         ("chi_square", c_double),
         ("largest_step", c_double),
+        ("change", c_uint32),
+        ("reserved", c_uint32),
     ]
 
 
@@ -1055,7 +1109,7 @@ toliman_calibration_step_fn = CFUNCTYPE(c_int32, POINTER(toliman_calibration), P
 
 class toliman_calibration_options(Sized):
     """Options of a calibration.
-    flags: TOLIMAN_CALIBRATION_MAP, or 0
+    flags: TOLIMAN_CALIBRATION_MAP and _IMPROVE, or 0
     free: parameters to fit, separated by spaces: NAME, NAME=SIGMA or NAME-LAST, such as "scale=1e-3
         focus zernike_5-21=50 mask_rotation", with the standard deviation of the prior in the
         parameter's unit. NULL: all that the scene has of "focus zernike_5-21 scale mask_rotation
@@ -1063,7 +1117,8 @@ class toliman_calibration_options(Sized):
         aberrations 100 nm, scale, anisotropy and shear 1e-2, mask_rotation 1 deg, mask shifts 1e-4 m,
         jitter 0.1 px^2, temperatures 200 K, spectral modes 0.1
     start: scene to start from, such as the saved one of a calibration that was interrupted;
-        NULL: the nominal scene. Priors remain around the nominal scene
+        NULL: the nominal scene. Priors remain around the nominal scene. With IMPROVE, its
+        mask.edges and pupil_samples replace those of the nominal scene
     most_iterations: of the parameters, and again of the map; 0 = 30, at most 1000
     threads: worker threads, 0 = one per processor. Results do not depend on them
     capture_px: largest shift of both stars from their predicted places along x or y, px;
@@ -1097,15 +1152,19 @@ class toliman_calibration_options(Sized):
 # Flag of a calibration: no maximum was found. Values, standard deviations and images of the fitted instrument are NaN.
 TOLIMAN_CALIBRATION_NOT_CONVERGED = 1
 
-# Flag: the frames have an effect that the model lacks. chi_square is more than 6 standard deviations above 1, or
-# structure is above structure_limit.
+# Flag: the frames have an effect that the model lacks. chi_square, of all frames or of those of a window, is POOR
+# (goodness.h), or structure is above structure_limit.
 TOLIMAN_CALIBRATION_INCOMPLETE = 2
 TOLIMAN_CALIBRATION_HELD = 4  # a parameter is known mostly by its prior
 TOLIMAN_CALIBRATION_NO_SIGN = 8  # the sign of even aberrations is undetermined
 
+# Flag: chi_square, of all frames or of those of a window, is TOO_GOOD: the noise is smaller than that of the scene,
+# for instance with a wrong read noise, a bias that was not subtracted, or counts in another unit. Since 0.2.
+TOLIMAN_CALIBRATION_TOO_GOOD = 16
+
 
 class toliman_calibration_info(Sized):
-    """Summary of a calibration.
+    """Summary of a calibration. Members after map_rms_nm since 0.2.
     struct_size: in: sizeof(toliman_calibration_info)
     flags: TOLIMAN_CALIBRATION_..., the verdict; 0: converged, and the model is complete
     frames: frames that were calibrated
@@ -1115,18 +1174,32 @@ class toliman_calibration_info(Sized):
     parameters: number of parameters of the instrument, in each window
     windows: number of windows
     iterations: of the parameters, the rejected ones included
-    chi_square: sum of squared residuals over their variances, per degree of freedom
+    chi_square: sum of squared residuals over their variances, per degree of freedom: pixels minus
+        parameters, map_parameters included
     chi_square_sigma: its standard deviation, if the model is right
     structure: sum over the neighbours (0,1), (1,0), (1,1), (1,-1), (0,2), (2,0) of the squared correlation of
         the residuals with those of the neighbour, in units of its variance: for white residuals
         chi-square distributed with 6 degrees of freedom
     structure_limit: 50: exceeded by white residuals once in 2e8 calibrations; with a map, which fits
-        some of the noise, plus pixels times (1 - chi_square)^2
+        some of the noise, plus pixels times the square of the part of the noise that it
+        fits
     separation_sigma_px: standard deviation of the separation in a frame (median), all parameters
         of the frame free and those of the instrument known
     calibration_sigma_px: standard deviation of the error that the uncertain parameters of the instrument
         cause in the separation of a frame (median); without that of the map
-    map_rms_nm: rms of the fitted map over the open pupil, nm; 0 without a map"""
+    map_rms_nm: rms of the fitted map over the open pupil, nm; 0 without a map
+    map_parameters: effective number of parameters of the map, which fits as much of the noise; 0 without
+    largest_residual: largest |residual| over its standard deviation
+    goodness: TOLIMAN_GOODNESS_..., of chi_square. With a map that is smaller than its prior, the noise
+        fitted may be up to map_parameters / 2 more before chi_square is TOO_GOOD
+    lacks: with INCOMPLETE: TOLIMAN_CALIBRATION_CHANGE_... that the model may need
+    changes: TOLIMAN_CALIBRATION_CHANGE_... that were kept
+    attempts: number of changes that were tried
+    left_out: number of default parameters that the scene does not have
+    reserved: 0
+    pupil_error: expected error of the pupil cells, relative to the peak: toliman_sim_plan_info
+    peak_noise: photon noise of the brightest pixel in all frames together, relative. A larger
+        pupil_error may make the model incomplete"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -1146,6 +1219,55 @@ class toliman_calibration_info(Sized):
         ("separation_sigma_px", c_double),
         ("calibration_sigma_px", c_double),
         ("map_rms_nm", c_double),
+        ("map_parameters", c_double),
+        ("largest_residual", c_double),
+        ("goodness", c_int32),
+        ("lacks", c_uint32),
+        ("changes", c_uint32),
+        ("attempts", c_int32),
+        ("left_out", c_int32),
+        ("reserved", c_int32),
+        ("pupil_error", c_double),
+        ("peak_noise", c_double),
+    ]
+
+
+class toliman_calibration_attempt(Sized):
+    """A change of the model that was tried. Since 0.2.
+    struct_size: in: sizeof(toliman_calibration_attempt)
+    change: TOLIMAN_CALIBRATION_CHANGE_...
+    kept: 1: the change was kept, and later ones build on it
+    flags: TOLIMAN_CALIBRATION_..., the verdict with this change
+    cells: pupil cells per axis
+    chi_square: as in toliman_calibration_info, with this change
+    reserved: 0"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("change", c_uint32),
+        ("kept", c_uint32),
+        ("flags", c_uint32),
+        ("cells", c_int64),
+        ("chi_square", c_double),
+        ("chi_square_sigma", c_double),
+        ("largest_residual", c_double),
+        ("goodness", c_int32),
+        ("reserved", c_int32),
+    ]
+
+
+class toliman_calibration_left_out(Sized):
+    """A default parameter that was not fitted, as the scene does not have it. Since 0.2.
+    struct_size: in: sizeof(toliman_calibration_left_out)
+    reserved: 0
+    name: such as "mask_rotation"; static text
+    reason: such as "needs a spiral mask with mask.edges = "area""; static text"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("name", c_char_p),
+        ("reason", c_char_p),
     ]
 
 
@@ -1174,16 +1296,21 @@ class toliman_calibration_value(Sized):
 class toliman_calibration_window(Sized):
     """A window of a calibration: first_days <= time < first_days of the next window.
     struct_size: in: sizeof(toliman_calibration_window)
+    goodness: TOLIMAN_GOODNESS_..., of chi_square
     frames: number of its frames
     first_days: start, days of scene time; the first window also holds all earlier times
-    chi_square: of its frames, per degree of freedom"""
+    chi_square: of its frames, per degree of freedom
+    chi_square_sigma: as in toliman_calibration_info
+    largest_residual: as in toliman_calibration_info"""
 
     _fields_ = [
         ("struct_size", c_uint32),
-        ("reserved", c_uint32),
+        ("goodness", c_int32),
         ("frames", c_int64),
         ("first_days", c_double),
         ("chi_square", c_double),
+        ("chi_square_sigma", c_double),
+        ("largest_residual", c_double),
     ]
 
 
@@ -1403,18 +1530,6 @@ class toliman_estimate(Sized):
 # 0.2.
 # Arguments: input, estimate, user_data.
 toliman_estimate_fn = CFUNCTYPE(c_int32, POINTER(toliman_estimate_input), POINTER(toliman_estimate), c_void_p)
-
-# Verdicts of goodness of fit.
-#   UNKNOWN   there is no chi_square
-#   GOOD      the noise explains the residuals
-#   POOR      chi_square is too large: the data are damaged, the model lacks an effect, or the standard deviations are
-#             too small. The standard deviations of the results are too small, and the results may be wrong
-#   TOO_GOOD  chi_square is too small: the standard deviations are too large, for instance because the data are in
-#             another unit (DN instead of photons)
-TOLIMAN_GOODNESS_UNKNOWN = 801
-TOLIMAN_GOODNESS_GOOD = 802
-TOLIMAN_GOODNESS_POOR = 803
-TOLIMAN_GOODNESS_TOO_GOOD = 804
 
 
 class toliman_ingest(Structure):
@@ -3179,6 +3294,8 @@ OF_OBJECTS = {
     "toliman_calibrate": False,
     "toliman_calibration_destroy": True,
     "toliman_calibration_get_info": False,
+    "toliman_calibration_get_attempt": False,
+    "toliman_calibration_get_left_out": False,
     "toliman_calibration_get_value": False,
     "toliman_calibration_get_covariance": False,
     "toliman_calibration_get_frame": False,
@@ -3336,6 +3453,10 @@ language bindings: a binding whose struct is larger needs a newer library.""",
         c_int32, (("gflops", POINTER(c_double)),),
         """Measures the speed of OpenBLAS in double precision, in 1e9 operations per second: the best of a few products of
 512 x 512 matrices. Takes about 50 ms.""",
+    ),
+    "toliman_goodness_name": (
+        c_char_p, (("goodness", c_int32),),
+        """Returns the name of a verdict: "unknown", "good", "poor", "too good"; "?" for another number. Static text. Since 0.2.""",
     ),
     "toliman_sim_options_init": (
         None, (("options", POINTER(toliman_sim_options)), ("size", c_size_t)),
@@ -4079,6 +4200,11 @@ is not linear. Since 0.2.""",
 the order of their names. NaN for a parameter that depends on those before it, and for all if they leave nothing of
 the signal. TOLIMAN_E_ARGUMENT unless count is toliman_sim_budget.free_count + 1. Since 0.2.""",
     ),
+    "toliman_calibration_change_name": (
+        c_char_p, (("change", c_uint32),),
+        """Returns the name of a change: "mask edges", "pupil samples", "spectral modes", "map"; "?" for another number. Static
+text. Since 0.2.""",
+    ),
     "toliman_calibration_options_init": (
         None, (("options", POINTER(toliman_calibration_options)), ("size", c_size_t)),
         """Sets *options, a struct of `size` bytes, to the defaults.""",
@@ -4118,6 +4244,24 @@ Errors:
     "toliman_calibration_get_info": (
         c_int32, (("calibration", POINTER(toliman_calibration)), ("out", POINTER(toliman_calibration_info))),
         """Writes the summary of a calibration to *out, whose struct_size must be set.""",
+    ),
+    "toliman_calibration_get_attempt": (
+        c_int32, (
+            ("calibration", POINTER(toliman_calibration)),
+            ("index", c_int32),
+            ("out", POINTER(toliman_calibration_attempt)),
+        ),
+        """Writes attempt number `index` to *out, whose struct_size must be set. TOLIMAN_E_RANGE unless 0 <= index < attempts.
+Since 0.2.""",
+    ),
+    "toliman_calibration_get_left_out": (
+        c_int32, (
+            ("calibration", POINTER(toliman_calibration)),
+            ("index", c_int32),
+            ("out", POINTER(toliman_calibration_left_out)),
+        ),
+        """Writes number `index` of the parameters that were left out to *out, whose struct_size must be set. TOLIMAN_E_RANGE
+unless 0 <= index < left_out. Since 0.2.""",
     ),
     "toliman_calibration_get_value": (
         c_int32, (
@@ -4276,10 +4420,6 @@ Errors: TOLIMAN_E_STATE before training; TOLIMAN_E_RANGE for a component that wa
     "toliman_components_get_info": (
         c_int32, (("components", POINTER(toliman_components)), ("out", POINTER(toliman_components_info))),
         """Writes the properties of a collection to *out, whose struct_size must be set.""",
-    ),
-    "toliman_goodness_name": (
-        c_char_p, (("goodness", c_int32),),
-        """Returns the name of a verdict: "unknown", "good", "poor", "too good"; "?" for another number. Static text. Since 0.2.""",
     ),
     "toliman_ingest_options_init": (
         None, (("options", POINTER(toliman_ingest_options)), ("size", c_size_t)),

@@ -47,6 +47,11 @@ class SceneInfo(Result):
     bit_depth: int = member("bits per pixel of the detector; 0 = counts are not rounded")
     exposure_s: float = member("length of an exposure; 0 if the scene has peak_photons instead. Since 0.2")
     time_zero_ns: int = member("TAI of time 0, ns since 1970-01-01T00:00:00 TAI: binary.date as a Julian year of TT; 0 without binary.observer. Since 0.2")
+    calibration: str = member(".... Since 0.2", words="TOLIMAN_SIM_CALIBRATION")
+    calibration_goodness: str = member("..., of the frames of the calibration. Since 0.2", words="TOLIMAN_GOODNESS")
+    calibration_frames: int = member("number of these frames; 0 without a verdict. Since 0.2")
+    calibration_chi_square: float = member("per degree of freedom; NaN without a verdict. Since 0.2")
+    calibration_chi_square_sigma: float = member("its standard deviation, if the model is right; NaN without a verdict. Since 0.2")
 
 
 @result
@@ -294,11 +299,12 @@ class CalibrationStep(Result):
     accepted: bool = member("0: the step was rejected")
     chi_square: float = member("sum of squared residuals over their variances, per degree of freedom")
     largest_step: float = member("of a parameter of the instrument, in its standard deviations; of the map: rms in nm")
+    change: int = member("change_... that is tried, 0 for the model as given. The numbers of the iterations begin with each change. Since 0.2")
 
 
 @result
 class CalibrationInfo(Result):
-    """Summary of a calibration."""
+    """Summary of a calibration. Members after map_rms_nm since 0.2."""
 
     frames: int = member("frames that were calibrated")
     rows: int = member("shape of the frames")
@@ -308,17 +314,43 @@ class CalibrationInfo(Result):
     windows: int = member("number of windows")
     iterations: int = member("of the parameters, the rejected ones included")
     map_iterations: int
-    chi_square: float = member("sum of squared residuals over their variances, per degree of freedom")
+    chi_square: float = member("sum of squared residuals over their variances, per degree of freedom: pixels minus parameters, map_parameters included")
     chi_square_sigma: float = member("its standard deviation, if the model is right")
     structure: float = member("sum over the neighbours (0,1), (1,0), (1,1), (1,-1), (0,2), (2,0) of the squared correlation of the residuals with those of the neighbour, in units of its variance: for white residuals chi-square distributed with 6 degrees of freedom")
-    structure_limit: float = member("50: exceeded by white residuals once in 2e8 calibrations; with a map, which fits some of the noise, plus pixels times (1 - chi_square)^2")
+    structure_limit: float = member("50: exceeded by white residuals once in 2e8 calibrations; with a map, which fits some of the noise, plus pixels times the square of the part of the noise that it fits")
     separation_sigma_px: float = member("standard deviation of the separation in a frame (median), all parameters of the frame free and those of the instrument known")
     calibration_sigma_px: float = member("standard deviation of the error that the uncertain parameters of the instrument cause in the separation of a frame (median); without that of the map")
     map_rms_nm: float = member("rms of the fitted map over the open pupil, nm; 0 without a map")
+    map_parameters: float = member("effective number of parameters of the map, which fits as much of the noise; 0 without")
+    largest_residual: float = member("largest |residual| over its standard deviation")
+    goodness: str = member("..., of chi_square. With a map that is smaller than its prior, the noise fitted may be up to map_parameters / 2 more before chi_square is TOO_GOOD", words="TOLIMAN_GOODNESS")
+    lacks: int = member("with INCOMPLETE: change_... that the model may need")
+    changes: int = member("change_... that were kept")
+    attempts: int = member("number of changes that were tried")
+    left_out: int = member("number of default parameters that the scene does not have")
+    pupil_error: float = member("expected error of the pupil cells, relative to the peak: toliman_sim_plan_info")
+    peak_noise: float = member("photon noise of the brightest pixel in all frames together, relative. A larger pupil_error may make the model incomplete")
     not_converged: bool = member("a calibration: no maximum was found. Values, standard deviations and images of the fitted instrument are NaN.", flag=1)
-    incomplete: bool = member("Flag: the frames have an effect that the model lacks. chi_square is more than 6 standard deviations above 1, or structure is above structure_limit.", flag=2)
+    incomplete: bool = member("Flag: the frames have an effect that the model lacks. chi_square, of all frames or of those of a window, is POOR (goodness.h), or structure is above structure_limit.", flag=2)
     held: bool = member("a parameter is known mostly by its prior", flag=4)
     no_sign: bool = member("the sign of even aberrations is undetermined", flag=8)
+    too_good: bool = member("Flag: chi_square, of all frames or of those of a window, is TOO_GOOD: the noise is smaller than that of the scene, for instance with a wrong read noise, a bias that was not subtracted, or counts in another unit. Since 0.2.", flag=16)
+
+
+@result
+class CalibrationAttempt(Result):
+    """A change of the model that was tried."""
+
+    change: int = member("change_...")
+    kept: bool = member("the change was kept, and later ones build on it")
+    cells: int = member("pupil cells per axis")
+    chi_square: float = member("as in toliman_calibration_info, with this change")
+    chi_square_sigma: float
+    largest_residual: float
+    goodness: str = member("", words="TOLIMAN_GOODNESS")
+    not_converged: bool = member("a calibration: no maximum was found. Values, standard deviations and images of the fitted instrument are NaN.", flag=1)
+    incomplete: bool = member("Flag: the frames have an effect that the model lacks. chi_square, of all frames or of those of a window, is POOR (goodness.h), or structure is above structure_limit.", flag=2)
+    too_good: bool = member("Flag: chi_square, of all frames or of those of a window, is TOO_GOOD: the noise is smaller than that of the scene, for instance with a wrong read noise, a bias that was not subtracted, or counts in another unit. Since 0.2.", flag=16)
 
 
 @result
@@ -338,9 +370,12 @@ class CalibrationValue(Result):
 class CalibrationWindow(Result):
     """A window of a calibration: first_days <= time < first_days of the next window."""
 
+    goodness: str = member("..., of chi_square", words="TOLIMAN_GOODNESS")
     frames: int = member("number of its frames")
     first_days: float = member("start, days of scene time; the first window also holds all earlier times")
     chi_square: float = member("of its frames, per degree of freedom")
+    chi_square_sigma: float = member("as in toliman_calibration_info")
+    largest_residual: float = member("as in toliman_calibration_info")
 
 
 @result

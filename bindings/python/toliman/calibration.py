@@ -15,7 +15,7 @@ from ._library import check, library
 from ._pixels import frames_of, image_of
 from ._predictions import predictions_of, structured
 from ._progress import Watch
-from ._results import CalibrationInfo, CalibrationStep, CalibrationValue, CalibrationWindow
+from ._results import CalibrationAttempt, CalibrationInfo, CalibrationStep, CalibrationValue, CalibrationWindow
 from .sim import Simulator
 
 # Called after each iteration with the state so far, which is closed afterwards, and the iteration. A true value cancels.
@@ -47,19 +47,54 @@ class Calibration(Handle):
 
     @property
     def flags(self) -> tuple[str, ...]:
-        """Names of the flags set in info: "not_converged", "incomplete", "held", "no_sign"; () if none."""
-        info = self.info
-        return tuple(name for name in ("not_converged", "incomplete", "held", "no_sign") if getattr(info, name))
+        """Names of the flags set in info: "not_converged", "incomplete", "held", "no_sign", "too_good"; () if none."""
+        info, names = self.info, ("not_converged", "incomplete", "held", "no_sign", "too_good")
+        return tuple(name for name in names if getattr(info, name))
+
+    @property
+    def goodness(self) -> str:
+        """The verdict on chi_square: "good", "poor", "too good"; "unknown" without convergence."""
+        return self.info.goodness
+
+    @property
+    def lacks(self) -> tuple[str, ...]:
+        """What an incomplete model may lack: "mask edges", "pupil samples", "spectral modes", "map"; () otherwise."""
+        return _names_of(self.info.lacks)
+
+    @property
+    def changes(self) -> tuple[str, ...]:
+        """The changes of the model that improve=True kept, with the names of `lacks`."""
+        return _names_of(self.info.changes)
+
+    @property
+    def attempts(self) -> list[tuple[str, CalibrationAttempt]]:
+        """The changes that improve=True tried: name and result of each."""
+        found = []
+        for index in range(self.info.attempts):
+            attempt = _raw.toliman_calibration_attempt()
+            check(library.toliman_calibration_get_attempt(self._c, index, ctypes.byref(attempt)))
+            found.append((*_names_of(attempt.change), CalibrationAttempt._of(attempt)))
+        return found
+
+    @property
+    def left_out(self) -> dict[str, str]:
+        """The default parameters that were not fitted, as the scene does not have them, with the reason."""
+        found = {}
+        for index in range(self.info.left_out):
+            one = _raw.toliman_calibration_left_out()
+            check(library.toliman_calibration_get_left_out(self._c, index, ctypes.byref(one)))
+            found[one.name.decode()] = one.reason.decode()
+        return found
 
     @property
     def verdict(self) -> str:
-        """A sentence: whether the calibration converged, whether the model describes the frames, and which parameters
-        the frames do not determine."""
+        """A sentence: whether the calibration converged, whether the model describes the frames, what it may lack, and
+        which parameters the frames do not determine."""
         return "; ".join([_state_of(self.info), *self._undetermined()])
 
     @property
     def windows(self) -> list[CalibrationWindow]:
-        """The windows of constant parameters: first day, number of frames, chi-square."""
+        """The windows of constant parameters: first day, number of frames, goodness of fit."""
         found = []
         for number in range(self.info.windows):
             window = _raw.toliman_calibration_window()
@@ -125,6 +160,12 @@ class Calibration(Handle):
     def _undetermined(self) -> typing.Iterator[str]:
         """Yields a clause for what the frames do not determine."""
         info = self.info
+        if info.lacks:
+            yield f"may be missing: {', '.join(self.lacks)}"
+        if info.changes:
+            yield f"added to the model: {', '.join(self.changes)}"
+        if info.left_out:
+            yield f"not fitted: {', '.join(self.left_out)}"
         names = dict.fromkeys(name for window in range(info.windows) for name, value in self.values(window).items()
                               if value.held)
         if names:
@@ -148,7 +189,7 @@ class _SoFar(Calibration):
 
 def calibrate(simulator: Simulator, frames: ArrayLike, *, times_days: ArrayLike | None = None,
               shifts: ArrayLike = (0, 0), separations: ArrayLike = 0, position_angles: ArrayLike = 0,
-              free: str | typing.Iterable[str] | None = None, map: bool = False, start: Simulator | None = None,
+              free: str | typing.Iterable[str] | None = None, map: bool = False, improve: bool = False, start: Simulator | None = None,
               most_iterations: int = 0, capture_px: float = 0, window_days: float = 0, smoothness: float = 0,
               map_rms_nm: float = 0, threads: int = 0, step: Step | None = None) -> Calibration:
     """Determines parameters of the telescope from frames of the binary, by maximum likelihood.
@@ -164,6 +205,8 @@ def calibrate(simulator: Simulator, frames: ArrayLike, *, times_days: ArrayLike 
     free: parameters to fit, such as ["scale=1e-3", "focus", "zernike_5-21=50"] with the standard deviations of their
         priors; None: those that the scene has of focus, zernike_5-21, scale, mask_rotation, jitter and temperatures.
     map: fit also the OPD of each pupil cell, which takes minutes.
+    improve: while the model is incomplete, calibrate again with mask.edges = "area", twice the pupil samples, spectral
+        modes and the map, in this order, and keep what lowers chi-square: see attempts. Takes minutes.
     start: Simulator of the scene to start from, such as that of a saved Calibration; None: the nominal scene.
     most_iterations: of the parameters, and again of the map; 0 means 30.
     capture_px: largest shift of the stars from their predicted places; 0 means 6.
@@ -187,7 +230,7 @@ def calibrate(simulator: Simulator, frames: ArrayLike, *, times_days: ArrayLike 
     with Watch(None) as watch:
         options = options_of(
             _raw.toliman_calibration_options, library.toliman_calibration_options_init,
-            flags=_raw.TOLIMAN_CALIBRATION_MAP if map else 0, free=_names(free),
+            flags=(_raw.TOLIMAN_CALIBRATION_MAP if map else 0) | (_raw.TOLIMAN_CALIBRATION_IMPROVE if improve else 0), free=_names(free),
             most_iterations=whole("most_iterations", most_iterations, 2**31), threads=whole("threads", threads, 2**32),
             capture_px=real("capture_px", capture_px), window_days=real("window_days", window_days),
             smoothness=real("smoothness", smoothness), map_rms_nm=real("map_rms_nm", map_rms_nm),
@@ -211,14 +254,24 @@ def _names(free: str | typing.Iterable[str] | None) -> bytes | None:
     return None if free is None else text("free", free if isinstance(free, str) else " ".join(free))
 
 
+def _names_of(changes: int) -> tuple[str, ...]:
+    """Returns the names of changes of a model."""
+    bits = (1 << k for k in range(changes.bit_length()))
+    return tuple(library.toliman_calibration_change_name(bit).decode() for bit in bits if changes & bit)
+
+
 def _state_of(info: CalibrationInfo) -> str:
     """Returns the first clause of a verdict."""
     if info.not_converged:
         return "not converged: no maximum of the likelihood was found"
-    excess = (info.chi_square - 1) / info.chi_square_sigma
-    if info.incomplete and excess > 6:
-        return f"model incomplete: chi-square {info.chi_square:.6g} is {excess:.3g} standard deviations above 1"
+    sigmas = (info.chi_square - 1) / info.chi_square_sigma
+    chi_square = (f"chi-square {info.chi_square:.6g} is {abs(sigmas):.3g} standard deviations "
+                  f"{'below' if sigmas < 0 else 'above'} 1")
+    if info.incomplete and (info.goodness == "poor" or info.structure <= info.structure_limit):
+        return f"model incomplete: {chi_square}"
     if info.incomplete:
         return (f"model incomplete: residuals are correlated, structure {info.structure:.3g}, limit "
                 f"{info.structure_limit:.3g}")
+    if info.too_good:
+        return f"too good: {chi_square}"
     return f"converged: chi-square {info.chi_square:.6g} +- {info.chi_square_sigma:.2g}"

@@ -12,7 +12,7 @@ namespace {
 
 struct Options {
     CalibrationRequest request;
-    bool map = false, as_json = false;
+    bool map = false, improve = false, as_json = false;
 };
 
 void calibrate(Options &options, Progress &progress) {
@@ -24,6 +24,8 @@ void calibrate(Options &options, Progress &progress) {
         throw Failure(kExitUsage, formatted("--smoothness %g: needs --windows", request.options.smoothness));
     if (options.map)
         request.options.flags |= TOLIMAN_CALIBRATION_MAP;
+    if (options.improve)
+        request.options.flags |= TOLIMAN_CALIBRATION_IMPROVE;
     const CalibrationFiles files(request.out);
     std::vector<std::string> inputs = request.frames.files;
     inputs.push_back(request.scene);
@@ -57,6 +59,10 @@ void add_calibrate(CLI::App &app, Context &context) {
         "prior, or ranges such as zernike_5-21=50; default: focus zernike_5-21 scale mask_rotation jitter_xx jitter_yy "
         "jitter_xy temperature_a temperature_b, as far as the scene has them");
     command->add_flag("--map", options->map, "also fit the optical path difference of each pupil cell; takes minutes");
+    command->add_flag(
+        "--improve", options->improve,
+        "if the model is incomplete, try mask.edges = \"area\", more pupil samples, spectral modes and the "
+        "map, in this order, and keep what lowers chi-square; takes minutes");
     command
         ->add_option("--map-rms", request.options.map_rms_nm,
                      "with --map: prior of the map, its rms over the open pupil in nm, default 10")

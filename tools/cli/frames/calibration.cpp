@@ -30,10 +30,10 @@ std::optional<Scene> start_of(const CalibrationRequest &request, const Calibrati
     if (!request.resume)
         return std::nullopt;
     if (exists(files.part()))
-        return scene_to_fit(files.part(), progress);
+        return scene_to_calibrate(files.part(), progress);
     if (!exists(files.out()))
         throw Failure(kExitUsage, "--resume: neither " + files.part() + " nor " + files.out() + " exists");
-    return scene_to_fit(windows_of(files.out())[0].scene, progress);
+    return scene_to_calibrate(windows_of(files.out())[0].scene, progress);
 }
 
 } // namespace
@@ -83,16 +83,18 @@ std::string FrameSet::name(size_t i) const {
 }
 
 Calibration::Calibration(const CalibrationRequest &request, const CalibrationFiles &files, Progress &progress)
-    : request_(request), files_(files), scene_(scene_to_fit(request.scene, progress)),
+    : request_(request), files_(files), scene_(scene_to_calibrate(request.scene, progress)),
       frames_(request.frames, scene_, progress) {}
 
 // A state that was rejected is not saved: the last one is better. A calibration with windows resumes with the first.
 int32_t Calibration::on_step(const toliman_calibration *so_far, const toliman_calibration_step *step, void *self) {
     Calibration &run = *static_cast<Calibration *>(self);
     run.steps_.push_back(*step);
-    run.progress_->line("calibrate", formatted("%s iteration %d: chi-square %.6g, largest step %.3g %s%s",
-                                               step->map != 0 ? "map" : "parameters", step->iteration, step->chi_square,
-                                               step->largest_step, step->map != 0 ? "nm" : "sigma",
+    const std::string change =
+        step->change != 0 ? toliman_calibration_change_name(step->change) + std::string(": ") : "";
+    run.progress_->line("calibrate", formatted("%s%s iteration %d: chi-square %.6g, largest step %.3g %s%s",
+                                               change.c_str(), step->map != 0 ? "map" : "parameters", step->iteration,
+                                               step->chi_square, step->largest_step, step->map != 0 ? "nm" : "sigma",
                                                step->accepted != 0 ? "" : ", rejected"));
     if (step->accepted != 0 && toliman_calibration_save_file(so_far, 0, run.files_.part().c_str()) != TOLIMAN_OK)
         run.failure_ = toliman_last_error();

@@ -52,13 +52,73 @@ bool has(uint32_t flags, uint32_t flag) {
     return (flags & flag) != 0;
 }
 
+std::string chi_square_of(const toliman_calibration_info &info) {
+    const double sigmas = (info.chi_square - 1) / info.chi_square_sigma;
+    return formatted("chi-square %.6g is %.3g sigma %s 1", info.chi_square, std::fabs(sigmas),
+                     sigmas < 0 ? "below" : "above");
+}
+
 // Why the model is incomplete.
 std::string excess_of(const toliman_calibration_info &info) {
-    const double excess = (info.chi_square - 1) / info.chi_square_sigma;
-    if (excess > 6)
-        return formatted("chi-square %.6g is %.3g sigma above 1", info.chi_square, excess);
-    return formatted("residuals of neighbouring pixels are correlated: %.3g, at most %g without structure",
-                     info.structure, info.structure_limit);
+    if (info.structure > info.structure_limit && info.goodness != TOLIMAN_GOODNESS_POOR)
+        return formatted("residuals of neighbouring pixels are correlated: %.3g, at most %g without structure",
+                         info.structure, info.structure_limit);
+    return chi_square_of(info);
+}
+
+constexpr uint32_t kChanges[] = {TOLIMAN_CALIBRATION_CHANGE_EDGES, TOLIMAN_CALIBRATION_CHANGE_SAMPLES,
+                                 TOLIMAN_CALIBRATION_CHANGE_SPECTRUM, TOLIMAN_CALIBRATION_CHANGE_OPD_MAP};
+
+std::vector<std::string> names_of(uint32_t changes) {
+    std::vector<std::string> names;
+    for (const uint32_t change : kChanges)
+        if (has(changes, change))
+            names.emplace_back(toliman_calibration_change_name(change));
+    return names;
+}
+
+// What a person would change in the scene or the command.
+std::string lack_of(uint32_t change, const toliman_calibration_info &info) {
+    switch (change) {
+    case TOLIMAN_CALIBRATION_CHANGE_EDGES:
+        return "mask edges (telescope.mask.edges = \"area\")";
+    case TOLIMAN_CALIBRATION_CHANGE_SAMPLES:
+        return formatted("pupil samples (telescope.pupil_samples = %lld: expected error %.2g of the peak, photon noise "
+                         "%.2g)",
+                         static_cast<long long>(info.cells), info.pupil_error, info.peak_noise);
+    case TOLIMAN_CALIBRATION_CHANGE_SPECTRUM:
+        return "spectral modes (--free with spectrum_a_1-2 spectrum_b_1-2)";
+    default:
+        return "a map (--map)";
+    }
+}
+
+std::string lacks_of(const toliman_calibration_info &info) {
+    std::vector<std::string> lacks;
+    for (const uint32_t change : kChanges)
+        if (has(info.lacks, change))
+            lacks.push_back(lack_of(change, info));
+    return joined(lacks);
+}
+
+std::vector<toliman_calibration_attempt> attempts_of(const Calibration &calibration,
+                                                     const toliman_calibration_info &info) {
+    std::vector<toliman_calibration_attempt> attempts;
+    for (int32_t i = 0; i < info.attempts; i++) {
+        attempts.push_back(toliman::sized<toliman_calibration_attempt>());
+        toliman::check(toliman_calibration_get_attempt(calibration.get(), i, &attempts.back()));
+    }
+    return attempts;
+}
+
+std::vector<toliman_calibration_left_out> left_out_of(const Calibration &calibration,
+                                                      const toliman_calibration_info &info) {
+    std::vector<toliman_calibration_left_out> left_out;
+    for (int32_t i = 0; i < info.left_out; i++) {
+        left_out.push_back(toliman::sized<toliman_calibration_left_out>());
+        toliman::check(toliman_calibration_get_left_out(calibration.get(), i, &left_out.back()));
+    }
+    return left_out;
 }
 
 std::string names_with(const std::vector<Window> &windows, uint32_t flag) {
@@ -72,9 +132,17 @@ std::string names_with(const std::vector<Window> &windows, uint32_t flag) {
 
 // The verdict in sentences, the main one first.
 std::vector<std::string> verdict_of(const toliman_calibration_info &info, const std::vector<Window> &windows) {
-    std::vector<std::string> sentences = {has(info.flags, TOLIMAN_CALIBRATION_INCOMPLETE)
-                                              ? "converged, but the model is incomplete: " + excess_of(info)
-                                              : "converged; the model is complete"};
+    std::vector<std::string> sentences;
+    if (has(info.flags, TOLIMAN_CALIBRATION_INCOMPLETE))
+        sentences.push_back("converged, but the model is incomplete: " + excess_of(info));
+    if (has(info.flags, TOLIMAN_CALIBRATION_TOO_GOOD))
+        sentences.push_back("converged, but chi-square is too good: " + chi_square_of(info));
+    if (sentences.empty())
+        sentences.emplace_back("converged; the model is complete");
+    if (info.lacks != 0)
+        sentences.push_back("may be missing: " + lacks_of(info));
+    if (info.changes != 0)
+        sentences.push_back("added to the model: " + joined(names_of(info.changes)));
     const std::string held = names_with(windows, TOLIMAN_CALIBRATION_HELD);
     if (!held.empty())
         sentences.push_back("known mostly by the prior: " + held);
@@ -95,8 +163,10 @@ Json json_of(const Window &window, const std::string &scene) {
     for (size_t i = 0; i < n; i++)
         covariance.emplace_back(&window.covariance[i * n], &window.covariance[i * n] + n);
     return Json("first_days", Exact{window.about.first_days}, "frames", window.about.frames, "chi_square",
-                window.about.chi_square, "scene", scene, "parameters",
-                array_of(window.values, [](const auto &value) { return json_of(value); }), "covariance", covariance);
+                window.about.chi_square, "chi_square_sigma", window.about.chi_square_sigma, "largest_residual",
+                window.about.largest_residual, "goodness", toliman_goodness_name(window.about.goodness), "scene", scene,
+                "parameters", array_of(window.values, [](const auto &value) { return json_of(value); }), "covariance",
+                covariance);
 }
 
 Json json_of_frame(const Calibration &calibration, size_t i) {
@@ -112,8 +182,22 @@ Json json_of_frame(const Calibration &calibration, size_t i) {
 }
 
 Json json_of(const toliman_calibration_step &step) {
-    return Json("map", step.map != 0, "iteration", step.iteration, "accepted", step.accepted != 0, "chi_square",
-                step.chi_square, "largest_step", step.largest_step);
+    std::optional<std::string> change;
+    if (step.change != 0)
+        change = toliman_calibration_change_name(step.change);
+    return Json("change", change, "map", step.map != 0, "iteration", step.iteration, "accepted", step.accepted != 0,
+                "chi_square", step.chi_square, "largest_step", step.largest_step);
+}
+
+Json json_of(const toliman_calibration_attempt &attempt) {
+    return Json("change", toliman_calibration_change_name(attempt.change), "kept", attempt.kept != 0, "converged",
+                !has(attempt.flags, TOLIMAN_CALIBRATION_NOT_CONVERGED), "cells", attempt.cells, "chi_square",
+                attempt.chi_square, "chi_square_sigma", attempt.chi_square_sigma, "largest_residual",
+                attempt.largest_residual, "goodness", toliman_goodness_name(attempt.goodness));
+}
+
+Json json_of(const toliman_calibration_left_out &left_out) {
+    return Json("name", left_out.name, "reason", left_out.reason);
 }
 
 std::string name_of(const std::string &path) {
@@ -139,6 +223,22 @@ void print_window(const Window &window, size_t number, size_t count) {
                     has(value.flags, TOLIMAN_CALIBRATION_NO_SIGN) ? "  sign unknown" : "");
 }
 
+void print_attempt(const toliman_calibration_attempt &attempt) {
+    const bool of_cells = attempt.change == TOLIMAN_CALIBRATION_CHANGE_SAMPLES;
+    const bool converged = !has(attempt.flags, TOLIMAN_CALIBRATION_NOT_CONVERGED);
+    std::printf("tried        %s%s: %s, %s\n", toliman_calibration_change_name(attempt.change),
+                of_cells ? formatted(" %lld", static_cast<long long>(attempt.cells)).c_str() : "",
+                converged ? ("chi-square " + text_with_error(attempt.chi_square, attempt.chi_square_sigma) + ", " +
+                             toliman_goodness_name(attempt.goodness))
+                                .c_str()
+                          : "did not converge",
+                attempt.kept != 0 ? "kept" : "not kept");
+}
+
+bool is_complete(const toliman_calibration_info &info) {
+    return !has(info.flags, TOLIMAN_CALIBRATION_INCOMPLETE | TOLIMAN_CALIBRATION_TOO_GOOD);
+}
+
 } // namespace
 
 CalibrationOutput::CalibrationOutput(const CalibrationFiles &files)
@@ -158,13 +258,18 @@ void CalibrationOutput::write(const Calibration &calibration) {
     const std::vector<std::string> verdict = verdict_of(info, windows);
     Json json("schema", "toliman-calibration-result/1", "version", toliman_version(), "provenance", provenance(),
               "scene", calibration.request().scene, "out", name_of(files_.out()), "verdict", verdict, "complete",
-              !has(info.flags, TOLIMAN_CALIBRATION_INCOMPLETE), "held", has(info.flags, TOLIMAN_CALIBRATION_HELD),
-              "no_sign", has(info.flags, TOLIMAN_CALIBRATION_NO_SIGN));
+              is_complete(info), "held", has(info.flags, TOLIMAN_CALIBRATION_HELD), "no_sign",
+              has(info.flags, TOLIMAN_CALIBRATION_NO_SIGN));
     json.set("frames", info.frames, "rows", info.rows, "cols", info.cols, "cells", info.cells, "iterations",
              info.iterations, "map_iterations", info.map_iterations, "chi_square", info.chi_square, "chi_square_sigma",
-             info.chi_square_sigma, "structure", info.structure, "structure_limit", info.structure_limit,
+             info.chi_square_sigma, "largest_residual", info.largest_residual, "goodness",
+             toliman_goodness_name(info.goodness), "structure", info.structure, "structure_limit", info.structure_limit,
              "separation_sigma_px", info.separation_sigma_px, "calibration_sigma_px", info.calibration_sigma_px,
-             "map_rms_nm", info.map_rms_nm);
+             "map_rms_nm", info.map_rms_nm, "map_parameters", info.map_parameters, "pupil_error", info.pupil_error,
+             "peak_noise", info.peak_noise);
+    json.set("lacks", names_of(info.lacks), "changes", names_of(info.changes), "attempts",
+             array_of(attempts_of(calibration, info), [](const auto &attempt) { return json_of(attempt); }), "left_out",
+             array_of(left_out_of(calibration, info), [](const auto &left_out) { return json_of(left_out); }));
     json.set("windows", of_windows, "separations", of_frames, "steps",
              array_of(calibration.steps(), [](const auto &step) { return json_of(step); }));
     json_ = json.text();
@@ -215,14 +320,19 @@ void CalibrationOutput::write_arrays(const Calibration &calibration) {
 
 void CalibrationOutput::warn(const Calibration &calibration, Progress &progress) const {
     const toliman_calibration_info info = info_of(calibration);
+    const bool improved = has(calibration.request().options.flags, TOLIMAN_CALIBRATION_IMPROVE);
+    for (const auto &left_out : left_out_of(calibration, info))
+        progress.warn(std::string(left_out.name) + " is not fitted: " + left_out.reason);
+    if (has(info.flags, TOLIMAN_CALIBRATION_TOO_GOOD))
+        progress.warn("the noise of the frames is smaller than that of the scene: " + chi_square_of(info) +
+                      ": check noise.read_e, detector.bias_dn, detector.gain_e_per_dn and the unit of the frames");
     if (!has(info.flags, TOLIMAN_CALIBRATION_INCOMPLETE))
         return;
-    const bool with_map = has(calibration.request().options.flags, TOLIMAN_CALIBRATION_MAP);
-    progress.warn(
-        "the model is incomplete: " + excess_of(info) +
-        ": the frames have an effect that it lacks, and "
-        "separations may be wrong by more than their sigma: " +
-        (with_map ? "free more parameters (--free), e.g. spectral modes" : "try --map or more parameters (--free)"));
+    progress.warn("the model is incomplete: " + excess_of(info) +
+                  ": the frames have an effect that it lacks, and separations may be wrong by more than their sigma: " +
+                  (info.lacks == 0 ? "free more parameters (--free)"
+                                   : (improved ? "may still be missing: " : "may be missing: ") + lacks_of(info) +
+                                         (improved ? "" : "; --improve tries them in this order")));
 }
 
 void CalibrationOutput::print(const Calibration &calibration) const {
@@ -234,12 +344,18 @@ void CalibrationOutput::print(const Calibration &calibration) const {
                 info.windows == 1 ? "window" : "windows");
     std::printf("iterations   %d of the parameters%s\n", info.iterations,
                 info.map_iterations > 0 ? formatted(", %d of the map", info.map_iterations).c_str() : "");
-    std::printf("chi-square   %s per degree of freedom\n",
-                text_with_error(info.chi_square, info.chi_square_sigma).c_str());
+    std::printf("chi-square   %s per degree of freedom, %s; largest residual %.1f sigma\n",
+                text_with_error(info.chi_square, info.chi_square_sigma).c_str(), toliman_goodness_name(info.goodness),
+                info.largest_residual);
     std::printf("separation   sigma %.3g px per frame; uncertain parameters of the instrument add %.3g px\n",
                 info.separation_sigma_px, info.calibration_sigma_px);
     if (info.map_iterations > 0)
-        std::printf("map          %.3g nm rms over the open pupil\n", info.map_rms_nm);
+        std::printf("map          %.3g nm rms over the open pupil, as good as %.0f parameters\n", info.map_rms_nm,
+                    info.map_parameters);
+    for (const auto &attempt : attempts_of(calibration, info))
+        print_attempt(attempt);
+    for (const auto &left_out : left_out_of(calibration, info))
+        std::printf("not fitted   %s: %s\n", left_out.name, left_out.reason);
     for (size_t i = 0; i < windows.size(); i++)
         print_window(windows[i], i, windows.size());
     const std::string out = files_.out();

@@ -12,6 +12,20 @@ void log_news(int32_t level, const char *text, void *progress) {
         Progress::log(level, text, progress);
 }
 
+// Texts of lib/optics/warnings.cpp.
+void log_calibration(int32_t level, const char *text, void *progress) {
+    if (level != TOLIMAN_LOG_WARNING || std::string(text).find(": its calibration ") != std::string::npos)
+        Progress::log(level, text, progress);
+}
+
+Scene scene_with(toliman_log_fn log, const std::string &file, Progress &progress) {
+    auto options = toliman::sized<toliman_sim_options>();
+    options.progress = Progress::callback;
+    options.progress_data = options.log_data = &progress;
+    options.log = log;
+    return Scene(file, options);
+}
+
 // An error of a scene or a start of a list, in terms of its file.
 [[noreturn]] void refuse_windows(const std::string &list, const std::string &field) {
     std::string why = toliman_last_error();
@@ -67,11 +81,11 @@ toliman::frame_fit make_fit(const std::string &list, const Scene &first, const s
 } // namespace
 
 Scene scene_to_fit(const std::string &file, Progress &progress) {
-    auto options = toliman::sized<toliman_sim_options>();
-    options.progress = Progress::callback;
-    options.progress_data = options.log_data = &progress;
-    options.log = log_news;
-    return Scene(file, options);
+    return scene_with(log_calibration, file, progress);
+}
+
+Scene scene_to_calibrate(const std::string &file, Progress &progress) {
+    return scene_with(log_news, file, progress);
 }
 
 SceneFit::SceneFit(const std::string &file, const std::string &free, Progress &progress)

@@ -9,8 +9,11 @@
 
 namespace cli {
 
-// A scene whose frames are fitted. Omits warnings, which concern simulated frames and estimators for stars at rest.
+// A scene whose frames are fitted. Omits warnings but that of its calibration: they concern simulated frames and
+// estimators for stars at rest.
 Scene scene_to_fit(const std::string &file, Progress &progress);
+// A scene that is calibrated: without that warning, too.
+Scene scene_to_calibrate(const std::string &file, Progress &progress);
 
 // The fit of a scene or, where `file` lists the windows of a calibration, of the scene of each window.
 struct SceneFit {
