@@ -163,4 +163,14 @@ Goodness series_goodness(const Series &series, const Buffer<double> &residuals, 
     return goodness_of(square / freedom, chi_square_sigma(count, 0, freedom), largest, kSeriesSigmas);
 }
 
+Goodness goodness_with_jitter(const Series &series, const Design &design) {
+    double square = 0, largest = 0;
+    for (size_t i = 0; i < series.n; i++) {
+        square += design.residuals()[i] * design.residuals()[i];
+        largest = std::max(largest, std::fabs(design.residuals()[i]));
+    }
+    const double freedom = std::max(static_cast<double>(series.used) - static_cast<double>(design.free()), 1.0);
+    return goodness_of(square / freedom, chi_square_sigma(series.used, 0, freedom), largest, kSeriesSigmas);
+}
+
 } // namespace toliman::planet

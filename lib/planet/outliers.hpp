@@ -22,4 +22,7 @@ std::vector<bool> screen(Series series, double frequency_min, double frequency_m
 // Residuals over the sigmas, without a jitter; unknown without sigmas. free: numbers of the fit without a prior.
 Goodness series_goodness(const Series &series, const Buffer<double> &residuals, size_t free, bool with_left_out);
 
+// Of the measurements in use, with the jitter of the design.
+Goodness goodness_with_jitter(const Series &series, const Design &design);
+
 } // namespace toliman::planet

@@ -21,6 +21,7 @@ namespace {
 
 constexpr double kLeastScale = 0.05e-6, kMostScale = 5e-6; // arcsec
 constexpr double kLeastGain = 0.1;                         // of the sum of squares, by another start of the joint fit
+constexpr double kLeastLeft = 0.01;                        // of the sum of squares, by a strong planet
 constexpr int kMostTurns = 4, kMostRounds = 4;
 
 // Weighted rms about the nuisance functions, and the standard error of an amplitude.
@@ -157,8 +158,9 @@ class Searcher {
     Searcher(const Series &series, const Prior &prior, const Settings &settings)
         : series_(series), prior_(prior), settings_(settings) {}
 
-    // Searches, and fills the result.
-    void run(Result &result) {
+    // Searches, and fills the result. A trial ends, and returns false, when the fit is poor and no strong planet is the
+    // reason why further ones are to be searched: the sigmas are too small, or the model is wrong.
+    bool run(bool is_trial, Result &result) {
         while (planets_.size() < settings_.most) {
             const double jitter = jitter_;
             Candidate next = examine(planets_.size(), "planet " + std::to_string(planets_.size() + 1));
@@ -170,6 +172,8 @@ class Searcher {
             planets_.push_back(next.fitted);
             candidates_.push_back(std::move(next));
             fit_all(planets_);
+            if (is_trial && is_hopeless())
+                return false;
             settle_together();
             if (rejected_ || has_reason(candidates_.back()))
                 break;
@@ -182,6 +186,7 @@ class Searcher {
             describe_best(c, candidates_[c]);
         result.candidates = std::move(candidates_);
         keep_fit(result);
+        return !is_trial || !is_poor(*result.design);
     }
 
     // The measurements that do not belong, with the residuals of the fit. One that was left out is readmitted if the
@@ -201,6 +206,23 @@ class Searcher {
     }
 
   private:
+    bool is_poor(const Design &design) const {
+        return goodness_with_jitter(series_, design).verdict == GoodnessVerdict::poor;
+    }
+
+    bool is_hopeless() const {
+        std::vector<FittedPlanet> before = planets_;
+        before.pop_back();
+        const Design with = design_of(planets_), without = design_of(before);
+        return is_poor(with) && with.square() > kLeastLeft * without.square();
+    }
+
+    // What functions and planets leave.
+    Design design_of(const std::vector<FittedPlanet> &planets) const {
+        const JointFunctions functions(series_, planets, planets.size());
+        return {series_, functions.all(), without_planets(series_, planets, planets.size()), jitter_};
+    }
+
     // Whether the last candidate of the joint fit is no planet for a reason of its own: the search ends with it.
     bool has_reason(Candidate candidate) const {
         candidate.fitted = planets_.back();
@@ -373,9 +395,17 @@ const Candidate &Result::last_fitted() const noexcept {
 
 std::vector<bool> Result::search(const Settings &asked) {
     settings = settled(series, asked);
+    if (settings.jitter && series.median_sigma > 0) {
+        settings.jitter = false;
+        prior = prior_of(series, settings);
+        Searcher trial(series, prior, settings);
+        if (trial.run(true, *this))
+            return trial.far(*this);
+        settings.jitter = true;
+    }
     prior = prior_of(series, settings);
     Searcher searcher(series, prior, settings);
-    searcher.run(*this);
+    searcher.run(false, *this);
     return searcher.far(*this);
 }
 
@@ -384,15 +414,10 @@ std::vector<bool> Result::search(const Settings &asked) {
 void Result::judge() {
     goodness = series_goodness(series, residuals, design->free(), !settings.clip);
     const Goodness kept = series_goodness(series, residuals, design->free(), false);
-    double square = 0;
-    for (size_t i = 0; i < series.n; i++)
-        square += design->residuals()[i] * design->residuals()[i];
-    const double freedom = std::max(static_cast<double>(series.used) - static_cast<double>(design->free()), 1.0);
-    chi_square_with_jitter = square / freedom;
-    const double scatter = chi_square_sigma(series.used, 0, freedom);
-    const GoodnessVerdict verdict = toliman::judge(chi_square_with_jitter, scatter, kSeriesSigmas);
+    const Goodness with_jitter = goodness_with_jitter(series, *design);
+    chi_square_with_jitter = with_jitter.chi_square;
     const bool has_noise_of_frames = settings.jitter && !settings.units.velocity;
-    const uint32_t shared = reason_if(verdict != GoodnessVerdict::good, kReasonChiSquare) |
+    const uint32_t shared = reason_if(with_jitter.verdict != GoodnessVerdict::good, kReasonChiSquare) |
                             reason_if(has_noise_of_frames && kept.chi_square > kMostChiSquare, kReasonJitter) |
                             reason_if(frame_chi_square > kMostFrameChiSquare, kReasonFrames) |
                             reason_if(!outliers.empty() && !settings.clip, kReasonSamples);
