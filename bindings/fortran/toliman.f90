@@ -1655,8 +1655,10 @@ module toliman
     ! Flags of toliman_planet_options.
     ! the series has radial velocities, not separations
     integer(c_int32_t), parameter, public :: TOLIMAN_PLANET_VELOCITY = 1
-    ! white noise of unknown size is added to the sigmas
-    integer(c_int32_t), parameter, public :: TOLIMAN_PLANET_JITTER = 2
+    ! the sigmas are exact: no white noise of unknown size is added to them
+    integer(c_int32_t), parameter, public :: TOLIMAN_PLANET_NO_JITTER = 2
+    ! leave out samples that do not belong: planets are those of the others
+    integer(c_int32_t), parameter, public :: TOLIMAN_PLANET_CLIP = 4
 
     ! Largest number of planets.
     integer(c_int32_t), parameter, public :: TOLIMAN_PLANET_MOST = 4
@@ -1666,14 +1668,15 @@ module toliman
 
     ! A series of n measurements, in any order of time. Since 0.2.
     type, bind(C), public :: toliman_planet_series
-        integer(c_int32_t) :: struct_size = 152
+        integer(c_int32_t) :: struct_size = 160
         integer(c_int32_t) :: trend = 0 ! nuisance functions, as in period_nuisance.h; 0 = none
         integer(c_int32_t) :: columns = 0
         integer(c_int32_t) :: reserved = 0
         integer(c_size_t) :: n = 0
         type(c_ptr) :: t = c_null_ptr ! [n], times in units of time_unit_days
         type(c_ptr) :: y = c_null_ptr ! [n], values in units of `unit`
-        type(c_ptr) :: sigma = c_null_ptr ! [n], absolute standard deviations; NULL only with TOLIMAN_PLANET_JITTER
+        ! [n], absolute standard deviations; NULL: unknown, not with TOLIMAN_PLANET_NO_JITTER
+        type(c_ptr) :: sigma = c_null_ptr
         type(c_ptr) :: rows = c_null_ptr ! [n][columns], values of the columns; NULL if there are none
         ! [n], position angles of B from A (geometric_angle_deg of sky.h); NULL = the axis is fixed, as it must be for
         ! velocities
@@ -1682,12 +1685,14 @@ module toliman
         real(c_double) :: trend_end = 0.0_c_double
         ! 1/s_j^2 for the mean, T_1 ... T_trend and the columns; 0 = no prior. That of the mean must be 0
         real(c_double) :: prior_precision(9) = 0.0_c_double
+        ! median chi_square of the frames that the series was measured from; 0 = unknown
+        real(c_double) :: frame_chi_square = 0.0_c_double
     end type
 
     ! Options of a search. Since 0.2.
     type, bind(C), public :: toliman_planet_options
         integer(c_int32_t) :: struct_size = 152
-        integer(c_int32_t) :: flags = 0 ! TOLIMAN_PLANET_VELOCITY, TOLIMAN_PLANET_JITTER
+        integer(c_int32_t) :: flags = 0 ! TOLIMAN_PLANET_VELOCITY, _NO_JITTER, _CLIP
         integer(c_int32_t) :: max_planets = 0 ! 1 to TOLIMAN_PLANET_MOST; 0 = 1
         integer(c_int32_t) :: threads = 0 ! worker threads, 0 = one per processor; results do not depend on the number
         real(c_double) :: time_unit_days = 0.0_c_double ! days per unit of t; 0 = 1
@@ -1705,11 +1710,10 @@ module toliman
         ! the rms, where s is the standard error of an amplitude
         real(c_double) :: amplitude_min = 0.0_c_double
         real(c_double) :: amplitude_max = 0.0_c_double
-        ! in units of y; 0 = the rms of the series. Only with TOLIMAN_PLANET_JITTER
+        ! in units of y; 0 = the rms of the series. Not with TOLIMAN_PLANET_NO_JITTER
         real(c_double) :: jitter_max = 0.0_c_double
-        ! log10 of the Bayes factor at which a candidate counts as a planet; 0 = 2
-        real(c_double) :: threshold = 0.0_c_double
-        ! FAP of a detection in limits, efficiency and injections; 0 = 0.001
+        real(c_double) :: threshold = 0.0_c_double ! log10 of the Bayes factor that a planet needs; 0 = 2
+        ! largest FAP of a planet, and FAP of a detection in limits, efficiency and injections; 0 = 0.001
         real(c_double) :: detection_fap = 0.0_c_double
         integer(c_int32_t) :: samples = 0 ! samples of each posterior, 100 to 1,000,000; 0 = 4096
         integer(c_int32_t) :: reserved = 0
@@ -1720,14 +1724,15 @@ module toliman
 
     ! Properties of a result. Since 0.2.
     type, bind(C), public :: toliman_planet_info
-        integer(c_int32_t) :: struct_size = 112 ! in: sizeof(toliman_planet_info)
-        integer(c_int32_t) :: planets = 0 ! candidates with a log10_bayes of at least the threshold
-        ! candidates with a posterior: the planets and, unless max_planets was reached, one more
+        integer(c_int32_t) :: struct_size = 144 ! in: sizeof(toliman_planet_info)
+        integer(c_int32_t) :: planets = 0 ! candidates without a reason against a planet
+        ! candidates with a posterior: those whose log10_bayes reaches the threshold, and at most one more
         integer(c_int32_t) :: candidates = 0
         integer(c_int32_t) :: functions = 0 ! mean and nuisance functions
         real(c_double) :: rms = 0.0_c_double ! weighted rms of the residuals of the joint fit, in units of y
-        ! mean of (residual/sigma)^2, with the jitter in sigma, over n minus the number of functions and numbers of
-        ! planets without a prior
+        ! as in goodness.h, of the joint fit and the sigmas without the jitter, so that a jitter does not hide a poor
+        ! fit; NaN without sigmas. Outliers count, except with _CLIP. Degrees of freedom: samples minus functions and
+        ! numbers of planets without a prior
         real(c_double) :: chi_square = 0.0_c_double
         ! 16, 50 and 84 % of the jitter in the posterior of the last planet, or of the candidate if there is none; 0
         ! without it
@@ -1741,19 +1746,54 @@ module toliman
         real(c_double) :: period_max = 0.0_c_double
         real(c_double) :: amplitude_min = 0.0_c_double
         real(c_double) :: amplitude_max = 0.0_c_double
+        real(c_double) :: chi_square_sigma = 0.0_c_double ! as in goodness.h
+        real(c_double) :: largest_residual = 0.0_c_double
+        ! of the samples in use, with the jitter in their sigmas
+        real(c_double) :: chi_square_with_jitter = 0.0_c_double
+        integer(c_int32_t) :: goodness = 0 ! TOLIMAN_GOODNESS_... of chi_square
+        integer(c_int32_t) :: outliers = 0 ! samples that do not belong
     end type
 
-    ! Flag of toliman_planet: more than 1 % of the posterior is within 1 % of period_min, period_max or eccentricity_max.
+    ! Flag of toliman_planet: more than 1 % of the posterior is within 1 % of period_min, period_max or eccentricity_max, or
+    ! the best fit is outside the range of periods.
     integer(c_int32_t), parameter, public :: TOLIMAN_PLANET_AT_EDGE = 1
+
+    ! Reasons against a planet, one bit each.
+    !   ODDS        log10_bayes is below the threshold. A candidate has no other reason then
+    !   CHI_SQUARE  chi_square_with_jitter is not good: poor without a jitter, or too good
+    !   JITTER      chi_square of the samples in use is above 3 in a series of separations: the model of the frames, times,
+    !               unit or sigmas are wrong. Velocities have the jitter of their star
+    !   FAP         both log10_fap and log10_fap_orbit are above log10 of detection_fap
+    !   EDGE        TOLIMAN_PLANET_AT_EDGE
+    !   RANGE       a sinusoid of a period outside the range fits better, from twice the median step to twice the span
+    !   MASS        the mass is not below that of the star, for each star of known mass
+    !   CROSSING    the orbit crosses that of a planet with larger odds, if both orbit the same star
+    !   FRAMES      frame_chi_square is above 2
+    !   SAMPLES     samples do not belong, and TOLIMAN_PLANET_CLIP is not set
+    integer(c_int32_t), parameter, public :: TOLIMAN_PLANET_REASON_ODDS = 1
+    integer(c_int32_t), parameter, public :: TOLIMAN_PLANET_REASON_CHI_SQUARE = 2
+    integer(c_int32_t), parameter, public :: TOLIMAN_PLANET_REASON_JITTER = 4
+    integer(c_int32_t), parameter, public :: TOLIMAN_PLANET_REASON_FAP = 8
+    integer(c_int32_t), parameter, public :: TOLIMAN_PLANET_REASON_EDGE = 16
+    integer(c_int32_t), parameter, public :: TOLIMAN_PLANET_REASON_RANGE = 32
+    integer(c_int32_t), parameter, public :: TOLIMAN_PLANET_REASON_MASS = 64
+    integer(c_int32_t), parameter, public :: TOLIMAN_PLANET_REASON_CROSSING = 128
+    integer(c_int32_t), parameter, public :: TOLIMAN_PLANET_REASON_FRAMES = 256
+    integer(c_int32_t), parameter, public :: TOLIMAN_PLANET_REASON_SAMPLES = 512
 
     ! A candidate. Three numbers are the 16, 50 and 84 % points of the samples of the posterior. Those of angles and epochs
     ! are taken within half a turn or half a period of the best fit. Since 0.2.
     type, bind(C), public :: toliman_planet
-        integer(c_int32_t) :: struct_size = 480 ! in: sizeof(toliman_planet)
+        integer(c_int32_t) :: struct_size = 496 ! in: sizeof(toliman_planet)
         integer(c_int32_t) :: flags = 0 ! TOLIMAN_PLANET_AT_EDGE
-        real(c_double) :: log10_bayes = 0.0_c_double ! log10 of the Bayes factor, given the other planets
+        integer(c_int32_t) :: reasons = 0 ! TOLIMAN_PLANET_REASON_...; 0: a planet
+        integer(c_int32_t) :: reserved = 0
+        real(c_double) :: log10_bayes = 0.0_c_double ! log10 of the Bayes factor, given the other candidates
         ! Baluev's bound of the false alarm probability of the highest power of a sinusoid
         real(c_double) :: log10_fap = 0.0_c_double
+        ! the same of the power of the joint fit, times 20 z with z half its gain in chi-square, for the shapes of an
+        ! orbit
+        real(c_double) :: log10_fap_orbit = 0.0_c_double
         real(c_double) :: period(3) = 0.0_c_double ! units of t
         real(c_double) :: eccentricity(3) = 0.0_c_double
         real(c_double) :: periastron_deg(3) = 0.0_c_double ! as in the signal described at the top of planet.h
@@ -4078,6 +4118,13 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
+        ! Returns a reason, one bit, in English; "?" for another number.
+        function toliman_planet_reason_name(reason) bind(C) result(answer)
+            import
+            integer(c_int32_t), value :: reason
+            type(c_ptr) :: answer
+        end function
+
         ! Writes candidate `index` to *out, whose struct_size must be set.
         function toliman_planet_get(planets, index, out) bind(C) result(answer)
             import
@@ -4114,13 +4161,22 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Writes the residuals of the joint fit of all planets and nuisance functions to residuals[n], in the order of
-        ! the series.
+        ! Writes the residuals of the joint fit of nuisance functions and all candidates that reach the threshold to
+        ! residuals[n], in the order of the series.
         function toliman_planet_get_residuals(planets, n, residuals) bind(C) result(answer)
             import
             type(c_ptr), value :: planets
             integer(c_size_t), value :: n
             real(c_double), intent(out) :: residuals(*)
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Writes the indices of the samples that do not belong, in the order of the series, to indices[count].
+        function toliman_planet_get_outliers(planets, count, indices) bind(C) result(answer)
+            import
+            type(c_ptr), value :: planets
+            integer(c_size_t), value :: count
+            integer(c_int64_t), intent(out) :: indices(*)
             integer(c_int32_t) :: answer
         end function
 
@@ -4740,10 +4796,12 @@ module toliman
     public :: toliman_planet_search
     public :: toliman_planet_destroy
     public :: toliman_planet_get_info
+    public :: toliman_planet_reason_name
     public :: toliman_planet_get
     public :: toliman_planet_get_samples
     public :: toliman_planet_get_signal
     public :: toliman_planet_get_residuals
+    public :: toliman_planet_get_outliers
     public :: toliman_planet_get_limits
     public :: toliman_planet_get_efficiency
     public :: toliman_planet_inject
@@ -5051,10 +5109,12 @@ module toliman
     contains
         procedure :: search => planet_set_search
         procedure :: get_info => planet_set_get_info
+        procedure, nopass :: reason_name => planet_set_reason_name
         procedure :: get => planet_set_get
         procedure :: get_samples => planet_set_get_samples
         procedure :: get_signal => planet_set_get_signal
         procedure :: get_residuals => planet_set_get_residuals
+        procedure :: get_outliers => planet_set_get_outliers
         procedure :: get_limits => planet_set_get_limits
         procedure :: get_efficiency => planet_set_get_efficiency
         procedure :: inject => planet_set_inject
@@ -7558,6 +7618,13 @@ contains
         call conclude(toliman_planet_get_info(self%handle, out), stat, errmsg)
     end subroutine
 
+    ! Returns a reason, one bit, in English; "?" for another number.
+    function planet_set_reason_name(reason) result(answer)
+        integer(c_int32_t), intent(in) :: reason
+        character(len=:), allocatable :: answer
+        answer = toliman_text(toliman_planet_reason_name(reason))
+    end function
+
     ! Writes candidate `index` to *out, whose struct_size must be set.
     subroutine planet_set_get(self, index, out, stat, errmsg)
         class(toliman_planet_set), intent(in) :: self
@@ -7609,8 +7676,8 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Writes the residuals of the joint fit of all planets and nuisance functions to residuals[n], in the order of the
-    ! series. residuals(n).
+    ! Writes the residuals of the joint fit of nuisance functions and all candidates that reach the threshold to
+    ! residuals[n], in the order of the series. residuals(n).
     subroutine planet_set_get_residuals(self, residuals, stat, errmsg)
         class(toliman_planet_set), intent(in) :: self
         real(c_double), intent(out), contiguous :: residuals(:)
@@ -7620,6 +7687,20 @@ contains
         integer(c_int32_t) :: status
         of_n = size(residuals, 1, c_size_t)
         status = toliman_planet_get_residuals(self%handle, of_n, residuals)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Writes the indices of the samples that do not belong, in the order of the series, to indices[count].
+    ! indices(count).
+    subroutine planet_set_get_outliers(self, indices, stat, errmsg)
+        class(toliman_planet_set), intent(in) :: self
+        integer(c_int64_t), intent(out), contiguous :: indices(:)
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_count
+        integer(c_int32_t) :: status
+        of_count = size(indices, 1, c_size_t)
+        status = toliman_planet_get_outliers(self%handle, of_count, indices)
         call conclude(status, stat, errmsg)
     end subroutine
 

@@ -6,6 +6,7 @@
 
 #include <toliman/planet.h>
 
+#include "api/goodness.hpp"
 #include "api/guard.hpp"
 #include "api/handle.hpp"
 #include "api/option.hpp"
@@ -39,6 +40,9 @@ struct toliman_planets : Handle<toliman_planets> {
 namespace {
 
 constexpr double kDegree = kPi / 180;
+
+static_assert(planet::kReasonOdds == TOLIMAN_PLANET_REASON_ODDS && planet::kReasonSamples == TOLIMAN_PLANET_REASON_SAMPLES,
+              "the reasons of lib/planet are those of planet.h");
 constexpr uint32_t kMostSamples = 1'000'000;
 constexpr double kMostParallax = 0.77;               // arcsec; that of the nearest star is 0.768
 constexpr double kLeastMass = 0.01, kMostMass = 500; // of a star, solar masses
@@ -60,7 +64,9 @@ planet::GivenSeries given_series(const toliman_planet_series *series, bool veloc
     required_array(known.t, known.n, sizeof(double), "series->t");
     required_array(known.y, known.n, sizeof(double), "series->y");
     if (known.sigma == nullptr && !jitter)
-        fail(Status::argument, "{series->sigma} is NULL: absolute sigmas are needed without TOLIMAN_PLANET_JITTER");
+        fail(Status::argument, "{series->sigma} is NULL: must be given with TOLIMAN_PLANET_NO_JITTER");
+    if (!(known.frame_chi_square >= 0 && known.frame_chi_square <= 1e100))
+        fail(Status::argument, "{series->frame_chi_square} = %g: must be in (0, 1e100], or 0", known.frame_chi_square);
     if (known.columns == 0 && known.rows != nullptr)
         fail(Status::argument, "{series->columns} = 0: must be the number of columns of rows");
     for (size_t j = 1 + static_cast<size_t>(known.trend + known.columns); j < std::size(known.prior_precision); j++)
@@ -86,7 +92,8 @@ planet::GivenSeries given_series(const toliman_planet_series *series, bool veloc
             known.trend_start,
             known.trend_end,
             series->prior_precision,
-            velocity};
+            velocity,
+            known.frame_chi_square};
 }
 
 void check_pair(const char *least_name, double least, const char *most_name, double most) {
@@ -95,12 +102,13 @@ void check_pair(const char *least_name, double least, const char *most_name, dou
 }
 
 planet::Settings settings_of(const toliman_planet_options &options) {
-    if ((options.flags & ~(TOLIMAN_PLANET_VELOCITY | TOLIMAN_PLANET_JITTER)) != 0)
+    if ((options.flags & ~(TOLIMAN_PLANET_VELOCITY | TOLIMAN_PLANET_NO_JITTER | TOLIMAN_PLANET_CLIP)) != 0)
         fail(Status::argument, "{options->flags} = 0x%x: unknown bits", options.flags);
     planet::Settings settings;
     settings.most = in_range("max_planets", options.max_planets, 1u, TOLIMAN_PLANET_MOST, 1u);
     settings.threads = options.threads;
-    settings.jitter = (options.flags & TOLIMAN_PLANET_JITTER) != 0;
+    settings.jitter = (options.flags & TOLIMAN_PLANET_NO_JITTER) == 0;
+    settings.clip = (options.flags & TOLIMAN_PLANET_CLIP) != 0;
     settings.units = {(options.flags & TOLIMAN_PLANET_VELOCITY) != 0,
                       in_range("time_unit_days", options.time_unit_days, 1e-12, 1e12, 1.0),
                       positive("options->unit", options.unit),
@@ -115,7 +123,7 @@ planet::Settings settings_of(const toliman_planet_options &options) {
     check_pair("amplitude_min", options.amplitude_min, "amplitude_max", options.amplitude_max);
     settings.jitter_max = positive("options->jitter_max", options.jitter_max);
     if (options.jitter_max != 0 && !settings.jitter)
-        fail(Status::argument, "{options->jitter_max} = %g: must be 0 without TOLIMAN_PLANET_JITTER",
+        fail(Status::argument, "{options->jitter_max} = %g: must be 0 with TOLIMAN_PLANET_NO_JITTER",
              options.jitter_max);
     if (settings.units.velocity && options.parallax_arcsec != 0)
         fail(Status::argument, "{options->parallax_arcsec} = %g: must be 0 with TOLIMAN_PLANET_VELOCITY",
@@ -193,22 +201,15 @@ void set_correlation(const std::vector<Row> &rows, double *out) {
             out[i * count + j] = i == j ? 1 : sums[i][j] / std::sqrt(std::max(sums[i][i] * sums[j][j], 1e-300));
 }
 
-bool is_at_edge(const planet::Result &result, const std::vector<Row> &rows) {
-    const planet::Settings &settings = result.settings;
-    const auto count = std::count_if(rows.begin(), rows.end(), [&](const Row &row) {
-        return row[0] < 1.01 * settings.period_min || row[0] > settings.period_max / 1.01 ||
-               row[1] > 0.99 * settings.eccentricity_max;
-    });
-    return static_cast<double>(count) > 0.01 * static_cast<double>(rows.size());
-}
-
 toliman_planet public_planet(const planet::Result &result, uint32_t index) {
     const planet::Candidate &candidate = candidate_of(result, index);
     const std::vector<Row> rows = rows_of(result, candidate);
     toliman_planet out = {};
-    out.flags = is_at_edge(result, rows) ? TOLIMAN_PLANET_AT_EDGE : 0;
+    out.flags = candidate.at_edge ? TOLIMAN_PLANET_AT_EDGE : 0;
+    out.reasons = candidate.reasons;
     out.log10_bayes = candidate.log10_bayes;
     out.log10_fap = candidate.log10_fap;
+    out.log10_fap_orbit = candidate.log10_fap_orbit;
     double *const intervals[] = {out.period,    out.eccentricity, out.periastron_deg, out.epoch,
                                  out.amplitude, out.mass_a,       out.mass_b};
     for (size_t i = 0; i < std::size(intervals); i++)
@@ -254,6 +255,11 @@ planet::InjectionCell checked(const planet::Result &result, const toliman_planet
 
 extern "C" {
 
+const char *toliman_planet_reason_name(uint32_t reason) noexcept {
+    const char *const text = planet::text_of(reason);
+    return text != nullptr ? text : "?";
+}
+
 void toliman_planet_series_init(toliman_planet_series *series, size_t size) noexcept {
     deliver_defaults(toliman_planet_series{}, series, size);
 }
@@ -282,7 +288,9 @@ toliman_status toliman_planet_get_info(const toliman_planets *planets, toliman_p
         const planet::Result &result = use->result;
         const planet::Series &series = result.series;
         toliman_planet_info info = {};
-        info.planets = static_cast<uint32_t>(result.planets);
+        const auto is_planet = [](const planet::Candidate &candidate) { return candidate.is_planet(); };
+        info.planets =
+            static_cast<uint32_t>(std::count_if(result.candidates.begin(), result.candidates.end(), is_planet));
         info.candidates = static_cast<uint32_t>(result.candidates.size());
         info.functions = static_cast<uint32_t>(series.functions.size());
         double weight = 0, square = 0;
@@ -291,10 +299,10 @@ toliman_status toliman_planet_get_info(const toliman_planets *planets, toliman_p
             square += result.design->residuals()[i] * result.design->residuals()[i];
         }
         info.rms = std::sqrt(square / weight);
-        info.chi_square =
-            square / std::max(static_cast<double>(series.n) - static_cast<double>(result.design->free()), 1.0);
-        const planet::Candidate &last = result.candidates[result.planets > 0 ? result.planets - 1 : 0];
-        set_interval(rows_of(result, last), TOLIMAN_PLANET_COLUMNS - 1, info.jitter);
+        set_goodness(result.goodness, info);
+        info.chi_square_with_jitter = result.chi_square_with_jitter;
+        info.outliers = static_cast<uint32_t>(result.outliers.size());
+        set_interval(rows_of(result, result.last_fitted()), TOLIMAN_PLANET_COLUMNS - 1, info.jitter);
         info.time_reference = series.time_reference;
         info.axis_deg = series.axis_cosine.empty() ? NAN : series.axis / kDegree;
         info.axis_turn_deg = series.turn / kDegree;
@@ -364,6 +372,18 @@ toliman_status toliman_planet_get_residuals(const toliman_planets *planets, size
             fail(Status::argument, "{n} = %zu: must be %zu, the number of measurements", n, values.size());
         required_array(residuals, n, sizeof *residuals, "residuals");
         std::copy(values.begin(), values.end(), residuals);
+    });
+}
+
+toliman_status toliman_planet_get_outliers(const toliman_planets *planets, size_t count, int64_t *indices) noexcept {
+    return guard([&] {
+        const Use use(planets, "planets");
+        const std::vector<size_t> &outliers = use->result.outliers;
+        if (count != outliers.size())
+            fail(Status::argument, "{count} = %zu: must be %zu, the number of samples that do not belong", count,
+                 outliers.size());
+        required_array(indices, count, sizeof *indices, "indices");
+        std::copy(outliers.begin(), outliers.end(), indices);
     });
 }
 

@@ -49,7 +49,7 @@ Design::Design(const Series &series, const std::vector<const Function *> &functi
     Real log_evidence = 0;
     for (size_t i = 0; i < n; i++) {
         data[i] = static_cast<Real>(weights_[i]) * values[i];
-        log_evidence += std::log(static_cast<Real>(weights_[i]));
+        log_evidence += weights_[i] > 0 ? std::log(static_cast<Real>(weights_[i])) : 0;
     }
     std::vector<Column> directions;
     size_t row = n;

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "base/constants.hpp"
-#include "period/fap.hpp"
 
 namespace toliman::planet {
 
@@ -29,12 +28,23 @@ double time_variance(const Series &series, const Buffer<double> &weights) noexce
     return std::max(square / all - mean * mean, 0.0);
 }
 
+} // namespace
+
 period::Sampling sampling_of(const Series &series, const Design &design, const DetectionGrid &grid) noexcept {
-    return {static_cast<int64_t>(series.n), grid.at(grid.count - 1), time_variance(series, design.weights()),
+    return {static_cast<int64_t>(series.used), grid.at(grid.count - 1), time_variance(series, design.weights()),
             static_cast<int64_t>(design.free())};
 }
 
-} // namespace
+CircularPair circular_pair(const Moments &moments) noexcept {
+    return {{moments.right[0], moments.right[1]}, moments.matrix[0][0], moments.matrix[1][0], moments.matrix[1][1]};
+}
+
+double CircularPair::gain() const noexcept {
+    const double determinant = xx * yy - xy * xy;
+    if (!(determinant > 1e-12 * xx * yy))
+        return 0;
+    return (right[0] * right[0] * yy - 2 * right[0] * right[1] * xy + right[1] * right[1] * xx) / determinant;
+}
 
 DetectionGrid::DetectionGrid(const Series &series, const Prior &prior) noexcept
     : first(prior.frequency_min), step(0.1 / series.span),
@@ -47,21 +57,13 @@ Detection::Detection(const Problem &problem, const Design &design, double fap)
 
 CircularPair Detection::pair_at(double frequency) const {
     ShapeWork work(problem_.series);
-    const Moments moments = work.moments(problem_.series, design_, {frequency, 0, 0});
-    return {{moments.right[0], moments.right[1]}, moments.matrix[0][0], moments.matrix[1][0], moments.matrix[1][1]};
+    return circular_pair(work.moments(problem_.series, design_, {frequency, 0, 0}));
 }
 
 double Detection::log10_fap() const {
     double highest = 0;
-    for (size_t i = 0; i < grid_.count; i++) {
-        const CircularPair p = pair_at(grid_.at(i));
-        const double determinant = p.xx * p.yy - p.xy * p.xy;
-        if (!(determinant > 1e-12 * p.xx * p.yy))
-            continue;
-        highest = std::max(highest, (p.right[0] * p.right[0] * p.yy - 2 * p.right[0] * p.right[1] * p.xy +
-                                     p.right[1] * p.right[1] * p.xx) /
-                                        determinant);
-    }
+    for (size_t i = 0; i < grid_.count; i++)
+        highest = std::max(highest, pair_at(grid_.at(i)).gain());
     const double left = design_.square() > 0 ? 1 - highest / design_.square() : 1;
     const double log10_residual =
         std::clamp(left > 0 ? std::log10(left) : period::kMinLogResidual, period::kMinLogResidual, 0.0);

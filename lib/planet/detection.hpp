@@ -2,6 +2,7 @@
 #pragma once
 #include <cstddef>
 
+#include "period/fap.hpp"
 #include "planet/lattice.hpp"
 
 namespace toliman::planet {
@@ -19,11 +20,19 @@ struct DetectionGrid {
 struct CircularPair {
     double right[2], xx, xy, yy;
 
+    // What the sinusoid takes from the sum of squares; 0 if the functions leave nothing of it.
+    double gain() const noexcept;
+
     // Squared length of what is left of cosine * C + sine * S.
     double square(double cosine, double sine) const noexcept {
         return xx * cosine * cosine + 2 * xy * cosine * sine + yy * sine * sine;
     }
 };
+
+CircularPair circular_pair(const Moments &moments) noexcept;
+
+// Of a series whose functions are those of the design.
+period::Sampling sampling_of(const Series &series, const Design &design, const DetectionGrid &grid) noexcept;
 
 class Detection {
   public:

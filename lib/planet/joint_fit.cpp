@@ -62,15 +62,9 @@ double eccentricity_square(const std::vector<FittedPlanet> &planets) noexcept {
 }
 
 std::vector<Function> shapes_of(const Series &series, const FittedPlanet &fitted) {
-    const size_t m = series.amplitudes();
-    Buffer<double> shapes(m * series.rows);
-    set_shapes(series, fitted.planet.orbit, shapes.data());
-    std::vector<Function> functions(m);
-    for (size_t j = 0; j < m; j++) {
-        const auto first = shapes.begin() + static_cast<std::ptrdiff_t>(j * series.rows);
-        functions[j].values.assign(first, first + static_cast<std::ptrdiff_t>(series.rows));
-        functions[j].precision = 1 / (fitted.scale * fitted.scale);
-    }
+    std::vector<Function> functions = shape_functions(series, fitted.planet.orbit);
+    for (Function &function : functions)
+        function.precision = 1 / (fitted.scale * fitted.scale);
     return functions;
 }
 

@@ -28,7 +28,9 @@ constexpr double kCut = 8;              // of logarithms, below the largest
 constexpr double kRise = 0.5;           // of the differences from the neighbours: the rise inside a cell
 constexpr double kFrequencyStep = 0.2;  // of 1/span
 constexpr int32_t kEccentricities = 8, kAnomalies = 16, kJitters = 8;
-constexpr size_t kMostCells = 20'000'000, kMostRefined = 1'000'000, kChunk = 256;
+constexpr size_t kMostCells = 20'000'000, kMostRefined = 500'000, kChunk = 256;
+constexpr size_t kLeastRefined = 4096; // of a level, when kMostWork is reached
+constexpr size_t kMostWork = 250'000'000; // refined cells times measurements: about 5 s of one processor
 constexpr int kMostLevels = 100;
 constexpr int32_t kMostCount = 1 << 29;
 
@@ -188,6 +190,7 @@ Lattice::Lattice(const Problem &problem, unsigned threads, const Progress &progr
     set_first_level();
     Active active = all_cells(levels_.back());
     double done = 0;
+    size_t left = kMostWork / problem_.series.rows;
     for (int turn = 0;; turn++) {
         const double next = turn == 0 ? 0.5 : (1 + done) / 2;
         prepare(active);
@@ -197,7 +200,8 @@ Lattice::Lattice(const Problem &problem, unsigned threads, const Progress &progr
         const Roughness rough = roughness(active, level, threads);
         const std::array<bool, kAxes> split = axes_to_split(rough, level);
         const auto axes = std::count(split.begin(), split.end(), true);
-        const std::vector<bool> is_split = cells_to_split(active, rough, kMostRefined >> axes);
+        const size_t most = std::clamp(left, kLeastRefined, kMostRefined) >> axes;
+        const std::vector<bool> is_split = cells_to_split(active, rough, most);
         const bool ends = axes == 0 || turn + 1 == kMostLevels;
         Active kept;
         for (size_t i = 0; i < active.size(); i++)
@@ -205,6 +209,7 @@ Lattice::Lattice(const Problem &problem, unsigned threads, const Progress &progr
         if (kept.empty())
             break;
         active = children(kept, split);
+        left -= std::min(left, active.size());
     }
     progress.report(stage, 1);
     best_ = highest(cells_);
@@ -218,7 +223,7 @@ void Lattice::set_null(unsigned threads) {
     size_t count = 1;
     if (prior.jitter_max > 0) {
         const double range = std::log1p(prior.jitter_max / prior.jitter_knee);
-        const double width = 1 / std::sqrt(2.0 * static_cast<double>(problem_.series.n));
+        const double width = 1 / std::sqrt(2.0 * static_cast<double>(problem_.series.used));
         count = static_cast<size_t>(std::clamp(std::ceil(4 * range / width), 16.0, 2000.0));
     }
     const auto made = [&](size_t i) {

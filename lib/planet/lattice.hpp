@@ -57,6 +57,8 @@ class Lattice {
     const Design &design(const Cell &cell) const;
     const Design &null_design() const noexcept { return *null_; } // with the most probable jitter without a planet
     const Cell &best() const noexcept { return cells_[best_]; }
+    // False if the lattice had too many cells before neighbours agreed: the evidence is then uncertain.
+    bool is_resolved() const noexcept { return is_resolved_; }
 
   private:
     using Active = std::vector<Cell>;
@@ -75,6 +77,7 @@ class Lattice {
     std::unique_ptr<Design> null_;
     double log_evidence_ = 0, log_null_ = 0;
     size_t best_ = 0;
+    bool is_resolved_ = true;
 };
 
 } // namespace toliman::planet

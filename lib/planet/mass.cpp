@@ -14,7 +14,7 @@ namespace toliman::planet {
 namespace {
 
 constexpr double kGauss = 0.01720209895; // rad/day, for a mass of 1 and 1 au
-constexpr double kSunPerEarth = 332946.0487, kAstronomicalUnit = 149597870700.0, kDay = 86400;
+constexpr double kAstronomicalUnit = 149597870700.0, kDay = 86400;
 
 // Semi-major axis of a relative orbit of total mass 1, au.
 double unit_orbit(double days) noexcept {
@@ -42,13 +42,13 @@ double Units::mass(int star, double period, double eccentricity, double amplitud
         if (settled)
             break;
     }
-    return mass * kSunPerEarth;
+    return mass * kEarthsPerSun;
 }
 
 double Units::amplitude(int star, double period, double eccentricity, double mass) const noexcept {
     if (!knows_mass(star))
         return NAN;
-    const double span = period * days, sun = mass / kSunPerEarth;
+    const double span = period * days, sun = mass / kEarthsPerSun;
     return sun / std::pow(star_mass[star] + sun, 2.0 / 3) * unit_orbit(span) * per_au(*this, span, eccentricity);
 }
 

@@ -3,6 +3,8 @@
 
 namespace toliman::planet {
 
+constexpr double kEarthsPerSun = 332946.0487;
+
 // Units of a series; 0: unknown.
 struct Units {
     bool velocity;

@@ -145,7 +145,7 @@ Recovery::Target Recovery::target_at(double frequency) const {
 double Recovery::efficiency(const Target &target, double amplitude) const {
     const double left = std::pow(10, detection_.log10_threshold()), ratio = (1 - left) / left;
     const auto used = static_cast<double>(detection_.design().free());
-    const double freedom = std::max(static_cast<double>(detection_.problem().series.n) - used - 3, 1.0);
+    const double freedom = std::max(static_cast<double>(detection_.problem().series.used) - used - 3, 1.0);
     double sum = 0;
     for (size_t phase = 0; phase < kPhases; phase++) {
         const double length = amplitude * std::sqrt(target.square[phase]);
@@ -203,7 +203,7 @@ Recovery::Injected Recovery::injected(const InjectionCell &cell, const Units &un
     Buffer<double> noise(series.rows);
     kernels::poisson_kernels().gaussian(series.n, 0, {cell.seed, index, kernels::kStreamInjectionNoise}, noise.data());
     for (size_t i = 0; i < series.rows; i++)
-        made.values[i] = i < series.n ? detection_.design().weights()[i] * made.values[i] + noise[i] : 0;
+        made.values[i] = series.factor[i] > 0 ? detection_.design().weights()[i] * made.values[i] + noise[i] : 0;
     return made;
 }
 

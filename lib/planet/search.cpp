@@ -21,7 +21,8 @@ namespace {
 
 constexpr double kLeastScale = 0.05e-6, kMostScale = 5e-6; // arcsec
 constexpr double kLeastGain = 0.1;                         // of the sum of squares, by another start of the joint fit
-constexpr int kMostTurns = 4;
+constexpr double kLeastLeft = 0.01;                        // of the sum of squares, by a strong planet
+constexpr int kMostTurns = 4, kMostRounds = 4;
 
 // Weighted rms about the nuisance functions, and the standard error of an amplitude.
 struct Size {
@@ -46,7 +47,17 @@ Size size_of(const Series &series) {
         square += design.residuals()[i] * design.residuals()[i];
     }
     const double rms = std::sqrt(square / weight);
-    return {rms, has_sigmas ? std::sqrt(2 / weight) : rms * std::sqrt(2 / static_cast<double>(series.n))};
+    return {rms, has_sigmas ? std::sqrt(2 / weight) : rms * std::sqrt(2 / static_cast<double>(series.used))};
+}
+
+// Replaces the defaults of the periods.
+void set_periods(Settings &settings) {
+    const Units &units = settings.units;
+    settings.period_min = settings.period_min > 0 ? settings.period_min : 60 / units.days;
+    settings.period_max = settings.period_max > 0 ? settings.period_max : 1000 / units.days;
+    if (!(settings.period_min < settings.period_max))
+        fail(Status::argument, "{options->period_min} = %.9g: must be below period_max = %.9g", settings.period_min,
+             settings.period_max);
 }
 
 // Replaces the defaults.
@@ -54,12 +65,8 @@ Settings settled(const Series &series, Settings settings) {
     const Size size = size_of(series);
     if (series.median_sigma == 0 && !(size.rms > 0))
         fail(Status::argument, "{series->y}: the functions describe all values: no jitter can be fitted");
+    set_periods(settings);
     const Units &units = settings.units;
-    settings.period_min = settings.period_min > 0 ? settings.period_min : 60 / units.days;
-    settings.period_max = settings.period_max > 0 ? settings.period_max : 1000 / units.days;
-    if (!(settings.period_min < settings.period_max))
-        fail(Status::argument, "{options->period_min} = %.9g: must be below period_max = %.9g", settings.period_min,
-             settings.period_max);
     if (settings.amplitude_max == 0) {
         const bool is_known = units.unit > 0 && !units.velocity;
         settings.amplitude_min = is_known ? kLeastScale / units.unit : size.error;
@@ -70,8 +77,8 @@ Settings settled(const Series &series, Settings settings) {
              settings.amplitude_min, settings.amplitude_max);
     if (settings.jitter && settings.jitter_max == 0)
         settings.jitter_max = size.rms;
-    if (settings.jitter && !(settings.jitter_max > 0))
-        fail(Status::argument, "{series->y}: all values are described by the functions: no jitter can be fitted");
+    if (!(settings.jitter_max > 0)) // the functions describe all values
+        settings.jitter = false;
     return settings;
 }
 
@@ -151,8 +158,9 @@ class Searcher {
     Searcher(const Series &series, const Prior &prior, const Settings &settings)
         : series_(series), prior_(prior), settings_(settings) {}
 
-    // Searches, and fills the result.
-    void run(Result &result) {
+    // Searches, and fills the result. A trial ends, and returns false, when the fit is poor and no strong planet is the
+    // reason why further ones are to be searched: the sigmas are too small, or the model is wrong.
+    bool run(bool is_trial, Result &result) {
         while (planets_.size() < settings_.most) {
             const double jitter = jitter_;
             Candidate next = examine(planets_.size(), "planet " + std::to_string(planets_.size() + 1));
@@ -164,22 +172,71 @@ class Searcher {
             planets_.push_back(next.fitted);
             candidates_.push_back(std::move(next));
             fit_all(planets_);
+            if (is_trial && is_hopeless())
+                return false;
             settle_together();
-            if (rejected_)
+            if (rejected_ || has_reason(candidates_.back()))
                 break;
         }
         for (size_t p = 0; p < planets_.size(); p++)
             candidates_[p].fitted = planets_[p];
-        result.planets = planets_.size();
-        result.candidates = std::move(candidates_);
         if (rejected_)
-            result.candidates.push_back(std::move(*rejected_));
-        for (size_t c = 0; c < result.candidates.size(); c++)
-            describe_best(c, result);
+            candidates_.push_back(std::move(*rejected_));
+        for (size_t c = 0; c < candidates_.size(); c++)
+            describe_best(c, candidates_[c]);
+        result.candidates = std::move(candidates_);
         keep_fit(result);
+        return !is_trial || !is_poor(*result.design);
+    }
+
+    // The measurements that do not belong, with the residuals of the fit. One that was left out is readmitted if the
+    // same planets describe it, in a fit of all measurements.
+    std::vector<bool> far(const Result &result) const {
+        std::vector<bool> marked = far_residuals(series_, result.residuals);
+        if (series_.used == series_.n || planets_.empty())
+            return marked;
+        Series all = series_;
+        all.leave_out(std::vector<bool>(all.n));
+        std::vector<FittedPlanet> planets = planets_;
+        fit_jointly(all, jitter_, settings_.eccentricity_max, planets);
+        const std::vector<bool> unexplained = far_residuals(all, residuals_of_fit(all, planets));
+        for (size_t i = 0; i < all.n; i++)
+            marked[i] = marked[i] && (unexplained[i] || series_.factor[i] > 0);
+        return marked;
     }
 
   private:
+    bool is_poor(const Design &design) const {
+        return goodness_with_jitter(series_, design).verdict == GoodnessVerdict::poor;
+    }
+
+    bool is_hopeless() const {
+        std::vector<FittedPlanet> before = planets_;
+        before.pop_back();
+        const Design with = design_of(planets_), without = design_of(before);
+        return is_poor(with) && with.square() > kLeastLeft * without.square();
+    }
+
+    // What functions and planets leave.
+    Design design_of(const std::vector<FittedPlanet> &planets) const {
+        const JointFunctions functions(series_, planets, planets.size());
+        return {series_, functions.all(), without_planets(series_, planets, planets.size()), jitter_};
+    }
+
+    // Whether the last candidate of the joint fit is no planet for a reason of its own: the search ends with it.
+    bool has_reason(Candidate candidate) const {
+        candidate.fitted = planets_.back();
+        describe_best(planets_.size() - 1, candidate);
+        return candidate.reasons != 0;
+    }
+
+    // [n]
+    Buffer<double> residuals_of_fit(const Series &series, const std::vector<FittedPlanet> &planets) const {
+        const JointFunctions functions(series, planets, planets.size());
+        const Buffer<double> values = without_planets(series, planets, planets.size());
+        return residuals_of(series, functions.all(), values, Design(series, functions.all(), values, jitter_));
+    }
+
     // The posterior of planet `which`, or of one more, with the other planets.
     Candidate examine(size_t which, const std::string &stage) {
         const JointFunctions functions(series_, planets_, which);
@@ -257,25 +314,44 @@ class Searcher {
         result.rest = std::make_unique<Problem>(
             Problem{series_, prior_, result.functions->all(), without_planets(series_, planets_, planets_.size())});
         result.design = std::make_unique<Design>(series_, result.rest->functions, result.rest->values, jitter_);
-        result.residuals.resize(series_.n);
+        result.residuals = residuals_of(series_, result.rest->functions, result.rest->values, *result.design);
         for (size_t i = 0; i < series_.n; i++)
-            result.residuals[i] = result.design->residuals()[i] / result.design->weights()[i];
+            if (series_.factor[i] > 0)
+                result.residuals[i] = result.design->residuals()[i] / result.design->weights()[i];
     }
 
-    void describe_best(size_t which, Result &result) const {
-        Candidate &candidate = result.candidates[which];
+    // Describes a candidate, and finds the reasons that it has of its own.
+    void describe_best(size_t which, Candidate &candidate) const {
         std::vector<FittedPlanet> others = planets_;
         if (which < others.size())
             others.erase(others.begin() + static_cast<std::ptrdiff_t>(which));
         const JointFunctions without(series_, others, others.size());
-        candidate.power_left =
-            power_left(series_, Design(series_, without.all(), series_.y, jitter_), candidate.fitted.planet);
+        const Design rest(series_, without.all(), without_planets(series_, others, others.size()), jitter_);
+        candidate.power_left = power_left(series_, rest, candidate.fitted.planet);
         others.push_back(candidate.fitted);
         const JointFunctions all(series_, others, others.size());
-        const Design design(series_, all.all(), series_.y, jitter_);
+        const Design design(series_, all.all(), without_planets(series_, others, others.size()), jitter_);
         candidate.best = describe(candidate.fitted.planet);
         candidate.best_error =
             errors_of(series_, candidate.fitted.planet, design, without.all().size(), all.all().size());
+        set_reasons({rest.square(), design.square()}, rest, candidate);
+    }
+
+    // The reasons of one candidate; rest: what the other planets leave.
+    void set_reasons(const Squares &squares, const Design &rest, Candidate &candidate) const {
+        const Planet &planet = candidate.fitted.planet;
+        candidate.log10_fap_orbit = log10_fap_of_orbit(squares, series_, rest, prior_);
+        candidate.at_edge = is_at_edge(candidate.samples, planet.orbit, prior_);
+        candidate.reasons = 0;
+        if (candidate.log10_bayes < settings_.threshold) {
+            candidate.reasons = kReasonOdds;
+            return;
+        }
+        uint32_t &reasons = candidate.reasons;
+        reasons |= reason_if(std::min(candidate.log10_fap, candidate.log10_fap_orbit) > std::log10(settings_.fap), kReasonFap);
+        reasons |= reason_if(candidate.at_edge, kReasonEdge);
+        reasons |= reason_if(is_better_outside(squares, series_, rest, prior_), kReasonRange);
+        reasons |= reason_if(is_too_heavy(settings_.units, planet), kReasonMass);
     }
 
     const Series &series_;
@@ -295,9 +371,63 @@ Description describe(const Planet &planet) noexcept {
             -std::remainder(orbit.anomaly, 1) / orbit.frequency, amplitude_of(planet.amplitudes)};
 }
 
-Result::Result(const GivenSeries &given, const Settings &asked)
-    : series(given), settings(settled(series, asked)), prior(prior_of(series, settings)) {
-    Searcher(series, prior, settings).run(*this);
+Result::Result(const GivenSeries &given, const Settings &asked) : series(given), frame_chi_square(given.frame_chi_square), settings(asked) {
+    set_periods(settings);
+    std::vector<bool> left_out = screen(series, 1 / settings.period_max, 1 / settings.period_min);
+    for (int round = 0; round < kMostRounds; round++) {
+        series.leave_out(left_out);
+        std::vector<bool> next = search(asked);
+        if (next == left_out)
+            break;
+        left_out = std::move(next);
+    }
+    for (size_t i = 0; i < series.n; i++)
+        if (series.factor[i] == 0)
+            outliers.push_back(i);
+    judge();
+}
+
+const Candidate &Result::last_fitted() const noexcept {
+    const auto is_fitted = [](const Candidate &candidate) { return candidate.is_fitted(); };
+    const auto last = std::find_if(candidates.rbegin(), candidates.rend(), is_fitted);
+    return last == candidates.rend() ? candidates.front() : *last;
+}
+
+std::vector<bool> Result::search(const Settings &asked) {
+    settings = settled(series, asked);
+    if (settings.jitter && series.median_sigma > 0) {
+        settings.jitter = false;
+        prior = prior_of(series, settings);
+        Searcher trial(series, prior, settings);
+        if (trial.run(true, *this))
+            return trial.far(*this);
+        settings.jitter = true;
+    }
+    prior = prior_of(series, settings);
+    Searcher searcher(series, prior, settings);
+    searcher.run(false, *this);
+    return searcher.far(*this);
+}
+
+// Adds the reasons that all candidates of the joint fit share, and those of pairs: of two planets whose orbits cross,
+// the one with smaller odds is none.
+void Result::judge() {
+    goodness = series_goodness(series, residuals, design->free(), !settings.clip);
+    const Goodness kept = series_goodness(series, residuals, design->free(), false);
+    const Goodness with_jitter = goodness_with_jitter(series, *design);
+    chi_square_with_jitter = with_jitter.chi_square;
+    const bool has_noise_of_frames = settings.jitter && !settings.units.velocity;
+    const uint32_t shared = reason_if(with_jitter.verdict != GoodnessVerdict::good, kReasonChiSquare) |
+                            reason_if(has_noise_of_frames && kept.chi_square > kMostChiSquare, kReasonJitter) |
+                            reason_if(frame_chi_square > kMostFrameChiSquare, kReasonFrames) |
+                            reason_if(!outliers.empty() && !settings.clip, kReasonSamples);
+    for (Candidate &candidate : candidates)
+        candidate.reasons |= candidate.is_fitted() ? shared : 0;
+    for (Candidate &candidate : candidates)
+        for (const Candidate &other : candidates)
+            if (candidate.is_planet() && other.is_planet() && candidate.log10_bayes < other.log10_bayes &&
+                do_cross(candidate.samples, other.samples))
+                candidate.reasons |= kReasonCrossing;
 }
 
 } // namespace toliman::planet

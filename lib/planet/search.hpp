@@ -5,8 +5,8 @@
 
 #include "planet/detection.hpp"
 #include "planet/joint_fit.hpp"
-#include "planet/mass.hpp"
-#include "planet/posterior.hpp"
+#include "planet/outliers.hpp"
+#include "planet/verdict.hpp"
 
 namespace toliman::planet {
 
@@ -14,7 +14,7 @@ namespace toliman::planet {
 struct Settings {
     size_t most = 1;
     unsigned threads = 0;
-    bool jitter = false;
+    bool jitter = true, clip = false;
     Units units;
     double period_min = 0, period_max = 0, eccentricity_max = 0, amplitude_min = 0, amplitude_max = 0, jitter_max = 0;
     double threshold = 2, fap = 1e-3;
@@ -31,10 +31,16 @@ Description describe(const Planet &planet) noexcept;
 
 struct Candidate {
     FittedPlanet fitted; // of the joint fit
-    double log10_bayes, log10_fap;
+    double log10_bayes, log10_fap, log10_fap_orbit;
+    uint32_t reasons; // against a planet
+    bool at_edge;
     std::vector<PosteriorSample> samples;
     Description best, best_error;
     double power_left;
+
+    // Whether its signal is in the joint fit.
+    bool is_fitted() const noexcept { return (reasons & kReasonOdds) == 0; }
+    bool is_planet() const noexcept { return reasons == 0; }
 };
 
 // Searches, and keeps what later questions need.
@@ -44,15 +50,24 @@ struct Result {
     Result &operator=(const Result &) = delete;
 
     Series series;
+    double frame_chi_square; // median of the frames; 0: unknown
     Settings settings; // with defaults replaced
     Prior prior;
     std::vector<Candidate> candidates;
-    size_t planets = 0; // the first of the candidates
-    // The joint fit of the planets, and its residuals.
+    // The joint fit of the candidates that reach the threshold, and its residuals.
     std::unique_ptr<JointFunctions> functions;
     std::unique_ptr<Problem> rest;
     std::unique_ptr<Design> design;
-    Buffer<double> residuals; // [n]
+    Buffer<double> residuals;       // [n]
+    Goodness goodness;              // without the jitter
+    double chi_square_with_jitter;  // per degree of freedom
+    std::vector<size_t> outliers;   // measurements that do not belong, in order
+
+    // The last candidate of the joint fit, or the only one.
+    const Candidate &last_fitted() const noexcept;
+    // The search for candidates in the measurements that are not left out. Returns those that are then to be left out.
+    std::vector<bool> search(const Settings &asked);
+    void judge();
 };
 
 } // namespace toliman::planet

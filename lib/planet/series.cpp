@@ -120,10 +120,11 @@ Series::Series(const GivenSeries &given) : n(given.n), velocity(given.velocity) 
     rows = (n + kernels::kRowLanes - 1) / kernels::kRowLanes * kernels::kRowLanes;
     time_reference = mean(given.t, given.sigma, n);
     trend = static_cast<size_t>(given.trend);
-    const double middle = mean(given.y, given.sigma, n);
+    const double middle = n > 0 ? median({given.y, given.y + n}) : 0; // a mean is lost if one value is 1e90
     t.assign(rows, 0.0);
     y.assign(rows, 0.0);
     sigma.assign(rows, 0.0);
+    leave_out(std::vector<bool>(n));
     for (size_t i = 0; i < n; i++) {
         t[i] = given.t[i] - time_reference;
         y[i] = given.y[i] - middle;
@@ -144,10 +145,20 @@ Series::Series(const GivenSeries &given) : n(given.n), velocity(given.velocity) 
     set_priors(given, *this);
 }
 
+void Series::leave_out(const std::vector<bool> &marked) {
+    factor.assign(rows, 0.0);
+    used = 0;
+    for (size_t i = 0; i < n; i++)
+        if (!marked[i]) {
+            factor[i] = 1;
+            used++;
+        }
+}
+
 Buffer<double> Series::weights(double jitter) const {
     Buffer<double> weights(rows, 0.0);
     for (size_t i = 0; i < n; i++)
-        weights[i] = 1 / std::hypot(sigma[i], jitter);
+        weights[i] = factor[i] > 0 ? factor[i] / std::hypot(sigma[i], jitter) : 0;
     return weights;
 }
 

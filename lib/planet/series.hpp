@@ -18,6 +18,7 @@ struct GivenSeries {
     double trend_start, trend_end;
     const double *precision; // [1 + trend + columns]
     bool velocity;
+    double frame_chi_square; // median of the frames; 0: unknown
 };
 
 // A function whose coefficient is fitted. The coefficient may have a Gaussian prior.
@@ -29,9 +30,11 @@ struct Function {
 
 struct Series {
     size_t n = 0, rows = 0; // measurements; the next multiple of kernels::kRowLanes
+    size_t used = 0;        // measurements that are not left out
     double time_reference = 0;
     double span = 0;                       // last time - first time
-    Buffer<double> t, y, sigma;            // [rows], about the time reference and the mean; sigma is 0 without sigmas
+    Buffer<double> t, y, sigma;            // [rows], about the time reference and the median; sigma is 0 without sigmas
+    Buffer<double> factor; // [rows], of the weights: 1; 0 for measurements that are left out, and in the padding
     Buffer<double> axis_cosine, axis_sine; // [rows], of the angle from the mean axis; empty: the axis is fixed
     double axis = 0, turn = 0;             // position angle of the mean axis, and its range, rad
     std::vector<Function> functions;       // mean, trend, columns
@@ -44,7 +47,9 @@ struct Series {
 
     // Number of amplitudes of a signal: along the mean axis, and across if the axis turns.
     size_t amplitudes() const noexcept { return axis_cosine.empty() ? 2 : 4; }
-    // 1/sqrt(sigma^2 + jitter^2); 0 in the padding.
+    // Leaves out the measurements that are marked, and no others.
+    void leave_out(const std::vector<bool> &marked);
+    // factor/sqrt(sigma^2 + jitter^2); 0 in the padding.
     Buffer<double> weights(double jitter) const;
 };
 

@@ -37,6 +37,17 @@ void set_shapes(const Series &series, const Orbit &orbit, double *shapes) noexce
     }
 }
 
+std::vector<Function> shape_functions(const Series &series, const Orbit &orbit) {
+    Buffer<double> shapes(series.amplitudes() * series.rows);
+    set_shapes(series, orbit, shapes.data());
+    std::vector<Function> functions(series.amplitudes());
+    for (size_t j = 0; j < functions.size(); j++) {
+        const auto first = shapes.begin() + static_cast<std::ptrdiff_t>(j * series.rows);
+        functions[j].values.assign(first, first + static_cast<std::ptrdiff_t>(series.rows));
+    }
+    return functions;
+}
+
 Buffer<double> signal_at(const Series &series, const Planet &planet, const double *t, const double *angle, size_t n) {
     Buffer<double> x(n), y(n), signal(n);
     set_plane(series.velocity, planet.orbit, t, n, x.data(), y.data());

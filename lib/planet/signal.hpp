@@ -30,6 +30,9 @@ struct Planet {
 // Writes the shapes at the measurements to shapes [amplitudes][rows]; in the padding, those of the time reference.
 void set_shapes(const Series &series, const Orbit &orbit, double *shapes) noexcept;
 
+// The shapes at the measurements as functions of a fit, without priors.
+std::vector<Function> shape_functions(const Series &series, const Orbit &orbit);
+
 // The shapes of an orbit at other times: t [n] about the time reference, n any number; angle [n] from the mean axis,
 // rad, NULL for 0.
 Buffer<double> signal_at(const Series &series, const Planet &planet, const double *t, const double *angle, size_t n);

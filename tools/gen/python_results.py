@@ -92,7 +92,7 @@ WORDS = {
 ENUMERATIONS = "|".join(sorted({name.removeprefix("TOLIMAN_") for name in WORDS.values()}))
 
 # Members that Python converts to names, with their comment.
-NAMES = {"stages": "names of the modelled stages"}
+NAMES = {"stages": "names of the modelled stages", "reasons": "reasons against a planet, in English; none: a planet"}
 
 # Integer members that are booleans, in all structs or in one, and the bits of `flags` that become booleans.
 SWITCHES = {"blas_is_slow", "whole_counts", "exact_frames", "trained", "converged", "raw", "weighted", "improved",

@@ -3,8 +3,8 @@ from ._library import (Cancelled, CapacityError, Error, InputError, LostError, N
                        UnsupportedError, WriteError, abi_version, library_path, version)
 from ._results import (BankInfo, BankNetwork, BankPlan, BankResult, Bounds, BudgetRow, BudgetStep, BudgetSummary,
                        CalibrationInfo, CalibrationStep, CalibrationValue, CalibrationWindow, ComponentsInfo,
-                       ComponentsTraining, Diagnosis, FitInfo, FitResult, HeaderTime, Hypothesis, Machine, MaskInfo, Model, NetworkInfo,
-                       Outcome, PairInfo, Parameter, PeriodogramInfo, Plan, Planet, PlanetInfo, PlanetLimit, Refit, Sampling,
+                       ComponentsTraining, Diagnosis, FitInfo, FitResult, FolderGoodness, HeaderTime, Hypothesis, Machine, MaskInfo,
+                       Model, NetworkInfo, Outcome, PairInfo, Parameter, PeriodogramInfo, Plan, PlanetInfo, PlanetLimit, Refit, Sampling,
                        SceneInfo, SkyInfo, SkyPrediction, Stream, TrackInfo, Training)
 from .bank import Bank
 from .budget import Budget
@@ -17,7 +17,7 @@ from .machine import blas_speed, machine
 from .mask import DesignedMask, design_mask
 from .noise import NoiseSearch, bootstrap_correlated, search_correlated
 from .periodogram import AccuracyWarning, Grid, Peak, Periodogram, batch, period, suited_grid
-from .planet import Planets, planets
+from .planet import Planet, Planets, planets
 from .sim import Simulator, Spectrum, parameters, plan, shipped_scenes
 from .sky import Sky
 from .times import parse_time, read_clock, read_header, read_on_target

@@ -2263,7 +2263,8 @@ class toliman_planets(Structure):
 
 # Flags of toliman_planet_options.
 TOLIMAN_PLANET_VELOCITY = 1  # the series has radial velocities, not separations
-TOLIMAN_PLANET_JITTER = 2  # white noise of unknown size is added to the sigmas
+TOLIMAN_PLANET_NO_JITTER = 2  # the sigmas are exact: no white noise of unknown size is added to them
+TOLIMAN_PLANET_CLIP = 4  # leave out samples that do not belong: planets are those of the others
 
 # Largest number of planets.
 TOLIMAN_PLANET_MOST = 4
@@ -2278,14 +2279,15 @@ class toliman_planet_series(Sized):
     columns: nuisance functions, as in period_nuisance.h; 0 = none
     t: [n], times in units of time_unit_days
     y: [n], values in units of `unit`
-    sigma: [n], absolute standard deviations; NULL only with TOLIMAN_PLANET_JITTER
+    sigma: [n], absolute standard deviations; NULL: unknown, not with TOLIMAN_PLANET_NO_JITTER
     rows: [n][columns], values of the columns; NULL if there are none
     position_angle_deg: [n], position angles of B from A (geometric_angle_deg of sky.h); NULL = the
         axis is fixed, as it must be for velocities
     trend_start: span of the trend; both 0: first and last time
     trend_end: span of the trend; both 0: first and last time
     prior_precision: 1/s_j^2 for the mean, T_1 ... T_trend and the columns; 0 = no prior. That of
-        the mean must be 0"""
+        the mean must be 0
+    frame_chi_square: median chi_square of the frames that the series was measured from; 0 = unknown"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -2301,12 +2303,13 @@ class toliman_planet_series(Sized):
         ("trend_start", c_double),
         ("trend_end", c_double),
         ("prior_precision", c_double * 9),
+        ("frame_chi_square", c_double),
     ]
 
 
 class toliman_planet_options(Sized):
     """Options of a search. Since 0.2.
-    flags: TOLIMAN_PLANET_VELOCITY, TOLIMAN_PLANET_JITTER
+    flags: TOLIMAN_PLANET_VELOCITY, _NO_JITTER, _CLIP
     max_planets: 1 to TOLIMAN_PLANET_MOST; 0 = 1
     threads: worker threads, 0 = one per processor; results do not depend on the number
     time_unit_days: days per unit of t; 0 = 1
@@ -2324,9 +2327,10 @@ class toliman_planet_options(Sized):
         Default with a known unit of separations: 0.05 uas to 5 uas, or to the rms
         of the series if that is larger. Otherwise: s to 100 s, or to the rms,
         where s is the standard error of an amplitude
-    jitter_max: in units of y; 0 = the rms of the series. Only with TOLIMAN_PLANET_JITTER
-    threshold: log10 of the Bayes factor at which a candidate counts as a planet; 0 = 2
-    detection_fap: FAP of a detection in limits, efficiency and injections; 0 = 0.001
+    jitter_max: in units of y; 0 = the rms of the series. Not with TOLIMAN_PLANET_NO_JITTER
+    threshold: log10 of the Bayes factor that a planet needs; 0 = 2
+    detection_fap: largest FAP of a planet, and FAP of a detection in limits, efficiency and
+        injections; 0 = 0.001
     samples: samples of each posterior, 100 to 1,000,000; 0 = 4096
     seed: of the samples
     progress: may be NULL"""
@@ -2359,12 +2363,14 @@ class toliman_planet_options(Sized):
 class toliman_planet_info(Sized):
     """Properties of a result. Since 0.2.
     struct_size: in: sizeof(toliman_planet_info)
-    planets: candidates with a log10_bayes of at least the threshold
-    candidates: candidates with a posterior: the planets and, unless max_planets was reached, one more
+    planets: candidates without a reason against a planet
+    candidates: candidates with a posterior: those whose log10_bayes reaches the threshold, and at most one
+        more
     functions: mean and nuisance functions
     rms: weighted rms of the residuals of the joint fit, in units of y
-    chi_square: mean of (residual/sigma)^2, with the jitter in sigma, over n minus the number of
-        functions and numbers of planets without a prior
+    chi_square: as in goodness.h, of the joint fit and the sigmas without the jitter, so that a jitter does
+        not hide a poor fit; NaN without sigmas. Outliers count, except with _CLIP. Degrees of
+        freedom: samples minus functions and numbers of planets without a prior
     jitter: 16, 50 and 84 % of the jitter in the posterior of the last planet, or of the candidate
         if there is none; 0 without it
     time_reference: weighted mean time
@@ -2373,7 +2379,12 @@ class toliman_planet_info(Sized):
     period_min: of the priors, in units of t and y
     period_max: of the priors, in units of t and y
     amplitude_min: of the priors, in units of t and y
-    amplitude_max: of the priors, in units of t and y"""
+    amplitude_max: of the priors, in units of t and y
+    chi_square_sigma: as in goodness.h
+    largest_residual: as in goodness.h
+    chi_square_with_jitter: of the samples in use, with the jitter in their sigmas
+    goodness: TOLIMAN_GOODNESS_... of chi_square
+    outliers: samples that do not belong"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -2390,11 +2401,40 @@ class toliman_planet_info(Sized):
         ("period_max", c_double),
         ("amplitude_min", c_double),
         ("amplitude_max", c_double),
+        ("chi_square_sigma", c_double),
+        ("largest_residual", c_double),
+        ("chi_square_with_jitter", c_double),
+        ("goodness", c_int32),
+        ("outliers", c_uint32),
     ]
 
 
-# Flag of toliman_planet: more than 1 % of the posterior is within 1 % of period_min, period_max or eccentricity_max.
+# Flag of toliman_planet: more than 1 % of the posterior is within 1 % of period_min, period_max or eccentricity_max, or
+# the best fit is outside the range of periods.
 TOLIMAN_PLANET_AT_EDGE = 1
+
+# Reasons against a planet, one bit each.
+#   ODDS        log10_bayes is below the threshold. A candidate has no other reason then
+#   CHI_SQUARE  chi_square_with_jitter is not good: poor without a jitter, or too good
+#   JITTER      chi_square of the samples in use is above 3 in a series of separations: the model of the frames, times,
+#               unit or sigmas are wrong. Velocities have the jitter of their star
+#   FAP         both log10_fap and log10_fap_orbit are above log10 of detection_fap
+#   EDGE        TOLIMAN_PLANET_AT_EDGE
+#   RANGE       a sinusoid of a period outside the range fits better, from twice the median step to twice the span
+#   MASS        the mass is not below that of the star, for each star of known mass
+#   CROSSING    the orbit crosses that of a planet with larger odds, if both orbit the same star
+#   FRAMES      frame_chi_square is above 2
+#   SAMPLES     samples do not belong, and TOLIMAN_PLANET_CLIP is not set
+TOLIMAN_PLANET_REASON_ODDS = 1
+TOLIMAN_PLANET_REASON_CHI_SQUARE = 2
+TOLIMAN_PLANET_REASON_JITTER = 4
+TOLIMAN_PLANET_REASON_FAP = 8
+TOLIMAN_PLANET_REASON_EDGE = 16
+TOLIMAN_PLANET_REASON_RANGE = 32
+TOLIMAN_PLANET_REASON_MASS = 64
+TOLIMAN_PLANET_REASON_CROSSING = 128
+TOLIMAN_PLANET_REASON_FRAMES = 256
+TOLIMAN_PLANET_REASON_SAMPLES = 512
 
 
 class toliman_planet(Sized):
@@ -2402,8 +2442,11 @@ class toliman_planet(Sized):
     are taken within half a turn or half a period of the best fit. Since 0.2.
     struct_size: in: sizeof(toliman_planet)
     flags: TOLIMAN_PLANET_AT_EDGE
-    log10_bayes: log10 of the Bayes factor, given the other planets
+    reasons: TOLIMAN_PLANET_REASON_...; 0: a planet
+    log10_bayes: log10 of the Bayes factor, given the other candidates
     log10_fap: Baluev's bound of the false alarm probability of the highest power of a sinusoid
+    log10_fap_orbit: the same of the power of the joint fit, times 20 z with z half its gain in chi-square, for
+        the shapes of an orbit
     period: units of t
     periastron_deg: as in the signal described at the top of planet.h
     epoch: time of a passage through periastron, within half a period of best[3]
@@ -2421,8 +2464,11 @@ class toliman_planet(Sized):
     _fields_ = [
         ("struct_size", c_uint32),
         ("flags", c_uint32),
+        ("reasons", c_uint32),
+        ("reserved", c_uint32),
         ("log10_bayes", c_double),
         ("log10_fap", c_double),
+        ("log10_fap_orbit", c_double),
         ("period", c_double * 3),
         ("eccentricity", c_double * 3),
         ("periastron_deg", c_double * 3),
@@ -3363,6 +3409,7 @@ OF_OBJECTS = {
     "toliman_planet_get_samples": False,
     "toliman_planet_get_signal": False,
     "toliman_planet_get_residuals": False,
+    "toliman_planet_get_outliers": False,
     "toliman_planet_get_limits": False,
     "toliman_planet_get_efficiency": False,
     "toliman_planet_inject": False,
@@ -5219,9 +5266,8 @@ nyquist is then too low for grouped samples. Evaluates every frequency, as tolim
         """Searches a series for planets.
   options  may be NULL
 The series is copied. The caller destroys *out. Processor time of 836 samples with 5 nuisance functions, per planet:
-0.2 to 0.5 s for a signal of up to 100 standard deviations, 1 to 5 s for one of 20,000; with jitter 1 to 3 s, and up
-to a minute and 600 MB for the strongest. The first lattice has 128 nodes for each step 0.2/T of frequency, eight
-times as many with jitter, where T is the last minus the first time. Errors: TOLIMAN_E_ARGUMENT, naming the member,
+TIMES. The first lattice has 1024 nodes for each step 0.2/T of frequency, an eighth of
+them without jitter, where T is the last minus the first time. Errors: TOLIMAN_E_ARGUMENT, naming the member,
 if a number is not finite or outside its limits (|t|, |y| and sigma up to 1e100), sigma <= 0 or missing, all times
 are equal, or a function without a prior is a combination of those before it; TOLIMAN_E_STATE if n is below the
 number of functions + 6; TOLIMAN_E_RANGE if the first lattice would have more than 2e7 nodes, because period_min is
@@ -5234,6 +5280,10 @@ too short; TOLIMAN_E_CANCELLED. Since 0.2.""",
     "toliman_planet_get_info": (
         c_int32, (("planets", POINTER(toliman_planets)), ("out", POINTER(toliman_planet_info))),
         """Writes the properties to *out, whose struct_size must be set. Since 0.2.""",
+    ),
+    "toliman_planet_reason_name": (
+        c_char_p, (("reason", c_uint32),),
+        """Returns a reason, one bit, in English; "?" for another number. Static text. Since 0.2.""",
     ),
     "toliman_planet_get": (
         c_int32, (
@@ -5273,9 +5323,14 @@ Errors: TOLIMAN_E_ARGUMENT for a bad index, position angles of a fixed axis, or 
     ),
     "toliman_planet_get_residuals": (
         c_int32, (("planets", POINTER(toliman_planets)), ("n", c_size_t), ("residuals", POINTER(c_double))),
-        """Writes the residuals of the joint fit of all planets and nuisance functions to residuals[n], in the order of the
-series. The signal of a candidate that is not a planet remains in them. Errors: TOLIMAN_E_ARGUMENT if n is not that
+        """Writes the residuals of the joint fit of nuisance functions and all candidates that reach the threshold to
+residuals[n], in the order of the series. The signal of a candidate below the threshold remains in them. Errors: TOLIMAN_E_ARGUMENT if n is not that
 of the series. Since 0.2.""",
+    ),
+    "toliman_planet_get_outliers": (
+        c_int32, (("planets", POINTER(toliman_planets)), ("count", c_size_t), ("indices", POINTER(c_int64))),
+        """Writes the indices of the samples that do not belong, in the order of the series, to indices[count]. Errors:
+TOLIMAN_E_ARGUMENT if count is not info.outliers. Since 0.2.""",
     ),
     "toliman_planet_get_limits": (
         c_int32, (

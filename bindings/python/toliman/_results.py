@@ -580,11 +580,11 @@ class Sampling(Result):
 class PlanetInfo(Result):
     """Properties of a result."""
 
-    planets: int = member("candidates with a log10_bayes of at least the threshold")
-    candidates: int = member("candidates with a posterior: the planets and, unless max_planets was reached, one more")
+    planets: int = member("candidates without a reason against a planet")
+    candidates: int = member("candidates with a posterior: those whose log10_bayes reaches the threshold, and at most one more")
     functions: int = member("mean and nuisance functions")
     rms: float = member("weighted rms of the residuals of the joint fit, in units of y")
-    chi_square: float = member("mean of (residual/sigma)^2, with the jitter in sigma, over n minus the number of functions and numbers of planets without a prior")
+    chi_square: float = member("as in goodness.h, of the joint fit and the sigmas without the jitter, so that a jitter does not hide a poor fit; NaN without sigmas. Outliers count, except with clip. Degrees of freedom: samples minus functions and numbers of planets without a prior")
     jitter: tuple[float, ...] = member("16, 50 and 84 % of the jitter in the posterior of the last planet, or of the candidate if there is none; 0 without it")
     time_reference: float = member("weighted mean time")
     axis_deg: float = member("position angle of the mean axis, -180 to 180; NaN if the axis is fixed")
@@ -593,6 +593,11 @@ class PlanetInfo(Result):
     period_max: float = member("of the priors, in units of t and y")
     amplitude_min: float = member("of the priors, in units of t and y")
     amplitude_max: float = member("of the priors, in units of t and y")
+    chi_square_sigma: float = member("as in goodness.h")
+    largest_residual: float = member("as in goodness.h")
+    chi_square_with_jitter: float = member("of the samples in use, with the jitter in their sigmas")
+    goodness: str = member("... of chi_square", words="TOLIMAN_GOODNESS")
+    outliers: int = member("samples that do not belong")
 
 
 @result
@@ -600,8 +605,10 @@ class Planet(Result):
     """A candidate. Three numbers are the 16, 50 and 84 % points of the samples of the posterior. Those of angles and epochs
     are taken within half a turn or half a period of the best fit."""
 
-    log10_bayes: float = member("log10 of the Bayes factor, given the other planets")
+    reasons: tuple[str, ...] = member("reasons against a planet, in English; none: a planet")
+    log10_bayes: float = member("log10 of the Bayes factor, given the other candidates")
     log10_fap: float = member("Baluev's bound of the false alarm probability of the highest power of a sinusoid")
+    log10_fap_orbit: float = member("the same of the power of the joint fit, times 20 z with z half its gain in chi-square, for the shapes of an orbit")
     period: tuple[float, ...] = member("units of t")
     eccentricity: tuple[float, ...]
     periastron_deg: tuple[float, ...] = member("as in the signal described at the top of planet.h")
@@ -613,7 +620,7 @@ class Planet(Result):
     best_error: tuple[float, ...] = member("standard errors of the joint fit, from its linearisation")
     correlation: tuple[float, ...] = member("[5][5], of the posterior of the same five")
     power_left: float = member("share of the squared signal that the nuisance functions and other planets leave")
-    at_edge: bool = member("more than 1 % of the posterior is within 1 % of period_min, period_max or eccentricity_max.", flag=1)
+    at_edge: bool = member("more than 1 % of the posterior is within 1 % of period_min, period_max or eccentricity_max, or the best fit is outside the range of periods.", flag=1)
 
 
 @result

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import ctypes
+import types
 import typing
 
 import numpy
@@ -13,7 +14,9 @@ from ._handle import Handle
 from ._library import check, library
 from ._predictions import structured
 from ._progress import Progress, Watch
-from ._results import Planet, PlanetInfo
+from . import _results
+from ._result_base import result
+from ._results import PlanetInfo
 from .periodogram import _series, _set_functions
 from .times import plain_times, unit_of
 
@@ -25,6 +28,23 @@ _Pair = typing.Tuple[float, float]
 
 def _pair(name: str, values: ArrayLike) -> Doubles:
     return shaped(name, values, (2,))
+
+
+@result
+class Planet(_results.Planet):
+    __doc__ = (_results.Planet.__doc__ or "").split("\n\n")[0]
+
+    @property
+    def verdict(self) -> str:
+        """"planet", or "candidate" if there are reasons against one."""
+        return "candidate" if self.reasons else "planet"
+
+    @classmethod
+    def _of(cls, struct: typing.Any) -> Planet:
+        members = {name: getattr(struct, name) for name, *_ in struct._fields_}
+        members["reasons"] = [library.toliman_planet_reason_name(1 << bit).decode() for bit in range(32)
+                              if struct.reasons >> bit & 1]
+        return super()._of(types.SimpleNamespace(**members))
 
 
 class Planets(Handle):
@@ -41,14 +61,22 @@ class Planets(Handle):
 
     @property
     def candidates(self) -> list[Planet]:
-        """All candidates in the order in which they were found: the planets and, unless max_planets was reached, the
-        one whose Bayes factor is below the threshold."""
+        """All candidates in the order in which they were found: those whose Bayes factor reaches the threshold and, at
+        most, one more. `verdict` and `reasons` tell which of them are planets."""
         return [self._candidate(index) for index in range(self.info.candidates)]
 
     @property
     def planets(self) -> list[Planet]:
-        """The candidates whose Bayes factor reaches the threshold."""
-        return [self._candidate(index) for index in range(self.info.planets)]
+        """The candidates without a reason against a planet."""
+        return [candidate for candidate in self.candidates if not candidate.reasons]
+
+    @property
+    def outliers(self) -> NDArray:
+        """Indices of the samples that do not belong to the series, in its order."""
+        indices = numpy.empty(self.info.outliers, numpy.int64)
+        check(library.toliman_planet_get_outliers(self._c, len(indices),
+                                                  indices.ctypes.data_as(ctypes.POINTER(ctypes.c_int64))))
+        return indices
 
     def _candidate(self, index: int) -> Planet:
         found = _raw.toliman_planet()
@@ -76,8 +104,8 @@ class Planets(Handle):
         return signal
 
     def residuals(self) -> Doubles:
-        """Returns y minus the joint fit of planets and nuisance functions, in the order of the series. The signal of a
-        candidate that is not a planet remains in them."""
+        """Returns y minus the joint fit of nuisance functions and all candidates whose Bayes factor reaches the
+        threshold, in the order of the series."""
         residuals = numpy.empty(self._n)
         check(library.toliman_planet_get_residuals(self._c, len(residuals), pointer(residuals)))
         return residuals
@@ -130,8 +158,8 @@ class Planets(Handle):
 
 def planets(t: ArrayLike, y: ArrayLike, sigma: ArrayLike | None = None, *, rows: ArrayLike | None = None,
             priors: ArrayLike | None = None, position_angle_deg: ArrayLike | None = None, trend: int = 0,
-            span: tuple[typing.Any, typing.Any] | None = None, velocity: bool = False, jitter: bool = False,
-            max_planets: int = 1, time_unit_days: float = 1, unit: float | None = None,
+            span: tuple[typing.Any, typing.Any] | None = None, velocity: bool = False, jitter: bool = True,
+            clip: bool = False, frame_chi_square: float = 0, max_planets: int = 1, time_unit_days: float = 1, unit: float | None = None,
             parallax_arcsec: float | None = None, star_masses: tuple[float, float] | None = None,
             period_min: float = 0, period_max: float = 0, eccentricity_max: float = 0, amplitude_min: float = 0,
             amplitude_max: float = 0, jitter_max: float = 0, threshold: float = 0, detection_fap: float = 0,
@@ -143,24 +171,26 @@ def planets(t: ArrayLike, y: ArrayLike, sigma: ArrayLike | None = None, *, rows:
         found = toliman.planets(days, reduced, sigma_arcsec, rows=seen["partials"][:, elements],
                                 priors=[math.inf, *priors], position_angle_deg=seen["geometric_angle_deg"], unit=1,
                                 parallax_arcsec=0.75, star_masses=(1.08, 0.91))
-        for planet in found.planets:
+        for planet in found.planets:           # found.candidates have the reasons against others
             print(planet)                      # period, eccentricity, mass_a ...: 16, 50 and 84 % of the posterior
         limits = found.limits([100, 300, 500]) # structured array: limits["upper"], limits["detectable_mass_a"]
 
-    t, y, sigma: times, reduced separations or radial velocities, absolute standard deviations. sigma None: jitter=True
-        is needed. Dates and quantities of time are in days.
+    t, y, sigma: times, reduced separations or radial velocities, absolute standard deviations. None: sigmas
+        are unknown. Dates and quantities of time are in days.
     rows: values of known functions, [samples][columns], fitted with the mean. trend, span: Chebyshev polynomials
         T_1 ... T_trend, and the times between which they are defined; None: first and last time.
     priors: standard deviations of the coefficients of mean, T_1 ... T_trend and the columns; infinity: free, as the
         mean must be. None: all free.
     position_angle_deg: position angles of B from A. None: the axis A -> B is fixed.
-    velocity: y are radial velocities. jitter: white noise of unknown size is added to the sigmas.
-    max_planets: 1 to 4. threshold: log10 of the Bayes factor at which a candidate counts as a planet; 0 means 2.
+    velocity: y are radial velocities. jitter: white noise of unknown size is added to the sigmas; False: the sigmas are
+        exact. clip: leave out samples that do not belong (found.outliers); with any of them, no candidate is a planet
+        otherwise. frame_chi_square: median chi_square of the frames of the series; above 2, no candidate is a planet.
+    max_planets: 1 to 4. threshold: log10 of the Bayes factor that a planet needs; 0 means 2.
     time_unit_days: days per unit of t. unit: arcsec (velocities: m/s) per unit of y. parallax_arcsec: of the binary.
         star_masses: of A and B, solar masses; 0: unknown. Masses of planets are NaN while what they need is unknown.
     period_min, period_max (units of t; 0 means 60 d and 1000 d), eccentricity_max (0 means 0.95), amplitude_min,
         amplitude_max, jitter_max (units of y; 0: see the header): limits of the priors.
-    detection_fap: false alarm probability of a detection in limits, efficiency and injections; 0 means 0.001.
+    detection_fap: largest false alarm probability of a planet, and that of a detection in limits, efficiency and injections; 0 means 0.001.
     samples: of each posterior, at least 100; 0 means 4096. seed: of the samples.
 
     Results have the same bits for any number of threads. Raises InputError for numbers that are not finite or out of
@@ -172,12 +202,14 @@ def planets(t: ArrayLike, y: ArrayLike, sigma: ArrayLike | None = None, *, rows:
     angles = None if position_angle_deg is None else shaped("position_angle_deg", position_angle_deg, times.shape)
     series = options_of(
         _raw.toliman_planet_series, library.toliman_planet_series_init, columns=count, n=len(times), t=pointer(times),
-        y=pointer(values), sigma=pointer(sigmas), rows=pointer(columns), position_angle_deg=pointer(angles))
+        y=pointer(values), sigma=pointer(sigmas), rows=pointer(columns), position_angle_deg=pointer(angles),
+        frame_chi_square=real("frame_chi_square", frame_chi_square))
     _set_functions(series, trend, span, priors)
     with Watch(progress) as watch:
         options = options_of(
             _raw.toliman_planet_options, library.toliman_planet_options_init,
-            flags=(_raw.TOLIMAN_PLANET_VELOCITY if velocity else 0) | (_raw.TOLIMAN_PLANET_JITTER if jitter else 0),
+            flags=(_raw.TOLIMAN_PLANET_VELOCITY if velocity else 0) | (0 if jitter else _raw.TOLIMAN_PLANET_NO_JITTER)
+            | (_raw.TOLIMAN_PLANET_CLIP if clip else 0),
             max_planets=whole("max_planets", max_planets, 2**32), threads=whole("threads", threads, 2**32),
             time_unit_days=real("time_unit_days", time_unit_days), unit=real("unit", 0 if unit is None else unit),
             parallax_arcsec=real("parallax_arcsec", 0 if parallax_arcsec is None else parallax_arcsec),

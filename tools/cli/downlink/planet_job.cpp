@@ -113,6 +113,7 @@ void PlanetJob::finish(Progress &progress) {
         print_stdout(report.json().text());
     else
         report.print();
+    report.refuse();
 }
 
 } // namespace cli

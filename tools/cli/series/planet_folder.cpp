@@ -47,7 +47,7 @@ void PlanetFolder::write_series(const PlanetReport &report) {
     toliman::check(toliman_planet_get_residuals(report.search.handle.get(), count, residuals.data()));
     std::vector<std::vector<double>> signals;
     std::string text = std::string(kPlanetSeriesMark) + (series.sigma.empty() ? "t,y,residual" : "t,y,sigma,residual");
-    for (uint32_t i = 0; i < report.search.info.planets; i++) {
+    for (uint32_t i = 0; i < report.search.fitted(); i++) {
         signals.push_back(signal_of(report.search, i, series));
         text += formatted(",signal_%u", i + 1);
     }

@@ -4,9 +4,11 @@
 #include <cmath>
 #include <tuple>
 
+#include "common/failure.hpp"
 #include "common/output.hpp"
 #include "common/text.hpp"
 #include "scenes/dates.hpp"
+#include "series/outliers.hpp"
 
 namespace cli {
 
@@ -70,8 +72,11 @@ std::string PlanetReport::planet_text(size_t index) const {
     const bool uas = search.unit.in_uas();
     const std::string unit = uas ? "uas" : search.unit.name;
     std::string text =
-        formatted("planet %-4zu log10 Bayes factor %.2f, log10 FAP %.2f%s\n", index + 1, planet.log10_bayes,
-                  planet.log10_fap, (planet.flags & TOLIMAN_PLANET_AT_EDGE) != 0 ? ", at the edge of the prior" : "");
+        formatted("%s %zu%slog10 Bayes factor %.2f, log10 FAP %.2f, of the orbit %.2f\n",
+                  planet.reasons == 0 ? "planet" : "candidate", index + 1, planet.reasons == 0 ? "    " : " ",
+                  planet.log10_bayes, planet.log10_fap, planet.log10_fap_orbit);
+    for (const std::string &reason : search.reasons(index))
+        text += "  no planet     " + reason + "\n";
     text += "  period        " + interval_text(planet.period) + " d\n";
     text += "  eccentricity  " + interval_text(planet.eccentricity) + "\n";
     text += "  periastron    " + interval_text(planet.periastron_deg) + " deg\n";
@@ -82,9 +87,9 @@ std::string PlanetReport::planet_text(size_t index) const {
     return text + "  mass          " + mass_text(planet) + "\n";
 }
 
-// The last candidate, if it is not a planet.
+// The last candidate, if its odds are below the threshold.
 std::string PlanetReport::candidate_text() const {
-    if (search.info.candidates == search.info.planets)
+    if (search.fitted() == search.candidates.size())
         return "";
     const toliman_planet &next = search.candidates.back();
     return formatted("candidate   period %.6g d, log10 Bayes factor %.2f below the threshold %.4g: not a planet; log10 "
@@ -135,24 +140,55 @@ std::string PlanetReport::limits_text() const {
     return text;
 }
 
+std::string PlanetReport::fit_text() const {
+    const toliman_planet_info &info = search.info;
+    std::string text = "residuals   rms " + amplitude_text(info.rms);
+    if (!std::isnan(info.chi_square))
+        text += formatted(", chi-square %.4g +- %.2g per degree of freedom: %s", info.chi_square, info.chi_square_sigma,
+                          toliman_goodness_name(info.goodness)) +
+                formatted(", largest %.4g sigma", info.largest_residual);
+    if (info.jitter[1] > 0)
+        text += "\njitter      " + amplitude_text(info.jitter[1]) +
+                formatted(", chi-square with it %.4g", info.chi_square_with_jitter);
+    return text + "\n";
+}
+
+std::string PlanetReport::outlier_text() const {
+    if (search.outliers.empty())
+        return "";
+    return formatted("outliers    %zu, left out: ", search.outliers.size()) +
+           listed_outliers(search.outliers, series) + "\n";
+}
+
 void PlanetReport::warn(Progress &progress) const {
-    for (uint32_t i = 0; i < search.info.planets; i++)
-        if ((search.candidates[i].flags & TOLIMAN_PLANET_AT_EDGE) != 0)
-            progress.warn(formatted("planet %u: more than 1 %% of the posterior is at the edge of the prior: period or "
-                                    "eccentricity may be outside (--period-min, --period-max)",
-                                    i + 1));
+    const toliman_planet_info &info = search.info;
+    if (info.goodness == TOLIMAN_GOODNESS_POOR)
+        progress.warn(formatted("chi-square %.4g +- %.2g: poor: the sigmas are too small, or the model lacks an effect",
+                                info.chi_square, info.chi_square_sigma));
+    if (info.goodness == TOLIMAN_GOODNESS_TOO_GOOD)
+        progress.warn(formatted("chi-square %.4g +- %.2g: too good: the sigmas are too large, or samples are repeated",
+                                info.chi_square, info.chi_square_sigma));
+    if (!search.outliers.empty() && (search.options.flags & TOLIMAN_PLANET_CLIP) == 0)
+        progress.warn(formatted("%zu samples do not belong to the series: --clip leaves them out",
+                                search.outliers.size()));
+}
+
+void PlanetReport::refuse() const {
+    std::string text;
+    for (size_t i = 0; i < search.fitted(); i++)
+        for (const std::string &reason : search.reasons(i))
+            text += (text.empty() ? "" : "; ") + formatted("candidate %zu is no planet: ", i + 1) + reason;
+    if (!text.empty())
+        throw Failure(kExitRejected, series.name + ": " + text);
 }
 
 void PlanetReport::print() const {
     const toliman_planet_info &info = search.info;
     std::string text = info.planets == 0 ? "no planet\n" : "";
-    for (uint32_t i = 0; i < info.planets; i++)
+    for (size_t i = 0; i < search.fitted(); i++)
         text += planet_text(i);
-    text += candidate_text();
-    text += "residuals   rms " + amplitude_text(info.rms) + formatted(", chi-square %.4g per sample", info.chi_square);
-    if ((search.options.flags & TOLIMAN_PLANET_JITTER) != 0)
-        text += ", jitter " + amplitude_text(info.jitter[1]);
-    text += formatted("\nsamples     %zu; %u functions fitted, the mean and nuisance functions\n", series.t.size(),
+    text += candidate_text() + fit_text() + outlier_text();
+    text += formatted("samples     %zu; %u functions fitted, the mean and nuisance functions\n", series.t.size(),
                       info.functions);
     text += formatted("searched    periods from %.6g to %.6g d, amplitudes from ", info.period_min, info.period_max) +
             amplitude_text(info.amplitude_min) + " to " + amplitude_text(info.amplitude_max) + "\n";
@@ -175,7 +211,7 @@ Json PlanetReport::planet_json(size_t index) const {
                     "amplitude", values[4]);
     };
     const double factor = search.uas(1);
-    return Json("planet", index < search.info.planets, "log10_bayes", planet.log10_bayes, "log10_fap", planet.log10_fap,
+    return Json("verdict", planet.reasons == 0 ? "planet" : "candidate", "reasons", search.reasons(index), "log10_bayes", planet.log10_bayes, "log10_fap", planet.log10_fap, "log10_fap_orbit", planet.log10_fap_orbit,
                 "period", listed(planet.period), "eccentricity", listed(planet.eccentricity), "periastron_deg",
                 listed(planet.periastron_deg), "epoch", listed(planet.epoch), "amplitude", listed(planet.amplitude),
                 "amplitude_uas",
@@ -209,8 +245,11 @@ Json PlanetReport::json() const {
         Json("period_min", info.period_min, "period_max", info.period_max, "amplitude_min", info.amplitude_min,
              "amplitude_max", info.amplitude_max),
         "planets", info.planets, "candidates", array_of(indices, [this](size_t index) { return planet_json(index); }),
-        "time_reference", info.time_reference, "rms", info.rms, "chi_square", info.chi_square, "jitter",
-        listed_if((how.flags & TOLIMAN_PLANET_JITTER) != 0, info.jitter), "axis",
+        "time_reference", info.time_reference, "rms", info.rms, "chi_square", info.chi_square,
+        "chi_square_sigma", info.chi_square_sigma, "largest_residual", info.largest_residual, "goodness",
+        toliman_goodness_name(info.goodness), "chi_square_with_jitter", info.chi_square_with_jitter, "jitter",
+        listed_if(info.jitter[1] > 0, info.jitter), "frame_chi_square", positive(series.frame_chi_square), "outliers",
+        json_of_outliers(search.outliers, series), "clip", (how.flags & TOLIMAN_PLANET_CLIP) != 0, "axis",
         if_known(!std::isnan(info.axis_deg), Json("position_angle_deg", info.axis_deg, "turn_deg", info.axis_turn_deg)),
         "detection_fap", how.detection_fap);
     if (!limits.empty())

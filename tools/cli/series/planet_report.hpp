@@ -18,12 +18,16 @@ struct PlanetReport {
     std::optional<DetectionMap> map;          // empty without --map
 
     void warn(Progress &progress) const;
+    // Fails with kExitRejected if a candidate is no planet although its odds reach the threshold.
+    void refuse() const;
     void print() const;
     Json json() const;
 
   private:
     std::string planet_text(size_t index) const;
     std::string candidate_text() const;
+    std::string fit_text() const;
+    std::string outlier_text() const;
     std::string mass_text(const toliman_planet &planet) const;
     std::string axis_text() const;
     std::string limits_text() const;

@@ -62,6 +62,7 @@ toliman_planet_series as_given(const Series &series, const std::vector<double> &
     given.y = series.y.data();
     given.sigma = series.sigma.empty() ? nullptr : series.sigma.data();
     given.rows = rows.empty() ? nullptr : rows.data();
+    given.frame_chi_square = series.frame_chi_square;
     given.position_angle_deg = series.position_angle_deg.empty() ? nullptr : series.position_angle_deg.data();
     return given;
 }
@@ -69,7 +70,8 @@ toliman_planet_series as_given(const Series &series, const std::vector<double> &
 toliman_planet_options for_library(const PlanetOptions &options, const ValueUnit &unit, const StarData &stars,
                                    Progress &progress) {
     auto how = toliman::sized<toliman_planet_options>();
-    how.flags = (unit.is_velocity ? TOLIMAN_PLANET_VELOCITY : 0) | (options.jitter ? TOLIMAN_PLANET_JITTER : 0);
+    how.flags = (unit.is_velocity ? TOLIMAN_PLANET_VELOCITY : 0) | (options.no_jitter ? TOLIMAN_PLANET_NO_JITTER : 0) |
+                (options.clip ? TOLIMAN_PLANET_CLIP : 0);
     how.max_planets = options.most;
     how.threads = options.threads;
     how.unit = unit.factor;
@@ -121,7 +123,8 @@ void PlanetOptions::add_to(CLI::App &command) {
     add_option(&command, "--parallax", parallax_mas, "MAS", "parallax of the binary; default: that of the system");
     command.add_option("--max", most, "largest number of planets, 1 to 4, default 1")
         ->check(CLI::Range(1u, TOLIMAN_PLANET_MOST));
-    command.add_flag("--jitter", jitter, "add white noise of unknown size to the sigmas");
+    command.add_flag("--no-jitter", no_jitter, "take the sigmas as exact: fit no further white noise");
+    command.add_flag("--clip", clip, "leave out samples that do not belong to the series");
     command.add_option("--period-min", period_min, "shortest period, default 60 d");
     command.add_option("--period-max", period_max, "longest period, default 1000 d");
     command.add_option("--threshold", threshold,
@@ -165,16 +168,29 @@ StarData PlanetOptions::stars(const StarData &system) const {
     return stars;
 }
 
+size_t PlanetSearch::fitted() const noexcept {
+    const auto is_fitted = [](const toliman_planet &one) { return (one.reasons & TOLIMAN_PLANET_REASON_ODDS) == 0; };
+    return static_cast<size_t>(std::count_if(candidates.begin(), candidates.end(), is_fitted));
+}
+
+std::vector<std::string> PlanetSearch::reasons(size_t index) const {
+    std::vector<std::string> texts;
+    for (uint32_t bit = 1; bit != 0; bit <<= 1)
+        if ((candidates[index].reasons & bit) != 0)
+            texts.emplace_back(toliman_planet_reason_name(bit));
+    return texts;
+}
+
 bool PlanetSearch::knows_mass(size_t star) const noexcept {
     return unit.factor > 0 && options.star_mass[star] > 0 && (unit.is_velocity || options.parallax_arcsec > 0);
 }
 
 PlanetSearch find_planets(const Series &series, const PlanetOptions &options, const ValueUnit &unit,
                           const StarData &stars, Progress &progress) {
-    if (series.sigma.empty() && !options.jitter)
-        malformed(series.name, "has no column sigma: give --jitter, which fits the size of the noise");
+    if (series.sigma.empty() && options.no_jitter)
+        malformed(series.name, "has no column sigma: must have one with --no-jitter");
     PlanetSearch search = {
-        nullptr, unit, for_library(options, unit, stars, progress), toliman::sized<toliman_planet_info>(), {}};
+        nullptr, unit, for_library(options, unit, stars, progress), toliman::sized<toliman_planet_info>(), {}, {}};
     const std::vector<double> rows = series.nuisance.rows();
     const toliman_planet_series given = as_given(series, rows);
     try {
@@ -187,6 +203,8 @@ PlanetSearch find_planets(const Series &series, const PlanetOptions &options, co
         search.candidates.push_back(toliman::sized<toliman_planet>());
         toliman::check(toliman_planet_get(search.handle.get(), i, &search.candidates.back()));
     }
+    search.outliers.resize(search.info.outliers);
+    toliman::check(toliman_planet_get_outliers(search.handle.get(), search.outliers.size(), search.outliers.data()));
     return search;
 }
 

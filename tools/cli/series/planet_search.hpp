@@ -31,7 +31,7 @@ ValueUnit unit_of(const std::string &name, const std::optional<double> &plate_sc
 
 struct PlanetOptions {
     uint32_t most = 1;
-    bool jitter = false;
+    bool no_jitter = false, clip = false;
     std::optional<double> period_min, period_max; // units of t
     double threshold = 2, fap = 1e-3;
     uint32_t samples = 4096, threads = 0;
@@ -51,7 +51,13 @@ struct PlanetSearch {
     ValueUnit unit;
     toliman_planet_options options; // as the library received them
     toliman_planet_info info;
-    std::vector<toliman_planet> candidates; // the planets, then at most one more
+    std::vector<toliman_planet> candidates; // as they were found
+    std::vector<int64_t> outliers;          // indices of the samples that do not belong
+
+    // The first candidates: those of the joint fit, whose odds reach the threshold.
+    size_t fitted() const noexcept;
+    // Reasons against a planet; empty for a planet.
+    std::vector<std::string> reasons(size_t index) const;
 
     double uas(double value) const noexcept { return value * unit.factor * 1e6; }
     bool knows_mass(size_t star) const noexcept;

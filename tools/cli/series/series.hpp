@@ -35,6 +35,7 @@ struct Series {
     int32_t time_format = 0;                     // TOLIMAN_INGEST_FORMAT_... of the file's times; 0 for plain numbers
     Nuisance nuisance = {};                      // fitted with the mean at each frequency
     std::vector<double> position_angle_deg = {}; // on the orbit, of reduced separations; otherwise empty
+    double frame_chi_square = 0;                 // median of the frames of a state folder; 0: unknown
 };
 
 // Reads the value of an option, a time in the format of such a series: a number if its times are, otherwise a date, a

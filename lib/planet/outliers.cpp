@@ -1,0 +1,176 @@
+// Method: the functions of the series are fitted with weights of Huber's function, min(1, 1.5 s/|z|), of the residuals z
+// in units of the sigmas, with the robust standard deviation s = 1.4826 median |z|, beginning with the values
+// themselves: a single value of 1e90 has no more influence than one of 1.5 s. Measurements beyond 6 s are left out, and
+// a least-squares fit of the functions and of the best sinusoid to the others decides again, until it marks the same
+// ones. A sinusoid leaves a part of an eccentric orbit: s is then larger, and near periastron measurements may be
+// marked that belong; the search readmits those that its orbits describe (search.cpp).
+//
+// Rejected: to judge by the residuals of the search alone. A sharp periastron describes any single measurement, so that
+// an outlier is where the residuals are least, and the search costs minutes: orbits at all frequencies describe it.
+//
+// Reference: Huber (1981), Robust Statistics, chapter 7
+#include "planet/outliers.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "planet/marginal.hpp"
+
+namespace toliman::planet {
+
+namespace {
+
+constexpr double kFar = 6, kHuber = 1.5, kNormal = 1.4826, kStill = 1e-3;
+constexpr int kMostSteps = 30, kMostTurns = 6;
+constexpr double kFrequencyStep = 0.2, kMostFrequencies = 20000; // of 1/span
+constexpr double kWide = 1e50;         // scale of a prior without influence, in units of the sigmas
+
+double sigma_of(const Series &series, size_t i) noexcept {
+    return series.sigma[i] > 0 ? series.sigma[i] : 1;
+}
+
+// Robust standard deviation of residuals in units of the sigmas; 0 if there is none.
+double scale_of(const Series &series, const Buffer<double> &residuals) {
+    std::vector<double> sizes(series.n);
+    for (size_t i = 0; i < series.n; i++)
+        sizes[i] = std::fabs(residuals[i] / sigma_of(series, i));
+    const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(series.n / 2);
+    std::nth_element(sizes.begin(), middle, sizes.end());
+    return std::max(kNormal * *middle, series.median_sigma > 0 ? 1.0 : 0.0);
+}
+
+std::vector<const Function *> listed(const std::vector<Function> &functions) {
+    std::vector<const Function *> all;
+    for (const Function &function : functions)
+        all.push_back(&function);
+    return all;
+}
+
+double unit_jitter(const Series &series) noexcept {
+    return series.median_sigma > 0 ? 0 : 1;
+}
+
+Buffer<double> fitted(const Series &series, const std::vector<const Function *> &functions) {
+    return residuals_of(series, functions, series.y, Design(series, functions, series.y, unit_jitter(series)));
+}
+
+// Residuals of the robust fit of the functions.
+Buffer<double> robust_residuals(Series &series) {
+    const std::vector<const Function *> functions = listed(series.functions);
+    Buffer<double> residuals = series.y;
+    double before = 0;
+    for (int step = 0; step < kMostSteps; step++) {
+        const double scale = scale_of(series, residuals);
+        if (!(scale > 0) || std::fabs(scale - before) < kStill * scale)
+            break;
+        before = scale;
+        for (size_t i = 0; i < series.n; i++) {
+            const double size = std::fabs(residuals[i] / sigma_of(series, i));
+            series.factor[i] = size > kHuber * scale ? std::sqrt(kHuber * scale / size) : 1;
+        }
+        residuals = fitted(series, functions);
+    }
+    return residuals;
+}
+
+// What a sinusoid takes from the sum of squares.
+double gain(const Moments &moments, double scale) noexcept {
+    const AmplitudeFit fit = fit_amplitudes(moments, scale);
+    double sum = 0;
+    for (size_t i = 0; i < moments.size; i++)
+        sum += fit.mean[i] * moments.right[i];
+    return sum;
+}
+
+// The two or four functions of the best sinusoid.
+std::vector<Function> best_sinusoid(const Series &series, double frequency_min, double frequency_max) {
+    const Design design(series, listed(series.functions), series.y, unit_jitter(series));
+    ShapeWork work(series);
+    const double scale = kWide * std::max(series.median_sigma, 1e-50);
+    Orbit best = {frequency_min, 0, 0};
+    double most = -1;
+    const double range = frequency_max - frequency_min;
+    const double step = std::max(kFrequencyStep / series.span, range / kMostFrequencies);
+    for (int i = 0; i * step <= range; i++) {
+        const Orbit orbit = {frequency_min + i * step, 0, 0};
+        const double found = gain(work.moments(series, design, orbit), scale);
+        if (found > most) {
+            most = found;
+            best = orbit;
+        }
+    }
+    return shape_functions(series, best);
+}
+
+} // namespace
+
+Buffer<double> residuals_of(const Series &series, const std::vector<const Function *> &functions,
+                            const Buffer<double> &values, const Design &design) {
+    const std::vector<double> coefficients = design.coefficients();
+    Buffer<double> residuals(series.n);
+    for (size_t i = 0; i < series.n; i++) {
+        residuals[i] = values[i];
+        for (size_t j = 0; j < functions.size(); j++)
+            residuals[i] -= coefficients[j] * functions[j]->values[i];
+    }
+    return residuals;
+}
+
+std::vector<bool> far_residuals(const Series &series, const Buffer<double> &residuals) {
+    std::vector<bool> far(series.n);
+    const double limit = kFar * scale_of(series, residuals);
+    size_t count = 0;
+    for (size_t i = 0; i < series.n; i++) {
+        far[i] = limit > 0 && std::fabs(residuals[i] / sigma_of(series, i)) > limit;
+        count += far[i];
+    }
+    return count * 5 < series.n && series.n - count >= series.functions.size() + 6 ? far : std::vector<bool>(series.n);
+}
+
+std::vector<bool> screen(Series series, double frequency_min, double frequency_max) {
+    const size_t numbers = series.functions.size() + series.amplitudes();
+    if (series.n < 3 * numbers)
+        return std::vector<bool>(series.n);
+    std::vector<bool> far = far_residuals(series, robust_residuals(series));
+    for (int turn = 0; turn < kMostTurns; turn++) {
+        series.leave_out(far);
+        const std::vector<Function> sinusoid = best_sinusoid(series, frequency_min, frequency_max);
+        std::vector<const Function *> functions = listed(series.functions);
+        for (const Function &function : sinusoid)
+            functions.push_back(&function);
+        std::vector<bool> next = far_residuals(series, fitted(series, functions));
+        if (next == far)
+            break;
+        far = std::move(next);
+    }
+    return far;
+}
+
+Goodness series_goodness(const Series &series, const Buffer<double> &residuals, size_t free, bool with_left_out) {
+    if (!(series.median_sigma > 0))
+        return {};
+    double square = 0, largest = 0;
+    size_t count = 0;
+    for (size_t i = 0; i < series.n; i++) {
+        if (!with_left_out && series.factor[i] == 0)
+            continue;
+        const double size = std::fabs(residuals[i] / series.sigma[i]);
+        square += size * size;
+        largest = std::max(largest, size);
+        count++;
+    }
+    const double freedom = std::max(static_cast<double>(count) - static_cast<double>(free), 1.0);
+    return goodness_of(square / freedom, chi_square_sigma(count, 0, freedom), largest, kSeriesSigmas);
+}
+
+Goodness goodness_with_jitter(const Series &series, const Design &design) {
+    double square = 0, largest = 0;
+    for (size_t i = 0; i < series.n; i++) {
+        square += design.residuals()[i] * design.residuals()[i];
+        largest = std::max(largest, std::fabs(design.residuals()[i]));
+    }
+    const double freedom = std::max(static_cast<double>(series.used) - static_cast<double>(design.free()), 1.0);
+    return goodness_of(square / freedom, chi_square_sigma(series.used, 0, freedom), largest, kSeriesSigmas);
+}
+
+} // namespace toliman::planet

@@ -1,0 +1,28 @@
+// Measurements that do not belong to a series, and the goodness of a fit of the others.
+#pragma once
+#include <vector>
+
+#include "base/goodness.hpp"
+#include "planet/design.hpp"
+
+namespace toliman::planet {
+
+// Values without what the functions describe, in units of y, at all measurements, those left out included. design: of
+// the functions and the values.
+Buffer<double> residuals_of(const Series &series, const std::vector<const Function *> &functions,
+                            const Buffer<double> &values, const Design &design);
+
+// Marks residuals that are farther than any noise: beyond 6 robust standard deviations, which are at least the sigmas.
+// None are marked if a fifth or more of all is: then it is the model that does not belong.
+std::vector<bool> far_residuals(const Series &series, const Buffer<double> &residuals);
+
+// Marks measurements that are far from a robust fit of the functions of the series and the best sinusoid.
+std::vector<bool> screen(Series series, double frequency_min, double frequency_max);
+
+// Residuals over the sigmas, without a jitter; unknown without sigmas. free: numbers of the fit without a prior.
+Goodness series_goodness(const Series &series, const Buffer<double> &residuals, size_t free, bool with_left_out);
+
+// Of the measurements in use, with the jitter of the design.
+Goodness goodness_with_jitter(const Series &series, const Design &design);
+
+} // namespace toliman::planet
