@@ -149,6 +149,35 @@ module toliman
         type(c_ptr) :: fftw = c_null_ptr ! FFTW version
     end type
 
+    ! Verdicts of goodness of fit.
+    !   UNKNOWN   there is no chi_square
+    !   GOOD      the noise explains the residuals
+    !   POOR      chi_square is too large: the data are damaged, the model lacks an effect, or the standard deviations are
+    !             too small. The standard deviations of the results are too small, and the results may be wrong
+    !   TOO_GOOD  chi_square is too small: the standard deviations are too large, for instance because the data are in
+    !             another unit (DN instead of photons)
+    integer(c_int32_t), parameter, public :: TOLIMAN_GOODNESS_UNKNOWN = 801
+    integer(c_int32_t), parameter, public :: TOLIMAN_GOODNESS_GOOD = 802
+    integer(c_int32_t), parameter, public :: TOLIMAN_GOODNESS_POOR = 803
+    integer(c_int32_t), parameter, public :: TOLIMAN_GOODNESS_TOO_GOOD = 804
+
+    ! Goodness of fit of one frame against the linear model of a template or network (linear.h, cae.h), without its bad
+    ! pixels. Since 0.2.
+    !
+    ! Bad pixels are cosmic rays, hot and dead pixels. A pixel of V expected electrons, read noise included, is bad if its
+    ! residual x after the fit, in standard deviations, has x^2 > 36 (1 + max(x, 0)/(3 sqrt(V))): 1 of 8,000 undamaged
+    ! frames of 256x256 has such a pixel. A value is estimated from the other pixels alone. If more than 30 pixels exceed
+    ! the limit, the model is wrong and not the pixels: all are used, bad_pixels is 0, and goodness is POOR.
+    type, bind(C), public :: toliman_frame_goodness
+        integer(c_int32_t) :: struct_size = 40 ! in: sizeof(toliman_frame_goodness)
+        integer(c_int32_t) :: goodness = 0 ! verdict on chi_square, TOLIMAN_GOODNESS_...
+        real(c_double) :: chi_square = 0.0_c_double ! per degree of freedom; +infinity if it overflows
+        real(c_double) :: chi_square_sigma = 0.0_c_double ! standard deviation of chi_square, if the model is right
+        real(c_double) :: largest_residual = 0.0_c_double ! largest |residual| over its standard deviation
+        integer(c_int32_t) :: bad_pixels = 0 ! number of pixels that were left out
+        integer(c_int32_t) :: reserved = 0
+    end type
+
     ! Pixel types: unsigned (U) and signed (I) integers and floating-point numbers (F) of 8 to 64 bits. Types without
     ! suffix have the byte order of the machine, which is little-endian. BE is big-endian, the byte order of telemetry.
     integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_U8 = 31
@@ -177,18 +206,6 @@ module toliman
         integer(c_int64_t) :: frame_stride = 0
     end type
 
-    ! Verdicts of goodness of fit.
-    !   UNKNOWN   there is no chi_square
-    !   GOOD      the noise explains the residuals
-    !   POOR      chi_square is too large: the data are damaged, the model lacks an effect, or the standard deviations are
-    !             too small. The standard deviations of the results are too small, and the results may be wrong
-    !   TOO_GOOD  chi_square is too small: the standard deviations are too large, for instance because the data are in
-    !             another unit (DN instead of photons)
-    integer(c_int32_t), parameter, public :: TOLIMAN_GOODNESS_UNKNOWN = 801
-    integer(c_int32_t), parameter, public :: TOLIMAN_GOODNESS_GOOD = 802
-    integer(c_int32_t), parameter, public :: TOLIMAN_GOODNESS_POOR = 803
-    integer(c_int32_t), parameter, public :: TOLIMAN_GOODNESS_TOO_GOOD = 804
-
     ! Engines: how light is propagated from the pupil to the detector. See Engines above.
     integer(c_int32_t), parameter, public :: TOLIMAN_SIM_ENGINE_MATRIX_DFT = 331 ! exact pixel positions; the default
     ! baseline of the chapter; no mask, amplitude or OPD files
@@ -196,7 +213,7 @@ module toliman
 
     ! Options of a simulator.
     type, bind(C), public :: toliman_sim_options
-        integer(c_int32_t) :: struct_size = 56
+        integer(c_int32_t) :: struct_size = 64
         ! worker threads, 0 = one per processor; the results do not depend on the number
         integer(c_int32_t) :: threads = 0
         type(c_funptr) :: progress = c_null_funptr ! may be NULL
@@ -206,6 +223,8 @@ module toliman
         integer(c_int32_t) :: engine = 0 ! TOLIMAN_SIM_ENGINE_..., 0 = MATRIX_DFT
         integer(c_int32_t) :: reserved = 0
         type(c_ptr) :: allocator = c_null_ptr ! for the large arrays of the object; NULL = malloc
+        ! path of a file that replaces detector.bad_pixels of the scene; NULL: none does. Since 0.2
+        type(c_ptr) :: bad_pixels = c_null_ptr
     end type
 
     ! Units of frames and expected images. See Unit above.
@@ -226,7 +245,7 @@ module toliman
 
     ! Properties of a prepared scene.
     type, bind(C), public :: toliman_sim_info
-        integer(c_int32_t) :: struct_size = 216 ! in: sizeof(toliman_sim_info)
+        integer(c_int32_t) :: struct_size = 224 ! in: sizeof(toliman_sim_info)
         integer(c_int32_t) :: wavelengths = 0 ! number of wavelengths of the spectrum
         integer(c_int64_t) :: rows = 0 ! shape of a frame
         integer(c_int64_t) :: cols = 0
@@ -264,6 +283,7 @@ module toliman
         real(c_double) :: calibration_chi_square = 0.0_c_double
         ! its standard deviation, if the model is right; NaN without a verdict. Since 0.2
         real(c_double) :: calibration_chi_square_sigma = 0.0_c_double
+        integer(c_int64_t) :: bad_pixels = 0 ! pixels of detector.bad_pixels, which no estimator uses. Since 0.2
     end type
 
     ! Cramer-Rao bounds of a frame: the smallest standard deviation of the separation, in px, that an unbiased estimator
@@ -292,7 +312,7 @@ module toliman
     ! cost of each choice. Unless noted otherwise, errors are relative: the largest error of any pixel of the expected
     ! image, divided by the peak of the image.
     type, bind(C), public :: toliman_sim_plan_info
-        integer(c_int32_t) :: struct_size = 184 ! in: sizeof(toliman_sim_plan_info)
+        integer(c_int32_t) :: struct_size = 192 ! in: sizeof(toliman_sim_plan_info)
         integer(c_int32_t) :: engine = 0 ! TOLIMAN_SIM_ENGINE_...
         integer(c_int32_t) :: scene_wavelengths = 0 ! wavelengths of the spectrum of the scene
         integer(c_int32_t) :: wavelengths = 0 ! wavelengths propagated: all, or fewer Chebyshev nodes in 1/lambda
@@ -330,6 +350,7 @@ module toliman
         integer(c_int64_t) :: atlas_oversampling = 0 ! samples per pixel and axis that are interpolated; 0 = none
         ! upper limit of the motion of a star along its orbit from time 0 to any frame
         real(c_double) :: orbit_px = 0.0_c_double
+        integer(c_int64_t) :: bad_pixels = 0 ! pixels of detector.bad_pixels, which no estimator uses
     end type
 
     ! Images of a scene: expected images in the unit of the frame, and their derivatives. They include jitter and no
@@ -607,10 +628,6 @@ module toliman
     ! photons and read noise together are below about 1 electron^2 in many pixels. Without this flag, the result is the
     ! maximum of the likelihood near the prediction, or near the places found by the search.
     integer(c_int32_t), parameter, public :: TOLIMAN_FIT_NOT_CONVERGED = 1
-
-    ! Flag: chi_square is more than 6 standard deviations above 1. The frame is damaged, or the scene lacks an effect that
-    ! the frame has.
-    integer(c_int32_t), parameter, public :: TOLIMAN_FIT_OUTLIER = 2
     ! pixels at the full well or the largest count were excluded
     integer(c_int32_t), parameter, public :: TOLIMAN_FIT_SATURATED = 4
     ! a star is outside the frame, or over capture_px from its predicted x or y
@@ -620,7 +637,7 @@ module toliman
 
     ! Result for one frame.
     type, bind(C), public :: toliman_fit_result
-        integer(c_int32_t) :: struct_size = 120 ! in: sizeof(toliman_fit_result)
+        integer(c_int32_t) :: struct_size = 144 ! in: sizeof(toliman_fit_result)
         integer(c_int32_t) :: flags = 0 ! TOLIMAN_FIT_...
         real(c_double) :: displacement_px = 0.0_c_double ! separation_px minus the predicted separation
         real(c_double) :: separation_px = 0.0_c_double ! distance from A to B
@@ -635,11 +652,15 @@ module toliman
         real(c_double) :: flux_a = 0.0_c_double ! relative change of the photons of a star
         real(c_double) :: flux_b = 0.0_c_double
         real(c_double) :: background = 0.0_c_double ! photons per pixel
-        ! sum of squared residuals over their variances, per degree of freedom
-        real(c_double) :: chi_square = 0.0_c_double
+        real(c_double) :: chi_square = 0.0_c_double ! per degree of freedom, without the bad pixels
         integer(c_int32_t) :: iterations = 0 ! Gauss-Newton steps
         ! saturated pixels, those expected within 5 standard deviations of saturation included
         integer(c_int32_t) :: excluded = 0
+        real(c_double) :: chi_square_sigma = 0.0_c_double ! standard deviation of chi_square, if the scene is right
+        real(c_double) :: largest_residual = 0.0_c_double ! largest |residual| over its standard deviation
+        integer(c_int32_t) :: goodness = 0 ! verdict on chi_square, TOLIMAN_GOODNESS_...; UNKNOWN with NOT_CONVERGED
+        ! cosmic rays, hot and dead pixels that were left out: see toliman_frame_goodness
+        integer(c_int32_t) :: bad_pixels = 0
     end type
 
     ! Options of a bank.
@@ -723,7 +744,7 @@ module toliman
 
     ! Estimate for one frame.
     type, bind(C), public :: toliman_bank_result
-        integer(c_int32_t) :: struct_size = 56 ! in: sizeof(toliman_bank_result)
+        integer(c_int32_t) :: struct_size = 88 ! in: sizeof(toliman_bank_result)
         integer(c_int32_t) :: flags = 0 ! TOLIMAN_BANK_...
         real(c_double) :: displacement_px = 0.0_c_double ! the latent: separation_px minus the predicted separation
         real(c_double) :: separation_px = 0.0_c_double ! distance from A to B
@@ -735,6 +756,11 @@ module toliman
         ! of the place of B relative to A, and of the sub-pixel part of the displacement of both
         real(c_double) :: distance_px = 0.0_c_double
         integer(c_int32_t) :: network = 0 ! index of the network with the smallest distance_px, -1 if not fitted
+        integer(c_int32_t) :: goodness = 0 ! verdict on chi_square, TOLIMAN_GOODNESS_...; UNKNOWN if not fitted
+        real(c_double) :: chi_square = 0.0_c_double ! of the fit, as in toliman_fit_result
+        real(c_double) :: chi_square_sigma = 0.0_c_double
+        real(c_double) :: largest_residual = 0.0_c_double
+        integer(c_int32_t) :: bad_pixels = 0 ! left out by the fit and by the network
         integer(c_int32_t) :: reserved = 0
     end type
 
@@ -2759,24 +2785,25 @@ module toliman
         end function
 
         ! Encodes one frame: writes the latent of counts[rows][stride] to *latent_px.
-        function toliman_cae_encode(cae, counts, stride, latent_px) bind(C) result(answer)
+        function toliman_cae_encode(cae, counts, stride, latent_px, goodness) bind(C) result(answer)
             import
             type(c_ptr), value :: cae
             integer(c_size_t), value :: stride
             real(c_double), intent(in) :: counts(*)
             real(c_double), intent(out) :: latent_px
+            type(toliman_frame_goodness), intent(inout), optional :: goodness
             integer(c_int32_t) :: answer
         end function
 
         ! Encodes `count` frames of image.
-        function toliman_cae_encode_many(cae, image, count, threads, latents_px, chi_square) bind(C) result(answer)
+        function toliman_cae_encode_many(cae, image, count, threads, latents_px, goodness) bind(C) result(answer)
             import
             type(c_ptr), value :: cae
             integer(c_size_t), value :: count
             integer(c_int32_t), value :: threads
             type(toliman_image), intent(in) :: image
             real(c_double), intent(out) :: latents_px(*)
-            real(c_double), intent(out), optional :: chi_square(*)
+            type(toliman_frame_goodness), intent(inout), optional :: goodness(*)
             integer(c_int32_t) :: answer
         end function
 
@@ -3590,25 +3617,26 @@ module toliman
         end subroutine
 
         ! Estimates the displacement of one frame: writes the value (px) for counts[rows][stride] to *value_px.
-        function toliman_linear_encode(linear, counts, stride, value_px) bind(C) result(answer)
+        function toliman_linear_encode(linear, counts, stride, value_px, goodness) bind(C) result(answer)
             import
             type(c_ptr), value :: linear
             integer(c_size_t), value :: stride
             real(c_double), intent(in) :: counts(*)
             real(c_double), intent(out) :: value_px
+            type(toliman_frame_goodness), intent(inout), optional :: goodness
             integer(c_int32_t) :: answer
         end function
 
         ! Estimates the displacements of `count` frames of image.
         function toliman_linear_encode_many(linear, image, count, threads, values_px, &
-            chi_square) bind(C) result(answer)
+            goodness) bind(C) result(answer)
             import
             type(c_ptr), value :: linear
             integer(c_size_t), value :: count
             integer(c_int32_t), value :: threads
             type(toliman_image), intent(in) :: image
             real(c_double), intent(out) :: values_px(*)
-            real(c_double), intent(out), optional :: chi_square(*)
+            type(toliman_frame_goodness), intent(inout), optional :: goodness(*)
             integer(c_int32_t) :: answer
         end function
 
@@ -5874,36 +5902,37 @@ contains
     end subroutine
 
     ! Encodes one frame: writes the latent of counts[rows][stride] to *latent_px. counts(stride, rows).
-    subroutine autoencoder_encode(self, counts, latent_px, stat, errmsg)
+    subroutine autoencoder_encode(self, counts, latent_px, goodness, stat, errmsg)
         class(toliman_autoencoder), intent(in) :: self
         real(c_double), intent(in), contiguous :: counts(:, :)
         real(c_double), intent(out) :: latent_px
+        type(toliman_frame_goodness), intent(inout), optional :: goodness
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
         integer(c_size_t) :: of_stride
         integer(c_int32_t) :: status
         of_stride = size(counts, 1, c_size_t)
         if (.not. fits(size(counts, 2, c_size_t), self%rows, 'counts', 2, stat, errmsg)) return
-        status = toliman_cae_encode(self%handle, counts, of_stride, latent_px)
+        status = toliman_cae_encode(self%handle, counts, of_stride, latent_px, goodness)
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Encodes `count` frames of image. latents_px(count), chi_square(count).
-    subroutine autoencoder_encode_many(self, image, threads, latents_px, chi_square, stat, errmsg)
+    ! Encodes `count` frames of image. latents_px(count), goodness(count).
+    subroutine autoencoder_encode_many(self, image, threads, latents_px, goodness, stat, errmsg)
         class(toliman_autoencoder), intent(in) :: self
         type(toliman_image), intent(in) :: image
         integer(c_int32_t), intent(in) :: threads
         real(c_double), intent(out), contiguous :: latents_px(:)
-        real(c_double), intent(out), optional, contiguous :: chi_square(:)
+        type(toliman_frame_goodness), intent(inout), optional, contiguous :: goodness(:)
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
         integer(c_size_t) :: of_count
         integer(c_int32_t) :: status
         of_count = size(latents_px, 1, c_size_t)
-        if (present(chi_square)) then
-            if (.not. fits(size(chi_square, 1, c_size_t), of_count, 'chi_square', 1, stat, errmsg)) return
+        if (present(goodness)) then
+            if (.not. fits(size(goodness, 1, c_size_t), of_count, 'goodness', 1, stat, errmsg)) return
         end if
-        status = toliman_cae_encode_many(self%handle, image, of_count, threads, latents_px, chi_square)
+        status = toliman_cae_encode_many(self%handle, image, of_count, threads, latents_px, goodness)
         call conclude(status, stat, errmsg)
     end subroutine
 
@@ -6908,36 +6937,37 @@ contains
 
     ! Estimates the displacement of one frame: writes the value (px) for counts[rows][stride] to *value_px.
     ! counts(stride, rows).
-    subroutine linear_estimator_encode(self, counts, value_px, stat, errmsg)
+    subroutine linear_estimator_encode(self, counts, value_px, goodness, stat, errmsg)
         class(toliman_linear_estimator), intent(in) :: self
         real(c_double), intent(in), contiguous :: counts(:, :)
         real(c_double), intent(out) :: value_px
+        type(toliman_frame_goodness), intent(inout), optional :: goodness
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
         integer(c_size_t) :: of_stride
         integer(c_int32_t) :: status
         of_stride = size(counts, 1, c_size_t)
         if (.not. fits(size(counts, 2, c_size_t), self%rows, 'counts', 2, stat, errmsg)) return
-        status = toliman_linear_encode(self%handle, counts, of_stride, value_px)
+        status = toliman_linear_encode(self%handle, counts, of_stride, value_px, goodness)
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Estimates the displacements of `count` frames of image. values_px(count), chi_square(count).
-    subroutine linear_estimator_encode_many(self, image, threads, values_px, chi_square, stat, errmsg)
+    ! Estimates the displacements of `count` frames of image. values_px(count), goodness(count).
+    subroutine linear_estimator_encode_many(self, image, threads, values_px, goodness, stat, errmsg)
         class(toliman_linear_estimator), intent(in) :: self
         type(toliman_image), intent(in) :: image
         integer(c_int32_t), intent(in) :: threads
         real(c_double), intent(out), contiguous :: values_px(:)
-        real(c_double), intent(out), optional, contiguous :: chi_square(:)
+        type(toliman_frame_goodness), intent(inout), optional, contiguous :: goodness(:)
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
         integer(c_size_t) :: of_count
         integer(c_int32_t) :: status
         of_count = size(values_px, 1, c_size_t)
-        if (present(chi_square)) then
-            if (.not. fits(size(chi_square, 1, c_size_t), of_count, 'chi_square', 1, stat, errmsg)) return
+        if (present(goodness)) then
+            if (.not. fits(size(goodness, 1, c_size_t), of_count, 'goodness', 1, stat, errmsg)) return
         end if
-        status = toliman_linear_encode_many(self%handle, image, of_count, threads, values_px, chi_square)
+        status = toliman_linear_encode_many(self%handle, image, of_count, threads, values_px, goodness)
         call conclude(status, stat, errmsg)
     end subroutine
 

@@ -42,7 +42,7 @@ int main(int argc, char **argv) {
         double time, displacement, latent;
         check(toliman_sim_get_series(sim, k, 1, &time, &displacement));
         check(toliman_sim_frame(sim, displacement, info.seed, k, image, (size_t)info.cols));
-        check(toliman_cae_encode(cae, image, (size_t)info.cols, &latent));
+        check(toliman_cae_encode(cae, image, (size_t)info.cols, &latent, NULL));
         check(toliman_period_push(period, time, latent, 1));
     }
     toliman_period_peak peak = TOLIMAN_PERIOD_PEAK_INIT;

@@ -31,7 +31,7 @@ class Mission {
             double time, displacement, value;
             toliman::check(toliman_sim_get_series(sim_.get(), k, 1, &time, &displacement));
             toliman::check(toliman_sim_frame(sim_.get(), displacement, info_.seed, k, image.data(), cols));
-            toliman::check(toliman_linear_encode(estimator_.get(), image.data(), cols, &value));
+            toliman::check(toliman_linear_encode(estimator_.get(), image.data(), cols, &value, nullptr));
             toliman::check(toliman_period_push(period.get(), time, value, 1));
         }
         return period;

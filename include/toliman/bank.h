@@ -172,7 +172,10 @@ typedef struct toliman_bank_result {
                                squares of the change of the place of B relative to A, and of the sub-pixel part of
                                the displacement of both */
     int32_t network;        /* index of the network with the smallest distance_px, -1 if not fitted */
-    int32_t reserved;
+    int32_t goodness;       /* verdict on chi_square, TOLIMAN_GOODNESS_...; UNKNOWN if not fitted */
+    double chi_square, chi_square_sigma, largest_residual; /* of the fit, as in toliman_fit_result */
+    uint32_t bad_pixels;                                   /* left out by the fit and by the network */
+    uint32_t reserved;
 } toliman_bank_result;
 #define TOLIMAN_BANK_RESULT_INIT TOLIMAN_INIT(toliman_bank_result)
 

@@ -24,6 +24,7 @@
 #define TOLIMAN_CAE_H
 
 #include <toliman/base.h>
+#include <toliman/goodness.h>
 #include <toliman/image.h>
 #include <toliman/sim.h>
 
@@ -212,7 +213,13 @@ typedef struct toliman_cae_info {
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_get_info(const toliman_cae *cae,
                                                                    toliman_cae_info *out) TOLIMAN_NOEXCEPT;
 
-/* Encodes one frame: writes the latent of counts[rows][stride] to *latent_px. Does not depend on earlier frames.
+/* Encodes one frame: writes the latent of counts[rows][stride] to *latent_px. Does not depend on earlier frames. Bad
+ * pixels get the counts that a linear fit to the other pixels predicts. goodness, which may be NULL, is that of this
+ * fit; its struct_size must be set. It does not depend on the weights or on toliman_cae_options.input. Its chi_square is
+ *
+ *     |r - sum_k <u_k, r> u_k - <t, r> t/|t|^2|^2 / (65536 - K - 1),    r = (counts - reference)/sigma per pixel
+ *
+ * u_k are the K orthonormal nuisance images that are projected out, t is the image of toliman_cae_get_target.
  * Calls of one thread allocate no memory; calls that run at once allocate working memory for each further thread once.
  *
  * Accuracy: the slope of latent over displacement is 1 for small displacements. ELU makes it nonlinear:
@@ -224,24 +231,20 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_get_info(const toliman
  * for a crop without light; TOLIMAN_E_RANGE if the
  * counts are so far from the scene that the latent overflows. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_encode(const toliman_cae *cae, const double *counts,
-                                                                 size_t stride, double *latent_px) TOLIMAN_NOEXCEPT;
+                                                                 size_t stride, double *latent_px,
+                                                                 toliman_frame_goodness *goodness) TOLIMAN_NOEXCEPT;
 
 /* Encodes `count` frames of image. Each latent is bit-identical to that of toliman_cae_encode.
  *   threads     worker threads, 0 = one per processor
  *   latents_px  [count]
- *   chi_square  [count], or NULL: mean square residual per degree of freedom against the linear model of the scene,
- *
- *     |r - sum_k <u_k, r> u_k - <t, r> t/|t|^2|^2 / (65536 - K - 1),    r = (counts - reference)/sigma per pixel
- *
- * u_k are the K orthonormal nuisance images that are projected out, t is the image of toliman_cae_get_target.
- * chi_square does not depend on the weights or on toliman_cae_options.input. chi_square of an undamaged frame is 1
- * with standard deviation sqrt(2/65536); a damaged frame has a far larger value. See also toliman_linear_encode_many.
+ *   goodness    [count], or NULL; struct_size of the first must be set
  * Errors: as toliman_cae_encode, naming the frame; TOLIMAN_E_ARGUMENT for another shape; TOLIMAN_E_RANGE for an image
  * larger than the address space. Since 0.2. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_encode_many(const toliman_cae *cae,
                                                                       const toliman_image *image, size_t count,
                                                                       uint32_t threads, double *latents_px,
-                                                                      double *chi_square) TOLIMAN_NOEXCEPT;
+                                                                      toliman_frame_goodness *goodness)
+    TOLIMAN_NOEXCEPT;
 
 /* Decodes a latent: writes the decoder output to image[256][stride]. With input WHITENED, the output is the whitened
  * residual, in standard deviations of each pixel; it is linear in the latent up to 1 px. With the other inputs, the

@@ -27,6 +27,7 @@
 #define TOLIMAN_FIT_H
 
 #include <toliman/base.h>
+#include <toliman/goodness.h>
 #include <toliman/image.h>
 #include <toliman/sim_derivative.h>
 
@@ -135,10 +136,6 @@ typedef struct toliman_fit_prediction {
  * maximum of the likelihood near the prediction, or near the places found by the search. */
 #define TOLIMAN_FIT_NOT_CONVERGED 1u
 
-/* Flag: chi_square is more than 6 standard deviations above 1. The frame is damaged, or the scene lacks an effect that
- * the frame has. */
-#define TOLIMAN_FIT_OUTLIER 2u
-
 #define TOLIMAN_FIT_SATURATED 4u /* pixels at the full well or the largest count were excluded */
 #define TOLIMAN_FIT_EDGE 8u      /* a star is outside the frame, or over capture_px from its predicted x or y */
 #define TOLIMAN_FIT_SEARCHED 16u /* the stars were not at their predicted places; a search found them */
@@ -154,9 +151,13 @@ typedef struct toliman_fit_result {
     double x_px, y_px, x_sigma_px, y_sigma_px; /* shift of the scene's centre */
     double flux_a, flux_b;                     /* relative change of the photons of a star */
     double background;                         /* photons per pixel */
-    double chi_square;  /* sum of squared residuals over their variances, per degree of freedom */
+    double chi_square;  /* per degree of freedom, without the bad pixels */
     int32_t iterations; /* Gauss-Newton steps */
     int32_t excluded;   /* saturated pixels, those expected within 5 standard deviations of saturation included */
+    double chi_square_sigma; /* standard deviation of chi_square, if the scene is right */
+    double largest_residual; /* largest |residual| over its standard deviation */
+    int32_t goodness;        /* verdict on chi_square, TOLIMAN_GOODNESS_...; UNKNOWN with NOT_CONVERGED */
+    uint32_t bad_pixels;     /* cosmic rays, hot and dead pixels that were left out: see toliman_frame_goodness */
 } toliman_fit_result;
 #define TOLIMAN_FIT_RESULT_INIT TOLIMAN_INIT(toliman_fit_result)
 
@@ -165,7 +166,8 @@ typedef struct toliman_fit_result {
  *   result      struct_size must be set
  *   values      [n], or NULL: all n = toliman_fit_parameter_count() parameters, as listed at the top
  *   covariance  [n][n], or NULL: their covariance, the inverse Fisher matrix
- * A frame that cannot be fitted is not an error: see the flags. The result of a fit depends on the frame and its
+ * A frame that cannot be fitted is not an error: see the flags. Bad pixels are left out of the fit; where none is found,
+ * the search for them changes no bit of the result. The result of a fit depends on the frame and its
  * prediction only, not on threads or on other frames.
  * Errors: TOLIMAN_E_ARGUMENT for a non-finite count, naming its row and column, for a prediction that is not finite or
  * outside the range of the model images, and for a smaller stride. */

@@ -38,6 +38,24 @@ TOLIMAN_BEGIN_DECLS
  */
 TOLIMAN_API const char *toliman_goodness_name(int32_t goodness) TOLIMAN_NOEXCEPT;
 
+/* Goodness of fit of one frame against the linear model of a template or network (linear.h, cae.h), without its bad
+ * pixels. Since 0.2.
+ *
+ * Bad pixels are cosmic rays, hot and dead pixels. A pixel of V expected electrons, read noise included, is bad if its
+ * residual x after the fit, in standard deviations, has x^2 > 36 (1 + max(x, 0)/(3 sqrt(V))): 1 of 8,000 undamaged
+ * frames of 256x256 has such a pixel. A value is estimated from the other pixels alone. If more than 30 pixels exceed
+ * the limit, the model is wrong and not the pixels: all are used, bad_pixels is 0, and goodness is POOR. */
+typedef struct toliman_frame_goodness {
+    uint32_t struct_size; /* in: sizeof(toliman_frame_goodness) */
+    int32_t goodness;     /* verdict on chi_square, TOLIMAN_GOODNESS_... */
+    double chi_square;       /* per degree of freedom; +infinity if it overflows */
+    double chi_square_sigma; /* standard deviation of chi_square, if the model is right */
+    double largest_residual; /* largest |residual| over its standard deviation */
+    uint32_t bad_pixels;     /* number of pixels that were left out */
+    uint32_t reserved;
+} toliman_frame_goodness;
+#define TOLIMAN_FRAME_GOODNESS_INIT TOLIMAN_INIT(toliman_frame_goodness)
+
 TOLIMAN_END_DECLS
 
 #endif

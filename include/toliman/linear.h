@@ -11,6 +11,7 @@
 #define TOLIMAN_LINEAR_H
 
 #include <toliman/base.h>
+#include <toliman/goodness.h>
 #include <toliman/image.h>
 #include <toliman/sim.h>
 
@@ -45,30 +46,30 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_linear_create(const tolima
 TOLIMAN_API void toliman_linear_destroy(toliman_linear *linear) TOLIMAN_NOEXCEPT;
 
 /* Estimates the displacement of one frame: writes the value (px) for counts[rows][stride] to *value_px. By the
- * Gauss-Markov theorem it is the best linear unbiased estimate; to first order it equals maximum likelihood.
- * TOLIMAN_E_ARGUMENT for a non-finite count, naming its row and column. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_linear_encode(const toliman_linear *linear, const double *counts,
-                                                                    size_t stride, double *value_px) TOLIMAN_NOEXCEPT;
-
-/* Estimates the displacements of `count` frames of image. Each value is bit-identical to that of
- * toliman_linear_encode.
- *   threads     worker threads, 0 = one per processor
- *   values_px   [count]
- *   chi_square  [count], or NULL: mean square residual per degree of freedom,
+ * Gauss-Markov theorem it is the best linear unbiased estimate; to first order it equals maximum likelihood. Bad pixels
+ * are left out. goodness may be NULL; its struct_size must be set. Its chi_square is
  *
  *     |r - sum_k <u_k, r> u_k - value w|^2 / (pixels - K - 1),    r = (counts - reference)/sigma per pixel
  *
  * u_k are the K images of preprocess.project over sigma, orthonormalised; w is the derivative over sigma, orthogonal
- * to them. chi_square of an undamaged frame is 1 with standard deviation sqrt(2/pixels), or sqrt(sum(2 + 1/m))/pixels
- * if pixels expect few electrons m. It is far larger for damaged frames and for systematics that are not projected
- * out. Caution: if both fluxes are projected out, they fit an empty frame perfectly; its chi_square is about 0.
- * chi_square is +infinity if it overflows.
+ * to them. If both fluxes are projected out, they fit an empty frame perfectly: it is TOO_GOOD.
+ * TOLIMAN_E_ARGUMENT for a non-finite count, naming its row and column. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_linear_encode(const toliman_linear *linear, const double *counts,
+                                                                    size_t stride, double *value_px,
+                                                                    toliman_frame_goodness *goodness) TOLIMAN_NOEXCEPT;
+
+/* Estimates the displacements of `count` frames of image. Each value is bit-identical to that of
+ * toliman_linear_encode.
+ *   threads    worker threads, 0 = one per processor
+ *   values_px  [count]
+ *   goodness   [count], or NULL; struct_size of the first must be set
  * Errors: as toliman_linear_encode, naming the frame; TOLIMAN_E_ARGUMENT for another shape; TOLIMAN_E_RANGE for an
  * image larger than the address space. Since 0.2. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_linear_encode_many(const toliman_linear *linear,
                                                                          const toliman_image *image, size_t count,
                                                                          uint32_t threads, double *values_px,
-                                                                         double *chi_square) TOLIMAN_NOEXCEPT;
+                                                                         toliman_frame_goodness *goodness)
+    TOLIMAN_NOEXCEPT;
 
 /* Writes the predicted standard deviation of a value (px) to *sigma_px: the Cramer-Rao bound with the nuisances of
  * preprocess.project unknown. */

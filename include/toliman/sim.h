@@ -139,6 +139,8 @@ typedef struct toliman_sim_options {
     int32_t engine; /* TOLIMAN_SIM_ENGINE_..., 0 = MATRIX_DFT */
     int32_t reserved;
     const toliman_allocator *allocator; /* for the large arrays of the object; NULL = malloc */
+    const char *bad_pixels;             /* path of a file that replaces detector.bad_pixels of the scene; NULL: none does.
+                                           Since 0.2 */
 } toliman_sim_options;
 #define TOLIMAN_SIM_OPTIONS_INIT TOLIMAN_INIT(toliman_sim_options)
 
@@ -208,6 +210,7 @@ typedef struct toliman_sim_info {
     double calibration_chi_square;       /* per degree of freedom; NaN without a verdict. Since 0.2 */
     double calibration_chi_square_sigma; /* its standard deviation, if the model is right; NaN without a verdict. Since
                                             0.2 */
+    int64_t bad_pixels;    /* pixels of detector.bad_pixels, which no estimator uses. Since 0.2 */
 } toliman_sim_info;
 #define TOLIMAN_SIM_INFO_INIT TOLIMAN_INIT(toliman_sim_info)
 
@@ -271,6 +274,7 @@ typedef struct toliman_sim_plan_info {
                                    systematics of 4 sigma */
     int64_t atlas_oversampling; /* samples per pixel and axis that are interpolated; 0 = none */
     double orbit_px;            /* upper limit of the motion of a star along its orbit from time 0 to any frame */
+    int64_t bad_pixels;         /* pixels of detector.bad_pixels, which no estimator uses */
 } toliman_sim_plan_info;
 #define TOLIMAN_SIM_PLAN_INFO_INIT TOLIMAN_INIT(toliman_sim_plan_info)
 

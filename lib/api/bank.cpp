@@ -8,6 +8,7 @@
 #include "api/bytes_out.hpp"
 #include "api/cae_choices.hpp"
 #include "api/fit_values.hpp"
+#include "api/goodness.hpp"
 #include "api/guard.hpp"
 #include "api/handles.hpp"
 #include "api/memory.hpp"
@@ -59,6 +60,7 @@ toliman_bank_result public_result(const bank::Estimate &estimate) {
     out.efficiency = estimate.efficiency;
     out.distance_px = estimate.distance_px;
     out.network = estimate.network;
+    set_frame_goodness(estimate.goodness, out);
     return out;
 }
 

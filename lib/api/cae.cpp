@@ -10,6 +10,7 @@
 
 #include "api/bytes_out.hpp"
 #include "api/cae_choices.hpp"
+#include "api/frames_goodness.hpp"
 #include "api/guard.hpp"
 #include "api/handles.hpp"
 #include "api/memory.hpp"
@@ -278,20 +279,23 @@ toliman_status toliman_cae_get_info(const toliman_cae *cae, toliman_cae_info *ou
     });
 }
 
-toliman_status toliman_cae_encode(const toliman_cae *cae, const double *counts, size_t stride,
-                                  double *latent_px) noexcept {
+toliman_status toliman_cae_encode(const toliman_cae *cae, const double *counts, size_t stride, double *latent_px,
+                                  toliman_frame_goodness *goodness) noexcept {
     return guard([&] {
         const Use use(cae, "cae");
         const cae::Network &network = use->network;
         required(latent_px, "latent_px");
         const ImageView<const double> frame = frame_of(network, counts, stride);
+        FramesGoodness out(goodness, 1);
         WorkPool<cae::Workspace>::Lease work(use->works);
-        *latent_px = network.encode(frame, *work);
+        *latent_px = network.encode(frame, *work, out.found());
+        out.deliver();
     });
 }
 
 toliman_status toliman_cae_encode_many(const toliman_cae *cae, const toliman_image *image, size_t count,
-                                       uint32_t threads, double *latents_px, double *chi_square) noexcept {
+                                       uint32_t threads, double *latents_px,
+                                       toliman_frame_goodness *goodness) noexcept {
     return guard([&] {
         const Use use(cae, "cae");
         const cae::Network &network = use->network;
@@ -299,7 +303,10 @@ toliman_status toliman_cae_encode_many(const toliman_cae *cae, const toliman_ima
             return;
         const cae::Preprocess &preprocess = network.preprocess();
         const PixelFrames frames = frames_of(image, count, preprocess.rows, preprocess.cols);
-        network.encode_many(frames, count, threads, &required(latents_px, "latents_px"), chi_square);
+        double &latents = required(latents_px, "latents_px");
+        FramesGoodness out(goodness, count);
+        network.encode_many(frames, count, threads, &latents, out.found());
+        out.deliver();
     });
 }
 

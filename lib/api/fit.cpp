@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "api/fit_values.hpp"
+#include "api/goodness.hpp"
 #include "api/guard.hpp"
 #include "api/handles.hpp"
 #include "api/memory.hpp"
@@ -126,10 +127,9 @@ toliman_fit_result public_result(const fit::Result &result, size_t n) {
     copy_parameters(result, n, values, covariance);
     const auto sigma = [&](size_t i) { return std::sqrt(covariance[i * n + i]); };
     const bool fitted = (result.flags & fit::not_converged) == 0;
-    constexpr double nan = std::numeric_limits<double>::quiet_NaN();
     toliman_fit_result out = {};
     out.flags = result.flags;
-    out.displacement_px = fitted ? result.displacement_px : nan;
+    out.displacement_px = fitted ? result.displacement_px : std::numeric_limits<double>::quiet_NaN();
     out.separation_px = values[0];
     out.separation_sigma_px = sigma(0);
     out.position_angle_deg = values[1];
@@ -141,7 +141,7 @@ toliman_fit_result public_result(const fit::Result &result, size_t n) {
     out.flux_a = values[4];
     out.flux_b = values[5];
     out.background = values[6];
-    out.chi_square = fitted ? result.chi_square : nan;
+    set_frame_goodness(fitted ? result.goodness : FrameGoodness(), out);
     out.iterations = result.iterations;
     out.excluded = static_cast<int32_t>(result.excluded);
     return out;

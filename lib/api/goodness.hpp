@@ -3,7 +3,7 @@
 #include <toliman/goodness.h>
 
 #include "api/choice.hpp"
-#include "base/goodness.hpp"
+#include "base/bad_pixels.hpp"
 
 namespace toliman::api {
 
@@ -15,6 +15,12 @@ template <class Result> void set_goodness(const Goodness &goodness, Result &out)
     out.chi_square_sigma = goodness.sigma;
     out.largest_residual = goodness.largest;
     out.goodness = kGoodness.to_constant(goodness.verdict);
+}
+
+// The same of a frame, with the number of its bad pixels.
+template <class Result> void set_frame_goodness(const FrameGoodness &goodness, Result &out) noexcept {
+    set_goodness(goodness, out);
+    out.bad_pixels = static_cast<uint32_t>(goodness.bad_pixels);
 }
 
 } // namespace toliman::api

@@ -29,7 +29,7 @@ struct toliman_cae : toliman::api::Handle<toliman_cae> {
     std::optional<toliman::cae::Training> training; // state of the last training, to be resumed
     mutable toliman::WorkPool<toliman::cae::Workspace> works{[this] {
         toliman::cae::Workspace work;
-        work.prepare(network.layout(), network.preprocess(), 1);
+        work.prepare(network.layout(), 1);
         return work;
     }};
 };
@@ -37,6 +37,7 @@ struct toliman_cae : toliman::api::Handle<toliman_cae> {
 struct toliman_linear : toliman::api::Handle<toliman_linear> {
     static constexpr char kType[] = "toliman_linear";
     toliman::linear::TemplateEstimator estimator;
+    mutable toliman::WorkPool<toliman::linear::TemplateWork> works{[this] { return estimator.work(); }};
 };
 
 struct toliman_fit : toliman::api::Handle<toliman_fit> {

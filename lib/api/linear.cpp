@@ -1,6 +1,7 @@
 // include/toliman/linear.h
 #include <toliman/linear.h>
 
+#include "api/frames_goodness.hpp"
 #include "api/guard.hpp"
 #include "api/handles.hpp"
 #include "api/memory.hpp"
@@ -32,25 +33,32 @@ void toliman_linear_destroy(toliman_linear *linear) noexcept {
 }
 
 toliman_status toliman_linear_encode(const toliman_linear *handle, const double *counts, size_t stride,
-                                     double *value_px) noexcept {
+                                     double *value_px, toliman_frame_goodness *goodness) noexcept {
     return guard([&] {
         const Use use(handle, "linear");
         const linear::TemplateEstimator &estimator = use->estimator;
         required_image(counts, stride, estimator.cols(), "counts");
         double &value = required(value_px, "value_px");
-        value = estimator.estimate({counts, estimator.rows(), estimator.cols(), stride});
+        FramesGoodness out(goodness, 1);
+        WorkPool<linear::TemplateWork>::Lease work(use->works);
+        value = estimator.estimate({counts, estimator.rows(), estimator.cols(), stride}, *work, out.found());
+        out.deliver();
     });
 }
 
 toliman_status toliman_linear_encode_many(const toliman_linear *handle, const toliman_image *image, size_t count,
-                                          uint32_t threads, double *values_px, double *chi_square) noexcept {
+                                          uint32_t threads, double *values_px,
+                                          toliman_frame_goodness *goodness) noexcept {
     return guard([&] {
         const Use use(handle, "linear");
         const linear::TemplateEstimator &estimator = use->estimator;
         if (count == 0)
             return;
         const PixelFrames frames = frames_of(image, count, estimator.rows(), estimator.cols());
-        estimator.estimate_many(frames, count, threads, &required(values_px, "values_px"), chi_square);
+        double &values = required(values_px, "values_px");
+        FramesGoodness out(goodness, count);
+        estimator.estimate_many(frames, count, threads, &values, out.found());
+        out.deliver();
     });
 }
 

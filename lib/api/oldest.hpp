@@ -10,7 +10,9 @@
 namespace toliman::api {
 
 template <class T> constexpr size_t kOldest = sizeof(T);
+template <> inline constexpr size_t kOldest<toliman_sim_options> = offsetof(toliman_sim_options, bad_pixels);
 template <> inline constexpr size_t kOldest<toliman_sim_info> = offsetof(toliman_sim_info, exposure_s);
+template <> inline constexpr size_t kOldest<toliman_sim_plan_info> = offsetof(toliman_sim_plan_info, bad_pixels);
 template <> inline constexpr size_t kOldest<toliman_sim_bounds> = offsetof(toliman_sim_bounds, peak_to_mean);
 template <> inline constexpr size_t kOldest<toliman_mask_info> = offsetof(toliman_mask_info, gradient_energy_before);
 template <> inline constexpr size_t kOldest<toliman_cae_options> = offsetof(toliman_cae_options, log);

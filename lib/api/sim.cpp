@@ -43,6 +43,8 @@ optics::Settings settings_of(const toliman_sim_options &known) {
     settings.workers = known.threads;
     settings.progress = {known.progress, known.progress_data};
     settings.log = {known.log, known.log_data};
+    if (known.bad_pixels != nullptr)
+        settings.bad_pixels = known.bad_pixels;
     if (known.reserved != 0)
         fail(Status::argument, "{options->reserved} = %d: must be 0", known.reserved);
     settings.engine = kEngines.to_enum_or(known.engine, optics::EngineKind::matrix_dft, "options->engine");
@@ -165,6 +167,7 @@ toliman_sim_info info_of(const optics::Simulator &simulator) {
     info.unit = kUnits.to_constant(simulator.detector().unit());
     info.bit_depth = static_cast<int32_t>(scene.detector.bit_depth);
     info.exposure_s = scene.cadence.exposure_s;
+    info.bad_pixels = static_cast<int64_t>(scene.detector.bad_pixels.size());
     info.time_zero_ns = scene.binary.sky ? toliman::tai_of_date(scene.binary.date) : 0;
     set_calibration(scene.calibration, info);
     info.peak_counts = simulator.detector().counts_of(*std::max_element(both.begin(), both.end()));
@@ -198,6 +201,7 @@ toliman_sim_plan_info plan_of(const Scene &scene, const optics::Pupil &pupil, co
         info.atlas_oversampling = static_cast<int64_t>(plan.atlas.oversampling);
     }
     info.orbit_px = plan.orbit_px;
+    info.bad_pixels = static_cast<int64_t>(scene.detector.bad_pixels.size());
     info.scale_focus_error = plan.scale_focus_error;
     const optics::Cost cost = optics::cost_of(scene, pupil, plan);
     info.setup_flops = cost.setup_flops;

@@ -13,6 +13,7 @@ constexpr StructSize kStructSizes[] = {
     {"toliman_allocator", sizeof(toliman_allocator)},
     {"toliman_load_options", sizeof(toliman_load_options)},
     {"toliman_machine", sizeof(toliman_machine)},
+    {"toliman_frame_goodness", sizeof(toliman_frame_goodness)},
     {"toliman_image", sizeof(toliman_image)},
     {"toliman_sim_options", sizeof(toliman_sim_options)},
     {"toliman_sim_info", sizeof(toliman_sim_info)},

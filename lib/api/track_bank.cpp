@@ -39,7 +39,7 @@ void store_bank(const bank::Estimate &estimate, const fit::Result &result, size_
         return;
     estimated.value = estimate.displacement_px;
     estimated.sigma = estimate.sigma_px;
-    estimated.chi_square = result.chi_square;
+    store_goodness(result.goodness, estimated);
     estimated.flags = result.flags + TOLIMAN_TRACK_BANK_FLAGS * estimate.flags;
     FittedValues fitted(result, n, kRows);
     fitted.values[1] = estimate.separation_px;

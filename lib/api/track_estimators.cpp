@@ -17,7 +17,7 @@ Source source_of(const cae::Network &network, unsigned workers) {
     const cae::Preprocess &preprocess = network.preprocess();
     const auto works = std::make_shared<std::vector<cae::Workspace>>(workers);
     for (cae::Workspace &work : *works)
-        work.prepare(network.layout(), preprocess, 1);
+        work.prepare(network.layout(), 1);
     const size_t rows = preprocess.rows, cols = preprocess.cols;
     return {rows,
             cols,
@@ -25,15 +25,15 @@ Source source_of(const cae::Network &network, unsigned workers) {
             network.digest(),
             "",
             [=, &network](double *image, const track::Frame &, int64_t, unsigned worker, track::Estimated &estimated) {
-                estimated.value = network.encode({image, rows, cols, cols}, (*works)[worker], &estimated.chi_square);
+                FrameGoodness goodness;
+                estimated.value = network.encode({image, rows, cols, cols}, (*works)[worker], &goodness);
+                store_goodness(goodness, estimated);
             }};
 }
 
 Source source_of(const linear::TemplateEstimator &estimator, unsigned workers) {
     const size_t rows = estimator.rows(), cols = estimator.cols();
-    const auto residuals = std::make_shared<std::vector<Buffer<double>>>(workers);
-    for (Buffer<double> &residual : *residuals)
-        residual.reserve(estimator.scratch_size());
+    const auto works = std::make_shared<std::vector<linear::TemplateWork>>(workers, estimator.work());
     return {
         rows,
         cols,
@@ -41,8 +41,9 @@ Source source_of(const linear::TemplateEstimator &estimator, unsigned workers) {
         estimator.digest(),
         "",
         [=, &estimator](double *image, const track::Frame &, int64_t, unsigned worker, track::Estimated &estimated) {
-            Buffer<double> &residual = (*residuals)[worker];
-            estimated.value = estimator.estimate({image, rows, cols, cols}, residual, &estimated.chi_square);
+            FrameGoodness goodness;
+            estimated.value = estimator.estimate({image, rows, cols, cols}, (*works)[worker], &goodness);
+            store_goodness(goodness, estimated);
         }};
 }
 

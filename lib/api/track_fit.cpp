@@ -19,7 +19,7 @@ void store_fit(const fit::Result &result, size_t n, track::Estimated &estimated)
         return;
     estimated.value = result.displacement_px;
     estimated.sigma = std::sqrt(result.covariance[0]);
-    estimated.chi_square = result.chi_square;
+    store_goodness(result.goodness, estimated);
     estimated.flags = result.flags;
     const FittedValues fitted(result, n, kRows);
     store_further(fitted.values, fitted.covariance[0], std::size(kRows), estimated);

@@ -18,6 +18,13 @@ inline void store_further(const double *values, const double *covariance, size_t
         at = std::copy(covariance + i * count + std::max<size_t>(i, 1), covariance + (i + 1) * count, at);
 }
 
+inline void store_goodness(const FrameGoodness &goodness, track::Estimated &estimated) noexcept {
+    estimated.chi_square = goodness.chi_square;
+    estimated.chi_square_sigma = goodness.sigma;
+    estimated.largest_residual = goodness.largest;
+    estimated.bad_pixels = static_cast<uint32_t>(goodness.bad_pixels);
+}
+
 // Frames over years of an orbit have other standard deviations than the scene's frame at time 0, and networks larger
 // ones than fits. The tracker allows 1 to 32 times its own.
 constexpr double kSigmaShare = 0.5;

@@ -221,6 +221,7 @@ void Bank::measure(const fit::Fit &fit, const ImageView<const double> *counts, c
     const Nearest near = nearest(state.values);
     const Network &network = networks_[near.network];
     estimate.network = static_cast<int32_t>(near.network);
+    estimate.goodness = work.fitted.goodness;
     estimate.distance_px = near.distance;
     if (prediction.days < options_.first_days || prediction.days > options_.last_days)
         estimate.flags |= outside;

@@ -50,6 +50,7 @@ struct Estimate {
     uint32_t flags = 0;
     double displacement_px = 0, separation_px = 0, sigma_px = 0, efficiency = 0, distance_px = 0;
     int32_t network = -1;
+    FrameGoodness goodness; // of the fit
 };
 
 // Working memory of one thread: Bank::work().

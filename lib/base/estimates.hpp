@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "base/bad_pixels.hpp"
 #include "base/buffer.hpp"
 #include "base/error.hpp"
 #include "base/pixel.hpp"
@@ -40,21 +41,21 @@ void for_groups(const PixelFrames &frames, size_t count, size_t together, unsign
     });
 }
 
-// Given     frames; estimate(group, size, work, values, chi_square) of a group of at most `together` frames, with
-//           chi_square NULL if not requested
-// Returned  values [count] and, unless NULL, chi_square [count]; bit-identical for any number of workers
+// Given     frames; make_work() as above; estimate(group, size, work, values, goodness) of a group of at most `together`
+//           frames, with goodness NULL if not requested
+// Returned  values [count] and, unless NULL, goodness [count]; bit-identical for any number of workers
 // Notes     nothing is written if a frame fails
-template <class Workspace, class Estimate>
+template <class MakeWork, class Estimate>
 void estimate_many(const PixelFrames &frames, size_t count, size_t together, unsigned workers, double *values,
-                   double *chi_square, Estimate estimate) {
-    Buffer<double> results(count), squares(chi_square != nullptr ? count : 0);
-    for_groups(
-        frames, count, together, workers, [] { return Workspace(); },
-        [&](const ImageView<const double> *group, size_t first, size_t size, Workspace &work) {
-            estimate(group, size, work, &results[first], chi_square != nullptr ? &squares[first] : nullptr);
-        });
+                   FrameGoodness *goodness, MakeWork make_work, Estimate estimate) {
+    Buffer<double> results(count);
+    Buffer<FrameGoodness> fits(goodness != nullptr ? count : 0);
+    for_groups(frames, count, together, workers, make_work,
+               [&](const ImageView<const double> *group, size_t first, size_t size, auto &work) {
+                   estimate(group, size, work, &results[first], goodness != nullptr ? &fits[first] : nullptr);
+               });
     std::copy(results.begin(), results.end(), values);
-    std::copy(squares.begin(), squares.end(), chi_square);
+    std::copy(fits.begin(), fits.end(), goodness);
 }
 
 } // namespace toliman

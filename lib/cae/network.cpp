@@ -12,6 +12,7 @@ namespace toliman::cae {
 
 namespace {
 
+constexpr double kFar = 1e5; // standard deviations; 6e-8 of it, float32 rounding, is not small
 constexpr double kLargestLatent = 1e6; // px; above it float32 activations of the decoder could overflow
 
 } // namespace
@@ -48,7 +49,7 @@ double Network::latent_of_image(const Crop &crop, Workspace &work, Pooling *pool
 }
 
 void Network::latents_of(const Crop *crops, size_t count, Workspace &work, Pooling *pooling, double *latents) const {
-    work.prepare(*layout_, preprocess_, count);
+    work.prepare(*layout_, count);
     preprocess_.start(crops, count, work.input);
     if (layout_->max_pool)
         latents[0] = latent_of_image(crops[0], work, pooling);
@@ -59,18 +60,59 @@ void Network::latents_of(const Crop *crops, size_t count, Workspace &work, Pooli
             fail(Status::range, "{counts}: the latent is not finite: the counts are too far from the reference frame");
 }
 
+// Encodes the crop without its bad pixels; crop i of those that were encoded together. False if there are too many.
+// Bad pixels that are far off leave an error by rounding, for which they are replaced again.
+bool Network::repair(const Crop &crop, size_t i, Workspace &work, BadPixels &bad, Preprocess::Fitted &fitted,
+                     double &latent) const {
+    work.repaired.resize(kPixels);
+    for (size_t r = 0; r < kSide; r++)
+        std::copy_n(crop.counts.row(r), kSide, &work.repaired[r * kSide]);
+    const Crop repaired = {{work.repaired.data(), kSide, kSide, kSide}, crop.row, crop.col};
+    for (double lowered = 0;;) {
+        const BadPixels::Found found = preprocess_.add_bad_pixels(i, fitted, work.input, bad);
+        const bool again = found == BadPixels::Found::none;
+        if (again && lowered < kFar) // also if there are none
+            return true;
+        const double before = lowered;
+        if (found == BadPixels::Found::too_many ||
+            !preprocess_.lower(i, fitted, work.input, bad, work.repaired.data(), lowered) ||
+            (again && !(lowered < 0.5 * before)))
+            return false;
+        latents_of(&repaired, 1, work, nullptr, &latent);
+        i = 0;
+        fitted = preprocess_.fit(i, work.input);
+    }
+}
+
 void Network::encode(const ImageView<const double> *frames, size_t count, Workspace &work, double *latents,
-                     double *chi_square) const {
+                     FrameGoodness *goodness) const {
     Crop crops[kTogether] = {};
     std::transform(frames, frames + count, crops, [this](const auto &frame) { return preprocess_.crop_of(frame); });
     latents_of(crops, count, work, nullptr, latents);
-    for (size_t f = 0; f < count && chi_square != nullptr; f++)
-        chi_square[f] = preprocess_.chi_square(crops[f], f, work.input);
+    bool far[kTogether];
+    for (size_t f = 0; f < count; f++)
+        far[f] = preprocess_.may_have_bad_pixels(f, work.input);
+    for (size_t f = 0; f < count; f++) { // a repair overwrites the working memory of frame 0
+        if (!far[f] && goodness == nullptr)
+            continue;
+        Preprocess::Fitted fitted = preprocess_.fit(f, work.input), without = fitted;
+        BadPixels bad;
+        double latent;
+        const bool may_be_bad = far[f] && static_cast<double>(fitted.excess) > kBadPixelLimit,
+                   few_bad = !may_be_bad || repair(crops[f], f, work, bad, without, latent);
+        const bool repaired = may_be_bad && few_bad && bad.count() > 0;
+        if (repaired) {
+            fitted = without;
+            latents[f] = latent;
+        }
+        if (goodness != nullptr)
+            goodness[f] = preprocess_.goodness(fitted, repaired ? bad.count() : 0, few_bad);
+    }
 }
 
-double Network::encode(ImageView<const double> frame, Workspace &work, double *chi_square) const {
+double Network::encode(ImageView<const double> frame, Workspace &work, FrameGoodness *goodness) const {
     double latent;
-    encode(&frame, 1, work, &latent, chi_square);
+    encode(&frame, 1, work, &latent, goodness);
     return latent;
 }
 
@@ -79,11 +121,12 @@ uint64_t Network::digest() const noexcept {
 }
 
 void Network::encode_many(const PixelFrames &frames, size_t count, unsigned workers, double *latents,
-                          double *chi_square) const {
+                          FrameGoodness *goodness) const {
     const size_t together = layout_->max_pool ? 1 : kTogether;
-    estimate_many<Workspace>(frames, count, together, workers, latents, chi_square,
-                             [this](const ImageView<const double> *group, size_t size, Workspace &work, double *values,
-                                    double *squares) { encode(group, size, work, values, squares); });
+    estimate_many(
+        frames, count, together, workers, latents, goodness, [] { return Workspace(); },
+        [this](const ImageView<const double> *group, size_t size, Workspace &work, double *values,
+               FrameGoodness *of_group) { encode(group, size, work, values, of_group); });
 }
 
 void Network::decode(double latent, double *image) const {

@@ -32,21 +32,22 @@ class Network {
 
     // Returns the latent of one frame (px after tied training). Status::argument for a non-finite count, Status::range
     // for a non-finite latent.
-    // *chi_square, unless NULL, receives Preprocess::chi_square.
-    double encode(ImageView<const double> frame, Workspace &work, double *chi_square = nullptr) const;
+    // Bad pixels (base/bad_pixels.hpp), those beyond the limit both before and after the fit of the target, are replaced
+    // by what the fit to the other pixels predicts. *goodness, unless NULL: of that fit.
+    double encode(ImageView<const double> frame, Workspace &work, FrameGoodness *goodness = nullptr) const;
 
     // The same for `count` frames of equal stride, at most kTogether for layout `flight` and one for `paper`: latents
-    // [count], the same bits as one by one; chi_square [count] or NULL.
+    // [count], the same bits as one by one; goodness [count] or NULL.
     void encode(const ImageView<const double> *frames, size_t count, Workspace &work, double *latents,
-                double *chi_square) const;
+                FrameGoodness *goodness) const;
 
     // FNV-1a of everything that determines a latent: preprocessing, layout and weights.
     uint64_t digest() const noexcept;
 
-    // Encodes `count` frames into latents [count] and, unless NULL, chi_square [count]. The result does not depend on
+    // Encodes `count` frames into latents [count] and, unless NULL, goodness [count]. The result does not depend on
     // the number of workers.
     void encode_many(const PixelFrames &frames, size_t count, unsigned workers, double *latents,
-                     double *chi_square) const;
+                     FrameGoodness *goodness) const;
 
     // Decoder output for a latent (px): the whitened residual image [kPixels]. Status::argument for |latent| above
     // 1e6 px, Status::range for an image that overflows, Status::unsupported for layout `paper`, whose decoder needs a
@@ -58,6 +59,8 @@ class Network {
     void reconstruct(ImageView<const double> frame, double *image) const;
 
   private:
+    bool repair(const Crop &crop, size_t i, Workspace &work, BadPixels &bad, Preprocess::Fitted &fitted,
+                double &latent) const;
     void latents_of_rows(const Crop *crops, size_t count, Workspace &work, double *latents) const;
     double latent_of_image(const Crop &crop, Workspace &work, Pooling *pooling) const;
     void latents_of(const Crop *crops, size_t count, Workspace &work, Pooling *pooling, double *latents) const;

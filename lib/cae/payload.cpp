@@ -80,7 +80,7 @@ uint32_t bits_of(float value, const Block &block, int scale) noexcept {
         return kernels::to_bf16(value);
     if (block.encoding == Encoding::fp16) {
         const uint32_t bits = kernels::to_fp16(std::ldexp(static_cast<double>(value), -scale));
-        return block.positive ? std::max(bits, 1u) : bits;
+        return block.positive && value > 0 ? std::max(bits, 1u) : bits;
     }
     uint32_t bits;
     std::memcpy(&bits, &value, sizeof bits);

@@ -19,6 +19,7 @@
 #include <optional>
 
 #include "base/bytes.hpp"
+#include "base/deleted_residuals.hpp"
 #include "base/error.hpp"
 #include "base/hash.hpp"
 #include "cae/layout.hpp"
@@ -130,6 +131,11 @@ Preprocess Preprocess::from_model(const FrameModel &model, Input input, Centre c
         fail(Status::unsupported,
              "%s: {detector.shape} = [%zu, %zu]: must exceed [%zu, %zu] px for a crop that follows the image",
              model.source.c_str(), model.rows, model.cols, kSide, kSide);
+    const auto is_bad = [](double variance) { return !std::isfinite(variance); };
+    if (centre == Centre::image && std::any_of(model.variance.begin(), model.variance.end(), is_bad))
+        fail(Status::unsupported,
+             "%s: {detector.bad_pixels}: not available for a crop that follows the image: they would move in it",
+             model.source.c_str());
     Preprocess out;
     out.input = input;
     out.centre = centre;
@@ -178,19 +184,26 @@ void Preprocess::derive() {
                  background);
         barycentre = *light;
     }
+    noise = PixelNoise(reference, variance);
+    tail.assign(noise.tail.begin(), noise.tail.end());
     whitening.assign(kPixels, 1.0);
     kernels::whiten(whitening.data(), variance.data(), kPixels, whitening.data());
     offset = reference;
     factor = whitening;
     if (input == Input::residual) {
-        const double sum = std::accumulate(variance.begin(), variance.end(), 0.0);
-        factor.assign(kPixels, 1 / std::sqrt(sum / static_cast<double>(kPixels)));
+        const double sum =
+            std::accumulate(variance.begin(), variance.end(), 0.0,
+                            [](double all, double one) { return all + (std::isfinite(one) ? one : 0); });
+        factor.assign(kPixels, 1 / std::sqrt(sum / static_cast<double>(noise.used)));
     } else if (input == Input::raw) {
         const auto [darkest, brightest] = std::minmax_element(reference.begin(), reference.end());
         const double low = *darkest, range = *brightest - low;
         offset.assign(kPixels, low);
         factor.assign(kPixels, range > 0 ? 1 / range : 1);
     }
+    for (size_t i = 0; noise.used < kPixels && i < kPixels; i++)
+        if (!std::isfinite(variance[i]))
+            factor[i] = 0;
 }
 
 Preprocess Preprocess::with_input_scale(double scale) const {
@@ -199,8 +212,8 @@ Preprocess Preprocess::with_input_scale(double scale) const {
     return out;
 }
 
-void Preprocess::Work::reserve(const Preprocess &preprocess, size_t frames) {
-    if (preprocess.projected > 0 && residual.size() < frames * kResidualStride)
+void Preprocess::Work::reserve(size_t frames) {
+    if (residual.size() < frames * kResidualStride)
         residual.resize(frames * kResidualStride);
 }
 
@@ -224,7 +237,8 @@ Crop Preprocess::crop_of(const ImageView<const double> &frame) const {
 }
 
 void Preprocess::start(const Crop *crops, size_t count, Work &work) const {
-    work.reserve(*this, count);
+    work.reserve(count);
+    std::fill_n(work.excess, count, 0.0f);
     if (projected == 0)
         return;
     const double *counts[kTogether];
@@ -244,7 +258,7 @@ void Preprocess::band(const Crop *crops, size_t count, size_t first_row, Work &w
                       size_t stride) const {
     const kernels::ResidualKernels &kernel = kernels::residual_kernels();
     float *vectors[kTogether] = {}, *components[kTogether] = {};
-    for (size_t f = 0; projected > 0 && f < count; f++) {
+    for (size_t f = 0; f < count; f++) {
         vectors[f] = &work.residual[f * kResidualStride];
         components[f] = work.component[f];
     }
@@ -254,10 +268,17 @@ void Preprocess::band(const Crop *crops, size_t count, size_t first_row, Work &w
             out[f] = bands[f] + i * stride;
         if (projected > 0)
             kernel.project_row(projected_rows(), count, components, r, vectors, out);
-        for (size_t f = 0; f < count && projected == 0; f++)
-            if (!kernel.scaled_residual(crops[f].counts.row(r), &offset[r * kSide], &factor[r * kSide], input_scale,
-                                        kSide, out[f]))
-                refuse_non_finite(crops[f], r, 1);
+        for (size_t f = 0; f < count; f++) {
+            const double *const counts = crops[f].counts.row(r);
+            float *const row = vectors[f] + r * kSide;
+            float most = 0;
+            if (projected == 0) {
+                if (!kernel.scaled_residual(counts, &offset[r * kSide], &factor[r * kSide], input_scale, kSide, out[f]))
+                    refuse_non_finite(crops[f], r, 1);
+                kernel.scaled_residual(counts, &reference[r * kSide], &whitening[r * kSide], 1, kSide, row);
+            }
+            kernel.largest_float(row, 0, row, &tail[r * kSide], kSide, &most, &work.excess[f]);
+        }
     }
 }
 
@@ -270,24 +291,56 @@ void Preprocess::apply(ImageView<const double> frame, Work &work, float *out) co
     }
 }
 
-double Preprocess::chi_square(const Crop &crop, size_t i, const Work &work) const {
+Preprocess::Fitted Preprocess::fit(size_t i, const Work &work) const {
     const kernels::ResidualKernels &kernel = kernels::residual_kernels();
+    const float *const residual = &work.residual[i * kResidualStride];
     double along = 0, square = 0;
-    for (size_t r = 0; r < kSide; r++) {
-        float whitened[kSide];
-        const float *residual = whitened;
-        if (projected > 0) // whitened and projected by band()
-            residual = &work.residual[i * kResidualStride + r * kSide];
-        else
-            kernel.scaled_residual(crop.counts.row(r), &reference[r * kSide], &whitening[r * kSide], 1, kSide,
-                                   whitened);
-        along += kernel.inner_float(&target32[r * kSide], residual, kSide);
-        square += kernel.inner_float(residual, residual, kSide);
+    for (size_t r = 0; r < kPixels; r += kSide) {
+        along += kernel.inner_float(&target32[r], residual + r, kSide);
+        square += kernel.inner_float(residual + r, residual + r, kSide);
     }
-    square -= target_square > 0 ? along / target_square * along : 0;
-    if (!std::isfinite(square))
-        return std::numeric_limits<double>::infinity();
-    return std::max(square, 0.0) / static_cast<double>(kPixels - projected - (target_square > 0 ? 1 : 0));
+    Fitted fitted = {target_square > 0 ? along / target_square : 0, square, 0, 0};
+    fitted.square -= fitted.displacement * along;
+    kernel.largest_float(residual, static_cast<float>(fitted.displacement), target32.data(), tail.data(), kPixels,
+                         &fitted.most, &fitted.excess);
+    return fitted;
+}
+
+FrameGoodness Preprocess::goodness(const Fitted &fitted, size_t bad_pixels, bool few_bad) const noexcept {
+    const double left = freedom(bad_pixels);
+    return frame_goodness(std::max(fitted.square, 0.0) / left,
+                          chi_square_sigma(noise.used - bad_pixels, noise.inverse_counts, left),
+                          static_cast<double>(fitted.most), bad_pixels, few_bad);
+}
+
+double Preprocess::residual_of(size_t i, size_t pixel, const Fitted &fitted, const Work &work) const noexcept {
+    return static_cast<double>(work.residual[i * kResidualStride + pixel]) - fitted.displacement * target[pixel];
+}
+
+BadPixels::Found Preprocess::add_bad_pixels(size_t i, const Fitted &fitted, const Work &work,
+                                            BadPixels &bad) const noexcept {
+    return bad.add_largest(
+        kPixels, fitted.square / freedom(bad.count()), [&](size_t pixel) { return excess_of(residual_of(i, pixel, fitted, work), noise.tail[pixel]); });
+}
+
+bool Preprocess::lower(size_t i, const Fitted &fitted, const Work &work, const BadPixels &bad, double *counts,
+                       double &largest) const noexcept {
+    const size_t columns = projected + 1;
+    double units[kMostBadPixels * (kMaxProjected + 1)], residual[kMostBadPixels], deleted[kMostBadPixels];
+    for (size_t b = 0; b < bad.count(); b++) {
+        residual[b] = residual_of(i, bad[b], fitted, work);
+        for (size_t k = 0; k < projected; k++)
+            units[b * columns + k] = nuisance_basis[k * kPixels + bad[b]];
+        units[b * columns + projected] = target_square > 0 ? target[bad[b]] / std::sqrt(target_square) : 0;
+    }
+    if (!deleted_residuals(units, columns, bad.count(), residual, deleted))
+        return false;
+    largest = 0;
+    for (size_t b = 0; b < bad.count(); b++) {
+        counts[bad[b]] -= deleted[b] / whitening[bad[b]];
+        largest = std::fmax(largest, std::fabs(deleted[b]));
+    }
+    return true;
 }
 
 uint64_t Preprocess::digest() const noexcept {
@@ -303,7 +356,7 @@ uint64_t Preprocess::digest() const noexcept {
 
 void Preprocess::to_counts(double *image) const noexcept {
     for (size_t i = 0; i < kPixels; i++)
-        image[i] = offset[i] + image[i] / factor[i];
+        image[i] = offset[i] + (factor[i] > 0 ? image[i] / factor[i] : 0);
 }
 
 } // namespace toliman::cae

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "base/bad_pixels.hpp"
 #include "base/buffer.hpp"
 #include "base/frame_model.hpp"
 #include "base/view.hpp"
@@ -62,6 +63,8 @@ struct Preprocess {
     Buffer<double> whitening;      // derived: 1/sqrt(variance)
     Buffer<double> offset, factor; // derived: input = (counts - offset) factor, before the projection
     double target_square = 0;      // derived: |target|^2
+    PixelNoise noise;              // derived: of the pixels
+    Buffer<float> tail;            // derived: noise.tail
     Barycentre barycentre;         // derived: of the reference, with Centre::image
 
     // Preprocessing of a scene, with the crop centred on the barycentre of the reference's flux. Status::unsupported
@@ -80,9 +83,10 @@ struct Preprocess {
 
     // Working memory of frames that are preprocessed together; reuse it to avoid allocations.
     struct Work {
-        Buffer<float> residual; // of each frame, [pixels], if anything is projected
+        Buffer<float> residual; // of each frame, [pixels]: whitened, with the nuisances projected out
         float component[kTogether][kernels::kMaxPlanes];
-        void reserve(const Preprocess &preprocess, size_t frames);
+        float excess[kTogether]; // of each frame, the largest excess_of() of the residual in the bands so far
+        void reserve(size_t frames);
     };
 
     // The input of `count` crops, at most kTogether, of equal stride: start() once, then band() for each band of kBand
@@ -94,10 +98,24 @@ struct Preprocess {
     // The whole input of a frame: out [256 rows][256].
     void apply(ImageView<const double> frame, Work &work, float *out) const;
 
-    // Reduced chi-square of the crop's whitened residual r, after the fit of nuisances u_k and target t, for any input:
-    //     |r - sum_k <u_k, r> u_k - <t, r> t/|t|^2|^2 / (pixels - projected - 1)
-    // +infinity if it overflows. Call it after all bands, for crop i of those that were processed together.
-    double chi_square(const Crop &crop, size_t i, const Work &work) const;
+    // Fit of nuisances u_k and target t to the whitened residual r of a crop, for any input.
+    struct Fitted {
+        double displacement; // <t, r>/|t|^2, px
+        double square;       // |r - sum_k <u_k, r> u_k - displacement t|^2
+        float most, excess;  // the largest magnitude of its pixels, and the largest excess_of()
+    };
+    // Of crop i of those that were processed together. Call it after all bands.
+    Fitted fit(size_t i, const Work &work) const;
+    // Reduced chi-square, square / (pixels - projected - 1), +infinity if it overflows, and what follows from it.
+    FrameGoodness goodness(const Fitted &fitted, size_t bad_pixels, bool few_bad) const noexcept;
+    // Whether a pixel of crop i is beyond the limit before the fit of the target.
+    bool may_have_bad_pixels(size_t i, const Work &work) const noexcept { return work.excess[i] > kBadPixelLimit; }
+    // Adds the bad pixels of crop i, as far as they are found at once.
+    BadPixels::Found add_bad_pixels(size_t i, const Fitted &fitted, const Work &work, BadPixels &bad) const noexcept;
+    // Replaces counts [pixels] of the bad pixels by those that the fit to the other pixels predicts. *largest: by how
+    // many standard deviations at most. False if the other pixels do not determine the fit.
+    bool lower(size_t i, const Fitted &fitted, const Work &work, const BadPixels &bad, double *counts,
+               double &largest) const noexcept;
 
     // FNV-1a of everything that determines the input.
     uint64_t digest() const noexcept;
@@ -110,6 +128,10 @@ struct Preprocess {
     Crop crop_at(const ImageView<const double> &frame, size_t row, size_t col) const noexcept {
         return {{frame.row(row) + col, kSide, kSide, frame.stride}, row, col};
     }
+    double freedom(size_t bad_pixels) const noexcept {
+        return static_cast<double>(noise.used - bad_pixels - projected - (target_square > 0 ? 1 : 0));
+    }
+    double residual_of(size_t i, size_t pixel, const Fitted &fitted, const Work &work) const noexcept;
     kernels::ProjectedRows projected_rows() const noexcept {
         return {kSide, kSide, projected, offset.data(), factor.data(), basis.data(), input_scale};
     }

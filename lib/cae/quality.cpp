@@ -31,7 +31,8 @@ Quality quality(const Network &network, ImageView<const double> frame, const dou
         seen[i] = (seen[i] - lowest) / range;
         reconstructed[i] = (reconstructed[i] - lowest) / range;
         error += (seen[i] - reconstructed[i]) * (seen[i] - reconstructed[i]);
-        variance += preprocess.variance[i];
+        if (std::isfinite(preprocess.variance[i])) // not a bad pixel
+            variance += preprocess.variance[i];
     }
     Buffer<double> scratch(5 * kSide);
     const double pixels = static_cast<double>(kPixels);

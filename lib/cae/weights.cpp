@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "backend/zip.hpp"
@@ -84,7 +85,8 @@ Buffer<float> planes_of(const Preprocess &preprocess) {
     append(preprocess.reference);
     for (size_t i = 0; i < kPixels; i++)
         planes.push_back(static_cast<float>(preprocess.reference[i] - static_cast<double>(planes[i])));
-    append(preprocess.variance);
+    for (const double variance : preprocess.variance)
+        planes.push_back(std::isfinite(variance) ? static_cast<float>(variance) : 0);
     append(preprocess.target);
     append(preprocess.nuisance_basis);
     return planes;
@@ -99,9 +101,14 @@ void set_planes(const Buffer<float> &planes, Preprocess &preprocess) {
     preprocess.target.assign(at(kTarget), at(kFixedPlanes));
     preprocess.nuisance_basis.assign(at(kFixedPlanes), planes.end());
     for (size_t i = 0; i < kPixels; i++)
-        if (!(preprocess.variance[i] > 0))
-            fail(Status::format, "%s: {variance[%zu]} = %g: must be positive", kKind, i, preprocess.variance[i]);
+        if (!(preprocess.variance[i] >= 0))
+            fail(Status::format, "%s: {variance[%zu]} = %g: must be positive, or 0 for a bad pixel", kKind, i,
+                 preprocess.variance[i]);
+        else if (preprocess.variance[i] == 0)
+            preprocess.variance[i] = std::numeric_limits<double>::infinity();
     preprocess.derive();
+    if (preprocess.noise.used <= preprocess.projected + 1)
+        fail(Status::format, "%s: {variance}: only %zu pixels are not bad", kKind, preprocess.noise.used);
 }
 
 Encoding read_encoding(ByteReader &reader, const char *what) {

@@ -13,10 +13,11 @@ struct Workspace {
     Preprocess::Work input;
     std::vector<EncoderRows> rows; // of layout `flight`, one per frame
     std::optional<Images> images;  // of layout `paper`, whose switches need whole images
+    Buffer<double> repaired;       // crop of a frame with bad pixels, counts [kPixels]; allocated for the first one
 
     // Allocates what `frames` frames need that are encoded together.
-    void prepare(const Layout &layout, const Preprocess &preprocess, size_t frames) {
-        input.reserve(preprocess, frames);
+    void prepare(const Layout &layout, size_t frames) {
+        input.reserve(frames);
         if (layout.max_pool && !images)
             images.emplace();
         while (!layout.max_pool && rows.size() < frames)

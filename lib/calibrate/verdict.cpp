@@ -103,13 +103,12 @@ void describe_frames(const Joint &joint, const Problem &problem, const Point &po
         joint.fit().describe(point.own[frame].data(), out.uncertainty.whole[frame].data(), result);
         result.displacement_px = result.values[0] - start.separation_px;
         const auto pixels = static_cast<double>(block.used);
-        result.chi_square = block.chi_square / (pixels - static_cast<double>(kOwn));
+        const double freedom = pixels - static_cast<double>(kOwn);
+        result.goodness = frame_goodness(block.chi_square / freedom,
+                                         chi_square_sigma(block.used, block.inverse_counts, freedom), NAN, 0, true);
         result.excluded = block.saturated;
         if (block.saturated > 0)
             result.flags |= fit::saturated;
-        const double sigma = chi_square_sigma(block.used, block.inverse_counts, pixels);
-        if (result.chi_square > chi_square_quantile(sigma, kFrameSigmas))
-            result.flags |= fit::outlier;
         alone.push_back(std::sqrt(known.covariance[0]));
         added.push_back(std::sqrt(std::max(0.0, result.covariance[0] - known.covariance[0])));
     }

@@ -6,9 +6,12 @@
 // 0.3 px this takes 4 to 5 steps, from 0.03 px 3. In faint frames it takes up to 20, each a little shorter than the
 // last: if half of its length were required of all, 4 % of the frames of 10 electrons per pixel would be lost. A fixed
 // number of three leaves 3 % of frames with 0.3 px of pointing wrong by more than 5 sigma.
+// Pixels beyond the limit of base/bad_pixels.hpp are left out in rounds: those above half of the largest residual, then
+// one step, until none is left and the steps end again. One cosmic ray takes three steps more.
 // The stars are searched for (search.cpp) if a step is longer than kFarStep, if one of more than kLargeStep is not half
 // as long as the last, if the steps diverge, or if the fit is poor: fringes repeat, and the nearest maximum of the
-// likelihood may be a false one. Separation, position angle and shift are those of the two places; their covariance
+// likelihood may be a false one. The search, and the steps from where it ends, use the counts
+// without spikes (spikes.cpp), which keep steps from ending. Separation, position angle and shift are those of the two places; their covariance
 // follows from the derivatives.
 // Reference: Kay 1993, Fundamentals of Statistical Signal Processing: Estimation Theory, chapter 7.
 #include "fit/fit.hpp"
@@ -18,6 +21,7 @@
 #include "base/constants.hpp"
 #include "base/hash.hpp"
 #include "base/symmetric.hpp"
+#include "fit/spikes.hpp"
 #include "scene/geometry.hpp"
 
 namespace toliman::fit {
@@ -86,7 +90,7 @@ Fit::Fit(const optics::Simulator &simulator, const std::vector<Parameter> &free,
 }
 
 FitWork Fit::work() const {
-    return {model_.work(), Search(rows(), cols(), capture_px_), Buffer<double>(rows() * cols())};
+    return {model_.work(), Search(rows(), cols(), capture_px_), Buffer<double>(rows() * cols()), {}};
 }
 
 uint64_t Fit::digest_of_all() const {
@@ -172,11 +176,12 @@ bool Fit::step(ImageView<const double> counts, double blend, double *values, Fit
     return moved <= kFarStep && values[flux_a] > kLeastFlux && values[flux_b] > kLeastFlux;
 }
 
-bool Fit::converge(ImageView<const double> counts, double *values, FitWork &work, Result &result) const {
+// blend: of the first step.
+bool Fit::converge(ImageView<const double> counts, double blend, double *values, FitWork &work, Result &result) const {
     double last = kFarStep, moved;
     for (int i = 0; i < kMostSteps; i++, last = moved) {
         result.iterations++;
-        if (!step(counts, i == 0 ? 0.5 : 0, values, work, moved))
+        if (!step(counts, i == 0 ? blend : 0, values, work, moved))
             return false;
         if (i > 0 && moved < kStill)
             return true;
@@ -187,10 +192,89 @@ bool Fit::converge(ImageView<const double> counts, double *values, FitWork &work
     return false;
 }
 
+// Fits without the bad pixels, which are found from these values on; false if there are too many, or without a maximum.
+bool Fit::leave_out_bad_pixels(ImageView<const double> counts, double *values, FitWork &work, Result &result) const {
+    for (bool still = false;;) {
+        const BadPixels::Found found = model_.find_bad_pixels(counts, values, work.expected.data(), work.model);
+        if (found == BadPixels::Found::too_many)
+            return false;
+        if (found == BadPixels::Found::none && (still || work.model.bad.count() == 0))
+            return true;
+        still = found == BadPixels::Found::none;
+        double moved;
+        result.iterations += still ? 0 : 1;
+        if (still ? !converge(counts, 0, values, work, result) : !step(counts, 0, values, work, moved))
+            return false;
+    }
+}
+
+// Reports a fit whose steps ended, without its bad pixels unless there are too many.
+void Fit::settle(ImageView<const double> counts, double *values, FitWork &work, Result &result) const {
+    report(values, work.model, result);
+    if (!(work.model.excess > kBadPixelLimit))
+        return;
+    double found[kMostParameters];
+    std::copy_n(values, kMostParameters, found);
+    Result without;
+    without.iterations = result.iterations;
+    const bool few = leave_out_bad_pixels(counts, found, work, without);
+    result.iterations = without.iterations;
+    if (!few) {
+        result.goodness.verdict = GoodnessVerdict::poor;
+        return;
+    }
+    if (work.model.bad.count() == 0) // a few pixels are far off, but so are the others
+        return;
+    report(found, work.model, without);
+    result = without;
+    std::copy_n(found, kMostParameters, values);
+}
+
+// A second fit from where a search finds the stars, without spikes; better than that of `result`, if that is `still`.
+bool Fit::fit_elsewhere(ImageView<const double> counts, const Start &start, bool still, double *values, FitWork &work,
+                        Result &result) const {
+    double found[kMostParameters];
+    work.model.bad.clear();
+    const bool spikes = remove_spikes(counts, model_.counts(), work.repaired);
+    const ImageView<const double> clean =
+        spikes ? ImageView<const double>{work.repaired.data(), rows(), cols(), cols()} : counts;
+    const bool known = search(clean, start, found, work);
+    bool elsewhere = !still || spikes;
+    for (size_t i = x_a; i <= y_b; i++)
+        elsewhere |= std::fabs(found[i] - values[i]) > kFarStep;
+    Result second;
+    second.iterations = result.iterations;
+    bool ends = known && elsewhere && converge(clean, 0.5, found, work, second);
+    if (ends && spikes) {
+        ends = leave_out_bad_pixels(counts, found, work, second) && work.model.bad.count() > 0;
+        if (ends)
+            report(found, work.model, second);
+    } else if (ends) {
+        settle(counts, found, work, second);
+    }
+    result.iterations = second.iterations;
+    if (!ends || (still && !(second.goodness.chi_square < result.goodness.chi_square)))
+        return still;
+    second.flags |= searched;
+    result = second;
+    std::copy_n(found, kMostParameters, values);
+    return true;
+}
+
 bool Fit::search(ImageView<const double> counts, const Start &start, double *values, FitWork &work) const {
     const ImageView<double> expected = {work.expected.data(), rows(), cols(), cols()};
     std::copy(std::begin(start.values), std::end(start.values), values);
     model_.expect(values, expected, work.model);
+    if (const std::vector<size_t> &bad = scene_.detector.bad_pixels; !bad.empty()) {
+        if (counts.data != work.repaired.data()) {
+            work.repaired.resize(rows() * cols());
+            for (size_t r = 0; r < rows(); r++)
+                std::copy_n(counts.row(r), cols(), &work.repaired[r * cols()]);
+            counts = {work.repaired.data(), rows(), cols(), cols()};
+        }
+        for (const size_t pixel : bad)
+            work.repaired[pixel] = work.expected[pixel];
+    }
     const auto shift = work.search.shift(counts, {expected.data, rows(), cols(), cols()}, model_.bias());
     for (size_t i = x_a; i <= y_b; i++)
         values[i] += shift[i % 2];
@@ -200,29 +284,15 @@ bool Fit::search(ImageView<const double> counts, const Start &start, double *val
 void Fit::frame(ImageView<const double> counts, const Prediction &prediction, FitWork &work, Result &result) const {
     const Start start = start_of(prediction);
     result = {};
-    double values[kMostParameters], found[kMostParameters];
+    work.model.bad.clear();
+    double values[kMostParameters];
     std::copy(std::begin(start.values), std::end(start.values), values);
-    bool still = converge(counts, values, work, result);
+    bool still = converge(counts, 0.5, values, work, result);
     if (still)
-        report(values, work.model, result);
-    if (!still || (result.flags & outlier) != 0) {
-        bool elsewhere = !still;
-        const bool known = search(counts, start, found, work);
-        for (size_t i = x_a; i <= y_b; i++)
-            elsewhere |= std::fabs(found[i] - values[i]) > kFarStep;
-        Result second;
-        second.iterations = result.iterations;
-        if (known && elsewhere && converge(counts, found, work, second)) {
-            report(found, work.model, second);
-            second.flags |= searched;
-            if (!still || second.chi_square < result.chi_square) {
-                result = second;
-                std::copy(std::begin(found), std::end(found), values);
-            }
-            still = true;
-        }
-        result.iterations = second.iterations;
-    }
+        settle(counts, values, work, result);
+    if (!still || result.goodness.verdict == GoodnessVerdict::poor)
+        still = fit_elsewhere(counts, start, still, values, work, result);
+    work.model.bad = result.bad;
     if (!still) {
         result.flags = not_converged;
         return;
@@ -237,6 +307,7 @@ void Fit::frame(ImageView<const double> counts, const Prediction &prediction, Fi
 void Fit::predict(const Prediction &prediction, const ImageView<double> *counts, FitWork &work, Result &result) const {
     const Start start = start_of(prediction);
     const size_t n = model_.parameters();
+    work.model.bad.clear();
     if (counts != nullptr)
         model_.expect(start.values, *counts, work.model);
     model_.linearise(nullptr, start.values, 0, work.model);
@@ -249,7 +320,8 @@ void Fit::predict(const Prediction &prediction, const ImageView<double> *counts,
     result = {};
     report(start.values, work.model, result);
     result.flags = 0;
-    result.chi_square = 1;
+    result.goodness.chi_square = 1;
+    result.goodness.verdict = GoodnessVerdict::good;
 }
 
 // Parameters as they are reported, from those of the model.
@@ -293,13 +365,14 @@ void Fit::describe(const double *values, const double *matrix, Result &result) c
 // The covariance of the values is work.matrix.
 void Fit::report(const double *values, const Work &work, Result &result) const {
     describe(values, work.matrix.data(), result);
-    result.chi_square = work.chi_square / static_cast<double>(work.used - model_.parameters());
     result.excluded = work.saturated;
     if (work.saturated > 0)
         result.flags |= saturated;
-    const auto pixels = static_cast<double>(work.used);
-    if (result.chi_square > 1 + kOutlierSigmas * std::sqrt(2 * pixels + work.inverse_counts) / pixels)
-        result.flags |= outlier;
+    const auto freedom = static_cast<double>(work.used - model_.parameters());
+    result.goodness =
+        frame_goodness(work.chi_square / freedom, chi_square_sigma(work.used, work.inverse_counts, freedom),
+                       std::sqrt(work.largest), work.bad.count(), true);
+    result.bad = work.bad;
 }
 
 } // namespace toliman::fit

@@ -12,7 +12,6 @@
 namespace toliman::fit {
 
 constexpr double kCapturePx = 15, kMostCapturePx = 64;
-constexpr double kOutlierSigmas = 6; // of the chi-square, above which the model lacks an effect
 
 // What is known of a frame: toliman_fit_prediction.
 struct Prediction {
@@ -20,7 +19,7 @@ struct Prediction {
     double separation_px = 0, position_angle_deg = 0; // 0 = those of the scene
 };
 
-enum Flag : uint32_t { not_converged = 1, outlier = 2, saturated = 4, edge = 8, searched = 16 };
+enum Flag : uint32_t { not_converged = 1, saturated = 4, edge = 8, searched = 16 };
 
 // Parameters as the model takes them (fit/model.hpp), and their covariance, the inverse Fisher matrix.
 struct State {
@@ -30,7 +29,9 @@ struct State {
 // toliman_fit_result; values and covariance in the order of Fit::parameters().
 struct Result {
     uint32_t flags = 0;
-    double displacement_px = 0, chi_square = 0;
+    double displacement_px = 0;
+    FrameGoodness goodness; // without the bad pixels
+    BadPixels bad;
     int iterations = 0;
     size_t excluded = 0;
     double values[kMostParameters] = {}, covariance[kMostParameters * kMostParameters] = {}; // [n], [n][n]
@@ -41,7 +42,8 @@ struct Result {
 struct FitWork {
     Work model;
     Search search;
-    Buffer<double> expected; // counts [rows][cols]
+    Buffer<double> expected; // counts [rows][cols]; also the excess of each pixel
+    Buffer<double> repaired; // counts [rows][cols] without spikes; allocated for the first frame that has some
 };
 
 // Const calls may run on several threads, each with its own work.
@@ -89,7 +91,11 @@ class Fit {
   private:
     Start places_of(const Prediction &prediction) const;
     bool step(ImageView<const double> counts, double blend, double *values, FitWork &work, double &moved) const;
-    bool converge(ImageView<const double> counts, double *values, FitWork &work, Result &result) const;
+    bool converge(ImageView<const double> counts, double blend, double *values, FitWork &work, Result &result) const;
+    bool leave_out_bad_pixels(ImageView<const double> counts, double *values, FitWork &work, Result &result) const;
+    bool fit_elsewhere(ImageView<const double> counts, const Start &start, bool still, double *values, FitWork &work,
+                       Result &result) const;
+    void settle(ImageView<const double> counts, double *values, FitWork &work, Result &result) const;
     void report(const double *values, const Work &work, Result &result) const;
     uint64_t digest_of_all() const;
 

@@ -89,6 +89,10 @@ Model::Model(const optics::Simulator &simulator, const std::vector<Parameter> &f
     const optics::DetectorStages &detector = simulator.detector();
     const Buffer<double> &both = simulator.images().both();
     detector.apply_response(response_);
+    usable_ = response_;
+    for (const size_t pixel : scene_.detector.bad_pixels)
+        usable_[pixel] = 0;
+    tail_ = kBadPixelTail / *std::min_element(response_.begin(), response_.end());
     how_ = {detector.e_per_count(),
             detector.bias(),
             detector.dark_e(),
@@ -268,16 +272,26 @@ void Model::weigh_row(const ImageView<const double> *counts, size_t r, double bl
     if (counts == nullptr)
         counts_of_row(r, lines + shared(light) * pitch_, expected);
     const double *const given = counts != nullptr ? counts->row(r) : expected;
-    if (!kernels::normal_kernels().weigh(given, lines + shared(light) * pitch_, &response_[r * cols_], how_, blend,
+    if (!kernels::normal_kernels().weigh(given, lines + shared(light) * pitch_, &usable_[r * cols_], how_, blend,
                                          cols_, lines + shared(weight) * pitch_, lines + shared(residual) * pitch_,
                                          &work.used, &work.saturated))
         refuse(given, r);
+    leave_out(r, lines + shared(weight) * pitch_, lines + shared(residual) * pitch_, work);
+}
+
+// Takes the bad pixels out of a row.
+void Model::leave_out(size_t r, double *weight, double *residual, Work &work) const noexcept {
+    for (const size_t pixel : work.bad)
+        if (const size_t c = pixel % cols_; pixel / cols_ == r && weight[c] > 0) {
+            weight[c] = residual[c] = 0;
+            work.used--;
+        }
 }
 
 void Model::weigh(size_t r, const double *light, double *weight, double *scratch) const noexcept {
     size_t used = 0, saturated = 0;
     counts_of_row(r, light, scratch);
-    kernels::normal_kernels().weigh(scratch, light, &response_[r * cols_], how_, 0, cols_, weight, scratch + cols_,
+    kernels::normal_kernels().weigh(scratch, light, &usable_[r * cols_], how_, 0, cols_, weight, scratch + cols_,
                                     &used, &saturated);
 }
 
@@ -298,7 +312,9 @@ Model::Row Model::row(const ImageView<const double> *counts, const double *value
 void Model::linearise(const ImageView<const double> *counts, const double *values, double blend, Work &work) const {
     const size_t n = parameters();
     std::fill(work.sums.begin(), work.sums.end(), 0.0);
+    work.largest = work.excess = 0;
     visit(counts, values, blend, work, [&](const Row &row) {
+        kernels::normal_kernels().largest(row.weight, row.residual, tail_, cols_, &work.largest, &work.excess);
         kernels::normal_kernels().add(work.columns.data(), n + 1, row.weight, cols_,
                                       work.lines.data() + shared(products) * pitch_, work.sums.data());
     });
@@ -312,6 +328,21 @@ void Model::linearise(const ImageView<const double> *counts, const double *value
     }
     work.chi_square = sum(n, n);
     work.inverse_counts = work.matrix[background * n + background];
+}
+
+BadPixels::Found Model::find_bad_pixels(const ImageView<const double> &counts, const double *values, double *excess,
+                                        Work &work) const {
+    double chi_square = 0;
+    visit(&counts, values, 0, work, [&](const Row &row) {
+        for (size_t c = 0; c < cols_; c++) {
+            excess[row.row * cols_ + c] = row.weight[c] * excess_of(row.residual[c], tail_);
+            chi_square += row.weight[c] * row.residual[c] * row.residual[c];
+        }
+    });
+    if (work.used <= parameters())
+        return BadPixels::Found::too_many;
+    chi_square /= static_cast<double>(work.used - parameters());
+    return work.bad.add_largest(rows_ * cols_, chi_square, [excess](size_t i) { return excess[i]; });
 }
 
 void Model::refuse(const double *counts, size_t r) const {
@@ -374,7 +405,7 @@ void Model::whiten_residual(const ImageView<const double> *counts, const double 
 }
 
 uint64_t Model::digest() const noexcept {
-    uint64_t hash = fnv1a(response_, fnv1a(rows_, fnv1a(cols_, kFnvOffset)));
+    uint64_t hash = fnv1a(usable_, fnv1a(rows_, fnv1a(cols_, kFnvOffset)));
     for (const double number : {how_.e_per_count, how_.bias, how_.dark, how_.added_variance, how_.floor, how_.limit})
         hash = fnv1a(std::array<double, 1>{number}, hash);
     for (const Extra &extra : extras_)

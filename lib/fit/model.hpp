@@ -3,6 +3,7 @@
 #include <memory>
 #include <vector>
 
+#include "base/bad_pixels.hpp"
 #include "base/buffer.hpp"
 #include "base/progress.hpp"
 #include "base/view.hpp"
@@ -27,6 +28,8 @@ struct Work {
     double gradient[kMostParameters] = {}, chi_square = 0; // of the sum of squares over variances
     double inverse_counts = 0;      // sum of response^2/variance: with 2 per pixel, about the variance of chi_square
     size_t used = 0, saturated = 0; // pixels
+    double largest = 0, excess = 0; // of linearise(): the largest squared residual over its variance, and excess_of()
+    BadPixels bad;                  // left out as if they had no response, until the caller changes them
 };
 
 // Const calls may run on several threads, each with its own work.
@@ -49,6 +52,10 @@ class Model {
     // of the counts in the variances, 0 = those of the model. Without counts, those of the expected ones.
     // Status::argument for a count that is not finite.
     void linearise(const ImageView<const double> *counts, const double *values, double blend, Work &work) const;
+
+    // Adds the bad pixels of the counts at these values to work.bad, as far as they are found at once.
+    BadPixels::Found find_bad_pixels(const ImageView<const double> &counts, const double *values, double *excess,
+                                     Work &work) const;
 
     // A row of a frame: pixel by pixel the weights R^2/V and residuals (electrons - expected)/R of the counts, and the
     // derivatives of the photons by each parameter, those by places per unit flux (multiply by scale_of()).
@@ -86,6 +93,7 @@ class Model {
                          const double *filter, double *image, double *filtered, Work &work) const;
 
     double bias() const noexcept { return how_.bias; }
+    const kernels::CountModel &counts() const noexcept { return how_; }
     uint64_t digest() const noexcept;
 
   private:
@@ -109,6 +117,7 @@ class Model {
     Row row(const ImageView<const double> *counts, const double *values, double blend, size_t r, Work &work) const;
     void compute_row(const double *values, const Places &places, size_t orders, size_t r, Work &work) const noexcept;
     void weigh_row(const ImageView<const double> *counts, size_t r, double blend, Work &work) const;
+    void leave_out(size_t r, double *weight, double *residual, Work &work) const noexcept;
     void counts_of_row(size_t r, const double *photons, double *counts) const noexcept;
     [[noreturn]] void refuse(const double *counts, size_t r) const;
 
@@ -116,6 +125,8 @@ class Model {
     Scene scene_;
     optics::Pupil pupil_;
     Buffer<double> response_; // electrons per photon
+    Buffer<double> usable_;   // the same, 0 for the scene's bad pixels
+    double tail_;             // kBadPixelTail over the least response: excess_of() of electrons from photons
     kernels::CountModel how_;
     std::vector<Extra> extras_;
     size_t orders_ = 2; // of the atlas' rows

@@ -37,11 +37,32 @@ bool weigh(const double *counts, const double *light, const double *response, co
         weight[i] = use ? factor * factor / variance : 0;
         residual[i] = use ? (electrons - expected) / factor : 0;
         in += use ? 1 : 0;
-        out += below ? 0 : 1;
+        out += below | !(factor > 0) ? 0 : 1;
     }
     *used += static_cast<size_t>(in);
     *saturated += static_cast<size_t>(out);
     return unfinite == 0;
+}
+
+void largest(const double *weight, const double *residual, double tail, size_t n, double *square,
+             double *excess) noexcept {
+    const Vector zero = {}, tails = tail - zero;
+    Vector most = *square - zero, beyond = *excess - zero;
+    const auto take = [&](Vector weights, Vector value) {
+        const Vector weighted = weights * value, of_square = weighted * value;
+        const Vector of_excess = weighted * (value - (value > zero ? tails : zero));
+        most = of_square > most ? of_square : most;
+        beyond = of_excess > beyond ? of_excess : beyond;
+    };
+    size_t i = 0;
+    for (; i + kNormalLanes <= n; i += kNormalLanes)
+        take(*at(weight + i), *at(residual + i));
+    for (; i < n; i++)
+        take(weight[i] - zero, residual[i] - zero);
+    for (size_t lane = 0; lane < kNormalLanes; lane++) {
+        *square = most[lane] > *square ? most[lane] : *square;
+        *excess = beyond[lane] > *excess ? beyond[lane] : *excess;
+    }
 }
 
 template <size_t Columns>
@@ -112,7 +133,7 @@ void correlate(const double *const *lines, size_t count, const double *root, con
 } // namespace
 } // namespace TOLIMAN_ISA
 
-const NormalKernels TOLIMAN_ISA_TABLE(normal) = {TOLIMAN_ISA::weigh, TOLIMAN_ISA::add, TOLIMAN_ISA::whiten,
-                                                 TOLIMAN_ISA::correlate};
+const NormalKernels TOLIMAN_ISA_TABLE(normal) = {TOLIMAN_ISA::weigh, TOLIMAN_ISA::largest, TOLIMAN_ISA::add,
+                                                 TOLIMAN_ISA::whiten, TOLIMAN_ISA::correlate};
 
 } // namespace toliman::kernels

@@ -76,6 +76,51 @@ double inner_float(const float *a, const float *b, size_t count) noexcept {
     return ((part[0] + part[4]) + (part[2] + part[6])) + ((part[1] + part[5]) + (part[3] + part[7]));
 }
 
+// Largest magnitude and excess, in lanes.
+template <class Real> class Largest {
+  public:
+    typedef Real Vector __attribute__((vector_size(64), aligned(sizeof(Real)), may_alias));
+    static constexpr size_t kWidth = 64 / sizeof(Real);
+
+    Largest(Real most, Real excess) noexcept : most_(most - Vector{}), excess_(excess - Vector{}) {}
+    void take(Vector value, Vector tail) noexcept {
+        const Vector zero = {}, positive = value > zero ? value : zero, size = positive - (value > zero ? zero : value),
+                     beyond = value * value - positive * tail;
+        most_ = size > most_ ? size : most_;
+        excess_ = beyond > excess_ ? beyond : excess_;
+    }
+    void get(Real *most, Real *excess) const noexcept {
+        for (size_t lane = 0; lane < kWidth; lane++) {
+            *most = most_[lane] > *most ? most_[lane] : *most;
+            *excess = excess_[lane] > *excess ? excess_[lane] : *excess;
+        }
+    }
+    static const Vector *at(const Real *from) noexcept { return reinterpret_cast<const Vector *>(from); }
+
+  private:
+    Vector most_, excess_;
+};
+
+void largest(const double *residual, const double *tail, size_t count, double *most, double *excess) noexcept {
+    using Found = Largest<double>;
+    Found found(*most, *excess);
+    size_t i = 0;
+    for (; i + Found::kWidth <= count; i += Found::kWidth)
+        found.take(*Found::at(residual + i), *Found::at(tail + i));
+    for (; i < count; i++)
+        found.take(residual[i] - Found::Vector{}, tail[i] - Found::Vector{});
+    found.get(most, excess);
+}
+
+void largest_float(const float *residual, float component, const float *target, const float *tail, size_t count,
+                   float *most, float *excess) noexcept {
+    using Found = Largest<float>;
+    Found found(*most, *excess);
+    for (size_t i = 0; i < count; i += Found::kWidth)
+        found.take(*Found::at(residual + i) - component * *Found::at(target + i), *Found::at(tail + i));
+    found.get(most, excess);
+}
+
 template <size_t Planes>
 inline void subtract(const double *basis, size_t stride, const double *component, size_t count,
                      double *vector) noexcept {
@@ -264,6 +309,7 @@ void project_row(const ProjectedRows &given, size_t frames, const float *const *
 
 const ResidualKernels TOLIMAN_ISA_TABLE(residual) = {
     TOLIMAN_ISA::residual,    TOLIMAN_ISA::scaled_residual, TOLIMAN_ISA::project_out, TOLIMAN_ISA::components,
-    TOLIMAN_ISA::project_row, TOLIMAN_ISA::inner,           TOLIMAN_ISA::inner_float};
+    TOLIMAN_ISA::project_row, TOLIMAN_ISA::inner,           TOLIMAN_ISA::inner_float, TOLIMAN_ISA::largest,
+    TOLIMAN_ISA::largest_float};
 
 } // namespace toliman::kernels

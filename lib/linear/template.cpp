@@ -6,12 +6,16 @@
 // 6.07e-6). Because w is orthogonal to the nuisances, they need not be fitted: one dot product with the filter
 // w / (sigma |w|^2) estimates a frame. Dot products are compensated (kernels/project.hpp), because the signal is 1e-6
 // of a pixel.
+// Bad pixels are those of the residual after the fit of nuisances and derivative. Their counts are replaced by what the
+// fit to all other pixels predicts (base/deleted_residuals.hpp), so that the estimate is that of the other pixels alone,
+// exactly.
 #include "linear/template.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "base/deleted_residuals.hpp"
 #include "base/error.hpp"
 #include "base/estimates.hpp"
 #include "base/hash.hpp"
@@ -28,14 +32,14 @@ constexpr size_t kStep = 16; // the residual kernels take multiples of this
 
 TemplateEstimator::TemplateEstimator(const FrameModel &model)
     : rows_(model.rows), cols_(model.cols), reference_(model.reference), filter_(model.reference.size()),
-      inverse_sigma_(model.reference.size(), 1.0), padded_((reference_.size() + kStep - 1) / kStep * kStep) {
+      inverse_sigma_(model.reference.size(), 1.0), noise_(model.reference, model.variance), padded_((reference_.size() + kStep - 1) / kStep * kStep) {
     const size_t pixels = reference_.size(), nuisances = model.projected.size();
     Buffer<double> units(checked_product(nuisances, pixels, "projected images"));
     for (size_t k = 0; k < nuisances; k++)
         kernels::whiten(model.projected[k].image.data(), model.variance.data(), pixels, units.data() + k * pixels);
     const size_t rank = rank_ = kernels::orthonormalise(units.data(), nuisances, pixels);
     kernels::whiten(inverse_sigma_.data(), model.variance.data(), pixels, inverse_sigma_.data());
-    units_.resize(checked_product(rank, padded_, "projected images"));
+    units_.resize(checked_product(rank + 1, padded_, "projected images"));
     for (size_t k = 0; k < rank; k++)
         std::copy_n(&units[k * pixels], pixels, &units_[k * padded_]);
 
@@ -47,12 +51,18 @@ TemplateEstimator::TemplateEstimator(const FrameModel &model)
              "per frame",
              model.source.c_str(), before * before);
 
-    for (size_t i = 0; i < pixels; i++)
+    for (size_t i = 0; i < pixels; i++) {
+        units_[rank * padded_ + i] = filter_[i] / remaining;
         filter_[i] /= std::sqrt(model.variance[i]) * remaining * remaining;
+    }
     sigma_px_ = 1 / remaining;
 }
 
-double TemplateEstimator::estimate(ImageView<const double> counts) const {
+TemplateWork TemplateEstimator::work() const {
+    return {Buffer<double>(padded_), {}};
+}
+
+double TemplateEstimator::value_of(ImageView<const double> counts) const {
     const kernels::ProjectKernels &kernel = kernels::project_kernels();
     kernels::Dot dot;
     for (size_t r = 0; r < rows_; r++) {
@@ -65,36 +75,95 @@ double TemplateEstimator::estimate(ImageView<const double> counts) const {
     return dot.total();
 }
 
-double TemplateEstimator::estimate(ImageView<const double> counts, Buffer<double> &scratch, double *square) const {
-    const double value = estimate(counts);
-    if (square != nullptr)
-        *square = chi_square(counts, value, scratch);
+// Residual against the reference; whether a pixel is beyond the limit.
+bool TemplateEstimator::whiten(ImageView<const double> counts, Buffer<double> &residual) const {
+    const kernels::ResidualKernels &kernel = kernels::residual_kernels();
+    double most = 0, excess = 0;
+    for (size_t r = 0; r < rows_; r++) {
+        kernel.residual(counts.row(r), &reference_[r * cols_], &inverse_sigma_[r * cols_], cols_, &residual[r * cols_]);
+        kernel.largest(&residual[r * cols_], &noise_.tail[r * cols_], cols_, &most, &excess);
+    }
+    std::fill(residual.begin() + static_cast<ptrdiff_t>(reference_.size()), residual.end(), 0.0);
+    return excess > kBadPixelLimit;
+}
+
+TemplateEstimator::Fitted TemplateEstimator::fit(Buffer<double> &residual) const {
+    const kernels::ResidualKernels &kernel = kernels::residual_kernels();
+    Fitted fitted = {};
+    kernel.project_out(units_.data(), rank_ + 1, padded_, residual.data());
+    fitted.square = kernel.inner(residual.data(), residual.data(), padded_);
+    kernel.largest(residual.data(), noise_.tail.data(), reference_.size(), &fitted.most, &fitted.excess);
+    return fitted;
+}
+
+// Replaces the counts of the bad pixels by those that the fit to the others predicts; work.residual is that of the fit.
+bool TemplateEstimator::lower(const BadPixels &bad, TemplateWork &work) const {
+    const size_t columns = rank_ + 1;
+    double units[kMostBadPixels * (kMaxProjected + 1)], residual[kMostBadPixels], deleted[kMostBadPixels];
+    for (size_t i = 0; i < bad.count(); i++) {
+        residual[i] = work.residual[bad[i]];
+        for (size_t k = 0; k < columns; k++)
+            units[i * columns + k] = units_[k * padded_ + bad[i]];
+    }
+    if (!deleted_residuals(units, columns, bad.count(), residual, deleted))
+        return false;
+    for (size_t i = 0; i < bad.count(); i++)
+        work.repaired[bad[i]] -= deleted[i] / inverse_sigma_[bad[i]];
+    return true;
+}
+
+// False if there are too many bad pixels.
+bool TemplateEstimator::repair(ImageView<const double> counts, TemplateWork &work, BadPixels &bad,
+                               Fitted &fitted) const {
+    work.repaired.resize(reference_.size());
+    for (size_t r = 0; r < rows_; r++)
+        std::copy_n(counts.row(r), cols_, &work.repaired[r * cols_]);
+    for (;;) {
+        const BadPixels::Found found = bad.add_largest(
+            reference_.size(), fitted.square / freedom(bad.count()), [&](size_t i) { return excess_of(work.residual[i], noise_.tail[i]); });
+        if (found == BadPixels::Found::none)
+            return true;
+        if (found == BadPixels::Found::too_many || !lower(bad, work))
+            return false;
+        whiten({work.repaired.data(), rows_, cols_, cols_}, work.residual);
+        fitted = fit(work.residual);
+    }
+}
+
+FrameGoodness TemplateEstimator::goodness_of(const Fitted &fitted, size_t bad_pixels, bool repairable) const noexcept {
+    const double left = freedom(bad_pixels);
+    return frame_goodness(fitted.square / left, chi_square_sigma(noise_.used - bad_pixels, noise_.inverse_counts, left),
+                          fitted.most, bad_pixels, repairable);
+}
+
+double TemplateEstimator::estimate(ImageView<const double> counts, TemplateWork &work, FrameGoodness *goodness) const {
+    double value = value_of(counts);
+    const bool far = whiten(counts, work.residual);
+    if (!far && goodness == nullptr)
+        return value;
+    Fitted fitted = fit(work.residual);
+    BadPixels bad;
+    bool repairable = true;
+    if (far && fitted.excess > kBadPixelLimit) {
+        Fitted without = fitted;
+        repairable = repair(counts, work, bad, without);
+        if (!repairable)
+            bad.clear();
+        if (bad.count() > 0) {
+            fitted = without;
+            value = value_of({work.repaired.data(), rows_, cols_, cols_});
+        }
+    }
+    if (goodness != nullptr)
+        *goodness = goodness_of(fitted, bad.count(), repairable);
     return value;
 }
 
 void TemplateEstimator::estimate_many(const PixelFrames &frames, size_t count, unsigned workers, double *values,
-                                      double *chi_square) const {
-    toliman::estimate_many<Buffer<double>>(frames, count, 1, workers, values, chi_square,
-                                           [this](const ImageView<const double> *frame, size_t, Buffer<double> &scratch,
-                                                  double *value,
-                                                  double *square) { *value = estimate(*frame, scratch, square); });
-}
-
-// The residual's component along the unit vector w/|w| is value/sigma_px; its square is subtracted from that of the
-// projected residual.
-double TemplateEstimator::chi_square(ImageView<const double> counts, double value, Buffer<double> &scratch) const {
-    const kernels::ResidualKernels &kernel = kernels::residual_kernels();
-    const size_t pixels = reference_.size();
-    scratch.resize(padded_);
-    for (size_t r = 0; r < rows_; r++)
-        kernel.residual(counts.row(r), &reference_[r * cols_], &inverse_sigma_[r * cols_], cols_, &scratch[r * cols_]);
-    std::fill(scratch.begin() + static_cast<ptrdiff_t>(pixels), scratch.end(), 0.0);
-    kernel.project_out(units_.data(), rank_, padded_, scratch.data());
-    const double component = value / sigma_px_;
-    const double square = kernel.inner(scratch.data(), scratch.data(), padded_) - component * component;
-    if (!std::isfinite(square))
-        return std::numeric_limits<double>::infinity();
-    return std::max(square, 0.0) / static_cast<double>(pixels - rank_ - 1);
+                                      FrameGoodness *goodness) const {
+    toliman::estimate_many(frames, count, 1, workers, values, goodness, [this] { return work(); },
+                           [this](const ImageView<const double> *frame, size_t, TemplateWork &work, double *value,
+                                  FrameGoodness *of_frame) { *value = estimate(*frame, work, of_frame); });
 }
 
 uint64_t TemplateEstimator::digest() const noexcept {

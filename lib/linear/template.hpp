@@ -1,11 +1,17 @@
 // The template estimator: weighted least squares of a frame's residual on the separation derivative.
 #pragma once
-#include "base/buffer.hpp"
+#include "base/bad_pixels.hpp"
 #include "base/frame_model.hpp"
 #include "base/pixel.hpp"
 #include "base/view.hpp"
 
 namespace toliman::linear {
+
+// Working memory of one thread: TemplateEstimator::work().
+struct TemplateWork {
+    Buffer<double> residual; // whitened; [rows*cols], rounded up
+    Buffer<double> repaired; // [rows][cols], of frames with bad pixels; allocated for the first one
+};
 
 // Estimates the displacement from a frame (method: template.cpp). Const calls may run on several threads.
 class TemplateEstimator {
@@ -13,21 +19,15 @@ class TemplateEstimator {
     // Status::scene if the derivative lies in the span of the nuisance images.
     explicit TemplateEstimator(const FrameModel &model);
 
-    // Estimated displacement (px) of a frame of the model's shape.
-    double estimate(ImageView<const double> counts) const;
-    // The same, and *chi_square unless NULL. Allocates nothing if scratch has a capacity of scratch_size() numbers.
-    double estimate(ImageView<const double> counts, Buffer<double> &scratch, double *chi_square) const;
-    size_t scratch_size() const noexcept { return padded_; }
+    TemplateWork work() const;
+    // Estimated displacement (px) of a frame of the model's shape, without its bad pixels (base/bad_pixels.hpp): those
+    // beyond the limit both of the reference and of the fit. *goodness, unless NULL: of the fit of derivative and
+    // nuisances; chi_square is +infinity on overflow.
+    double estimate(ImageView<const double> counts, TemplateWork &work, FrameGoodness *goodness) const;
 
-    // The same for many frames: values [count], and chi_square [count] unless NULL.
+    // The same for many frames: values [count], and goodness [count] unless NULL.
     void estimate_many(const PixelFrames &frames, size_t count, unsigned workers, double *values,
-                       double *chi_square) const;
-
-    // Reduced chi-square of the fit of derivative and nuisances to counts whose estimate is `value`,
-    // |r - sum_k <u_k, r> u_k - value w|^2 / (pixels - nuisances - 1), r the whitened residual, u_k the orthonormal
-    // whitened nuisances and w the whitened derivative orthogonal to them; +infinity on overflow. Relative error: 1e-12
-    // times |r|^2 over the numerator.
-    double chi_square(ImageView<const double> counts, double value, Buffer<double> &scratch) const;
+                       FrameGoodness *goodness) const;
 
     // FNV-1a of everything that determines the estimates.
     uint64_t digest() const noexcept;
@@ -39,12 +39,28 @@ class TemplateEstimator {
     size_t cols() const noexcept { return cols_; }
 
   private:
+    // Of a residual that is fitted: the sum of squares, the largest magnitude and the largest excess_of().
+    struct Fitted {
+        double square, most, excess;
+    };
+    double freedom(size_t bad_pixels) const noexcept {
+        return static_cast<double>(noise_.used - bad_pixels - rank_ - 1);
+    }
+    double value_of(ImageView<const double> counts) const;
+    bool whiten(ImageView<const double> counts, Buffer<double> &residual) const;
+    Fitted fit(Buffer<double> &residual) const;
+    bool repair(ImageView<const double> counts, TemplateWork &work, BadPixels &bad, Fitted &fitted) const;
+    bool lower(const BadPixels &bad, TemplateWork &work) const;
+    FrameGoodness goodness_of(const Fitted &fitted, size_t bad_pixels, bool repairable) const noexcept;
+
     size_t rows_, cols_;
     Buffer<double> reference_;
     Buffer<double> filter_; // px per count
     Buffer<double> inverse_sigma_;
+    PixelNoise noise_;
     size_t rank_, padded_; // independent nuisances; pixels rounded up to a multiple of 16
-    Buffer<double> units_; // [rank][padded], orthonormal basis of the whitened nuisance images, 0 beyond the pixels
+    Buffer<double> units_; // [rank + 1][padded], orthonormal basis of the whitened nuisance images, then the whitened
+                           // derivative orthogonal to them; 0 beyond the pixels
     double sigma_px_;
 };
 

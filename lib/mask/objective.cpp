@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "base/symmetric.hpp"
@@ -167,6 +168,8 @@ void Objective::inform(const std::vector<Parameter> &free, Work &work) const {
             work.columns[k][i] = work.factor * response_[i] * value;
         }
     }
+    for (const size_t pixel : outline_.scene.detector.bad_pixels)
+        work.variance[pixel] = std::numeric_limits<double>::infinity();
     work.gradient_energy = slopes / light_e / light_e * static_cast<double>(n);
     const size_t count = parameters.size();
     std::vector<double> matrix(count * count);

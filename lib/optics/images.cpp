@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 namespace toliman::optics {
@@ -101,6 +102,8 @@ Images::Images(const Scene &scene, const Pupil &pupil, const Imager &imager, con
         fail(Status::scene, "%s: {cadence}: the brightest pixel expects up to %g photons: must be at most %g",
              scene.source.c_str(), brightest, limit);
     variance_ = variance_of(detector, both_);
+    for (const size_t pixel : scene.detector.bad_pixels)
+        variance_[pixel] = std::numeric_limits<double>::infinity();
     if (order > 0)
         set_motion(images[scene.signal.star]);
 }

@@ -53,7 +53,9 @@ Outline outline_of(Scene scene, const Settings &settings) {
 
 Outline outline_of(const std::string &json, const std::string &source, const std::string &folder,
                    const Settings &settings) {
-    return outline_of(read_scene(json, source, folder), settings);
+    if (settings.bad_pixels.empty())
+        return outline_of(read_scene(json, source, folder), settings);
+    return outline_of(read_scene(with_bad_pixels(json, source, settings.bad_pixels), source, folder), settings);
 }
 
 Outline outline_of(const std::string &path, const Settings &settings) {

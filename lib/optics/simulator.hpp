@@ -27,6 +27,7 @@ struct Settings {
     unsigned workers = 0; // 0 = one per processor
     Progress progress;
     Log log;
+    std::string bad_pixels; // file that replaces detector.bad_pixels of the scene; "": none does
 };
 
 // A validated scene with its pupil, light and plan: all that is known before an image is computed.

@@ -1,6 +1,8 @@
 #include <cmath>
 
+#include "backend/file.hpp"
 #include "base/constants.hpp"
+#include "base/npy_image.hpp"
 #include "scene/groups.hpp"
 
 namespace toliman::scene {
@@ -29,6 +31,24 @@ void read_pixel(const Reader &reader, const Row &row, Detector &detector) {
 void check_dark(const Reader &reader, const Detector &detector) {
     if (detector.dark_e_per_s > 0 && reader.scene().cadence.exposure_s == 0)
         reader.refuse(Status::scene, "dark_e_per_s", " = %g: needs cadence.exposure_s", detector.dark_e_per_s);
+}
+
+void read_bad_pixels(const Reader &reader, Detector &detector) {
+    const std::string &path = detector.bad_pixels_file;
+    const size_t pixels = detector.rows * detector.cols;
+    const NpyImage image = parse_npy(file::read(path, pixels * sizeof(double) + 65536), path);
+    if (image.rows != detector.rows || image.cols != detector.cols)
+        reader.refuse(Status::scene, "bad_pixels", ": %s is %zu x %zu: must be %zu x %zu, as shape", path.c_str(),
+                      image.rows, image.cols, detector.rows, detector.cols);
+    for (size_t i = 0; i < pixels; i++) {
+        if (!std::isfinite(image.values[i]))
+            fail(Status::format, "{%s}: element [%zu][%zu] = %g: must be 0 for a good pixel, another number for a bad one",
+                 path.c_str(), i / image.cols, i % image.cols, image.values[i]);
+        if (image.values[i] != 0)
+            detector.bad_pixels.push_back(i);
+    }
+    if (detector.bad_pixels.size() == pixels)
+        reader.refuse(Status::scene, "bad_pixels", ": %s: all %zu pixels are bad", path.c_str(), pixels);
 }
 
 constexpr Row kDetectorRows[] = {
@@ -69,6 +89,11 @@ constexpr Row kDetectorRows[] = {
     optional<&Detector::bit_depth>("bit_depth", within(1, 32, "bits"),
                                    "Bits of a count: counts are rounded to whole DN, ties to even, and clipped to 0 "
                                    "... 2^bits - 1; not rounded if not given"),
+    optional<&Detector::bad_pixels_file>("bad_pixels",
+                                         "Pixels that no estimator uses: .npy (from FITS: toliman convert) of the "
+                                         "frames' shape, 0 for a good pixel; a bad pixel has infinite variance, and "
+                                         "simulated frames have its light")
+        .checked<read_bad_pixels>(),
     reserved("bin", "Pixels binned along each side"),
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 
 #include "base/frame_model.hpp"
 #include "base/hash.hpp"
@@ -180,6 +181,13 @@ int64_t tai_of_date(double date) noexcept {
     const double days = (date - 2000) * sky::kDaysPerYear, whole = std::floor(days);
     return static_cast<int64_t>(whole) * sky::kNsPerDay +
            std::llround((days - whole) * static_cast<double>(sky::kNsPerDay)) + sky::kJ2000Ns - sky::kTtMinusTaiNs;
+}
+
+std::string with_bad_pixels(const std::string &json, const std::string &source, const std::string &path) {
+    json::Value tree = json::parse(json, source);
+    if (tree.find("detector") != nullptr && tree.member("detector").kind == json::Value::Kind::object)
+        tree.member("detector").member("bad_pixels") = json::Value::of(std::filesystem::absolute(path).string());
+    return json::print(tree);
 }
 
 Scene read_scene(const std::string &json, const std::string &source, const std::string &folder) {

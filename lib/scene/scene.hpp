@@ -126,6 +126,8 @@ struct Detector {
     std::optional<double> full_well_e;      // of each coadded frame
     double gain_e_per_dn = 1, bias_dn = 0;
     int bit_depth = 0; // 0 = counts are not rounded
+    std::string bad_pixels_file;
+    std::vector<size_t> bad_pixels; // row*cols + column of the pixels that estimators do not use, increasing
 };
 
 // One kind of systematics: frame k has rms times its own normal variate, plus the drift times its time in days.
@@ -182,9 +184,12 @@ struct Scene {
     std::optional<SceneCalibration> calibration; // present if the scene has this group
 };
 
-// Reads a scene from JSON text. File names in it are relative to `folder`; of the files only times_days is read, the
-// others are checked to exist. Status::format if the text is not JSON, Status::scene or Status::unsupported for its
-// content.
+// The text of a scene with this file as detector.bad_pixels, by its absolute path.
+std::string with_bad_pixels(const std::string &json, const std::string &source, const std::string &path);
+
+// Reads a scene from JSON text. File names in it are relative to `folder`; of the files only times_days and bad_pixels
+// are read, the others are checked to exist. Status::format if the text is not JSON, Status::scene or
+// Status::unsupported for its content.
 Scene read_scene(const std::string &json, const std::string &source, const std::string &folder);
 
 } // namespace toliman

@@ -137,7 +137,7 @@ int main(int count, char **arguments) {
     const double start = seconds(CLOCK_PROCESS_CPUTIME_ID);
     double latent;
     for (int64_t i = 0; i < few; i++)
-        assert_ok(toliman_cae_encode(cae, counts, kSide, &latent));
+        assert_ok(toliman_cae_encode(cae, counts, kSide, &latent, NULL));
     printf("{\"case\": \"toliman_cae_encode alone\", \"frames_per_cpu_s\": %.0f}\n",
            (double)few / (seconds(CLOCK_PROCESS_CPUTIME_ID) - start));
     for (options.threads = 1; options.threads <= 2; options.threads++)

@@ -44,7 +44,7 @@ static toliman_cae *by_file(const toliman_cae *cae, const char *folder, int32_t 
 
 static double latent_of(const toliman_cae *cae, const double *frame) {
     double latent = 0;
-    assert_ok(toliman_cae_encode(cae, frame, kSide, &latent));
+    assert_ok(toliman_cae_encode(cae, frame, kSide, &latent, NULL));
     return latent;
 }
 

@@ -66,7 +66,8 @@ static void encode(const toliman_sim *sim, const double *frame, int64_t cols) {
     toliman_cae_training report = {.struct_size = sizeof report};
     int32_t calls = 0;
     size_t size;
-    double latent, square, mmse, *image = malloc(256 * 256 * sizeof *image);
+    toliman_frame_goodness goodness = TOLIMAN_FRAME_GOODNESS_INIT;
+    double latent, mmse, *image = malloc(256 * 256 * sizeof *image);
     MUST(toliman_cae_create(sim, 5, NULL, &made));
     toliman_cae_train_options_init(&options, sizeof options);
     options.steps = 3;
@@ -80,12 +81,12 @@ static void encode(const toliman_sim *sim, const double *frame, int64_t cols) {
     MUST(toliman_cae_save(made, NULL, bytes, size, &size));
     show("bytes", (double)size);
     MUST(toliman_cae_load(bytes, size, NULL, &cae));
-    MUST(toliman_cae_encode(cae, frame, (size_t)cols, &latent));
+    MUST(toliman_cae_encode(cae, frame, (size_t)cols, &latent, NULL));
     show("latent", latent);
     const toliman_image many = {.struct_size = sizeof many, .pixels = frame};
-    MUST(toliman_cae_encode_many(cae, &many, 1, 1, &latent, &square));
+    MUST(toliman_cae_encode_many(cae, &many, 1, 1, &latent, &goodness));
     show("latent_of_many", latent);
-    show("chi_square", square);
+    show("chi_square", goodness.chi_square);
     MUST(toliman_cae_decode(cae, 1e-3, image, 256));
     show("decode", image[3 * 256 + 250]);
     MUST(toliman_cae_reconstruct(cae, frame, (size_t)cols, image, 256, &mmse, NULL, NULL));
@@ -141,7 +142,7 @@ static void fit_linear(const toliman_sim *sim, const double *frame, int64_t rows
     toliman_components *components;
     double value, sigma, values[FRAMES], share, *image = malloc((size_t)(rows * cols) * sizeof *image);
     MUST(toliman_linear_create(sim, NULL, &linear));
-    MUST(toliman_linear_encode(linear, frame, (size_t)cols, &value));
+    MUST(toliman_linear_encode(linear, frame, (size_t)cols, &value, NULL));
     MUST(toliman_linear_get_sigma(linear, &sigma));
     show("estimate", value);
     show("sigma", sigma);

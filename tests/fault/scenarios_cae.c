@@ -41,7 +41,7 @@ static uint64_t digest(const void *cae) {
     toliman_cae_info info = {.struct_size = sizeof info};
     toliman_cae_train_options training = {.struct_size = sizeof training};
     assert_ok(toliman_cae_get_info(cae, &info));
-    assert_ok(toliman_cae_encode(cae, large_frames(), LARGE, &latent));
+    assert_ok(toliman_cae_encode(cae, large_frames(), LARGE, &latent, NULL));
     uint64_t hash = fnv1a(fnv1a(FNV_START, &info, sizeof info), &latent, sizeof latent);
     if (toliman_cae_get_train_options(cae, &training) == TOLIMAN_OK)
         hash = fnv1a(hash, &training, sizeof training);
@@ -214,7 +214,7 @@ static toliman_status get_target(attempt *a) {
     return toliman_cae_get_target(network(), (double *)a->out, LARGE);
 }
 static toliman_status encode(attempt *a) {
-    return toliman_cae_encode(network(), large_frames(), LARGE, (double *)a->out);
+    return toliman_cae_encode(network(), large_frames(), LARGE, (double *)a->out, NULL);
 }
 static toliman_status encode_many(attempt *a) {
     return toliman_cae_encode_many(network(), PLAIN_IMAGE(large_frames()), FRAMES, 3, (double *)a->out, NULL);

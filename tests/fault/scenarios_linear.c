@@ -22,7 +22,7 @@ static void end(void *linear) {
 
 static uint64_t digest(const void *linear) {
     double value = 0;
-    assert_ok(toliman_linear_encode(linear, small_frames(), SMALL, &value));
+    assert_ok(toliman_linear_encode(linear, small_frames(), SMALL, &value, NULL));
     return fnv1a(FNV_START, &value, sizeof value);
 }
 
@@ -79,11 +79,16 @@ static toliman_status destroy(attempt *a) {
     return TOLIMAN_OK;
 }
 static toliman_status encode(attempt *a) {
-    return toliman_linear_encode(fitter(), small_frames(), SMALL, (double *)a->out);
+    return toliman_linear_encode(fitter(), small_frames(), SMALL, (double *)a->out, NULL);
+}
+static toliman_frame_goodness *fits_of(double *out) {
+    toliman_frame_goodness *const fits = (void *)out;
+    fits->struct_size = sizeof *fits;
+    return fits;
 }
 static toliman_status encode_many(attempt *a) {
     double *const out = (double *)a->out;
-    return toliman_linear_encode_many(fitter(), PLAIN_IMAGE(small_frames()), FRAMES, 3, out, out + FRAMES);
+    return toliman_linear_encode_many(fitter(), PLAIN_IMAGE(small_frames()), FRAMES, 3, out, fits_of(out + FRAMES));
 }
 static toliman_status get_sigma(attempt *a) {
     return toliman_linear_get_sigma(fitter(), (double *)a->out);

@@ -122,7 +122,7 @@ static void estimate(const toliman_sim *sim, const double *frames) {
     toliman_linear *linear = NULL;
     assert_ok(toliman_linear_create(sim, NULL, &linear));
     for (int i = 0; i < FRAMES; i++)
-        assert_ok(toliman_linear_encode(linear, frames + (size_t)i * kPixels, kSide, &values[i]));
+        assert_ok(toliman_linear_encode(linear, frames + (size_t)i * kPixels, kSide, &values[i], NULL));
     keep("template.f64", values, sizeof values);
     toliman_linear_destroy(linear);
 }

@@ -70,7 +70,7 @@ static int use_linear(results *found) {
     toliman_linear *linear = NULL;
     int32_t status = toliman_linear_create(shared_sim, NULL, &linear);
     if (status == TOLIMAN_OK)
-        status = toliman_linear_encode(linear, shared_frame, SIDE_PX, &value);
+        status = toliman_linear_encode(linear, shared_frame, SIDE_PX, &value, NULL);
     add(found, value);
     toliman_linear_destroy(linear);
     return status != TOLIMAN_OK;
@@ -104,7 +104,7 @@ static int use_network(results *found) {
     toliman_cae *cae = NULL;
     int32_t status = toliman_cae_load(blob, blob_size, NULL, &cae);
     if (status == TOLIMAN_OK)
-        status = toliman_cae_encode(cae, wide_frames, kSide, &latents[0]);
+        status = toliman_cae_encode(cae, wide_frames, kSide, &latents[0], NULL);
     if (status == TOLIMAN_OK)
         status = toliman_cae_encode_many(shared_cae, PLAIN_IMAGE(wide_frames), 2, 2, &latents[1], NULL);
     for (int i = 0; i < 3; i++)

@@ -67,7 +67,7 @@ static inline double encode_expected(const toliman_cae *cae, const toliman_sim *
     static double frame[kPixels];
     double latent = 0;
     assert_ok(toliman_sim_expect(sim, displacement_px, frame, kSide));
-    assert_ok(toliman_cae_encode(cae, frame, kSide, &latent));
+    assert_ok(toliman_cae_encode(cae, frame, kSide, &latent, NULL));
     return latent;
 }
 

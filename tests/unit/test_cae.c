@@ -189,7 +189,7 @@ static void test_encoder_is_the_transposed_decoder(void **unused) {
             residual[i] = 1e-4 * target[i] / fabs(target[i] + 1e-300) * cos(wave * 0.37 * i);
             frame[i] = reference[i] + sqrt(variance[i]) * residual[i];
         }
-        assert_ok(toliman_cae_encode(trained, frame, kSide, &latent));
+        assert_ok(toliman_cae_encode(trained, frame, kSide, &latent, NULL));
         const double scale = 1e-4 * sqrt(dot(decoded, decoded) * kPixels) / dot(decoded, target);
         assert_close(latent, dot(decoded, residual) / dot(decoded, target), 0, 1e-4 * scale);
     }
@@ -311,7 +311,7 @@ static void test_same_bits_on_any_number_of_workers(void **unused) {
     for (uint32_t workers = 0; workers <= 3; workers++) {
         assert_ok(toliman_cae_encode_many(trained, PLAIN_IMAGE(frames), kFrames, workers, latents, NULL));
         for (int k = 0; k < kFrames; k++) {
-            assert_ok(toliman_cae_encode(trained, frames + (size_t)k * kPixels, kSide, &one));
+            assert_ok(toliman_cae_encode(trained, frames + (size_t)k * kPixels, kSide, &one, NULL));
             assert_memory_equal(&one, &latents[k], sizeof one);
         }
     }
@@ -335,7 +335,7 @@ static void test_efficiency_is_the_cosine(void **unused) {
     for (int k = 0; k < kFrames; k++) {
         double latent;
         assert_ok(toliman_sim_frame(sim, displacements[k], 99, k, frame, kSide));
-        assert_ok(toliman_cae_encode(trained, frame, kSide, &latent));
+        assert_ok(toliman_cae_encode(trained, frame, kSide, &latent, NULL));
         sum += latent;
         squares += latent * latent;
     }
@@ -403,21 +403,21 @@ static void test_crop_and_projection(void **unused) {
         assert_ok(toliman_sim_get_image(wide, nuisances[k].kind, change, kCols));
         for (int i = 0; i < kFrame; i++)
             frame[i] = reference[i] + nuisances[k].size * change[i];
-        assert_ok(toliman_cae_encode(cae, frame, kCols, &latent));
+        assert_ok(toliman_cae_encode(cae, frame, kCols, &latent, NULL));
         assert_at_most(fabs(latent), 1e-3 * info.crb_px);
     }
     assert_ok(toliman_sim_expect(wide, 1e-6, frame, kCols));
-    assert_ok(toliman_cae_encode(cae, frame, kCols, &latent));
+    assert_ok(toliman_cae_encode(cae, frame, kCols, &latent, NULL));
     assert_close(latent, 1e-6, 1e-3, 0);
 
     const size_t first = (size_t)info.crop_row * kCols + (size_t)info.crop_col;
     frame[first - 1] = NAN; /* outside the crop: ignored */
-    assert_ok(toliman_cae_encode(cae, frame, kCols, &latent));
+    assert_ok(toliman_cae_encode(cae, frame, kCols, &latent, NULL));
     frame[first + 2 * kCols + 3] = INFINITY;
     char text[64];
     snprintf(text, sizeof text, "counts[%d][%d] = inf", (int)info.crop_row + 2, (int)info.crop_col + 3);
     latent = -5;
-    assert_fails(toliman_cae_encode(cae, frame, kCols, &latent), TOLIMAN_E_ARGUMENT, text);
+    assert_fails(toliman_cae_encode(cae, frame, kCols, &latent, NULL), TOLIMAN_E_ARGUMENT, text);
     assert_true(latent == -5);
     free(reference), free(change), free(frame);
     toliman_cae_destroy(cae);
@@ -437,8 +437,8 @@ static void test_arguments(void **unused) {
     toliman_sim_destroy(small);
     assert_fails(toliman_cae_create(NULL, 1, NULL, &out), TOLIMAN_E_ARGUMENT, "sim is NULL");
     assert_fails(toliman_cae_create(sim, 1, NULL, NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
-    assert_fails(toliman_cae_encode(trained, image, kSide - 1, &latent), TOLIMAN_E_ARGUMENT, "stride of counts = 255");
-    assert_fails(toliman_cae_encode(trained, image, kSide, NULL), TOLIMAN_E_ARGUMENT, "latent_px is NULL");
+    assert_fails(toliman_cae_encode(trained, image, kSide - 1, &latent, NULL), TOLIMAN_E_ARGUMENT, "stride of counts = 255");
+    assert_fails(toliman_cae_encode(trained, image, kSide, NULL, NULL), TOLIMAN_E_ARGUMENT, "latent_px is NULL");
     assert_fails(toliman_cae_encode_many(trained, NULL, 1, 1, &latent, NULL), TOLIMAN_E_ARGUMENT, "image is NULL");
     assert_fails(toliman_cae_decode(trained, NAN, image, kSide), TOLIMAN_E_ARGUMENT, "latent_px = nan");
     assert_fails(toliman_cae_decode(trained, 0, image, 3), TOLIMAN_E_ARGUMENT, "stride of image = 3");
@@ -458,7 +458,7 @@ static void test_arguments(void **unused) {
     assert_fails(toliman_cae_train(trained, &nowhere, NULL), TOLIMAN_E_ARGUMENT, "options->losses is NULL");
     for (int i = 0; i < kPixels; i++)
         image[i] = 1e300;
-    assert_fails(toliman_cae_encode(trained, image, kSide, &latent), TOLIMAN_E_RANGE, "not finite");
+    assert_fails(toliman_cae_encode(trained, image, kSide, &latent, NULL), TOLIMAN_E_RANGE, "not finite");
 }
 
 /* Counts that can be encoded, but whose latent is beyond the decoder's range: the error must name the counts. */
@@ -470,7 +470,7 @@ static void test_counts_too_far_to_reconstruct(void **unused) {
         assert_true(size < 1e40);
         for (int i = 0; i < kPixels; i++)
             frame[i] = size;
-        assert_ok(toliman_cae_encode(trained, frame, kSide, &latent));
+        assert_ok(toliman_cae_encode(trained, frame, kSide, &latent, NULL));
     }
     image[0] = -5;
     assert_fails(toliman_cae_reconstruct(trained, frame, kSide, image, kSide, NULL, NULL, NULL), TOLIMAN_E_RANGE,

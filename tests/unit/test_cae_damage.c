@@ -225,7 +225,6 @@ static void test_unusable_numbers(void **unused) {
         float value;
         const char *text;
     } cases[] = {
-        {2 * kPixels + 17, 0, "variance[17] = 0: must be positive"},
         {2 * kPixels + 17, -3, "variance[17] = -3: must be positive"},
         {4 * kPixels, NAN, "planes[262144] = nan: must be 0 or of magnitude in [1.18e-38, 1.27e+30]"},
         {0, INFINITY, "planes[0] = inf"},
@@ -338,7 +337,7 @@ static void usable(const toliman_cae *cae, int32_t encoding) {
     assert_true(isfinite(info.crb_px) && isfinite(info.cosine) && isfinite(info.input_scale));
     if (info.rows == kSide && info.cols == 260) {
         assert_ok(toliman_sim_expect(sim, 1e-3, frame, 260));
-        const toliman_status status = toliman_cae_encode(cae, frame, 260, &latent);
+        const toliman_status status = toliman_cae_encode(cae, frame, 260, &latent, NULL);
         assert_true(status == TOLIMAN_E_RANGE || (status == TOLIMAN_OK && isfinite(latent)));
     }
     const toliman_status status = toliman_cae_decode(cae, 1e-3, image, kSide);

@@ -71,7 +71,7 @@ static double first_latent(const toliman_cae *cae) {
     static double frame[kPixels];
     double latent, displacement = 3e-3;
     assert_ok(toliman_sim_frame_many(sim, &displacement, 5, 1000, 1, 1, frame));
-    assert_ok(toliman_cae_encode(cae, frame, kSide, &latent));
+    assert_ok(toliman_cae_encode(cae, frame, kSide, &latent, NULL));
     assert_true(isfinite(latent));
     return latent;
 }

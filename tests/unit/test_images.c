@@ -103,9 +103,9 @@ static void every_kind_of_pixels_and_every_layout_gives_the_same_bits(void **unu
             assert_ok(toliman_cae_encode_many(cae, &image, COUNT, 2, latents, NULL));
             assert_ok(toliman_linear_encode_many(linear, &image, COUNT, 2, values, NULL));
             for (size_t k = 0; k < COUNT; k++) {
-                assert_ok(toliman_cae_encode(cae, plain + k * kPixels, kSide, &alone));
+                assert_ok(toliman_cae_encode(cae, plain + k * kPixels, kSide, &alone, NULL));
                 assert_memory_equal(&latents[k], &alone, sizeof alone);
-                assert_ok(toliman_linear_encode(linear, plain + k * kPixels, kSide, &alone));
+                assert_ok(toliman_linear_encode(linear, plain + k * kPixels, kSide, &alone, NULL));
                 assert_memory_equal(&values[k], &alone, sizeof alone);
             }
         }
@@ -147,7 +147,9 @@ static void components_take_many_frames_or_none(void **unused) {
 
 static void impossible_images_are_refused(void **unused) {
     (void)unused;
-    double *frames = new_image(2 * kPixels), values[2] = {1, 2}, squares[2] = {3, 4};
+    double *frames = new_image(2 * kPixels), values[2] = {1, 2};
+    toliman_frame_goodness fits[2] = {TOLIMAN_FRAME_GOODNESS_INIT};
+    fits[0].chi_square = 3;
     for (size_t i = 0; i < 2 * kPixels; i++)
         frames[i] = 1;
     const toliman_image good = {.struct_size = sizeof good, .pixels = frames};
@@ -176,9 +178,9 @@ static void impossible_images_are_refused(void **unused) {
         cases[i].status = TOLIMAN_E_RANGE;
     for (size_t i = 0; i < 13; i++) {
         const toliman_image *const image = &cases[i].image;
-        assert_fails(toliman_cae_encode_many(cae, image, cases[i].count, 1, values, squares), cases[i].status,
+        assert_fails(toliman_cae_encode_many(cae, image, cases[i].count, 1, values, fits), cases[i].status,
                      cases[i].text);
-        assert_fails(toliman_linear_encode_many(linear, image, cases[i].count, 1, values, squares), cases[i].status,
+        assert_fails(toliman_linear_encode_many(linear, image, cases[i].count, 1, values, fits), cases[i].status,
                      cases[i].text);
     }
     assert_fails(toliman_linear_encode_many(NULL, &good, 1, 1, values, NULL), TOLIMAN_E_ARGUMENT, "linear is NULL");
@@ -186,9 +188,11 @@ static void impossible_images_are_refused(void **unused) {
     assert_fails(toliman_linear_encode_many(linear, &good, 1, 1, NULL, NULL), TOLIMAN_E_ARGUMENT, "values_px is NULL");
     assert_ok(toliman_linear_encode_many(linear, NULL, 0, 1, NULL, NULL));
     frames[kPixels + 259] = INFINITY;
-    assert_fails(toliman_linear_encode_many(linear, &good, 2, 1, values, squares), TOLIMAN_E_ARGUMENT,
+    assert_fails(toliman_linear_encode_many(linear, &good, 2, 1, values, fits), TOLIMAN_E_ARGUMENT,
                  "frame 1: counts[1][3] = inf");
-    assert_true(values[0] == 1 && values[1] == 2 && squares[0] == 3 && squares[1] == 4);
+    assert_true(values[0] == 1 && values[1] == 2 && fits[0].chi_square == 3 && fits[1].struct_size == 0);
+    fits[0].struct_size = 4;
+    assert_fails(toliman_linear_encode_many(linear, &good, 2, 1, values, fits), TOLIMAN_E_ARGUMENT, "goodness");
     free(frames);
 }
 
@@ -227,20 +231,21 @@ static double slow_chi_square(const double *frame) {
 static void chi_square_matches_a_plain_fit(void **unused) {
     (void)unused;
     static double frame[kPixels];
-    double value, alone, squares[2];
+    double value, alone;
+    toliman_frame_goodness fits[2] = {TOLIMAN_FRAME_GOODNESS_INIT, TOLIMAN_FRAME_GOODNESS_INIT};
     assert_ok(toliman_sim_frame(sim, 1e-3, 3, 0, frame, kSide));
     for (size_t i = 0; i < kPixels; i++)
         frame[i] *= 1 + 1e-4 * (i % 256 < 128); /* a frame that no scene produces */
-    assert_ok(toliman_linear_encode_many(linear, PLAIN_IMAGE(frame), 1, 1, &value, &squares[0]));
-    assert_ok(toliman_linear_encode(linear, frame, kSide, &alone));
+    assert_ok(toliman_linear_encode_many(linear, PLAIN_IMAGE(frame), 1, 1, &value, &fits[0]));
+    assert_ok(toliman_linear_encode(linear, frame, kSide, &alone, NULL));
     assert_memory_equal(&value, &alone, sizeof value);
-    assert_ok(toliman_cae_encode_many(cae, PLAIN_IMAGE(frame), 1, 1, &value, &squares[1]));
-    assert_ok(toliman_cae_encode(cae, frame, kSide, &alone));
+    assert_ok(toliman_cae_encode_many(cae, PLAIN_IMAGE(frame), 1, 1, &value, &fits[1]));
+    assert_ok(toliman_cae_encode(cae, frame, kSide, &alone, NULL));
     assert_memory_equal(&value, &alone, sizeof value);
     const double expected = slow_chi_square(frame);
     assert_true(expected > 1.1);
-    assert_close(squares[0], expected, 1e-9, 0);
-    assert_close(squares[1], expected, 1e-5, 0); /* the network's planes are float32 */
+    assert_close(fits[0].chi_square, expected, 1e-9, 0);
+    assert_close(fits[1].chi_square, expected, 1e-5, 0); /* the network's planes are float32 */
 }
 
 static double as_swapped(double counts) {
@@ -264,24 +269,32 @@ static void damage(int fault, const double *good, double *out) {
 static void check_scene(const toliman_sim *scene, const toliman_cae *network, const toliman_linear *fit) {
     enum { GOOD = 24 };
     const double sigma = sqrt(2.0 / kPixels);
-    double *frames = new_image((GOOD + FAULTS) * kPixels), values[GOOD + FAULTS], squares[2][GOOD + FAULTS];
+    double *frames = new_image((GOOD + FAULTS) * kPixels), values[GOOD + FAULTS];
+    toliman_frame_goodness fits[2][GOOD + FAULTS] = {{{.struct_size = sizeof fits[0][0]}},
+                                                     {{.struct_size = sizeof fits[0][0]}}};
     for (size_t k = 0; k < GOOD; k++)
         assert_ok(toliman_sim_frame(scene, 1e-6 * (double)k, 9, (int64_t)k, frames + k * kPixels, kSide));
     for (int fault = 0; fault < FAULTS; fault++)
         damage(fault, frames, frames + (size_t)(GOOD + fault) * kPixels);
-    assert_ok(toliman_cae_encode_many(network, PLAIN_IMAGE(frames), GOOD + FAULTS, 0, values, squares[0]));
-    assert_ok(toliman_linear_encode_many(fit, PLAIN_IMAGE(frames), GOOD + FAULTS, 0, values, squares[1]));
+    assert_ok(toliman_cae_encode_many(network, PLAIN_IMAGE(frames), GOOD + FAULTS, 0, values, fits[0]));
+    assert_ok(toliman_linear_encode_many(fit, PLAIN_IMAGE(frames), GOOD + FAULTS, 0, values, fits[1]));
     for (int which = 0; which < 2; which++) {
         double mean = 0, scatter = 0;
         for (size_t k = 0; k < GOOD; k++) {
-            assert_close(squares[which][k], 1, 0, 5 * sigma);
-            mean += squares[which][k] / GOOD;
-            scatter += (squares[which][k] - 1) * (squares[which][k] - 1) / GOOD;
+            const toliman_frame_goodness *const good = &fits[which][k];
+            assert_close(good->chi_square, 1, 0, 5 * sigma);
+            assert_close(good->chi_square_sigma, sigma, 0.05, 0);
+            assert_true(good->largest_residual > 3.5 && good->largest_residual < 6.5);
+            assert_int_equal(good->goodness, TOLIMAN_GOODNESS_GOOD);
+            assert_int_equal(good->bad_pixels, 0);
+            mean += good->chi_square / GOOD;
+            scatter += (good->chi_square - 1) * (good->chi_square - 1) / GOOD;
         }
         assert_close(mean, 1, 0, 5 * sigma / sqrt(GOOD));
         assert_close(sqrt(scatter), sigma, 0.5, 0);
         for (size_t k = GOOD; k < GOOD + FAULTS; k++)
-            assert_true(fabs(squares[which][k] - 1) > 5 * sigma);
+            assert_int_equal(fits[which][k].goodness,
+                             fits[which][k].chi_square > 1 ? TOLIMAN_GOODNESS_POOR : TOLIMAN_GOODNESS_TOO_GOOD);
     }
     free(frames);
 }
@@ -304,34 +317,36 @@ static void damaged_frames_are_detected_in_the_chapter_scene(void **unused) {
     assert_ok(toliman_cae_create(scene, 1, &raw, &networks[1]));
     check_scene(scene, networks[0], fit);
     static double frame[kPixels];
-    double value, squares[2];
+    double value;
+    toliman_frame_goodness fits[2] = {TOLIMAN_FRAME_GOODNESS_INIT, TOLIMAN_FRAME_GOODNESS_INIT};
     assert_ok(toliman_sim_frame(scene, 0, 4, 4, frame, kSide));
     for (int i = 0; i < 2; i++) { /* independent of the input */
-        assert_ok(toliman_cae_encode_many(networks[i], PLAIN_IMAGE(frame), 1, 1, &value, &squares[i]));
+        assert_ok(toliman_cae_encode_many(networks[i], PLAIN_IMAGE(frame), 1, 1, &value, &fits[i]));
         toliman_cae_destroy(networks[i]);
     }
-    assert_close(squares[0], squares[1], 1e-12, 0);
+    assert_close(fits[0].chi_square, fits[1].chi_square, 1e-12, 0);
     toliman_linear_destroy(fit);
     toliman_sim_destroy(scene);
 }
 
 static void chi_square_is_the_same_on_any_number_of_workers(void **unused) {
     (void)unused;
-    double *frames = new_image(COUNT * kPixels), values[COUNT], first[2][COUNT], squares[COUNT];
+    double *frames = new_image(COUNT * kPixels), values[COUNT];
+    toliman_frame_goodness first[2][COUNT], fits[COUNT] = {{.struct_size = sizeof fits[0]}};
     for (size_t k = 0; k < COUNT; k++)
         assert_ok(toliman_sim_frame(sim, 0, 1, (int64_t)k, frames + k * kPixels, kSide));
     for (uint32_t threads = 1; threads <= 4; threads++)
         for (int which = 0; which < 2; which++) {
-            assert_ok(which ? toliman_cae_encode_many(cae, PLAIN_IMAGE(frames), COUNT, threads, values, squares)
-                            : toliman_linear_encode_many(linear, PLAIN_IMAGE(frames), COUNT, threads, values, squares));
+            assert_ok(which ? toliman_cae_encode_many(cae, PLAIN_IMAGE(frames), COUNT, threads, values, fits)
+                            : toliman_linear_encode_many(linear, PLAIN_IMAGE(frames), COUNT, threads, values, fits));
             if (threads == 1)
-                memcpy(first[which], squares, sizeof squares);
-            assert_memory_equal(squares, first[which], sizeof squares);
+                memcpy(first[which], fits, sizeof fits);
+            assert_memory_equal(fits, first[which], sizeof fits);
         }
     for (size_t i = 0; i < kPixels; i++)
         frames[i] = 1e200;
-    assert_ok(toliman_linear_encode_many(linear, PLAIN_IMAGE(frames), 1, 1, values, squares));
-    assert_true(isinf(squares[0]) && squares[0] > 0);
+    assert_ok(toliman_linear_encode_many(linear, PLAIN_IMAGE(frames), 1, 1, values, fits));
+    assert_true(isinf(fits[0].chi_square) && fits[0].goodness == TOLIMAN_GOODNESS_POOR);
     free(frames);
 }
 

@@ -226,18 +226,18 @@ static void pixels(void **unused) {
         memcpy(frame, good, kPixels * sizeof *frame);
         corrupt_pixels(frame, wrong_number);
         value = -7;
-        assert_refused(toliman_cae_encode(cae, frame, kSide, &value));
+        assert_refused(toliman_cae_encode(cae, frame, kSide, &value, NULL));
         assert_refused(toliman_cae_reconstruct(cae, frame, kSide, image, kSide, NULL, NULL, NULL));
-        assert_refused(toliman_linear_encode(linear, frame, kSide, &value));
+        assert_refused(toliman_linear_encode(linear, frame, kSide, &value, NULL));
         assert_refused(toliman_components_push(components, frame, kSide));
         assert_true(value == -7);
         memcpy(frame, good, kPixels * sizeof *frame);
         corrupt_pixels(frame, odd_number);
-        if (toliman_cae_encode(cae, frame, kSide, &value) == TOLIMAN_OK)
+        if (toliman_cae_encode(cae, frame, kSide, &value, NULL) == TOLIMAN_OK)
             assert_finite(&value, 1);
         if (toliman_cae_reconstruct(cae, frame, kSide, image, kSide, NULL, NULL, NULL) == TOLIMAN_OK)
             assert_finite(image, kPixels);
-        if (toliman_linear_encode(linear, frame, kSide, &value) == TOLIMAN_OK)
+        if (toliman_linear_encode(linear, frame, kSide, &value, NULL) == TOLIMAN_OK)
             assert_finite(&value, 1);
         value = wrong_number();
         assert_refused(toliman_sim_frame(sim, value, 1, 1, image, kSide));

@@ -289,7 +289,7 @@ static void the_template_reaches_the_bound(void **state) {
     for (int64_t k = 0; k < frames; k++) {
         double value;
         assert_ok(toliman_sim_frame(sim, 5 * sigma, 77, k, image, SIDE));
-        assert_ok(toliman_linear_encode(linear, image, SIDE, &value));
+        assert_ok(toliman_linear_encode(linear, image, SIDE, &value, NULL));
         sum += value - 5 * sigma;
         squares += (value - 5 * sigma) * (value - 5 * sigma);
     }

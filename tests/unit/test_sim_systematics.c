@@ -449,7 +449,7 @@ static double rms_bias(const char *project) {
     for (int64_t k = 0; k < frames; k++) {
         double value;
         frame_of(sim, 1e-6, k, image);
-        assert_ok(toliman_linear_encode(linear, image, SIDE, &value));
+        assert_ok(toliman_linear_encode(linear, image, SIDE, &value, NULL));
         squares += (value - 1e-6) * (value - 1e-6) / frames;
     }
     toliman_linear_destroy(linear);

@@ -69,16 +69,17 @@ static void values_match_the_estimators(void **unused) {
             const toliman_frame frame = frame_of(id, pixels);
             toliman_track_outcome outcome = {.struct_size = sizeof outcome};
             size_t done;
-            double value, chi_square;
+            double value;
+            toliman_frame_goodness goodness = TOLIMAN_FRAME_GOODNESS_INIT;
             const toliman_image image = {.struct_size = sizeof image, .pixels = counts};
-            assert_ok(which ? toliman_cae_encode_many(cae, &image, 1, 1, &value, &chi_square)
-                            : toliman_linear_encode_many(linear, &image, 1, 1, &value, &chi_square));
+            assert_ok(which ? toliman_cae_encode_many(cae, &image, 1, 1, &value, &goodness)
+                            : toliman_linear_encode_many(linear, &image, 1, 1, &value, &goodness));
             asked = 0;
             assert_ok(toliman_track_push(track, &frame, 1, &outcome, &done));
             assert_int_equal(asked, 0);
             assert_int_equal(outcome.verdict, TOLIMAN_TRACK_VERDICT_ACCEPTED);
-            assert_true(outcome.value == value && outcome.chi_square == chi_square);
-            assert_close(chi_square, 1, 0, 5 * sqrt(2.0 / kPixels));
+            assert_true(outcome.value == value && outcome.chi_square == goodness.chi_square);
+            assert_close(goodness.chi_square, 1, 0, 5 * sqrt(2.0 / kPixels));
             free(pixels);
         }
         toliman_track_info info = {.struct_size = sizeof info};

@@ -30,6 +30,7 @@ RESULTS = {
     "toliman_cae_info": "NetworkInfo",
     "toliman_components_training": "ComponentsTraining",
     "toliman_components_info": "ComponentsInfo",
+    "toliman_frame_goodness": "FrameGoodness",
     "toliman_bank_info": "BankInfo",
     "toliman_bank_network": "BankNetwork",
     "toliman_bank_plan_info": "BankPlan",
@@ -116,7 +117,7 @@ FLAGS = {
     "toliman_calibration_attempt": ("TOLIMAN_CALIBRATION_NOT_CONVERGED", "TOLIMAN_CALIBRATION_INCOMPLETE",
                                     "TOLIMAN_CALIBRATION_TOO_GOOD"),
     "toliman_calibration_value": ("TOLIMAN_CALIBRATION_HELD", "TOLIMAN_CALIBRATION_NO_SIGN"),
-    "toliman_fit_result": ("TOLIMAN_FIT_NOT_CONVERGED", "TOLIMAN_FIT_OUTLIER", "TOLIMAN_FIT_SATURATED", "TOLIMAN_FIT_EDGE",
+    "toliman_fit_result": ("TOLIMAN_FIT_NOT_CONVERGED", "TOLIMAN_FIT_SATURATED", "TOLIMAN_FIT_EDGE",
                            "TOLIMAN_FIT_SEARCHED"),
 }
 

@@ -145,8 +145,8 @@ class Job {
     double estimate(const std::vector<double> &image) const {
         const auto stride = static_cast<size_t>(scene_.info.cols);
         double value;
-        check(network_ ? toliman_cae_encode(network_->cae.get(), image.data(), stride, &value)
-                       : toliman_linear_encode(template_.get(), image.data(), stride, &value));
+        check(network_ ? toliman_cae_encode(network_->cae.get(), image.data(), stride, &value, nullptr)
+                       : toliman_linear_encode(template_.get(), image.data(), stride, &value, nullptr));
         return value;
     }
 

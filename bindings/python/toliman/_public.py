@@ -3,13 +3,15 @@ from ._library import (Cancelled, CapacityError, Error, InputError, LostError, N
                        UnsupportedError, WriteError, abi_version, library_path, version)
 from ._results import (BankInfo, BankNetwork, BankPlan, BankResult, Bounds, BudgetRow, BudgetStep, BudgetSummary,
                        CalibrationInfo, CalibrationStep, CalibrationValue, CalibrationWindow, ComponentsInfo,
-                       ComponentsTraining, Diagnosis, FitInfo, FitResult, FolderGoodness, HeaderTime, Hypothesis, Machine, MaskInfo,
-                       Model, NetworkInfo, Outcome, PairInfo, Parameter, PeriodogramInfo, Plan, PlanetInfo, PlanetLimit, Refit, Sampling,
+                       ComponentsTraining, Diagnosis, FitInfo, FitResult, FolderGoodness, FrameGoodness, HeaderTime, Hypothesis,
+                       Machine, MaskInfo, Model, NetworkInfo, Outcome, PairInfo, Parameter, PeriodogramInfo, Plan, PlanetInfo,
+                       PlanetLimit, Refit, Sampling,
                        SceneInfo, SkyInfo, SkyPrediction, Stream, TrackInfo, Training)
 from .bank import Bank
 from .budget import Budget
 from .cae import CAE, Reconstruction
 from .calibration import Calibration, calibrate
+from ._goodness import FitWarning
 from .fit import Fit
 from .ingest import Pair, PairEvent
 from .linear import Components, Template
@@ -29,7 +31,8 @@ __all__ = [
     "AccuracyWarning", "Bank", "BankInfo", "BankNetwork", "BankPlan", "BankResult", "Bounds", "Budget", "BudgetRow",
     "BudgetStep", "BudgetSummary", "CAE", "Calibration", "CalibrationInfo", "CalibrationStep", "CalibrationValue",
     "CalibrationWindow", "Cancelled", "CapacityError",
-    "Components", "ComponentsInfo", "ComponentsTraining", "DesignedMask", "Diagnosis", "Error", "Estimate", "Fit", "FitInfo", "FitResult", "Frame", "Grid", "HeaderTime", "Hypothesis",
+    "Components", "ComponentsInfo", "ComponentsTraining", "DesignedMask", "Diagnosis", "Error", "Estimate", "Fit", "FitInfo", "FitResult",
+    "FitWarning", "FolderGoodness", "Frame", "FrameGoodness", "Grid", "HeaderTime", "Hypothesis",
     "InputError", "LostError", "Machine", "MaskInfo", "Model", "NetworkInfo", "NoiseSearch", "NoMemoryError", "NotFoundError", "Outcome",
     "Pair", "PairEvent", "PairInfo", "Parameter", "Peak", "Periodogram", "PeriodogramInfo", "Plan", "Planet", "PlanetInfo", "PlanetLimit",
     "Planets", "REASONS", "Reconstruction", "Refit",

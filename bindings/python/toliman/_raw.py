@@ -125,6 +125,45 @@ class toliman_machine(Sized):
     ]
 
 
+# Verdicts of goodness of fit.
+#   UNKNOWN   there is no chi_square
+#   GOOD      the noise explains the residuals
+#   POOR      chi_square is too large: the data are damaged, the model lacks an effect, or the standard deviations are
+#             too small. The standard deviations of the results are too small, and the results may be wrong
+#   TOO_GOOD  chi_square is too small: the standard deviations are too large, for instance because the data are in
+#             another unit (DN instead of photons)
+TOLIMAN_GOODNESS_UNKNOWN = 801
+TOLIMAN_GOODNESS_GOOD = 802
+TOLIMAN_GOODNESS_POOR = 803
+TOLIMAN_GOODNESS_TOO_GOOD = 804
+
+
+class toliman_frame_goodness(Sized):
+    """Goodness of fit of one frame against the linear model of a template or network (linear.h, cae.h), without its bad
+    pixels. Since 0.2.
+    
+    Bad pixels are cosmic rays, hot and dead pixels. A pixel of V expected electrons, read noise included, is bad if its
+    residual x after the fit, in standard deviations, has x^2 > 36 (1 + max(x, 0)/(3 sqrt(V))): 1 of 8,000 undamaged
+    frames of 256x256 has such a pixel. A value is estimated from the other pixels alone. If more than 30 pixels exceed
+    the limit, the model is wrong and not the pixels: all are used, bad_pixels is 0, and goodness is POOR.
+    struct_size: in: sizeof(toliman_frame_goodness)
+    goodness: verdict on chi_square, TOLIMAN_GOODNESS_...
+    chi_square: per degree of freedom; +infinity if it overflows
+    chi_square_sigma: standard deviation of chi_square, if the model is right
+    largest_residual: largest |residual| over its standard deviation
+    bad_pixels: number of pixels that were left out"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("goodness", c_int32),
+        ("chi_square", c_double),
+        ("chi_square_sigma", c_double),
+        ("largest_residual", c_double),
+        ("bad_pixels", c_uint32),
+        ("reserved", c_uint32),
+    ]
+
+
 # Pixel types: unsigned (U) and signed (I) integers and floating-point numbers (F) of 8 to 64 bits. Types without
 # suffix have the byte order of the machine, which is little-endian. BE is big-endian, the byte order of telemetry.
 TOLIMAN_PIXEL_U8 = 31
@@ -162,19 +201,6 @@ class toliman_image(Sized):
     ]
 
 
-# Verdicts of goodness of fit.
-#   UNKNOWN   there is no chi_square
-#   GOOD      the noise explains the residuals
-#   POOR      chi_square is too large: the data are damaged, the model lacks an effect, or the standard deviations are
-#             too small. The standard deviations of the results are too small, and the results may be wrong
-#   TOO_GOOD  chi_square is too small: the standard deviations are too large, for instance because the data are in
-#             another unit (DN instead of photons)
-TOLIMAN_GOODNESS_UNKNOWN = 801
-TOLIMAN_GOODNESS_GOOD = 802
-TOLIMAN_GOODNESS_POOR = 803
-TOLIMAN_GOODNESS_TOO_GOOD = 804
-
-
 class toliman_sim(Structure):
     """Simulator: a prepared scene. Each image is computed once, and only if it is needed: the images of the stars when the
     simulator is created, derivatives and Cramer-Rao bounds by the first call that uses them; TOLIMAN_E_SCENE from such
@@ -193,7 +219,9 @@ class toliman_sim_options(Sized):
     progress: may be NULL
     log: receives warnings about the scene; may be NULL
     engine: TOLIMAN_SIM_ENGINE_..., 0 = MATRIX_DFT
-    allocator: for the large arrays of the object; NULL = malloc"""
+    allocator: for the large arrays of the object; NULL = malloc
+    bad_pixels: path of a file that replaces detector.bad_pixels of the scene; NULL: none does.
+        Since 0.2"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -205,6 +233,7 @@ class toliman_sim_options(Sized):
         ("engine", c_int32),
         ("reserved", c_int32),
         ("allocator", POINTER(toliman_allocator)),
+        ("bad_pixels", c_char_p),
     ]
 
 
@@ -255,7 +284,8 @@ class toliman_sim_info(Sized):
     calibration_frames: number of these frames; 0 without a verdict. Since 0.2
     calibration_chi_square: per degree of freedom; NaN without a verdict. Since 0.2
     calibration_chi_square_sigma: its standard deviation, if the model is right; NaN without a verdict. Since
-        0.2"""
+        0.2
+    bad_pixels: pixels of detector.bad_pixels, which no estimator uses. Since 0.2"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -288,6 +318,7 @@ class toliman_sim_info(Sized):
         ("calibration_frames", c_int64),
         ("calibration_chi_square", c_double),
         ("calibration_chi_square_sigma", c_double),
+        ("bad_pixels", c_int64),
     ]
 
 
@@ -353,7 +384,8 @@ class toliman_sim_plan_info(Sized):
     scale_focus_error: error of the expansions in scale (first order) and focus (second order), for
         systematics of 4 sigma
     atlas_oversampling: samples per pixel and axis that are interpolated; 0 = none
-    orbit_px: upper limit of the motion of a star along its orbit from time 0 to any frame"""
+    orbit_px: upper limit of the motion of a star along its orbit from time 0 to any frame
+    bad_pixels: pixels of detector.bad_pixels, which no estimator uses"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -383,6 +415,7 @@ class toliman_sim_plan_info(Sized):
         ("scale_focus_error", c_double),
         ("atlas_oversampling", c_int64),
         ("orbit_px", c_double),
+        ("bad_pixels", c_int64),
     ]
 
 
@@ -743,10 +776,6 @@ class toliman_fit_prediction(Sized):
 # photons and read noise together are below about 1 electron^2 in many pixels. Without this flag, the result is the
 # maximum of the likelihood near the prediction, or near the places found by the search.
 TOLIMAN_FIT_NOT_CONVERGED = 1
-
-# Flag: chi_square is more than 6 standard deviations above 1. The frame is damaged, or the scene lacks an effect that
-# the frame has.
-TOLIMAN_FIT_OUTLIER = 2
 TOLIMAN_FIT_SATURATED = 4  # pixels at the full well or the largest count were excluded
 TOLIMAN_FIT_EDGE = 8  # a star is outside the frame, or over capture_px from its predicted x or y
 TOLIMAN_FIT_SEARCHED = 16  # the stars were not at their predicted places; a search found them
@@ -766,9 +795,13 @@ class toliman_fit_result(Sized):
     flux_a: relative change of the photons of a star
     flux_b: relative change of the photons of a star
     background: photons per pixel
-    chi_square: sum of squared residuals over their variances, per degree of freedom
+    chi_square: per degree of freedom, without the bad pixels
     iterations: Gauss-Newton steps
-    excluded: saturated pixels, those expected within 5 standard deviations of saturation included"""
+    excluded: saturated pixels, those expected within 5 standard deviations of saturation included
+    chi_square_sigma: standard deviation of chi_square, if the scene is right
+    largest_residual: largest |residual| over its standard deviation
+    goodness: verdict on chi_square, TOLIMAN_GOODNESS_...; UNKNOWN with NOT_CONVERGED
+    bad_pixels: cosmic rays, hot and dead pixels that were left out: see toliman_frame_goodness"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -788,6 +821,10 @@ class toliman_fit_result(Sized):
         ("chi_square", c_double),
         ("iterations", c_int32),
         ("excluded", c_int32),
+        ("chi_square_sigma", c_double),
+        ("largest_residual", c_double),
+        ("goodness", c_int32),
+        ("bad_pixels", c_uint32),
     ]
 
 
@@ -941,7 +978,12 @@ class toliman_bank_result(Sized):
     distance_px: distance between the stars' places in the frame and those of the network: root sum of
         squares of the change of the place of B relative to A, and of the sub-pixel part of
         the displacement of both
-    network: index of the network with the smallest distance_px, -1 if not fitted"""
+    network: index of the network with the smallest distance_px, -1 if not fitted
+    goodness: verdict on chi_square, TOLIMAN_GOODNESS_...; UNKNOWN if not fitted
+    chi_square: of the fit, as in toliman_fit_result
+    chi_square_sigma: of the fit, as in toliman_fit_result
+    largest_residual: of the fit, as in toliman_fit_result
+    bad_pixels: left out by the fit and by the network"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -952,7 +994,12 @@ class toliman_bank_result(Sized):
         ("efficiency", c_double),
         ("distance_px", c_double),
         ("network", c_int32),
-        ("reserved", c_int32),
+        ("goodness", c_int32),
+        ("chi_square", c_double),
+        ("chi_square_sigma", c_double),
+        ("largest_residual", c_double),
+        ("bad_pixels", c_uint32),
+        ("reserved", c_uint32),
     ]
 
 
@@ -3775,8 +3822,15 @@ was loaded from a blob without training state.""",
             ("counts", POINTER(c_double)),
             ("stride", c_size_t),
             ("latent_px", POINTER(c_double)),
+            ("goodness", POINTER(toliman_frame_goodness)),
         ),
-        """Encodes one frame: writes the latent of counts[rows][stride] to *latent_px. Does not depend on earlier frames.
+        """Encodes one frame: writes the latent of counts[rows][stride] to *latent_px. Does not depend on earlier frames. Bad
+pixels get the counts that a linear fit to the other pixels predicts. goodness, which may be NULL, is that of this
+fit; its struct_size must be set. It does not depend on the weights or on toliman_cae_options.input. Its chi_square is
+
+    |r - sum_k <u_k, r> u_k - <t, r> t/|t|^2|^2 / (65536 - K - 1),    r = (counts - reference)/sigma per pixel
+
+u_k are the K orthonormal nuisance images that are projected out, t is the image of toliman_cae_get_target.
 Calls of one thread allocate no memory; calls that run at once allocate working memory for each further thread once.
 
 Accuracy: the slope of latent over displacement is 1 for small displacements. ELU makes it nonlinear:
@@ -3795,18 +3849,12 @@ counts are so far from the scene that the latent overflows.""",
             ("count", c_size_t),
             ("threads", c_uint32),
             ("latents_px", POINTER(c_double)),
-            ("chi_square", POINTER(c_double)),
+            ("goodness", POINTER(toliman_frame_goodness)),
         ),
         """Encodes `count` frames of image. Each latent is bit-identical to that of toliman_cae_encode.
   threads     worker threads, 0 = one per processor
   latents_px  [count]
-  chi_square  [count], or NULL: mean square residual per degree of freedom against the linear model of the scene,
-
-    |r - sum_k <u_k, r> u_k - <t, r> t/|t|^2|^2 / (65536 - K - 1),    r = (counts - reference)/sigma per pixel
-
-u_k are the K orthonormal nuisance images that are projected out, t is the image of toliman_cae_get_target.
-chi_square does not depend on the weights or on toliman_cae_options.input. chi_square of an undamaged frame is 1
-with standard deviation sqrt(2/65536); a damaged frame has a far larger value. See also toliman_linear_encode_many.
+  goodness    [count], or NULL; struct_size of the first must be set
 Errors: as toliman_cae_encode, naming the frame; TOLIMAN_E_ARGUMENT for another shape; TOLIMAN_E_RANGE for an image
 larger than the address space. Since 0.2.""",
     ),
@@ -4006,7 +4054,8 @@ TOLIMAN_E_RANGE for any other index.""",
   result      struct_size must be set
   values      [n], or NULL: all n = toliman_fit_parameter_count() parameters, as listed at the top
   covariance  [n][n], or NULL: their covariance, the inverse Fisher matrix
-A frame that cannot be fitted is not an error: see the flags. The result of a fit depends on the frame and its
+A frame that cannot be fitted is not an error: see the flags. Bad pixels are left out of the fit; where none is found,
+the search for them changes no bit of the result. The result of a fit depends on the frame and its
 prediction only, not on threads or on other frames.
 Errors: TOLIMAN_E_ARGUMENT for a non-finite count, naming its row and column, for a prediction that is not finite or
 outside the range of the model images, and for a smaller stride.""",
@@ -4697,9 +4746,16 @@ destroys *out. TOLIMAN_E_SCENE if the nuisances of preprocess.project span the d
             ("counts", POINTER(c_double)),
             ("stride", c_size_t),
             ("value_px", POINTER(c_double)),
+            ("goodness", POINTER(toliman_frame_goodness)),
         ),
         """Estimates the displacement of one frame: writes the value (px) for counts[rows][stride] to *value_px. By the
-Gauss-Markov theorem it is the best linear unbiased estimate; to first order it equals maximum likelihood.
+Gauss-Markov theorem it is the best linear unbiased estimate; to first order it equals maximum likelihood. Bad pixels
+are left out. goodness may be NULL; its struct_size must be set. Its chi_square is
+
+    |r - sum_k <u_k, r> u_k - value w|^2 / (pixels - K - 1),    r = (counts - reference)/sigma per pixel
+
+u_k are the K images of preprocess.project over sigma, orthonormalised; w is the derivative over sigma, orthogonal
+to them. If both fluxes are projected out, they fit an empty frame perfectly: it is TOO_GOOD.
 TOLIMAN_E_ARGUMENT for a non-finite count, naming its row and column.""",
     ),
     "toliman_linear_encode_many": (
@@ -4709,21 +4765,13 @@ TOLIMAN_E_ARGUMENT for a non-finite count, naming its row and column.""",
             ("count", c_size_t),
             ("threads", c_uint32),
             ("values_px", POINTER(c_double)),
-            ("chi_square", POINTER(c_double)),
+            ("goodness", POINTER(toliman_frame_goodness)),
         ),
         """Estimates the displacements of `count` frames of image. Each value is bit-identical to that of
 toliman_linear_encode.
-  threads     worker threads, 0 = one per processor
-  values_px   [count]
-  chi_square  [count], or NULL: mean square residual per degree of freedom,
-
-    |r - sum_k <u_k, r> u_k - value w|^2 / (pixels - K - 1),    r = (counts - reference)/sigma per pixel
-
-u_k are the K images of preprocess.project over sigma, orthonormalised; w is the derivative over sigma, orthogonal
-to them. chi_square of an undamaged frame is 1 with standard deviation sqrt(2/pixels), or sqrt(sum(2 + 1/m))/pixels
-if pixels expect few electrons m. It is far larger for damaged frames and for systematics that are not projected
-out. Caution: if both fluxes are projected out, they fit an empty frame perfectly; its chi_square is about 0.
-chi_square is +infinity if it overflows.
+  threads    worker threads, 0 = one per processor
+  values_px  [count]
+  goodness   [count], or NULL; struct_size of the first must be set
 Errors: as toliman_linear_encode, naming the frame; TOLIMAN_E_ARGUMENT for another shape; TOLIMAN_E_RANGE for an
 image larger than the address space. Since 0.2.""",
     ),

@@ -20,6 +20,23 @@ class Machine(Result):
 
 
 @result
+class FrameGoodness(Result):
+    """Goodness of fit of one frame against the linear model of a template or network (linear.h, cae.h), without its bad
+    pixels.
+    
+    Bad pixels are cosmic rays, hot and dead pixels. A pixel of V expected electrons, read noise included, is bad if its
+    residual x after the fit, in standard deviations, has x^2 > 36 (1 + max(x, 0)/(3 sqrt(V))): 1 of 8,000 undamaged
+    frames of 256x256 has such a pixel. A value is estimated from the other pixels alone. If more than 30 pixels exceed
+    the limit, the model is wrong and not the pixels: all are used, bad_pixels is 0, and goodness is POOR."""
+
+    goodness: str = member("verdict on chi_square, ...", words="TOLIMAN_GOODNESS")
+    chi_square: float = member("per degree of freedom; +infinity if it overflows")
+    chi_square_sigma: float = member("standard deviation of chi_square, if the model is right")
+    largest_residual: float = member("largest |residual| over its standard deviation")
+    bad_pixels: int = member("number of pixels that were left out")
+
+
+@result
 class SceneInfo(Result):
     """Properties of a prepared scene."""
 
@@ -52,6 +69,7 @@ class SceneInfo(Result):
     calibration_frames: int = member("number of these frames; 0 without a verdict. Since 0.2")
     calibration_chi_square: float = member("per degree of freedom; NaN without a verdict. Since 0.2")
     calibration_chi_square_sigma: float = member("its standard deviation, if the model is right; NaN without a verdict. Since 0.2")
+    bad_pixels: int = member("pixels of detector.bad_pixels, which no estimator uses. Since 0.2")
 
 
 @result
@@ -101,6 +119,7 @@ class Plan(Result):
     scale_focus_error: float = member("error of the expansions in scale (first order) and focus (second order), for systematics of 4 sigma")
     atlas_oversampling: int = member("samples per pixel and axis that are interpolated; 0 = none")
     orbit_px: float = member("upper limit of the motion of a star along its orbit from time 0 to any frame")
+    bad_pixels: int = member("pixels of detector.bad_pixels, which no estimator uses")
 
 
 @result
@@ -179,11 +198,14 @@ class FitResult(Result):
     flux_a: float = member("relative change of the photons of a star")
     flux_b: float = member("relative change of the photons of a star")
     background: float = member("photons per pixel")
-    chi_square: float = member("sum of squared residuals over their variances, per degree of freedom")
+    chi_square: float = member("per degree of freedom, without the bad pixels")
     iterations: int = member("Gauss-Newton steps")
     excluded: int = member("saturated pixels, those expected within 5 standard deviations of saturation included")
+    chi_square_sigma: float = member("standard deviation of chi_square, if the scene is right")
+    largest_residual: float = member("largest |residual| over its standard deviation")
+    goodness: str = member("verdict on chi_square, ...; UNKNOWN with NOT_CONVERGED", words="TOLIMAN_GOODNESS")
+    bad_pixels: int = member("cosmic rays, hot and dead pixels that were left out: see toliman_frame_goodness")
     not_converged: bool = member("a result without a maximum: the last step moved a place by 1e-6 px or more, a star lost 90 % of its flux, or the stars left the range of the model images. Every number is NaN, except iterations; excluded is 0. Frequent if photons and read noise together are below about 1 electron^2 in many pixels. Without this flag, the result is the maximum of the likelihood near the prediction, or near the places found by the search.", flag=1)
-    outlier: bool = member("Flag: chi_square is more than 6 standard deviations above 1. The frame is damaged, or the scene lacks an effect that the frame has.", flag=2)
     saturated: bool = member("pixels at the full well or the largest count were excluded", flag=4)
     edge: bool = member("a star is outside the frame, or over capture_px from its predicted x or y", flag=8)
     searched: bool = member("the stars were not at their predicted places; a search found them", flag=16)
@@ -246,6 +268,11 @@ class BankResult(Result):
     efficiency: float = member("Cramer-Rao bound of the separation, with all parameters of the fit free, divided by sigma_px: 0 to 1")
     distance_px: float = member("distance between the stars' places in the frame and those of the network: root sum of squares of the change of the place of B relative to A, and of the sub-pixel part of the displacement of both")
     network: int = member("index of the network with the smallest distance_px, -1 if not fitted")
+    goodness: str = member("verdict on chi_square, ...; UNKNOWN if not fitted", words="TOLIMAN_GOODNESS")
+    chi_square: float = member("of the fit, as in toliman_fit_result")
+    chi_square_sigma: float = member("of the fit, as in toliman_fit_result")
+    largest_residual: float = member("of the fit, as in toliman_fit_result")
+    bad_pixels: int = member("left out by the fit and by the network")
     not_fitted: bool = member("the fit did not converge: all numbers of the result are NaN, network is -1", flag=1)
     outside: bool = member("the frame's time is outside the dates of the bank; the result is valid", flag=2)
     low_efficiency: bool = member("efficiency below 0.95", flag=4)

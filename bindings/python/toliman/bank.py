@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _raw
 from ._arguments import array_of, file_name, has_shape, of_kind, options_of, pointer, real, saved, shaped, whole
+from ._goodness import warn_of
 from ._handle import Handle
 from ._library import check, library
 from ._pixels import frames_of, image_of
@@ -110,6 +111,7 @@ class Bank(Handle):
         prediction = prediction_of(time_days, shift, separation, position_angle)
         check(library.toliman_bank_encode(self._c, self.fit._c, pointer(counts), counts.shape[1], ctypes.byref(prediction),
                                           ctypes.byref(result), ctypes.byref(fitted)))
+        warn_of(structured((_raw.toliman_bank_result * 1)(result)), stacklevel=3)
         return BankResult._of(result), FitResult._of(fitted)
 
     def encode(self, frames: ArrayLike, *, times_days: ArrayLike = 0, shifts: ArrayLike = (0, 0),
@@ -132,7 +134,9 @@ class Bank(Handle):
                 watch.check(library.toliman_bank_encode_many(self._c, self.fit._c, ctypes.byref(image), len(array),
                                                              predictions, threads, results, fits))
                 watch.step("encode", (first + len(array)) / count)
-        return structured(arrays[1])[:count], structured(arrays[2])[:count]
+        results, fitted = structured(arrays[1])[:count], structured(arrays[2])[:count]
+        warn_of(results, stacklevel=3)
+        return results, fitted
 
     def predict(self, *, time_days: float = 0, shift: tuple[float, float] = (0, 0), separation: float = 0,
                 position_angle: float = 0) -> BankResult:

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from . import _raw
 from ._library import check, library
 from ._arguments import Doubles, file_name, of_kind, options_of, pointer, real, saved, shaped, whole
-from ._encode import Values, encode
+from ._encode import Fits, Values, encode
 from ._handle import Handle
 from ._log import log
 from ._progress import Progress, Watch
@@ -133,26 +133,29 @@ class CAE(Handle):
         return Training._of(report)
 
     @typing.overload
-    def encode(self, frames: ArrayLike, *, chi_square: typing.Literal[False] = False, threads: int = 0,
+    def encode(self, frames: ArrayLike, *, goodness: typing.Literal[False] = False, threads: int = 0,
                progress: Progress | bool | None = None) -> Values: ...
 
     @typing.overload
-    def encode(self, frames: ArrayLike, *, chi_square: typing.Literal[True], threads: int = 0,
-               progress: Progress | bool | None = None) -> tuple[Values, Values]: ...
+    def encode(self, frames: ArrayLike, *, goodness: typing.Literal[True], threads: int = 0,
+               progress: Progress | bool | None = None) -> tuple[Values, Fits]: ...
 
-    def encode(self, frames: ArrayLike, *, chi_square: bool = False, threads: int = 0,
-               progress: Progress | bool | None = None) -> Values | tuple[Values, Values]:
+    def encode(self, frames: ArrayLike, *, goodness: bool = False, threads: int = 0,
+               progress: Progress | bool | None = None) -> Values | tuple[Values, Fits]:
         """Encodes one frame [row][column] to its latent (px), a float; or frames [frame][row][column] to an array.
 
         Arrays of a pixel type of C (u1, u2, u4, i2, i4, f4, f8 and big-endian u2, u4, i2, f4) with contiguous rows are
         read in place; others are copied as float64.
 
-        chi_square: return a pair of the latents and the reduced chi-square of each frame against the scene's linear
-        model: 1 for frames of the scene, far larger for damaged ones.
+        Cosmic rays, hot and dead pixels are left out, up to 30 per frame. Issues a FitWarning if the chi-square of frames
+        against the scene's linear model is poor or too good.
+
+        goodness: return a pair of the latents and the goodness of fit: a FrameGoodness for one frame, or a structured
+        array with a field for each member of toliman_frame_goodness, whose `goodness` is a number TOLIMAN_GOODNESS_...
 
         Raises ValueError for another shape than `shape`, InputError for a non-finite count.
         """
-        return encode(library.toliman_cae_encode_many, self._c, frames, self.shape, chi_square, threads, progress)
+        return encode(library.toliman_cae_encode_many, self._c, frames, self.shape, goodness, threads, progress)
 
     @property
     def shape(self) -> tuple[int, int]:

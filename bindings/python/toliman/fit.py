@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _raw
 from ._arguments import Doubles, array_of, has_shape, of_kind, options_of, pointer, real, shaped, text, whole
+from ._goodness import warn_of
 from ._handle import Handle
 from ._library import check, library
 from ._pixels import frames_of, image_of
@@ -87,12 +88,14 @@ class Fit(Handle):
     def frame(self, frame: ArrayLike, *, time_days: float = 0, shift: tuple[float, float] = (0, 0),
               separation: float = 0, position_angle: float = 0) -> tuple[FitResult, Doubles, Doubles]:
         """Fits one frame [row][column]. Returns the result, the values of the parameters [n], and their covariance
-        [n][n]. The numbers of a frame that did not converge are NaN."""
+        [n][n]. The numbers of a frame that did not converge are NaN. Issues a FitWarning if the goodness is "poor" or
+        "too good"."""
         counts = shaped("frame", frame, self.shape)
         result, (values, covariance) = _raw.toliman_fit_result(), self._numbers()
         prediction = prediction_of(time_days, shift, separation, position_angle)
         check(library.toliman_fit_frame(self._c, pointer(counts), self.shape[1], ctypes.byref(prediction),
                                         ctypes.byref(result), pointer(values), pointer(covariance)))
+        warn_of(structured((_raw.toliman_fit_result * 1)(result)), stacklevel=3)
         return FitResult._of(result), values, covariance
 
     def frames(self, frames: ArrayLike, *, times_days: ArrayLike = 0, shifts: ArrayLike = (0, 0),
@@ -100,7 +103,7 @@ class Fit(Handle):
                progress: Progress | bool | None = None) -> NDArray:
         """Fits frames [frame][row][column] of any pixel type. The predictions are one number (shifts: one pair) for all
         frames, or one per frame. Returns a structured array with a field for each member of toliman_fit_result; `flags`
-        are the bits TOLIMAN_FIT_..."""
+        are the bits TOLIMAN_FIT_..., `goodness` a number TOLIMAN_GOODNESS_... Issues a FitWarning as frame()."""
         images, threads = frames_of(frames, self.shape), whole("threads", threads, 2**32)
         has_shape("frames", images, (-1, *self.shape))
         count = len(images)
@@ -115,7 +118,9 @@ class Fit(Handle):
                                                        ctypes.byref(predictions[first]), threads,
                                                        ctypes.byref(results[first])))
                 watch.step("fit", (first + len(array)) / count)
-        return structured(results)[:count]
+        found = structured(results)[:count]
+        warn_of(found, stacklevel=3)
+        return found
 
     def predict(self, *, time_days: float = 0, shift: tuple[float, float] = (0, 0), separation: float = 0,
                 position_angle: float = 0) -> tuple[Doubles, Doubles, Doubles]:

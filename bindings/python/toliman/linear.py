@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from . import _raw
 from ._library import check, library
 from ._arguments import Doubles, of_kind, options_of, pointer, real, whole
-from ._encode import Values, encode
+from ._encode import Fits, Values, encode
 from ._handle import Handle
 from ._log import log
 from ._pixels import frames_of, image_of
@@ -42,18 +42,18 @@ class Template(Handle):
         self.shape = simulator.shape
 
     @typing.overload
-    def encode(self, frames: ArrayLike, *, chi_square: typing.Literal[False] = False, threads: int = 0,
+    def encode(self, frames: ArrayLike, *, goodness: typing.Literal[False] = False, threads: int = 0,
                progress: Progress | bool | None = None) -> Values: ...
 
     @typing.overload
-    def encode(self, frames: ArrayLike, *, chi_square: typing.Literal[True], threads: int = 0,
-               progress: Progress | bool | None = None) -> tuple[Values, Values]: ...
+    def encode(self, frames: ArrayLike, *, goodness: typing.Literal[True], threads: int = 0,
+               progress: Progress | bool | None = None) -> tuple[Values, Fits]: ...
 
-    def encode(self, frames: ArrayLike, *, chi_square: bool = False, threads: int = 0,
-               progress: Progress | bool | None = None) -> Values | tuple[Values, Values]:
+    def encode(self, frames: ArrayLike, *, goodness: bool = False, threads: int = 0,
+               progress: Progress | bool | None = None) -> Values | tuple[Values, Fits]:
         """Estimates the displacement (px) of one frame [row][column], a float; or of frames [frame][row][column], an
-        array. Pixel types, chi_square and exceptions as in CAE.encode."""
-        return encode(library.toliman_linear_encode_many, self._c, frames, self.shape, chi_square, threads, progress)
+        array. Pixel types, goodness, warnings and exceptions as in CAE.encode."""
+        return encode(library.toliman_linear_encode_many, self._c, frames, self.shape, goodness, threads, progress)
 
     @property
     def sigma(self) -> float:

@@ -91,11 +91,13 @@ def _with_scene(scene: Scene, folder: str | os.PathLike[str] | None, of_path: ty
     return of_path(_path_of(scene), *rest)
 
 
-def _options(watch: Watch, threads: int, engine: str | None) -> typing.Any:
+def _options(watch: Watch, threads: int, engine: str | None,
+             bad_pixels: str | os.PathLike[str] | None = None) -> typing.Any:
     return options_of(_raw.toliman_sim_options, library.toliman_sim_options_init,
                       threads=whole("threads", threads, 2**32),
                       progress=watch.callback, log=log,
-                      engine=0 if engine is None else number("engine", engine, "TOLIMAN_SIM_ENGINE"))
+                      engine=0 if engine is None else number("engine", engine, "TOLIMAN_SIM_ENGINE"),
+                      bad_pixels=None if bad_pixels is None else file_name(bad_pixels))
 
 
 def _stage_names() -> typing.Iterator[bytes]:
@@ -154,6 +156,7 @@ class Simulator(Handle):
     folder: base of relative file names in a dict; the current folder by default.
     threads: number of worker threads; 0 means one per processor. The result does not depend on it.
     engine: "matrix_dft" (default), with exact pixel positions, or "padded_fft", as in the chapter.
+    bad_pixels: path of a .npy file that replaces the scene's detector.bad_pixels.
     progress: True for a progress bar, or a function of (stage, fraction) that cancels by returning a true value.
 
     Frames and expected images are in photons; in electrons if the detector has qe; in DN if it has a gain, bias or bit
@@ -166,10 +169,11 @@ class Simulator(Handle):
     _kind, _destroy = _raw.toliman_sim, "toliman_sim_destroy"
 
     def __init__(self, scene: Scene, *, folder: str | os.PathLike[str] | None = None, threads: int = 0,
-                 engine: str | None = None, progress: Progress | bool | None = None):
+                 engine: str | None = None, bad_pixels: str | os.PathLike[str] | None = None,
+                 progress: Progress | bool | None = None):
         warn_of_slow_blas()
         with Watch(progress) as watch:
-            options = _options(watch, threads, engine)
+            options = _options(watch, threads, engine, bad_pixels)
             created = self._create(_with_scene, scene, folder, library.toliman_sim_create_file,
                                      library.toliman_sim_create_json, ctypes.byref(options), keep=options,
                                      check=watch.check)

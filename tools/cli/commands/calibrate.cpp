@@ -49,6 +49,7 @@ void add_calibrate(CLI::App &app, Context &context) {
     auto options = std::make_shared<Options>();
     CalibrationRequest &request = options->request;
     add_scene(*command, request.scene);
+    add_bad_pixels(*command, request.bad_pixels);
     request.frames.add_to(*command,
                           "seconds from frame to frame, default the times of the table FRAMES of a FITS file, "
                           "or else those of the scene's frames");

@@ -50,6 +50,12 @@ void add_system(CLI::App &command, std::string &name) {
         ->required();
 }
 
+void add_bad_pixels(CLI::App &command, std::string &path) {
+    add_option(&command, "--bad-pixels", path, "FILE",
+               "pixels that are not used, instead of those of the scene's detector.bad_pixels: .npy of the frames' shape, 0 "
+               "for a good pixel");
+}
+
 void add_scene(CLI::App &command, std::string &name) {
     command.add_option("SCENE", name, "scene file (JSON, schema toliman-scene/1), or the name of a shipped scene")
         ->type_name("")

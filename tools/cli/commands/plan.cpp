@@ -138,6 +138,8 @@ void print_summary(const toliman_sim_plan_info &plan, const SetUp &found) {
              plan.pixel_error, "");
     else
         line("pixels", "sampled at their centres", 0, "");
+    if (plan.bad_pixels > 0)
+        std::printf("bad pixels    %lld, which no estimator uses\n", static_cast<long long>(plan.bad_pixels));
     print_pupil_note(plan);
     std::printf("set-up        %.3g GFLOP, %.2g s\n", plan.setup_flops * 1e-9, plan.setup_s);
     std::printf("per frame     %.3g MFLOP, %.2g ms including noise\n", plan.frame_flops * 1e-6, plan.frame_s * 1e3);

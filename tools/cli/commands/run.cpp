@@ -19,7 +19,7 @@ namespace cli {
 namespace {
 
 struct Options {
-    std::string scene, folder;
+    std::string scene, folder, bad_pixels;
     uint64_t seed = 0;
     Controls controls = Controls::full;
     bool seed_given = false, as_json = false;
@@ -145,7 +145,7 @@ void draw(const Scene &scene, const cJSON *telescope, uint64_t seed, Pictures &p
 
 void run(const Options &options, Progress &progress) {
     const auto start = std::chrono::steady_clock::now();
-    const Scene scene(options.scene, progress);
+    const Scene scene(options.scene, progress, options.bad_pixels);
     check_cadence(scene, "run");
     const Cadence cadence(scene);
     const std::string name = toliman_sim_get_name(scene.sim.get());
@@ -179,6 +179,7 @@ void add_run(CLI::App &app, Context &context) {
     CLI::App *command = add_command(app, "run");
     auto options = std::make_shared<Options>();
     add_scene(*command, options->scene);
+    add_bad_pixels(*command, options->bad_pixels);
     add_option(command, "--out", options->folder, "FOLDER",
                "folder for the results; default NAME.run, where NAME is the name of the scene, or scene.run if "
                "it has none");

@@ -23,7 +23,7 @@ namespace {
 
 struct Options {
     std::string scene, out, payload = "float32", mode = "tied", layout = "flight", input = "whitened", centre = "scene",
-                            resume, log;
+                            resume, log, bad_pixels;
     std::optional<std::string> bank; // its dates
     std::string free;                // further parameters of the fit of a bank
     uint64_t seed = 1;
@@ -206,7 +206,7 @@ struct Epochs {
 
 void train_network(const Options &options, OutputFile &out, Progress &progress) {
     check_network(options);
-    const Scene scene(options.scene, progress);
+    const Scene scene(options.scene, progress, options.bad_pixels);
     auto [cae, how, seed] =
         options.resume.empty() ? new_training(scene, options, progress) : resumed_training(scene, options);
     const bool tied = how.mode == TOLIMAN_CAE_MODE_TIED;
@@ -253,7 +253,7 @@ void train_network(const Options &options, OutputFile &out, Progress &progress) 
 
 void train_bank(const Options &options, OutputFile &out, Progress &progress) {
     check_bank_mode(options);
-    BankRequest request = {options.scene, options.free, options.bank.value_or(""), options.resume,
+    BankRequest request = {options.scene, options.free, options.bad_pixels, options.bank.value_or(""), options.resume,
                            toliman::sized<toliman_bank_options>()};
     request.options.layout = kLayouts.at(options.layout);
     request.options.spacing_px = options.spacing;
@@ -291,6 +291,7 @@ void add_train(CLI::App &app, Context &context) {
     CLI::App *command = add_command(app, "train");
     auto options = std::make_shared<Options>();
     add_scene(*command, options->scene);
+    add_bad_pixels(*command, options->bad_pixels);
     add_option(command, "--out", options->out, "FILE",
                "weights file to write (.tlmw, a bank .tlmb); - writes to standard output")
         ->required();

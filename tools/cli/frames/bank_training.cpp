@@ -89,7 +89,7 @@ void BankRequest::check() const {
 }
 
 BankTraining::BankTraining(const BankRequest &request, Progress &progress)
-    : scene_fit_(request.scene, request.free, progress),
+    : scene_fit_(request.scene, request.free, request.bad_pixels, progress),
       bank_(request.resume.empty() ? new_bank(request, scene_fit_) : resumed_bank(request, scene_fit_)) {}
 
 bool BankTraining::run(Progress &progress) {

@@ -9,7 +9,7 @@
 namespace cli {
 
 struct BankRequest {
-    std::string scene, free;
+    std::string scene, free, bad_pixels;
     std::string dates;                 // DATE:DATE, or "frames": those of the scene's frames
     std::string resume;                // the file of a bank; dates and options are then those of the file
     toliman_bank_options options = {}; // without dates

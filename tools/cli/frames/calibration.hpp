@@ -39,7 +39,7 @@ struct FrameSet {
 
 struct CalibrationRequest {
     FrameOptions frames;
-    std::string scene, out, free;
+    std::string scene, out, free, bad_pixels;
     bool by_free = false, resume = false;
     toliman_calibration_options options = toliman::sized<toliman_calibration_options>();
 };

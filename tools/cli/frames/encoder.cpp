@@ -10,12 +10,13 @@ namespace cli {
 
 namespace {
 
-constexpr double kFarSigmas = 1000, kFarChiSquareSigmas = 5;
+constexpr double kFarSigmas = 1000;
 
 // A network or a template: one value per frame.
 class ValueEncoder final : public Encoder {
   public:
-    ValueEncoder(const Estimator &estimator, size_t most) : values_(most), squares_(most) {
+    ValueEncoder(const Estimator &estimator, size_t most)
+        : values_(most), fits_(most, toliman::sized<toliman_frame_goodness>()) {
         if (estimator.network) {
             cae_ = estimator.network->cae.get();
             const toliman_cae_info &info = estimator.network->info;
@@ -24,48 +25,61 @@ class ValueEncoder final : public Encoder {
             linear_ = estimator.linear.get();
             toliman::check(toliman_linear_get_sigma(linear_, &sigma_));
         }
-        chi_square_sigma_ = std::sqrt(2 / static_cast<double>(estimator.rows * estimator.cols));
+        columns_ = std::string(linear_ != nullptr ? "displacement_px" : sigma_ > 0 ? "latent_px" : "latent") + "," +
+                   kGoodnessColumns;
     }
 
-    const char *columns() const override {
-        if (linear_ != nullptr)
-            return "displacement_px,chi_square";
-        return sigma_ > 0 ? "latent_px,chi_square" : "latent,chi_square";
-    }
+    const char *columns() const override { return columns_.c_str(); }
 
     toliman_status encode(const toliman_image &image, size_t, size_t count) override {
         return linear_ != nullptr
-                   ? toliman_linear_encode_many(linear_, &image, count, 0, values_.data(), squares_.data())
-                   : toliman_cae_encode_many(cae_, &image, count, 0, values_.data(), squares_.data());
+                   ? toliman_linear_encode_many(linear_, &image, count, 0, values_.data(), fits_.data())
+                   : toliman_cae_encode_many(cae_, &image, count, 0, values_.data(), fits_.data());
     }
 
-    std::string line(size_t i) const override { return formatted("%.17g,%.6g", values_[i], squares_[i]); }
+    std::string line(size_t i) const override {
+        return formatted("%.17g,", values_[i]) + goodness_cells(fits_[i]);
+    }
 
-    // A latent without unit is not judged, only the chi-square.
+    // A latent without unit is not judged, only the fit.
     std::vector<Doubt> doubts(size_t i) const override {
-        const char *const value = linear_ != nullptr ? "displacement" : "latent";
-        std::string text;
+        std::vector<Doubt> doubts;
         if (sigma_ > 0 && std::fabs(values_[i]) > kFarSigmas * sigma_)
-            text = formatted("a %s of %.3g px is far beyond the noise of %.3g px", value, values_[i], sigma_);
-        else if (!(std::fabs(squares_[i] - 1) <= kFarChiSquareSigmas * chi_square_sigma_))
-            text = formatted("a chi-square of %.3g differs from 1 +- %.3g, that of the scene's noise", squares_[i],
-                             chi_square_sigma_);
-        if (text.empty())
-            return {};
-        text += std::string(": is this frame of the ") + (linear_ != nullptr ? "template" : "network") +
-                "'s scene, pointing and exposure?";
-        return {{"differ from the scene", text}};
+            doubts.push_back({"differ from the scene",
+                              formatted("a %s of %.3g px is far beyond the noise of %.3g px: is this frame of the %s's "
+                                        "scene, pointing and exposure?",
+                                        linear_ != nullptr ? "displacement" : "latent", values_[i], sigma_,
+                                        linear_ != nullptr ? "template" : "network")});
+        doubt_goodness(fits_[i], doubts);
+        return doubts;
     }
 
   private:
     const toliman_cae *cae_ = nullptr;
     const toliman_linear *linear_ = nullptr;
     double sigma_ = 0; // of a value; 0: unknown
-    double chi_square_sigma_;
-    std::vector<double> values_, squares_;
+    std::vector<double> values_;
+    std::vector<toliman_frame_goodness> fits_;
+    std::string columns_;
 };
 
 } // namespace
+
+std::string goodness_cells(const toliman_frame_goodness &fit) {
+    return formatted("%.6g,%.6g,%.4g,%s,%u", fit.chi_square, fit.chi_square_sigma, fit.largest_residual,
+                     toliman_goodness_name(fit.goodness), fit.bad_pixels);
+}
+
+void doubt_goodness(const toliman_frame_goodness &fit, std::vector<Doubt> &doubts) {
+    const bool poor = fit.goodness == TOLIMAN_GOODNESS_POOR;
+    if (!poor && fit.goodness != TOLIMAN_GOODNESS_TOO_GOOD)
+        return;
+    doubts.push_back({poor ? "have a poor fit" : "have a fit that is too good",
+                      formatted("the fit is %s: a chi-square of %.3g differs from 1 +- %.3g, that of the scene's noise: %s",
+                                toliman_goodness_name(fit.goodness), fit.chi_square, fit.chi_square_sigma,
+                                poor ? "the frame is damaged, or the scene lacks an effect"
+                                     : "are the counts in the unit of the scene?")});
+}
 
 std::unique_ptr<Encoder> make_encoder(const Estimator &estimator, size_t most, const FrameClock &clock,
                                       Progress &progress) {

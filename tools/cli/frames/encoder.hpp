@@ -17,6 +17,21 @@ struct Doubt {
     std::string text; // of one frame
 };
 
+// The columns of a goodness of fit, and its cells; Result has the members of toliman_frame_goodness.
+inline constexpr char kGoodnessColumns[] = "chi_square,chi_square_sigma,largest_residual,goodness,bad_pixels";
+std::string goodness_cells(const toliman_frame_goodness &fit);
+template <class Result> toliman_frame_goodness goodness_of(const Result &result) {
+    auto fit = toliman::sized<toliman_frame_goodness>();
+    fit.goodness = result.goodness;
+    fit.chi_square = result.chi_square;
+    fit.chi_square_sigma = result.chi_square_sigma;
+    fit.largest_residual = result.largest_residual;
+    fit.bad_pixels = result.bad_pixels;
+    return fit;
+}
+// Adds the doubt about a fit that is poor or too good.
+void doubt_goodness(const toliman_frame_goodness &fit, std::vector<Doubt> &doubts);
+
 // What a fit measured in a frame.
 struct Separation {
     std::optional<int64_t> tai_ns; // as Predictions

@@ -32,6 +32,7 @@ void EstimatorOptions::add_to(CLI::App &command) {
                "scene file; fit its forward model to each frame, which follows moving stars");
     add_option(&command, "--free", free, "NAMES",
                "with --fit: further free parameters, in quotes and separated by spaces, e.g. \"scale jitter_xx\"");
+    add_bad_pixels(command, bad_pixels);
 }
 
 void EstimatorOptions::check() const {
@@ -42,6 +43,9 @@ void EstimatorOptions::check() const {
                       "give only one of --weights, --template and --fit, or --fit with the --weights of a bank");
     if (!free.empty() && fit.empty())
         throw Failure(kExitUsage, "--free " + free + ": needs --fit");
+    if (!bad_pixels.empty() && scene.empty() && fit.empty())
+        throw Failure(kExitUsage, "--bad-pixels " + bad_pixels + ": needs --fit or --template: a network has those of its "
+                                                                 "training (`toliman train --bad-pixels`)");
 }
 
 Estimator::Estimator(const EstimatorOptions &given, Progress &progress) {
@@ -58,7 +62,7 @@ Estimator::Estimator(const EstimatorOptions &given, Progress &progress) {
         return;
     }
     const StopLimit limit;
-    const Scene scene(given.scene, progress);
+    const Scene scene(given.scene, progress, given.bad_pixels);
     rows = scene.info.rows;
     cols = scene.info.cols;
     exposure_s = scene.info.exposure_s;
@@ -71,7 +75,7 @@ void Estimator::set_fit(const EstimatorOptions &given, Progress &progress) {
     const StopLimit limit;
     if (!given.weights.empty())
         bank = trained_bank(given.weights);
-    SceneFit made(given.fit, given.free, progress);
+    SceneFit made(given.fit, given.free, given.bad_pixels, progress);
     rows = made.scene.info.rows;
     cols = made.scene.info.cols;
     exposure_s = made.scene.info.exposure_s;

@@ -18,7 +18,7 @@ namespace cli {
 struct EstimatorOptions {
     void add_to(CLI::App &command);
     void check() const; // of what needs no file
-    std::string weights, scene, fit, free;
+    std::string weights, scene, fit, free, bad_pixels;
 };
 
 // One of them. It must outlive a tracker that uses it.

@@ -15,7 +15,6 @@ namespace {
 using Flags = std::vector<std::pair<uint32_t, const char *>>;
 
 const Flags kFitFlags = {{TOLIMAN_FIT_NOT_CONVERGED, "not_converged"},
-                         {TOLIMAN_FIT_OUTLIER, "outlier"},
                          {TOLIMAN_FIT_SATURATED, "saturated"},
                          {TOLIMAN_FIT_EDGE, "edge"},
                          {TOLIMAN_FIT_SEARCHED, "searched"}};
@@ -39,11 +38,7 @@ std::vector<Doubt> fit_doubts(const toliman_fit_result &result) {
     std::vector<Doubt> doubts;
     if ((result.flags & TOLIMAN_FIT_NOT_CONVERGED) != 0)
         doubts.push_back({"did not converge", "the fit did not converge: its numbers are nan"});
-    if ((result.flags & TOLIMAN_FIT_OUTLIER) != 0)
-        doubts.push_back({"have a chi-square far above 1",
-                          formatted("a chi-square of %.3g is more than 6 sigma above 1: the frame is damaged, or "
-                                    "the scene lacks something",
-                                    result.chi_square)});
+    doubt_goodness(goodness_of(result), doubts);
     if ((result.flags & TOLIMAN_FIT_SEARCHED) != 0)
         doubts.push_back({"have their stars elsewhere than predicted",
                           "the stars were not at their predicted places, and were searched for"});
@@ -55,7 +50,8 @@ class FitEncoder final : public Encoder {
     FitEncoder(const Estimator &estimator, size_t most, const FrameClock &clock, Progress &progress)
         : fit_(estimator.fit.get()), predictions_(estimator.times, most, clock, progress),
           results_(most, toliman::sized<toliman_fit_result>()),
-          columns_(std::string("displacement_px,chi_square,separation_px,separation_sigma_px,") + kPlaceColumns) {}
+          columns_(std::string("displacement_px,") + kGoodnessColumns + ",separation_px,separation_sigma_px," +
+                   kPlaceColumns) {}
 
     const char *columns() const override { return columns_.c_str(); }
     void open(FrameFile &frames) override { predictions_.open(frames); }
@@ -68,8 +64,8 @@ class FitEncoder final : public Encoder {
         const toliman_fit_result &result = results_[i];
         std::vector<std::string> words;
         add_words(kFitFlags, result.flags, words);
-        return formatted("%.17g,%.6g,%.17g,%.6g,", result.displacement_px, result.chi_square, result.separation_px,
-                         result.separation_sigma_px) +
+        return formatted("%.17g,", result.displacement_px) + goodness_cells(goodness_of(result)) +
+               formatted(",%.17g,%.6g,", result.separation_px, result.separation_sigma_px) +
                place_words(result) + joined(words, "+");
     }
 
@@ -91,9 +87,8 @@ class BankEncoder final : public Encoder {
         : estimator_(estimator), info_(info_from<toliman_bank_info>(toliman_bank_get_info, estimator.bank.get())),
           predictions_(estimator.times, most, clock, progress), results_(most, toliman::sized<toliman_bank_result>()),
           fits_(most, toliman::sized<toliman_fit_result>()),
-          columns_(std::string("displacement_px,chi_square,separation_px,separation_sigma_px,efficiency,network,"
-                               "fit_displacement_px,") +
-                   kPlaceColumns) {}
+          columns_(std::string("displacement_px,") + kGoodnessColumns +
+                   ",separation_px,separation_sigma_px,efficiency,network,fit_displacement_px," + kPlaceColumns) {}
 
     const char *columns() const override { return columns_.c_str(); }
     void open(FrameFile &frames) override { predictions_.open(frames); }
@@ -113,9 +108,9 @@ class BankEncoder final : public Encoder {
         std::vector<std::string> words;
         add_words(kFitFlags, fit.flags, words);
         add_words(kBankFlags, result.flags, words);
-        return formatted("%.17g,%.6g,%.17g,%.6g,%.6g,%d,%.17g,", result.displacement_px, fit.chi_square,
-                         result.separation_px, result.sigma_px, result.efficiency, result.network,
-                         fit.displacement_px) +
+        return formatted("%.17g,", result.displacement_px) + goodness_cells(goodness_of(result)) +
+               formatted(",%.17g,%.6g,%.6g,%d,%.17g,", result.separation_px, result.sigma_px, result.efficiency,
+                         result.network, fit.displacement_px) +
                place_words(fit) + joined(words, "+");
     }
 

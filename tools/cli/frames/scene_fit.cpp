@@ -18,11 +18,12 @@ void log_calibration(int32_t level, const char *text, void *progress) {
         Progress::log(level, text, progress);
 }
 
-Scene scene_with(toliman_log_fn log, const std::string &file, Progress &progress) {
+Scene scene_with(toliman_log_fn log, const std::string &file, Progress &progress, const std::string &bad_pixels) {
     auto options = toliman::sized<toliman_sim_options>();
     options.progress = Progress::callback;
     options.progress_data = options.log_data = &progress;
     options.log = log;
+    options.bad_pixels = bad_pixels.empty() ? nullptr : bad_pixels.c_str();
     return Scene(file, options);
 }
 
@@ -59,16 +60,17 @@ toliman::frame_fit make_fit(const std::string &list, const std::vector<const Sce
 }
 
 // The scenes of all windows but the first.
-std::vector<Scene> further_scenes(const std::vector<WindowScene> &windows, Progress &progress) {
+std::vector<Scene> further_scenes(const std::vector<WindowScene> &windows, const std::string &bad_pixels,
+                                  Progress &progress) {
     std::vector<Scene> scenes;
     for (size_t i = 1; i < windows.size(); i++)
-        scenes.push_back(scene_to_fit(windows[i].scene, progress));
+        scenes.push_back(scene_to_fit(windows[i].scene, progress, bad_pixels));
     return scenes;
 }
 
 toliman::frame_fit make_fit(const std::string &list, const Scene &first, const std::vector<WindowScene> &windows,
-                            const std::string &free, Progress &progress) {
-    const std::vector<Scene> further = further_scenes(windows, progress);
+                            const std::string &free, const std::string &bad_pixels, Progress &progress) {
+    const std::vector<Scene> further = further_scenes(windows, bad_pixels, progress);
     std::vector<const Scene *> scenes = {&first};
     std::vector<double> starts;
     for (const Scene &scene : further)
@@ -80,19 +82,20 @@ toliman::frame_fit make_fit(const std::string &list, const Scene &first, const s
 
 } // namespace
 
-Scene scene_to_fit(const std::string &file, Progress &progress) {
-    return scene_with(log_calibration, file, progress);
+Scene scene_to_fit(const std::string &file, Progress &progress, const std::string &bad_pixels) {
+    return scene_with(log_calibration, file, progress, bad_pixels);
 }
 
-Scene scene_to_calibrate(const std::string &file, Progress &progress) {
-    return scene_with(log_news, file, progress);
+Scene scene_to_calibrate(const std::string &file, Progress &progress, const std::string &bad_pixels) {
+    return scene_with(log_news, file, progress, bad_pixels);
 }
 
-SceneFit::SceneFit(const std::string &file, const std::string &free, Progress &progress)
-    : SceneFit(file, windows_of(file), free, progress) {}
+SceneFit::SceneFit(const std::string &file, const std::string &free, const std::string &bad_pixels, Progress &progress)
+    : SceneFit(file, windows_of(file), free, bad_pixels, progress) {}
 
 SceneFit::SceneFit(const std::string &file, const std::vector<WindowScene> &windows, const std::string &free,
-                   Progress &progress)
-    : scene(scene_to_fit(windows[0].scene, progress)), fit(make_fit(file, scene, windows, free, progress)) {}
+                   const std::string &bad_pixels, Progress &progress)
+    : scene(scene_to_fit(windows[0].scene, progress, bad_pixels)),
+      fit(make_fit(file, scene, windows, free, bad_pixels, progress)) {}
 
 } // namespace cli

@@ -58,6 +58,9 @@ CLI::Option *add_option(CLI::App *command, const char *name, Value &value, const
 // The positional SCENE of many commands.
 void add_scene(CLI::App &command, std::string &name);
 
+// --bad-pixels, the path of a file.
+void add_bad_pixels(CLI::App &command, std::string &path);
+
 // The positional SYSTEM.
 void add_system(CLI::App &command, std::string &name);
 

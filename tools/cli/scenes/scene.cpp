@@ -16,10 +16,11 @@ namespace cli {
 
 namespace {
 
-toliman_sim_options options_with(Progress &progress) {
+toliman_sim_options options_with(Progress &progress, const std::string &bad_pixels) {
     auto options = with_warnings<toliman_sim_options>(progress);
     options.progress = Progress::callback;
     options.progress_data = &progress;
+    options.bad_pixels = bad_pixels.empty() ? nullptr : bad_pixels.c_str();
     return options;
 }
 
@@ -72,7 +73,8 @@ bool has_stage(const toliman_sim_plan_info &plan, const char *name) {
     return modelled != 0;
 }
 
-Scene::Scene(const std::string &file, Progress &progress) : Scene(file, options_with(progress)) {}
+Scene::Scene(const std::string &file, Progress &progress, const std::string &bad_pixels)
+    : Scene(file, options_with(progress, bad_pixels)) {}
 
 Scene::Scene(const std::string &file, const toliman_sim_options &options)
     : path(scene_path(file, options)), sim(simulator_of(path, options)),

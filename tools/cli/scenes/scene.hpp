@@ -25,7 +25,8 @@ std::string scene_path(const std::string &name, const toliman_sim_options &optio
 bool has_stage(const toliman_sim_plan_info &plan, const char *name);
 
 struct Scene {
-    Scene(const std::string &file, Progress &progress);
+    // bad_pixels: file that replaces that of the scene; "": none does.
+    Scene(const std::string &file, Progress &progress, const std::string &bad_pixels = "");
     Scene(const std::string &file, const toliman_sim_options &options);
     // A variant of a scene file as JSON; its relative file names start at the folder of `file`. No progress or
     // warnings.
