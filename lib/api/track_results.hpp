@@ -7,6 +7,7 @@
 
 #include "api/choice.hpp"
 #include "api/goodness.hpp"
+#include "api/text_out.hpp"
 #include "base/name.hpp"
 #include "track/tracker.hpp"
 
