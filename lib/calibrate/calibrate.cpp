@@ -60,6 +60,7 @@ class Calibrator {
     void choose_sign(const std::vector<bool> &even);
     bool is_possible(const Point &trial) const;
     void refresh_planes(const Point &point);
+    Linearisation linearised_at(const Point &trial, double blend);
     size_t unknowns() const noexcept {
         return problem_.frames.count * kOwn + problem_.windows.size() * problem_.free.size();
     }
@@ -148,6 +149,23 @@ bool Calibrator::is_complete() const noexcept {
     return per_freedom(normal_) < chi_square_quantile(sigma, kFrameSigmas);
 }
 
+Linearisation lost() {
+    Linearisation nothing;
+    nothing.lost = true;
+    return nothing;
+}
+
+// A scene far from the minimum may be refused, as with a scale at which the frame shows aliases: lost.
+Linearisation Calibrator::linearised_at(const Point &trial, double blend) try {
+    refresh_planes(trial);
+    return linearise(problem_, trial, *planes_, blend);
+} catch (const Error &error) {
+    if (error.status() != Status::scene)
+        throw;
+    refresh_planes(point_);
+    return lost();
+}
+
 // patience: iterations after which chi-square must be below that to beat; 0: any number.
 bool Calibrator::iterate(Calibration &out, int patience) {
     double damping = kFirstDamping, blend = 1;
@@ -162,14 +180,9 @@ bool Calibrator::iterate(Calibration &out, int patience) {
         out.iterations++;
         const Step step = step_from(problem_, point_, normal_, blend > 0 ? damping : 0);
         const Point trial = step.solvable ? moved(point_, step.change) : point_;
-        Linearisation next;
-        next.lost = true;
         const bool near = step.solvable && step.largest < kNear && normal_.excess < kGoodFit;
         const double next_blend = near ? 0 : blend;
-        if (step.solvable && is_possible(trial)) {
-            refresh_planes(trial);
-            next = linearise(problem_, trial, *planes_, next_blend);
-        }
+        Linearisation next = step.solvable && is_possible(trial) ? linearised_at(trial, next_blend) : lost();
         const double before = per_freedom(normal_);
         const bool better = next.chi_square / normal_.excess + prior_cost(problem_, trial) <
                             normal_.chi_square / normal_.excess + prior_cost(problem_, point_);
