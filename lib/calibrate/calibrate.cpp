@@ -10,7 +10,9 @@
 // from 20 nm of aberrations, 7 or 8 from 100 nm.
 // Where the pupil is nearly symmetric, aberrations of even azimuthal order with the opposite sign give nearly the same
 // image: a second minimum, at which the steps from 100 nm may end. A poor fit is therefore continued from there, too,
-// unless its even aberrations are too small for it (start.cpp).
+// unless its even aberrations are too small for it (start.cpp), or the frames are farther from there: at 26 second
+// minima, the sum of squares was 3 to 21 times that at the point with the opposite even aberrations; at the right
+// minimum of an incomplete model it is smaller.
 #include "calibrate/calibrate.hpp"
 
 #include <algorithm>
@@ -38,9 +40,10 @@ constexpr double kStale = 0.01;         // of the width of a prior: derivatives 
 constexpr double kFarthest = 10;        // standard deviations of its prior that a parameter may be from 0
 constexpr double kFarStep = 3;          // px; a longer step of a star leads nowhere
 constexpr double kLeastFlux = -0.9;
-constexpr int kMostHalvings = 3; // of a step of the map
-constexpr double kEvenStart = 3; // nm, of aberrations that have no first-order effect
-constexpr int kMirrorTrial = 4;  // iterations, after which the second minimum must be the better one
+constexpr int kMostHalvings = 3;     // of a step of the map
+constexpr double kEvenStart = 3;     // nm, of aberrations that have no first-order effect
+constexpr double kMirrorShare = 0.7; // of the least rms of even aberrations at a second minimum (start.cpp)
+constexpr int kMirrorTrial = 4;      // iterations, after which the second minimum must be the better one
 
 class Calibrator {
   public:
@@ -57,6 +60,7 @@ class Calibrator {
     void choose_sign(const std::vector<bool> &even);
     bool is_possible(const Point &trial) const;
     void refresh_planes(const Point &point);
+    Linearisation linearised_at(const Point &trial, double blend);
     size_t unknowns() const noexcept {
         return problem_.frames.count * kOwn + problem_.windows.size() * problem_.free.size();
     }
@@ -145,6 +149,23 @@ bool Calibrator::is_complete() const noexcept {
     return per_freedom(normal_) < chi_square_quantile(sigma, kFrameSigmas);
 }
 
+Linearisation lost() {
+    Linearisation nothing;
+    nothing.lost = true;
+    return nothing;
+}
+
+// A scene far from the minimum may be refused, as with a scale at which the frame shows aliases: lost.
+Linearisation Calibrator::linearised_at(const Point &trial, double blend) try {
+    refresh_planes(trial);
+    return linearise(problem_, trial, *planes_, blend);
+} catch (const Error &error) {
+    if (error.status() != Status::scene)
+        throw;
+    refresh_planes(point_);
+    return lost();
+}
+
 // patience: iterations after which chi-square must be below that to beat; 0: any number.
 bool Calibrator::iterate(Calibration &out, int patience) {
     double damping = kFirstDamping, blend = 1;
@@ -159,14 +180,9 @@ bool Calibrator::iterate(Calibration &out, int patience) {
         out.iterations++;
         const Step step = step_from(problem_, point_, normal_, blend > 0 ? damping : 0);
         const Point trial = step.solvable ? moved(point_, step.change) : point_;
-        Linearisation next;
-        next.lost = true;
         const bool near = step.solvable && step.largest < kNear && normal_.excess < kGoodFit;
         const double next_blend = near ? 0 : blend;
-        if (step.solvable && is_possible(trial)) {
-            refresh_planes(trial);
-            next = linearise(problem_, trial, *planes_, next_blend);
-        }
+        Linearisation next = step.solvable && is_possible(trial) ? linearised_at(trial, next_blend) : lost();
         const double before = per_freedom(normal_);
         const bool better = next.chi_square / normal_.excess + prior_cost(problem_, trial) <
                             normal_.chi_square / normal_.excess + prior_cost(problem_, point_);
@@ -208,7 +224,7 @@ bool Calibrator::iterate_mirrored(Calibration &out, bool found) {
     const optics::Outline outline = optics::outline_of(flat, problem_.settings);
     const optics::Pupil &pupil = outline.pupil;
     const std::vector<double> &wavelengths = outline.light.wavelength_m;
-    const double least_nm = 1e9 * least_mirrored_m(pupil, wavelengths[wavelengths.size() / 2]);
+    const double least_nm = kMirrorShare * 1e9 * least_mirrored_m(pupil, wavelengths[wavelengths.size() / 2]);
     Point mirrored = point_;
     double squares = 0;
     for (size_t i = 0; i < problem_.free.size(); i++) {
@@ -221,10 +237,10 @@ bool Calibrator::iterate_mirrored(Calibration &out, bool found) {
             window[i] = -window[i] - 2 * nominal;
         }
     }
-    if (getenv("MIR"))
-        fprintf(stderr, "mirror: even %g nm, least %g nm\n", std::sqrt(squares / (double)mirrored.instrument.size()),
-                least_nm);
     if (squares < least_nm * least_nm * static_cast<double>(mirrored.instrument.size()))
+        return found;
+    const Linearisation there = linearise(problem_, mirrored, *planes_, 0);
+    if (there.lost || there.chi_square > normal_.chi_square)
         return found;
     const Point before = point_;
     chi_square_to_beat_ = per_freedom(normal_);

@@ -39,7 +39,6 @@ namespace toliman::calibrate {
 namespace {
 
 constexpr double kLeastCurvature = 1e-3; // of the other parity's
-constexpr double kProbeTolerance = 0.03; // s'A^-1 s converges twice as fast as A^-1 s
 
 bool is_in_map(const Free &free) noexcept {
     return free.parameter.kind == Parameter::Kind::focus || free.parameter.kind == Parameter::Kind::zernike;
@@ -218,8 +217,9 @@ void MapFit::finish(const MapFrames::Residuals &given, const Buffer<double> &unk
     step.rms_m = rms_of(opd_m, outline_.pupil.amplitude);
 }
 
-// tr(1 - e A^-1), from one vector of random signs s: its expectation is s's - e s'A^-1 s (Hutchinson 1990), with a
-// standard deviation of about the square root of twice the result.
+// tr(A^-1 (A - e)), from one vector of random signs s: it is the expectation of s'A^-1 (A - e) s (Hutchinson 1990), with
+// a standard deviation of about the square root of twice the result. A^-1 stands for the conjugate gradients, which end
+// as early as those of a step: directions that they do not reach fit no noise.
 double MapFit::parameters() {
     MapStep step;
     MapFrames::Residuals given;
@@ -227,7 +227,9 @@ double MapFit::parameters() {
         return 0;
     measure_curvature();
     const Buffer<double> probe = signs(1);
-    return std::max(0.0, dot(probe, probe) - excess_ * dot(probe, solve(probe, step)));
+    Buffer<double> right = product(probe);
+    add_scaled(-excess_, probe, right);
+    return std::max(0.0, dot(probe, solve(right, step)));
 }
 
 MapStep MapFit::step() {
@@ -253,7 +255,6 @@ MapStep MapFit::step() {
 double map_parameters(const Problem &problem, const Point &point, double rms_m) {
     MapOptions options;
     options.rms_m = rms_m;
-    options.tolerance = kProbeTolerance;
     return MapFit(problem, point, options).parameters();
 }
 

@@ -27,7 +27,7 @@ struct MapStep {
 MapStep map_step(const Problem &problem, const Point &point, const MapOptions &options);
 
 // The effective number of parameters of the map: the trace of the matrix that gives the fitted frames from the given
-// ones. 0 if there is no solution.
+// ones. Takes as long as a step. 0 if there is no solution.
 double map_parameters(const Problem &problem, const Point &point, double rms_m);
 
 } // namespace toliman::calibrate

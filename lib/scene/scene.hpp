@@ -159,8 +159,8 @@ struct Noise {
 
 // Verdict of the calibration that fitted the scene.
 struct SceneCalibration {
-    Goodness goodness;  // of its frames; unknown for a calibration that was stopped, and for files without it
-    bool stated = true; // whether the file has a verdict
+    Goodness goodness;     // of its frames; unknown for a calibration that was stopped, and for files without it
+    bool stated = true;    // whether the file has a verdict
     bool complete = false; // the model explained the frames, and the noise is theirs
     int64_t frames = 0;
 };

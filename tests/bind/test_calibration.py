@@ -92,7 +92,29 @@ class Calibrations(unittest.TestCase):
                 frames += ghost * numpy.roll(frames, (7, -5), (1, 2))
                 found = toliman.calibrate(toliman.Simulator(nominal), frames, free=STATICS)
                 self.assertEqual(found.flags, ("incomplete",), found.verdict)
-                self.assertRegex(found.verdict, "^model incomplete: chi-square .* standard deviations above 1$")
+                self.assertRegex(found.verdict, "^model incomplete: chi-square .* standard deviations above 1; may be missing: ")
+
+    def test_incomplete_models_are_completed(self):
+        nominal = copy.deepcopy(SCENE)
+        nominal["telescope"]["mask"]["edges"] = "cell"
+        found = toliman.calibrate(toliman.Simulator(nominal), self.frames, improve=True)
+        (name, attempt), = found.attempts
+        self.assertEqual((name, attempt.kept, attempt.goodness, attempt.cells), ("mask edges", True, "good", CELLS))
+        self.assertEqual((found.flags, found.changes, found.lacks, found.left_out), ((), ("mask edges",), (), {}))
+        self.assertIn("; added to the model: mask edges", found.verdict)
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "fitted.json"
+            found.save(path)
+            info = toliman.Simulator(path).info
+        self.assertEqual((info.calibration, info.calibration_goodness), ("complete", "good"))
+        self.assertEqual(info.calibration_chi_square, found.chi_square)
+
+    def test_too_small_noise_is_reported(self):
+        nominal = copy.deepcopy(SCENE)
+        nominal["noise"]["read_e"] = 500
+        found = toliman.calibrate(toliman.Simulator(nominal), self.frames, free=STATICS)
+        self.assertEqual((found.flags, found.goodness), (("too_good",), "too good"))
+        self.assertRegex(found.verdict, "^too good: chi-square 0.* standard deviations below 1$")
 
     def test_the_opposite_sign_is_found(self):
         """The pupil is nearly symmetric: even aberrations with the opposite sign are a second minimum."""

@@ -146,7 +146,63 @@ class Results(Calibrate):
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertTrue(done.stdout.startswith("converged, but the model is incomplete: chi-square "), done.stdout)
         self.assertIn("toliman: warning: the model is incomplete: chi-square ", done.stderr)
-        self.assertFalse(self.result()["complete"])
+        result = self.result()
+        self.assertEqual((result["complete"], result["goodness"], result["lacks"], result["attempts"]),
+                         (False, "poor", ["pupil samples", "spectral modes", "map"], []))
+        self.assertRegex(done.stderr, r"may be missing: pupil samples \(telescope.pupil_samples = 40: expected error \S+ of the "
+                         r"peak, photon noise \S+\), spectral modes \(.*\), a map \(--map\); --improve tries them in this order\n")
+
+    def test_the_verdict_travels(self):
+        """Each command that uses the scene of an incomplete calibration warns once; a complete one is used without a word."""
+        self.calibrate(free="scale focus")
+        calibration = json.loads((self.folder / "fitted.json").read_text())["calibration"]
+        self.assertEqual((calibration["goodness"], calibration["complete"], calibration["frames"]), ("poor", False, 6))
+        self.assertEqual(calibration["chi_square"], self.result()["chi_square"])
+        shutil.copy(finished()[1] / "fitted.json", self.folder / "good.json")
+        for scene, wanted in (("fitted.json", 1), ("good.json", 0)):
+            for command in (("encode", "--fit", scene, "f.fits"), ("plan", scene), ("budget", scene),
+                            ("track", "--fit", scene, "--state", "st-" + scene, "--mission-days", 300, "f.fits"),
+                            ("simulate", scene, "--frames", "0:1", "--out", "x.npy")):
+                with self.subTest(command):
+                    done = self.run_program(*command)
+                    self.assertEqual(done.returncode, 0, done.stderr)
+                    self.assertEqual(done.stderr.count(f"{scene}: its calibration is incomplete: chi-square "), wanted, done.stderr)
+
+    def test_noise_that_is_too_large(self):
+        self.write("s.json", {**SCENE, "noise": {"photon": True, "read_e": 3000, "seed": 7}})
+        done = self.calibrate()
+        self.assertTrue(done.stdout.startswith("converged, but chi-square is too good: chi-square 0."), done.stdout)
+        self.assertIn(" sigma below 1: check noise.read_e, detector.bias_dn, detector.gain_e_per_dn and the unit", done.stderr)
+        self.assertEqual((self.result()["complete"], self.result()["goodness"]), (False, "too good"))
+
+    def test_improve(self):
+        """A model with whole cells for a mask with edges."""
+        scene = copy.deepcopy(SCENE)
+        scene["telescope"]["mask"]["edges"] = "cell"
+        self.write("s.json", scene)
+        done = self.calibrate("--improve")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertTrue(done.stdout.startswith("converged; the model is complete\nadded to the model: mask edges\n"), done.stdout)
+        self.assertRegex(done.stdout, r"\ntried        mask edges: chi-square [01]\.\d+ \+- 0\.\d+, good, kept\n")
+        self.assertIn("mask edges: parameters iteration 1: chi-square ", done.stderr)
+        (attempt,) = self.result()["attempts"]
+        self.assertEqual((attempt["change"], attempt["kept"], self.result()["changes"]), ("mask edges", True, ["mask edges"]))
+        self.assertEqual(json.loads((self.folder / "fitted.json").read_text())["telescope"]["mask"]["edges"], "area")
+        self.succeed("encode", "--fit", "fitted.json", "f.fits")
+
+    def test_parameters_that_are_left_out_are_named(self):
+        scene = copy.deepcopy(SCENE)
+        scene["telescope"]["mask"]["edges"] = "cell"
+        scene["stars"]["B"]["spectrum"] = {"kind": "lines", "wavelength_nm": [560, 590], "weight": [1, 1]}
+        self.write("s.json", scene)
+        self.simulate("s.json", "0:2", "cell.fits")
+        done = self.run_program("calibrate", "s.json", "cell.fits", "--out", "fitted.json")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        for name, reason in (("mask_rotation", 'needs a spiral mask with mask.edges = "area"'),
+                             ("temperature_b", "the spectrum consists of lines")):
+            self.assertIn(f"not fitted   {name}: {reason}\n", done.stdout)
+            self.assertIn(f"warning: {name} is not fitted: {reason}\n", done.stderr)
+            self.assertIn({"name": name, "reason": reason}, self.result()["left_out"])
 
     def test_a_parameter_held_by_its_prior(self):
         done = self.calibrate(free=FREE + " zernike_15=1e-7")

@@ -10,7 +10,7 @@ static void bad_options_are_refused(void **state) {
         toliman_calibration_options options;
         const char *message;
     } cases[] = {
-        {{.flags = 2}, "options->flags = 2: must be 0 or TOLIMAN_CALIBRATION_MAP"},
+        {{.flags = 4}, "options->flags = 4: must be a combination of TOLIMAN_CALIBRATION_MAP and _IMPROVE"},
         {{.most_iterations = -1}, "options->most_iterations = -1: must be in [1, 1000], or 0 for 30"},
         {{.most_iterations = 1001}, "options->most_iterations = 1001: must be in [1, 1000], or 0 for 30"},
         {{.capture_px = -1}, "options->capture_px = -1: must be in [0.1, 64], or 0 for 6"},

@@ -50,7 +50,7 @@ static void values_of_noise_free_frames_are_exact(void **state) {
     assert_ok(toliman_sim_frame_many(noiseless, NULL, 3, 0, 3, 0, exact));
     toliman_calibration *const made = calibrated(nominal, exact, 3, NULL);
     double worst = 0;
-    assert_int_equal(calibrate_info_of(made).flags, 0);
+    assert_int_equal(calibrate_info_of(made).flags, TOLIMAN_CALIBRATION_TOO_GOOD);
     assert_at_most(calibrate_info_of(made).chi_square, 1e-4);
     for (int32_t i = 0; i < DEFAULT; i++) {
         const toliman_calibration_value value = calibrate_value_of(made, 0, i);
@@ -281,6 +281,10 @@ static void missing_parameters_are_reported(void **state) {
     assert_int_equal(info.flags, TOLIMAN_CALIBRATION_INCOMPLETE);
     assert_true(info.chi_square > 1 + 6 * info.chi_square_sigma);
     assert_int_equal(info.parameters, 9);
+    assert_int_equal(info.goodness, TOLIMAN_GOODNESS_POOR);
+    assert_int_equal(info.lacks, TOLIMAN_CALIBRATION_CHANGE_SAMPLES | TOLIMAN_CALIBRATION_CHANGE_SPECTRUM |
+                                     TOLIMAN_CALIBRATION_CHANGE_OPD_MAP);
+    assert_true(info.pupil_error > info.peak_noise && info.attempts == 0 && info.changes == 0);
     toliman_calibration_destroy(made);
 }
 
