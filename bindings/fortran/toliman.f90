@@ -1526,7 +1526,7 @@ module toliman
     ! Peak of the periodogram. Members marked "fit" are NaN unless toliman_period_query_fit gives them, because the
     ! accumulators do not contain the samples.
     type, bind(C), public :: toliman_period_peak
-        integer(c_int32_t) :: struct_size = 120 ! in: sizeof(toliman_period_peak)
+        integer(c_int32_t) :: struct_size = 152 ! in: sizeof(toliman_period_peak)
         ! TOLIMAN_PERIOD_AT_EDGE, _ALIAS (query_peaks only), _INACCURATE, _COARSE, _ABOVE_NYQUIST (query_fit only),
         ! _LONG, _ANNUAL
         integer(c_int32_t) :: flags = 0
@@ -1553,6 +1553,15 @@ module toliman
         ! sample: toliman_period_query_fap with SEQUENTIAL
         real(c_double) :: log10_fap = 0.0_c_double
         real(c_double) :: period_error = 0.0_c_double ! fit: standard error of the period, frequency_error/frequency^2
+        ! fit: as in goodness.h, of the sinusoid with mean and nuisance functions, if sigmas are given; they must be
+        ! absolute for it
+        real(c_double) :: chi_square = 0.0_c_double
+        real(c_double) :: chi_square_sigma = 0.0_c_double
+        real(c_double) :: largest_residual = 0.0_c_double
+        integer(c_int32_t) :: goodness = 0 ! fit: TOLIMAN_GOODNESS_... of chi_square
+        ! fit: samples farther than 6 robust standard deviations, at least the sigmas, from the sinusoid: they do not
+        ! belong to the others. They are not left out
+        integer(c_int32_t) :: outliers = 0
     end type
 
     ! Flag of toliman_period_batch_options: use direct sums only, with an error of 1e-13 whatever the tolerance.
@@ -2000,16 +2009,31 @@ module toliman
         real(c_double) :: orbit_minutes = 0.0_c_double ! period of the observer's orbit there, min
     end type
 
+    ! Flag of toliman_sky_refit_result: chi_square is poor and above 3. No jitter excuses it: times, unit or sigmas are
+    ! wrong, or the model of the frames lacks an effect. The new orbit must not be used.
+    integer(c_int32_t), parameter, public :: TOLIMAN_SKY_UNUSABLE = 1
+
     ! Result of a refit. Since 0.2.
     type, bind(C), public :: toliman_sky_refit_result
-        integer(c_int32_t) :: struct_size = 432 ! in: sizeof(toliman_sky_refit_result)
+        integer(c_int32_t) :: struct_size = 472 ! in: sizeof(toliman_sky_refit_result)
         integer(c_int32_t) :: iterations = 0 ! number of Gauss-Newton steps
-        ! mean of (residual/sigma)^2 of the measurements; the priors do not count
+        ! as in goodness.h, of the measurements and their sigmas without the jitter
         real(c_double) :: chi_square = 0.0_c_double
         real(c_double) :: rms_arcsec = 0.0_c_double ! rms of the residuals
         real(c_double) :: scale = 0.0_c_double ! relative error of the plate scale: measured = (1 + scale) true
         real(c_double) :: scale_sigma = 0.0_c_double ! its standard deviation
         real(c_double) :: covariance(49) = 0.0_c_double ! [7][7], of the elements, in their units
+        real(c_double) :: chi_square_sigma = 0.0_c_double ! as in goodness.h
+        real(c_double) :: largest_residual = 0.0_c_double
+        ! white noise that is added to the sigmas if chi_square is poor, so that the errors are those of the
+        ! residuals; otherwise 0
+        real(c_double) :: jitter_arcsec = 0.0_c_double
+        integer(c_int32_t) :: goodness = 0 ! TOLIMAN_GOODNESS_... of chi_square
+        integer(c_int32_t) :: flags = 0 ! TOLIMAN_SKY_UNUSABLE
+        ! measurements farther than 6 robust standard deviations, at least their sigmas, from the fit: they do not
+        ! belong to the others
+        integer(c_int32_t) :: outliers = 0
+        integer(c_int32_t) :: reserved = 0
     end type
 
     ! Causes of residuals. TIME to CENTRE are the hypotheses of toliman_sky_diagnose, in the order of its array. All but

@@ -55,7 +55,7 @@
 #ifndef TOLIMAN_PERIOD_H
 #define TOLIMAN_PERIOD_H
 
-#include <toliman/base.h>
+#include <toliman/goodness.h>
 
 TOLIMAN_BEGIN_DECLS
 
@@ -337,6 +337,11 @@ typedef struct toliman_period_peak {
     double log10_fap;       /* Baluev's upper bound of the false alarm probability on this grid, for one query. For a
                                query after every sample: toliman_period_query_fap with SEQUENTIAL */
     double period_error;    /* fit: standard error of the period, frequency_error/frequency^2 */
+    double chi_square, chi_square_sigma, largest_residual; /* fit: as in goodness.h, of the sinusoid with mean and nuisance
+                               functions, if sigmas are given; they must be absolute for it */
+    int32_t goodness;       /* fit: TOLIMAN_GOODNESS_... of chi_square */
+    uint32_t outliers;      /* fit: samples farther than 6 robust standard deviations, at least the sigmas, from the
+                               sinusoid: they do not belong to the others. They are not left out */
 } toliman_period_peak;
 #define TOLIMAN_PERIOD_PEAK_INIT TOLIMAN_INIT(toliman_period_peak)
 

@@ -44,6 +44,7 @@
 #define TOLIMAN_SKY_H
 
 #include <toliman/base.h>
+#include <toliman/goodness.h>
 #include <toliman/ingest.h>
 #include <toliman/period.h>
 
@@ -219,15 +220,27 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_set_columns(const toli
                                                                       toliman_period_options *options,
                                                                       int32_t *elements) TOLIMAN_NOEXCEPT;
 
+/* Flag of toliman_sky_refit_result: chi_square is poor and above 3. No jitter excuses it: times, unit or sigmas are
+ * wrong, or the model of the frames lacks an effect. The new orbit must not be used. */
+#define TOLIMAN_SKY_UNUSABLE 1u
+
 /* Result of a refit. Since 0.2. */
 typedef struct toliman_sky_refit_result {
     uint32_t struct_size;  /* in: sizeof(toliman_sky_refit_result) */
     int32_t iterations;    /* number of Gauss-Newton steps */
-    double chi_square;     /* mean of (residual/sigma)^2 of the measurements; the priors do not count */
+    double chi_square;     /* as in goodness.h, of the measurements and their sigmas without the jitter */
     double rms_arcsec;     /* rms of the residuals */
     double scale;          /* relative error of the plate scale: measured = (1 + scale) true */
     double scale_sigma;    /* its standard deviation */
     double covariance[49]; /* [7][7], of the elements, in their units */
+    double chi_square_sigma, largest_residual; /* as in goodness.h */
+    double jitter_arcsec;  /* white noise that is added to the sigmas if chi_square is poor, so that the errors are those
+                              of the residuals; otherwise 0 */
+    int32_t goodness;      /* TOLIMAN_GOODNESS_... of chi_square */
+    uint32_t flags;        /* TOLIMAN_SKY_UNUSABLE */
+    uint32_t outliers;     /* measurements farther than 6 robust standard deviations, at least their sigmas, from the fit:
+                              they do not belong to the others */
+    uint32_t reserved;
 } toliman_sky_refit_result;
 #define TOLIMAN_SKY_REFIT_RESULT_INIT TOLIMAN_INIT(toliman_sky_refit_result)
 
@@ -249,7 +262,7 @@ typedef struct toliman_sky_refit_result {
  * original system to all of them.
  * Errors, after which neither result nor out is written:
  *   - TOLIMAN_E_ARGUMENT, naming the measurement, for those that toliman_sky_reduce refuses and for bad numbers;
- *   - TOLIMAN_E_ARGUMENT if no element has a standard deviation, if the fit is singular or does not converge, if it
+ *   - TOLIMAN_E_ARGUMENT if count is 0, if no element has a standard deviation, if the fit is singular or does not converge, if it
  *     moves an element by more than 10 of its standard deviations, and if the fitted orbit is outside the limits of a
  *     system file;
  *   - TOLIMAN_E_RANGE, naming the measurement, as toliman_sky_predict_mean: one that the observer file does not cover

@@ -4,6 +4,7 @@
 
 #include <toliman/period.h>
 
+#include "api/goodness.hpp"
 #include "period/fap.hpp"
 #include "period/peak.hpp"
 #include "period/power.hpp"
@@ -59,6 +60,8 @@ inline toliman_period_peak public_peak(const period::Stream &stream, const perio
     out.offset = peak.offset;
     out.log10_fap = log10_fap(period::Fap::baluev, sampling, peak.log10_residual);
     out.period_error = peak.frequency_error / (peak.frequency * peak.frequency);
+    set_goodness(peak.goodness, out);
+    out.outliers = static_cast<uint32_t>(peak.outliers);
     return out;
 }
 

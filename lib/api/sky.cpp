@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "api/choice.hpp"
+#include "api/goodness.hpp"
 #include "api/guard.hpp"
 #include "api/sky_handle.hpp"
 #include "api/sky_measurements.hpp"
@@ -306,7 +307,12 @@ toliman_status toliman_sky_refit(const toliman_sky *sky, const int64_t *interval
         auto handle = new_sky(std::make_unique<const sky::Predictor>(found.system, *sky->predictor));
         toliman_sky_refit_result filled = {};
         filled.iterations = found.iterations;
-        filled.chi_square = found.chi_square;
+        set_goodness(found.goodness, filled);
+        filled.jitter_arcsec = found.jitter_arcsec;
+        filled.outliers = static_cast<uint32_t>(found.outliers);
+        const bool is_unusable =
+            found.goodness.verdict == GoodnessVerdict::poor && found.goodness.chi_square > kMostSeriesChiSquare;
+        filled.flags = is_unusable ? TOLIMAN_SKY_UNUSABLE : 0;
         filled.rms_arcsec = found.rms_arcsec;
         filled.scale = found.scale;
         filled.scale_sigma = found.scale_sigma;

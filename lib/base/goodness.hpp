@@ -21,6 +21,10 @@ struct Goodness {
 // one series.
 constexpr double kFrameSigmas = 6, kSeriesSigmas = 4;
 
+// Chi-square of a series of separations beyond which no jitter excuses it: the model of the frames lacks an effect, or
+// times, unit or sigmas are wrong. Results are then not to be used.
+constexpr double kMostSeriesChiSquare = 3;
+
 // The chi-square, per degree of freedom, that a right model exceeds as often as a Gaussian exceeds `sigmas`; below it,
 // for negative ones. sigma: standard deviation of the chi-square.
 double chi_square_quantile(double sigma, double sigmas) noexcept;

@@ -1,5 +1,6 @@
 // Nuisance functions: known functions of each sample, whose coefficients are fitted with the mean at every frequency.
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -24,6 +25,9 @@ struct Basis {
 
     // Whether anything but the mean is fitted, or the mean has a prior.
     bool any() const noexcept { return trend > 0 || columns > 0 || precision[0] > 0; }
+    bool has_priors() const noexcept {
+        return std::any_of(precision.begin(), precision.end(), [](double one) { return one > 0; });
+    }
     size_t functions() const noexcept { return 1 + static_cast<size_t>(trend) + static_cast<size_t>(columns); }
     size_t first_column() const noexcept { return 1 + static_cast<size_t>(trend); }
     void check() const;

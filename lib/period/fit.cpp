@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "base/constants.hpp"
+#include "base/robust.hpp"
 #include "period/peak.hpp"
 #include "period/power.hpp"
 #include "period/sample_basis.hpp"
@@ -90,6 +91,8 @@ class Sinusoid {
     // Standard errors of frequency and amplitude from the normal matrix, scaled by the residual; +infinity if the
     // samples do not determine them.
     void errors(const Fit &fit, Peak &peak);
+    // Goodness of a fit and number of outliers, with absolute sigmas. Priors count as observations.
+    void judge(const Fit &fit, Peak &peak);
     // Distance in frequency from the peak to where the power has fallen to half, in the direction of `step`; 0 if that
     // is beyond `limit`. Steps grow by 1.5 up to max_step, and again once the distance exceeds 25 max_step.
     Real half_power(const Fit &fit, Real step, Real max_step, Real limit);
@@ -113,11 +116,16 @@ class Sinusoid {
     Cis mean_cis() const;
     // Computes the residual of the fit, then adds the least-squares solution for its residuals to it.
     void add_correction(Fit &fit, const Cis &cis_mean) const;
+    Real freedom(const Fit &fit) const noexcept {
+        const auto parameters = static_cast<Real>((fit.rank == 2 ? kParameters : 2) - first_);
+        return static_cast<Real>(points_.size()) - parameters - static_cast<Real>(basis_ ? basis_->used() : 0);
+    }
 
     std::vector<Point> points_;
     std::vector<Cis> cis_; // cosine and sine of each sample's phase
     Real frequency_ = -1;  // of cis_
     Real mean_time_ = 0, mean_ = 0, total_ = 0;
+    Real weight_ = 0; // sum of the weights of the samples before they were scaled
     size_t first_; // first free parameter: 0 with a floating mean, 1 without
     // With nuisance functions, cis_ and values are what remains after projecting the functions and the mean out.
     std::optional<SampleBasis> basis_;
@@ -134,6 +142,7 @@ Sinusoid::Sinusoid(const Stream &stream, const Samples &samples)
         points_[i].w = 1 / (sigma * sigma);
         weight += points_[i].w;
     }
+    weight_ = weight;
     for (size_t i = 0; i < samples.count; i++) {
         points_[i].w /= weight;
         mean_time_ += points_[i].w * (samples.t[i] - static_cast<Real>(samples.t[0]));
@@ -314,12 +323,9 @@ Fit Sinusoid::refine(Fit best, Real low, Real high) {
 void Sinusoid::errors(const Fit &fit, Peak &peak) {
     peak.frequency_error = peak.amplitude_error = kUndetermined;
     const Real amplitude = std::hypot(fit.cosine, fit.sine);
-    const auto parameters = static_cast<Real>((fit.rank == 2 ? kParameters : 2) - first_);
-    const Real freedom =
-        static_cast<Real>(points_.size()) - parameters - static_cast<Real>(basis_ ? basis_->used() : 0);
-    if (!(freedom > 0 && amplitude > 0))
+    if (!(freedom(fit) > 0 && amplitude > 0))
         return;
-    const Real scale = fit.residual / freedom, c = fit.cosine / amplitude, s = fit.sine / amplitude;
+    const Real scale = fit.residual / freedom(fit), c = fit.cosine / amplitude, s = fit.sine / amplitude;
     Matrix matrix;
     Vector right, column = {};
     normal(fit, matrix, right);
@@ -335,6 +341,30 @@ void Sinusoid::errors(const Fit &fit, Peak &peak) {
     peak.frequency_error = static_cast<double>(std::sqrt(std::fmax(0.0L, column[3] * scale)));
     if (solve(matrix, {0, c, s, 0}, column))
         peak.amplitude_error = static_cast<double>(std::sqrt(std::fmax(0.0L, (c * column[1] + s * column[2]) * scale)));
+}
+
+void Sinusoid::judge(const Fit &fit, Peak &peak) {
+    if (!(freedom(fit) > 0))
+        return;
+    set_frequency(fit.frequency);
+    Real square = 0;
+    double largest = 0;
+    std::vector<double> sizes(samples_);
+    for (size_t i = 0; i < points_.size(); i++) {
+        const Point &point = points_[i];
+        const Real gap = point.y - (fit.offset + fit.cosine * cis_[i].cosine + fit.sine * cis_[i].sine);
+        square += point.w * weight_ * gap * gap;
+        if (i >= samples_) // of a prior
+            continue;
+        sizes[i] = static_cast<double>(std::fabs(gap) * std::sqrt(point.w * weight_));
+        largest = std::fmax(largest, sizes[i]);
+    }
+    const auto left = static_cast<double>(freedom(fit));
+    peak.goodness = goodness_of(static_cast<double>(square) / left, chi_square_sigma(points_.size(), 0, left), largest,
+                                kSeriesSigmas);
+    const double limit = kOutlierSigmas * std::fmax(robust_sigma(sizes), 1.0);
+    peak.outliers =
+        static_cast<size_t>(std::count_if(sizes.begin(), sizes.end(), [&](double size) { return size > limit; }));
 }
 
 Real Sinusoid::half_power(const Fit &fit, Real step, Real max_step, Real limit) {
@@ -393,6 +423,8 @@ Peak fit_peak(const Stream &stream, const Samples &samples) {
     const Real above = sinusoid.half_power(fit, first_step, max_step, limit);
     peak.fwhm = below > 0 && above > 0 ? static_cast<double>(below + above) : kUndetermined;
     sinusoid.errors(fit, peak);
+    if (samples.sigma != nullptr)
+        sinusoid.judge(fit, peak);
     // From cosine and sine about the mean time to a sine about time_offset.
     const Real shift = phase_of(fit.frequency, static_cast<Real>(stream.grid().time_offset) - sinusoid.mean_time());
     const Real phase = std::atan2(fit.cosine, fit.sine) + shift;

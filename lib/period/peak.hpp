@@ -1,5 +1,6 @@
 // Peaks of a periodogram: the highest on the grid, the local maxima, and the least-squares fit on the samples.
 #pragma once
+#include "base/goodness.hpp"
 #include "period/stream.hpp"
 
 namespace toliman::period {
@@ -12,6 +13,8 @@ struct Peak {
     bool inaccurate;       // the error bound of the power at the grid point exceeds 1e-3
     double fwhm;           // full width at half maximum; +infinity without a half-power point on both sides
     double frequency_error, amplitude, amplitude_error, phase, offset; // NaN without samples
+    Goodness goodness;   // of the samples and the sigmas; unknown without
+    size_t outliers = 0; // samples that do not belong to the others; 0 without sigmas
 };
 
 struct Samples {

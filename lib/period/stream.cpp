@@ -173,6 +173,8 @@ void Stream::check(const Sample &sample, int64_t index) const {
 }
 
 void WeightingCheck::check(const Sample &sample, int64_t index) {
+    if (sample.unweighted && stream_.grid().basis.has_priors())
+        fail(Status::argument, "{sigma}: must be given with prior_precision, whose unit is that of absolute sigmas");
     if (sample.unweighted) {
         unweighted_ = true;
         if (!weighted_)

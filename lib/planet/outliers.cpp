@@ -14,13 +14,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/robust.hpp"
 #include "planet/marginal.hpp"
 
 namespace toliman::planet {
 
 namespace {
 
-constexpr double kFar = 6, kHuber = 1.5, kNormal = 1.4826, kStill = 1e-3;
+constexpr double kHuber = 1.5, kStill = 1e-3;
 constexpr int kMostSteps = 30, kMostTurns = 6;
 constexpr double kFrequencyStep = 0.2, kMostFrequencies = 20000; // of 1/span
 constexpr double kWide = 1e50;         // scale of a prior without influence, in units of the sigmas
@@ -33,10 +34,8 @@ double sigma_of(const Series &series, size_t i) noexcept {
 double scale_of(const Series &series, const Buffer<double> &residuals) {
     std::vector<double> sizes(series.n);
     for (size_t i = 0; i < series.n; i++)
-        sizes[i] = std::fabs(residuals[i] / sigma_of(series, i));
-    const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(series.n / 2);
-    std::nth_element(sizes.begin(), middle, sizes.end());
-    return std::max(kNormal * *middle, series.median_sigma > 0 ? 1.0 : 0.0);
+        sizes[i] = residuals[i] / sigma_of(series, i);
+    return std::max(robust_sigma(std::move(sizes)), series.median_sigma > 0 ? 1.0 : 0.0);
 }
 
 std::vector<const Function *> listed(const std::vector<Function> &functions) {
@@ -118,7 +117,7 @@ Buffer<double> residuals_of(const Series &series, const std::vector<const Functi
 
 std::vector<bool> far_residuals(const Series &series, const Buffer<double> &residuals) {
     std::vector<bool> far(series.n);
-    const double limit = kFar * scale_of(series, residuals);
+    const double limit = kOutlierSigmas * scale_of(series, residuals);
     size_t count = 0;
     for (size_t i = 0; i < series.n; i++) {
         far[i] = limit > 0 && std::fabs(residuals[i] / sigma_of(series, i)) > limit;

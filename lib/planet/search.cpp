@@ -418,7 +418,7 @@ void Result::judge() {
     chi_square_with_jitter = with_jitter.chi_square;
     const bool has_noise_of_frames = settings.jitter && !settings.units.velocity;
     const uint32_t shared = reason_if(with_jitter.verdict != GoodnessVerdict::good, kReasonChiSquare) |
-                            reason_if(has_noise_of_frames && kept.chi_square > kMostChiSquare, kReasonJitter) |
+                            reason_if(has_noise_of_frames && kept.chi_square > kMostSeriesChiSquare, kReasonJitter) |
                             reason_if(frame_chi_square > kMostFrameChiSquare, kReasonFrames) |
                             reason_if(!outliers.empty() && !settings.clip, kReasonSamples);
     for (Candidate &candidate : candidates)

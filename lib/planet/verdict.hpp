@@ -26,9 +26,8 @@ constexpr uint32_t reason_if(bool is_true, Reason reason) noexcept { return is_t
 // What a reason means, in English; NULL for a number that is none.
 const char *text_of(uint32_t reason) noexcept;
 
-// Chi-square per degree of freedom with the given sigmas, beyond which a jitter does not excuse a series of separations,
-// and median chi-square of its frames: the model lacks an effect, whose sizes and periods are unknown.
-constexpr double kMostChiSquare = 3, kMostFrameChiSquare = 2;
+// Median chi-square of the frames, beyond which their model lacks an effect, whose sizes and periods are unknown.
+constexpr double kMostFrameChiSquare = 2;
 
 // What the functions of a problem and an orbit leave: sums of squares over the variances of the fit.
 struct Squares {

@@ -4,6 +4,8 @@
 // apparent/geometric, and k the relative error of the plate scale. The prior q0, sigma_q is that of the reference at
 // every step. The derivatives contain that of F.
 // The steps end when none is longer than 0.01 of the standard deviations after the fit.
+// If chi-square is poor, the sigmas are added in quadrature to a jitter, with which it is 1, and the fit is repeated
+// until the jitter stays: the errors of the elements are then those of the residuals, not of the sigmas.
 // Dividing s by F, instead of subtracting a predicted separation, leaves no annual wave where the elements or the plate
 // scale are wrong: 8.4 mas off, 8e-4 of 746 uas of aberration would remain.
 #include "sky/refit.hpp"
@@ -13,13 +15,14 @@
 #include <cmath>
 
 #include "base/error.hpp"
+#include "base/robust.hpp"
 #include "base/symmetric.hpp"
 
 namespace toliman::sky {
 
 namespace {
 
-constexpr int kMostSteps = 20;
+constexpr int kMostSteps = 20, kMostTurns = 10, kBisections = 60;
 constexpr double kStill = 1e-2; // standard deviations after the fit
 constexpr double kMostEccentricity = 0.9999;
 constexpr double kFarthest = 10; // standard deviations: beyond, separations and system do not belong together
@@ -34,7 +37,8 @@ using Values = std::array<double, kAll>;
 struct Step {
     double matrix[kAll][kAll] = {};
     double gradient[kAll] = {};
-    double chi_square = 0, squares = 0;
+    double squares = 0;            // of the residuals of the geometric separations
+    std::vector<double> residuals; // of the measured ones, arcsec
 };
 
 // Fails if the mean over an exposure cannot be predicted.
@@ -53,12 +57,12 @@ Prediction mean_of(const Predictor &predictor, const std::vector<Measurement> &m
 }
 
 Step step_at(const Predictor &predictor, const std::vector<Measurement> &measurements, const Values &sigma,
-             double scale) {
+             double scale, double jitter) {
     Step step;
     for (size_t m = 0; m < measurements.size(); m++) {
         const Measurement &one = measurements[m];
         const Prediction seen = mean_of(predictor, measurements, m);
-        const double noise = one.sigma_arcsec / seen.factor;
+        const double noise = std::hypot(one.sigma_arcsec, jitter) / seen.factor;
         const double rest = one.separation_arcsec / seen.factor - seen.geometric_arcsec * (1 + scale);
         double row[kAll];
         for (size_t i = 0; i < kElements; i++)
@@ -69,16 +73,54 @@ Step step_at(const Predictor &predictor, const std::vector<Measurement> &measure
             for (size_t j = i; j < kAll; j++)
                 step.matrix[i][j] += row[i] * row[j];
         }
-        step.chi_square += rest / noise * (rest / noise);
         step.squares += rest * rest;
+        step.residuals.push_back(rest * seen.factor);
     }
     return step;
 }
 
-} // namespace
+// The jitter with which the sum of squares over the variances is the number of degrees of freedom: that of the largest
+// likelihood, but for the numbers that are fitted. By bisection; 0 if the sum is smaller without a jitter.
+double jitter_of(const std::vector<double> &residuals, const std::vector<Measurement> &measurements, double freedom) {
+    const auto sum = [&](double jitter) {
+        double square = 0;
+        for (size_t i = 0; i < residuals.size(); i++)
+            square += std::pow(residuals[i] / std::hypot(measurements[i].sigma_arcsec, jitter), 2);
+        return square;
+    };
+    double low = 0, high = 0;
+    for (const double residual : residuals)
+        high += std::fabs(residual);
+    for (int i = 0; i < kBisections; i++) {
+        const double middle = (low + high) / 2;
+        (sum(middle) > freedom ? low : high) = middle;
+    }
+    return sum(0) > freedom ? high : 0;
+}
 
-Refit refit(const Predictor &reference, const std::vector<Measurement> &measurements, double scale_sigma) {
+void set_goodness(const std::vector<double> &residuals, const std::vector<Measurement> &measurements, double determined,
+                  Refit &out) {
+    const auto count = static_cast<double>(residuals.size());
+    const double freedom = std::max(count - determined, 1.0);
+    std::vector<double> sizes;
+    double square = 0, largest = 0;
+    for (size_t i = 0; i < residuals.size(); i++) {
+        sizes.push_back(std::fabs(residuals[i] / measurements[i].sigma_arcsec));
+        square += sizes[i] * sizes[i];
+        largest = std::max(largest, sizes[i]);
+    }
+    out.goodness = goodness_of(square / freedom, chi_square_sigma(residuals.size(), 0, freedom), largest, kSeriesSigmas);
+    const double limit = kOutlierSigmas * std::max(robust_sigma(sizes), 1.0);
+    out.outliers =
+        static_cast<size_t>(std::count_if(sizes.begin(), sizes.end(), [&](double size) { return size > limit; }));
+    out.next_jitter_arcsec = jitter_of(residuals, measurements, freedom);
+}
+
+
+// The fit with a given jitter.
+Refit fit(const Predictor &reference, const std::vector<Measurement> &measurements, double scale_sigma, double jitter) {
     Refit out = {};
+    out.jitter_arcsec = jitter;
     out.system = reference.system();
     Values sigma = {}, moved = {}; // moved: from the prior, in its standard deviations
     for (size_t i = 0; i < kElements; i++)
@@ -87,12 +129,11 @@ Refit refit(const Predictor &reference, const std::vector<Measurement> &measurem
     if (std::all_of(sigma.begin(), sigma.end() - 1, [](double one) { return one == 0; }))
         fail(Status::argument, "{sky}: no element has a standard deviation (sigma.orbit of the system file): there is "
                                "nothing to fit");
-    check_known(reference.observer(), measurements);
     const Orbit prior = out.system.value.orbit;
-    double longest = 0;
+    double longest = 0, determined = 0; // numbers that the measurements determine: a prior is one, too
     do {
         const Predictor predictor(out.system, reference);
-        Step step = step_at(predictor, measurements, sigma, moved[kScale] * sigma[kScale]);
+        Step step = step_at(predictor, measurements, sigma, moved[kScale] * sigma[kScale], jitter);
         for (size_t i = 0; i < kAll; i++) {
             step.matrix[i][i] += 1; // the prior
             step.gradient[i] -= moved[i];
@@ -100,7 +141,9 @@ Refit refit(const Predictor &reference, const std::vector<Measurement> &measurem
         if (!invert_symmetric(step.matrix[0], kAll))
             fail(Status::argument, "{sky}: the normal equations of the elements are singular");
         longest = 0;
+        determined = 0;
         for (size_t i = 0; i < kAll; i++) {
+            determined += sigma[i] > 0 ? 1 - step.matrix[i][i] : 0;
             double change = 0;
             for (size_t j = 0; j < kAll; j++)
                 change += step.matrix[i][j] * step.gradient[j];
@@ -136,11 +179,26 @@ Refit refit(const Predictor &reference, const std::vector<Measurement> &measurem
         periastron -= std::copysign(360, periastron);
     if (longest > kStill)
         fail(Status::argument, "{separations_arcsec}: the fit does not converge");
-    const Step last = step_at(Predictor(out.system, reference), measurements, sigma, out.scale);
-    const auto count = static_cast<double>(std::max<size_t>(measurements.size(), 1));
-    out.chi_square = last.chi_square / count;
-    out.rms_arcsec = std::sqrt(last.squares / count);
+    const Step last = step_at(Predictor(out.system, reference), measurements, sigma, out.scale, jitter);
+    out.rms_arcsec = std::sqrt(last.squares / static_cast<double>(measurements.size()));
+    set_goodness(last.residuals, measurements, determined, out);
     return out;
+}
+
+} // namespace
+
+Refit refit(const Predictor &reference, const std::vector<Measurement> &measurements, double scale_sigma) {
+    if (measurements.empty())
+        fail(Status::argument, "{count} = 0: must be at least 1");
+    check_known(reference.observer(), measurements);
+    Refit found = fit(reference, measurements, scale_sigma, 0);
+    for (int turn = 0; turn < kMostTurns && found.goodness.verdict == GoodnessVerdict::poor; turn++) {
+        const double before = found.jitter_arcsec, jitter = found.next_jitter_arcsec;
+        found = fit(reference, measurements, scale_sigma, jitter);
+        if (std::fabs(jitter - before) <= kStill * jitter)
+            break;
+    }
+    return found;
 }
 
 } // namespace toliman::sky

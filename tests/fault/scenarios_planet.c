@@ -28,7 +28,6 @@ static toliman_status search_of(void **made) {
     series.prior_precision[2] = 0.25;
     toliman_planet_options options;
     toliman_planet_options_init(&options, sizeof options);
-    options.flags = TOLIMAN_PLANET_JITTER;
     options.threads = 2;
     options.period_max = 200;
     options.samples = DRAWS;
@@ -94,6 +93,9 @@ static toliman_status get_signal(attempt *a) {
 static toliman_status get_residuals(attempt *a) {
     return toliman_planet_get_residuals(a->object, SAMPLES, (double *)a->out);
 }
+static toliman_status get_outliers(attempt *a) {
+    return toliman_planet_get_outliers(a->object, 0, (int64_t *)(void *)a->out);
+}
 static toliman_status get_limits(attempt *a) {
     static const double periods[LIMITS] = {70, 100, 190};
     return toliman_planet_get_limits(a->object, periods, LIMITS, 0.95, (void *)a->out);
@@ -125,6 +127,7 @@ static const scenario all[] = {
     ON_ONE(get_samples, 0),
     ON_ONE(get_signal, 0),
     ON_ONE(get_residuals, 0),
+    ON_ONE(get_outliers, 0),
     ON_ONE(get_limits, sizeof(toliman_planet_limit)),
     ON_ONE(get_efficiency, 0),
     ON_ONE(inject, 0),

@@ -54,7 +54,6 @@ int make_one_of_each() {
     series.t = times;
     series.y = values;
     auto searching = sized<toliman_planet_options>();
-    searching.flags = TOLIMAN_PLANET_JITTER;
     searching.threads = 1;
     const auto planets = make<planet_set>(toliman_planet_search, &series, &searching);
     const EmptyPair files;

@@ -110,6 +110,7 @@ FLAGS = {
                              "TOLIMAN_PERIOD_LONG"),
     "toliman_period_info": ("TOLIMAN_PERIOD_FIXED_MEAN", "TOLIMAN_PERIOD_DOUBLE_LIMB"),
     "toliman_planet": ("TOLIMAN_PLANET_AT_EDGE",),
+    "toliman_sky_refit_result": ("TOLIMAN_SKY_UNUSABLE",),
     "toliman_ingest_header_time": ("TOLIMAN_INGEST_ASSUMED", "TOLIMAN_INGEST_EXPIRED"),
     "toliman_bank_result": ("TOLIMAN_BANK_NOT_FITTED", "TOLIMAN_BANK_OUTSIDE", "TOLIMAN_BANK_LOW_EFFICIENCY"),
     "toliman_calibration_info": ("TOLIMAN_CALIBRATION_NOT_CONVERGED", "TOLIMAN_CALIBRATION_INCOMPLETE",

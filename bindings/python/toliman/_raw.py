@@ -2099,7 +2099,16 @@ class toliman_period_peak(Sized):
     offset: fit: mean of the sinusoid
     log10_fap: Baluev's upper bound of the false alarm probability on this grid, for one query. For a
         query after every sample: toliman_period_query_fap with SEQUENTIAL
-    period_error: fit: standard error of the period, frequency_error/frequency^2"""
+    period_error: fit: standard error of the period, frequency_error/frequency^2
+    chi_square: fit: as in goodness.h, of the sinusoid with mean and nuisance
+        functions, if sigmas are given; they must be absolute for it
+    chi_square_sigma: fit: as in goodness.h, of the sinusoid with mean and nuisance
+        functions, if sigmas are given; they must be absolute for it
+    largest_residual: fit: as in goodness.h, of the sinusoid with mean and nuisance
+        functions, if sigmas are given; they must be absolute for it
+    goodness: fit: TOLIMAN_GOODNESS_... of chi_square
+    outliers: fit: samples farther than 6 robust standard deviations, at least the sigmas, from the
+        sinusoid: they do not belong to the others. They are not left out"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -2118,6 +2127,11 @@ class toliman_period_peak(Sized):
         ("offset", c_double),
         ("log10_fap", c_double),
         ("period_error", c_double),
+        ("chi_square", c_double),
+        ("chi_square_sigma", c_double),
+        ("largest_residual", c_double),
+        ("goodness", c_int32),
+        ("outliers", c_uint32),
     ]
 
 
@@ -2767,15 +2781,28 @@ class toliman_sky_info(Sized):
     ]
 
 
+# Flag of toliman_sky_refit_result: chi_square is poor and above 3. No jitter excuses it: times, unit or sigmas are
+# wrong, or the model of the frames lacks an effect. The new orbit must not be used.
+TOLIMAN_SKY_UNUSABLE = 1
+
+
 class toliman_sky_refit_result(Sized):
     """Result of a refit. Since 0.2.
     struct_size: in: sizeof(toliman_sky_refit_result)
     iterations: number of Gauss-Newton steps
-    chi_square: mean of (residual/sigma)^2 of the measurements; the priors do not count
+    chi_square: as in goodness.h, of the measurements and their sigmas without the jitter
     rms_arcsec: rms of the residuals
     scale: relative error of the plate scale: measured = (1 + scale) true
     scale_sigma: its standard deviation
-    covariance: [7][7], of the elements, in their units"""
+    covariance: [7][7], of the elements, in their units
+    chi_square_sigma: as in goodness.h
+    largest_residual: as in goodness.h
+    jitter_arcsec: white noise that is added to the sigmas if chi_square is poor, so that the errors are those
+        of the residuals; otherwise 0
+    goodness: TOLIMAN_GOODNESS_... of chi_square
+    flags: TOLIMAN_SKY_UNUSABLE
+    outliers: measurements farther than 6 robust standard deviations, at least their sigmas, from the fit:
+        they do not belong to the others"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -2785,6 +2812,13 @@ class toliman_sky_refit_result(Sized):
         ("scale", c_double),
         ("scale_sigma", c_double),
         ("covariance", c_double * 49),
+        ("chi_square_sigma", c_double),
+        ("largest_residual", c_double),
+        ("jitter_arcsec", c_double),
+        ("goodness", c_int32),
+        ("flags", c_uint32),
+        ("outliers", c_uint32),
+        ("reserved", c_uint32),
     ]
 
 
@@ -5612,7 +5646,7 @@ A saved file has the standard deviations of the elements, but not their correlat
 original system to all of them.
 Errors, after which neither result nor out is written:
   - TOLIMAN_E_ARGUMENT, naming the measurement, for those that toliman_sky_reduce refuses and for bad numbers;
-  - TOLIMAN_E_ARGUMENT if no element has a standard deviation, if the fit is singular or does not converge, if it
+  - TOLIMAN_E_ARGUMENT if count is 0, if no element has a standard deviation, if the fit is singular or does not converge, if it
     moves an element by more than 10 of its standard deviations, and if the fitted orbit is outside the limits of a
     system file;
   - TOLIMAN_E_RANGE, naming the measurement, as toliman_sky_predict_mean: one that the observer file does not cover

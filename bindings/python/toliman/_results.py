@@ -548,6 +548,11 @@ class Peak(Result):
     offset: float = member("fit: mean of the sinusoid")
     log10_fap: float = member("Baluev's upper bound of the false alarm probability on this grid, for one query. For a query after every sample: fap with SEQUENTIAL")
     period_error: float = member("fit: standard error of the period, frequency_error/frequency^2")
+    chi_square: float = member("fit: as in goodness.h, of the sinusoid with mean and nuisance functions, if sigmas are given; they must be absolute for it")
+    chi_square_sigma: float = member("fit: as in goodness.h, of the sinusoid with mean and nuisance functions, if sigmas are given; they must be absolute for it")
+    largest_residual: float = member("fit: as in goodness.h, of the sinusoid with mean and nuisance functions, if sigmas are given; they must be absolute for it")
+    goodness: str = member("fit: ... of chi_square", words="TOLIMAN_GOODNESS")
+    outliers: int = member("fit: samples farther than 6 robust standard deviations, at least the sigmas, from the sinusoid: they do not belong to the others. They are not left out")
     at_edge: bool = member("a peak at the first or last frequency of the grid. Outside the grid the power may be higher.", flag=4)
     alias: bool = member("a peak that may be an alias of a higher peak: it is closer than 2.5/T to a higher peak, or a higher peak explains at least half of its power. The explained power follows from the window function at the difference and at the sum of the two frequencies, if these are within the grid.", flag=8)
     inaccurate: bool = member("a result: the error bound of the power (see Accuracy above), computed from the accumulators, exceeds 1e-3. For a peak or a model, at its grid point. For toliman_period_sampling, at any frequency above 0 except multiples of 1/(2 step), where cosine and sine of regular samples always coincide. With double_limb it is rare.", flag=16)
@@ -704,11 +709,17 @@ class Refit(Result):
     """Result of a refit."""
 
     iterations: int = member("number of Gauss-Newton steps")
-    chi_square: float = member("mean of (residual/sigma)^2 of the measurements; the priors do not count")
+    chi_square: float = member("as in goodness.h, of the measurements and their sigmas without the jitter")
     rms_arcsec: float = member("rms of the residuals")
     scale: float = member("relative error of the plate scale: measured = (1 + scale) true")
     scale_sigma: float = member("its standard deviation")
     covariance: tuple[float, ...] = member("[7][7], of the elements, in their units")
+    chi_square_sigma: float = member("as in goodness.h")
+    largest_residual: float = member("as in goodness.h")
+    jitter_arcsec: float = member("white noise that is added to the sigmas if chi_square is poor, so that the errors are those of the residuals; otherwise 0")
+    goodness: str = member("... of chi_square", words="TOLIMAN_GOODNESS")
+    outliers: int = member("measurements farther than 6 robust standard deviations, at least their sigmas, from the fit: they do not belong to the others")
+    unusable: bool = member("chi_square is poor and above 3. No jitter excuses it: times, unit or sigmas are wrong, or the model of the frames lacks an effect. The new orbit must not be used.", flag=1)
 
 
 @result

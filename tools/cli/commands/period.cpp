@@ -13,6 +13,7 @@
 #include "series/peak_flags.hpp"
 #include "series/period_folder.hpp"
 #include "series/period_stream.hpp"
+#include "series/series_goodness.hpp"
 #include "series/series_options.hpp"
 
 namespace cli {
@@ -95,6 +96,8 @@ void warn_of_results(const Periodogram &periodogram, const Series *series, const
     warn_of_grid(periodogram.handle, series, periodogram.peak.flags, warned, progress);
     const bool has_trend = info_of(periodogram.handle).functions > 1;
     warn_of_peak(periodogram.peak.flags, has_trend ? "" : ": --trend", progress);
+    warn_of_fit(periodogram.peak, progress);
+    warn_of_outliers(periodogram.peak.outliers, "", progress);
     if (noise)
         noise->warn(progress);
 }

@@ -13,6 +13,7 @@
 #include "options/command.hpp"
 #include "series/diagnosis.hpp"
 #include "series/reduction.hpp"
+#include "series/series_goodness.hpp"
 
 namespace cli {
 
@@ -99,6 +100,15 @@ void save(const toliman_sky *sky, const std::string &path) {
     out.commit();
 }
 
+bool is_unusable(const Fitted &fitted) {
+    return (fitted.result.flags & TOLIMAN_SKY_UNUSABLE) != 0;
+}
+
+void warn(const Fitted &fitted, Progress &progress) {
+    warn_of_fit(fitted.result, progress);
+    warn_of_outliers(fitted.result.outliers, ": they disturb the fit", progress);
+}
+
 void print_table(const Options &options, const Fitted &fitted) {
     std::string text = "# system    " + options.system + "\n";
     text += "# observer  " + options.reduction.observer.text() + "\n";
@@ -109,7 +119,11 @@ void print_table(const Options &options, const Fitted &fitted) {
         text += element.sigma_before > 0 ? formatted("  %12.3g  %+9.2f\n", element.sigma_after, element.change())
                                          : formatted("  %12s  %9s\n", "-", "-");
     }
-    text += formatted("chi-square  %.4g per sample\n", fitted.result.chi_square);
+    text += "residuals   " + fit_text(fitted.result) + "\n";
+    if (fitted.result.jitter_arcsec > 0)
+        text += formatted("jitter      %.4g uas\n", fitted.result.jitter_arcsec * 1e6);
+    if (fitted.result.outliers > 0)
+        text += formatted("outliers    %u\n", fitted.result.outliers);
     text += formatted("rms         %.4g uas\n", fitted.result.rms_arcsec * 1e6);
     text += formatted("scale       %.3g +- %.2g\n", fitted.result.scale, fitted.result.scale_sigma);
     print_stdout(text);
@@ -129,9 +143,11 @@ void print_json(const Options &options, const Fitted &fitted) {
     for (size_t i = 0; i < TOLIMAN_SKY_ELEMENTS; i++)
         covariance.emplace_back(&result.covariance[i * TOLIMAN_SKY_ELEMENTS],
                                 &result.covariance[i * TOLIMAN_SKY_ELEMENTS] + TOLIMAN_SKY_ELEMENTS);
-    json.set("covariance", covariance, "chi_square", result.chi_square, "rms_uas", result.rms_arcsec * 1e6, "scale",
-             result.scale, "scale_sigma", result.scale_sigma, "iterations", result.iterations, "diagnosis",
-             fitted.diagnosis, "out", text_or_null(options.out));
+    json.set("covariance", covariance, "chi_square", result.chi_square, "chi_square_sigma", result.chi_square_sigma,
+             "largest_residual", result.largest_residual, "goodness", toliman_goodness_name(result.goodness),
+             "jitter_uas", result.jitter_arcsec * 1e6, "outliers", result.outliers, "rms_uas", result.rms_arcsec * 1e6,
+             "scale", result.scale, "scale_sigma", result.scale_sigma, "iterations", result.iterations, "diagnosis",
+             fitted.diagnosis, "out", text_or_null(is_unusable(fitted) ? "" : options.out));
     print_stdout(json.text());
 }
 
@@ -142,9 +158,17 @@ void refit(Options &options, Progress &progress) {
         check_output(options.out);
     options.samples.leap_seconds = options.reduction.observer.leap_seconds();
     const Fitted fitted = fit(options, progress);
-    if (!options.out.empty())
+    progress.clear();
+    warn(fitted, progress);
+    if (!options.out.empty() && !is_unusable(fitted))
         save(fitted.sky.get(), options.out);
     (options.as_json ? print_json : print_table)(options, fitted);
+    if (is_unusable(fitted))
+        throw Failure(kExitRejected,
+                      formatted("%s: chi-square %.4g: times, unit or sigmas are wrong, or the model lacks an effect: the "
+                                "orbit must not be used%s",
+                                options.series.c_str(), fitted.result.chi_square,
+                                options.out.empty() ? "" : (", " + options.out + " is not written").c_str()));
 }
 
 } // namespace

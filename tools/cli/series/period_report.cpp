@@ -6,6 +6,7 @@
 #include "common/output.hpp"
 #include "common/text.hpp"
 #include "series/peak_flags.hpp"
+#include "series/series_goodness.hpp"
 
 namespace cli {
 
@@ -18,7 +19,9 @@ Json peak_json(const PeriodReport &report) {
               "frequency_error", peak.frequency_error, "period_error", peak.period_error, "amplitude", peak.amplitude,
               "amplitude_error", peak.amplitude_error, "phase", peak.phase, "time_offset",
               report.periodogram.time_offset, "offset", peak.offset, "log10_fap",
-              report.fap.log10(report.fap.residual_of(peak)), "at_edge", report.periodogram.at_edge());
+              report.fap.log10(report.fap.residual_of(peak)), "at_edge", report.periodogram.at_edge(), "chi_square",
+              peak.chi_square, "chi_square_sigma", peak.chi_square_sigma, "largest_residual", peak.largest_residual,
+              "goodness", toliman_goodness_name(peak.goodness), "outliers", peak.outliers);
     set_flags(peak.flags, json);
     return json;
 }
@@ -58,6 +61,10 @@ void PeriodReport::print() const {
     std::printf("power       %.6f at frequency %.8g\n", peak.power, peak.frequency);
     const double residual = fap.residual_of(peak);
     std::printf("log10 FAP   %s\n", fap.with_method(residual).c_str());
+    if (!std::isnan(peak.chi_square))
+        std::printf("residuals   %s\n", fit_text(peak).c_str());
+    if (peak.outliers > 0)
+        std::printf("outliers    %u\n", peak.outliers);
     if (noise != nullptr)
         noise->print();
     for (size_t i = 1; i < peaks.size(); i++)

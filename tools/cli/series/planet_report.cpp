@@ -8,7 +8,7 @@
 #include "common/output.hpp"
 #include "common/text.hpp"
 #include "scenes/dates.hpp"
-#include "series/outliers.hpp"
+#include "series/series_goodness.hpp"
 
 namespace cli {
 
@@ -144,9 +144,7 @@ std::string PlanetReport::fit_text() const {
     const toliman_planet_info &info = search.info;
     std::string text = "residuals   rms " + amplitude_text(info.rms);
     if (!std::isnan(info.chi_square))
-        text += formatted(", chi-square %.4g +- %.2g per degree of freedom: %s", info.chi_square, info.chi_square_sigma,
-                          toliman_goodness_name(info.goodness)) +
-                formatted(", largest %.4g sigma", info.largest_residual);
+        text += ", " + cli::fit_text(info);
     if (info.jitter[1] > 0)
         text += "\njitter      " + amplitude_text(info.jitter[1]) +
                 formatted(", chi-square with it %.4g", info.chi_square_with_jitter);
@@ -161,16 +159,9 @@ std::string PlanetReport::outlier_text() const {
 }
 
 void PlanetReport::warn(Progress &progress) const {
-    const toliman_planet_info &info = search.info;
-    if (info.goodness == TOLIMAN_GOODNESS_POOR)
-        progress.warn(formatted("chi-square %.4g +- %.2g: poor: the sigmas are too small, or the model lacks an effect",
-                                info.chi_square, info.chi_square_sigma));
-    if (info.goodness == TOLIMAN_GOODNESS_TOO_GOOD)
-        progress.warn(formatted("chi-square %.4g +- %.2g: too good: the sigmas are too large, or samples are repeated",
-                                info.chi_square, info.chi_square_sigma));
-    if (!search.outliers.empty() && (search.options.flags & TOLIMAN_PLANET_CLIP) == 0)
-        progress.warn(formatted("%zu samples do not belong to the series: --clip leaves them out",
-                                search.outliers.size()));
+    warn_of_fit(search.info, progress);
+    if ((search.options.flags & TOLIMAN_PLANET_CLIP) == 0)
+        warn_of_outliers(search.outliers.size(), ": --clip leaves them out", progress);
 }
 
 void PlanetReport::refuse() const {
