@@ -3,7 +3,7 @@ BUILD ?= build
 JOBS ?= $(shell nproc)
 PREFIX ?= /usr/local
 SECONDS ?= 60
-CAMPAIGNS = long soak same science missions planets masks chapter budget faults fuzz races asan tsan coverage
+CAMPAIGNS = long soak same science missions planets cosmic masks chapter budget faults fuzz races asan tsan coverage
 .PHONY: all own deps demo check check-deps everything bench record fap noise $(CAMPAIGNS) abi docs install package wheel format lint clean help
 
 all: own deps $(BUILD)/build.ninja ## build the library and the program (default)

@@ -5,8 +5,8 @@
 // For Poisson counts the probability of a larger excess is below exp(-L^2/2) = 1.5e-8 by Bernstein's inequality, for
 // any V; for a Gaussian it is 2e-9, 1.3e-4 per frame of 256x256. In the form of the kernels, x (x - tail) > L^2 where
 // x > 0, and x^2 > L^2 elsewhere, tail = L^2/(3 sqrt(V)).
-// Where the model lacks an effect, the limit is that many times the scatter of all residuals: L^2 is multiplied by the
-// reduced chi-square, if that is above 1, of the pixels that are not bad.
+// Where the model lacks an effect, L^2 is multiplied by the square of the reduced chi-square of the other pixels, if that
+// is above 1: their residuals have long tails.
 // A bad pixel biases the fit, so that others exceed the limit, too: those above half of the largest residual are left
 // out at once, then the model is fitted again. If more than kMostBadPixels exceed the limit, the model is wrong, not
 // the pixels: all are used.
@@ -64,16 +64,21 @@ class BadPixels {
 
     enum class Found { none, some, too_many };
     // Adds the pixels below `pixels` whose excess(i), of the form of excess_of(), is above the limit, and above a
-    // quarter of the largest one: half of the largest residual. chi_square: reduced, of the fit.
-    template <class Excess> Found add_largest(size_t pixels, double chi_square, const Excess &excess) noexcept {
-        const double least = kBadPixelLimit * std::fmax(1, chi_square);
-        double largest = least;
+    // quarter of the largest one: half of the largest residual. square, freedom: the sum of squared residuals of the
+    // fit, and its degrees of freedom.
+    template <class Excess>
+    Found add_largest(size_t pixels, double square, double freedom, const Excess &excess) noexcept {
+        double largest = kBadPixelLimit;
         for (size_t i = 0; i < pixels; i++)
             if (const double found = excess(i); found > largest && !has(i))
                 largest = found;
         if (!std::isfinite(largest))
             return Found::too_many;
-        if (largest == least)
+        for (size_t i = 0; i < pixels; i++)
+            if (const double found = excess(i); found > 0.25 * largest && !has(i))
+                square -= found;
+        const double chi_square = std::fmax(1, square / freedom), least = kBadPixelLimit * chi_square * chi_square;
+        if (!(largest > least))
             return Found::none;
         const double limit = std::fmax(least, 0.25 * largest);
         for (size_t i = 0; i < pixels; i++)

@@ -320,7 +320,7 @@ double Preprocess::residual_of(size_t i, size_t pixel, const Fitted &fitted, con
 BadPixels::Found Preprocess::add_bad_pixels(size_t i, const Fitted &fitted, const Work &work,
                                             BadPixels &bad) const noexcept {
     return bad.add_largest(
-        kPixels, fitted.square / freedom(bad.count()), [&](size_t pixel) { return excess_of(residual_of(i, pixel, fitted, work), noise.tail[pixel]); });
+        kPixels, fitted.square, freedom(bad.count()), [&](size_t pixel) { return excess_of(residual_of(i, pixel, fitted, work), noise.tail[pixel]); });
 }
 
 bool Preprocess::lower(size_t i, const Fitted &fitted, const Work &work, const BadPixels &bad, double *counts,

@@ -332,17 +332,17 @@ void Model::linearise(const ImageView<const double> *counts, const double *value
 
 BadPixels::Found Model::find_bad_pixels(const ImageView<const double> &counts, const double *values, double *excess,
                                         Work &work) const {
-    double chi_square = 0;
+    double square = 0;
     visit(&counts, values, 0, work, [&](const Row &row) {
         for (size_t c = 0; c < cols_; c++) {
             excess[row.row * cols_ + c] = row.weight[c] * excess_of(row.residual[c], tail_);
-            chi_square += row.weight[c] * row.residual[c] * row.residual[c];
+            square += row.weight[c] * row.residual[c] * row.residual[c];
         }
     });
     if (work.used <= parameters())
         return BadPixels::Found::too_many;
-    chi_square /= static_cast<double>(work.used - parameters());
-    return work.bad.add_largest(rows_ * cols_, chi_square, [excess](size_t i) { return excess[i]; });
+    const auto freedom = static_cast<double>(work.used - parameters());
+    return work.bad.add_largest(rows_ * cols_, square, freedom, [excess](size_t i) { return excess[i]; });
 }
 
 void Model::refuse(const double *counts, size_t r) const {

@@ -120,7 +120,7 @@ bool TemplateEstimator::repair(ImageView<const double> counts, TemplateWork &wor
         std::copy_n(counts.row(r), cols_, &work.repaired[r * cols_]);
     for (;;) {
         const BadPixels::Found found = bad.add_largest(
-            reference_.size(), fitted.square / freedom(bad.count()), [&](size_t i) { return excess_of(work.residual[i], noise_.tail[i]); });
+            reference_.size(), fitted.square, freedom(bad.count()), [&](size_t i) { return excess_of(work.residual[i], noise_.tail[i]); });
         if (found == BadPixels::Found::none)
             return true;
         if (found == BadPixels::Found::too_many || !lower(bad, work))

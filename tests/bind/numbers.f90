@@ -93,7 +93,8 @@ contains
         type(toliman_cae_training) :: report
         integer(c_int8_t), allocatable :: bytes(:)
         real(c_double), allocatable :: image(:, :)
-        real(c_double) :: latent, mmse, latents(1), squares(1)
+        real(c_double) :: latent, mmse, latents(1)
+        type(toliman_frame_goodness) :: goodness(1)
         type(toliman_image) :: many
         call made%create(sim, 5_c_int64_t)
         call toliman_cae_train_options_init(options, c_sizeof(options))
@@ -110,9 +111,9 @@ contains
         call show('latent', latent)
         many%pixel = TOLIMAN_PIXEL_F64
         many%pixels = c_loc(frame)
-        call cae%encode_many(many, 1, latents, squares)
+        call cae%encode_many(many, 1, latents, goodness)
         call show('latent_of_many', latents(1))
-        call show('chi_square', squares(1))
+        call show('chi_square', goodness(1)%chi_square)
         allocate (image(256, 256))
         call cae%decode(1d-3, image)
         call show('decode', image(251, 4))

@@ -74,7 +74,7 @@ class Fits(unittest.TestCase):
             self.assertEqual(list(values[:4]), [result.separation_px, result.position_angle_deg, result.x_px, result.y_px])
             self.assertEqual(result.separation_sigma_px, covariance[0, 0] ** 0.5)
             numpy.testing.assert_allclose(covariance, covariance.T, rtol=1e-9)
-            self.assertFalse(result.not_converged or result.outlier)
+            self.assertEqual((result.not_converged, result.goodness, result.bad_pixels), (False, "good", 0))
             self.assertLess(abs(whole["separation_px"][k] - together["separation_px"][k]), 0.01)
 
     def test_more_frames_than_a_call_takes(self):

@@ -80,11 +80,14 @@ class Network(unittest.TestCase):
         template, damaged = toliman.Template(simulator), frames.copy()
         damaged[1, ::2] = 0
         for estimator, pixels in ((network, 65536), (template, ROWS * COLS)):
-            values, squares = estimator.encode(damaged, chi_square=True, threads=2)
-            self.assertEqual(values.tolist(), estimator.encode(damaged).tolist())
+            values, fits = estimator.encode(damaged, goodness=True, threads=2)
+            squares = fits["chi_square"]
+            with self.assertWarnsRegex(toliman.FitWarning, "5 frames: the fit of 1, with a median chi-square of .*, is poor"):
+                self.assertEqual(values.tolist(), estimator.encode(damaged).tolist())
             out = numpy.abs(squares - 1) > 5 * (2 / pixels) ** 0.5
             self.assertEqual(numpy.flatnonzero(out).tolist(), [1])
-            self.assertEqual(estimator.encode(damaged[2], chi_square=True), (values[2], squares[2]))
+            value, fit = estimator.encode(damaged[2], goodness=True)
+            self.assertEqual((value, fit.chi_square, fit.goodness), (values[2], squares[2], "good"))
         sigma = simulator.image("variance") ** 0.5
         residual = (damaged[1] - simulator.image()) / sigma
         _, left, _, _ = numpy.linalg.lstsq((simulator.image("separation") / sigma).reshape(-1, 1), residual.ravel(), rcond=None)
@@ -237,12 +240,12 @@ class Network(unittest.TestCase):
         for options in ({}, {"layout": "paper", "input": "raw"}):
             fixed, following = (toliman.CAE(simulated, centre=centre, **options) for centre in ("scene", "image"))
             self.assertEqual((fixed.info.centre, following.info.centre), ("scene", "image"))
-            latents, chi_square = following.encode(frames, chi_square=True)
+            latents, fits = following.encode(frames, goodness=True)
             self.assertEqual(latents.tolist(), fixed.encode(frames).tolist())
             for shift in ((1, -5), (-2, 6), (0, 0)):
                 moved = numpy.roll(frames, shift, axis=(1, 2))
-                again, square = following.encode(moved, chi_square=True)
-                self.assertEqual((again.tolist(), square.tolist()), (latents.tolist(), chi_square.tolist()))
+                again, found = following.encode(moved, goodness=True)
+                self.assertEqual((again.tolist(), found.tolist()), (latents.tolist(), fits.tolist()))
                 self.assertEqual((fixed.encode(moved) == latents).all(), shift == (0, 0))
                 self.assertTrue((following.reconstruct(moved[0]).image == following.reconstruct(frames[0]).image).all())
             loaded = toliman.CAE.from_bytes(following.to_bytes())

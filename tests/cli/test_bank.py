@@ -24,8 +24,8 @@ SCENE = {**SMALL, "binary": {"date": 2026, "orbit": "alpha-cen", "moving": True}
          "detector": {"shape": [256, 256], "pixel_scale_arcsec": 0.4}}
 AT_REST = {**SCENE, "binary": {"separation_arcsec": 7, "position_angle_deg": 30}}
 QUICK = ("--places", "1", "--steps", "30")
-COLUMNS = ("file,frame,displacement_px,chi_square,separation_px,separation_sigma_px,efficiency,network,fit_displacement_px,"
-           "position_angle_deg,x_px,y_px,flux_a,flux_b,background,iterations,flags")
+COLUMNS = ("file,frame,displacement_px,chi_square,chi_square_sigma,largest_residual,goodness,bad_pixels,separation_px,"
+           "separation_sigma_px,efficiency,network,fit_displacement_px,position_angle_deg,x_px,y_px,flux_a,flux_b,background,iterations,flags")
 ENCODE = ("encode", "--weights", "b.tlmb", "--fit", "s.json")
 SOON = 6  # s
 

@@ -21,8 +21,8 @@ SCENE = {
     "detector": {"shape": [64, 64], "pixel_scale_arcsec": 0.4},
     "noise": {"photon": True, "read_e": 2.5, "seed": 7},
 }
-COLUMNS = ("file,frame,displacement_px,chi_square,separation_px,separation_sigma_px,position_angle_deg,x_px,y_px,flux_a,flux_b,"
-           "background,iterations,flags")
+COLUMNS = ("file,frame,displacement_px,chi_square,chi_square_sigma,largest_residual,goodness,bad_pixels,separation_px,"
+           "separation_sigma_px,position_angle_deg,x_px,y_px,flux_a,flux_b,background,iterations,flags")
 
 
 class Fit(ProgramTest):
@@ -57,7 +57,7 @@ class Encode(Fit):
         self.write("s.json", {**SCENE, "binary": {"separation_arcsec": 7, "position_angle_deg": 30}})
         self.simulate("0:6", "f.npy")
         text = self.succeed("encode", "--template", "s.json", "f.npy").splitlines()
-        self.assertEqual(text[0], "file,frame,displacement_px,chi_square")
+        self.assertEqual(text[0], "file,frame,displacement_px,chi_square,chi_square_sigma,largest_residual,goodness,bad_pixels")
         self.assertEqual([line.split(",")[:2] for line in text[1:]], [["f.npy", str(k)] for k in range(6)])
         self.assertLess(abs(float(text[1].split(",")[2])), 0.01)
 
@@ -118,8 +118,32 @@ class Encode(Fit):
         self.assertEqual([rows[1][name] for name in ("displacement_px", "separation_px", "flux_a")], ["nan"] * 3)
         self.assertEqual(done.stderr.count("bad.npy: frame 1: the fit did not converge: its numbers are nan"), 1)
         self.assertIn("2 of 6 frames did not converge", done.stderr)
-        self.assertRegex(done.stderr, "bad.npy: frame 4: a chi-square of ")
-        self.assertIn("outlier", rows[4]["flags"].split("+"))
+        self.assertRegex(done.stderr, "bad.npy: frame 4: the fit is poor: a chi-square of ")
+        self.assertEqual([row["goodness"] for row in rows], ["good", "unknown", "unknown", "good", "poor", "poor"])
+        self.assertIn("2 of 6 frames have a poor fit", done.stderr)
+
+    def test_bad_pixels(self):
+        """A cosmic ray is left out and counted; a file of bad pixels changes the fit; frames in another unit are too good."""
+        frames = numpy.load(self.folder / "f.npy").astype(float)
+        frames[1, 20, 30] += 2e4
+        frames[2] /= 2
+        numpy.save(self.folder / "hit.npy", frames)
+        done = self.run_program("encode", "--fit", "s.json", "hit.npy")
+        rows = self.rows(done.stdout)
+        self.assertEqual([row["bad_pixels"] for row in rows], ["0", "1", "0", "0", "0", "0"])
+        self.assertEqual([row["goodness"] for row in rows[:3]], ["good", "good", "too good"])
+        self.assertIn("hit.npy: frame 2: the fit is too good: ", done.stderr)
+        bad = numpy.zeros((64, 64), bool)
+        bad[20, 30] = bad[40] = True
+        numpy.save(self.folder / "bad.npy", bad)
+        masked = self.rows(self.run_program("encode", "--fit", "s.json", "hit.npy", "--bad-pixels", "bad.npy").stdout)
+        self.assertEqual(masked[1]["bad_pixels"], "0")
+        self.assertGreater(float(masked[1]["separation_sigma_px"]), float(rows[1]["separation_sigma_px"]))
+        for text, *arguments in (("No such file", "--fit", "s.json", "--bad-pixels", "none.npy"),
+                                 ("needs --fit or --template", "--weights", "w.tlmw", "--bad-pixels", "bad.npy")):
+            failed = self.run_program("encode", *arguments, "f.npy")
+            self.assertNotEqual(failed.returncode, 0)
+            self.assertIn(text, failed.stderr)
 
     def test_free_parameters(self):
         text = self.succeed("encode", "--fit", "s.json", "f.npy", "--free", "scale jitter_xx")

@@ -65,7 +65,7 @@ class Weights(Frames):
         from_bin = self.succeed(
             "encode", "--weights", "w.tlmw", "--dtype", "u32le", "--shape", "256x256", "f.bin"
         ).splitlines()
-        self.assertEqual(from_npy[0], "file,frame,latent_px,chi_square")
+        self.assertEqual(from_npy[0], "file,frame,latent_px,chi_square,chi_square_sigma,largest_residual,goodness,bad_pixels")
         self.assertEqual(len(from_npy), 5)
         for line in from_npy[1:]:
             self.assertLess(abs(float(line.split(",")[3]) - 1), 5 * (2 / 65536) ** 0.5)
@@ -98,7 +98,7 @@ class Weights(Frames):
         numpy.save(self.folder / "bad.npy", frames)
         done = self.run_program("encode", "--weights", "w.tlmw", "bad.npy")
         self.assertEqual(done.returncode, 0)
-        self.assertRegex(done.stderr, "bad.npy: frame 1: a chi-square of [0-9.]+ differs from 1 .- 0.00552, that of the scene's noise")
+        self.assertRegex(done.stderr, "bad.npy: frame 1: the fit is poor: a chi-square of [0-9.]+ differs from 1 .- 0.00552, that of the scene's noise")
         squares = [float(line.split(",")[3]) for line in done.stdout.splitlines()[1:]]
         self.assertEqual([abs(square - 1) > 5 * (2 / 65536) ** 0.5 for square in squares], [False, True, False])
 

@@ -159,7 +159,7 @@ class Weights(ProgramTest):
                     arguments=(*raw, "short.bin"))
         self.refuse(2, "f.npy: --dtype and --shape are for files without header", arguments=(*raw, "f.npy"))
         out = self.succeed(*encode, "f.npy", "f.npy").splitlines()
-        self.assertEqual([out[0], len(out)], ["file,frame,latent_px,chi_square", 3])
+        self.assertEqual([out[0], len(out)], ["file,frame,latent_px,chi_square,chi_square_sigma,largest_residual,goodness,bad_pixels", 3])
 
 
 class Stopped(ProgramTest):

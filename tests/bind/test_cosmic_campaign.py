@@ -1,0 +1,56 @@
+"""Frames with cosmic rays: the short form of cosmic_campaign.py, and frames that must not be cleaned."""
+import pathlib
+import sys
+import unittest
+import warnings
+
+import numpy
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+import cosmic_campaign as campaign  # noqa: E402
+import toliman  # noqa: E402
+
+
+class Cosmic(unittest.TestCase):
+    def check(self, made, found_share):
+        for name, of in made.items():
+            with self.subTest(estimator=name):
+                self.assertEqual(of["lost"], [0, 0])
+                self.assertEqual(of["bad"][0], 0)
+                self.assertGreater(of["bad"][1], found_share * of["hits"])
+                self.assertLessEqual(of["bad"][1], of["hits"])
+                self.assertLess(of["rms"], 0.05)
+                self.assertLess(of["largest"], 0.5)
+
+    def test_hits_are_left_out(self):
+        """Without the rejection a hit moves the fit of a small frame by up to 10 standard deviations."""
+        self.check(campaign.measure(campaign.moving(60), False, 0.5, 4), 0.95)
+        self.check(campaign.measure(campaign.chapter(16), True, 2, 4), 0.8)
+
+    def test_wrong_optics_are_not_cleaned(self):
+        """Frames of another focus: far more pixels than those of hits are off, none is left out."""
+        scene = campaign.moving(4)
+        fit = toliman.Fit(toliman.Simulator(scene))
+        scene["telescope"]["aberrations"] = {"zernike_rms_nm": {"5": 4}}
+        frames = toliman.Simulator(scene).frames(0, 4)
+        frames[1, 10, 10] += 1e5
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            found = fit.frames(frames, times_days=numpy.arange(4))
+        self.assertTrue((found["goodness"] == 803).all(), found)
+        self.assertLessEqual(found["bad_pixels"].max(), 1)
+        self.assertEqual([warning.category for warning in caught], [toliman.FitWarning])
+        self.assertIn("4 frames: the fit of 4, with a median chi-square of ", str(caught[0].message))
+
+    def test_another_unit_is_too_good(self):
+        """Counts in DN of 2 electrons, taken for photons."""
+        scene = campaign.moving(2)
+        fit = toliman.Fit(toliman.Simulator(scene))
+        with self.assertWarnsRegex(toliman.FitWarning, "is too good: are the counts in the unit of the scene"):
+            result, _, _ = fit.frame(toliman.Simulator(scene).frame(0) / 2)
+        self.assertEqual(result.goodness, "too good")
+        self.assertLess(result.chi_square, 0.6)
+
+
+if __name__ == "__main__":
+    unittest.main()
