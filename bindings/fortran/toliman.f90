@@ -926,11 +926,11 @@ module toliman
         ! frame (median); without that of the map
         real(c_double) :: calibration_sigma_px = 0.0_c_double
         real(c_double) :: map_rms_nm = 0.0_c_double ! rms of the fitted map over the open pupil, nm; 0 without a map
-        ! effective number of parameters of the map, which fits as much of the noise; 0 without
+        ! effective number of parameters of the map in one step; 0 without a map
         real(c_double) :: map_parameters = 0.0_c_double
         real(c_double) :: largest_residual = 0.0_c_double ! largest |residual| over its standard deviation
-        ! TOLIMAN_GOODNESS_..., of chi_square. With a map that is smaller than its prior, the noise fitted may be up
-        ! to map_parameters / 2 more before chi_square is TOO_GOOD
+        ! TOLIMAN_GOODNESS_..., of chi_square. All steps of a map fit up to twice as much of the noise: the limit
+        ! below which chi_square is TOO_GOOD allows for map_parameters once more
         integer(c_int32_t) :: goodness = 0
         integer(c_int32_t) :: lacks = 0 ! with INCOMPLETE: TOLIMAN_CALIBRATION_CHANGE_... that the model may need
         integer(c_int32_t) :: changes = 0 ! TOLIMAN_CALIBRATION_CHANGE_... that were kept

@@ -1188,10 +1188,10 @@ class toliman_calibration_info(Sized):
     calibration_sigma_px: standard deviation of the error that the uncertain parameters of the instrument
         cause in the separation of a frame (median); without that of the map
     map_rms_nm: rms of the fitted map over the open pupil, nm; 0 without a map
-    map_parameters: effective number of parameters of the map, which fits as much of the noise; 0 without
+    map_parameters: effective number of parameters of the map in one step; 0 without a map
     largest_residual: largest |residual| over its standard deviation
-    goodness: TOLIMAN_GOODNESS_..., of chi_square. With a map that is smaller than its prior, the noise
-        fitted may be up to map_parameters / 2 more before chi_square is TOO_GOOD
+    goodness: TOLIMAN_GOODNESS_..., of chi_square. All steps of a map fit up to twice as much of the noise:
+        the limit below which chi_square is TOO_GOOD allows for map_parameters once more
     lacks: with INCOMPLETE: TOLIMAN_CALIBRATION_CHANGE_... that the model may need
     changes: TOLIMAN_CALIBRATION_CHANGE_... that were kept
     attempts: number of changes that were tried
