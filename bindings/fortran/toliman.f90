@@ -232,27 +232,24 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_SIM_UNIT_ELECTRON = 302
     integer(c_int32_t), parameter, public :: TOLIMAN_SIM_UNIT_DN = 303
 
-    ! Calibration of a scene (calibrate.h): whether one fitted it, and whether its model was complete. Unless it is NONE or
-    ! COMPLETE, estimators that use the scene may be wrong by more than their standard deviations; a warning says so.
-    ! the scene is nominal: no calibration fitted it
+    ! Verdict of the calibration of a scene (calibrate.h). Estimators that use an INCOMPLETE one may be wrong: logged.
+    ! no calibration fitted the scene, or its file has no verdict
     integer(c_int32_t), parameter, public :: TOLIMAN_SIM_CALIBRATION_NONE = 341
-    ! its file was written without the verdict
-    integer(c_int32_t), parameter, public :: TOLIMAN_SIM_CALIBRATION_UNSTATED = 342
     ! the model explained the frames of the calibration
-    integer(c_int32_t), parameter, public :: TOLIMAN_SIM_CALIBRATION_COMPLETE = 343
+    integer(c_int32_t), parameter, public :: TOLIMAN_SIM_CALIBRATION_COMPLETE = 342
     ! it did not, or the calibration did not end
-    integer(c_int32_t), parameter, public :: TOLIMAN_SIM_CALIBRATION_INCOMPLETE = 344
+    integer(c_int32_t), parameter, public :: TOLIMAN_SIM_CALIBRATION_INCOMPLETE = 343
 
     ! Properties of a prepared scene.
     type, bind(C), public :: toliman_sim_info
-        integer(c_int32_t) :: struct_size = 224 ! in: sizeof(toliman_sim_info)
+        integer(c_int32_t) :: struct_size = 216 ! in: sizeof(toliman_sim_info)
         integer(c_int32_t) :: wavelengths = 0 ! number of wavelengths of the spectrum
         integer(c_int64_t) :: rows = 0 ! shape of a frame
         integer(c_int64_t) :: cols = 0
         integer(c_int64_t) :: frames = 0 ! number of frames of the cadence
         integer(c_int64_t) :: pupil_samples = 0 ! N: the pupil has N x N samples
         integer(c_int64_t) :: seed = 0 ! noise.seed of the scene
-        ! amplitude of the signal, 0 without one; for a planet, semi-major axis of the star's orbit
+        ! amplitude of the signal, 0 without one; for a planet, that of the star's orbit
         real(c_double) :: amplitude_px = 0.0_c_double
         real(c_double) :: period_days = 0.0_c_double ! period of the signal; 0 without one
         real(c_double) :: separation_px = 0.0_c_double ! separation of the stars; 0 for a single star
@@ -272,16 +269,12 @@ module toliman
         integer(c_int32_t) :: bit_depth = 0 ! bits per pixel of the detector; 0 = counts are not rounded
         ! length of an exposure; 0 if the scene has peak_photons instead. Since 0.2
         real(c_double) :: exposure_s = 0.0_c_double
-        ! TAI of time 0, ns since 1970-01-01T00:00:00 TAI: binary.date as a Julian year of TT; 0 without
-        ! binary.observer. Since 0.2
+        ! TAI of binary.date, ns since 1970-01-01T00:00:00 TAI; 0 without an observer. Since 0.2
         integer(c_int64_t) :: time_zero_ns = 0
         integer(c_int32_t) :: calibration = 0 ! TOLIMAN_SIM_CALIBRATION_.... Since 0.2
-        ! TOLIMAN_GOODNESS_..., of the frames of the calibration. Since 0.2
+        ! TOLIMAN_GOODNESS_..., of its chi_square; UNKNOWN without a verdict. Since 0.2
         integer(c_int32_t) :: calibration_goodness = 0
-        integer(c_int64_t) :: calibration_frames = 0 ! number of these frames; 0 without a verdict. Since 0.2
-        ! per degree of freedom; NaN without a verdict. Since 0.2
-        real(c_double) :: calibration_chi_square = 0.0_c_double
-        ! its standard deviation, if the model is right; NaN without a verdict. Since 0.2
+        real(c_double) :: calibration_chi_square = 0.0_c_double ! NaN without a verdict. Since 0.2
         real(c_double) :: calibration_chi_square_sigma = 0.0_c_double
         integer(c_int64_t) :: bad_pixels = 0 ! pixels of detector.bad_pixels, which no estimator uses. Since 0.2
     end type
@@ -296,7 +289,7 @@ module toliman
         real(c_double) :: crb_flux_shift_px = 0.0_c_double ! with both fluxes and the common shift unknown
         ! with fluxes, shift, roll, scale, focus and background unknown
         real(c_double) :: crb_marginal_px = 0.0_c_double
-        ! with the nuisances of preprocess.project unknown: the reference of the efficiency of an estimator
+        ! with those of preprocess.project unknown: reference of an estimator's efficiency
         real(c_double) :: crb_projected_px = 0.0_c_double
         ! error of the Taylor expansion at the largest displacement of the signal: largest error of any pixel, divided
         ! by the largest change of any pixel by the signal
@@ -952,11 +945,11 @@ module toliman
         ! frame (median); without that of the map
         real(c_double) :: calibration_sigma_px = 0.0_c_double
         real(c_double) :: map_rms_nm = 0.0_c_double ! rms of the fitted map over the open pupil, nm; 0 without a map
-        ! effective number of parameters of the map, which fits as much of the noise; 0 without
+        ! effective number of parameters of the map in one step; 0 without a map
         real(c_double) :: map_parameters = 0.0_c_double
         real(c_double) :: largest_residual = 0.0_c_double ! largest |residual| over its standard deviation
-        ! TOLIMAN_GOODNESS_..., of chi_square. With a map that is smaller than its prior, the noise fitted may be up
-        ! to map_parameters / 2 more before chi_square is TOO_GOOD
+        ! TOLIMAN_GOODNESS_..., of chi_square. All steps of a map fit up to twice as much of the noise: the limit
+        ! below which chi_square is TOO_GOOD allows for map_parameters once more
         integer(c_int32_t) :: goodness = 0
         integer(c_int32_t) :: lacks = 0 ! with INCOMPLETE: TOLIMAN_CALIBRATION_CHANGE_... that the model may need
         integer(c_int32_t) :: changes = 0 ! TOLIMAN_CALIBRATION_CHANGE_... that were kept

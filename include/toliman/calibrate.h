@@ -193,10 +193,10 @@ typedef struct toliman_calibration_info {
     double calibration_sigma_px; /* standard deviation of the error that the uncertain parameters of the instrument
                                     cause in the separation of a frame (median); without that of the map */
     double map_rms_nm;           /* rms of the fitted map over the open pupil, nm; 0 without a map */
-    double map_parameters;   /* effective number of parameters of the map, which fits as much of the noise; 0 without */
-    double largest_residual; /* largest |residual| over its standard deviation */
-    int32_t goodness;   /* TOLIMAN_GOODNESS_..., of chi_square. With a map that is smaller than its prior, the noise
-                           fitted may be up to map_parameters / 2 more before chi_square is TOO_GOOD */
+    double map_parameters;       /* effective number of parameters of the map in one step; 0 without a map */
+    double largest_residual;     /* largest |residual| over its standard deviation */
+    int32_t goodness;   /* TOLIMAN_GOODNESS_..., of chi_square. All steps of a map fit up to twice as much of the noise:
+                           the limit below which chi_square is TOO_GOOD allows for map_parameters once more */
     uint32_t lacks;     /* with INCOMPLETE: TOLIMAN_CALIBRATION_CHANGE_... that the model may need */
     uint32_t changes;   /* TOLIMAN_CALIBRATION_CHANGE_... that were kept */
     int32_t attempts;   /* number of changes that were tried */

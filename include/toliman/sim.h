@@ -170,12 +170,10 @@ TOLIMAN_API void toliman_sim_destroy(toliman_sim *sim) TOLIMAN_NOEXCEPT;
 #define TOLIMAN_SIM_UNIT_ELECTRON 302
 #define TOLIMAN_SIM_UNIT_DN 303
 
-/* Calibration of a scene (calibrate.h): whether one fitted it, and whether its model was complete. Unless it is NONE or
- * COMPLETE, estimators that use the scene may be wrong by more than their standard deviations; a warning says so. */
-#define TOLIMAN_SIM_CALIBRATION_NONE 341       /* the scene is nominal: no calibration fitted it */
-#define TOLIMAN_SIM_CALIBRATION_UNSTATED 342   /* its file was written without the verdict */
-#define TOLIMAN_SIM_CALIBRATION_COMPLETE 343   /* the model explained the frames of the calibration */
-#define TOLIMAN_SIM_CALIBRATION_INCOMPLETE 344 /* it did not, or the calibration did not end */
+/* Verdict of the calibration of a scene (calibrate.h). Estimators that use an INCOMPLETE one may be wrong: logged. */
+#define TOLIMAN_SIM_CALIBRATION_NONE 341       /* no calibration fitted the scene, or its file has no verdict */
+#define TOLIMAN_SIM_CALIBRATION_COMPLETE 342   /* the model explained the frames of the calibration */
+#define TOLIMAN_SIM_CALIBRATION_INCOMPLETE 343 /* it did not, or the calibration did not end */
 
 /* Properties of a prepared scene. */
 typedef struct toliman_sim_info {
@@ -185,8 +183,7 @@ typedef struct toliman_sim_info {
     int64_t frames;        /* number of frames of the cadence */
     int64_t pupil_samples; /* N: the pupil has N x N samples */
     uint64_t seed;         /* noise.seed of the scene */
-    double amplitude_px;   /* amplitude of the signal, 0 without one; for a planet, semi-major axis of the star's
-                              orbit */
+    double amplitude_px;   /* amplitude of the signal, 0 without one; for a planet, that of the star's orbit */
     double period_days;    /* period of the signal; 0 without one */
     double separation_px;  /* separation of the stars; 0 for a single star */
     double flux_ratio;     /* photons of A / photons of B; 0 for a single star */
@@ -202,15 +199,11 @@ typedef struct toliman_sim_info {
     int32_t unit;          /* TOLIMAN_SIM_UNIT_..., of frames and expected images */
     int32_t bit_depth;     /* bits per pixel of the detector; 0 = counts are not rounded */
     double exposure_s;     /* length of an exposure; 0 if the scene has peak_photons instead. Since 0.2 */
-    int64_t time_zero_ns;  /* TAI of time 0, ns since 1970-01-01T00:00:00 TAI: binary.date as a Julian year of TT; 0
-                              without binary.observer. Since 0.2 */
+    int64_t time_zero_ns;  /* TAI of binary.date, ns since 1970-01-01T00:00:00 TAI; 0 without an observer. Since 0.2 */
     int32_t calibration;   /* TOLIMAN_SIM_CALIBRATION_.... Since 0.2 */
-    int32_t calibration_goodness;        /* TOLIMAN_GOODNESS_..., of the frames of the calibration. Since 0.2 */
-    int64_t calibration_frames;          /* number of these frames; 0 without a verdict. Since 0.2 */
-    double calibration_chi_square;       /* per degree of freedom; NaN without a verdict. Since 0.2 */
-    double calibration_chi_square_sigma; /* its standard deviation, if the model is right; NaN without a verdict. Since
-                                            0.2 */
-    int64_t bad_pixels;    /* pixels of detector.bad_pixels, which no estimator uses. Since 0.2 */
+    int32_t calibration_goodness; /* TOLIMAN_GOODNESS_..., of its chi_square; UNKNOWN without a verdict. Since 0.2 */
+    double calibration_chi_square, calibration_chi_square_sigma; /* NaN without a verdict. Since 0.2 */
+    int64_t bad_pixels; /* pixels of detector.bad_pixels, which no estimator uses. Since 0.2 */
 } toliman_sim_info;
 #define TOLIMAN_SIM_INFO_INIT TOLIMAN_INIT(toliman_sim_info)
 
@@ -227,8 +220,7 @@ typedef struct toliman_sim_bounds {
     double crb_px;            /* with all else known; finite if the scene has a signal */
     double crb_flux_shift_px; /* with both fluxes and the common shift unknown */
     double crb_marginal_px;   /* with fluxes, shift, roll, scale, focus and background unknown */
-    double crb_projected_px;  /* with the nuisances of preprocess.project unknown: the reference of the efficiency of an
-                                 estimator */
+    double crb_projected_px;  /* with those of preprocess.project unknown: reference of an estimator's efficiency */
     double truncation;        /* error of the Taylor expansion at the largest displacement of the signal: largest error
                                  of any pixel, divided by the largest change of any pixel by the signal */
     /* How a mask spreads the light, of the expected frame before the detector. */

@@ -130,12 +130,10 @@ double total(const std::vector<double> &values) {
 
 void set_calibration(const std::optional<toliman::SceneCalibration> &calibration, toliman_sim_info &info) noexcept {
     const toliman::SceneCalibration verdict = calibration.value_or(toliman::SceneCalibration());
-    info.calibration = !calibration       ? TOLIMAN_SIM_CALIBRATION_NONE
-                       : !verdict.stated  ? TOLIMAN_SIM_CALIBRATION_UNSTATED
-                       : verdict.complete ? TOLIMAN_SIM_CALIBRATION_COMPLETE
-                                          : TOLIMAN_SIM_CALIBRATION_INCOMPLETE;
+    info.calibration = !calibration || !verdict.stated ? TOLIMAN_SIM_CALIBRATION_NONE
+                       : verdict.complete              ? TOLIMAN_SIM_CALIBRATION_COMPLETE
+                                                       : TOLIMAN_SIM_CALIBRATION_INCOMPLETE;
     info.calibration_goodness = api::kGoodness.to_constant(verdict.goodness.verdict);
-    info.calibration_frames = verdict.frames;
     info.calibration_chi_square = verdict.goodness.chi_square;
     info.calibration_chi_square_sigma = verdict.goodness.sigma;
 }

@@ -42,7 +42,7 @@ constexpr double kFarStep = 3;          // px; a longer step of a star leads now
 constexpr double kLeastFlux = -0.9;
 constexpr int kMostHalvings = 3;     // of a step of the map
 constexpr double kEvenStart = 3;     // nm, of aberrations that have no first-order effect
-constexpr double kMirrorShare = 0.7; // of the least rms of even aberrations at a second minimum (start.cpp)
+constexpr double kMirrorShare = 0.7; // of the smallest rms of even aberrations at a second minimum (start.cpp)
 constexpr int kMirrorTrial = 4;      // iterations, after which the second minimum must be the better one
 
 class Calibrator {

@@ -4,7 +4,7 @@
 // A change with p further parameters lowers the sum of squared residuals of a complete model by chi-square with p
 // degrees of freedom. It is kept if the sum, over chi-square per degree of freedom where that is above 1, falls by more
 // than the quantile of this distribution at 6 standard deviations. For a map, p is the effective number of parameters
-// (map.cpp), and twice as much may be noise (verdict.cpp).
+// in one step (map.cpp), and twice as much may be noise (verdict.cpp).
 #include "calibrate/improve.hpp"
 
 #include <algorithm>

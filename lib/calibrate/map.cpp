@@ -217,9 +217,12 @@ void MapFit::finish(const MapFrames::Residuals &given, const Buffer<double> &unk
     step.rms_m = rms_of(opd_m, outline_.pupil.amplitude);
 }
 
-// tr(A^-1 (A - e)), from one vector of random signs s: it is the expectation of s'A^-1 (A - e) s (Hutchinson 1990), with
-// a standard deviation of about the square root of twice the result. A^-1 stands for the conjugate gradients, which end
-// as early as those of a step: directions that they do not reach fit no noise.
+// The trace of A^-1 (A - e), which gives what a step fits of the noise in the unknowns, from one vector of random signs
+// s: it is the expectation of s'A^-1 (A - e) s (Hutchinson 1990), with a standard deviation of about the square root of
+// twice the result. A^-1 stands for the conjugate gradients, which end as early as those of a step: directions that
+// they do not reach fit no noise. Further steps reach more. Measured with 2, 4 and 10 frames of 40 x 40 px, priors of 1
+// and 10 nm, three telescopes each: a map of 2 to 5 steps lowers the sum of squares by 1.4 to 1.8 times the result (310
+// to 340). With A^-1 itself it would be 650 to 1010, more than the map fits.
 double MapFit::parameters() {
     MapStep step;
     MapFrames::Residuals given;

@@ -26,8 +26,8 @@ struct MapStep {
 // All windows have the map in common. The result does not depend on the workers.
 MapStep map_step(const Problem &problem, const Point &point, const MapOptions &options);
 
-// The effective number of parameters of the map: the trace of the matrix that gives the fitted frames from the given
-// ones. Takes as long as a step. 0 if there is no solution.
+// The effective number of parameters of the map in one step: the trace of the matrix that gives the fitted frames from
+// the given ones. Takes as long as a step. 0 if there is no solution.
 double map_parameters(const Problem &problem, const Point &point, double rms_m);
 
 } // namespace toliman::calibrate

@@ -4,11 +4,11 @@
 // Symmetry: a mask that steps where a sum of cosines of odd m is positive has b(-x) = 1 - b(x). With a symmetric
 // aperture and without aberrations, the field in the focus is then real at every wavelength, up to a constant phase,
 // and an aberration of even azimuthal order has the same image as its negative: no first-order effect, and no sign.
-// Struts leave an imaginary part of rms g beside it, with (1 - o)/2 of the power, where o = |sum P(x) P(-x)|/sum |P|^2
+// Struts add an imaginary part of rms g, with (1 - o)/2 of the power, where o = |sum P(x) P(-x)|/sum |P|^2
 // is the overlap of the pupil field with its mirrored conjugate. An even aberration of q rad then gives the intensity
-// (g + q)^2 beside the real part's. With the signs of g at random over the frame, the mean squared error for a true q0
-// is (q - q0)^2 ((q + q0)^2 + 4 g^2). It has a second minimum, at q^2 + q q0 + 2 g^2 = 0, only where q0^2 > 8 g^2, and
-// there |q| > sqrt(2) g = sqrt(1 - o).
+// (g + q)^2 in addition to the real part's. With the signs of g at random over the frame, the mean squared error for a
+// true q0 is (q - q0)^2 ((q + q0)^2 + 4 g^2). It has a second minimum, at q^2 + q q0 + 2 g^2 = 0, only where q0^2 > 8
+// g^2, and there |q| > sqrt(2) g = sqrt(1 - o).
 #include "calibrate/start.hpp"
 
 #include <algorithm>

@@ -4,13 +4,11 @@
 //                pixels p of all frames, over the square root of the number of pairs. The sum of z_d^2 is chi-square
 //                distributed with 6 degrees of freedom: 50 is exceeded once in 2e8 calibrations. Patterns of the
 //                width of a fringe that are far below the noise of a pixel add up.
-// A map also fits some of the noise: the sum of r^2 falls, and the residuals are correlated. If S gives the fitted
-// frames from the given ones, the expected sum is pixels - tr S where the true map is as the prior says, and pixels - 2
-// tr S + tr S^2 where it is 0. tr S is therefore subtracted from the degrees of freedom (map.cpp). What remains of the
-// difference is at most tr S - tr S^2, with which the lower limit of chi-square is lowered: see kMapShare.
-// With the relative loss 1 - (sum of r^2)/pixels of the power, the sum of z_d^2 grows by 0.2 to 0.4 times pixels times
-// its square (measured); a limit that is larger by once this product allows for it.
-// Reference: Box and Pierce 1970, J. Am. Stat. Assoc. 65, 1509, here in two dimensions.
+// A map also fits some of the noise, and the sum of r^2 falls. The effective number of its parameters in one step
+// (map.cpp) is subtracted from the degrees of freedom. All steps together fit at most twice as much: the lower limit of
+// chi-square is lowered by as much again. With the relative loss 1 - (sum of r^2)/pixels of the power, the sum of z_d^2
+// grows by 0.2 to 0.4 times pixels times its square (measured); a limit that is larger by once this product allows for
+// it. Reference: Box and Pierce 1970, J. Am. Stat. Assoc. 65, 1509, here in two dimensions.
 #include "calibrate/verdict.hpp"
 
 #include <algorithm>
@@ -28,7 +26,6 @@ struct Neighbour {
 };
 constexpr Neighbour kNeighbours[] = {{0, 1}, {1, 0}, {1, 1}, {1, -1}, {0, 2}, {2, 0}};
 constexpr size_t kNeighbourCount = std::size(kNeighbours);
-constexpr double kMapShare = 0.5; // of tr S: at most tr S - tr S^2
 
 struct Correlation {
     double sum[kNeighbourCount] = {};
@@ -79,7 +76,7 @@ struct Residuals {
     Goodness judged(double parameters, double of_map) const noexcept {
         const double left = freedom - parameters - of_map, sigma = chi_square_sigma(used, inverse_counts, left);
         Goodness goodness = goodness_of(squares / left, sigma, largest, kFrameSigmas);
-        const double lowest = chi_square_quantile(sigma, -kFrameSigmas) - kMapShare * of_map / left;
+        const double lowest = chi_square_quantile(sigma, -kFrameSigmas) - of_map / left;
         if (goodness.verdict == GoodnessVerdict::too_good && goodness.chi_square >= lowest)
             goodness.verdict = GoodnessVerdict::good;
         return goodness;

@@ -46,7 +46,7 @@ template <double Goodness::*member> void read_number(const Reader &reader, const
     verdict_of(scene).goodness.*member = reader.number(row);
 }
 
-// "too good" is no word of a choice, which has no spaces.
+// Words of a choice have no spaces, unlike "too good".
 void read_goodness(const Reader &reader, const Row &row, Scene &scene) {
     const std::string &text = reader.text(row.key);
     for (const GoodnessVerdict verdict :

@@ -16,7 +16,8 @@ def parameter(name, unit, value, sigma, **flags):
 
 
 def window(first_days, shift=0.0):
-    return {"first_days": first_days, "frames": 2, "chi_square": 1.01, "scene": "fitted.json",
+    return {"first_days": first_days, "frames": 2, "chi_square": 1.01, "chi_square_sigma": 0.01, "largest_residual": 4.5,
+            "goodness": "good", "scene": "fitted.json",
             "parameters": [parameter("scale", "", 1e-3 + shift, 1e-5), parameter("focus", "nm", -3.25, 0.02, no_sign=True),
                            parameter("zernike_7", "nm", 4.5 + shift, 0.01, held=True)],
             "covariance": [[1e-10, 1e-7, 0], [1e-7, 4e-4, -1e-4], [0, -1e-4, 1e-4]]}
@@ -27,14 +28,15 @@ class Calibration(ReportTest):
         super().setUp()
         frame = {"file": "f.fits", "position_angle_deg": 1, "x_px": 0, "y_px": 0, "flux_a": 0, "flux_b": 0, "background": 1,
                  "chi_square": 1, "excluded": 0, "separation_px": 20, "separation_sigma_px": 2e-5}
-        step = {"accepted": True, "largest_step": 2}
+        step = {"change": None, "accepted": True, "largest_step": 2}
         self.result = {
             "schema": "toliman-calibration-result/1", "version": "0.2.0",
             "provenance": {"command": "toliman calibrate", "date": "d", "processor": "p"}, "scene": "sky<1>.json",
             "out": "fitted.json", "verdict": ["converged; the model is complete", "known mostly by the prior: zernike_7"],
             "complete": True, "held": True, "no_sign": True, "frames": 2, "rows": 6, "cols": 8, "cells": 5, "iterations": 2,
             "map_iterations": 1, "chi_square": 1.0123, "chi_square_sigma": 0.0091, "structure": 6, "structure_limit": 50,
-            "separation_sigma_px": 6.1e-6, "calibration_sigma_px": 1.2e-7, "map_rms_nm": 0.98, "windows": [window(0)],
+            "largest_residual": 5.1, "goodness": "good", "map_parameters": 9, "pupil_error": 1e-3, "peak_noise": 1e-4, "lacks": [],
+            "changes": ["map"], "attempts": [], "left_out": [], "separation_sigma_px": 6.1e-6, "calibration_sigma_px": 1.2e-7, "map_rms_nm": 0.98, "windows": [window(0)],
             "separations": [{**frame, "frame": k, "time_days": 10 * k, "displacement_px": 1e-5 * k} for k in range(2)],
             "steps": [{**step, "map": False, "iteration": 1, "chi_square": 100}, {**step, "map": False, "iteration": 2, "chi_square": 3},
                       {**step, "map": False, "iteration": 3, "chi_square": 9, "accepted": False},

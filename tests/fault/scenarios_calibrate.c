@@ -93,6 +93,23 @@ static toliman_status save_file(attempt *a) {
     return toliman_calibration_save_file(calibration(), 0, in_folder(kSaved));
 }
 
+/* The calibration tried nothing, and left nothing out. */
+static toliman_status get_attempt(attempt *a) {
+    (void)a;
+    toliman_calibration_attempt out = TOLIMAN_CALIBRATION_ATTEMPT_INIT;
+    return toliman_calibration_get_attempt(calibration(), 0, &out);
+}
+static toliman_status get_left_out(attempt *a) {
+    (void)a;
+    toliman_calibration_left_out out = TOLIMAN_CALIBRATION_LEFT_OUT_INIT;
+    return toliman_calibration_get_left_out(calibration(), 0, &out);
+}
+static toliman_status change_name(attempt *a) {
+    (void)a;
+    must(strcmp(toliman_calibration_change_name(TOLIMAN_CALIBRATION_CHANGE_EDGES), "mask edges") == 0, "change_name");
+    return TOLIMAN_OK;
+}
+
 static void put_all(void) {
     (void)small_frames();
     (void)calibration();
@@ -137,6 +154,12 @@ static const scenario all[] = {
      .call = get_window,
      .stage = put_all,
      .struct_size = sizeof(toliman_calibration_window)},
+    {.function = "toliman_calibration_get_attempt", .call = get_attempt, .stage = put_all, .refused = TOLIMAN_E_RANGE},
+    {.function = "toliman_calibration_get_left_out",
+     .call = get_left_out,
+     .stage = put_all,
+     .refused = TOLIMAN_E_RANGE},
+    {.function = "toliman_calibration_change_name", .call = change_name},
     {.function = "toliman_calibration_get_opd", .call = get_opd, .stage = put_all},
     {.function = "toliman_calibration_get_chi_map", .call = get_chi_map, .stage = put_all},
     {.function = "toliman_calibration_get_residual", .call = get_residual, .stage = put_all},

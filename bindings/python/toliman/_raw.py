@@ -242,12 +242,10 @@ TOLIMAN_SIM_UNIT_PHOTON = 301
 TOLIMAN_SIM_UNIT_ELECTRON = 302
 TOLIMAN_SIM_UNIT_DN = 303
 
-# Calibration of a scene (calibrate.h): whether one fitted it, and whether its model was complete. Unless it is NONE or
-# COMPLETE, estimators that use the scene may be wrong by more than their standard deviations; a warning says so.
-TOLIMAN_SIM_CALIBRATION_NONE = 341  # the scene is nominal: no calibration fitted it
-TOLIMAN_SIM_CALIBRATION_UNSTATED = 342  # its file was written without the verdict
-TOLIMAN_SIM_CALIBRATION_COMPLETE = 343  # the model explained the frames of the calibration
-TOLIMAN_SIM_CALIBRATION_INCOMPLETE = 344  # it did not, or the calibration did not end
+# Verdict of the calibration of a scene (calibrate.h). Estimators that use an INCOMPLETE one may be wrong: logged.
+TOLIMAN_SIM_CALIBRATION_NONE = 341  # no calibration fitted the scene, or its file has no verdict
+TOLIMAN_SIM_CALIBRATION_COMPLETE = 342  # the model explained the frames of the calibration
+TOLIMAN_SIM_CALIBRATION_INCOMPLETE = 343  # it did not, or the calibration did not end
 
 
 class toliman_sim_info(Sized):
@@ -259,8 +257,7 @@ class toliman_sim_info(Sized):
     frames: number of frames of the cadence
     pupil_samples: N: the pupil has N x N samples
     seed: noise.seed of the scene
-    amplitude_px: amplitude of the signal, 0 without one; for a planet, semi-major axis of the star's
-        orbit
+    amplitude_px: amplitude of the signal, 0 without one; for a planet, that of the star's orbit
     period_days: period of the signal; 0 without one
     separation_px: separation of the stars; 0 for a single star
     flux_ratio: photons of A / photons of B; 0 for a single star
@@ -277,14 +274,11 @@ class toliman_sim_info(Sized):
     unit: TOLIMAN_SIM_UNIT_..., of frames and expected images
     bit_depth: bits per pixel of the detector; 0 = counts are not rounded
     exposure_s: length of an exposure; 0 if the scene has peak_photons instead. Since 0.2
-    time_zero_ns: TAI of time 0, ns since 1970-01-01T00:00:00 TAI: binary.date as a Julian year of TT; 0
-        without binary.observer. Since 0.2
+    time_zero_ns: TAI of binary.date, ns since 1970-01-01T00:00:00 TAI; 0 without an observer. Since 0.2
     calibration: TOLIMAN_SIM_CALIBRATION_.... Since 0.2
-    calibration_goodness: TOLIMAN_GOODNESS_..., of the frames of the calibration. Since 0.2
-    calibration_frames: number of these frames; 0 without a verdict. Since 0.2
-    calibration_chi_square: per degree of freedom; NaN without a verdict. Since 0.2
-    calibration_chi_square_sigma: its standard deviation, if the model is right; NaN without a verdict. Since
-        0.2
+    calibration_goodness: TOLIMAN_GOODNESS_..., of its chi_square; UNKNOWN without a verdict. Since 0.2
+    calibration_chi_square: NaN without a verdict. Since 0.2
+    calibration_chi_square_sigma: NaN without a verdict. Since 0.2
     bad_pixels: pixels of detector.bad_pixels, which no estimator uses. Since 0.2"""
 
     _fields_ = [
@@ -315,7 +309,6 @@ class toliman_sim_info(Sized):
         ("time_zero_ns", c_int64),
         ("calibration", c_int32),
         ("calibration_goodness", c_int32),
-        ("calibration_frames", c_int64),
         ("calibration_chi_square", c_double),
         ("calibration_chi_square_sigma", c_double),
         ("bad_pixels", c_int64),
@@ -331,8 +324,7 @@ class toliman_sim_bounds(Sized):
     crb_px: with all else known; finite if the scene has a signal
     crb_flux_shift_px: with both fluxes and the common shift unknown
     crb_marginal_px: with fluxes, shift, roll, scale, focus and background unknown
-    crb_projected_px: with the nuisances of preprocess.project unknown: the reference of the efficiency of an
-        estimator
+    crb_projected_px: with those of preprocess.project unknown: reference of an estimator's efficiency
     truncation: error of the Taylor expansion at the largest displacement of the signal: largest error
         of any pixel, divided by the largest change of any pixel by the signal
     peak_to_mean: How a mask spreads the light, of the expected frame before the detector.
@@ -1235,10 +1227,10 @@ class toliman_calibration_info(Sized):
     calibration_sigma_px: standard deviation of the error that the uncertain parameters of the instrument
         cause in the separation of a frame (median); without that of the map
     map_rms_nm: rms of the fitted map over the open pupil, nm; 0 without a map
-    map_parameters: effective number of parameters of the map, which fits as much of the noise; 0 without
+    map_parameters: effective number of parameters of the map in one step; 0 without a map
     largest_residual: largest |residual| over its standard deviation
-    goodness: TOLIMAN_GOODNESS_..., of chi_square. With a map that is smaller than its prior, the noise
-        fitted may be up to map_parameters / 2 more before chi_square is TOO_GOOD
+    goodness: TOLIMAN_GOODNESS_..., of chi_square. All steps of a map fit up to twice as much of the noise:
+        the limit below which chi_square is TOO_GOOD allows for map_parameters once more
     lacks: with INCOMPLETE: TOLIMAN_CALIBRATION_CHANGE_... that the model may need
     changes: TOLIMAN_CALIBRATION_CHANGE_... that were kept
     attempts: number of changes that were tried
