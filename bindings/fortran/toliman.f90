@@ -1103,6 +1103,8 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_REASON_CLOCKS_DIFFER = 626
     ! WARNING: pixels without a line, after those of the last frame
     integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_REASON_EXTRA_BYTES = 627
+    ! WARNING: exposures of successive frames of a session overlap; only once
+    integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_REASON_OVERLAP = 628
 
     ! Event of a reader. `file` is valid until the reader is destroyed, `text` as long as the memory of a frame. Since
     ! 0.2.
@@ -2368,7 +2370,7 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Returns the name of the scene, "" for NULL.
+        ! Returns the name of the scene; "" for NULL and after an error.
         function toliman_sim_get_name(sim) bind(C) result(answer)
             import
             type(c_ptr), value :: sim
@@ -2722,7 +2724,7 @@ module toliman
             type(c_ptr), value :: fit
         end subroutine
 
-        ! Returns the number of parameters, 7 plus those of toliman_fit_options.free; 0 for NULL.
+        ! Returns the number of parameters, 7 plus those of toliman_fit_options.free; 0 for NULL and after an error.
         function toliman_fit_parameter_count(fit) bind(C) result(answer)
             import
             type(c_ptr), value :: fit
@@ -3553,7 +3555,7 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Returns the number of samples, 0 for NULL.
+        ! Returns the number of samples; 0 for NULL and after an error.
         function toliman_period_count(period) bind(C) result(answer)
             import
             type(c_ptr), value :: period
@@ -5323,7 +5325,7 @@ contains
         call conclude(toliman_sim_get_plan(self%handle, out), stat, errmsg)
     end subroutine
 
-    ! Returns the name of the scene, "" for NULL.
+    ! Returns the name of the scene; "" for NULL and after an error.
     function simulator_get_name(self) result(answer)
         class(toliman_simulator), intent(in) :: self
         character(len=:), allocatable :: answer
@@ -5798,7 +5800,7 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Returns the number of parameters, 7 plus those of toliman_fit_options.free; 0 for NULL.
+    ! Returns the number of parameters, 7 plus those of toliman_fit_options.free; 0 for NULL and after an error.
     function frame_fit_parameter_count(self) result(answer)
         class(toliman_frame_fit), intent(in) :: self
         integer(c_int32_t) :: answer
@@ -6842,7 +6844,7 @@ contains
         call conclude(toliman_period_reset(self%handle), stat, errmsg)
     end subroutine
 
-    ! Returns the number of samples, 0 for NULL.
+    ! Returns the number of samples; 0 for NULL and after an error.
     function periodogram_count(self) result(answer)
         class(toliman_periodogram), intent(in) :: self
         integer(c_int64_t) :: answer

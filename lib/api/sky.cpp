@@ -109,13 +109,13 @@ std::unique_ptr<toliman_sky> new_sky(std::unique_ptr<const sky::Predictor> predi
 
 std::vector<sky::Reduced> reduced_of(const sky::Predictor &predictor, const int64_t *intervals,
                                      const size_t *interval_counts, const double *separations_arcsec, size_t count) {
+    const std::vector<sky::Exposure> exposures = exposures_of(intervals, interval_counts, count);
     std::vector<sky::Reduced> reduced;
     for (size_t i = 0; i < count; i++) {
         const double separation =
             std::isnan(separations_arcsec[i]) ? separations_arcsec[i] : known_separation(separations_arcsec, i);
-        const sky::Exposure exposure = take_exposure(intervals, interval_counts, i);
         try {
-            reduced.push_back(sky::reduce(predictor, exposure, separation));
+            reduced.push_back(sky::reduce(predictor, exposures[i], separation));
         } catch (const Error &error) {
             fail_within(error, error.status(), "measurement %zu: %s", i, error.what());
         }
@@ -225,6 +225,7 @@ toliman_status toliman_sky_predict(const toliman_sky *sky, const int64_t *tai_ns
             return;
         const StructArray<toliman_sky_prediction> rows(predictions, "predictions");
         required_array(predictions, count, rows.size(), "predictions");
+        check_times("tai_ns", tai_ns, count);
         std::vector<sky::Prediction> found(count);
         for (size_t i = 0; i < count; i++)
             found[i] = sky->predictor->at(tai_ns[i]);
@@ -238,6 +239,7 @@ toliman_status toliman_sky_predict_mean(const toliman_sky *sky, const int64_t *i
     return guard([&] {
         const Use use(sky, "sky");
         required_array(intervals, count, 2 * sizeof *intervals, "intervals");
+        check_times("intervals", intervals, 2 * count);
         deliver(public_prediction(sky->predictor->mean(intervals_of(intervals, count))), prediction, "prediction");
     });
 }
@@ -257,6 +259,10 @@ toliman_status toliman_sky_reduce(const toliman_sky *sky, const int64_t *interva
             required_array(predictions, count, rows->size(), "predictions");
         }
         const auto found = reduced_of(*sky->predictor, intervals, interval_counts, separations_arcsec, count);
+        std::vector<double> ratios(count);
+        for (size_t i = 0; i < count; i++)
+            ratios[i] = separations_arcsec[i] / found[i].seen.separation_arcsec;
+        check_unit(std::move(ratios));
         for (size_t i = 0; i < count; i++) {
             reduced_arcsec[i] = found[i].separation_arcsec;
             if (rows)

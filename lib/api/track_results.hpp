@@ -6,6 +6,7 @@
 #include <toliman/track_records.h>
 
 #include "api/choice.hpp"
+#include "api/text_out.hpp"
 #include "base/name.hpp"
 #include "track/tracker.hpp"
 

@@ -1471,6 +1471,7 @@ TOLIMAN_INGEST_REASON_PLACE_UNKNOWN = 624  # DAMAGE: position in the file unknow
 TOLIMAN_INGEST_REASON_CLOCK_JUMP = 625  # WARNING: time goes back, stops, or skips 1000 median steps
 TOLIMAN_INGEST_REASON_CLOCKS_DIFFER = 626  # WARNING: camera clock and host clock drift apart; only once
 TOLIMAN_INGEST_REASON_EXTRA_BYTES = 627  # WARNING: pixels without a line, after those of the last frame
+TOLIMAN_INGEST_REASON_OVERLAP = 628  # WARNING: exposures of successive frames of a session overlap; only once
 
 
 class toliman_ingest_event(Sized):
@@ -3316,7 +3317,7 @@ Since 0.2.""",
     ),
     "toliman_sim_get_name": (
         c_char_p, (("sim", POINTER(toliman_sim)),),
-        """Returns the name of the scene, "" for NULL. Valid until the simulator is destroyed.""",
+        """Returns the name of the scene; "" for NULL and after an error. Valid until the simulator is destroyed.""",
     ),
     "toliman_sim_get_series": (
         c_int32, (
@@ -3710,7 +3711,7 @@ TOLIMAN_E_MISMATCH, naming the scene, unless detector.shape, binary and the time
     ),
     "toliman_fit_parameter_count": (
         c_int32, (("fit", POINTER(toliman_fit)),),
-        """Returns the number of parameters, 7 plus those of toliman_fit_options.free; 0 for NULL.""",
+        """Returns the number of parameters, 7 plus those of toliman_fit_options.free; 0 for NULL and after an error.""",
     ),
     "toliman_fit_get_parameter": (
         c_int32, (("fit", POINTER(toliman_fit)), ("index", c_int32), ("out", POINTER(toliman_sim_parameter))),
@@ -4469,7 +4470,7 @@ toliman_mask_info.iterations. Since 0.2.""",
         c_char_p, (("mask", POINTER(toliman_mask)),),
         """Returns the mask as JSON on one line, the value of telescope.mask of a scene: {"kind": "file", "file": "mask.npy",
 "quantity": "binary", "opd_nm": ...}, whose file the caller writes from the cells. Every number is read again as the
-same double. "" for NULL. Valid until the mask is destroyed. Since 0.2.""",
+same double. "" for NULL and after an error. Valid until the mask is destroyed. Since 0.2.""",
     ),
     "toliman_period_options_init": (
         None, (("options", POINTER(toliman_period_options)), ("size", c_size_t)),
@@ -4607,7 +4608,7 @@ Errors:
     ),
     "toliman_period_count": (
         c_int64, (("period", POINTER(toliman_period)),),
-        """Returns the number of samples, 0 for NULL.""",
+        """Returns the number of samples; 0 for NULL and after an error.""",
     ),
     "toliman_period_get_info": (
         c_int32, (("period", POINTER(toliman_period)), ("out", POINTER(toliman_period_info))),
@@ -5120,7 +5121,9 @@ TOLIMAN_E_ARGUMENT. Since 0.2.""",
   predictions  [count], with the struct_size of predictions[0] set
 A prediction takes 5 to 9 us; the first one in a day up to 400 us. 100 bytes per day are kept.
 Errors: TOLIMAN_E_RANGE, naming the time and the covered times, if the observer file has no state for it, and outside
-the years 1900 to 2100. No prediction is then written. Since 0.2.""",
+the years 1900 to 2100; TOLIMAN_E_ARGUMENT if all times are within 50 days of 1970-01-01, as seconds, milliseconds,
+microseconds and Modified Julian Days are when they are taken for nanoseconds. No prediction is then written. All
+functions that take times check this. Since 0.2.""",
     ),
     "toliman_sky_predict_mean": (
         c_int32, (
@@ -5164,6 +5167,8 @@ Two kinds of measurements are refused if the observer is in orbit, circular or f
   - a single interval of zero length. The prediction for an instant is wrong by up to 245 uas;
   - with interval_counts NULL, an interval longer than 600 s. The telescope points elsewhere during a part of it, and
     the mean from its start to its end is wrong by up to 245 uas.
+The median of the measured separations must be within a factor of 2 of the predicted ones: values in mas, uas, rad,
+deg or px are refused.
 Errors: TOLIMAN_E_ARGUMENT, naming the measurement, for these and for bad numbers; otherwise as
 toliman_sky_predict_mean. Nothing is then written. Since 0.2.""",
     ),

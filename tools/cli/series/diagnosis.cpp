@@ -28,7 +28,8 @@ std::optional<Json> diagnosis_of(const Measurements &measured, const toliman_sky
     if (found.cause == TOLIMAN_SKY_CAUSE_NONE)
         return std::nullopt;
     const toliman_sky_hypothesis &cause = hypotheses[static_cast<size_t>(found.cause - TOLIMAN_SKY_CAUSE_TIME)];
-    progress.warn(std::string(cause.text) + formatted(" The residuals about the orbit have a chi-square of %.3g per "
+    const std::string text = cause.text;
+    progress.warn(text + (text.back() == '?' ? "" : ".") + formatted(" The residuals about the orbit have a chi-square of %.3g per "
                                                       "degree of freedom; %.3g if this is true",
                                                       found.chi_square, cause.chi_square));
     return Json("cause", toliman_sky_cause_name(found.cause), "text", cause.text, "value", cause.value, "sigma",
