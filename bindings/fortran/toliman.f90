@@ -1103,7 +1103,7 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_REASON_CLOCKS_DIFFER = 626
     ! WARNING: pixels without a line, after those of the last frame
     integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_REASON_EXTRA_BYTES = 627
-    ! WARNING: exposures of successive frames of a session overlap; only once
+    ! WARNING: exposures of successive frames overlap; only once
     integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_REASON_OVERLAP = 628
 
     ! Event of a reader. `file` is valid until the reader is destroyed, `text` as long as the memory of a frame. Since
@@ -1860,28 +1860,30 @@ module toliman
 
     ! Causes of residuals. TIME to CENTRE are the hypotheses of toliman_sky_diagnose, in the order of its array. All but
     ! SCALE need an observer in orbit.
-    integer(c_int32_t), parameter, public :: TOLIMAN_SKY_CAUSE_NONE = 711 ! no hypothesis explains the residuals
-    integer(c_int32_t), parameter, public :: TOLIMAN_SKY_CAUSE_TIME = 712 ! all times are late by a common offset, s
-    ! the observer's axes are exchanged or reversed, those of the ecliptic or of date
+    !   NONE        no hypothesis explains the residuals
+    !   TIME        all times are late by a common offset, s
+    !   AXES        the axes of the observer are exchanged or reversed, or those of the ecliptic or of date
+    !   ROTATION_X  the states of the observer are turned about the axis x of the ICRS, deg; likewise _Y and _Z
+    !   SCALE       relative error of the plate scale: measured = (1 + value) true
+    !   CENTRE      the separations are those at the Earth's centre
+    integer(c_int32_t), parameter, public :: TOLIMAN_SKY_CAUSE_NONE = 711
+    integer(c_int32_t), parameter, public :: TOLIMAN_SKY_CAUSE_TIME = 712
     integer(c_int32_t), parameter, public :: TOLIMAN_SKY_CAUSE_AXES = 713
-    ! the observer's states are turned about the axis x, y or z of the ICRS, deg
     integer(c_int32_t), parameter, public :: TOLIMAN_SKY_CAUSE_ROTATION_X = 714
     integer(c_int32_t), parameter, public :: TOLIMAN_SKY_CAUSE_ROTATION_Y = 715
     integer(c_int32_t), parameter, public :: TOLIMAN_SKY_CAUSE_ROTATION_Z = 716
-    ! relative error of the plate scale: measured = (1 + value) true
     integer(c_int32_t), parameter, public :: TOLIMAN_SKY_CAUSE_SCALE = 717
-    ! the separations are those at the Earth's centre
     integer(c_int32_t), parameter, public :: TOLIMAN_SKY_CAUSE_CENTRE = 718
 
     ! Number of hypotheses.
     integer(c_int32_t), parameter, public :: TOLIMAN_SKY_HYPOTHESES = 7
 
-    ! A hypothesis, fitted alone, with the errors of the orbital elements and, except for SCALE, a mean and two harmonics of
-    ! a year: the residuals that a whole number of revolutions of the observer leaves have that period, and may be those of
-    ! a planet. Since 0.2.
-    ! Sign of times: value is the given time minus the true time. It is above 0 for times that are late, such as times in
-    ! TAI that were read as UTC (+37 s), and below 0 for times that are early, such as starts of exposures that were taken
-    ! for their middles (-30 s for 60 s). An error of the times in the observer file has the opposite sign.
+    ! A hypothesis, fitted alone, with the errors of the orbital elements and, except for SCALE, a mean and two harmonics
+    ! of a year: the residuals that a whole number of revolutions of the observer leaves have that period, and may be those
+    ! of a planet. Since 0.2. Sign of times: value is the given time minus the true time. It is above 0 for times that are
+    ! late, such as times in TAI that were read as UTC (+37 s), and below 0 for times that are early, such as starts of
+    ! exposures that were taken for their middles (-30 s for 60 s). An error of the times in the observer file has the
+    ! opposite sign.
     type, bind(C), public :: toliman_sky_hypothesis
         integer(c_int32_t) :: struct_size = 216 ! in: sizeof(toliman_sky_hypothesis)
         integer(c_int32_t) :: cause = 0 ! TOLIMAN_SKY_CAUSE_...

@@ -33,7 +33,7 @@ constexpr Choice<ingest::EventKind> kEvents = {TOLIMAN_INGEST_EVENT_NOTHING, TOL
                                                "TOLIMAN_INGEST_EVENT_..."};
 constexpr Choice<ingest::Reason> kReasons = {TOLIMAN_INGEST_REASON_NONE, TOLIMAN_INGEST_REASON_OVERLAP,
                                              "TOLIMAN_INGEST_REASON_..."};
-constexpr const char *kReasonNames[] = {"none",       "bad line",      "short file", "place unknown",
+constexpr const char *kReasonNames[] = {"none",       "bad line",      "short file",  "place unknown",
                                         "clock jump", "clocks differ", "extra bytes", "overlap"};
 
 // Difference between the middle of the exposure and its time stamp.

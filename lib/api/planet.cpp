@@ -52,7 +52,8 @@ double positive(const char *name, double value) {
 // A property of a star; 0 = unknown.
 double within(const char *name, double value, double least, double most) {
     if (!(value == 0 || (value >= least && value <= most)))
-        fail(Status::argument, "{%s} = %g: must be in %c%g, %g], or 0", name, value, least > 0 ? '[' : '(', least, most);
+        fail(Status::argument, "{%s} = %g: must be in %c%g, %g], or 0", name, value, least > 0 ? '[' : '(', least,
+             most);
     return value;
 }
 

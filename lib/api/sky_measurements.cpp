@@ -34,16 +34,21 @@ void check_times(const char *name, const int64_t *times, size_t count) {
         return;
     // Of the years 1971 to 2100.
     constexpr double kNow = 1.8e9;
-    constexpr Scale kUnits[] = {{6.1e4, "days (MJD)"}, {2.46e6, "days (JD)"}, {kNow, "seconds"},
-                                {kNow * 1e3, "milliseconds"}, {kNow * 1e6, "microseconds"}};
+    constexpr Scale kUnits[] = {{6.1e4, "days (MJD)"},
+                                {2.46e6, "days (JD)"},
+                                {kNow, "seconds"},
+                                {kNow * 1e3, "milliseconds"},
+                                {kNow * 1e6, "microseconds"}};
     const char *const unit = unit_of(static_cast<double>(times[0]), kUnits, std::size(kUnits), 3);
-    fail(Status::argument, "{%s}: %lld ns is near 1970-01-01, as are all times of the call: must be nanoseconds of TAI%s%s%s",
-         name, static_cast<long long>(times[0]), *unit != '\0' ? "; are they in " : "", unit, *unit != '\0' ? "?" : "");
+    fail(Status::argument,
+         "{%s}: %lld ns is near 1970-01-01, as are all times of the call: must be nanoseconds of TAI%s%s%s", name,
+         static_cast<long long>(times[0]), *unit != '\0' ? "; are they in " : "", unit, *unit != '\0' ? "?" : "");
 }
 
 void check_unit(std::vector<double> ratios) {
     constexpr double kMost = 2; // an orbit wrong by more is not that of the stars
-    constexpr Scale kUnits[] = {{1e6, "uas"}, {1e3, "mas"}, {1 / 60.0, "arcmin"}, {1 / 3600.0, "deg"}, {1 / 206264.806, "rad"}};
+    constexpr Scale kUnits[] = {
+        {1e6, "uas"}, {1e3, "mas"}, {1 / 60.0, "arcmin"}, {1 / 3600.0, "deg"}, {1 / 206264.806, "rad"}};
     ratios.erase(std::remove_if(ratios.begin(), ratios.end(), [](double ratio) { return std::isnan(ratio); }),
                  ratios.end());
     if (ratios.empty())
@@ -53,7 +58,8 @@ void check_unit(std::vector<double> ratios) {
     if (*middle >= 1 / kMost && *middle <= kMost)
         return;
     const char *const unit = unit_of(*middle, kUnits, std::size(kUnits), 2);
-    fail(Status::argument, "{separations_arcsec}: median %.4g times the predicted separations: must be in arcsec; are they in %s?",
+    fail(Status::argument,
+         "{separations_arcsec}: median %.4g times the predicted separations: must be in arcsec; are they in %s?",
          *middle, *unit != '\0' ? unit : "px, or those of another system");
 }
 

@@ -1471,7 +1471,7 @@ TOLIMAN_INGEST_REASON_PLACE_UNKNOWN = 624  # DAMAGE: position in the file unknow
 TOLIMAN_INGEST_REASON_CLOCK_JUMP = 625  # WARNING: time goes back, stops, or skips 1000 median steps
 TOLIMAN_INGEST_REASON_CLOCKS_DIFFER = 626  # WARNING: camera clock and host clock drift apart; only once
 TOLIMAN_INGEST_REASON_EXTRA_BYTES = 627  # WARNING: pixels without a line, after those of the last frame
-TOLIMAN_INGEST_REASON_OVERLAP = 628  # WARNING: exposures of successive frames of a session overlap; only once
+TOLIMAN_INGEST_REASON_OVERLAP = 628  # WARNING: exposures of successive frames overlap; only once
 
 
 class toliman_ingest_event(Sized):
@@ -2580,26 +2580,32 @@ class toliman_sky_refit_result(Sized):
 
 # Causes of residuals. TIME to CENTRE are the hypotheses of toliman_sky_diagnose, in the order of its array. All but
 # SCALE need an observer in orbit.
-TOLIMAN_SKY_CAUSE_NONE = 711  # no hypothesis explains the residuals
-TOLIMAN_SKY_CAUSE_TIME = 712  # all times are late by a common offset, s
-TOLIMAN_SKY_CAUSE_AXES = 713  # the observer's axes are exchanged or reversed, those of the ecliptic or of date
-TOLIMAN_SKY_CAUSE_ROTATION_X = 714  # the observer's states are turned about the axis x, y or z of the ICRS, deg
+#   NONE        no hypothesis explains the residuals
+#   TIME        all times are late by a common offset, s
+#   AXES        the axes of the observer are exchanged or reversed, or those of the ecliptic or of date
+#   ROTATION_X  the states of the observer are turned about the axis x of the ICRS, deg; likewise _Y and _Z
+#   SCALE       relative error of the plate scale: measured = (1 + value) true
+#   CENTRE      the separations are those at the Earth's centre
+TOLIMAN_SKY_CAUSE_NONE = 711
+TOLIMAN_SKY_CAUSE_TIME = 712
+TOLIMAN_SKY_CAUSE_AXES = 713
+TOLIMAN_SKY_CAUSE_ROTATION_X = 714
 TOLIMAN_SKY_CAUSE_ROTATION_Y = 715
 TOLIMAN_SKY_CAUSE_ROTATION_Z = 716
-TOLIMAN_SKY_CAUSE_SCALE = 717  # relative error of the plate scale: measured = (1 + value) true
-TOLIMAN_SKY_CAUSE_CENTRE = 718  # the separations are those at the Earth's centre
+TOLIMAN_SKY_CAUSE_SCALE = 717
+TOLIMAN_SKY_CAUSE_CENTRE = 718
 
 # Number of hypotheses.
 TOLIMAN_SKY_HYPOTHESES = 7
 
 
 class toliman_sky_hypothesis(Sized):
-    """A hypothesis, fitted alone, with the errors of the orbital elements and, except for SCALE, a mean and two harmonics of
-    a year: the residuals that a whole number of revolutions of the observer leaves have that period, and may be those of
-    a planet. Since 0.2.
-    Sign of times: value is the given time minus the true time. It is above 0 for times that are late, such as times in
-    TAI that were read as UTC (+37 s), and below 0 for times that are early, such as starts of exposures that were taken
-    for their middles (-30 s for 60 s). An error of the times in the observer file has the opposite sign.
+    """A hypothesis, fitted alone, with the errors of the orbital elements and, except for SCALE, a mean and two harmonics
+    of a year: the residuals that a whole number of revolutions of the observer leaves have that period, and may be those
+    of a planet. Since 0.2. Sign of times: value is the given time minus the true time. It is above 0 for times that are
+    late, such as times in TAI that were read as UTC (+37 s), and below 0 for times that are early, such as starts of
+    exposures that were taken for their middles (-30 s for 60 s). An error of the times in the observer file has the
+    opposite sign.
     struct_size: in: sizeof(toliman_sky_hypothesis)
     cause: TOLIMAN_SKY_CAUSE_...
     value: s, deg or relative; NaN for AXES and CENTRE

@@ -119,7 +119,7 @@ void OnTarget::conclude(Progress &progress) const {
     const auto cut = std::count_if(windows_.begin(), windows_.end(),
                                    [](const Window &window) { return window.is_cut && !window.is_continued; });
     if (static_cast<double>(cut) > kMostCut * static_cast<double>(sums_))
-        progress.warn(path_ + ": the telescope goes on pointing at the stars after the end of " + std::to_string(cut) +
+        progress.warn(path_ + ": the telescope still points at the stars after the end of " + std::to_string(cut) +
                       " of " + std::to_string(sums_) + " exposures: is --exposure right?");
 }
 

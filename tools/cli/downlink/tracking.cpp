@@ -127,7 +127,8 @@ void Tracking::take(const std::shared_ptr<FrameSource> &source, const toliman_fr
     if (event.event == TOLIMAN_INGEST_EVENT_DAMAGE)
         return reject(given, event.has_key != 0, place, toliman_ingest_reason_name(event.reason), event.text);
     if (event.event == TOLIMAN_INGEST_EVENT_WARNING)
-        return report(event.reason == TOLIMAN_INGEST_REASON_CLOCKS_DIFFER || event.reason == TOLIMAN_INGEST_REASON_OVERLAP
+        return report(event.reason == TOLIMAN_INGEST_REASON_CLOCKS_DIFFER ||
+                              event.reason == TOLIMAN_INGEST_REASON_OVERLAP
                           ? Severity::warning
                           : Severity::damage,
                       toliman_ingest_reason_name(event.reason), place, event.text);

@@ -12,7 +12,7 @@ namespace cli {
 namespace {
 
 constexpr double kLongestExposure = 400 * 86400.0; // s, of the library's predictions
-constexpr double kSharedTime = 0.05; // of two exposures, that inaccurate times may have
+constexpr double kSharedTime = 0.05;               // of two exposures, that inaccurate times may have
 constexpr double kFarScale = 0.01; // relative difference of measured and predicted separations that is reported
 
 double exposure_of(const ReductionOptions &options) {
@@ -58,8 +58,8 @@ void reduce_all(const Measured &measured, const std::vector<double> &arcsec, con
         throw Failure(kExitUsage, measured.exposures + ": " + kOrbitExposure);
     }
     if (status == TOLIMAN_E_ARGUMENT && error.field() == "separations_arcsec")
-        malformed(measured.series.name, std::string(error.what()).substr(error.field().size() + 2) +
-                                            " See --plate-scale");
+        malformed(measured.series.name,
+                  std::string(error.what()).substr(error.field().size() + 2) + " See --plate-scale");
     toliman::check(status);
 }
 
