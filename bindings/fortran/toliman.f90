@@ -1836,14 +1836,13 @@ module toliman
         real(c_double) :: parallax_arcsec = 0.0_c_double ! of the barycentre
         real(c_double) :: star_mass(2) = 0.0_c_double ! of A and B, solar masses
         integer(c_int64_t) :: states = 0 ! of the observer file; 0 without one
-        ! lowest and highest of the observer's states, above 6378.137 km; NaN without an orbit
+        ! Orbit of the observer at its first state; all 0 at the Earth's centre. lowest and highest of all states,
+        ! above 6378.137 km
         real(c_double) :: altitude_km(2) = 0.0_c_double
-        ! of the observer's orbit to the equator, at its first state; above 90: retrograde
-        real(c_double) :: inclination_deg = 0.0_c_double
-        ! right ascension of its ascending node there; NaN for a circular orbit
-        real(c_double) :: node_deg = 0.0_c_double
-        real(c_double) :: node_hours = 0.0_c_double ! local mean time at its ascending node there, in [0, 24) h
-        real(c_double) :: orbit_minutes = 0.0_c_double ! period of the observer's orbit there, min
+        real(c_double) :: inclination_deg = 0.0_c_double ! to the equator; above 90: retrograde
+        real(c_double) :: node_deg = 0.0_c_double ! right ascension of the ascending node; 0 for a circular orbit
+        real(c_double) :: node_hours = 0.0_c_double ! local mean time at the ascending node, in [0, 24) h
+        real(c_double) :: orbit_minutes = 0.0_c_double ! period; NaN if the orbit does not return
     end type
 
     ! Result of a refit. Since 0.2.

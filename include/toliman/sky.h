@@ -185,11 +185,12 @@ typedef struct toliman_sky_info {
     double parallax_arcsec;    /* of the barycentre */
     double star_mass[2];       /* of A and B, solar masses */
     uint64_t states;           /* of the observer file; 0 without one */
-    double altitude_km[2];  /* lowest and highest of the observer's states, above 6378.137 km; NaN without an orbit */
-    double inclination_deg; /* of the observer's orbit to the equator, at its first state; above 90: retrograde */
-    double node_deg;        /* right ascension of its ascending node there; NaN for a circular orbit */
-    double node_hours;      /* local mean time at its ascending node there, in [0, 24) h */
-    double orbit_minutes;   /* period of the observer's orbit there, min */
+    /* Orbit of the observer at its first state; all 0 at the Earth's centre. */
+    double altitude_km[2];  /* lowest and highest of all states, above 6378.137 km */
+    double inclination_deg; /* to the equator; above 90: retrograde */
+    double node_deg;        /* right ascension of the ascending node; 0 for a circular orbit */
+    double node_hours;      /* local mean time at the ascending node, in [0, 24) h */
+    double orbit_minutes;   /* period; NaN if the orbit does not return */
 } toliman_sky_info;
 #define TOLIMAN_SKY_INFO_INIT TOLIMAN_INIT(toliman_sky_info)
 

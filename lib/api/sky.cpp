@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstring>
 #include <iterator>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -120,6 +119,7 @@ std::vector<sky::Reduced> reduced_of(const sky::Predictor &predictor, const int6
             fail_within(error, error.status(), "measurement %zu: %s", i, error.what());
         }
     }
+    check_exposures(exposures);
     return reduced;
 }
 
@@ -142,18 +142,15 @@ void add_states(const sky::Ephemeris &file, toliman_sky_info &info) {
 }
 
 void set_orbit(const sky::Observer &observer, toliman_sky_info &info) {
-    constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-    info.altitude_km[0] = info.altitude_km[1] = observer.orbit().altitude_km;
-    sky::OrbitShape shape = {kNaN, kNaN, kNaN, kNaN};
+    sky::OrbitShape shape = {};
     if (const sky::Ephemeris *const file = observer.ephemeris(); file != nullptr) {
         add_states(*file, info);
         const sky::Segment &first = file->segments().front();
         shape = sky::shape_of(first.states.front(), first.tai_ns.front());
     } else if (observer.kind() == sky::Observer::Kind::circular) {
         shape = sky::shape_of(observer.at(0), 0);
-        shape.node_deg = kNaN; // follows the Sun
-    } else {
-        info.altitude_km[0] = info.altitude_km[1] = kNaN;
+        shape.node_deg = 0; // follows the Sun
+        info.altitude_km[0] = info.altitude_km[1] = observer.orbit().altitude_km;
     }
     info.inclination_deg = shape.inclination_deg;
     info.node_deg = shape.node_deg;
@@ -225,10 +222,10 @@ toliman_status toliman_sky_predict(const toliman_sky *sky, const int64_t *tai_ns
             return;
         const StructArray<toliman_sky_prediction> rows(predictions, "predictions");
         required_array(predictions, count, rows.size(), "predictions");
-        check_times("tai_ns", tai_ns, count);
         std::vector<sky::Prediction> found(count);
         for (size_t i = 0; i < count; i++)
             found[i] = sky->predictor->at(tai_ns[i]);
+        check_times("tai_ns", tai_ns, count);
         for (size_t i = 0; i < count; i++)
             rows.put(i, public_prediction(found[i]));
     });
@@ -239,8 +236,9 @@ toliman_status toliman_sky_predict_mean(const toliman_sky *sky, const int64_t *i
     return guard([&] {
         const Use use(sky, "sky");
         required_array(intervals, count, 2 * sizeof *intervals, "intervals");
+        const sky::Prediction mean = sky->predictor->mean(intervals_of(intervals, count));
         check_times("intervals", intervals, 2 * count);
-        deliver(public_prediction(sky->predictor->mean(intervals_of(intervals, count))), prediction, "prediction");
+        deliver(public_prediction(mean), prediction, "prediction");
     });
 }
 

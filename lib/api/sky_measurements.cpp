@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <utility>
 
 #include "api/guard.hpp"
 
@@ -73,16 +72,20 @@ std::vector<sky::Interval> intervals_of(const int64_t *intervals, size_t count) 
 std::vector<sky::Exposure> exposures_of(const int64_t *intervals, const size_t *interval_counts, size_t count) {
     required_array(intervals, count, 2 * sizeof *intervals, "intervals");
     std::vector<sky::Exposure> exposures;
-    std::vector<int64_t> starts;
     for (size_t i = 0; i < count; i++) {
         const size_t own = interval_counts != nullptr ? interval_counts[i] : 1;
         exposures.push_back({intervals_of(intervals, own), interval_counts != nullptr});
-        if (own > 0)
-            starts.push_back(intervals[0]);
         intervals += 2 * own;
     }
-    check_times("intervals", starts.data(), starts.size());
     return exposures;
+}
+
+void check_exposures(const std::vector<sky::Exposure> &exposures) {
+    std::vector<int64_t> starts;
+    for (const sky::Exposure &exposure : exposures)
+        if (!exposure.intervals.empty())
+            starts.push_back(exposure.intervals.front().start_ns);
+    check_times("intervals", starts.data(), starts.size());
 }
 
 double known_separation(const double *separations_arcsec, size_t i) {
@@ -96,14 +99,15 @@ std::vector<sky::Measurement> measurements_of(const int64_t *intervals, const si
                                               size_t count) {
     required_array(separations_arcsec, count, sizeof *separations_arcsec, "separations_arcsec");
     required_array(sigmas_arcsec, count, sizeof *sigmas_arcsec, "sigmas_arcsec");
-    std::vector<sky::Exposure> exposures = exposures_of(intervals, interval_counts, count);
+    const std::vector<sky::Exposure> exposures = exposures_of(intervals, interval_counts, count);
     std::vector<sky::Measurement> measurements;
     for (size_t i = 0; i < count; i++) {
         const double separation = known_separation(separations_arcsec, i);
         if (!(sigmas_arcsec[i] > 0 && std::isfinite(sigmas_arcsec[i])))
             fail(Status::argument, "{sigmas_arcsec[%zu]} = %g: must be above 0 and finite", i, sigmas_arcsec[i]);
-        measurements.push_back({std::move(exposures[i]), separation, sigmas_arcsec[i]});
+        measurements.push_back({exposures[i], separation, sigmas_arcsec[i]});
     }
+    check_exposures(exposures);
     return measurements;
 }
 

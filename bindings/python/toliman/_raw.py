@@ -2531,11 +2531,12 @@ class toliman_sky_info(Sized):
     parallax_arcsec: of the barycentre
     star_mass: of A and B, solar masses
     states: of the observer file; 0 without one
-    altitude_km: lowest and highest of the observer's states, above 6378.137 km; NaN without an orbit
-    inclination_deg: of the observer's orbit to the equator, at its first state; above 90: retrograde
-    node_deg: right ascension of its ascending node there; NaN for a circular orbit
-    node_hours: local mean time at its ascending node there, in [0, 24) h
-    orbit_minutes: period of the observer's orbit there, min"""
+    altitude_km: Orbit of the observer at its first state; all 0 at the Earth's centre.
+        lowest and highest of all states, above 6378.137 km
+    inclination_deg: to the equator; above 90: retrograde
+    node_deg: right ascension of the ascending node; 0 for a circular orbit
+    node_hours: local mean time at the ascending node, in [0, 24) h
+    orbit_minutes: period; NaN if the orbit does not return"""
 
     _fields_ = [
         ("struct_size", c_uint32),

@@ -623,11 +623,11 @@ class SkyInfo(Result):
     parallax_arcsec: float = member("of the barycentre")
     star_mass: tuple[float, ...] = member("of A and B, solar masses")
     states: int = member("of the observer file; 0 without one")
-    altitude_km: tuple[float, ...] = member("lowest and highest of the observer's states, above 6378.137 km; NaN without an orbit")
-    inclination_deg: float = member("of the observer's orbit to the equator, at its first state; above 90: retrograde")
-    node_deg: float = member("right ascension of its ascending node there; NaN for a circular orbit")
-    node_hours: float = member("local mean time at its ascending node there, in [0, 24) h")
-    orbit_minutes: float = member("period of the observer's orbit there, min")
+    altitude_km: tuple[float, ...] = member("Orbit of the observer at its first state; all 0 at the Earth's centre. lowest and highest of all states, above 6378.137 km")
+    inclination_deg: float = member("to the equator; above 90: retrograde")
+    node_deg: float = member("right ascension of the ascending node; 0 for a circular orbit")
+    node_hours: float = member("local mean time at the ascending node, in [0, 24) h")
+    orbit_minutes: float = member("period; NaN if the orbit does not return")
 
 
 @result
