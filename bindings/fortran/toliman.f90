@@ -1209,6 +1209,8 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_REASON_CLOCKS_DIFFER = 626
     ! WARNING: pixels without a line, after those of the last frame
     integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_REASON_EXTRA_BYTES = 627
+    ! WARNING: exposures of successive frames overlap; only once
+    integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_REASON_OVERLAP = 628
 
     ! Event of a reader. `file` is valid until the reader is destroyed, `text` as long as the memory of a frame. Since
     ! 0.2.
@@ -1992,14 +1994,13 @@ module toliman
         real(c_double) :: parallax_arcsec = 0.0_c_double ! of the barycentre
         real(c_double) :: star_mass(2) = 0.0_c_double ! of A and B, solar masses
         integer(c_int64_t) :: states = 0 ! of the observer file; 0 without one
-        ! lowest and highest of the observer's states, above 6378.137 km; NaN without an orbit
+        ! Orbit of the observer at its first state; all 0 at the Earth's centre. lowest and highest of all states,
+        ! above 6378.137 km
         real(c_double) :: altitude_km(2) = 0.0_c_double
-        ! of the observer's orbit to the equator, at its first state; above 90: retrograde
-        real(c_double) :: inclination_deg = 0.0_c_double
-        ! right ascension of its ascending node there; NaN for a circular orbit
-        real(c_double) :: node_deg = 0.0_c_double
-        real(c_double) :: node_hours = 0.0_c_double ! local mean time at its ascending node there, in [0, 24) h
-        real(c_double) :: orbit_minutes = 0.0_c_double ! period of the observer's orbit there, min
+        real(c_double) :: inclination_deg = 0.0_c_double ! to the equator; above 90: retrograde
+        real(c_double) :: node_deg = 0.0_c_double ! right ascension of the ascending node; 0 for a circular orbit
+        real(c_double) :: node_hours = 0.0_c_double ! local mean time at the ascending node, in [0, 24) h
+        real(c_double) :: orbit_minutes = 0.0_c_double ! period; NaN if the orbit does not return
     end type
 
     ! Flag of toliman_sky_refit_result: chi_square is poor and above 3. No jitter excuses it: times, unit or sigmas are
@@ -2031,28 +2032,30 @@ module toliman
 
     ! Causes of residuals. TIME to CENTRE are the hypotheses of toliman_sky_diagnose, in the order of its array. All but
     ! SCALE need an observer in orbit.
-    integer(c_int32_t), parameter, public :: TOLIMAN_SKY_CAUSE_NONE = 711 ! no hypothesis explains the residuals
-    integer(c_int32_t), parameter, public :: TOLIMAN_SKY_CAUSE_TIME = 712 ! all times are late by a common offset, s
-    ! the observer's axes are exchanged or reversed, those of the ecliptic or of date
+    !   NONE        no hypothesis explains the residuals
+    !   TIME        all times are late by a common offset, s
+    !   AXES        the axes of the observer are exchanged or reversed, or those of the ecliptic or of date
+    !   ROTATION_X  the states of the observer are turned about the axis x of the ICRS, deg; likewise _Y and _Z
+    !   SCALE       relative error of the plate scale: measured = (1 + value) true
+    !   CENTRE      the separations are those at the Earth's centre
+    integer(c_int32_t), parameter, public :: TOLIMAN_SKY_CAUSE_NONE = 711
+    integer(c_int32_t), parameter, public :: TOLIMAN_SKY_CAUSE_TIME = 712
     integer(c_int32_t), parameter, public :: TOLIMAN_SKY_CAUSE_AXES = 713
-    ! the observer's states are turned about the axis x, y or z of the ICRS, deg
     integer(c_int32_t), parameter, public :: TOLIMAN_SKY_CAUSE_ROTATION_X = 714
     integer(c_int32_t), parameter, public :: TOLIMAN_SKY_CAUSE_ROTATION_Y = 715
     integer(c_int32_t), parameter, public :: TOLIMAN_SKY_CAUSE_ROTATION_Z = 716
-    ! relative error of the plate scale: measured = (1 + value) true
     integer(c_int32_t), parameter, public :: TOLIMAN_SKY_CAUSE_SCALE = 717
-    ! the separations are those at the Earth's centre
     integer(c_int32_t), parameter, public :: TOLIMAN_SKY_CAUSE_CENTRE = 718
 
     ! Number of hypotheses.
     integer(c_int32_t), parameter, public :: TOLIMAN_SKY_HYPOTHESES = 7
 
-    ! A hypothesis, fitted alone, with the errors of the orbital elements and, except for SCALE, a mean and two harmonics of
-    ! a year: the residuals that a whole number of revolutions of the observer leaves have that period, and may be those of
-    ! a planet. Since 0.2.
-    ! Sign of times: value is the given time minus the true time. It is above 0 for times that are late, such as times in
-    ! TAI that were read as UTC (+37 s), and below 0 for times that are early, such as starts of exposures that were taken
-    ! for their middles (-30 s for 60 s). An error of the times in the observer file has the opposite sign.
+    ! A hypothesis, fitted alone, with the errors of the orbital elements and, except for SCALE, a mean and two harmonics
+    ! of a year: the residuals that a whole number of revolutions of the observer leaves have that period, and may be those
+    ! of a planet. Since 0.2. Sign of times: value is the given time minus the true time. It is above 0 for times that are
+    ! late, such as times in TAI that were read as UTC (+37 s), and below 0 for times that are early, such as starts of
+    ! exposures that were taken for their middles (-30 s for 60 s). An error of the times in the observer file has the
+    ! opposite sign.
     type, bind(C), public :: toliman_sky_hypothesis
         integer(c_int32_t) :: struct_size = 216 ! in: sizeof(toliman_sky_hypothesis)
         integer(c_int32_t) :: cause = 0 ! TOLIMAN_SKY_CAUSE_...

@@ -78,6 +78,7 @@ TOLIMAN_API void toliman_ingest_destroy(toliman_ingest *ingest) TOLIMAN_NOEXCEPT
 #define TOLIMAN_INGEST_REASON_CLOCK_JUMP 625    /* WARNING: time goes back, stops, or skips 1000 median steps */
 #define TOLIMAN_INGEST_REASON_CLOCKS_DIFFER 626 /* WARNING: camera clock and host clock drift apart; only once */
 #define TOLIMAN_INGEST_REASON_EXTRA_BYTES 627   /* WARNING: pixels without a line, after those of the last frame */
+#define TOLIMAN_INGEST_REASON_OVERLAP 628       /* WARNING: exposures of successive frames overlap; only once */
 
 /* Returns the name of a reason ("bad line"), "?" for an unknown one. Static text. Since 0.2. */
 TOLIMAN_API const char *toliman_ingest_reason_name(int32_t reason) TOLIMAN_NOEXCEPT;

@@ -9,6 +9,7 @@
  *   measured separations [count] -> reduce -------+-> reduced separations [count]
  *   measured separations [count] -> refit --------+-> toliman_sky with another orbit -> save_file -> system file
  *                                                 +-> set_columns -> toliman_period_options (period_nuisance.h)
+ *                                                 +-> diagnose (sky_diagnosis.h)
  *                                                 +-> get_info, get_element; element_name, observer_name
  *                                              destroy
  *
@@ -122,7 +123,9 @@ typedef struct toliman_sky_prediction {
  *   predictions  [count], with the struct_size of predictions[0] set
  * A prediction takes 5 to 9 us; the first one in a day up to 400 us. 100 bytes per day are kept.
  * Errors: TOLIMAN_E_RANGE, naming the time and the covered times, if the observer file has no state for it, and outside
- * the years 1900 to 2100. No prediction is then written. Since 0.2. */
+ * the years 1900 to 2100; TOLIMAN_E_ARGUMENT if all times are within 50 days of 1970-01-01, as seconds, milliseconds,
+ * microseconds and Modified Julian Days are when they are taken for nanoseconds. No prediction is then written. All
+ * functions that take times check this. Since 0.2. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_predict(const toliman_sky *sky, const int64_t *tai_ns,
                                                                   size_t count,
                                                                   toliman_sky_prediction *predictions) TOLIMAN_NOEXCEPT;
@@ -154,6 +157,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_predict_mean(const tol
  *   - a single interval of zero length. The prediction for an instant is wrong by up to 245 uas;
  *   - with interval_counts NULL, an interval longer than 600 s. The telescope points elsewhere during a part of it, and
  *     the mean from its start to its end is wrong by up to 245 uas.
+ * The median of the measured separations must be within a factor of 2 of the predicted ones: values in mas, uas, rad,
+ * deg or px are refused.
  * Errors: TOLIMAN_E_ARGUMENT, naming the measurement, for these and for bad numbers; otherwise as
  * toliman_sky_predict_mean. Nothing is then written. Since 0.2. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_reduce(
@@ -181,11 +186,12 @@ typedef struct toliman_sky_info {
     double parallax_arcsec;    /* of the barycentre */
     double star_mass[2];       /* of A and B, solar masses */
     uint64_t states;           /* of the observer file; 0 without one */
-    double altitude_km[2];     /* lowest and highest of the observer's states, above 6378.137 km; NaN without an orbit */
-    double inclination_deg;    /* of the observer's orbit to the equator, at its first state; above 90: retrograde */
-    double node_deg;           /* right ascension of its ascending node there; NaN for a circular orbit */
-    double node_hours;         /* local mean time at its ascending node there, in [0, 24) h */
-    double orbit_minutes;      /* period of the observer's orbit there, min */
+    /* Orbit of the observer at its first state; all 0 at the Earth's centre. */
+    double altitude_km[2];  /* lowest and highest of all states, above 6378.137 km */
+    double inclination_deg; /* to the equator; above 90: retrograde */
+    double node_deg;        /* right ascension of the ascending node; 0 for a circular orbit */
+    double node_hours;      /* local mean time at the ascending node, in [0, 24) h */
+    double orbit_minutes;   /* period; NaN if the orbit does not return */
 } toliman_sky_info;
 #define TOLIMAN_SKY_INFO_INIT TOLIMAN_INIT(toliman_sky_info)
 

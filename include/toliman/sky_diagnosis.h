@@ -19,15 +19,21 @@
 TOLIMAN_BEGIN_DECLS
 
 /* Causes of residuals. TIME to CENTRE are the hypotheses of toliman_sky_diagnose, in the order of its array. All but
- * SCALE need an observer in orbit. */
-#define TOLIMAN_SKY_CAUSE_NONE 711       /* no hypothesis explains the residuals */
-#define TOLIMAN_SKY_CAUSE_TIME 712       /* all times are late by a common offset, s */
-#define TOLIMAN_SKY_CAUSE_AXES 713       /* the observer's axes are exchanged or reversed, those of the ecliptic or of date */
-#define TOLIMAN_SKY_CAUSE_ROTATION_X 714 /* the observer's states are turned about the axis x, y or z of the ICRS, deg */
+ * SCALE need an observer in orbit.
+ *   NONE        no hypothesis explains the residuals
+ *   TIME        all times are late by a common offset, s
+ *   AXES        the axes of the observer are exchanged or reversed, or those of the ecliptic or of date
+ *   ROTATION_X  the states of the observer are turned about the axis x of the ICRS, deg; likewise _Y and _Z
+ *   SCALE       relative error of the plate scale: measured = (1 + value) true
+ *   CENTRE      the separations are those at the Earth's centre */
+#define TOLIMAN_SKY_CAUSE_NONE 711
+#define TOLIMAN_SKY_CAUSE_TIME 712
+#define TOLIMAN_SKY_CAUSE_AXES 713
+#define TOLIMAN_SKY_CAUSE_ROTATION_X 714
 #define TOLIMAN_SKY_CAUSE_ROTATION_Y 715
 #define TOLIMAN_SKY_CAUSE_ROTATION_Z 716
-#define TOLIMAN_SKY_CAUSE_SCALE 717  /* relative error of the plate scale: measured = (1 + value) true */
-#define TOLIMAN_SKY_CAUSE_CENTRE 718 /* the separations are those at the Earth's centre */
+#define TOLIMAN_SKY_CAUSE_SCALE 717
+#define TOLIMAN_SKY_CAUSE_CENTRE 718
 
 /* Number of hypotheses. */
 #define TOLIMAN_SKY_HYPOTHESES 7u
@@ -36,12 +42,12 @@ TOLIMAN_BEGIN_DECLS
  * "?" for an unknown one. Static text. Since 0.2. */
 TOLIMAN_API const char *toliman_sky_cause_name(int32_t cause) TOLIMAN_NOEXCEPT;
 
-/* A hypothesis, fitted alone, with the errors of the orbital elements and, except for SCALE, a mean and two harmonics of
- * a year: the residuals that a whole number of revolutions of the observer leaves have that period, and may be those of
- * a planet. Since 0.2.
- * Sign of times: value is the given time minus the true time. It is above 0 for times that are late, such as times in
- * TAI that were read as UTC (+37 s), and below 0 for times that are early, such as starts of exposures that were taken
- * for their middles (-30 s for 60 s). An error of the times in the observer file has the opposite sign. */
+/* A hypothesis, fitted alone, with the errors of the orbital elements and, except for SCALE, a mean and two harmonics
+ * of a year: the residuals that a whole number of revolutions of the observer leaves have that period, and may be those
+ * of a planet. Since 0.2. Sign of times: value is the given time minus the true time. It is above 0 for times that are
+ * late, such as times in TAI that were read as UTC (+37 s), and below 0 for times that are early, such as starts of
+ * exposures that were taken for their middles (-30 s for 60 s). An error of the times in the observer file has the
+ * opposite sign. */
 typedef struct toliman_sky_hypothesis {
     uint32_t struct_size; /* in: sizeof(toliman_sky_hypothesis) */
     int32_t cause;        /* TOLIMAN_SKY_CAUSE_... */

@@ -31,10 +31,10 @@ enum class Stamp { start, middle, end };
 constexpr Choice<Stamp> kStamps = {TOLIMAN_FRAME_STAMP_START, TOLIMAN_FRAME_STAMP_END, "TOLIMAN_FRAME_STAMP_..."};
 constexpr Choice<ingest::EventKind> kEvents = {TOLIMAN_INGEST_EVENT_NOTHING, TOLIMAN_INGEST_EVENT_WARNING,
                                                "TOLIMAN_INGEST_EVENT_..."};
-constexpr Choice<ingest::Reason> kReasons = {TOLIMAN_INGEST_REASON_NONE, TOLIMAN_INGEST_REASON_EXTRA_BYTES,
+constexpr Choice<ingest::Reason> kReasons = {TOLIMAN_INGEST_REASON_NONE, TOLIMAN_INGEST_REASON_OVERLAP,
                                              "TOLIMAN_INGEST_REASON_..."};
-constexpr const char *kReasonNames[] = {"none",       "bad line",      "short file", "place unknown",
-                                        "clock jump", "clocks differ", "extra bytes"};
+constexpr const char *kReasonNames[] = {"none",       "bad line",      "short file",  "place unknown",
+                                        "clock jump", "clocks differ", "extra bytes", "overlap"};
 
 // Difference between the middle of the exposure and its time stamp.
 int64_t shift_of(const toliman_ingest_options &options) {

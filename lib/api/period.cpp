@@ -180,8 +180,7 @@ toliman_status toliman_period_reset(toliman_period *period) noexcept {
 }
 
 int64_t toliman_period_count(const toliman_period *period) noexcept {
-    return value_of(period, "period", int64_t{0},
-                    [](const toliman_period &one) { return one.stream.totals().count; });
+    return value_of(period, "period", int64_t{0}, [](const toliman_period &one) { return one.stream.totals().count; });
 }
 
 toliman_status toliman_period_get_info(const toliman_period *period, toliman_period_info *out) noexcept {

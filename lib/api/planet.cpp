@@ -53,6 +53,14 @@ double positive(const char *name, double value) {
     return value;
 }
 
+// A property of a star; 0 = unknown.
+double within(const char *name, double value, double least, double most) {
+    if (!(value == 0 || (value >= least && value <= most)))
+        fail(Status::argument, "{%s} = %g: must be in %c%g, %g], or 0", name, value, least > 0 ? '[' : '(', least,
+             most);
+    return value;
+}
+
 planet::GivenSeries given_series(const toliman_planet_series *series, bool velocity, bool jitter) {
     const auto known = accept(&required(series, "series"), toliman_planet_series{}, "series");
     if (known.trend < 0 || known.columns < 0 || known.trend > 8 || known.columns > 8 || known.trend + known.columns > 8)
@@ -112,9 +120,9 @@ planet::Settings settings_of(const toliman_planet_options &options) {
     settings.units = {(options.flags & TOLIMAN_PLANET_VELOCITY) != 0,
                       in_range("time_unit_days", options.time_unit_days, 1e-12, 1e12, 1.0),
                       positive("options->unit", options.unit),
-                      in_range("parallax_arcsec", options.parallax_arcsec, 1e-9, kMostParallax, 0.0),
-                      {in_range("star_mass[0]", options.star_mass[0], kLeastMass, kMostMass, 0.0),
-                       in_range("star_mass[1]", options.star_mass[1], kLeastMass, kMostMass, 0.0)}};
+                      within("options->parallax_arcsec", options.parallax_arcsec, 0, kMostParallax),
+                      {within("options->star_mass[0]", options.star_mass[0], kLeastMass, kMostMass),
+                       within("options->star_mass[1]", options.star_mass[1], kLeastMass, kMostMass)}};
     settings.period_min = positive("options->period_min", options.period_min);
     settings.period_max = positive("options->period_max", options.period_max);
     settings.eccentricity_max = in_range("eccentricity_max", options.eccentricity_max, 1e-3, 0.95, 0.95);

@@ -343,8 +343,7 @@ toliman_status toliman_sim_get_stage(const toliman_sim_plan_info *plan, const ch
 }
 
 const char *toliman_sim_get_name(const toliman_sim *sim) noexcept {
-    return api::value_of(sim, "sim", "",
-                         [](const toliman_sim &one) { return one.simulator.scene().name.c_str(); });
+    return api::value_of(sim, "sim", "", [](const toliman_sim &one) { return one.simulator.scene().name.c_str(); });
 }
 
 toliman_status toliman_sim_get_series(const toliman_sim *sim, int64_t first, size_t count, double *times_days,

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstring>
 #include <iterator>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -110,17 +109,18 @@ std::unique_ptr<toliman_sky> new_sky(std::unique_ptr<const sky::Predictor> predi
 
 std::vector<sky::Reduced> reduced_of(const sky::Predictor &predictor, const int64_t *intervals,
                                      const size_t *interval_counts, const double *separations_arcsec, size_t count) {
+    const std::vector<sky::Exposure> exposures = exposures_of(intervals, interval_counts, count);
     std::vector<sky::Reduced> reduced;
     for (size_t i = 0; i < count; i++) {
         const double separation =
             std::isnan(separations_arcsec[i]) ? separations_arcsec[i] : known_separation(separations_arcsec, i);
-        const sky::Exposure exposure = take_exposure(intervals, interval_counts, i);
         try {
-            reduced.push_back(sky::reduce(predictor, exposure, separation));
+            reduced.push_back(sky::reduce(predictor, exposures[i], separation));
         } catch (const Error &error) {
             fail_within(error, error.status(), "measurement %zu: %s", i, error.what());
         }
     }
+    check_exposures(exposures);
     return reduced;
 }
 
@@ -143,18 +143,15 @@ void add_states(const sky::Ephemeris &file, toliman_sky_info &info) {
 }
 
 void set_orbit(const sky::Observer &observer, toliman_sky_info &info) {
-    constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-    info.altitude_km[0] = info.altitude_km[1] = observer.orbit().altitude_km;
-    sky::OrbitShape shape = {kNaN, kNaN, kNaN, kNaN};
+    sky::OrbitShape shape = {};
     if (const sky::Ephemeris *const file = observer.ephemeris(); file != nullptr) {
         add_states(*file, info);
         const sky::Segment &first = file->segments().front();
         shape = sky::shape_of(first.states.front(), first.tai_ns.front());
     } else if (observer.kind() == sky::Observer::Kind::circular) {
         shape = sky::shape_of(observer.at(0), 0);
-        shape.node_deg = kNaN; // follows the Sun
-    } else {
-        info.altitude_km[0] = info.altitude_km[1] = kNaN;
+        shape.node_deg = 0; // follows the Sun
+        info.altitude_km[0] = info.altitude_km[1] = observer.orbit().altitude_km;
     }
     info.inclination_deg = shape.inclination_deg;
     info.node_deg = shape.node_deg;
@@ -229,6 +226,7 @@ toliman_status toliman_sky_predict(const toliman_sky *sky, const int64_t *tai_ns
         std::vector<sky::Prediction> found(count);
         for (size_t i = 0; i < count; i++)
             found[i] = sky->predictor->at(tai_ns[i]);
+        check_times("tai_ns", tai_ns, count);
         for (size_t i = 0; i < count; i++)
             rows.put(i, public_prediction(found[i]));
     });
@@ -239,7 +237,9 @@ toliman_status toliman_sky_predict_mean(const toliman_sky *sky, const int64_t *i
     return guard([&] {
         const Use use(sky, "sky");
         required_array(intervals, count, 2 * sizeof *intervals, "intervals");
-        deliver(public_prediction(sky->predictor->mean(intervals_of(intervals, count))), prediction, "prediction");
+        const sky::Prediction mean = sky->predictor->mean(intervals_of(intervals, count));
+        check_times("intervals", intervals, 2 * count);
+        deliver(public_prediction(mean), prediction, "prediction");
     });
 }
 
@@ -258,6 +258,10 @@ toliman_status toliman_sky_reduce(const toliman_sky *sky, const int64_t *interva
             required_array(predictions, count, rows->size(), "predictions");
         }
         const auto found = reduced_of(*sky->predictor, intervals, interval_counts, separations_arcsec, count);
+        std::vector<double> ratios(count);
+        for (size_t i = 0; i < count; i++)
+            ratios[i] = separations_arcsec[i] / found[i].seen.separation_arcsec;
+        check_unit(std::move(ratios));
         for (size_t i = 0; i < count; i++) {
             reduced_arcsec[i] = found[i].separation_arcsec;
             if (rows)

@@ -1,10 +1,66 @@
 #include "api/sky_measurements.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "api/guard.hpp"
 
 namespace toliman::api {
+
+namespace {
+
+struct Scale {
+    double factor;
+    const char *unit;
+};
+
+// The unit whose numbers are this many times those in the right unit; "" for none. The factors are apart by more than
+// twice `likeness`.
+const char *unit_of(double factor, const Scale *units, size_t count, double likeness) noexcept {
+    for (size_t i = 0; i < count; i++)
+        if (factor > units[i].factor / likeness && factor < units[i].factor * likeness)
+            return units[i].unit;
+    return "";
+}
+
+} // namespace
+
+void check_times(const char *name, const int64_t *times, size_t count) {
+    constexpr double kNear = 50 * 86400e9; // ns; times in microseconds are within 48 days until 2100
+    const auto is_near = [](int64_t time) { return std::fabs(static_cast<double>(time)) < kNear; };
+    if (count == 0 || !std::all_of(times, times + count, is_near))
+        return;
+    // Of the years 1971 to 2100.
+    constexpr double kNow = 1.8e9;
+    constexpr Scale kUnits[] = {{6.1e4, "days (MJD)"},
+                                {2.46e6, "days (JD)"},
+                                {kNow, "seconds"},
+                                {kNow * 1e3, "milliseconds"},
+                                {kNow * 1e6, "microseconds"}};
+    const char *const unit = unit_of(static_cast<double>(times[0]), kUnits, std::size(kUnits), 3);
+    fail(Status::argument,
+         "{%s}: %lld ns is near 1970-01-01, as are all times of the call: must be nanoseconds of TAI%s%s%s", name,
+         static_cast<long long>(times[0]), *unit != '\0' ? "; are they in " : "", unit, *unit != '\0' ? "?" : "");
+}
+
+void check_unit(std::vector<double> ratios) {
+    constexpr double kMost = 2; // an orbit wrong by more is not that of the stars
+    constexpr Scale kUnits[] = {
+        {1e6, "uas"}, {1e3, "mas"}, {1 / 60.0, "arcmin"}, {1 / 3600.0, "deg"}, {1 / 206264.806, "rad"}};
+    ratios.erase(std::remove_if(ratios.begin(), ratios.end(), [](double ratio) { return std::isnan(ratio); }),
+                 ratios.end());
+    if (ratios.empty())
+        return;
+    const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
+    std::nth_element(ratios.begin(), middle, ratios.end());
+    if (*middle >= 1 / kMost && *middle <= kMost)
+        return;
+    const char *const unit = unit_of(*middle, kUnits, std::size(kUnits), 2);
+    fail(Status::argument,
+         "{separations_arcsec}: median %.4g times the predicted separations: must be in arcsec; are they in %s?",
+         *middle, *unit != '\0' ? unit : "px, or those of another system");
+}
 
 std::vector<sky::Interval> intervals_of(const int64_t *intervals, size_t count) {
     std::vector<sky::Interval> given(count);
@@ -13,11 +69,23 @@ std::vector<sky::Interval> intervals_of(const int64_t *intervals, size_t count) 
     return given;
 }
 
-sky::Exposure take_exposure(const int64_t *&next, const size_t *interval_counts, size_t i) {
-    const size_t own = interval_counts != nullptr ? interval_counts[i] : 1;
-    sky::Exposure taken = {intervals_of(next, own), interval_counts != nullptr};
-    next += 2 * own;
-    return taken;
+std::vector<sky::Exposure> exposures_of(const int64_t *intervals, const size_t *interval_counts, size_t count) {
+    required_array(intervals, count, 2 * sizeof *intervals, "intervals");
+    std::vector<sky::Exposure> exposures;
+    for (size_t i = 0; i < count; i++) {
+        const size_t own = interval_counts != nullptr ? interval_counts[i] : 1;
+        exposures.push_back({intervals_of(intervals, own), interval_counts != nullptr});
+        intervals += 2 * own;
+    }
+    return exposures;
+}
+
+void check_exposures(const std::vector<sky::Exposure> &exposures) {
+    std::vector<int64_t> starts;
+    for (const sky::Exposure &exposure : exposures)
+        if (!exposure.intervals.empty())
+            starts.push_back(exposure.intervals.front().start_ns);
+    check_times("intervals", starts.data(), starts.size());
 }
 
 double known_separation(const double *separations_arcsec, size_t i) {
@@ -31,14 +99,15 @@ std::vector<sky::Measurement> measurements_of(const int64_t *intervals, const si
                                               size_t count) {
     required_array(separations_arcsec, count, sizeof *separations_arcsec, "separations_arcsec");
     required_array(sigmas_arcsec, count, sizeof *sigmas_arcsec, "sigmas_arcsec");
-    required_array(intervals, count, 2 * sizeof *intervals, "intervals");
+    const std::vector<sky::Exposure> exposures = exposures_of(intervals, interval_counts, count);
     std::vector<sky::Measurement> measurements;
     for (size_t i = 0; i < count; i++) {
         const double separation = known_separation(separations_arcsec, i);
         if (!(sigmas_arcsec[i] > 0 && std::isfinite(sigmas_arcsec[i])))
             fail(Status::argument, "{sigmas_arcsec[%zu]} = %g: must be above 0 and finite", i, sigmas_arcsec[i]);
-        measurements.push_back({take_exposure(intervals, interval_counts, i), separation, sigmas_arcsec[i]});
+        measurements.push_back({exposures[i], separation, sigmas_arcsec[i]});
     }
+    check_exposures(exposures);
     return measurements;
 }
 

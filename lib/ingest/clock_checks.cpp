@@ -16,6 +16,7 @@ namespace {
 constexpr double kLargestStep = 1000;  // usual steps
 constexpr double kLargestDelay = 1;    // s, of a frame on its way to the host
 constexpr double kLargestDrift = 0.01; // of one clock against the other
+constexpr double kSharedTime = 0.05;   // of two exposures, that inaccurate time stamps may have
 
 double step_ns(const SideLine &before, const SideLine &after) noexcept {
     return static_cast<double>(after.stamp_ns) - static_cast<double>(before.stamp_ns);
@@ -73,6 +74,18 @@ std::string ClockChecks::drift(const SideLine &line) const {
         return "";
     return text_of("since line %lld timestamp_ns has advanced by %g s, host_time by %g s",
                    static_cast<long long>(first_->number), camera, host);
+}
+
+std::string ClockChecks::overlap(const SideLine &line, double exposure_s) const {
+    if (!last_ || last_->line.session != line.session || last_->line.roi != line.roi)
+        return "";
+    const double step = step_ns(last_->line, line) / 1e9;
+    if (!(step > 0 && step < (1 - kSharedTime) * exposure_s))
+        return "";
+    return text_of("frames %lld and %lld are %g s apart, and their exposures of %g s overlap: is the length of the "
+                   "exposure in s?",
+                   static_cast<long long>(last_->line.frame_id), static_cast<long long>(line.frame_id), step,
+                   exposure_s);
 }
 
 void ClockChecks::pass(const SideLine &line, int64_t number) {

@@ -29,6 +29,8 @@ class ClockChecks {
     // Warnings about a valid line, by its number in the file; empty if there is none.
     std::string jump(const SideLine &line, int64_t number) const;
     std::string drift(const SideLine &line) const;
+    // exposure_s: of both frames; 0: unknown.
+    std::string overlap(const SideLine &line, double exposure_s) const;
     // A valid line was reported; later ones are compared with it.
     void pass(const SideLine &line, int64_t number);
 

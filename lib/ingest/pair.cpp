@@ -212,8 +212,13 @@ std::optional<Event> Pair::give_placed(Slot &slot, const Place &place) {
     std::string jump = clock_.jump(line, front_number()), drift;
     if (jump.empty() && !has_drifted_)
         drift = clock_.drift(line);
-    if (jump.empty() && drift.empty())
-        return frame(slot, place);
+    if (jump.empty() && drift.empty()) {
+        std::string overlap = has_overlapped_ ? "" : clock_.overlap(line, options_.exposure_s);
+        if (overlap.empty())
+            return frame(slot, place);
+        is_warned_ = has_overlapped_ = true;
+        return report(slot, EventKind::warning, Reason::overlap, std::move(overlap));
+    }
     is_warned_ = true;
     has_drifted_ = has_drifted_ || !drift.empty();
     return jump.empty() ? report(slot, EventKind::warning, Reason::clocks_differ, std::move(drift))

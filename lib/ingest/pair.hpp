@@ -28,7 +28,7 @@ struct PairOptions {
 
 // In the order of TOLIMAN_INGEST_EVENT_... and TOLIMAN_INGEST_REASON_...
 enum class EventKind { nothing, frame, damage, warning };
-enum class Reason { none, bad_line, short_file, place_unknown, clock_jump, clocks_differ, extra_bytes };
+enum class Reason { none, bad_line, short_file, place_unknown, clock_jump, clocks_differ, extra_bytes, overlap };
 
 // Pointers are valid during the next `buffers` - 1 calls of next.
 struct Event {
@@ -120,6 +120,7 @@ class Pair {
     ClockChecks clock_;
     bool is_warned_ = false;   // of the first line
     bool has_drifted_ = false; // reported once per pair
+    bool has_overlapped_ = false;
 
     // The end of the files.
     bool is_over_ = false;

@@ -60,7 +60,8 @@ constexpr Row kBarycentreRows[] = {
     required<&Barycentre::pm_ra_mas_yr>("pm_ra_mas_yr", kMotion,
                                         "Proper motion in right ascension times cos(declination)"),
     required<&Barycentre::pm_dec_mas_yr>("pm_dec_mas_yr", kMotion, "Proper motion in declination"),
-    required<&Barycentre::parallax_mas>("parallax_mas", above(0, 770, "mas"), "Parallax at the epoch; that of the nearest star is 768 mas"),
+    required<&Barycentre::parallax_mas>("parallax_mas", above(0, 770, "mas"),
+                                        "Parallax at the epoch; that of the nearest star is 768 mas"),
     required<read_radial_velocity>("radial_velocity_km_s", kVelocity, "Radial velocity; positive: recedes")
         .as(Type::number),
     required<read_kind>("radial_velocity_kind", Words{"kinematic spectroscopic"},

@@ -14,16 +14,16 @@ namespace toliman::sky {
 namespace {
 
 constexpr double kArcsec = kPi / 648000, kObliquity = 84381.448 * kArcsec; // of the ecliptic, J2000.0
-constexpr double kLeap = 37, kGpsLag = 19, kTtLead = 32.184;               // s: TAI - UTC since 2017, TAI - GPS, TT - TAI
+constexpr double kLeap = 37, kGpsLag = 19, kTtLead = 32.184; // s: TAI - UTC since 2017, TAI - GPS, TT - TAI
 
 struct Scale {
     const char *name;
     double ahead_s; // of TAI
 };
 constexpr Scale kScales[] = {{"UTC", -kLeap}, {"GPS time", -kGpsLag}, {"TAI", 0}, {"TT", kTtLead}};
-constexpr double kMostShare = 0.1;  // of an offset: standard deviation at which it is still recognised
-constexpr double kMostSigmas = 3;   // between an offset and its value
-constexpr double kRounding = 0.05;  // s, of the values in the list
+constexpr double kMostShare = 0.1; // of an offset: standard deviation at which it is still recognised
+constexpr double kMostSigmas = 3;  // between an offset and its value
+constexpr double kRounding = 0.05; // s, of the values in the list
 constexpr size_t kMostLikely = 2;
 constexpr double kHour = 3600, kDay = 86400;
 
@@ -75,9 +75,9 @@ std::string text_of(const Signed &axes) {
         given += (i == 0 ? "" : ", ") + std::string(axes.sign[i] < 0 ? "-" : "") + from;
     }
     if (axes.moved() == 0)
-        return axes.reversed() == 3 ? "all signs of the observer's states are reversed"
-                                    : reversed + " of the observer's states " +
-                                          (axes.reversed() == 1 ? "is" : "are") + " reversed";
+        return axes.reversed() == 3
+                   ? "all signs of the observer's states are reversed"
+                   : reversed + " of the observer's states " + (axes.reversed() == 1 ? "is" : "are") + " reversed";
     if (axes.moved() == 2 && axes.reversed() == 0)
         return exchanged + " of the observer's states are exchanged";
     return "(x, y, z) should be (" + given + ") of the observer's states";
@@ -104,7 +104,8 @@ std::vector<Offset> known_offsets(double exposure_s) {
     for (const double sign : {-1.0, 1.0}) {
         offsets.push_back({sign, "a leap second"});
         for (double hours = 0.5; hours <= 14; hours += 0.5)
-            offsets.push_back({sign * hours * kHour, hours == 12 ? "half a day lost between MJD and JD" : "local time taken for UTC"});
+            offsets.push_back({sign * hours * kHour,
+                               hours == 12 ? "half a day lost between MJD and JD" : "local time taken for UTC"});
         offsets.push_back({sign * kDay, "the day before or after"});
     }
     return offsets;

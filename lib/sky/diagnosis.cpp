@@ -1,14 +1,13 @@
-// Method: for each hypothesis, the sum S of squares that a mean, a year's harmonics and the errors of the orbit leave of
-// the residuals (residuals.hpp) is compared with that without the hypothesis. Time and rotations have one parameter: a grid, on which
-// the effect of velocities alone is computed, finds the minima of S, from which Gauss-Newton steps with exact residuals
-// begin. Exchanged axes are a list. A relative error of the plate scale is linear; the mean would hide it, and is left
-// out for it.
-// The significance of a gain is sqrt(gain/max(1, chi-square after)): residuals that the hypothesis does not explain
-// count as noise, so that nothing is claimed of data that are wrong for another reason. About 600 values are tried; of
-// these the largest exceeds 5.5 by chance once in 4e4 missions. kDecisive is above that, as noise has tails. A gain
-// that comes from fewer than kLeastShared measurements is that of outliers.
-// Times: the orbit of the spacecraft repeats, and so do the minima, every 97 minutes. Of those that fit equally well a
-// known offset comes first, then the smallest.
+// Method: for each hypothesis, the sum S of squares that a mean, a year's harmonics and the errors of the orbit leave
+// of the residuals (residuals.hpp) is compared with that without the hypothesis. Time and rotations have one parameter:
+// a grid, on which the effect of velocities alone is computed, finds the minima of S, from which Gauss-Newton steps
+// with exact residuals begin. Exchanged axes are a list. A relative error of the plate scale is linear; the mean would
+// hide it, and is left out for it. The significance of a gain is sqrt(gain/max(1, chi-square after)): residuals that
+// the hypothesis does not explain count as noise, so that nothing is claimed of data that are wrong for another reason.
+// About 600 values are tried; of these the largest exceeds 5.5 by chance once in 4e4 missions. kDecisive is above that,
+// as noise has tails. A gain that comes from fewer than kLeastShared measurements is that of outliers. Times: the orbit
+// of the spacecraft repeats, and so do the minima, every 97 minutes. Of those that fit equally well a known offset
+// comes first, then the smallest.
 #include "sky/diagnosis.hpp"
 
 #include <algorithm>
@@ -26,11 +25,11 @@ namespace toliman::sky {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr size_t kMost = 4096, kLeast = 20; // measurements
-constexpr double kLeastSigma = 0.1;        // of the median
-constexpr double kDecisive = 7;            // standard deviations
-constexpr double kLeastShared = 5;         // measurements
-constexpr double kAlike = 9;               // difference of sums of squares, in units of chi-square
+constexpr size_t kMost = 4096, kLeast = 20;               // measurements
+constexpr double kLeastSigma = 0.1;                       // of the median
+constexpr double kDecisive = 7;                           // standard deviations
+constexpr double kLeastShared = 5;                        // measurements
+constexpr double kAlike = 9;                              // difference of sums of squares, in units of chi-square
 constexpr double kLongestShift = 90000, kShiftStep = 450; // s; a twelfth of a low orbit
 constexpr double kTurnStep = 10;                          // deg
 constexpr size_t kMostMinima = 6;
@@ -110,7 +109,9 @@ class Trial {
                 chi_square = std::max(1.0, one.chi_square);
             }
         const auto alike = [&](const Hypothesis &one) { return one.gain >= most - kAlike * chi_square; };
-        const auto named = [&](const Hypothesis &one) { return family.known && !family.known(one.value, one.sigma).empty(); };
+        const auto named = [&](const Hypothesis &one) {
+            return family.known && !family.known(one.value, one.sigma).empty();
+        };
         const auto comes_first = [&](const Hypothesis &a, const Hypothesis &b) {
             if (alike(a) != alike(b))
                 return alike(a);
@@ -215,19 +216,23 @@ class Trial {
 
 Family shifts(double exposure_s) {
     const auto known = [exposure_s](double value, double sigma) { return mistake_of(value, sigma, exposure_s); };
-    return {[](double seconds) { return Change{seconds, kSameAxes}; }, -kLongestShift, kLongestShift, kShiftStep, known};
+    return {[](double seconds) {
+                return Change{seconds, kSameAxes};
+            },
+            -kLongestShift, kLongestShift, kShiftStep, known};
 }
 
 Family turns(size_t axis) {
-    return {[axis](double degrees) { return Change{0, rotation(axis, degrees * kDegree)}; }, -180, 180 - kTurnStep,
-            kTurnStep, nullptr};
+    return {[axis](double degrees) {
+                return Change{0, rotation(axis, degrees * kDegree)};
+            },
+            -180, 180 - kTurnStep, kTurnStep, nullptr};
 }
 
 std::string text_of_time(const Hypothesis &one, double exposure_s) {
     const std::string known = mistake_of(one.value, one.sigma, exposure_s);
     return (one.value > 0 ? "times are late by " : "times are early by ") +
-           plus_minus(std::fabs(one.value), one.sigma) + " s" +
-           (known.empty() ? "" : ": " + known + "?");
+           plus_minus(std::fabs(one.value), one.sigma) + " s" + (known.empty() ? "" : ": " + known + "?");
 }
 
 std::string text_of_turn(const Hypothesis &one, char axis) {
@@ -292,7 +297,7 @@ std::vector<Measurement> without_extremes(const std::vector<Measurement> &measur
 // The simplest of the decisive hypotheses that explain the residuals best. A shift of time by half a revolution looks
 // like reversed axes.
 Cause cause_of(const std::vector<Hypothesis> &all, double exposure_s) {
-    constexpr Cause kSimplestFirst[] = {Cause::centre, Cause::axes,       Cause::time,       Cause::scale,
+    constexpr Cause kSimplestFirst[] = {Cause::centre,     Cause::axes,       Cause::time,      Cause::scale,
                                         Cause::rotation_x, Cause::rotation_y, Cause::rotation_z};
     const auto at = [&](Cause cause) -> const Hypothesis & { return all[static_cast<size_t>(cause) - 1]; };
     double most = 0, chi_square = 1;
@@ -333,8 +338,7 @@ Diagnosis diagnose(const Predictor &predictor, const std::vector<Measurement> &m
         return out;
     const bool in_orbit = predictor.observer().kind() != Observer::Kind::earth;
     const std::vector<Measurement> raised = without_extremes(measurements);
-    out.hypotheses = try_all(
-        raised.empty() ? residuals : Residuals(predictor, raised, scale_sigma, kMost), in_orbit);
+    out.hypotheses = try_all(raised.empty() ? residuals : Residuals(predictor, raised, scale_sigma, kMost), in_orbit);
     out.cause = cause_of(out.hypotheses, residuals.exposure_s());
     return out;
 }

@@ -22,8 +22,8 @@ namespace toliman::sky {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr double kPanel = 120e9;          // ns, of a node
-constexpr double kSunGm = 1.32712440e20;  // m^3/s^2
+constexpr double kPanel = 120e9;         // ns, of a node
+constexpr double kSunGm = 1.32712440e20; // m^3/s^2
 constexpr double kSameLength = 1e6;      // ns, of exposures
 constexpr double kDegree = kPi / 180;
 
@@ -107,8 +107,8 @@ std::vector<Residuals::Node> Residuals::nodes_of(const Exposure &exposure) const
         const auto length = static_cast<double>(end - start);
         const double panels = std::max(1.0, std::ceil(length / kPanel));
         for (double panel = 0; panel < panels; panel++) {
-            Node node = {start + std::llround(length * (panel + 0.5) / panels),
-                         whole > 0 ? length / panels / whole : 1, 0};
+            Node node = {start + std::llround(length * (panel + 0.5) / panels), whole > 0 ? length / panels / whole : 1,
+                         0};
             node.approach_m_s = spacecraft_approach(node, {});
             nodes.push_back(node);
         }
@@ -124,8 +124,8 @@ double Residuals::spacecraft_approach(const Node &node, const Change &change) co
     const State state = predictor_.observer().at(tai_ns);
     double approach = 0;
     for (size_t i = 0; i < 3; i++)
-        approach += towards_[i] * dot({change.axes[3 * i], change.axes[3 * i + 1], change.axes[3 * i + 2]},
-                                      state.velocity_m_s);
+        approach +=
+            towards_[i] * dot({change.axes[3 * i], change.axes[3 * i + 1], change.axes[3 * i + 2]}, state.velocity_m_s);
     return approach;
 }
 

@@ -12,9 +12,9 @@ class Residuals {
   public:
     using Values = std::vector<double>; // one per measurement; NaN if the observer has no state for it
 
-    // Functions that are fitted freely, besides the errors of the orbit: none, a mean, or a mean and two harmonics of a
-    // year. Shifts of time by whole revolutions of the spacecraft change the separation with a period of a year, as
-    // planets do: they must not be told by that.
+    // Functions that are fitted freely, in addition to the errors of the orbit: none, a mean, or a mean and two
+    // harmonics of a year. Shifts of time by whole revolutions of the spacecraft change the separation with a period of
+    // a year, as planets do: they must not be told by that.
     enum class Free : size_t { none = 0, mean = 1, annual = 5 };
 
     // Uses at most `most` measurements, evenly spread, and leaves out those for which the observer has no state.
@@ -53,7 +53,7 @@ class Residuals {
     std::vector<Prediction> seen_;
     std::vector<std::vector<Node>> nodes_;
     std::vector<double> earth_pull_; // derivative of the Earth's velocity towards the system, m/s^2
-    std::vector<Values> columns_;        // effects of the standard deviations of the elements
+    std::vector<Values> columns_;    // effects of the standard deviations of the elements
     erfa::Vector towards_;
     Values before_;
     std::vector<double> basis_; // orthonormal, for all measurements with Free::annual

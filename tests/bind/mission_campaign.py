@@ -97,7 +97,7 @@ def measure(kind, seed):
         system = json.loads(path.read_text())
     system["orbit"].update(truth.elements)
     with toliman.Sky(json.dumps(system), altitude_km=ALTITUDE) as sky:
-        seen = sky.reduce(exposures(), 1)[1]
+        seen = sky.reduce(exposures(), numpy.nan)[1]
     noise = SIGMA * numpy.random.default_rng([seed, 2]).normal(size=SAMPLES)
     return (seen["separation_arcsec"] + displacement(truth, middles())) / SCALE + noise
 
@@ -108,7 +108,7 @@ def functions(name):
     if name in TRENDS:
         return {"trend": TRENDS[name], "span": (0, DAYS) if TRENDS[name] else None}, None
     elements, bounds, priors = published().error_columns(SCALE)
-    rows = published().reduce(exposures(), 1)[1]["partials"][:, elements]
+    rows = published().reduce(exposures(), numpy.nan)[1]["partials"][:, elements]
     return {"columns": len(elements), "column_bounds": bounds, "priors": [math.inf, *priors]}, rows
 
 

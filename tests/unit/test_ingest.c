@@ -541,7 +541,8 @@ static void test_options(void **state) {
     toliman_ingest_destroy(ingest);
     assert_string_equal(toliman_ingest_reason_name(TOLIMAN_INGEST_REASON_PLACE_UNKNOWN), "place unknown");
     assert_string_equal(toliman_ingest_reason_name(TOLIMAN_INGEST_REASON_EXTRA_BYTES), "extra bytes");
-    assert_string_equal(toliman_ingest_reason_name(TOLIMAN_INGEST_REASON_EXTRA_BYTES + 1), "?");
+    assert_string_equal(toliman_ingest_reason_name(TOLIMAN_INGEST_REASON_OVERLAP), "overlap");
+    assert_string_equal(toliman_ingest_reason_name(TOLIMAN_INGEST_REASON_OVERLAP + 1), "?");
     assert_string_equal(toliman_ingest_reason_name(0), "?");
 }
 

@@ -77,10 +77,32 @@ static void test_drift(void **state) {
     }
 }
 
+/* Exposures of frames 1 s apart; a length in ms was taken for s. */
+static void test_overlaps(void **state) {
+    (void)state;
+    put_lines(0, 4);
+    put_pixels(4 * FRAME_BYTES);
+    const double lengths[] = {0, 0.9, 1.04, 1.1, 900};
+    for (size_t i = 0; i < sizeof lengths / sizeof *lengths; i++) {
+        toliman_ingest_options options = pair_options(0);
+        options.exposure_s = lengths[i];
+        toliman_ingest *const ingest = open_with(options);
+        for (int k = 0; k < 4; k++) {
+            if (k == 1 && lengths[i] > 1.05) /* once */
+                assert_warning(ingest, TOLIMAN_INGEST_REASON_OVERLAP, 2,
+                               "frames 0 and 1 are 1 s apart, and their exposures");
+            assert_frame(ingest, k, k + 1, (uint64_t)k * FRAME_BYTES);
+        }
+        assert_nothing(ingest);
+        toliman_ingest_destroy(ingest);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_clock, make_pair, remove_pair),
         cmocka_unit_test_setup_teardown(test_drift, make_pair, remove_pair),
+        cmocka_unit_test_setup_teardown(test_overlaps, make_pair, remove_pair),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -256,7 +256,8 @@ static const struct {
     const void *(*read)(const void *); /* NULL for 0 and ""; otherwise NULL */
     void (*destroy)(void *);
 } kWithoutStatus[] = {
-#define DESTROYS(type, function) {#type, NULL, (void (*)(void *))function}
+#define DESTROYS(type, function)                                                                                       \
+    { #type, NULL, (void (*)(void *))function }
     {"toliman_fit", read_parameter_count, NULL},
     {"toliman_mask", read_json, NULL},
     {"toliman_period", read_count, NULL},
@@ -288,7 +289,7 @@ static void functions_without_status_check_their_object(void **state) {
         void *const other = is_sky ? (void *)period : (void *)sky, *const none[8] = {NULL};
         char expected[64];
         snprintf(expected, sizeof expected, "is not a %s, or was destroyed", kWithoutStatus[i].type);
-        for (int zeros = 0; zeros < 2; zeros++) { /* another type, and memory that is no object */
+        for (int zeros = 0; zeros < 2; zeros++) { /* another type, and memory that is not an object */
             void *const wrong = zeros ? (void *)none : other;
             assert_fails(toliman_sky_get_element(NULL, 0, NULL, NULL), TOLIMAN_E_ARGUMENT, "sky is NULL");
             if (kWithoutStatus[i].read != NULL)

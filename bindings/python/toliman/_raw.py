@@ -1625,6 +1625,7 @@ TOLIMAN_INGEST_REASON_PLACE_UNKNOWN = 624  # DAMAGE: position in the file unknow
 TOLIMAN_INGEST_REASON_CLOCK_JUMP = 625  # WARNING: time goes back, stops, or skips 1000 median steps
 TOLIMAN_INGEST_REASON_CLOCKS_DIFFER = 626  # WARNING: camera clock and host clock drift apart; only once
 TOLIMAN_INGEST_REASON_EXTRA_BYTES = 627  # WARNING: pixels without a line, after those of the last frame
+TOLIMAN_INGEST_REASON_OVERLAP = 628  # WARNING: exposures of successive frames overlap; only once
 
 
 class toliman_ingest_event(Sized):
@@ -2747,11 +2748,12 @@ class toliman_sky_info(Sized):
     parallax_arcsec: of the barycentre
     star_mass: of A and B, solar masses
     states: of the observer file; 0 without one
-    altitude_km: lowest and highest of the observer's states, above 6378.137 km; NaN without an orbit
-    inclination_deg: of the observer's orbit to the equator, at its first state; above 90: retrograde
-    node_deg: right ascension of its ascending node there; NaN for a circular orbit
-    node_hours: local mean time at its ascending node there, in [0, 24) h
-    orbit_minutes: period of the observer's orbit there, min"""
+    altitude_km: Orbit of the observer at its first state; all 0 at the Earth's centre.
+        lowest and highest of all states, above 6378.137 km
+    inclination_deg: to the equator; above 90: retrograde
+    node_deg: right ascension of the ascending node; 0 for a circular orbit
+    node_hours: local mean time at the ascending node, in [0, 24) h
+    orbit_minutes: period; NaN if the orbit does not return"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -2816,26 +2818,32 @@ class toliman_sky_refit_result(Sized):
 
 # Causes of residuals. TIME to CENTRE are the hypotheses of toliman_sky_diagnose, in the order of its array. All but
 # SCALE need an observer in orbit.
-TOLIMAN_SKY_CAUSE_NONE = 711  # no hypothesis explains the residuals
-TOLIMAN_SKY_CAUSE_TIME = 712  # all times are late by a common offset, s
-TOLIMAN_SKY_CAUSE_AXES = 713  # the observer's axes are exchanged or reversed, those of the ecliptic or of date
-TOLIMAN_SKY_CAUSE_ROTATION_X = 714  # the observer's states are turned about the axis x, y or z of the ICRS, deg
+#   NONE        no hypothesis explains the residuals
+#   TIME        all times are late by a common offset, s
+#   AXES        the axes of the observer are exchanged or reversed, or those of the ecliptic or of date
+#   ROTATION_X  the states of the observer are turned about the axis x of the ICRS, deg; likewise _Y and _Z
+#   SCALE       relative error of the plate scale: measured = (1 + value) true
+#   CENTRE      the separations are those at the Earth's centre
+TOLIMAN_SKY_CAUSE_NONE = 711
+TOLIMAN_SKY_CAUSE_TIME = 712
+TOLIMAN_SKY_CAUSE_AXES = 713
+TOLIMAN_SKY_CAUSE_ROTATION_X = 714
 TOLIMAN_SKY_CAUSE_ROTATION_Y = 715
 TOLIMAN_SKY_CAUSE_ROTATION_Z = 716
-TOLIMAN_SKY_CAUSE_SCALE = 717  # relative error of the plate scale: measured = (1 + value) true
-TOLIMAN_SKY_CAUSE_CENTRE = 718  # the separations are those at the Earth's centre
+TOLIMAN_SKY_CAUSE_SCALE = 717
+TOLIMAN_SKY_CAUSE_CENTRE = 718
 
 # Number of hypotheses.
 TOLIMAN_SKY_HYPOTHESES = 7
 
 
 class toliman_sky_hypothesis(Sized):
-    """A hypothesis, fitted alone, with the errors of the orbital elements and, except for SCALE, a mean and two harmonics of
-    a year: the residuals that a whole number of revolutions of the observer leaves have that period, and may be those of
-    a planet. Since 0.2.
-    Sign of times: value is the given time minus the true time. It is above 0 for times that are late, such as times in
-    TAI that were read as UTC (+37 s), and below 0 for times that are early, such as starts of exposures that were taken
-    for their middles (-30 s for 60 s). An error of the times in the observer file has the opposite sign.
+    """A hypothesis, fitted alone, with the errors of the orbital elements and, except for SCALE, a mean and two harmonics
+    of a year: the residuals that a whole number of revolutions of the observer leaves have that period, and may be those
+    of a planet. Since 0.2. Sign of times: value is the given time minus the true time. It is above 0 for times that are
+    late, such as times in TAI that were read as UTC (+37 s), and below 0 for times that are early, such as starts of
+    exposures that were taken for their middles (-30 s for 60 s). An error of the times in the observer file has the
+    opposite sign.
     struct_size: in: sizeof(toliman_sky_hypothesis)
     cause: TOLIMAN_SKY_CAUSE_...
     value: s, deg or relative; NaN for AXES and CENTRE
@@ -5515,7 +5523,9 @@ TOLIMAN_E_ARGUMENT. Since 0.2.""",
   predictions  [count], with the struct_size of predictions[0] set
 A prediction takes 5 to 9 us; the first one in a day up to 400 us. 100 bytes per day are kept.
 Errors: TOLIMAN_E_RANGE, naming the time and the covered times, if the observer file has no state for it, and outside
-the years 1900 to 2100. No prediction is then written. Since 0.2.""",
+the years 1900 to 2100; TOLIMAN_E_ARGUMENT if all times are within 50 days of 1970-01-01, as seconds, milliseconds,
+microseconds and Modified Julian Days are when they are taken for nanoseconds. No prediction is then written. All
+functions that take times check this. Since 0.2.""",
     ),
     "toliman_sky_predict_mean": (
         c_int32, (
@@ -5559,6 +5569,8 @@ Two kinds of measurements are refused if the observer is in orbit, circular or f
   - a single interval of zero length. The prediction for an instant is wrong by up to 245 uas;
   - with interval_counts NULL, an interval longer than 600 s. The telescope points elsewhere during a part of it, and
     the mean from its start to its end is wrong by up to 245 uas.
+The median of the measured separations must be within a factor of 2 of the predicted ones: values in mas, uas, rad,
+deg or px are refused.
 Errors: TOLIMAN_E_ARGUMENT, naming the measurement, for these and for bad numbers; otherwise as
 toliman_sky_predict_mean. Nothing is then written. Since 0.2.""",
     ),

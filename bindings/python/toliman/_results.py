@@ -696,11 +696,11 @@ class SkyInfo(Result):
     parallax_arcsec: float = member("of the barycentre")
     star_mass: tuple[float, ...] = member("of A and B, solar masses")
     states: int = member("of the observer file; 0 without one")
-    altitude_km: tuple[float, ...] = member("lowest and highest of the observer's states, above 6378.137 km; NaN without an orbit")
-    inclination_deg: float = member("of the observer's orbit to the equator, at its first state; above 90: retrograde")
-    node_deg: float = member("right ascension of its ascending node there; NaN for a circular orbit")
-    node_hours: float = member("local mean time at its ascending node there, in [0, 24) h")
-    orbit_minutes: float = member("period of the observer's orbit there, min")
+    altitude_km: tuple[float, ...] = member("Orbit of the observer at its first state; all 0 at the Earth's centre. lowest and highest of all states, above 6378.137 km")
+    inclination_deg: float = member("to the equator; above 90: retrograde")
+    node_deg: float = member("right ascension of the ascending node; 0 for a circular orbit")
+    node_hours: float = member("local mean time at the ascending node, in [0, 24) h")
+    orbit_minutes: float = member("period; NaN if the orbit does not return")
 
 
 @result
@@ -723,12 +723,12 @@ class Refit(Result):
 
 @result
 class Hypothesis(Result):
-    """A hypothesis, fitted alone, with the errors of the orbital elements and, except for SCALE, a mean and two harmonics of
-    a year: the residuals that a whole number of revolutions of the observer leaves have that period, and may be those of
-    a planet.
-    Sign of times: value is the given time minus the true time. It is above 0 for times that are late, such as times in
-    TAI that were read as UTC (+37 s), and below 0 for times that are early, such as starts of exposures that were taken
-    for their middles (-30 s for 60 s). An error of the times in the observer file has the opposite sign."""
+    """A hypothesis, fitted alone, with the errors of the orbital elements and, except for SCALE, a mean and two harmonics
+    of a year: the residuals that a whole number of revolutions of the observer leaves have that period, and may be those
+    of a planet. Sign of times: value is the given time minus the true time. It is above 0 for times that are
+    late, such as times in TAI that were read as UTC (+37 s), and below 0 for times that are early, such as starts of
+    exposures that were taken for their middles (-30 s for 60 s). An error of the times in the observer file has the
+    opposite sign."""
 
     cause: str = member("...", words="TOLIMAN_SKY_CAUSE")
     value: float = member("s, deg or relative; NaN for AXES and CENTRE")

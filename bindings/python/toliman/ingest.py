@@ -31,7 +31,8 @@ class PairEvent:
 
     kind: "frame", "damage" (a frame that cannot be read) or "warning" (a suspicious time stamp, whose frame follows, or
         extra bytes).
-    reason: "bad_line", "short_file", "place_unknown", "clock_jump", "clocks_differ" or "extra_bytes"; "none" for a frame.
+    reason: "bad_line", "short_file", "place_unknown", "clock_jump", "clocks_differ", "extra_bytes" or
+        "overlap"; "none" for a frame.
     file, line: where; line 0 is the whole file.
     text: what is wrong.
     frame: of a frame.

@@ -147,7 +147,8 @@ std::string as_text(const Health &health, const std::string &orbit) {
                      health.cfitsio.c_str(), CLI11_VERSION) +
            "fsync        " +
            (health.sync.error.empty() ? rounded(health.sync.milliseconds) + " ms, median of 9," : health.sync.error) +
-           " in " + health.sync.folder + (orbit.empty() ? "" : "\nobserver     " + orbit) + "\nverdict      " + verdict(health) + "\n";
+           " in " + health.sync.folder + (orbit.empty() ? "" : "\nobserver     " + orbit) + "\nverdict      " +
+           verdict(health) + "\n";
 }
 
 struct Options {

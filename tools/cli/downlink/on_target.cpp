@@ -19,6 +19,8 @@ namespace {
 
 __extension__ using Wide = __int128;
 
+constexpr double kMostCut = 0.2; // of exposures, whose successors may be lost
+
 struct ClockPair {
     int64_t camera_ns, tai_ns;
 };
@@ -72,7 +74,7 @@ OnTarget::OnTarget(const std::string &path, const LeapSeconds &leap_seconds) : p
     std::vector<int64_t> times(2 * read(nullptr, 0));
     windows_.resize(read(times.data(), times.size() / 2));
     for (size_t i = 0; i < windows_.size(); i++)
-        windows_[i] = {times[2 * i], times[2 * i + 1]};
+        windows_[i] = {times[2 * i], times[2 * i + 1], false, false};
 }
 
 void OnTarget::set_clock(const toliman_track_options &settings) {
@@ -84,7 +86,7 @@ void OnTarget::set_clock(const toliman_track_options &settings) {
     for (size_t i = 0; i < clock.size(); i++)
         clock[i] = {settings.clock[2 * i], settings.clock[2 * i + 1]};
     for (Window &window : windows_)
-        window = {camera_time(window.start_ns, clock), camera_time(window.end_ns, clock)};
+        window = {camera_time(window.start_ns, clock), camera_time(window.end_ns, clock), false, false};
 }
 
 void OnTarget::warn_if_cut(const toliman_frame &frame) {
@@ -99,10 +101,33 @@ void OnTarget::warn_if_cut(const toliman_frame &frame) {
               " window counts as off target");
 }
 
+void OnTarget::mark_end(const toliman_frame &frame) {
+    const Wide start = start_of(frame), end = end_of(frame);
+    const auto before = [](const Window &window, Wide time) { return window.end_ns <= time; };
+    const auto first = std::lower_bound(windows_.begin(), windows_.end(), start, before);
+    const auto last = std::lower_bound(windows_.begin(), windows_.end(), end, before);
+    if (first != windows_.end() && first->start_ns < start)
+        first->is_continued = true;
+    if (first == last || (first + 1 == last && !(last != windows_.end() && last->start_ns < end)))
+        return; // one window
+    sums_++;
+    if (last != windows_.end() && last->start_ns < end)
+        last->is_cut = true;
+}
+
+void OnTarget::conclude(Progress &progress) const {
+    const auto cut = std::count_if(windows_.begin(), windows_.end(),
+                                   [](const Window &window) { return window.is_cut && !window.is_continued; });
+    if (static_cast<double>(cut) > kMostCut * static_cast<double>(sums_))
+        progress.warn(path_ + ": the telescope still points at the stars after the end of " + std::to_string(cut) +
+                      " of " + std::to_string(sums_) + " exposures: is --exposure right?");
+}
+
 bool OnTarget::limit(toliman_frame &frame, std::vector<double> &intervals) {
     if (!(frame.exposure_s > 0))
         frame.exposure_s = exposure_s_;
     warn_if_cut(frame);
+    mark_end(frame);
     const double whole[] = {0, frame.exposure_s};
     const double *const own = frame.interval_count > 0 ? frame.intervals : whole;
     const auto seconds = [start = start_of(frame)](int64_t ns) { return static_cast<double>(ns - start) / 1e9; };

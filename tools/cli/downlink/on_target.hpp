@@ -6,6 +6,7 @@
 
 #include <toliman/track.h>
 
+#include "common/terminal.hpp"
 #include "scenes/leap_seconds.hpp"
 
 namespace cli {
@@ -19,17 +20,24 @@ class OnTarget {
     // Limits the intervals of a frame, by default its exposure, to the windows. `intervals` becomes their memory. False
     // if nothing remains. Warns of the first exposure in which the table begins or ends.
     bool limit(toliman_frame &frame, std::vector<double> &intervals);
+    // Warns if exposures over several windows often end in a window that continues, and in which no other exposure
+    // begins.
+    void conclude(Progress &progress) const;
     // Why nothing remained of a frame.
     std::string complaint(const toliman_frame &frame) const;
 
   private:
     struct Window {
         int64_t start_ns, end_ns;
+        bool is_cut = false;       // by the end of an exposure over several windows
+        bool is_continued = false; // by another exposure
     };
+    void mark_end(const toliman_frame &frame);
     void warn_if_cut(const toliman_frame &frame);
 
     std::string path_;
     bool warned_ = false;
+    int64_t sums_ = 0;            // exposures over several windows
     std::vector<Window> windows_; // TAI, by the camera clock after set_clock
     double exposure_s_ = 0;       // of frames that do not state their own
 };

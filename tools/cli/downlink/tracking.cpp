@@ -137,7 +137,10 @@ void Tracking::take(const std::shared_ptr<FrameSource> &source, const toliman_fr
     if (event.event == TOLIMAN_INGEST_EVENT_DAMAGE)
         return reject(given, event.has_key != 0, place, toliman_ingest_reason_name(event.reason), event.text);
     if (event.event == TOLIMAN_INGEST_EVENT_WARNING)
-        return report(event.reason == TOLIMAN_INGEST_REASON_CLOCKS_DIFFER ? Severity::warning : Severity::damage,
+        return report(event.reason == TOLIMAN_INGEST_REASON_CLOCKS_DIFFER ||
+                              event.reason == TOLIMAN_INGEST_REASON_OVERLAP
+                          ? Severity::warning
+                          : Severity::damage,
                       toliman_ingest_reason_name(event.reason), place, event.text);
     if (dynamic_cast<const PairSource *>(source.get()) != nullptr)
         note_unknown_exposure(place);
@@ -311,6 +314,8 @@ void Tracking::conclude() {
         progress_.warn("none of the " + std::to_string(refused_) +
                        " frames of this run is good, all were rejected or are outliers or misfits: check the scene or "
                        "weights, --dtype, --bit-depth and --shape");
+    if (on_target_)
+        on_target_->conclude(progress_);
     if (bank_)
         bank_->conclude(progress_);
     if (const std::string complaint = model_complaint(goodness_of(tracker_)); !complaint.empty())

@@ -12,6 +12,7 @@ namespace cli {
 namespace {
 
 constexpr double kLongestExposure = 400 * 86400.0; // s, of the library's predictions
+constexpr double kSharedTime = 0.05;               // of two exposures, that inaccurate times may have
 constexpr double kFarScale = 0.01; // relative difference of measured and predicted separations that is reported
 
 double exposure_of(const ReductionOptions &options) {
@@ -56,6 +57,9 @@ void reduce_all(const Measured &measured, const std::vector<double> &arcsec, con
             malformed(measured.series.name, error.what());
         throw Failure(kExitUsage, measured.exposures + ": " + kOrbitExposure);
     }
+    if (status == TOLIMAN_E_ARGUMENT && error.field() == "separations_arcsec")
+        malformed(measured.series.name,
+                  std::string(error.what()).substr(error.field().size() + 2) + " See --plate-scale");
     toliman::check(status);
 }
 
@@ -75,6 +79,23 @@ void warn_left_out(const Measurements &kept, size_t all, const ReductionOptions 
     progress.warn(formatted("%zu of %zu samples are left out, as the observer is not known for their times: ",
                             kept.unreduced, all) +
                   options.observer.coverage(sky));
+}
+
+// A wrong unit of --exposure. Samples may be in any order; several may share an exposure.
+void warn_of_overlap(const Measured &measured, double exposure, Progress &progress) {
+    std::vector<size_t> order(measured.series.t.size());
+    for (size_t i = 0; i < order.size(); i++)
+        order[i] = i;
+    const auto start = [&](size_t i) { return measured.intervals[2 * i]; };
+    std::sort(order.begin(), order.end(), [&](size_t a, size_t b) { return start(a) < start(b); });
+    for (size_t i = 1; i < order.size(); i++) {
+        const double step = static_cast<double>(start(order[i]) - start(order[i - 1])) / 1e9;
+        if (!(step > 0 && step < (1 - kSharedTime) * exposure))
+            continue;
+        progress.warn(formatted("%s: samples %zu and %zu are %g s apart, and their exposures overlap: must be in s",
+                                measured.exposures.c_str(), order[i - 1] + 1, order[i] + 1, step));
+        return;
+    }
 }
 
 // A wrong unit or plate scale.
@@ -148,6 +169,8 @@ Measurements reduce(const Measured &measured, const ReductionOptions &options, c
         kept.reduced.sigma.push_back(series.sigma[i] / seen[i].factor);
         kept.sigmas.push_back(sigmas[i]);
     }
+    if (options.exposure)
+        warn_of_overlap(measured, *options.exposure, progress);
     warn_left_out(kept, count, options, sky, progress);
     warn_far(kept, progress);
     return kept;
