@@ -10,7 +10,7 @@ from pages import Recorder, ReportTest, lines
 from program import ROOT
 
 DATA = ROOT / "examples" / "data" / "nu_oph_rv.csv"
-NU_OPH = (DATA, "--unit", "m/s", "--jitter", "--max", 2, "--star-masses", 2.7, "--period-min", 400, "--period-max", 4000)
+NU_OPH = (DATA, "--unit", "m/s", "--max", 2, "--star-masses", 2.7, "--period-min", 400, "--period-max", 4000)
 LOW = ("--system", "alpha-cen", "--altitude", 600, "--plate-scale", SCALE, "--exposure", EXPOSURE, "--time-scale", "tai")
 UAS = ("--unit", "uas", "--star-masses", "1.0788,0.9092", "--parallax", 750.81)
 MAP = ("--map", "--map-cells", "3x2", "--map-injections", 5)
@@ -214,7 +214,7 @@ class Refusals(Planet):
                 (2, "--map-masses 2,1: must be MIN,MAX", ("s.csv", *UAS, "--map", "--map-masses", "2,1")),
                 (2, "--map-masses: needs --unit, --parallax and --star-masses", ("s.csv", "--map", "--map-masses", "1,2")),
                 (2, "--map-masses requires --map", ("s.csv", "--map-masses", "1,2")),
-                (3, "plain.csv: has no column sigma: give --jitter", ("plain.csv",)),
+                (3, "plain.csv: has no column sigma: must have one with --no-jitter", ("plain.csv", "--no-jitter")),
                 (3, "few.csv: n = 3: must be at least 7", ("few.csv",)),
                 (3, "missing.csv: No such file", ("missing.csv",))):
             with self.subTest(words):
