@@ -3,7 +3,7 @@ BUILD ?= build
 JOBS ?= $(shell nproc)
 PREFIX ?= /usr/local
 SECONDS ?= 60
-CAMPAIGNS = long soak same science missions planets cosmic masks chapter budget faults fuzz races asan tsan coverage
+CAMPAIGNS = long soak same science missions planets doubt cosmic masks chapter budget faults fuzz races asan tsan coverage
 .PHONY: all own deps demo check check-deps everything bench record fap noise $(CAMPAIGNS) abi docs install package wheel format lint clean help
 
 all: own deps $(BUILD)/build.ninja ## build the library and the program (default)
@@ -31,6 +31,7 @@ same: everything ## compare results over instruction sets, workers, OpenBLAS ker
 science: everything ## find the separation with unknown optics, and of stars that move: bias and efficiency; false alarms with nuisance functions (20 minutes)
 missions: everything ## search the planet of alpha Centauri in 600 simulated missions, blind: shares found, false alarms (10 minutes)
 planets: everything ## compare posteriors, odds and limits of planets with 1,300 simulated series (20 minutes)
+doubt: everything ## search planets in 2,400 series with wrong sigmas, and with mistakes of times, units and samples (20 minutes)
 masks: everything ## design masks for three scenes; what they tolerate; fresh frames with them, 20 seeds (40 minutes)
 chapter: everything ## train the network as the chapter does, 1,000 epochs at three amplitudes; smoothness in time (3 hours)
 budget: everything ## compare the error budget of the mission with finite differences of images (2 minutes)

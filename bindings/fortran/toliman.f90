@@ -1685,7 +1685,7 @@ module toliman
     ! Flags of toliman_planet_options.
     ! the series has radial velocities, not separations
     integer(c_int32_t), parameter, public :: TOLIMAN_PLANET_VELOCITY = 1
-    ! the sigmas are exact: no white noise of unknown size is added to them
+    ! the sigmas are exact: no white noise of unknown size is added, however poor the fit
     integer(c_int32_t), parameter, public :: TOLIMAN_PLANET_NO_JITTER = 2
     ! leave out samples that do not belong: planets are those of the others
     integer(c_int32_t), parameter, public :: TOLIMAN_PLANET_CLIP = 4
@@ -1765,7 +1765,7 @@ module toliman
         ! numbers of planets without a prior
         real(c_double) :: chi_square = 0.0_c_double
         ! 16, 50 and 84 % of the jitter in the posterior of the last planet, or of the candidate if there is none; 0
-        ! without it
+        ! without one
         real(c_double) :: jitter(3) = 0.0_c_double
         real(c_double) :: time_reference = 0.0_c_double ! weighted mean time
         ! position angle of the mean axis, -180 to 180; NaN if the axis is fixed

@@ -28,9 +28,10 @@ constexpr double kCut = 8;              // of logarithms, below the largest
 constexpr double kRise = 0.5;           // of the differences from the neighbours: the rise inside a cell
 constexpr double kFrequencyStep = 0.2;  // of 1/span
 constexpr int32_t kEccentricities = 8, kAnomalies = 16, kJitters = 8;
-constexpr size_t kMostCells = 20'000'000, kMostRefined = 500'000, kChunk = 256;
+constexpr size_t kMostCells = 20'000'000, kMostRefined = 1'000'000, kChunk = 256;
 constexpr size_t kLeastRefined = 4096; // of a level, when kMostWork is reached
-constexpr size_t kMostWork = 250'000'000; // refined cells times measurements: about 5 s of one processor
+constexpr size_t kMostWork = 400'000'000; // refined cells times measurements: about 5 s of one processor
+constexpr size_t kScaleWork = 8;            // of a scale of the amplitudes, in measurements
 constexpr int kMostLevels = 100;
 constexpr int32_t kMostCount = 1 << 29;
 
@@ -190,7 +191,7 @@ Lattice::Lattice(const Problem &problem, unsigned threads, const Progress &progr
     set_first_level();
     Active active = all_cells(levels_.back());
     double done = 0;
-    size_t left = kMostWork / problem_.series.rows;
+    size_t left = kMostWork / (problem_.series.rows + kScaleWork * problem_.prior.scales.size());
     for (int turn = 0;; turn++) {
         const double next = turn == 0 ? 0.5 : (1 + done) / 2;
         prepare(active);

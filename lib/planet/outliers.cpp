@@ -30,14 +30,6 @@ double sigma_of(const Series &series, size_t i) noexcept {
     return series.sigma[i] > 0 ? series.sigma[i] : 1;
 }
 
-// Robust standard deviation of residuals in units of the sigmas; 0 if there is none.
-double scale_of(const Series &series, const Buffer<double> &residuals) {
-    std::vector<double> sizes(series.n);
-    for (size_t i = 0; i < series.n; i++)
-        sizes[i] = residuals[i] / sigma_of(series, i);
-    return std::max(robust_sigma(std::move(sizes)), series.median_sigma > 0 ? 1.0 : 0.0);
-}
-
 std::vector<const Function *> listed(const std::vector<Function> &functions) {
     std::vector<const Function *> all;
     for (const Function &function : functions)
@@ -102,6 +94,13 @@ std::vector<Function> best_sinusoid(const Series &series, double frequency_min, 
 }
 
 } // namespace
+
+double scale_of(const Series &series, const Buffer<double> &residuals) {
+    std::vector<double> sizes(series.n);
+    for (size_t i = 0; i < series.n; i++)
+        sizes[i] = residuals[i] / sigma_of(series, i);
+    return std::max(robust_sigma(std::move(sizes)), series.median_sigma > 0 ? 1.0 : 0.0);
+}
 
 Buffer<double> residuals_of(const Series &series, const std::vector<const Function *> &functions,
                             const Buffer<double> &values, const Design &design) {

@@ -16,6 +16,9 @@ Buffer<double> residuals_of(const Series &series, const std::vector<const Functi
 // None are marked if a fifth or more of all is: then it is the model that does not belong.
 std::vector<bool> far_residuals(const Series &series, const Buffer<double> &residuals);
 
+// Robust standard deviation of residuals in units of the sigmas, at least 1; without sigmas in units of y.
+double scale_of(const Series &series, const Buffer<double> &residuals);
+
 // Marks measurements that are far from a robust fit of the functions of the series and the best sinusoid.
 std::vector<bool> screen(Series series, double frequency_min, double frequency_max);
 

@@ -21,6 +21,7 @@ namespace {
 
 constexpr double kLeastScale = 0.05e-6, kMostScale = 5e-6; // arcsec
 constexpr double kLeastGain = 0.1;                         // of the sum of squares, by another start of the joint fit
+constexpr double kMostSpread = 1.2;                        // of the residuals, if measurements are readmitted
 constexpr double kLeastLeft = 0.01;                        // of the sum of squares, by a strong planet
 constexpr int kMostTurns = 4, kMostRounds = 4;
 
@@ -199,7 +200,10 @@ class Searcher {
         all.leave_out(std::vector<bool>(all.n));
         std::vector<FittedPlanet> planets = planets_;
         fit_jointly(all, jitter_, settings_.eccentricity_max, planets);
-        const std::vector<bool> unexplained = far_residuals(all, residuals_of_fit(all, planets));
+        const Buffer<double> together = residuals_of_fit(all, planets);
+        if (scale_of(all, together) > kMostSpread * scale_of(all, result.residuals))
+            return marked; // a fit that follows an outlier leaves the others
+        const std::vector<bool> unexplained = far_residuals(all, together);
         for (size_t i = 0; i < all.n; i++)
             marked[i] = marked[i] && (unexplained[i] || series_.factor[i] > 0);
         return marked;

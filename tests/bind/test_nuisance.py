@@ -263,6 +263,41 @@ class Batch(unittest.TestCase):
         self.check_batch(0, self.rows, None)
         self.check_batch(3, self.rows, None)
 
+    def test_priors_need_sigmas(self):
+        given = {"columns": 1, "priors": [math.inf, 0.5]}
+        rows = numpy.ones((5, 1))
+        with Periodogram(0.01, 0.01, 5, **given) as p:
+            with self.assertRaisesRegex(toliman.InputError, "sigma: must be given with prior_precision"):
+                p.push_many([0, 1, 2, 3, 5], [0, 1, 0, 2, 1], rows=rows)
+            with self.assertRaisesRegex(toliman.InputError, "sigma"):
+                p.push(0, 1, rows=[1])
+            self.assertEqual(len(p), 0)
+        with self.assertRaisesRegex(toliman.InputError, "sigma: must be given with prior_precision"):
+            toliman.batch(0.01, 0.01, 5, [0, 1, 2, 3, 5], [0, 1, 0, 2, 1], rows=rows, priors=[math.inf, 0.5])
+
+    def test_goodness_of_a_fit(self):
+        """Against least squares in numpy; the prior is one more observation."""
+        random = numpy.random.default_rng(1)
+        n, sigma = 90, 0.2
+        t = numpy.sort(random.uniform(0, 100, n))
+        rows = numpy.cos(t / 30)[:, None]
+        y = 3 + numpy.sin(0.5 * t) + 0.7 * rows[:, 0] + sigma * random.normal(size=n)
+        for factor, far, word in (1, 0, "good"), (1.5, 0, "poor"), (1, 4, "poor"), (0.5, 0, "too good"):
+            values = y + far * (numpy.arange(n) == 40)
+            with Periodogram(0.02, 0.002, 100, columns=1, priors=[math.inf, 0.5], sigma_floor=0.05, double_limb=True) as p:
+                p.push_many(t, values, sigma / factor, rows=rows)
+                peak, unknown = p.fit(t, values, sigma / factor, rows=rows), p.peak()
+            wave = 2 * math.pi * peak.frequency * t
+            design = numpy.column_stack([numpy.ones(n), rows, numpy.cos(wave), numpy.sin(wave)]) / sigma * factor
+            design = numpy.vstack([design, [0, 2, 0, 0]])
+            data = numpy.append(values / sigma * factor, 0)
+            left = data - design @ numpy.linalg.lstsq(design, data, rcond=None)[0]
+            self.assertAlmostEqual(peak.chi_square / (left @ left / (n + 1 - 5)), 1, delta=1e-5)
+            self.assertAlmostEqual(peak.chi_square_sigma, math.sqrt(2 * (n + 1)) / (n + 1 - 5), delta=1e-9)
+            self.assertAlmostEqual(peak.largest_residual / abs(left[:n]).max(), 1, delta=1e-4)
+            self.assertEqual((peak.goodness, peak.outliers), (word, int(far > 0)))
+            self.assertTrue(math.isnan(unknown.chi_square) and unknown.goodness == "unknown")
+
     def test_priors(self):
         self.check_batch(0, None, [2.0])
         self.check_batch(3, self.rows, [3, math.inf, 0.5, 0.2, 0.3, 0.1])

@@ -10,7 +10,7 @@ from pages import Recorder, ReportTest, lines
 from program import ROOT
 
 DATA = ROOT / "examples" / "data" / "nu_oph_rv.csv"
-NU_OPH = (DATA, "--unit", "m/s", "--jitter", "--max", 2, "--star-masses", 2.7, "--period-min", 400, "--period-max", 4000)
+NU_OPH = (DATA, "--unit", "m/s", "--max", 2, "--star-masses", 2.7, "--period-min", 400, "--period-max", 4000)
 LOW = ("--system", "alpha-cen", "--altitude", 600, "--plate-scale", SCALE, "--exposure", EXPOSURE, "--time-scale", "tai")
 UAS = ("--unit", "uas", "--star-masses", "1.0788,0.9092", "--parallax", 750.81)
 MAP = ("--map", "--map-cells", "3x2", "--map-injections", 5)
@@ -28,6 +28,13 @@ def wave(days, period, amplitude):
 class Planet(ReportTest):
     def planet(self, *arguments):
         return json.loads(self.succeed("planet", *arguments, "--json"))
+
+    def rejected(self, message, *arguments):
+        done = self.run_program("planet", "s.csv", *UAS, *arguments)
+        self.assertEqual(done.returncode, 4, done.stderr)
+        self.assertIn(message + "\n", done.stderr)
+        self.assertIn("toliman: warning: chi-square ", done.stderr)
+        return done
 
     def write_uas(self, amplitude=2.0, sigma=0.3, count=80):
         """80 separations in microarcsec, plain times."""
@@ -84,14 +91,46 @@ class Results(Planet):
     def test_text(self):
         self.write_uas()
         text = self.succeed("planet", "s.csv", "--max", 2, "--limits", *MAP)
-        self.assertRegex(text, r"^planet 1    log10 Bayes factor \d+\.\d\d, log10 FAP -\d+\.\d\d\n  period  +1\d\d\.\d+ \(-")
+        self.assertRegex(text, r"^planet 1    log10 Bayes factor \d+\.\d\d, log10 FAP -\d+\.\d\d, of the orbit -\d+\.\d\d\n  period  +1\d\d\.\d+ \(-")
         self.assertRegex(text, r"\n  mass +unknown without --unit, --parallax, --star-masses\n")
         self.assertRegex(text, r"\ncandidate   period .* below the threshold 2: not a planet; log10 FAP ")
         self.assertIn("\naxis        fixed: no position angles without --system", text)
         self.assertRegex(text, r"\n +period +upper +detectable\n +60 ")
         self.assertIn("rows: amplitudes\n", text)
+        self.assertRegex(text, r"\nresiduals   rms .*, chi-square .* \+- .* per degree of freedom: good, largest residual .* sigma\n")
         self.write_uas(0)
         self.assertTrue(self.succeed("planet", "s.csv", *UAS).startswith("no planet\ncandidate   period "))
+
+    def test_candidates_that_are_no_planets(self):
+        """Exit code 4, the reason in text, JSON and message; the result is printed and written all the same."""
+        days, y = self.write_uas()
+        y[11] += 50
+        write_series(self.folder / "s.csv", days, y, 0.3, "t")
+        result = self.rejected("s.csv: candidate 1 is no planet: samples do not belong to the series", "--out", "out")
+        self.assertRegex(result.stdout, r"^no planet\ncandidate 1 log10 Bayes factor .*\n  no planet     samples do not belong")
+        self.assertIn(f"\noutliers    1, left out: t = {days[11]:.9g}\n", result.stdout)
+        found = json.loads((self.folder / "out" / "result.json").read_text())
+        (one,) = found["candidates"]
+        self.assertEqual((found["planets"], one["verdict"], one["reasons"], found["goodness"], found["clip"]),
+                         (0, "candidate", ["samples do not belong to the series"], "poor", False))
+        self.assertEqual(found["outliers"], [{"index": 11, "t": days[11]}])
+        self.assertEqual(self.succeed("report", "out"), "out/report/report.html\n")
+        page = self.check_page(self.folder / "out" / "report", ["planet-1", "posterior-1"])
+        self.assertIn("is no planet: samples do not belong to the series.", page.text)
+        self.assertIn("Samples that do not belong to the series: 1, which is why no candidate is a planet.", page.text)
+        clipped = self.planet("s.csv", *UAS, "--clip")
+        self.assertEqual((clipped["planets"], clipped["goodness"], clipped["candidates"][0]["verdict"]), (1, "good", "planet"))
+        self.inside(clipped["candidates"][0]["period"], 140)
+
+    def test_jitter(self):
+        random = numpy.random.default_rng(5)
+        days = numpy.sort(random.uniform(0, 700, 120))
+        write_series(self.folder / "s.csv", days, wave(days, 140, 3) + 0.45 * random.normal(size=120), 0.3, "t")
+        found = self.planet("s.csv", *UAS)
+        self.inside(found["jitter"], (0.45**2 - 0.3**2) ** 0.5)
+        self.assertEqual((found["planets"], found["goodness"]), (1, "poor"))
+        self.assertAlmostEqual(found["chi_square_with_jitter"], 1, delta=0.1)
+        self.rejected("chi-square of the fit is not that of its noise", "--no-jitter")
 
 
 class Folder(Planet):
@@ -214,7 +253,7 @@ class Refusals(Planet):
                 (2, "--map-masses 2,1: must be MIN,MAX", ("s.csv", *UAS, "--map", "--map-masses", "2,1")),
                 (2, "--map-masses: needs --unit, --parallax and --star-masses", ("s.csv", "--map", "--map-masses", "1,2")),
                 (2, "--map-masses requires --map", ("s.csv", "--map-masses", "1,2")),
-                (3, "plain.csv: has no column sigma: give --jitter", ("plain.csv",)),
+                (3, "plain.csv: has no column sigma: must have one with --no-jitter", ("plain.csv", "--no-jitter")),
                 (3, "few.csv: n = 3: must be at least 7", ("few.csv",)),
                 (3, "missing.csv: No such file", ("missing.csv",))):
             with self.subTest(words):

@@ -68,12 +68,57 @@ class Refit(ProgramTest):
                                      "# samples   120, 0 left out"])
         self.assertEqual(lines[3].split(), ["element", "before", "after", "sigma", "change"])
         rows = {line.split()[0]: line.split()[1:] for line in lines[4:]}
-        self.assertEqual(list(rows), [*toliman.Sky().elements, "chi-square", "rms", "scale"])
+        self.assertEqual(list(rows), [*toliman.Sky().elements, "residuals", "rms", "scale"])
         self.assertEqual(rows["eccentricity"][2:], ["-", "-"])
         self.assertEqual(rows["eccentricity"][0], rows["eccentricity"][1])
         before, after, _, change = map(float, rows["period_years"])
         self.assertAlmostEqual((after - before) / 0.019, change, delta=0.01)
-        self.assertEqual(rows["chi-square"][1:], ["per", "sample"])
+        self.assertEqual(rows["residuals"][4:], "per degree of freedom: too good, largest residual".split() + rows["residuals"][-2:])
+
+    def noisy(self, size=1e-6):
+        return self.arcsec + size * numpy.random.default_rng(2).normal(size=120)
+
+    def test_late_times(self):
+        """37 s: chi-square is 50, and no orbit is written."""
+        write_series(self.folder / "s.csv", mjd(self.tai_ns + 37 * SECOND), self.noisy(), 1e-6)
+        done = self.run_program("refit", "alpha-cen", "s.csv", *LOW, "--out", "refit.json", "--json")
+        self.assertEqual(done.returncode, 4, done.stderr)
+        self.assertRegex(done.stderr, r"the orbit must not be used, refit.json is not written\n$")
+        self.assertFalse((self.folder / "refit.json").exists())
+        found = json.loads(done.stdout)
+        self.assertEqual((found["goodness"], found["out"]), ("poor", None))
+        self.assertGreater(found["chi_square"], 10)
+        self.assertAlmostEqual(found["jitter_uas"]**2 / found["chi_square"], 1, delta=0.3)
+        self.assertIn("toliman: warning: chi-square ", done.stderr)
+
+    def test_noise_above_the_sigmas(self):
+        """The errors are those of a fit with the right sigmas."""
+        fits = []
+        for sigma in 1e-6, 1e-6 / 1.5:
+            write_series(self.folder / "s.csv", mjd(self.tai_ns), self.noisy(), sigma)
+            done = self.run_program("refit", "alpha-cen", "s.csv", *LOW, "--out", "refit.json", "--json")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            fits.append(json.loads(done.stdout))
+        self.assertEqual([(fit["goodness"], fit["out"], fit["outliers"]) for fit in fits],
+                         [("good", "refit.json", 0), ("poor", "refit.json", 0)])
+        self.assertEqual(fits[0]["jitter_uas"], 0)
+        self.assertAlmostEqual(numpy.hypot(fits[1]["jitter_uas"], 1 / 1.5), fits[0]["chi_square"]**0.5, delta=0.02)
+        for one, other in zip(fits[0]["elements"], fits[1]["elements"]):
+            self.assertAlmostEqual(other["sigma_after"] / one["sigma_after"], 1, delta=0.1)
+        self.assertAlmostEqual(fits[0]["chi_square"], 1, delta=0.4)
+        self.assertAlmostEqual(fits[0]["chi_square_sigma"], (2 / 114) ** 0.5, delta=0.01)
+
+    def test_sample_that_does_not_belong(self):
+        arcsec = self.noisy()
+        arcsec[17] += 2e-5
+        write_series(self.folder / "s.csv", mjd(self.tai_ns), arcsec, 1e-6)
+        done = self.run_program("refit", "alpha-cen", "s.csv", *LOW)
+        self.assertIn("warning: samples do not belong to the series, and disturb the fit: 1\n", done.stderr)
+        self.assertRegex(done.stdout, "\noutliers    1\n")
+
+    def test_no_measurements(self):
+        with self.assertRaisesRegex(toliman.InputError, "count = 0: must be at least 1"):
+            toliman.Sky(altitude_km=600).refit(numpy.empty((0, 2), numpy.int64), [], [])
 
     def test_a_wrong_plate_scale(self):
         """--scale-sigma fits it; without it, the elements would absorb it."""

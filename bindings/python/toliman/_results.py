@@ -616,7 +616,7 @@ class PlanetInfo(Result):
     functions: int = member("mean and nuisance functions")
     rms: float = member("weighted rms of the residuals of the joint fit, in units of y")
     chi_square: float = member("as in goodness.h, of the joint fit and the sigmas without the jitter, so that a jitter does not hide a poor fit; NaN without sigmas. Outliers count, except with clip. Degrees of freedom: samples minus functions and numbers of planets without a prior")
-    jitter: tuple[float, ...] = member("16, 50 and 84 % of the jitter in the posterior of the last planet, or of the candidate if there is none; 0 without it")
+    jitter: tuple[float, ...] = member("16, 50 and 84 % of the jitter in the posterior of the last planet, or of the candidate if there is none; 0 without one")
     time_reference: float = member("weighted mean time")
     axis_deg: float = member("position angle of the mean axis, -180 to 180; NaN if the axis is fixed")
     axis_turn_deg: float = member("angle through which the axis turns in the series; 0 if it is fixed")

@@ -139,7 +139,8 @@ class Sky(Handle):
 
         tai_ns, on_target: exposures or on-target intervals, as in reduce.
         scale_sigma: standard deviation of the relative error of the plate scale, in [0, 1); 0: no error.
-        Returns the Sky with the new orbit, and its errors and residuals."""
+        Returns the Sky with the new orbit, and its errors and residuals. If fit.unusable, chi-square is so poor that
+        the orbit must not be used."""
         exposures = _Exposures(tai_ns, on_target)
         separations, sigmas = exposures.column(separations_arcsec), exposures.column(sigmas_arcsec)
         result = _raw.toliman_sky_refit_result()

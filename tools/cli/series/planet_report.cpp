@@ -161,7 +161,7 @@ std::string PlanetReport::outlier_text() const {
 void PlanetReport::warn(Progress &progress) const {
     warn_of_fit(search.info, progress);
     if ((search.options.flags & TOLIMAN_PLANET_CLIP) == 0)
-        warn_of_outliers(search.outliers.size(), ": --clip leaves them out", progress);
+        warn_of_outliers(search.outliers.size(), "; see --clip", progress);
 }
 
 void PlanetReport::refuse() const {

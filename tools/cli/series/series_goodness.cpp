@@ -32,8 +32,7 @@ void warn_of_fit(double chi_square, double sigma, int32_t goodness, Progress &pr
 
 void warn_of_outliers(size_t count, const std::string &cure, Progress &progress) {
     if (count > 0)
-        progress.warn((count == 1 ? "a sample does" : formatted("%zu samples do", count)) +
-                      " not belong to the series" + cure);
+        progress.warn("samples do not belong to the series" + cure + formatted(": %zu", count));
 }
 
 std::string listed_outliers(const std::vector<int64_t> &indices, const Series &series) {

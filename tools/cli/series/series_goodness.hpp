@@ -21,7 +21,7 @@ void warn_of_fit(double chi_square, double sigma, int32_t goodness, Progress &pr
 template <class Result> void warn_of_fit(const Result &result, Progress &progress) {
     warn_of_fit(result.chi_square, result.chi_square_sigma, result.goodness, progress);
 }
-// Warns of samples that do not belong. cure: what is to be done, ": ..."; "" for nothing.
+// Warns of samples that do not belong. cure: what follows, or is to be done; may be "".
 void warn_of_outliers(size_t count, const std::string &cure, Progress &progress);
 
 // The times of the first ten: dates, where times are dates.

@@ -14,6 +14,7 @@ from .text import LOG_FAP, UNKNOWN, decimals_of, fixed
 
 SCHEMA = "toliman-planet/1"
 _LOG_BAYES = "log₁₀ Bayes factor"
+_BELOW = "the odds are below the threshold"
 _WORDS = {
     "Bayes factor": "how much more probable the series is with this planet than without, with the priors of the search; it does "
                     "not contain the odds before the series was known",
@@ -42,21 +43,56 @@ def add(folder: pathlib.Path, page: Page) -> None:
     """Adds the planets of a series to the page."""
     result = results.load(folder / "result.json", SCHEMA)
     unit, candidates = Unit(result), result.items("candidates")
-    planets = candidates[:result.whole("planets")]
+    fitted = [one for one in candidates if _is_fitted(one)]
     page.add("title", f"toliman planet: {folder.resolve().name}")
-    page.add("found", _found(result, planets, candidates[len(planets):]))
+    page.add("found", _found(result, fitted, candidates[len(fitted):]))
+    _add_fit(result, page)
     add_provenance(page, result)
     if candidates:
-        _add_table(result, planets, candidates, unit, page)
+        _add_table(result, candidates, unit, page)
     table = Table(folder / "series.csv")
-    for number, planet in enumerate(planets, 1):
+    for number, planet in enumerate(fitted, 1):
         _add_folded(table, planet, number, result.text("kind") == "velocity", unit, page)
-        _add_corner(folder / f"samples_{number}.npy", number, result, unit, page)
+        _add_corner(folder / f"samples_{number}.npy", planet, number, result, unit, page)
     if result.has("limits"):
-        _add_limits(Table(folder / "limits.csv"), result, planets, unit, page)
+        _add_limits(Table(folder / "limits.csv"), result, [one for one in fitted if _is_planet(one)], unit, page)
     if result.has("map"):
         _add_map(folder, result, unit, page)
     page.explain(_WORDS)
+
+
+def _is_planet(candidate: Result) -> bool:
+    return candidate.text("verdict") == "planet"
+
+
+def _reasons(candidate: Result) -> list[str]:
+    values = candidate.find("reasons")
+    if not isinstance(values, list) or not all(isinstance(value, str) for value in values):
+        raise candidate.fail("reasons", "a list of texts")
+    return values
+
+
+def _is_fitted(candidate: Result) -> bool:
+    """Whether its odds reach the threshold, so that its signal is in the joint fit."""
+    return _is_planet(candidate) or _BELOW not in _reasons(candidate)
+
+
+def _name(candidate: Result, number: int) -> str:
+    return f"{candidate.text('verdict')} {number}"
+
+
+def _add_fit(result: Result, page: Page) -> None:
+    """Adds the goodness of the joint fit, and the samples that do not belong."""
+    text = ""
+    if result.has("chi_square"):
+        text = (f"Residuals: chi-square {fixed(result.number('chi_square'), 3)} ± "
+                f"{fixed(result.number('chi_square_sigma'), 3)} per degree of freedom, {result.text('goodness')}; the largest "
+                f"is {fixed(result.number('largest_residual'), 1)} sigma.")
+    outliers = result.items("outliers")
+    if outliers:
+        left_out = "" if result.find("clip") else ", which is why no candidate is a planet"
+        text += f" Samples that do not belong to the series: {len(outliers)}{left_out}."
+    page.add("text", text.strip())
 
 
 def _points(planet: Result, key: str) -> list[float]:
@@ -75,17 +111,22 @@ def _interval(planet: Result, key: str, factor: float = 1.0) -> str:
     return f"{fixed(middle, decimals)} (−{fixed(middle - low, decimals)} +{fixed(high - middle, decimals)})"
 
 
-def _found(result: Result, planets: list[Result], others: list[Result]) -> str:
+def _found(result: Result, fitted: list[Result], others: list[Result]) -> str:
+    planets = [one for one in fitted if _is_planet(one)]
     text = f"{result.whole('n')} samples: " + ("no planet." if not planets else "")
     text += "; ".join(f"period {_interval(planet, 'period')} days, {_LOG_BAYES} {fixed(planet.number('log10_bayes'), 1)}, "
                       f"{LOG_FAP} {fixed(planet.number('log10_fap'), 1)}" for planet in planets) + ("." if planets else "")
+    for number, one in enumerate(fitted, 1):
+        if not _is_planet(one):
+            text += (f" Candidate {number}, of {fixed(_points(one, 'period')[1], 1)} days, is no planet: "
+                     f"{'; '.join(_reasons(one))}.")
     for other in others:
         text += (f" The next candidate, of {fixed(_points(other, 'period')[1], 1)} days, has a {_LOG_BAYES} of "
                  f"{fixed(other.number('log10_bayes'), 1)} and does not count as a planet.")
     return text
 
 
-def _add_table(result: Result, planets: list[Result], candidates: list[Result], unit: Unit, page: Page) -> None:
+def _add_table(result: Result, candidates: list[Result], unit: Unit, page: Page) -> None:
     velocity = result.text("kind") == "velocity"
     geometry = "times sin i" if velocity else "times g"
     rows = [[_LOG_BAYES, *(fixed(one.number("log10_bayes"), 2) for one in candidates)],
@@ -97,9 +138,8 @@ def _add_table(result: Result, planets: list[Result], candidates: list[Result], 
     if not velocity:
         lines.append((f"mass in Earths, {geometry}, on B", "mass_b_earth", 1.0))
     rows += [[name, *(_interval(one, key, factor) for one in candidates)] for name, key, factor in lines]
-    heads = [f"planet {number}" for number in range(1, len(planets) + 1)]
     page.add_table("Median, and distances to the 16 and 84 % points of the posterior.",
-                   ["", *heads, *["candidate"] * (len(candidates) - len(planets))], rows)
+                   ["", *(_name(one, number) for number, one in enumerate(candidates, 1))], rows)
     if not velocity:
         page.add("text", "The axis from A to B is that of the date." if result.has("axis") else
                  "The axis from A to B is taken as fixed: the period of a face-on orbit is wrong by the angle through which the "
@@ -113,11 +153,11 @@ def _add_folded(table: Table, planet: Result, number: int, velocity: bool, unit:
         raise planet.fail("best", "an orbit with a period above 0 and an eccentricity in [0, 1)")
     signal, residual = (unit.factor * table.numbers(name) for name in (f"signal_{number}", "residual"))
     page.add_figure(f"planet-{number}", planet_figures.folded(table.numbers("t"), signal, residual, orbit, unit.name),
-                    f"Planet {number}: the series less the other planets and the nuisance functions, folded over the period of "
+                    f"{_name(planet, number).capitalize()}: the series less the other planets and the nuisance functions, folded over the period of "
                     "the joint fit, and the residuals of all.")
 
 
-def _add_corner(path: pathlib.Path, number: int, result: Result, unit: Unit, page: Page) -> None:
+def _add_corner(path: pathlib.Path, planet: Result, number: int, result: Result, unit: Unit, page: Page) -> None:
     samples = results.array(path, 2)
     if samples.shape[1] != 8:
         raise malformed(path, f"has {samples.shape[1]} columns: must be 8")
@@ -127,7 +167,7 @@ def _add_corner(path: pathlib.Path, number: int, result: Result, unit: Unit, pag
         star = "" if result.text("kind") == "velocity" else " on A"
         columns.append((f"mass{star}, Earths", samples[:, 5]))
     page.add_figure(f"posterior-{number}", planet_figures.corner(columns),
-                    f"Planet {number}: {len(samples)} samples of the posterior. Dashed: the 16, 50 and 84 % points.")
+                    f"{_name(planet, number).capitalize()}: {len(samples)} samples of the posterior. Dashed: the 16, 50 and 84 % points.")
 
 
 def _sizes(table: Table, masses: bool, unit: Unit) -> tuple[Array, Array, Array]:
