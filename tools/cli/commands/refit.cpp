@@ -164,11 +164,12 @@ void refit(Options &options, Progress &progress) {
         save(fitted.sky.get(), options.out);
     (options.as_json ? print_json : print_table)(options, fitted);
     if (is_unusable(fitted))
-        throw Failure(kExitRejected,
-                      formatted("%s: chi-square %.4g: times, unit or sigmas are wrong, or the model lacks an effect: the "
-                                "orbit must not be used%s",
-                                options.series.c_str(), fitted.result.chi_square,
-                                options.out.empty() ? "" : (", " + options.out + " is not written").c_str()));
+        throw Failure(
+            kExitRejected,
+            formatted("%s: chi-square %.4g: times, unit or sigmas are wrong, or the model lacks an effect: the "
+                      "orbit must not be used%s",
+                      options.series.c_str(), fitted.result.chi_square,
+                      options.out.empty() ? "" : (", " + options.out + " is not written").c_str()));
 }
 
 } // namespace
