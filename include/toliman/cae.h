@@ -215,7 +215,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_get_info(const toliman
 
 /* Encodes one frame: writes the latent of counts[rows][stride] to *latent_px. Does not depend on earlier frames. Bad
  * pixels get the counts that a linear fit to the other pixels predicts. goodness, which may be NULL, is that of this
- * fit; its struct_size must be set. It does not depend on the weights or on toliman_cae_options.input. Its chi_square is
+ * fit; its struct_size must be set. It does not depend on the weights or on toliman_cae_options.input. Its chi_square
+ * is
  *
  *     |r - sum_k <u_k, r> u_k - <t, r> t/|t|^2|^2 / (65536 - K - 1),    r = (counts - reference)/sigma per pixel
  *
@@ -240,11 +241,9 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_encode(const toliman_c
  *   goodness    [count], or NULL; struct_size of the first must be set
  * Errors: as toliman_cae_encode, naming the frame; TOLIMAN_E_ARGUMENT for another shape; TOLIMAN_E_RANGE for an image
  * larger than the address space. Since 0.2. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_encode_many(const toliman_cae *cae,
-                                                                      const toliman_image *image, size_t count,
-                                                                      uint32_t threads, double *latents_px,
-                                                                      toliman_frame_goodness *goodness)
-    TOLIMAN_NOEXCEPT;
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
+toliman_cae_encode_many(const toliman_cae *cae, const toliman_image *image, size_t count, uint32_t threads,
+                        double *latents_px, toliman_frame_goodness *goodness) TOLIMAN_NOEXCEPT;
 
 /* Decodes a latent: writes the decoder output to image[256][stride]. With input WHITENED, the output is the whitened
  * residual, in standard deviations of each pixel; it is linear in the latent up to 1 px. With the other inputs, the

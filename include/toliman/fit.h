@@ -151,9 +151,9 @@ typedef struct toliman_fit_result {
     double x_px, y_px, x_sigma_px, y_sigma_px; /* shift of the scene's centre */
     double flux_a, flux_b;                     /* relative change of the photons of a star */
     double background;                         /* photons per pixel */
-    double chi_square;  /* per degree of freedom, without the bad pixels */
-    int32_t iterations; /* Gauss-Newton steps */
-    int32_t excluded;   /* saturated pixels, those expected within 5 standard deviations of saturation included */
+    double chi_square;                         /* per degree of freedom, without the bad pixels */
+    int32_t iterations;                        /* Gauss-Newton steps */
+    int32_t excluded;        /* saturated pixels, those expected within 5 standard deviations of saturation included */
     double chi_square_sigma; /* standard deviation of chi_square, if the scene is right */
     double largest_residual; /* largest |residual| over its standard deviation */
     int32_t goodness;        /* verdict on chi_square, TOLIMAN_GOODNESS_...; UNKNOWN with NOT_CONVERGED */
@@ -166,11 +166,10 @@ typedef struct toliman_fit_result {
  *   result      struct_size must be set
  *   values      [n], or NULL: all n = toliman_fit_parameter_count() parameters, as listed at the top
  *   covariance  [n][n], or NULL: their covariance, the inverse Fisher matrix
- * A frame that cannot be fitted is not an error: see the flags. Bad pixels are left out of the fit; where none is found,
- * the search for them changes no bit of the result. The result of a fit depends on the frame and its
- * prediction only, not on threads or on other frames.
- * Errors: TOLIMAN_E_ARGUMENT for a non-finite count, naming its row and column, for a prediction that is not finite or
- * outside the range of the model images, and for a smaller stride. */
+ * A frame that cannot be fitted is not an error: see the flags. Bad pixels are left out of the fit; where none is
+ * found, the search for them changes no bit of the result. The result of a fit depends on the frame and its prediction
+ * only, not on threads or on other frames. Errors: TOLIMAN_E_ARGUMENT for a non-finite count, naming its row and
+ * column, for a prediction that is not finite or outside the range of the model images, and for a smaller stride. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_fit_frame(const toliman_fit *fit, const double *counts,
                                                                 size_t stride, const toliman_fit_prediction *prediction,
                                                                 toliman_fit_result *result, double *values,

@@ -46,8 +46,8 @@ TOLIMAN_API const char *toliman_goodness_name(int32_t goodness) TOLIMAN_NOEXCEPT
  * frames of 256x256 has such a pixel. A value is estimated from the other pixels alone. If more than 30 pixels exceed
  * the limit, the model is wrong and not the pixels: all are used, bad_pixels is 0, and goodness is POOR. */
 typedef struct toliman_frame_goodness {
-    uint32_t struct_size; /* in: sizeof(toliman_frame_goodness) */
-    int32_t goodness;     /* verdict on chi_square, TOLIMAN_GOODNESS_... */
+    uint32_t struct_size;    /* in: sizeof(toliman_frame_goodness) */
+    int32_t goodness;        /* verdict on chi_square, TOLIMAN_GOODNESS_... */
     double chi_square;       /* per degree of freedom; +infinity if it overflows */
     double chi_square_sigma; /* standard deviation of chi_square, if the model is right */
     double largest_residual; /* largest |residual| over its standard deviation */

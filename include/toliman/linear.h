@@ -65,11 +65,9 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_linear_encode(const tolima
  *   goodness   [count], or NULL; struct_size of the first must be set
  * Errors: as toliman_linear_encode, naming the frame; TOLIMAN_E_ARGUMENT for another shape; TOLIMAN_E_RANGE for an
  * image larger than the address space. Since 0.2. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_linear_encode_many(const toliman_linear *linear,
-                                                                         const toliman_image *image, size_t count,
-                                                                         uint32_t threads, double *values_px,
-                                                                         toliman_frame_goodness *goodness)
-    TOLIMAN_NOEXCEPT;
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
+toliman_linear_encode_many(const toliman_linear *linear, const toliman_image *image, size_t count, uint32_t threads,
+                           double *values_px, toliman_frame_goodness *goodness) TOLIMAN_NOEXCEPT;
 
 /* Writes the predicted standard deviation of a value (px) to *sigma_px: the Cramer-Rao bound with the nuisances of
  * preprocess.project unknown. */

@@ -27,9 +27,8 @@ PixelNoise::PixelNoise(const Buffer<double> &reference, const Buffer<double> &va
 FrameGoodness frame_goodness(double chi_square, double sigma, double largest, size_t bad_pixels,
                              bool few_bad) noexcept {
     FrameGoodness out;
-    static_cast<Goodness &>(out) =
-        goodness_of(std::isfinite(chi_square) ? chi_square : std::numeric_limits<double>::infinity(), sigma, largest,
-                    kFrameSigmas);
+    static_cast<Goodness &>(out) = goodness_of(
+        std::isfinite(chi_square) ? chi_square : std::numeric_limits<double>::infinity(), sigma, largest, kFrameSigmas);
     if (!few_bad)
         out.verdict = GoodnessVerdict::poor;
     out.bad_pixels = bad_pixels;

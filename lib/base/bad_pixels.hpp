@@ -5,12 +5,11 @@
 // For Poisson counts the probability of a larger excess is below exp(-L^2/2) = 1.5e-8 by Bernstein's inequality, for
 // any V; for a Gaussian it is 2e-9, 1.3e-4 per frame of 256x256. In the form of the kernels, x (x - tail) > L^2 where
 // x > 0, and x^2 > L^2 elsewhere, tail = L^2/(3 sqrt(V)).
-// Where the model lacks an effect, L^2 is multiplied by the square of the reduced chi-square of the other pixels, if that
-// is above 1: their residuals have long tails.
-// A bad pixel biases the fit, so that others exceed the limit, too: those above half of the largest residual are left
-// out at once, then the model is fitted again. If more than kMostBadPixels exceed the limit, the model is wrong, not
-// the pixels: all are used.
-// Reference: Boucheron, Lugosi, Massart 2013, Concentration Inequalities, section 2.8.
+// Where the model lacks an effect, L^2 is multiplied by the square of the reduced chi-square of the other pixels, if
+// that is above 1: their residuals have long tails. A bad pixel biases the fit, so that others exceed the limit, too:
+// those above half of the largest residual are left out at once, then the model is fitted again. If more than
+// kMostBadPixels exceed the limit, the model is wrong, not the pixels: all are used. Reference: Boucheron, Lugosi,
+// Massart 2013, Concentration Inequalities, section 2.8.
 #pragma once
 #include <algorithm>
 #include <array>

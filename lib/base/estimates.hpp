@@ -41,7 +41,8 @@ void for_groups(const PixelFrames &frames, size_t count, size_t together, unsign
     });
 }
 
-// Given     frames; make_work() as above; estimate(group, size, work, values, goodness) of a group of at most `together`
+// Given     frames; make_work() as above; estimate(group, size, work, values, goodness) of a group of at most
+// `together`
 //           frames, with goodness NULL if not requested
 // Returned  values [count] and, unless NULL, goodness [count]; bit-identical for any number of workers
 // Notes     nothing is written if a frame fails

@@ -12,9 +12,9 @@ constexpr size_t kMaxProjected = 32; // images that estimators project out
 struct FrameModel {
     std::string source; // name of the scene in messages
     size_t rows = 0, cols = 0;
-    Buffer<double> reference;  // rows*cols, expected counts of the frame without displacement
-    double background = 0;     // part of the reference that is not light, equal in every pixel: dark current, bias
-    Buffer<double> variance;   // rows*cols, variance of a frame's counts (photons + read noise), > 0; infinite: not used
+    Buffer<double> reference; // rows*cols, expected counts of the frame without displacement
+    double background = 0;    // part of the reference that is not light, equal in every pixel: dark current, bias
+    Buffer<double> variance;  // rows*cols, variance of a frame's counts (photons + read noise), > 0; infinite: not used
     Buffer<double> derivative; // rows*cols, d(reference)/d(separation), counts per pixel of separation
     struct Nuisance {
         std::string name; // "flux_a" ...

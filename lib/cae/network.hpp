@@ -32,8 +32,8 @@ class Network {
 
     // Returns the latent of one frame (px after tied training). Status::argument for a non-finite count, Status::range
     // for a non-finite latent.
-    // Bad pixels (base/bad_pixels.hpp), those beyond the limit both before and after the fit of the target, are replaced
-    // by what the fit to the other pixels predicts. *goodness, unless NULL: of that fit.
+    // Bad pixels (base/bad_pixels.hpp), those beyond the limit both before and after the fit of the target, are
+    // replaced by what the fit to the other pixels predicts. *goodness, unless NULL: of that fit.
     double encode(ImageView<const double> frame, Workspace &work, FrameGoodness *goodness = nullptr) const;
 
     // The same for `count` frames of equal stride, at most kTogether for layout `flight` and one for `paper`: latents

@@ -31,6 +31,8 @@ namespace toliman::cae {
 
 namespace {
 
+constexpr double kLittle = 0.05; // standard deviations of a pixel
+
 // Smallest remainder of the derivative, as a fraction of its norm. float32 rounding of the planes is 0.6 % of it.
 constexpr double kMinRemainder = 1e-5;
 
@@ -175,6 +177,9 @@ void Preprocess::derive() {
             std::transform(&nuisance_basis[k * kPixels + r * kSide], &nuisance_basis[k * kPixels + r * kSide] + kSide,
                            &basis[(r * projected + k) * kSide], kernels::to_float32);
     target32.assign(target.begin(), target.end());
+    target_most = 0;
+    for (const double value : target)
+        target_most = std::fmax(target_most, std::fabs(value));
     target_square = kernels::residual_kernels().inner(target.data(), target.data(), kPixels);
     if (centre == Centre::image) {
         const std::optional<Barycentre> light = barycentre_of({reference.data(), kSide, kSide, kSide}, background);
@@ -186,14 +191,14 @@ void Preprocess::derive() {
     }
     noise = PixelNoise(reference, variance);
     tail.assign(noise.tail.begin(), noise.tail.end());
+    scale_tail();
     whitening.assign(kPixels, 1.0);
     kernels::whiten(whitening.data(), variance.data(), kPixels, whitening.data());
     offset = reference;
     factor = whitening;
     if (input == Input::residual) {
-        const double sum =
-            std::accumulate(variance.begin(), variance.end(), 0.0,
-                            [](double all, double one) { return all + (std::isfinite(one) ? one : 0); });
+        const double sum = std::accumulate(variance.begin(), variance.end(), 0.0,
+                                           [](double all, double one) { return all + (std::isfinite(one) ? one : 0); });
         factor.assign(kPixels, 1 / std::sqrt(sum / static_cast<double>(noise.used)));
     } else if (input == Input::raw) {
         const auto [darkest, brightest] = std::minmax_element(reference.begin(), reference.end());
@@ -206,9 +211,16 @@ void Preprocess::derive() {
             factor[i] = 0;
 }
 
+void Preprocess::scale_tail() {
+    scaled_tail.resize(kPixels);
+    for (size_t i = 0; i < kPixels; i++)
+        scaled_tail[i] = static_cast<float>(input_scale * noise.tail[i]);
+}
+
 Preprocess Preprocess::with_input_scale(double scale) const {
     Preprocess out = *this;
     out.input_scale = scale;
+    out.scale_tail();
     return out;
 }
 
@@ -237,10 +249,11 @@ Crop Preprocess::crop_of(const ImageView<const double> &frame) const {
 }
 
 void Preprocess::start(const Crop *crops, size_t count, Work &work) const {
-    work.reserve(count);
+    std::fill_n(work.most, count, 0.0f);
     std::fill_n(work.excess, count, 0.0f);
     if (projected == 0)
         return;
+    work.reserve(count);
     const double *counts[kTogether];
     float *vectors[kTogether], *components[kTogether];
     for (size_t f = 0; f < count; f++) {
@@ -258,7 +271,7 @@ void Preprocess::band(const Crop *crops, size_t count, size_t first_row, Work &w
                       size_t stride) const {
     const kernels::ResidualKernels &kernel = kernels::residual_kernels();
     float *vectors[kTogether] = {}, *components[kTogether] = {};
-    for (size_t f = 0; f < count; f++) {
+    for (size_t f = 0; projected > 0 && f < count; f++) {
         vectors[f] = &work.residual[f * kResidualStride];
         components[f] = work.component[f];
     }
@@ -270,14 +283,17 @@ void Preprocess::band(const Crop *crops, size_t count, size_t first_row, Work &w
             kernel.project_row(projected_rows(), count, components, r, vectors, out);
         for (size_t f = 0; f < count; f++) {
             const double *const counts = crops[f].counts.row(r);
-            float *const row = vectors[f] + r * kSide;
-            float most = 0;
-            if (projected == 0) {
-                if (!kernel.scaled_residual(counts, &offset[r * kSide], &factor[r * kSide], input_scale, kSide, out[f]))
-                    refuse_non_finite(crops[f], r, 1);
-                kernel.scaled_residual(counts, &reference[r * kSide], &whitening[r * kSide], 1, kSide, row);
+            const float *residual = out[f]; // times input_scale, as is the tail
+            float whitened[kSide];
+            if (projected == 0 &&
+                !kernel.scaled_residual(counts, &offset[r * kSide], &factor[r * kSide], input_scale, kSide, out[f]))
+                refuse_non_finite(crops[f], r, 1);
+            if (input != Input::whitened) {
+                kernel.scaled_residual(counts, &reference[r * kSide], &whitening[r * kSide], input_scale, kSide,
+                                       whitened);
+                residual = whitened;
             }
-            kernel.largest_float(row, 0, row, &tail[r * kSide], kSide, &most, &work.excess[f]);
+            kernel.largest_float(residual, 0, residual, &scaled_tail[r * kSide], kSide, &work.most[f], &work.excess[f]);
         }
     }
 }
@@ -291,17 +307,35 @@ void Preprocess::apply(ImageView<const double> frame, Work &work, float *out) co
     }
 }
 
-Preprocess::Fitted Preprocess::fit(size_t i, const Work &work) const {
+// With projected planes, band() has written the residual. The largest pixels are those that band() found, unless the
+// target changes them.
+Preprocess::Fitted Preprocess::fit(const Crop &crop, size_t i, Work &work) const {
     const kernels::ResidualKernels &kernel = kernels::residual_kernels();
-    const float *const residual = &work.residual[i * kResidualStride];
+    const auto whiten = [&](size_t r, float *row) {
+        kernel.scaled_residual(crop.counts.row(r), &reference[r * kSide], &whitening[r * kSide], 1, kSide, row);
+    };
     double along = 0, square = 0;
-    for (size_t r = 0; r < kPixels; r += kSide) {
-        along += kernel.inner_float(&target32[r], residual + r, kSide);
-        square += kernel.inner_float(residual + r, residual + r, kSide);
+    for (size_t r = 0; r < kSide; r++) {
+        float whitened[kSide];
+        const float *residual = whitened;
+        if (projected > 0)
+            residual = &work.residual[i * kResidualStride + r * kSide];
+        else
+            whiten(r, whitened);
+        along += kernel.inner_float(&target32[r * kSide], residual, kSide);
+        square += kernel.inner_float(residual, residual, kSide);
     }
     Fitted fitted = {target_square > 0 ? along / target_square : 0, square, 0, 0};
     fitted.square -= fitted.displacement * along;
-    kernel.largest_float(residual, static_cast<float>(fitted.displacement), target32.data(), tail.data(), kPixels,
+    if (std::fabs(fitted.displacement) * target_most <= kLittle && !may_have_bad_pixels(i, work)) {
+        fitted.most = work.most[i] / static_cast<float>(input_scale);
+        return fitted;
+    }
+    work.reserve(i + 1);
+    float *const all = &work.residual[i * kResidualStride];
+    for (size_t r = 0; projected == 0 && r < kSide; r++)
+        whiten(r, all + r * kSide);
+    kernel.largest_float(all, static_cast<float>(fitted.displacement), target32.data(), tail.data(), kPixels,
                          &fitted.most, &fitted.excess);
     return fitted;
 }
@@ -319,8 +353,9 @@ double Preprocess::residual_of(size_t i, size_t pixel, const Fitted &fitted, con
 
 BadPixels::Found Preprocess::add_bad_pixels(size_t i, const Fitted &fitted, const Work &work,
                                             BadPixels &bad) const noexcept {
-    return bad.add_largest(
-        kPixels, fitted.square, freedom(bad.count()), [&](size_t pixel) { return excess_of(residual_of(i, pixel, fitted, work), noise.tail[pixel]); });
+    return bad.add_largest(kPixels, fitted.square, freedom(bad.count()), [&](size_t pixel) {
+        return excess_of(residual_of(i, pixel, fitted, work), noise.tail[pixel]);
+    });
 }
 
 bool Preprocess::lower(size_t i, const Fitted &fitted, const Work &work, const BadPixels &bad, double *counts,

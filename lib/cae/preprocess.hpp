@@ -63,8 +63,10 @@ struct Preprocess {
     Buffer<double> whitening;      // derived: 1/sqrt(variance)
     Buffer<double> offset, factor; // derived: input = (counts - offset) factor, before the projection
     double target_square = 0;      // derived: |target|^2
+    double target_most = 0;        // derived: the largest |target| of a pixel
     PixelNoise noise;              // derived: of the pixels
     Buffer<float> tail;            // derived: noise.tail
+    Buffer<float> scaled_tail;     // derived: input_scale times that
     Barycentre barycentre;         // derived: of the reference, with Centre::image
 
     // Preprocessing of a scene, with the crop centred on the barycentre of the reference's flux. Status::unsupported
@@ -83,9 +85,11 @@ struct Preprocess {
 
     // Working memory of frames that are preprocessed together; reuse it to avoid allocations.
     struct Work {
-        Buffer<float> residual; // of each frame, [pixels]: whitened, with the nuisances projected out
+        Buffer<float> residual; // of each frame, [pixels]: whitened, with the nuisances projected out; if none are, of
+                                // frames that may have bad pixels only
         float component[kTogether][kernels::kMaxPlanes];
-        float excess[kTogether]; // of each frame, the largest excess_of() of the residual in the bands so far
+        float most[kTogether];   // of each frame, the largest |residual| in the bands so far, times input_scale
+        float excess[kTogether]; // of each frame, the largest excess_of() in the bands so far, times input_scale^2
         void reserve(size_t frames);
     };
 
@@ -102,14 +106,17 @@ struct Preprocess {
     struct Fitted {
         double displacement; // <t, r>/|t|^2, px
         double square;       // |r - sum_k <u_k, r> u_k - displacement t|^2
-        float most, excess;  // the largest magnitude of its pixels, and the largest excess_of()
+        float most, excess;  // the largest magnitude of its pixels, to 0.05, and the largest excess_of(), 0 if none
+                             // is beyond the limit
     };
-    // Of crop i of those that were processed together. Call it after all bands.
-    Fitted fit(size_t i, const Work &work) const;
+    // Of the crop, number i of those that were processed together. Call it after all bands.
+    Fitted fit(const Crop &crop, size_t i, Work &work) const;
     // Reduced chi-square, square / (pixels - projected - 1), +infinity if it overflows, and what follows from it.
     FrameGoodness goodness(const Fitted &fitted, size_t bad_pixels, bool few_bad) const noexcept;
     // Whether a pixel of crop i is beyond the limit before the fit of the target.
-    bool may_have_bad_pixels(size_t i, const Work &work) const noexcept { return work.excess[i] > kBadPixelLimit; }
+    bool may_have_bad_pixels(size_t i, const Work &work) const noexcept {
+        return static_cast<double>(work.excess[i]) > kBadPixelLimit * input_scale * input_scale;
+    }
     // Adds the bad pixels of crop i, as far as they are found at once.
     BadPixels::Found add_bad_pixels(size_t i, const Fitted &fitted, const Work &work, BadPixels &bad) const noexcept;
     // Replaces counts [pixels] of the bad pixels by those that the fit to the other pixels predicts. *largest: by how
@@ -125,6 +132,7 @@ struct Preprocess {
     void to_counts(double *image) const noexcept;
 
   private:
+    void scale_tail();
     Crop crop_at(const ImageView<const double> &frame, size_t row, size_t col) const noexcept {
         return {{frame.row(row) + col, kSide, kSide, frame.stride}, row, col};
     }

@@ -21,7 +21,8 @@ constexpr size_t kNpyHeader = 128; // bytes, a multiple of 64
 
 // Whether the text of a key is the name of a file.
 bool is_file(const std::string &key, const std::string &text) {
-    return key == "file" || key == "opd_file" || key == "times_days" || key == "bad_pixels" || (key == "orbit" && text != "alpha-cen");
+    return key == "file" || key == "opd_file" || key == "times_days" || key == "bad_pixels" ||
+           (key == "orbit" && text != "alpha-cen");
 }
 
 // Relative file names, anywhere in the scene, from the nominal scene's folder to the new one.

@@ -11,9 +11,9 @@
 // The stars are searched for (search.cpp) if a step is longer than kFarStep, if one of more than kLargeStep is not half
 // as long as the last, if the steps diverge, or if the fit is poor: fringes repeat, and the nearest maximum of the
 // likelihood may be a false one. The search, and the steps from where it ends, use the counts
-// without spikes (spikes.cpp), which keep steps from ending. Separation, position angle and shift are those of the two places; their covariance
-// follows from the derivatives.
-// Reference: Kay 1993, Fundamentals of Statistical Signal Processing: Estimation Theory, chapter 7.
+// without spikes (spikes.cpp), which keep steps from ending. Separation, position angle and shift are those of the two
+// places; their covariance follows from the derivatives. Reference: Kay 1993, Fundamentals of Statistical Signal
+// Processing: Estimation Theory, chapter 7.
 #include "fit/fit.hpp"
 
 #include <algorithm>

@@ -272,9 +272,9 @@ void Model::weigh_row(const ImageView<const double> *counts, size_t r, double bl
     if (counts == nullptr)
         counts_of_row(r, lines + shared(light) * pitch_, expected);
     const double *const given = counts != nullptr ? counts->row(r) : expected;
-    if (!kernels::normal_kernels().weigh(given, lines + shared(light) * pitch_, &usable_[r * cols_], how_, blend,
-                                         cols_, lines + shared(weight) * pitch_, lines + shared(residual) * pitch_,
-                                         &work.used, &work.saturated))
+    if (!kernels::normal_kernels().weigh(given, lines + shared(light) * pitch_, &usable_[r * cols_], how_, blend, cols_,
+                                         lines + shared(weight) * pitch_, lines + shared(residual) * pitch_, &work.used,
+                                         &work.saturated))
         refuse(given, r);
     leave_out(r, lines + shared(weight) * pitch_, lines + shared(residual) * pitch_, work);
 }
@@ -291,8 +291,8 @@ void Model::leave_out(size_t r, double *weight, double *residual, Work &work) co
 void Model::weigh(size_t r, const double *light, double *weight, double *scratch) const noexcept {
     size_t used = 0, saturated = 0;
     counts_of_row(r, light, scratch);
-    kernels::normal_kernels().weigh(scratch, light, &usable_[r * cols_], how_, 0, cols_, weight, scratch + cols_,
-                                    &used, &saturated);
+    kernels::normal_kernels().weigh(scratch, light, &usable_[r * cols_], how_, 0, cols_, weight, scratch + cols_, &used,
+                                    &saturated);
 }
 
 void Model::begin(const double *values, Work &work) const noexcept {

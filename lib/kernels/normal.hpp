@@ -24,13 +24,14 @@ struct NormalKernels {
     //           those of (1 - blend) expected + blend counted electrons
     // Returned  weight [n] = response^2/variance and residual [n] = (electrons - expected)/response; pixels at the
     //           limit, or expected within 5 standard deviations of it, have weight 0, and their number is added to
-    //           *saturated. Pixels without response have weight 0, but are not counted. *used: plus the others. False if a count is not
-    //           finite
+    //           *saturated. Pixels without response have weight 0, but are not counted. *used: plus the others. False
+    //           if a count is not finite
     bool (*weigh)(const double *counts, const double *light, const double *response, const CountModel &how,
                   double blend, size_t n, double *weight, double *residual, size_t *used, size_t *saturated) noexcept;
 
     // Given     weight, residual [n] as of weigh; tail, as base/bad_pixels.hpp defines it, over the response
-    // Returned  *square: the largest weight residual^2, and *excess: the largest weight residual (residual - tail), tail
+    // Returned  *square: the largest weight residual^2, and *excess: the largest weight residual (residual - tail),
+    // tail
     //           only where residual > 0; both at least their values before the call
     void (*largest)(const double *weight, const double *residual, double tail, size_t n, double *square,
                     double *excess) noexcept;

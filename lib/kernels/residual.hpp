@@ -66,7 +66,6 @@ struct ResidualKernels {
     // The same of residual - component target, in float32. count a multiple of 16
     void (*largest_float)(const float *residual, float component, const float *target, const float *tail, size_t count,
                           float *most, float *excess) noexcept;
-
 };
 TOLIMAN_ISA_DECLARE(ResidualKernels, residual)
 

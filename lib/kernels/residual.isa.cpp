@@ -308,8 +308,8 @@ void project_row(const ProjectedRows &given, size_t frames, const float *const *
 } // namespace TOLIMAN_ISA
 
 const ResidualKernels TOLIMAN_ISA_TABLE(residual) = {
-    TOLIMAN_ISA::residual,    TOLIMAN_ISA::scaled_residual, TOLIMAN_ISA::project_out, TOLIMAN_ISA::components,
-    TOLIMAN_ISA::project_row, TOLIMAN_ISA::inner,           TOLIMAN_ISA::inner_float, TOLIMAN_ISA::largest,
-    TOLIMAN_ISA::largest_float};
+    TOLIMAN_ISA::residual,    TOLIMAN_ISA::scaled_residual, TOLIMAN_ISA::project_out,
+    TOLIMAN_ISA::components,  TOLIMAN_ISA::project_row,     TOLIMAN_ISA::inner,
+    TOLIMAN_ISA::inner_float, TOLIMAN_ISA::largest,         TOLIMAN_ISA::largest_float};
 
 } // namespace toliman::kernels

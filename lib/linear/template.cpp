@@ -7,8 +7,8 @@
 // w / (sigma |w|^2) estimates a frame. Dot products are compensated (kernels/project.hpp), because the signal is 1e-6
 // of a pixel.
 // Bad pixels are those of the residual after the fit of nuisances and derivative. Their counts are replaced by what the
-// fit to all other pixels predicts (base/deleted_residuals.hpp), so that the estimate is that of the other pixels alone,
-// exactly.
+// fit to all other pixels predicts (base/deleted_residuals.hpp), so that the estimate is that of the other pixels
+// alone, exactly.
 #include "linear/template.hpp"
 
 #include <algorithm>
@@ -32,7 +32,8 @@ constexpr size_t kStep = 16; // the residual kernels take multiples of this
 
 TemplateEstimator::TemplateEstimator(const FrameModel &model)
     : rows_(model.rows), cols_(model.cols), reference_(model.reference), filter_(model.reference.size()),
-      inverse_sigma_(model.reference.size(), 1.0), noise_(model.reference, model.variance), padded_((reference_.size() + kStep - 1) / kStep * kStep) {
+      inverse_sigma_(model.reference.size(), 1.0), noise_(model.reference, model.variance),
+      padded_((reference_.size() + kStep - 1) / kStep * kStep) {
     const size_t pixels = reference_.size(), nuisances = model.projected.size();
     Buffer<double> units(checked_product(nuisances, pixels, "projected images"));
     for (size_t k = 0; k < nuisances; k++)
@@ -75,15 +76,18 @@ double TemplateEstimator::value_of(ImageView<const double> counts) const {
     return dot.total();
 }
 
-// Residual against the reference; whether a pixel is beyond the limit.
-bool TemplateEstimator::whiten(ImageView<const double> counts, Buffer<double> &residual) const {
-    const kernels::ResidualKernels &kernel = kernels::residual_kernels();
-    double most = 0, excess = 0;
-    for (size_t r = 0; r < rows_; r++) {
-        kernel.residual(counts.row(r), &reference_[r * cols_], &inverse_sigma_[r * cols_], cols_, &residual[r * cols_]);
-        kernel.largest(&residual[r * cols_], &noise_.tail[r * cols_], cols_, &most, &excess);
-    }
+// Residual against the reference.
+void TemplateEstimator::whiten(ImageView<const double> counts, Buffer<double> &residual) const {
+    for (size_t r = 0; r < rows_; r++)
+        kernels::residual_kernels().residual(counts.row(r), &reference_[r * cols_], &inverse_sigma_[r * cols_], cols_,
+                                             &residual[r * cols_]);
     std::fill(residual.begin() + static_cast<ptrdiff_t>(reference_.size()), residual.end(), 0.0);
+}
+
+// Whether a pixel of it is beyond the limit.
+bool TemplateEstimator::is_far(const Buffer<double> &residual) const noexcept {
+    double most = 0, excess = 0;
+    kernels::residual_kernels().largest(residual.data(), noise_.tail.data(), reference_.size(), &most, &excess);
     return excess > kBadPixelLimit;
 }
 
@@ -119,8 +123,9 @@ bool TemplateEstimator::repair(ImageView<const double> counts, TemplateWork &wor
     for (size_t r = 0; r < rows_; r++)
         std::copy_n(counts.row(r), cols_, &work.repaired[r * cols_]);
     for (;;) {
-        const BadPixels::Found found = bad.add_largest(
-            reference_.size(), fitted.square, freedom(bad.count()), [&](size_t i) { return excess_of(work.residual[i], noise_.tail[i]); });
+        const BadPixels::Found found =
+            bad.add_largest(reference_.size(), fitted.square, freedom(bad.count()),
+                            [&](size_t i) { return excess_of(work.residual[i], noise_.tail[i]); });
         if (found == BadPixels::Found::none)
             return true;
         if (found == BadPixels::Found::too_many || !lower(bad, work))
@@ -138,13 +143,19 @@ FrameGoodness TemplateEstimator::goodness_of(const Fitted &fitted, size_t bad_pi
 
 double TemplateEstimator::estimate(ImageView<const double> counts, TemplateWork &work, FrameGoodness *goodness) const {
     double value = value_of(counts);
-    const bool far = whiten(counts, work.residual);
-    if (!far && goodness == nullptr)
+    whiten(counts, work.residual);
+    if (goodness == nullptr && !is_far(work.residual))
         return value;
     Fitted fitted = fit(work.residual);
+    bool far = false;
+    if (fitted.excess > kBadPixelLimit) {
+        whiten(counts, work.residual);
+        far = is_far(work.residual);
+        fitted = fit(work.residual);
+    }
     BadPixels bad;
     bool repairable = true;
-    if (far && fitted.excess > kBadPixelLimit) {
+    if (far) {
         Fitted without = fitted;
         repairable = repair(counts, work, bad, without);
         if (!repairable)
@@ -161,9 +172,10 @@ double TemplateEstimator::estimate(ImageView<const double> counts, TemplateWork 
 
 void TemplateEstimator::estimate_many(const PixelFrames &frames, size_t count, unsigned workers, double *values,
                                       FrameGoodness *goodness) const {
-    toliman::estimate_many(frames, count, 1, workers, values, goodness, [this] { return work(); },
-                           [this](const ImageView<const double> *frame, size_t, TemplateWork &work, double *value,
-                                  FrameGoodness *of_frame) { *value = estimate(*frame, work, of_frame); });
+    toliman::estimate_many(
+        frames, count, 1, workers, values, goodness, [this] { return work(); },
+        [this](const ImageView<const double> *frame, size_t, TemplateWork &work, double *value,
+               FrameGoodness *of_frame) { *value = estimate(*frame, work, of_frame); });
 }
 
 uint64_t TemplateEstimator::digest() const noexcept {

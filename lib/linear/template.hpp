@@ -47,7 +47,8 @@ class TemplateEstimator {
         return static_cast<double>(noise_.used - bad_pixels - rank_ - 1);
     }
     double value_of(ImageView<const double> counts) const;
-    bool whiten(ImageView<const double> counts, Buffer<double> &residual) const;
+    void whiten(ImageView<const double> counts, Buffer<double> &residual) const;
+    bool is_far(const Buffer<double> &residual) const noexcept;
     Fitted fit(Buffer<double> &residual) const;
     bool repair(ImageView<const double> counts, TemplateWork &work, BadPixels &bad, Fitted &fitted) const;
     bool lower(const BadPixels &bad, TemplateWork &work) const;

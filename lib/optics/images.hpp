@@ -41,9 +41,11 @@ class Images {
 
     const Buffer<double> &star(size_t s) const noexcept { return star_[s]; } // B empty for a single star
     const Buffer<double> &both() const noexcept { return both_; } // reference frame: no displacement, with dark current
-    const Buffer<double> &variance() const noexcept { return variance_; } // of a frame, electrons^2, > 0;
-                                                                          // infinite for bad pixels
-    double peak_photons() const noexcept { return peak_photons_; }        // brightest pixel before the detector
+    const Buffer<double> &variance() const noexcept {
+        return variance_;
+    }                                                              // of a frame, electrons^2, > 0;
+                                                                   // infinite for bad pixels
+    double peak_photons() const noexcept { return peak_photons_; } // brightest pixel before the detector
     double total_photons() const noexcept { return total_photons_; }
 
     const Motion &motion() const;       // only up to the order of the constructor, if that was above 0

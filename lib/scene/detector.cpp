@@ -42,7 +42,8 @@ void read_bad_pixels(const Reader &reader, Detector &detector) {
                       image.rows, image.cols, detector.rows, detector.cols);
     for (size_t i = 0; i < pixels; i++) {
         if (!std::isfinite(image.values[i]))
-            fail(Status::format, "{%s}: element [%zu][%zu] = %g: must be 0 for a good pixel, another number for a bad one",
+            fail(Status::format,
+                 "{%s}: element [%zu][%zu] = %g: must be 0 for a good pixel, another number for a bad one",
                  path.c_str(), i / image.cols, i % image.cols, image.values[i]);
         if (image.values[i] != 0)
             detector.bad_pixels.push_back(i);

@@ -240,7 +240,8 @@ void measure_template(const Scene &scene) {
     toliman_linear *linear = nullptr;
     check(toliman_linear_create(scene.sim, nullptr, &linear));
     double value = 0;
-    const timing time = time_of(20, [&] { check(toliman_linear_encode(linear, scene.frames.data(), kSide, &value, nullptr)); });
+    const timing time =
+        time_of(20, [&] { check(toliman_linear_encode(linear, scene.frames.data(), kSide, &value, nullptr)); });
     std::printf("{\"part\": \"template\", \"ms\": %.4f, \"spread_ms\": %.2g}\n", time.median * 1e3, time.spread * 1e3);
     toliman_linear_destroy(linear);
 }

@@ -44,6 +44,7 @@ class BadPixels(unittest.TestCase):
     def scene(self, path=None, side=SIDE):
         scene = copy.deepcopy(SCENE)
         scene["detector"]["shape"] = [side, side]
+        scene["telescope"]["pupil_samples"] = 96 if side == SIDE else 256
         if path is not None:
             scene["detector"]["bad_pixels"] = str(path)
         return scene

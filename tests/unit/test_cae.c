@@ -437,7 +437,8 @@ static void test_arguments(void **unused) {
     toliman_sim_destroy(small);
     assert_fails(toliman_cae_create(NULL, 1, NULL, &out), TOLIMAN_E_ARGUMENT, "sim is NULL");
     assert_fails(toliman_cae_create(sim, 1, NULL, NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
-    assert_fails(toliman_cae_encode(trained, image, kSide - 1, &latent, NULL), TOLIMAN_E_ARGUMENT, "stride of counts = 255");
+    assert_fails(toliman_cae_encode(trained, image, kSide - 1, &latent, NULL), TOLIMAN_E_ARGUMENT,
+                 "stride of counts = 255");
     assert_fails(toliman_cae_encode(trained, image, kSide, NULL, NULL), TOLIMAN_E_ARGUMENT, "latent_px is NULL");
     assert_fails(toliman_cae_encode_many(trained, NULL, 1, 1, &latent, NULL), TOLIMAN_E_ARGUMENT, "image is NULL");
     assert_fails(toliman_cae_decode(trained, NAN, image, kSide), TOLIMAN_E_ARGUMENT, "latent_px = nan");

@@ -142,7 +142,8 @@ static void errors_name_the_argument_and_change_nothing(void **state) {
     assert_fails(toliman_linear_create(sim, NULL, NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
     assert_fails(toliman_linear_encode(NULL, image, SIDE, &value, NULL), TOLIMAN_E_ARGUMENT, "linear is NULL");
     assert_fails(toliman_linear_encode(linear, NULL, SIDE, &value, NULL), TOLIMAN_E_ARGUMENT, "counts is NULL");
-    assert_fails(toliman_linear_encode(linear, image, SIDE - 1, &value, NULL), TOLIMAN_E_ARGUMENT, "stride of counts = 63");
+    assert_fails(toliman_linear_encode(linear, image, SIDE - 1, &value, NULL), TOLIMAN_E_ARGUMENT,
+                 "stride of counts = 63");
     assert_fails(toliman_linear_encode(linear, image, SIDE, NULL, NULL), TOLIMAN_E_ARGUMENT, "value_px is NULL");
     image[3 * SIDE + 17] = NAN;
     assert_fails(toliman_linear_encode(linear, image, SIDE, &value, NULL), TOLIMAN_E_ARGUMENT, "counts[3][17] = nan");

@@ -3856,7 +3856,8 @@ was loaded from a blob without training state.""",
         ),
         """Encodes one frame: writes the latent of counts[rows][stride] to *latent_px. Does not depend on earlier frames. Bad
 pixels get the counts that a linear fit to the other pixels predicts. goodness, which may be NULL, is that of this
-fit; its struct_size must be set. It does not depend on the weights or on toliman_cae_options.input. Its chi_square is
+fit; its struct_size must be set. It does not depend on the weights or on toliman_cae_options.input. Its chi_square
+is
 
     |r - sum_k <u_k, r> u_k - <t, r> t/|t|^2|^2 / (65536 - K - 1),    r = (counts - reference)/sigma per pixel
 
@@ -4084,11 +4085,10 @@ TOLIMAN_E_RANGE for any other index.""",
   result      struct_size must be set
   values      [n], or NULL: all n = toliman_fit_parameter_count() parameters, as listed at the top
   covariance  [n][n], or NULL: their covariance, the inverse Fisher matrix
-A frame that cannot be fitted is not an error: see the flags. Bad pixels are left out of the fit; where none is found,
-the search for them changes no bit of the result. The result of a fit depends on the frame and its
-prediction only, not on threads or on other frames.
-Errors: TOLIMAN_E_ARGUMENT for a non-finite count, naming its row and column, for a prediction that is not finite or
-outside the range of the model images, and for a smaller stride.""",
+A frame that cannot be fitted is not an error: see the flags. Bad pixels are left out of the fit; where none is
+found, the search for them changes no bit of the result. The result of a fit depends on the frame and its prediction
+only, not on threads or on other frames. Errors: TOLIMAN_E_ARGUMENT for a non-finite count, naming its row and
+column, for a prediction that is not finite or outside the range of the model images, and for a smaller stride.""",
     ),
     "toliman_fit_frames": (
         c_int32, (

@@ -51,9 +51,10 @@ void add_system(CLI::App &command, std::string &name) {
 }
 
 void add_bad_pixels(CLI::App &command, std::string &path) {
-    add_option(&command, "--bad-pixels", path, "FILE",
-               "pixels that are not used, instead of those of the scene's detector.bad_pixels: .npy of the frames' shape, 0 "
-               "for a good pixel");
+    add_option(
+        &command, "--bad-pixels", path, "FILE",
+        "pixels that are not used, instead of those of the scene's detector.bad_pixels: .npy of the frames' shape, 0 "
+        "for a good pixel");
 }
 
 void add_scene(CLI::App &command, std::string &name) {

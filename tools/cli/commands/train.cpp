@@ -253,8 +253,9 @@ void train_network(const Options &options, OutputFile &out, Progress &progress) 
 
 void train_bank(const Options &options, OutputFile &out, Progress &progress) {
     check_bank_mode(options);
-    BankRequest request = {options.scene, options.free, options.bad_pixels, options.bank.value_or(""), options.resume,
-                           toliman::sized<toliman_bank_options>()};
+    BankRequest request = {options.scene,      options.free,
+                           options.bad_pixels, options.bank.value_or(""),
+                           options.resume,     toliman::sized<toliman_bank_options>()};
     request.options.layout = kLayouts.at(options.layout);
     request.options.spacing_px = options.spacing;
     request.options.places = options.places;

@@ -25,21 +25,20 @@ class ValueEncoder final : public Encoder {
             linear_ = estimator.linear.get();
             toliman::check(toliman_linear_get_sigma(linear_, &sigma_));
         }
-        columns_ = std::string(linear_ != nullptr ? "displacement_px" : sigma_ > 0 ? "latent_px" : "latent") + "," +
-                   kGoodnessColumns;
+        columns_ = std::string(linear_ != nullptr ? "displacement_px"
+                               : sigma_ > 0       ? "latent_px"
+                                                  : "latent") +
+                   "," + kGoodnessColumns;
     }
 
     const char *columns() const override { return columns_.c_str(); }
 
     toliman_status encode(const toliman_image &image, size_t, size_t count) override {
-        return linear_ != nullptr
-                   ? toliman_linear_encode_many(linear_, &image, count, 0, values_.data(), fits_.data())
-                   : toliman_cae_encode_many(cae_, &image, count, 0, values_.data(), fits_.data());
+        return linear_ != nullptr ? toliman_linear_encode_many(linear_, &image, count, 0, values_.data(), fits_.data())
+                                  : toliman_cae_encode_many(cae_, &image, count, 0, values_.data(), fits_.data());
     }
 
-    std::string line(size_t i) const override {
-        return formatted("%.17g,", values_[i]) + goodness_cells(fits_[i]);
-    }
+    std::string line(size_t i) const override { return formatted("%.17g,", values_[i]) + goodness_cells(fits_[i]); }
 
     // A latent without unit is not judged, only the fit.
     std::vector<Doubt> doubts(size_t i) const override {
@@ -74,11 +73,12 @@ void doubt_goodness(const toliman_frame_goodness &fit, std::vector<Doubt> &doubt
     const bool poor = fit.goodness == TOLIMAN_GOODNESS_POOR;
     if (!poor && fit.goodness != TOLIMAN_GOODNESS_TOO_GOOD)
         return;
-    doubts.push_back({poor ? "have a poor fit" : "have a fit that is too good",
-                      formatted("the fit is %s: a chi-square of %.3g differs from 1 +- %.3g, that of the scene's noise: %s",
-                                toliman_goodness_name(fit.goodness), fit.chi_square, fit.chi_square_sigma,
-                                poor ? "the frame is damaged, or the scene lacks an effect"
-                                     : "are the counts in the unit of the scene?")});
+    doubts.push_back(
+        {poor ? "have a poor fit" : "have a fit that is too good",
+         formatted("the fit is %s: a chi-square of %.3g differs from 1 +- %.3g, that of the scene's noise: %s",
+                   toliman_goodness_name(fit.goodness), fit.chi_square, fit.chi_square_sigma,
+                   poor ? "the frame is damaged, or the scene lacks an effect"
+                        : "are the counts in the unit of the scene?")});
 }
 
 std::unique_ptr<Encoder> make_encoder(const Estimator &estimator, size_t most, const FrameClock &clock,

@@ -44,8 +44,9 @@ void EstimatorOptions::check() const {
     if (!free.empty() && fit.empty())
         throw Failure(kExitUsage, "--free " + free + ": needs --fit");
     if (!bad_pixels.empty() && scene.empty() && fit.empty())
-        throw Failure(kExitUsage, "--bad-pixels " + bad_pixels + ": needs --fit or --template: a network has those of its "
-                                                                 "training (`toliman train --bad-pixels`)");
+        throw Failure(kExitUsage, "--bad-pixels " + bad_pixels +
+                                      ": needs --fit or --template: a network has those of its "
+                                      "training (`toliman train --bad-pixels`)");
 }
 
 Estimator::Estimator(const EstimatorOptions &given, Progress &progress) {

@@ -65,8 +65,8 @@ class FitEncoder final : public Encoder {
         std::vector<std::string> words;
         add_words(kFitFlags, result.flags, words);
         return formatted("%.17g,", result.displacement_px) + goodness_cells(goodness_of(result)) +
-               formatted(",%.17g,%.6g,", result.separation_px, result.separation_sigma_px) +
-               place_words(result) + joined(words, "+");
+               formatted(",%.17g,%.6g,", result.separation_px, result.separation_sigma_px) + place_words(result) +
+               joined(words, "+");
     }
 
     std::vector<Doubt> doubts(size_t i) const override { return fit_doubts(results_[i]); }
