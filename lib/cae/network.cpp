@@ -80,7 +80,7 @@ bool Network::repair(const Crop &crop, size_t i, Workspace &work, BadPixels &bad
             return false;
         latents_of(&repaired, 1, work, nullptr, &latent);
         i = 0;
-        fitted = preprocess_.fit(repaired, i, work.input);
+        fitted = preprocess_.fit(repaired, i, true, work.input);
     }
 }
 
@@ -95,7 +95,7 @@ void Network::encode(const ImageView<const double> *frames, size_t count, Worksp
     for (size_t f = 0; f < count; f++) { // a repair overwrites the working memory of frame 0
         if (!far[f] && goodness == nullptr)
             continue;
-        Preprocess::Fitted fitted = preprocess_.fit(crops[f], f, work.input), without = fitted;
+        Preprocess::Fitted fitted = preprocess_.fit(crops[f], f, far[f], work.input), without = fitted;
         BadPixels bad;
         double latent;
         const bool may_be_bad = far[f] && static_cast<double>(fitted.excess) > kBadPixelLimit,

@@ -309,7 +309,7 @@ void Preprocess::apply(ImageView<const double> frame, Work &work, float *out) co
 
 // With projected planes, band() has written the residual. The largest pixels are those that band() found, unless the
 // target changes them.
-Preprocess::Fitted Preprocess::fit(const Crop &crop, size_t i, Work &work) const {
+Preprocess::Fitted Preprocess::fit(const Crop &crop, size_t i, bool pixels, Work &work) const {
     const kernels::ResidualKernels &kernel = kernels::residual_kernels();
     const auto whiten = [&](size_t r, float *row) {
         kernel.scaled_residual(crop.counts.row(r), &reference[r * kSide], &whitening[r * kSide], 1, kSide, row);
@@ -327,7 +327,7 @@ Preprocess::Fitted Preprocess::fit(const Crop &crop, size_t i, Work &work) const
     }
     Fitted fitted = {target_square > 0 ? along / target_square : 0, square, 0, 0};
     fitted.square -= fitted.displacement * along;
-    if (std::fabs(fitted.displacement) * target_most <= kLittle && !may_have_bad_pixels(i, work)) {
+    if (!pixels && std::fabs(fitted.displacement) * target_most <= kLittle) {
         fitted.most = work.most[i] / static_cast<float>(input_scale);
         return fitted;
     }

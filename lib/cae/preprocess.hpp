@@ -106,11 +106,12 @@ struct Preprocess {
     struct Fitted {
         double displacement; // <t, r>/|t|^2, px
         double square;       // |r - sum_k <u_k, r> u_k - displacement t|^2
-        float most, excess;  // the largest magnitude of its pixels, to 0.05, and the largest excess_of(), 0 if none
-                             // is beyond the limit
+        float most, excess;  // the largest magnitude of its pixels, to 0.05, and the largest excess_of(); without
+                             // `pixels` 0
     };
-    // Of the crop, number i of those that were processed together. Call it after all bands.
-    Fitted fit(const Crop &crop, size_t i, Work &work) const;
+    // Of the crop, number i of those that were processed together. Call it after all bands. pixels: whether
+    // add_bad_pixels() or lower() follow; needed if may_have_bad_pixels().
+    Fitted fit(const Crop &crop, size_t i, bool pixels, Work &work) const;
     // Reduced chi-square, square / (pixels - projected - 1), +infinity if it overflows, and what follows from it.
     FrameGoodness goodness(const Fitted &fitted, size_t bad_pixels, bool few_bad) const noexcept;
     // Whether a pixel of crop i is beyond the limit before the fit of the target.
