@@ -234,11 +234,11 @@ module toliman
 
     ! Verdict of the calibration of a scene (calibrate.h). Estimators that use an INCOMPLETE one may be wrong: logged.
     ! no calibration fitted the scene, or its file has no verdict
-    integer(c_int32_t), parameter, public :: TOLIMAN_SIM_CALIBRATION_NONE = 341
+    integer(c_int32_t), parameter, public :: TOLIMAN_SIM_CALIBRATION_NONE = 351
     ! the model explained the frames of the calibration
-    integer(c_int32_t), parameter, public :: TOLIMAN_SIM_CALIBRATION_COMPLETE = 342
+    integer(c_int32_t), parameter, public :: TOLIMAN_SIM_CALIBRATION_COMPLETE = 352
     ! it did not, or the calibration did not end
-    integer(c_int32_t), parameter, public :: TOLIMAN_SIM_CALIBRATION_INCOMPLETE = 343
+    integer(c_int32_t), parameter, public :: TOLIMAN_SIM_CALIBRATION_INCOMPLETE = 353
 
     ! Properties of a prepared scene.
     type, bind(C), public :: toliman_sim_info

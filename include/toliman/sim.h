@@ -171,9 +171,9 @@ TOLIMAN_API void toliman_sim_destroy(toliman_sim *sim) TOLIMAN_NOEXCEPT;
 #define TOLIMAN_SIM_UNIT_DN 303
 
 /* Verdict of the calibration of a scene (calibrate.h). Estimators that use an INCOMPLETE one may be wrong: logged. */
-#define TOLIMAN_SIM_CALIBRATION_NONE 341       /* no calibration fitted the scene, or its file has no verdict */
-#define TOLIMAN_SIM_CALIBRATION_COMPLETE 342   /* the model explained the frames of the calibration */
-#define TOLIMAN_SIM_CALIBRATION_INCOMPLETE 343 /* it did not, or the calibration did not end */
+#define TOLIMAN_SIM_CALIBRATION_NONE 351       /* no calibration fitted the scene, or its file has no verdict */
+#define TOLIMAN_SIM_CALIBRATION_COMPLETE 352   /* the model explained the frames of the calibration */
+#define TOLIMAN_SIM_CALIBRATION_INCOMPLETE 353 /* it did not, or the calibration did not end */
 
 /* Properties of a prepared scene. */
 typedef struct toliman_sim_info {

@@ -243,9 +243,9 @@ TOLIMAN_SIM_UNIT_ELECTRON = 302
 TOLIMAN_SIM_UNIT_DN = 303
 
 # Verdict of the calibration of a scene (calibrate.h). Estimators that use an INCOMPLETE one may be wrong: logged.
-TOLIMAN_SIM_CALIBRATION_NONE = 341  # no calibration fitted the scene, or its file has no verdict
-TOLIMAN_SIM_CALIBRATION_COMPLETE = 342  # the model explained the frames of the calibration
-TOLIMAN_SIM_CALIBRATION_INCOMPLETE = 343  # it did not, or the calibration did not end
+TOLIMAN_SIM_CALIBRATION_NONE = 351  # no calibration fitted the scene, or its file has no verdict
+TOLIMAN_SIM_CALIBRATION_COMPLETE = 352  # the model explained the frames of the calibration
+TOLIMAN_SIM_CALIBRATION_INCOMPLETE = 353  # it did not, or the calibration did not end
 
 
 class toliman_sim_info(Sized):

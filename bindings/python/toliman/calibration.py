@@ -73,7 +73,7 @@ class Calibration(Handle):
         for index in range(self.info.attempts):
             attempt = _raw.toliman_calibration_attempt()
             check(library.toliman_calibration_get_attempt(self._c, index, ctypes.byref(attempt)))
-            found.append((*_names_of(attempt.change), CalibrationAttempt._of(attempt)))
+            found.append((_names_of(attempt.change)[0], CalibrationAttempt._of(attempt)))
         return found
 
     @property
