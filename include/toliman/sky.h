@@ -123,8 +123,9 @@ typedef struct toliman_sky_prediction {
  *   predictions  [count], with the struct_size of predictions[0] set
  * A prediction takes 5 to 9 us; the first one in a day up to 400 us. 100 bytes per day are kept.
  * Errors: TOLIMAN_E_RANGE, naming the time and the covered times, if the observer file has no state for it, and outside
- * the years 1900 to 2100; TOLIMAN_E_ARGUMENT if all times are within 50 days of 1970-01-01, as seconds, milliseconds,
- * microseconds and Modified Julian Days are when they are taken for nanoseconds. No prediction is then written. All
+ * the years 1900 to 2100; TOLIMAN_E_ARGUMENT if all times are within 50 days after 1970-01-01, but not
+ * whole seconds, as seconds, milliseconds, microseconds and Modified Julian Days are when they are taken for
+ * nanoseconds. No prediction is then written. All
  * functions that take times check this. Since 0.2. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_predict(const toliman_sky *sky, const int64_t *tai_ns,
                                                                   size_t count,

@@ -26,10 +26,12 @@ const char *unit_of(double factor, const Scale *units, size_t count, double like
 
 } // namespace
 
+// A date in these weeks is usually a whole second; a number in another unit is one rarely.
 void check_times(const char *name, const int64_t *times, size_t count) {
-    constexpr double kNear = 50 * 86400e9; // ns; times in microseconds are within 48 days until 2100
-    const auto is_near = [](int64_t time) { return std::fabs(static_cast<double>(time)) < kNear; };
-    if (count == 0 || !std::all_of(times, times + count, is_near))
+    constexpr int64_t kLeast = 10000, kMost = 50 * INT64_C(86400000000000); // days; microseconds until 2100
+    const auto is_near = [](int64_t time) { return time >= kLeast && time <= kMost; };
+    const auto is_broken = [](int64_t time) { return time % 1000000000 != 0; };
+    if (count == 0 || !std::all_of(times, times + count, is_near) || std::none_of(times, times + count, is_broken))
         return;
     // Of the years 1971 to 2100.
     constexpr double kNow = 1.8e9;

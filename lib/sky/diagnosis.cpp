@@ -25,7 +25,7 @@ namespace toliman::sky {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr size_t kMost = 4096, kLeast = 20;               // measurements
+constexpr size_t kMost = 4096, kLeast = 30;               // measurements
 constexpr double kLeastSigma = 0.1;                       // of the median
 constexpr double kDecisive = 7;                           // standard deviations
 constexpr double kLeastShared = 5;                        // measurements
@@ -81,13 +81,13 @@ struct Family {
 class Trial {
   public:
     explicit Trial(const Residuals &residuals)
-        : residuals_(residuals), before_(residuals.rest(residuals.before(), residuals.before(), Free::annual)) {}
+        : residuals_(residuals), before_(residuals.rest(residuals.before(), residuals.before(), Free::slow)) {}
 
     // What a hypothesis leaves, compared with none for the same measurements. fitted: its parameters.
-    Hypothesis judge(const Values &after, size_t fitted, Free free = Free::annual) const {
+    Hypothesis judge(const Values &after, size_t fitted, Free free = Free::slow) const {
         const auto used = static_cast<size_t>(
             std::count_if(after.begin(), after.end(), [](double value) { return !std::isnan(value); }));
-        const bool is_cached = used == after.size() && free == Free::annual;
+        const bool is_cached = used == after.size() && free == Free::slow;
         const std::vector<double> before = is_cached ? before_ : residuals_.rest(residuals_.before(), after, free);
         const std::vector<double> rest = residuals_.rest(after, after, free);
         const double freedom = static_cast<double>(used) - static_cast<double>(fitted + static_cast<size_t>(free));
@@ -195,8 +195,8 @@ class Trial {
                 Values used = now; // NaN where one of them is
                 for (size_t m = 0; m < used.size(); m++)
                     used[m] += slope[m];
-                const std::vector<double> rest = residuals_.rest(now, used, Free::annual);
-                const std::vector<double> by_value = residuals_.rest(slope, used, Free::annual);
+                const std::vector<double> rest = residuals_.rest(now, used, Free::slow);
+                const std::vector<double> by_value = residuals_.rest(slope, used, Free::slow);
                 information = squares(by_value);
                 if (!(information > 0))
                     break;

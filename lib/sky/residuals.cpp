@@ -8,6 +8,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <iterator>
 #include <limits>
 #include <optional>
 
@@ -97,7 +99,8 @@ Residuals::Residuals(const Predictor &predictor, const std::vector<Measurement> 
         earth_pull_.push_back(earth_pull(predictor.earth(), middle_of(one.exposure), towards_));
         nodes_.push_back(nodes_of(one.exposure));
     }
-    basis_ = basis_of(before_, Free::annual, rank_);
+    set_slow();
+    basis_ = basis_of(before_, Free::slow, rank_);
 }
 
 std::vector<Residuals::Node> Residuals::nodes_of(const Exposure &exposure) const {
@@ -177,6 +180,27 @@ Residuals::Values Residuals::scale() const {
     return values;
 }
 
+void Residuals::set_slow() {
+    constexpr double kYear = kSecondsPerDay * kDaysPerYear * 1e9; // ns
+    int64_t first = INT64_MAX, last = INT64_MIN;
+    for (const Measurement &one : used_) {
+        first = std::min(first, middle_of(one.exposure));
+        last = std::max(last, middle_of(one.exposure));
+    }
+    slow_.assign(static_cast<size_t>(Free::slow), {});
+    for (const Measurement &one : used_) {
+        const int64_t time = middle_of(one.exposure);
+        const double angle = 2 * kPi * static_cast<double>(time) / kYear;
+        const double span = std::max(1.0, static_cast<double>(last - first));
+        const double x = 2 * static_cast<double>(time - first) / span - 1, x2 = x * x;
+        const double values[] = {1,  std::cos(angle), std::sin(angle), std::cos(2 * angle), std::sin(2 * angle), x,
+                                 x2, x2 * x,          x2 * x2};
+        static_assert(std::size(values) == static_cast<size_t>(Free::slow));
+        for (size_t f = 0; f < slow_.size(); f++)
+            slow_[f].push_back(values[f] / one.sigma_arcsec);
+    }
+}
+
 std::vector<double> Residuals::basis_of(const Values &used, Free free, size_t &rank) const {
     const size_t n = used.size(), rows = n + columns_.size(), freely = static_cast<size_t>(free);
     std::vector<double> basis((columns_.size() + freely) * rows);
@@ -185,11 +209,8 @@ std::vector<double> Residuals::basis_of(const Values &used, Free free, size_t &r
             continue;
         for (size_t c = 0; c < columns_.size(); c++)
             basis[c * rows + m] = columns_[c][m];
-        const double years = static_cast<double>(middle_of(used_[m].exposure)) * 1e-9 / (kSecondsPerDay * kDaysPerYear);
-        for (size_t f = 0; f < freely; f++) // 1, cos, sin, cos 2, sin 2
-            basis[(columns_.size() + f) * rows + m] =
-                std::cos(2 * kPi * static_cast<double>((f + 1) / 2) * years - (f % 2 == 0 && f > 0 ? kPi / 2 : 0)) /
-                used_[m].sigma_arcsec;
+        for (size_t f = 0; f < freely; f++)
+            basis[(columns_.size() + f) * rows + m] = slow_[f][m];
     }
     for (size_t c = 0; c < columns_.size(); c++)
         basis[c * rows + n + c] = 1;
@@ -206,7 +227,7 @@ std::vector<double> Residuals::rest(const Values &values, const Values &used, Fr
         is_whole &= is_used;
         rest[m] = is_used ? values[m] : 0;
     }
-    if (is_whole && free == Free::annual) {
+    if (is_whole && free == Free::slow) {
         kernels::project_out_twice(basis_.data(), rank_, rest.size(), rest.data());
         return rest;
     }

@@ -12,10 +12,11 @@ class Residuals {
   public:
     using Values = std::vector<double>; // one per measurement; NaN if the observer has no state for it
 
-    // Functions that are fitted freely, in addition to the errors of the orbit: none, a mean, or a mean and two
-    // harmonics of a year. Shifts of time by whole revolutions of the spacecraft change the separation with a period of
-    // a year, as planets do: they must not be told by that.
-    enum class Free : size_t { none = 0, mean = 1, annual = 5 };
+    // Functions that are fitted freely, in addition to the errors of the orbit: none, a mean, or all slow ones: a mean,
+    // two harmonics of a year and a polynomial of order 4. Shifts of time by whole revolutions of the spacecraft change
+    // the separation with a period of a year, as planets do, and shifts of the orbit change it slowly, as a wrong orbit
+    // does: they must not be told by that.
+    enum class Free : size_t { none = 0, mean = 1, slow = 9 };
 
     // Uses at most `most` measurements, evenly spread, and leaves out those for which the observer has no state.
     // scale_sigma: relative standard deviation of the plate scale. Errors as refit().
@@ -46,6 +47,7 @@ class Residuals {
 
     std::vector<Node> nodes_of(const Exposure &exposure) const;
     double spacecraft_approach(const Node &node, const Change &change) const;
+    void set_slow();
     std::vector<double> basis_of(const Values &used, Free free, size_t &rank) const;
 
     const Predictor &predictor_;
@@ -54,9 +56,10 @@ class Residuals {
     std::vector<std::vector<Node>> nodes_;
     std::vector<double> earth_pull_; // derivative of the Earth's velocity towards the system, m/s^2
     std::vector<Values> columns_;    // effects of the standard deviations of the elements
+    std::vector<Values> slow_;       // the free functions
     erfa::Vector towards_;
     Values before_;
-    std::vector<double> basis_; // orthonormal, for all measurements with Free::annual
+    std::vector<double> basis_; // orthonormal, for all measurements with Free::slow
     size_t rank_ = 0;
 };
 

@@ -50,7 +50,7 @@ class Times(unittest.TestCase):
         sky = toliman.Sky(altitude_km=600)
         for times, unit in (([START // SECOND], r"seconds\?"), ([START // 10**6], r"milliseconds\?"),
                             ([START // 10**3], r"microseconds\?"), ([61406, 61407], r"days \(MJD\)\?"),
-                            ([2461406], r"days \(JD\)\?"), ([0, 0], "nanoseconds of TAI$")):
+                            ([2461406], r"days \(JD\)\?"), ([12345, 10**14 + 1], "nanoseconds of TAI$")):
             with self.assertRaisesRegex(ValueError, "is near 1970-01-01, as are all times of the call.*" + unit):
                 sky.predict(times)
             pairs = [[time, time + 1] for time in times]
@@ -58,7 +58,8 @@ class Times(unittest.TestCase):
                          lambda: sky.refit(pairs, [9.8] * len(pairs), 1e-6), lambda: sky.diagnose(pairs, [9.8] * len(pairs), 1e-6)):
                 with self.assertRaisesRegex(ValueError, "intervals: .* near 1970-01-01"):
                     call()
-        self.assertEqual(len(sky.predict([0, 60 * 86400 * SECOND])), 2)  # a series of dates
+        for dates in ([0], [12 * 86400 * SECOND], [12345, 60 * 86400 * SECOND], [-12345]):  # whole seconds, and others
+            self.assertEqual(len(sky.predict(dates)), len(dates))
         self.assertEqual(len(sky.predict([])), 0)
 
 

@@ -39,7 +39,7 @@ class Diagnosis(ProgramTest):
     def test_times_are_named(self):
         for command in (("period",), ("refit", "alpha-cen")):
             for name, late_s, text in (("right", 0, ""), ("late", 37, "times are late by 3"),
-                                       ("early", -30, "starts of exposures taken for their middles?")):
+                                       ("early", -30, "starts of exposures taken for their middles")):
                 system = ("--system", "alpha-cen") if command == ("period",) else ()
                 result, errors = self.run_json(*command, f"{name}.csv", *system, *LOW, "--time-scale", "tai")
                 found = result["reduction"]["diagnosis"] if system else result["diagnosis"]

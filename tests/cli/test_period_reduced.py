@@ -39,7 +39,7 @@ class Reduced(ProgramTest):
         self.assertEqual(found["n"], 836)
         self.assertEqual(found["reduction"], {
             "system": "alpha-cen", "observer": "circular orbit", "observer_file": None, "altitude_km": 600, "node_hours": 18,
-            "plate_scale_arcsec": SCALE, "exposure_s": EXPOSURE, "unreduced": 0})
+            "plate_scale_arcsec": SCALE, "exposure_s": EXPOSURE, "unreduced": 0, "diagnosis": None})
         text = self.succeed("period", "s.csv", *LOW, *PX, *SHORT, *TAI)
         self.assertIn("\nreduced     alpha-cen seen from: circular orbit, altitude 600 km, node at 18 h; 0 samples left out\n",
                       text)
@@ -128,7 +128,9 @@ class Reduced(ProgramTest):
             with self.subTest(message):
                 self.refuse(code, message, arguments=("period", *arguments))
         done = self.run_program("period", "s.csv", *LOW, *SHORT, "--plate-scale", 0.4, *GRID)
-        self.assertIn("the mean measured separation is 3.92 arcsec, that on the orbit 9.", done.stderr)
+        self.assertIn("s.csv: median 0.3974 times the predicted separations: must be in arcsec", done.stderr)
+        done = self.run_program("period", "s.csv", *LOW, *SHORT, "--plate-scale", 0.8, *GRID)
+        self.assertIn("the mean measured separation is 7.84 arcsec, that on the orbit 9.", done.stderr)
         self.assertIn("are system, unit and --plate-scale right?", done.stderr)
 
 

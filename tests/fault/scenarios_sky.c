@@ -149,16 +149,16 @@ static toliman_status refit(attempt *a) {
                              (toliman_sky **)&a->made);
 }
 static toliman_status diagnose(attempt *a) {
-    int64_t intervals[2 * 2 * DATES];
-    double separations[2 * DATES], sigmas[2 * DATES];
-    for (int i = 0; i < 2 * DATES; i++) {
-        intervals[2 * i] = kTimes[0] + i * INT64_C(4000000000000000);
+    int64_t intervals[2 * 3 * DATES];
+    double separations[3 * DATES], sigmas[3 * DATES];
+    for (int i = 0; i < 3 * DATES; i++) {
+        intervals[2 * i] = kTimes[0] + i * INT64_C(2600000000000000);
         intervals[2 * i + 1] = intervals[2 * i] + INT64_C(60000000000);
-        separations[i] = 9.2 + 0.05 * i;
+        separations[i] = 9.2 + 0.03 * i;
         sigmas[i] = 1;
     }
     toliman_sky_hypothesis hypotheses[TOLIMAN_SKY_HYPOTHESES] = {TOLIMAN_SKY_HYPOTHESIS_INIT};
-    const toliman_status status = toliman_sky_diagnose(a->object, intervals, NULL, separations, sigmas, 2 * DATES, 1e-3,
+    const toliman_status status = toliman_sky_diagnose(a->object, intervals, NULL, separations, sigmas, 3 * DATES, 1e-3,
                                                        (void *)a->out, hypotheses);
     if (status == TOLIMAN_OK)
         memcpy(a->out + sizeof(toliman_sky_diagnosis), hypotheses, sizeof hypotheses);

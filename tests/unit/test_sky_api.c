@@ -219,10 +219,10 @@ static void a_refit_refuses_unknown_exposures(void **state) {
     assert_null(fitted);
 }
 
-/* The 20 measurements that a diagnosis needs at least. */
+/* The 30 measurements that a diagnosis needs at least. */
 static void bad_diagnoses_are_refused(void **state) {
     (void)state;
-    enum { LEAST = 20 };
+    enum { LEAST = 30 };
     int64_t pairs[2 * LEAST];
     double measured[LEAST], sigmas[LEAST];
     toliman_sky_diagnosis result = TOLIMAN_SKY_DIAGNOSIS_INIT, untouched = result;
