@@ -1437,14 +1437,11 @@ module toliman
         ! sample: toliman_period_query_fap with SEQUENTIAL
         real(c_double) :: log10_fap = 0.0_c_double
         real(c_double) :: period_error = 0.0_c_double ! fit: standard error of the period, frequency_error/frequency^2
-        ! fit: as in goodness.h, of the sinusoid with mean and nuisance functions, if sigmas are given; they must be
-        ! absolute for it
-        real(c_double) :: chi_square = 0.0_c_double
+        real(c_double) :: chi_square = 0.0_c_double ! fit: goodness.h; NaN without absolute sigmas
         real(c_double) :: chi_square_sigma = 0.0_c_double
         real(c_double) :: largest_residual = 0.0_c_double
         integer(c_int32_t) :: goodness = 0 ! fit: TOLIMAN_GOODNESS_... of chi_square
-        ! fit: samples farther than 6 robust standard deviations, at least the sigmas, from the sinusoid: they do not
-        ! belong to the others. They are not left out
+        ! fit: samples farther than 6 robust sigmas from the fit; they are not left out
         integer(c_int32_t) :: outliers = 0
     end type
 
@@ -1574,7 +1571,7 @@ module toliman
     ! Flags of toliman_planet_options.
     ! the series has radial velocities, not separations
     integer(c_int32_t), parameter, public :: TOLIMAN_PLANET_VELOCITY = 1
-    ! the sigmas are exact: no white noise of unknown size is added to them
+    ! the sigmas are exact: no white noise of unknown size is added, however poor the fit
     integer(c_int32_t), parameter, public :: TOLIMAN_PLANET_NO_JITTER = 2
     ! leave out samples that do not belong: planets are those of the others
     integer(c_int32_t), parameter, public :: TOLIMAN_PLANET_CLIP = 4
@@ -1654,7 +1651,7 @@ module toliman
         ! numbers of planets without a prior
         real(c_double) :: chi_square = 0.0_c_double
         ! 16, 50 and 84 % of the jitter in the posterior of the last planet, or of the candidate if there is none; 0
-        ! without it
+        ! without one
         real(c_double) :: jitter(3) = 0.0_c_double
         real(c_double) :: time_reference = 0.0_c_double ! weighted mean time
         ! position angle of the mean axis, -180 to 180; NaN if the axis is fixed
@@ -1673,8 +1670,8 @@ module toliman
         integer(c_int32_t) :: outliers = 0 ! samples that do not belong
     end type
 
-    ! Flag of toliman_planet: more than 1 % of the posterior is within 1 % of period_min, period_max or eccentricity_max, or
-    ! the best fit is outside the range of periods.
+    ! Flag of toliman_planet: more than 1 % of the posterior is within 1 % of period_min, period_max or eccentricity_max,
+    ! or the best fit is outside the range of periods.
     integer(c_int32_t), parameter, public :: TOLIMAN_PLANET_AT_EDGE = 1
 
     ! Reasons against a planet, one bit each.

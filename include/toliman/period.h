@@ -337,11 +337,9 @@ typedef struct toliman_period_peak {
     double log10_fap;       /* Baluev's upper bound of the false alarm probability on this grid, for one query. For a
                                query after every sample: toliman_period_query_fap with SEQUENTIAL */
     double period_error;    /* fit: standard error of the period, frequency_error/frequency^2 */
-    double chi_square, chi_square_sigma, largest_residual; /* fit: as in goodness.h, of the sinusoid with mean and nuisance
-                               functions, if sigmas are given; they must be absolute for it */
-    int32_t goodness;       /* fit: TOLIMAN_GOODNESS_... of chi_square */
-    uint32_t outliers;      /* fit: samples farther than 6 robust standard deviations, at least the sigmas, from the
-                               sinusoid: they do not belong to the others. They are not left out */
+    double chi_square, chi_square_sigma, largest_residual; /* fit: goodness.h; NaN without absolute sigmas */
+    int32_t goodness;                                      /* fit: TOLIMAN_GOODNESS_... of chi_square */
+    uint32_t outliers; /* fit: samples farther than 6 robust sigmas from the fit; they are not left out */
 } toliman_period_peak;
 #define TOLIMAN_PERIOD_PEAK_INIT TOLIMAN_INIT(toliman_period_peak)
 

@@ -9,9 +9,9 @@
  *                                                -> get_outliers                  samples that do not belong
  *                                                -> get_limits, get_efficiency    upper limits, probability of
  * detection
- *   reason -> reason_name                                                         why a candidate is no planet
  *                                                -> inject                        rate of detection by injection
  *                                                destroy
+ *   reason -> reason_name                                                         why a candidate is not a planet
  *
  * Series       Reduced separations of a binary (sky.h, toliman_sky_reduce), or the radial velocities of a star.
  * Model        y = c_0 + sum over j of c_j b_j + one signal per planet + noise, with the nuisance functions of
@@ -40,22 +40,22 @@
  *              of the amplitudes and jitter by quadrature on a lattice. Cells are divided where the posterior is, until
  *              neighbouring nodes differ little. There are no chains and no random start; results have the same bits
  *              for any number of threads.
- * Jitter       Fitted if chi_square is poor without it, or if there are no sigmas: with right sigmas, odds and errors are
- *              those of exact ones.
- * Odds         log10_bayes: log10 of the Bayes factor of a model with one more planet against the model without it,
- * with these priors. It does not contain the prior odds. None of 500 simulated series without a planet had a factor
- * above 2. Candidates   One at a time: candidate k is searched in the residuals of candidates 1 ... k-1. The derivatives
- * of their signals are fitted too, which marginalises their errors to first order. The search ends with the first whose
- * log10_bayes is below `threshold`, or that has a reason of its own against a planet. All others are fitted together,
- * and the posterior of each is computed again with the others. One whose log10_bayes is then below the threshold
- * becomes the last candidate, and the search ends. Verdict      A candidate is a planet if no reason of
+ * Jitter       Fitted if chi_square is poor without it, or if there are no sigmas: with right sigmas, odds and errors
+ * are those of exact ones. Odds         log10_bayes: log10 of the Bayes factor of a model with one more planet against
+ * the model without it, with these priors. It does not contain the prior odds. None of 500 simulated series without a
+ * planet had a factor above 2. Candidates   One at a time: candidate k is searched in the residuals of candidates 1 ...
+ * k-1. The derivatives of their signals are fitted too, which marginalises their errors to first order. The search ends
+ * with the first whose log10_bayes is below `threshold`, or that has a reason of its own against a planet. All others
+ * are fitted together, and the posterior of each is computed again with the others. One whose log10_bayes is then below
+ * the threshold becomes the last candidate, and the search ends. Verdict      A candidate is a planet if no reason of
  * TOLIMAN_PLANET_REASON_... speaks against it. Odds alone prove nothing: they compare two models, both of which may be
  * wrong. Outliers     Samples farther than 6 robust standard deviations, at least the sigmas, from a robust fit of
  * functions and sinusoid, and from the joint fit, do not belong to the series. They have no weight in the search: a
  * sharp periastron would describe any single one of them. With one or more no candidate is a planet, except with
- * TOLIMAN_PLANET_CLIP. Noise        Must be white. toliman_period_noise_search tests it. Source       Hogg, Myers and Bovy (2010), ApJ 725, 2166, and Price-Whelan et
- * al. (2017), ApJ 837, 20, for the marginalisation; Kipping (2013), MNRAS 434, L51, for the prior of the eccentricity;
- * Golub and Pereyra (1973), SIAM J. Numer. Anal. 10, 413, for the joint fit.
+ * TOLIMAN_PLANET_CLIP. Noise        Must be white. toliman_period_noise_search tests it. Source       Hogg, Myers and
+ * Bovy (2010), ApJ 725, 2166, and Price-Whelan et al. (2017), ApJ 837, 20, for the marginalisation; Kipping (2013),
+ * MNRAS 434, L51, for the prior of the eccentricity; Golub and Pereyra (1973), SIAM J. Numer. Anal. 10, 413, for the
+ * joint fit.
  */
 #ifndef TOLIMAN_PLANET_H
 #define TOLIMAN_PLANET_H
@@ -68,9 +68,10 @@ TOLIMAN_BEGIN_DECLS
 typedef struct toliman_planets toliman_planets;
 
 /* Flags of toliman_planet_options. */
-#define TOLIMAN_PLANET_VELOCITY 1u  /* the series has radial velocities, not separations */
-#define TOLIMAN_PLANET_NO_JITTER 2u /* the sigmas are exact: no white noise of unknown size is added, however poor the fit */
-#define TOLIMAN_PLANET_CLIP 4u      /* leave out samples that do not belong: planets are those of the others */
+#define TOLIMAN_PLANET_VELOCITY 1u /* the series has radial velocities, not separations */
+#define TOLIMAN_PLANET_NO_JITTER                                                                                       \
+    2u                         /* the sigmas are exact: no white noise of unknown size is added, however poor the fit */
+#define TOLIMAN_PLANET_CLIP 4u /* leave out samples that do not belong: planets are those of the others */
 
 /* Largest number of planets. */
 #define TOLIMAN_PLANET_MOST 4u
@@ -84,16 +85,16 @@ typedef struct toliman_planet_series {
     int32_t trend, columns; /* nuisance functions, as in period_nuisance.h; 0 = none */
     uint32_t reserved;
     size_t n;
-    const double *t;                  /* [n], times in units of time_unit_days */
-    const double *y;                  /* [n], values in units of `unit` */
-    const double *sigma;              /* [n], absolute standard deviations; NULL: unknown, not with TOLIMAN_PLANET_NO_JITTER */
-    const double *rows;               /* [n][columns], values of the columns; NULL if there are none */
+    const double *t;     /* [n], times in units of time_unit_days */
+    const double *y;     /* [n], values in units of `unit` */
+    const double *sigma; /* [n], absolute standard deviations; NULL: unknown, not with TOLIMAN_PLANET_NO_JITTER */
+    const double *rows;  /* [n][columns], values of the columns; NULL if there are none */
     const double *position_angle_deg; /* [n], position angles of B from A (geometric_angle_deg of sky.h); NULL = the
                                          axis is fixed, as it must be for velocities */
     double trend_start, trend_end;    /* span of the trend; both 0: first and last time */
     double prior_precision[9];        /* 1/s_j^2 for the mean, T_1 ... T_trend and the columns; 0 = no prior. That of
                                          the mean must be 0 */
-    double frame_chi_square;          /* median chi_square of the frames that the series was measured from; 0 = unknown */
+    double frame_chi_square; /* median chi_square of the frames that the series was measured from; 0 = unknown */
 } toliman_planet_series;
 #define TOLIMAN_PLANET_SERIES_INIT TOLIMAN_INIT(toliman_planet_series)
 
@@ -116,11 +117,11 @@ typedef struct toliman_planet_options {
                                             Default with a known unit of separations: 0.05 uas to 5 uas, or to the rms
                                             of the series if that is larger. Otherwise: s to 100 s, or to the rms,
                                             where s is the standard error of an amplitude */
-    double jitter_max;                   /* in units of y; 0 = the rms of the series. Not with TOLIMAN_PLANET_NO_JITTER */
-    double threshold;                    /* log10 of the Bayes factor that a planet needs; 0 = 2 */
-    double detection_fap;                /* largest FAP of a planet, and FAP of a detection in limits, efficiency and
-                                            injections; 0 = 0.001 */
-    uint32_t samples;                    /* samples of each posterior, 100 to 1,000,000; 0 = 4096 */
+    double jitter_max;    /* in units of y; 0 = the rms of the series. Not with TOLIMAN_PLANET_NO_JITTER */
+    double threshold;     /* log10 of the Bayes factor that a planet needs; 0 = 2 */
+    double detection_fap; /* largest FAP of a planet, and FAP of a detection in limits, efficiency and
+                             injections; 0 = 0.001 */
+    uint32_t samples;     /* samples of each posterior, 100 to 1,000,000; 0 = 4096 */
     uint32_t reserved;
     uint64_t seed;                /* of the samples */
     toliman_progress_fn progress; /* may be NULL */
@@ -135,12 +136,12 @@ TOLIMAN_API void toliman_planet_options_init(toliman_planet_options *options, si
  *   options  may be NULL
  * The series is copied. The caller destroys *out. Processor time of 836 samples with 5 nuisance functions, per planet:
  * 0.2 to 0.6 s for a signal of up to 100 standard deviations, 1 to 5 s for one of 20,000; 2 to 4 s where a jitter is
- * fitted; at most about 10 s, and 200 MB, for a series that no orbit describes. The first lattice has 1024 nodes for each step 0.2/T of frequency, an eighth of
- * them without jitter, where T is the last minus the first time. Errors: TOLIMAN_E_ARGUMENT, naming the member,
- * if a number is not finite or outside its limits (|t|, |y| and sigma up to 1e100), sigma <= 0 or missing, all times
- * are equal, or a function without a prior is a combination of those before it; TOLIMAN_E_STATE if n is below the
- * number of functions + 6; TOLIMAN_E_RANGE if the first lattice would have more than 2e7 nodes, because period_min is
- * too short; TOLIMAN_E_CANCELLED. Since 0.2. */
+ * fitted; at most about 10 s, and 200 MB, for a series that no orbit describes. The first lattice has 1024 nodes for
+ * each step 0.2/T of frequency, an eighth of them without jitter, where T is the last minus the first time. Errors:
+ * TOLIMAN_E_ARGUMENT, naming the member, if a number is not finite or outside its limits (|t|, |y| and sigma up to
+ * 1e100), sigma <= 0 or missing, all times are equal, or a function without a prior is a combination of those before
+ * it; TOLIMAN_E_STATE if n is below the number of functions + 6; TOLIMAN_E_RANGE if the first lattice would have more
+ * than 2e7 nodes, because period_min is too short; TOLIMAN_E_CANCELLED. Since 0.2. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_search(const toliman_planet_series *series,
                                                                     const toliman_planet_options *options,
                                                                     toliman_planets **out) TOLIMAN_NOEXCEPT;
@@ -150,25 +151,25 @@ TOLIMAN_API void toliman_planet_destroy(toliman_planets *planets) TOLIMAN_NOEXCE
 
 /* Properties of a result. Since 0.2. */
 typedef struct toliman_planet_info {
-    uint32_t struct_size;  /* in: sizeof(toliman_planet_info) */
-    uint32_t planets;      /* candidates without a reason against a planet */
-    uint32_t candidates;   /* candidates with a posterior: those whose log10_bayes reaches the threshold, and at most one
-                              more */
-    uint32_t functions;    /* mean and nuisance functions */
-    double rms;            /* weighted rms of the residuals of the joint fit, in units of y */
-    double chi_square;     /* as in goodness.h, of the joint fit and the sigmas without the jitter, so that a jitter does
-                              not hide a poor fit; NaN without sigmas. Outliers count, except with _CLIP. Degrees of
-                              freedom: samples minus functions and numbers of planets without a prior */
-    double jitter[3];      /* 16, 50 and 84 % of the jitter in the posterior of the last planet, or of the candidate
-                              if there is none; 0 without one */
+    uint32_t struct_size; /* in: sizeof(toliman_planet_info) */
+    uint32_t planets;     /* candidates without a reason against a planet */
+    uint32_t candidates;  /* candidates with a posterior: those whose log10_bayes reaches the threshold, and at most one
+                             more */
+    uint32_t functions;   /* mean and nuisance functions */
+    double rms;           /* weighted rms of the residuals of the joint fit, in units of y */
+    double chi_square;    /* as in goodness.h, of the joint fit and the sigmas without the jitter, so that a jitter does
+                             not hide a poor fit; NaN without sigmas. Outliers count, except with _CLIP. Degrees of
+                             freedom: samples minus functions and numbers of planets without a prior */
+    double jitter[3];     /* 16, 50 and 84 % of the jitter in the posterior of the last planet, or of the candidate
+                             if there is none; 0 without one */
     double time_reference; /* weighted mean time */
     double axis_deg;       /* position angle of the mean axis, -180 to 180; NaN if the axis is fixed */
     double axis_turn_deg;  /* angle through which the axis turns in the series; 0 if it is fixed */
     double period_min, period_max, amplitude_min, amplitude_max; /* of the priors, in units of t and y */
-    double chi_square_sigma, largest_residual; /* as in goodness.h */
-    double chi_square_with_jitter;             /* of the samples in use, with the jitter in their sigmas */
-    int32_t goodness;                          /* TOLIMAN_GOODNESS_... of chi_square */
-    uint32_t outliers;                         /* samples that do not belong */
+    double chi_square_sigma, largest_residual;                   /* as in goodness.h */
+    double chi_square_with_jitter; /* of the samples in use, with the jitter in their sigmas */
+    int32_t goodness;              /* TOLIMAN_GOODNESS_... of chi_square */
+    uint32_t outliers;             /* samples that do not belong */
 } toliman_planet_info;
 #define TOLIMAN_PLANET_INFO_INIT TOLIMAN_INIT(toliman_planet_info)
 
@@ -176,8 +177,8 @@ typedef struct toliman_planet_info {
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_info(const toliman_planets *planets,
                                                                       toliman_planet_info *out) TOLIMAN_NOEXCEPT;
 
-/* Flag of toliman_planet: more than 1 % of the posterior is within 1 % of period_min, period_max or eccentricity_max, or
- * the best fit is outside the range of periods. */
+/* Flag of toliman_planet: more than 1 % of the posterior is within 1 % of period_min, period_max or eccentricity_max,
+ * or the best fit is outside the range of periods. */
 #define TOLIMAN_PLANET_AT_EDGE 1u
 
 /* Reasons against a planet, one bit each.
@@ -213,11 +214,11 @@ typedef struct toliman_planet {
     uint32_t flags;       /* TOLIMAN_PLANET_AT_EDGE */
     uint32_t reasons;     /* TOLIMAN_PLANET_REASON_...; 0: a planet */
     uint32_t reserved;
-    double log10_bayes;   /* log10 of the Bayes factor, given the other candidates */
-    double log10_fap;     /* Baluev's bound of the false alarm probability of the highest power of a sinusoid */
-    double log10_fap_orbit; /* the same of the power of the joint fit, times 20 z with z half its gain in chi-square, for
-                               the shapes of an orbit */
-    double period[3];     /* units of t */
+    double log10_bayes;     /* log10 of the Bayes factor, given the other candidates */
+    double log10_fap;       /* Baluev's bound of the false alarm probability of the highest power of a sinusoid */
+    double log10_fap_orbit; /* the same of the power of the joint fit, times 20 z with z half its gain in chi-square,
+                               for the shapes of an orbit */
+    double period[3];       /* units of t */
     double eccentricity[3];
     double periastron_deg[3]; /* as in the signal described at the top of planet.h */
     double epoch[3];          /* time of a passage through periastron, within half a period of best[3] */
@@ -258,8 +259,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_signal(const to
                                                                         double *signal) TOLIMAN_NOEXCEPT;
 
 /* Writes the residuals of the joint fit of nuisance functions and all candidates that reach the threshold to
- * residuals[n], in the order of the series. The signal of a candidate below the threshold remains in them. Errors: TOLIMAN_E_ARGUMENT if n is not that
- * of the series. Since 0.2. */
+ * residuals[n], in the order of the series. The signal of a candidate below the threshold remains in them. Errors:
+ * TOLIMAN_E_ARGUMENT if n is not that of the series. Since 0.2. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_residuals(const toliman_planets *planets, size_t n,
                                                                            double *residuals) TOLIMAN_NOEXCEPT;
 

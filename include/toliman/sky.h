@@ -228,12 +228,12 @@ typedef struct toliman_sky_refit_result {
     double scale_sigma;    /* its standard deviation */
     double covariance[49]; /* [7][7], of the elements, in their units */
     double chi_square_sigma, largest_residual; /* as in goodness.h */
-    double jitter_arcsec;  /* white noise that is added to the sigmas if chi_square is poor, so that the errors are those
-                              of the residuals; otherwise 0 */
-    int32_t goodness;      /* TOLIMAN_GOODNESS_... of chi_square */
-    uint32_t flags;        /* TOLIMAN_SKY_UNUSABLE */
-    uint32_t outliers;     /* measurements farther than 6 robust standard deviations, at least their sigmas, from the fit:
-                              they do not belong to the others */
+    double jitter_arcsec; /* white noise that is added to the sigmas if chi_square is poor, so that the errors are those
+                             of the residuals; otherwise 0 */
+    int32_t goodness;     /* TOLIMAN_GOODNESS_... of chi_square */
+    uint32_t flags;       /* TOLIMAN_SKY_UNUSABLE */
+    uint32_t outliers; /* measurements farther than 6 robust standard deviations, at least their sigmas, from the fit:
+                          they do not belong to the others */
     uint32_t reserved;
 } toliman_sky_refit_result;
 #define TOLIMAN_SKY_REFIT_RESULT_INIT TOLIMAN_INIT(toliman_sky_refit_result)
@@ -256,9 +256,9 @@ typedef struct toliman_sky_refit_result {
  * original system to all of them.
  * Errors, after which neither result nor out is written:
  *   - TOLIMAN_E_ARGUMENT, naming the measurement, for those that toliman_sky_reduce refuses and for bad numbers;
- *   - TOLIMAN_E_ARGUMENT if count is 0, if no element has a standard deviation, if the fit is singular or does not converge, if it
- *     moves an element by more than 10 of its standard deviations, and if the fitted orbit is outside the limits of a
- *     system file;
+ *   - TOLIMAN_E_ARGUMENT if count is 0, if no element has a standard deviation, if the fit is singular or does not
+ * converge, if it moves an element by more than 10 of its standard deviations, and if the fitted orbit is outside the
+ * limits of a system file;
  *   - TOLIMAN_E_RANGE, naming the measurement, as toliman_sky_predict_mean: one that the observer file does not cover
  *     completely fails the call. Since 0.2. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_refit(const toliman_sky *sky, const int64_t *intervals,

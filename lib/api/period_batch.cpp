@@ -49,7 +49,8 @@ toliman_status toliman_period_batch(double f0, double df, int64_t nf, const doub
         job.grid.basis.end = known.trend_end;
         std::copy_n(known.prior_precision, job.grid.basis.precision.size(), job.grid.basis.precision.begin());
         if (sigma == nullptr && job.grid.basis.has_priors())
-            fail(Status::argument, "{sigma}: must be given with prior_precision, whose unit is that of absolute sigmas");
+            fail(Status::argument,
+                 "{sigma}: must be given with prior_precision, whose unit is that of absolute sigmas");
         if ((known.flags & TOLIMAN_PERIOD_DIRECT) != 0)
             job.tolerance = 0;
         else if (known.tolerance != 0)

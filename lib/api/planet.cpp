@@ -41,7 +41,8 @@ namespace {
 
 constexpr double kDegree = kPi / 180;
 
-static_assert(planet::kReasonOdds == TOLIMAN_PLANET_REASON_ODDS && planet::kReasonSamples == TOLIMAN_PLANET_REASON_SAMPLES,
+static_assert(planet::kReasonOdds == TOLIMAN_PLANET_REASON_ODDS &&
+                  planet::kReasonSamples == TOLIMAN_PLANET_REASON_SAMPLES,
               "the reasons of lib/planet are those of planet.h");
 constexpr uint32_t kMostSamples = 1'000'000;
 

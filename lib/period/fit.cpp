@@ -126,7 +126,7 @@ class Sinusoid {
     Real frequency_ = -1;  // of cis_
     Real mean_time_ = 0, mean_ = 0, total_ = 0;
     Real weight_ = 0; // sum of the weights of the samples before they were scaled
-    size_t first_; // first free parameter: 0 with a floating mean, 1 without
+    size_t first_;    // first free parameter: 0 with a floating mean, 1 without
     // With nuisance functions, cis_ and values are what remains after projecting the functions and the mean out.
     std::optional<SampleBasis> basis_;
     size_t samples_; // the rows after them are those of the priors

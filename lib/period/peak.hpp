@@ -13,7 +13,7 @@ struct Peak {
     bool inaccurate;       // the error bound of the power at the grid point exceeds 1e-3
     double fwhm;           // full width at half maximum; +infinity without a half-power point on both sides
     double frequency_error, amplitude, amplitude_error, phase, offset; // NaN without samples
-    Goodness goodness;   // of the samples and the sigmas; unknown without
+    Goodness goodness;                                                 // of the samples and the sigmas; unknown without
     size_t outliers = 0; // samples that do not belong to the others; 0 without sigmas
 };
 

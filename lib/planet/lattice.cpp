@@ -29,9 +29,9 @@ constexpr double kRise = 0.5;           // of the differences from the neighbour
 constexpr double kFrequencyStep = 0.2;  // of 1/span
 constexpr int32_t kEccentricities = 8, kAnomalies = 16, kJitters = 8;
 constexpr size_t kMostCells = 20'000'000, kMostRefined = 1'000'000, kChunk = 256;
-constexpr size_t kLeastRefined = 4096; // of a level, when kMostWork is reached
+constexpr size_t kLeastRefined = 4096;    // of a level, when kMostWork is reached
 constexpr size_t kMostWork = 400'000'000; // refined cells times measurements: about 5 s of one processor
-constexpr size_t kScaleWork = 8;            // of a scale of the amplitudes, in measurements
+constexpr size_t kScaleWork = 8;          // of a scale of the amplitudes, in measurements
 constexpr int kMostLevels = 100;
 constexpr int32_t kMostCount = 1 << 29;
 

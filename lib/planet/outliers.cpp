@@ -1,5 +1,5 @@
-// Method: the functions of the series are fitted with weights of Huber's function, min(1, 1.5 s/|z|), of the residuals z
-// in units of the sigmas, with the robust standard deviation s = 1.4826 median |z|, beginning with the values
+// Method: the functions of the series are fitted with weights of Huber's function, min(1, 1.5 s/|z|), of the residuals
+// z in units of the sigmas, with the robust standard deviation s = 1.4826 median |z|, beginning with the values
 // themselves: a single value of 1e90 has no more influence than one of 1.5 s. Measurements beyond 6 s are left out, and
 // a least-squares fit of the functions and of the best sinusoid to the others decides again, until it marks the same
 // ones. A sinusoid leaves a part of an eccentric orbit: s is then larger, and near periastron measurements may be
@@ -24,7 +24,7 @@ namespace {
 constexpr double kHuber = 1.5, kStill = 1e-3;
 constexpr int kMostSteps = 30, kMostTurns = 6;
 constexpr double kFrequencyStep = 0.2, kMostFrequencies = 20000; // of 1/span
-constexpr double kWide = 1e50;         // scale of a prior without influence, in units of the sigmas
+constexpr double kWide = 1e50; // scale of a prior without influence, in units of the sigmas
 
 double sigma_of(const Series &series, size_t i) noexcept {
     return series.sigma[i] > 0 ? series.sigma[i] : 1;

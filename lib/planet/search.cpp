@@ -227,7 +227,7 @@ class Searcher {
         return {series_, functions.all(), without_planets(series_, planets, planets.size()), jitter_};
     }
 
-    // Whether the last candidate of the joint fit is no planet for a reason of its own: the search ends with it.
+    // Whether the last candidate of the joint fit has a reason against a planet of its own: the search ends with it.
     bool has_reason(Candidate candidate) const {
         candidate.fitted = planets_.back();
         describe_best(planets_.size() - 1, candidate);
@@ -352,7 +352,8 @@ class Searcher {
             return;
         }
         uint32_t &reasons = candidate.reasons;
-        reasons |= reason_if(std::min(candidate.log10_fap, candidate.log10_fap_orbit) > std::log10(settings_.fap), kReasonFap);
+        reasons |=
+            reason_if(std::min(candidate.log10_fap, candidate.log10_fap_orbit) > std::log10(settings_.fap), kReasonFap);
         reasons |= reason_if(candidate.at_edge, kReasonEdge);
         reasons |= reason_if(is_better_outside(squares, series_, rest, prior_), kReasonRange);
         reasons |= reason_if(is_too_heavy(settings_.units, planet), kReasonMass);
@@ -375,7 +376,8 @@ Description describe(const Planet &planet) noexcept {
             -std::remainder(orbit.anomaly, 1) / orbit.frequency, amplitude_of(planet.amplitudes)};
 }
 
-Result::Result(const GivenSeries &given, const Settings &asked) : series(given), frame_chi_square(given.frame_chi_square), settings(asked) {
+Result::Result(const GivenSeries &given, const Settings &asked)
+    : series(given), frame_chi_square(given.frame_chi_square), settings(asked) {
     set_periods(settings);
     std::vector<bool> left_out = screen(series, 1 / settings.period_max, 1 / settings.period_min);
     for (int round = 0; round < kMostRounds; round++) {

@@ -51,17 +51,17 @@ struct Result {
 
     Series series;
     double frame_chi_square; // median of the frames; 0: unknown
-    Settings settings; // with defaults replaced
+    Settings settings;       // with defaults replaced
     Prior prior;
     std::vector<Candidate> candidates;
     // The joint fit of the candidates that reach the threshold, and its residuals.
     std::unique_ptr<JointFunctions> functions;
     std::unique_ptr<Problem> rest;
     std::unique_ptr<Design> design;
-    Buffer<double> residuals;       // [n]
-    Goodness goodness;              // without the jitter
-    double chi_square_with_jitter;  // per degree of freedom
-    std::vector<size_t> outliers;   // measurements that do not belong, in order
+    Buffer<double> residuals;      // [n]
+    Goodness goodness;             // without the jitter
+    double chi_square_with_jitter; // per degree of freedom
+    std::vector<size_t> outliers;  // measurements that do not belong, in order
 
     // The last candidate of the joint fit, or the only one.
     const Candidate &last_fitted() const noexcept;

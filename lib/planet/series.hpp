@@ -32,9 +32,9 @@ struct Series {
     size_t n = 0, rows = 0; // measurements; the next multiple of kernels::kRowLanes
     size_t used = 0;        // measurements that are not left out
     double time_reference = 0;
-    double span = 0;                       // last time - first time
-    Buffer<double> t, y, sigma;            // [rows], about the time reference and the median; sigma is 0 without sigmas
-    Buffer<double> factor; // [rows], of the weights: 1; 0 for measurements that are left out, and in the padding
+    double span = 0;            // last time - first time
+    Buffer<double> t, y, sigma; // [rows], about the time reference and the median; sigma is 0 without sigmas
+    Buffer<double> factor;      // [rows], of the weights: 1; 0 for measurements that are left out, and in the padding
     Buffer<double> axis_cosine, axis_sine; // [rows], of the angle from the mean axis; empty: the axis is fixed
     double axis = 0, turn = 0;             // position angle of the mean axis, and its range, rad
     std::vector<Function> functions;       // mean, trend, columns

@@ -23,8 +23,8 @@ namespace toliman::planet {
 namespace {
 
 constexpr double kShapes = 20;
-constexpr double kMargin = 10;            // of the sum of squares: 2 ln of the number of frequencies
-constexpr double kFrequencyStep = 0.1;    // of 1/span
+constexpr double kMargin = 10;             // of the sum of squares: 2 ln of the number of frequencies
+constexpr double kFrequencyStep = 0.1;     // of 1/span
 constexpr double kMostFrequencies = 50000; // outside the prior
 constexpr double kNear = 1.01, kMostAtEdge = 0.01;
 constexpr double kLeastDistance = 1.05, kMostApart = 0.05;
@@ -115,8 +115,8 @@ bool is_too_heavy(const Units &units, const Planet &planet) {
         if (!units.knows_mass(star))
             continue;
         is_known = true;
-        const double mass = units.mass(star, 1 / planet.orbit.frequency, planet.orbit.eccentricity,
-                                       amplitude_of(planet.amplitudes));
+        const double mass =
+            units.mass(star, 1 / planet.orbit.frequency, planet.orbit.eccentricity, amplitude_of(planet.amplitudes));
         if (mass < units.star_mass[star] * kEarthsPerSun)
             return false;
     }

@@ -22,7 +22,9 @@ enum Reason : uint32_t {
     kReasonFrames = 256,
     kReasonSamples = 512
 };
-constexpr uint32_t reason_if(bool is_true, Reason reason) noexcept { return is_true ? static_cast<uint32_t>(reason) : 0; }
+constexpr uint32_t reason_if(bool is_true, Reason reason) noexcept {
+    return is_true ? static_cast<uint32_t>(reason) : 0;
+}
 // What a reason means, in English; NULL for a number that is none.
 const char *text_of(uint32_t reason) noexcept;
 

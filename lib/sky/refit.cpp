@@ -109,13 +109,13 @@ void set_goodness(const std::vector<double> &residuals, const std::vector<Measur
         square += sizes[i] * sizes[i];
         largest = std::max(largest, sizes[i]);
     }
-    out.goodness = goodness_of(square / freedom, chi_square_sigma(residuals.size(), 0, freedom), largest, kSeriesSigmas);
+    out.goodness =
+        goodness_of(square / freedom, chi_square_sigma(residuals.size(), 0, freedom), largest, kSeriesSigmas);
     const double limit = kOutlierSigmas * std::max(robust_sigma(sizes), 1.0);
     out.outliers =
         static_cast<size_t>(std::count_if(sizes.begin(), sizes.end(), [&](double size) { return size > limit; }));
     out.next_jitter_arcsec = jitter_of(residuals, measurements, freedom);
 }
-
 
 // The fit with a given jitter.
 Refit fit(const Predictor &reference, const std::vector<Measurement> &measurements, double scale_sigma, double jitter) {

@@ -23,8 +23,8 @@ struct Refit {
 };
 
 // Elements without a standard deviation stay as they are. scale_sigma: relative standard deviation of the plate scale,
-// 0 = exact. Status::argument if there are no measurements, if no element has a standard deviation, and for exposures for which why_unknown() has a
-// reason; otherwise as Predictor::mean. Errors of a measurement have its number.
+// 0 = exact. Status::argument if there are no measurements, if no element has a standard deviation, and for exposures
+// for which why_unknown() has a reason; otherwise as Predictor::mean. Errors of a measurement have its number.
 Refit refit(const Predictor &reference, const std::vector<Measurement> &measurements, double scale_sigma);
 
 } // namespace toliman::sky

@@ -106,7 +106,7 @@ class Results(Planet):
         days, y = self.write_uas()
         y[11] += 50
         write_series(self.folder / "s.csv", days, y, 0.3, "t")
-        result = self.rejected("s.csv: candidate 1 is no planet: samples do not belong to the series", "--out", "out")
+        result = self.rejected("s.csv: candidate 1 is not a planet: samples do not belong to the series", "--out", "out")
         self.assertRegex(result.stdout, r"^no planet\ncandidate 1 log10 Bayes factor .*\n  no planet     samples do not belong")
         self.assertIn(f"\noutliers    1, left out: t = {days[11]:.9g}\n", result.stdout)
         found = json.loads((self.folder / "out" / "result.json").read_text())
@@ -116,7 +116,7 @@ class Results(Planet):
         self.assertEqual(found["outliers"], [{"index": 11, "t": days[11]}])
         self.assertEqual(self.succeed("report", "out"), "out/report/report.html\n")
         page = self.check_page(self.folder / "out" / "report", ["planet-1", "posterior-1"])
-        self.assertIn("is no planet: samples do not belong to the series.", page.text)
+        self.assertIn("does not count as a planet: samples do not belong to the series.", page.text)
         self.assertIn("Samples that do not belong to the series: 1, which is why no candidate is a planet.", page.text)
         clipped = self.planet("s.csv", *UAS, "--clip")
         self.assertEqual((clipped["planets"], clipped["goodness"], clipped["candidates"][0]["verdict"]), (1, "good", "planet"))

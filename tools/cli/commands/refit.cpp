@@ -140,10 +140,10 @@ void print_json(const Options &options, const Fitted &fitted) {
     for (size_t i = 0; i < TOLIMAN_SKY_ELEMENTS; i++)
         covariance.emplace_back(&result.covariance[i * TOLIMAN_SKY_ELEMENTS],
                                 &result.covariance[i * TOLIMAN_SKY_ELEMENTS] + TOLIMAN_SKY_ELEMENTS);
-    json.set("covariance", covariance, "chi_square", result.chi_square, "chi_square_sigma",
-             result.chi_square_sigma, "largest_residual", result.largest_residual, "goodness",
-             toliman_goodness_name(result.goodness), "jitter_uas", result.jitter_arcsec * 1e6, "outliers",
-             result.outliers, "rms_uas", result.rms_arcsec * 1e6, "scale", result.scale, "scale_sigma", result.scale_sigma, "iterations", result.iterations, "out",
+    json.set("covariance", covariance, "chi_square", result.chi_square, "chi_square_sigma", result.chi_square_sigma,
+             "largest_residual", result.largest_residual, "goodness", toliman_goodness_name(result.goodness),
+             "jitter_uas", result.jitter_arcsec * 1e6, "outliers", result.outliers, "rms_uas", result.rms_arcsec * 1e6,
+             "scale", result.scale, "scale_sigma", result.scale_sigma, "iterations", result.iterations, "out",
              text_or_null(is_unusable(fitted) ? "" : options.out));
     print_stdout(json.text());
 }
@@ -161,11 +161,12 @@ void refit(Options &options, Progress &progress) {
         save(fitted.sky.get(), options.out);
     (options.as_json ? print_json : print_table)(options, fitted);
     if (is_unusable(fitted))
-        throw Failure(kExitRejected,
-                      formatted("%s: chi-square %.4g: times, unit or sigmas are wrong, or the model lacks an effect: the "
-                                "orbit must not be used%s",
-                                options.series.c_str(), fitted.result.chi_square,
-                                options.out.empty() ? "" : (", " + options.out + " is not written").c_str()));
+        throw Failure(
+            kExitRejected,
+            formatted("%s: chi-square %.4g: times, unit or sigmas are wrong, or the model lacks an effect: the "
+                      "orbit must not be used%s",
+                      options.series.c_str(), fitted.result.chi_square,
+                      options.out.empty() ? "" : (", " + options.out + " is not written").c_str()));
 }
 
 } // namespace

@@ -13,8 +13,8 @@ enum ExitCode {
     kExitInternal = 1,
     kExitUsage = 2,    // options or scene content
     kExitInput = 3,    // an input file missing or malformed
-    kExitRejected = 4, // finished, but samples or frames were skipped (--strict), a candidate is no planet, or doctor is not
-                       // ready
+    kExitRejected = 4, // finished, but samples or frames were skipped (--strict), a candidate is not a planet, or
+                       // doctor is not ready
     kExitState = 5,    // a state folder is damaged and not recoverable
     kExitOutput = 6,   // an output cannot be written, or another process is writing to it
     kExitHungUp = 129, // 128 + signal number

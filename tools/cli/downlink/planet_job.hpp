@@ -34,8 +34,8 @@ class PlanetJob {
     const PlanetSearch &search() const noexcept { return *search_; }
     DetectionMap *map() noexcept { return map_ ? &*map_ : nullptr; }
     MapFile *map_file() noexcept { return file_ ? &*file_ : nullptr; } // NULL without --out
-    // Writes the folder and prints, with the map. Then fails with kExitRejected if a candidate with sufficient odds is no
-    // planet.
+    // Writes the folder and prints, with the map. Then fails with kExitRejected if a candidate with sufficient odds is
+    // not a planet.
     void finish(Progress &progress);
 
   private:

@@ -154,8 +154,8 @@ std::string PlanetReport::fit_text() const {
 std::string PlanetReport::outlier_text() const {
     if (search.outliers.empty())
         return "";
-    return formatted("outliers    %zu, left out: ", search.outliers.size()) +
-           listed_outliers(search.outliers, series) + "\n";
+    return formatted("outliers    %zu, left out: ", search.outliers.size()) + listed_outliers(search.outliers, series) +
+           "\n";
 }
 
 void PlanetReport::warn(Progress &progress) const {
@@ -168,7 +168,7 @@ void PlanetReport::refuse() const {
     std::string text;
     for (size_t i = 0; i < search.fitted(); i++)
         for (const std::string &reason : search.reasons(i))
-            text += (text.empty() ? "" : "; ") + formatted("candidate %zu is no planet: ", i + 1) + reason;
+            text += (text.empty() ? "" : "; ") + formatted("candidate %zu is not a planet: ", i + 1) + reason;
     if (!text.empty())
         throw Failure(kExitRejected, series.name + ": " + text);
 }
@@ -202,10 +202,11 @@ Json PlanetReport::planet_json(size_t index) const {
                     "amplitude", values[4]);
     };
     const double factor = search.uas(1);
-    return Json("verdict", planet.reasons == 0 ? "planet" : "candidate", "reasons", search.reasons(index), "log10_bayes", planet.log10_bayes, "log10_fap", planet.log10_fap, "log10_fap_orbit", planet.log10_fap_orbit,
-                "period", listed(planet.period), "eccentricity", listed(planet.eccentricity), "periastron_deg",
-                listed(planet.periastron_deg), "epoch", listed(planet.epoch), "amplitude", listed(planet.amplitude),
-                "amplitude_uas",
+    return Json("verdict", planet.reasons == 0 ? "planet" : "candidate", "reasons", search.reasons(index),
+                "log10_bayes", planet.log10_bayes, "log10_fap", planet.log10_fap, "log10_fap_orbit",
+                planet.log10_fap_orbit, "period", listed(planet.period), "eccentricity", listed(planet.eccentricity),
+                "periastron_deg", listed(planet.periastron_deg), "epoch", listed(planet.epoch), "amplitude",
+                listed(planet.amplitude), "amplitude_uas",
                 if_known(search.unit.in_uas(), std::vector{planet.amplitude[0] * factor, planet.amplitude[1] * factor,
                                                            planet.amplitude[2] * factor}),
                 "mass_a_earth", listed_if(search.knows_mass(0), planet.mass_a), "mass_b_earth",
@@ -236,8 +237,8 @@ Json PlanetReport::json() const {
         Json("period_min", info.period_min, "period_max", info.period_max, "amplitude_min", info.amplitude_min,
              "amplitude_max", info.amplitude_max),
         "planets", info.planets, "candidates", array_of(indices, [this](size_t index) { return planet_json(index); }),
-        "time_reference", info.time_reference, "rms", info.rms, "chi_square", info.chi_square,
-        "chi_square_sigma", info.chi_square_sigma, "largest_residual", info.largest_residual, "goodness",
+        "time_reference", info.time_reference, "rms", info.rms, "chi_square", info.chi_square, "chi_square_sigma",
+        info.chi_square_sigma, "largest_residual", info.largest_residual, "goodness",
         toliman_goodness_name(info.goodness), "chi_square_with_jitter", info.chi_square_with_jitter, "jitter",
         listed_if(info.jitter[1] > 0, info.jitter), "frame_chi_square", positive(series.frame_chi_square), "outliers",
         json_of_outliers(search.outliers, series), "clip", (how.flags & TOLIMAN_PLANET_CLIP) != 0, "axis",

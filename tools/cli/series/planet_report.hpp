@@ -18,7 +18,7 @@ struct PlanetReport {
     std::optional<DetectionMap> map;          // empty without --map
 
     void warn(Progress &progress) const;
-    // Fails with kExitRejected if a candidate is no planet although its odds reach the threshold.
+    // Fails with kExitRejected if a candidate is not a planet although its odds reach the threshold.
     void refuse() const;
     void print() const;
     Json json() const;

@@ -118,7 +118,7 @@ def _found(result: Result, fitted: list[Result], others: list[Result]) -> str:
                       f"{LOG_FAP} {fixed(planet.number('log10_fap'), 1)}" for planet in planets) + ("." if planets else "")
     for number, one in enumerate(fitted, 1):
         if not _is_planet(one):
-            text += (f" Candidate {number}, of {fixed(_points(one, 'period')[1], 1)} days, is no planet: "
+            text += (f" Candidate {number}, of {fixed(_points(one, 'period')[1], 1)} days, does not count as a planet: "
                      f"{'; '.join(_reasons(one))}.")
     for other in others:
         text += (f" The next candidate, of {fixed(_points(other, 'period')[1], 1)} days, has a {_LOG_BAYES} of "
