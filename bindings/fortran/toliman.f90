@@ -1682,7 +1682,7 @@ module toliman
     ! Flags of toliman_planet_options.
     ! the series has radial velocities, not separations
     integer(c_int32_t), parameter, public :: TOLIMAN_PLANET_VELOCITY = 1
-    ! the sigmas are exact: no white noise of unknown size is added, however poor the fit
+    ! the sigmas are exact: no jitter is fitted, however poor the fit
     integer(c_int32_t), parameter, public :: TOLIMAN_PLANET_NO_JITTER = 2
     ! leave out samples that do not belong: planets are those of the others
     integer(c_int32_t), parameter, public :: TOLIMAN_PLANET_CLIP = 4

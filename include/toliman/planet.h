@@ -7,8 +7,7 @@
  *      options_init)                             -> get_samples                   samples of the posterior
  *                                                -> get_signal, get_residuals     for figures
  *                                                -> get_outliers                  samples that do not belong
- *                                                -> get_limits, get_efficiency    upper limits, probability of
- * detection
+ *                                                -> get_limits, get_efficiency    upper limits, detection probability
  *                                                -> inject                        rate of detection by injection
  *                                                destroy
  *   reason -> reason_name                                                         why a candidate is not a planet
@@ -40,22 +39,26 @@
  *              of the amplitudes and jitter by quadrature on a lattice. Cells are divided where the posterior is, until
  *              neighbouring nodes differ little. There are no chains and no random start; results have the same bits
  *              for any number of threads.
- * Jitter       Fitted if chi_square is poor without it, or if there are no sigmas: with right sigmas, odds and errors
- * are those of exact ones. Odds         log10_bayes: log10 of the Bayes factor of a model with one more planet against
- * the model without it, with these priors. It does not contain the prior odds. None of 500 simulated series without a
- * planet had a factor above 2. Candidates   One at a time: candidate k is searched in the residuals of candidates 1 ...
- * k-1. The derivatives of their signals are fitted too, which marginalises their errors to first order. The search ends
- * with the first whose log10_bayes is below `threshold`, or that has a reason of its own against a planet. All others
- * are fitted together, and the posterior of each is computed again with the others. One whose log10_bayes is then below
- * the threshold becomes the last candidate, and the search ends. Verdict      A candidate is a planet if no reason of
- * TOLIMAN_PLANET_REASON_... speaks against it. Odds alone prove nothing: they compare two models, both of which may be
- * wrong. Outliers     Samples farther than 6 robust standard deviations, at least the sigmas, from a robust fit of
- * functions and sinusoid, and from the joint fit, do not belong to the series. They have no weight in the search: a
- * sharp periastron would describe any single one of them. With one or more no candidate is a planet, except with
- * TOLIMAN_PLANET_CLIP. Noise        Must be white. toliman_period_noise_search tests it. Source       Hogg, Myers and
- * Bovy (2010), ApJ 725, 2166, and Price-Whelan et al. (2017), ApJ 837, 20, for the marginalisation; Kipping (2013),
- * MNRAS 434, L51, for the prior of the eccentricity; Golub and Pereyra (1973), SIAM J. Numer. Anal. 10, 413, for the
- * joint fit.
+ * Jitter       Fitted if chi_square is poor without it, or if there are no sigmas. With right sigmas, odds and errors
+ *              are those of exact ones.
+ * Odds         log10_bayes: log10 of the Bayes factor of a model with one more planet against the model without it,
+ *              with these priors. It does not contain the prior odds. None of 500 simulated series without a planet
+ *              had a factor above 2.
+ * Candidates   One at a time: candidate k is searched in the residuals of candidates 1 ... k-1. The derivatives of
+ *              their signals are fitted too, which marginalises their errors to first order. The search ends with the
+ *              first whose log10_bayes is below `threshold`, or that has a reason of its own against a planet. All
+ *              others are fitted together, and the posterior of each is computed again with the others. One whose
+ *              log10_bayes is then below the threshold becomes the last candidate, and the search ends.
+ * Verdict      A candidate is a planet if no reason of TOLIMAN_PLANET_REASON_... speaks against it. Odds alone prove
+ *              nothing: they compare two models, both of which may be wrong.
+ * Outliers     Samples farther than 6 robust standard deviations, at least the sigmas, from a robust fit of functions
+ *              and sinusoid, and from the joint fit, do not belong to the series. They have no weight in the search:
+ *              a sharp periastron would describe any single one of them. With one or more no candidate is a planet,
+ *              except with TOLIMAN_PLANET_CLIP.
+ * Noise        Must be white. toliman_period_noise_search tests it.
+ * Source       Hogg, Myers and Bovy (2010), ApJ 725, 2166, and Price-Whelan et al. (2017), ApJ 837, 20, for the
+ *              marginalisation; Kipping (2013), MNRAS 434, L51, for the prior of the eccentricity; Golub and Pereyra
+ *              (1973), SIAM J. Numer. Anal. 10, 413, for the joint fit.
  */
 #ifndef TOLIMAN_PLANET_H
 #define TOLIMAN_PLANET_H
@@ -68,10 +71,9 @@ TOLIMAN_BEGIN_DECLS
 typedef struct toliman_planets toliman_planets;
 
 /* Flags of toliman_planet_options. */
-#define TOLIMAN_PLANET_VELOCITY 1u /* the series has radial velocities, not separations */
-#define TOLIMAN_PLANET_NO_JITTER                                                                                       \
-    2u                         /* the sigmas are exact: no white noise of unknown size is added, however poor the fit */
-#define TOLIMAN_PLANET_CLIP 4u /* leave out samples that do not belong: planets are those of the others */
+#define TOLIMAN_PLANET_VELOCITY 1u  /* the series has radial velocities, not separations */
+#define TOLIMAN_PLANET_NO_JITTER 2u /* the sigmas are exact: no jitter is fitted, however poor the fit */
+#define TOLIMAN_PLANET_CLIP 4u      /* leave out samples that do not belong: planets are those of the others */
 
 /* Largest number of planets. */
 #define TOLIMAN_PLANET_MOST 4u

@@ -2313,7 +2313,7 @@ class toliman_planets(Structure):
 
 # Flags of toliman_planet_options.
 TOLIMAN_PLANET_VELOCITY = 1  # the series has radial velocities, not separations
-TOLIMAN_PLANET_NO_JITTER = 2  # the sigmas are exact: no white noise of unknown size is added, however poor the fit
+TOLIMAN_PLANET_NO_JITTER = 2  # the sigmas are exact: no jitter is fitted, however poor the fit
 TOLIMAN_PLANET_CLIP = 4  # leave out samples that do not belong: planets are those of the others
 
 # Largest number of planets.
