@@ -223,7 +223,7 @@ module toliman
         integer(c_int32_t) :: engine = 0 ! TOLIMAN_SIM_ENGINE_..., 0 = MATRIX_DFT
         integer(c_int32_t) :: reserved = 0
         type(c_ptr) :: allocator = c_null_ptr ! for the large arrays of the object; NULL = malloc
-        ! path of a file that replaces detector.bad_pixels of the scene; NULL: none does. Since 0.2
+        ! file that replaces detector.bad_pixels of the scene; NULL: none does. Since 0.2
         type(c_ptr) :: bad_pixels = c_null_ptr
     end type
 

@@ -95,8 +95,8 @@ typedef struct toliman_ingest_event {
     const char *text;     /* what is wrong, without file and line; "" for FRAME and NOTHING. Never NULL */
     int64_t stamp_ns;     /* timestamp_ns as written, for FRAME, SHORT_FILE and PLACE_UNKNOWN; else 0 */
     double host_s;        /* host_time in s, for the same events; else 0 */
-    int64_t offset;       /* byte of the file of pixels at which a FRAME begins by the lines before it, without the shift of
-                             toliman_ingest_set_shift */
+    int64_t offset; /* byte of the file of pixels at which a FRAME begins by the lines before it, without the shift of
+                       toliman_ingest_set_shift */
 } toliman_ingest_event;
 #define TOLIMAN_INGEST_EVENT_INIT TOLIMAN_INIT(toliman_ingest_event)
 
@@ -131,22 +131,21 @@ typedef struct toliman_ingest_event {
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_next(toliman_ingest *ingest, toliman_frame *frame,
                                                                   toliman_ingest_event *event) TOLIMAN_NOEXCEPT;
 
-/* Finds a frame that is not at its place, because the file of pixels has lost or gained bytes before it: a part of a frame
- * without a line, or of a frame whose rest is lost. Such a frame is a misfit of a tracker (track.h).
- *   offset     that of the FRAME event
- *   reference  an undamaged frame of the same scene, shape and pixel type, contiguous
- *   pixels     [rows][cols], receives the frame where it looks most like the reference; capacity in bytes
- *   shift      receives the bytes from its place to there; 0 if it is not found elsewhere, then pixels is unchanged
- * The size of the file, compared with that of the frames of all lines, tells whether bytes were lost or gained; with
- * GROWING it does not, and no frame is found. The likeness is that of images: let the estimator confirm the frame.
- * Errors: TOLIMAN_E_CAPACITY if capacity is too small; TOLIMAN_E_NOT_FOUND if the file cannot be read. Since 0.2. */
+/* Finds a frame that is not at its place, because the file of pixels has lost or gained bytes before it: a part of a
+ * frame without a line, or of a frame whose rest is lost. Such a frame is a misfit of a tracker (track.h). offset that
+ * of the FRAME event reference  an undamaged frame of the same scene, shape and pixel type, contiguous pixels
+ * [rows][cols], receives the frame where it looks most like the reference; capacity in bytes shift      receives the
+ * bytes from its place to there; 0 if it is not found elsewhere, then pixels is unchanged The size of the file,
+ * compared with that of the frames of all lines, tells whether bytes were lost or gained; with GROWING it does not, and
+ * no frame is found. The likeness is that of images: let the estimator confirm the frame. Errors: TOLIMAN_E_CAPACITY if
+ * capacity is too small; TOLIMAN_E_NOT_FOUND if the file cannot be read. Since 0.2. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_find_frame(const toliman_ingest *ingest, int64_t offset,
                                                                         const toliman_frame *reference, void *pixels,
                                                                         size_t capacity,
                                                                         int64_t *shift) TOLIMAN_NOEXCEPT;
 
-/* Sets the shift, in bytes, at which frames that were not reported yet are read, 0 at the beginning. No effect on a file
- * that has exactly the size of the frames of all lines. Since 0.2. */
+/* Sets the shift, in bytes, at which frames that were not reported yet are read, 0 at the beginning. No effect on a
+ * file that has exactly the size of the frames of all lines. Since 0.2. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_set_shift(toliman_ingest *ingest,
                                                                        int64_t shift) TOLIMAN_NOEXCEPT;
 

@@ -139,8 +139,7 @@ typedef struct toliman_sim_options {
     int32_t engine; /* TOLIMAN_SIM_ENGINE_..., 0 = MATRIX_DFT */
     int32_t reserved;
     const toliman_allocator *allocator; /* for the large arrays of the object; NULL = malloc */
-    const char *bad_pixels; /* path of a file that replaces detector.bad_pixels of the scene; NULL: none does.
-                               Since 0.2 */
+    const char *bad_pixels; /* file that replaces detector.bad_pixels of the scene; NULL: none does. Since 0.2 */
 } toliman_sim_options;
 #define TOLIMAN_SIM_OPTIONS_INIT TOLIMAN_INIT(toliman_sim_options)
 

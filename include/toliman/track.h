@@ -7,8 +7,8 @@
  *                                    |
  *   frames[count] -> push -> toliman_track -> outcomes[count]; get_period -> period.h
  *   other folders -> merge ----------+
- *                                    +-> query_fit, query_goodness, get_info, get_rejected, get_options, get_clock, get_streams;
- *                                    |   verdict_name, reason_name; records: track_records.h
+ *                                    +-> query_fit, query_goodness, get_info, get_rejected, get_options, get_clock,
+ * get_streams; |   verdict_name, reason_name; records: track_records.h
  *                                    +-> commit, save -> folder
  *                                 destroy
  *
@@ -113,9 +113,9 @@ typedef struct toliman_track_outcome {
     int32_t reserved;
     int64_t row, col; /* first pixel over range, not finite, or completing a zero run; for SHAPE, the shape received */
     double pixel;     /* value of that pixel */
-    double value;      /* accepted frames, outliers and misfits: reduced if the folder has a system; unreduced frames: the
-                          estimate */
-    int64_t tai_ns;    /* these frames: time in TAI */
+    double value;   /* accepted frames, outliers and misfits: reduced if the folder has a system; unreduced frames: the
+                       estimate */
+    int64_t tai_ns; /* these frames: time in TAI */
     double chi_square; /* these frames: goodness of fit (goodness.h) of the estimator's model; NaN and UNKNOWN without
                           one. Since 0.2, as all that follow */
     double chi_square_sigma, largest_residual;
@@ -128,10 +128,9 @@ typedef struct toliman_track_outcome {
  * again with other pixels, such as those that toliman_ingest_find_frame finds.
  *   frame    the frame
  *   outcome  chi_square, largest_residual, value and tai_ns of the estimate; the verdict is MISFIT
- *   other    a copy of *frame, whose pixels, rows, cols, stride and pixel may be changed; they must stay valid until the
- *            push returns
- * Returns 1 to try *other, which takes the place of the frame unless it is a misfit, too; 0 to record the frame as a
- * misfit. An exception, and any other number, count as 0. Since 0.2. */
+ *   other    a copy of *frame, whose pixels, rows, cols, stride and pixel may be changed; they must stay valid until
+ * the push returns Returns 1 to try *other, which takes the place of the frame unless it is a misfit, too; 0 to record
+ * the frame as a misfit. An exception, and any other number, count as 0. Since 0.2. */
 typedef int32_t (*toliman_misfit_fn)(const toliman_frame *frame, const toliman_track_outcome *outcome,
                                      toliman_frame *other, void *user_data);
 
@@ -252,8 +251,8 @@ typedef struct toliman_track_options {
     /* Limit of the chi-square of a frame, to 0.4 %. A frame above it is a misfit. Frames without a chi-square are never
      * misfits. Since 0.2.
      *   above 0  the limit
-     *   -1       4 times the median of all valid frames of the folder, at least 2 and at most 100: a model that is wrong
-     *            by a chi-square of 10 is usable, and one of 1000 is not. The verdict of earlier frames changes with the
+     *   -1       4 times the median of all valid frames of the folder, at least 2 and at most 100: a model that is
+     * wrong by a chi-square of 10 is usable, and one of 1000 is not. The verdict of earlier frames changes with the
      *            median; it does not depend on the order of arrival
      *   0        that of the folder; in a new folder 2 if the scene of `fit` is that of a calibration, otherwise -1 */
     double chi_limit;
@@ -336,8 +335,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_merge(toliman_track 
                                                                   uint32_t flags, int64_t *lost) TOLIMAN_NOEXCEPT;
 
 /* Counts and properties of a tracker. received = accepted + unreduced + outlier + misfit + quarantined +
- * repeated + rejected. received, repeated and rejected count arrivals: a frame that arrives again counts again, also after the
- * folder was reopened. The ledger holds all counts: a crash loses those of uncommitted frames only. */
+ * repeated + rejected. received, repeated and rejected count arrivals: a frame that arrives again counts again, also
+ * after the folder was reopened. The ledger holds all counts: a crash loses those of uncommitted frames only. */
 typedef struct toliman_track_info {
     uint32_t struct_size; /* in: sizeof(toliman_track_info) */
     uint32_t flags;       /* TOLIMAN_TRACK_..., as given */
@@ -374,7 +373,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_info(const tolim
                                                                      toliman_track_info *out) TOLIMAN_NOEXCEPT;
 
 /* Writes the options in force to *options, whose struct_size must be set, with defaults resolved. folder and clock
- * point to memory of the tracker. cae, linear, fit, bank, estimate, sky, allocator, log and misfit are NULL. Since 0.2. */
+ * point to memory of the tracker. cae, linear, fit, bank, estimate, sky, allocator, log and misfit are NULL. Since 0.2.
+ */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
 toliman_track_get_options(const toliman_track *track, toliman_track_options *options) TOLIMAN_NOEXCEPT;
 
@@ -422,12 +422,12 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_query_fit(const toli
 
 /* Goodness of fit (goodness.h) of the frames of a folder. Since 0.2. */
 typedef struct toliman_track_goodness {
-    uint32_t struct_size; /* in: sizeof(toliman_track_goodness) */
-    int32_t goodness;     /* verdict on chi_square, as for a single frame */
-    int64_t frames;       /* accepted and unreduced frames with a chi-square */
-    double chi_square;    /* their median, NaN without frames */
-    double chi_square_sigma; /* median standard deviation of a frame's chi-square, if the model is right */
-    double largest_residual; /* largest one of these frames */
+    uint32_t struct_size;        /* in: sizeof(toliman_track_goodness) */
+    int32_t goodness;            /* verdict on chi_square, as for a single frame */
+    int64_t frames;              /* accepted and unreduced frames with a chi-square */
+    double chi_square;           /* their median, NaN without frames */
+    double chi_square_sigma;     /* median standard deviation of a frame's chi-square, if the model is right */
+    double largest_residual;     /* largest one of these frames */
     double years;                /* from their first time to the last, in years of 365.25 days */
     double trend_per_year;       /* change of chi-square per year, least squares; NaN for fewer than 3 frames */
     double trend_sigma_per_year; /* its standard error, from the scatter of the frames */
@@ -438,7 +438,7 @@ typedef struct toliman_track_goodness {
     double chi_limit;            /* the limit in force */
     /* The scene with which the frames are measured, if it is that of a calibration. */
     uint32_t is_calibrated; /* 1: it is */
-    uint32_t is_complete;   /* 0: the calibration found an effect that its model lacks (TOLIMAN_CALIBRATION_INCOMPLETE) */
+    uint32_t is_complete; /* 0: the calibration found an effect that its model lacks (TOLIMAN_CALIBRATION_INCOMPLETE) */
     double calibration_chi_square, calibration_chi_square_sigma; /* of the calibration; NaN if unknown */
     int32_t calibration_goodness;                                /* verdict on it */
     int32_t reserved;
@@ -447,8 +447,8 @@ typedef struct toliman_track_goodness {
 
 /* Writes the goodness of fit of the folder's frames to *out, whose struct_size must be set. Reads all records. Errors:
  * TOLIMAN_E_FORMAT if the ledger has been damaged since it was opened. Since 0.2. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_query_goodness(const toliman_track *track,
-                                                                           toliman_track_goodness *out) TOLIMAN_NOEXCEPT;
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
+toliman_track_query_goodness(const toliman_track *track, toliman_track_goodness *out) TOLIMAN_NOEXCEPT;
 
 TOLIMAN_END_DECLS
 

@@ -33,9 +33,9 @@ typedef struct toliman_track_record {
 #define TOLIMAN_TRACK_RECORD_INIT TOLIMAN_INIT(toliman_track_record)
 
 /* Reads up to `count` records from number `first` on, in order of arrival; *done becomes their number. The newest
- * start at toliman_track_info.records - count. Duplicates have no record. In memory, only valid frames have records, one
- * each. TOLIMAN_E_FORMAT if the ledger has been damaged since it was opened;
- * some records may then have been written. */
+ * start at toliman_track_info.records - count. Duplicates have no record. In memory, only valid frames have records,
+ * one each. TOLIMAN_E_FORMAT if the ledger has been damaged since it was opened; some records may then have been
+ * written. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_records(const toliman_track *track, int64_t first,
                                                                         size_t count, toliman_track_record *records,
                                                                         size_t *done) TOLIMAN_NOEXCEPT;

@@ -188,7 +188,8 @@ toliman_status toliman_ingest_find_frame(const toliman_ingest *ingest, int64_t o
         const auto count = static_cast<size_t>(known.rows * known.cols);
         const size_t needed = count * size_of(kPixels.to_enum(known.pixel, "reference->pixel"));
         if (capacity < needed)
-            fail(Status::capacity, "{capacity} = %zu: must be at least %zu, the bytes of the reference", capacity, needed);
+            fail(Status::capacity, "{capacity} = %zu: must be at least %zu, the bytes of the reference", capacity,
+                 needed);
         *shift = use->pair.find(static_cast<uint64_t>(offset), count,
                                 &required(static_cast<const char *>(known.pixels), "reference->pixels"), pixels);
     });

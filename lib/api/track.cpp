@@ -94,7 +94,8 @@ toliman_track_options known_options(const toliman_track_options *given) {
         fail(Status::argument, "{options->plate_scale_arcsec} = %g: must be in (0, %g] arcsec per px, or 0",
              options.plate_scale_arcsec, kMostScale);
     if (options.chi_limit != kOfMedian && !(options.chi_limit >= 0 && std::isfinite(options.chi_limit)))
-        fail(Status::argument, "{options->chi_limit} = %g: must be above 0, 0 = that of the folder, or -1 = that of the "
+        fail(Status::argument,
+             "{options->chi_limit} = %g: must be above 0, 0 = that of the folder, or -1 = that of the "
              "median",
              options.chi_limit);
     check_functions(options);
@@ -430,8 +431,8 @@ void push_batch(track::Tracker &tracker, const Frames &frames, size_t count, con
 extern "C" {
 
 const char *toliman_track_verdict_name(int32_t verdict) noexcept {
-    static const char *const names[] = {"accepted", "duplicate", "quarantined", "outlier",
-                                        "rejected", "merged",    "unreduced",   "intervals", "misfit"};
+    static const char *const names[] = {"accepted", "duplicate", "quarantined", "outlier", "rejected",
+                                        "merged",   "unreduced", "intervals",   "misfit"};
     const int32_t place = verdict - TOLIMAN_TRACK_VERDICT_ACCEPTED;
     return place >= 0 && verdict <= TOLIMAN_TRACK_VERDICT_MISFIT ? names[place] : "?";
 }

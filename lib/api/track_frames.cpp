@@ -129,8 +129,8 @@ toliman_frame public_frame(const track::Frame &frame) noexcept {
 track::Retry retry_of(const toliman_track_options &options, const track::Terms &terms) {
     if (options.misfit == nullptr)
         return {};
-    return [call = options.misfit, data = options.misfit_data, terms](
-               const track::Frame &frame, const track::Outcome &outcome, track::Frame &other) {
+    return [call = options.misfit, data = options.misfit_data,
+            terms](const track::Frame &frame, const track::Outcome &outcome, track::Frame &other) {
         const toliman_frame given = public_frame(frame);
         toliman_frame changed = given;
         toliman_track_outcome seen = public_outcome(outcome);

@@ -5,10 +5,10 @@
 // For Poisson counts the probability of a larger excess is below exp(-L^2/2) = 1.5e-8 by Bernstein's inequality, for
 // any V; for a Gaussian it is 2e-9, 1.3e-4 per frame of 256x256. In the form of the kernels, x (x - tail) > L^2 where
 // x > 0, and x^2 > L^2 elsewhere, tail = L^2/(3 sqrt(V)).
-// Where the model lacks an effect, L^2 is multiplied by the square of the reduced chi-square of the other pixels, if
-// that is above 1: their residuals have long tails. A bad pixel biases the fit, so that others exceed the limit, too:
-// those above half of the largest residual are left out at once, then the model is fitted again. If more than
-// kMostBadPixels exceed the limit, the model is wrong, not the pixels: all are used. Reference: Boucheron, Lugosi,
+// Where the model lacks an effect, the limit is that many times the scatter of all pixels that are not bad: L^2 is
+// multiplied by their reduced chi-square, if that is above 1. A bad pixel biases the fit, so that others exceed the
+// limit, too: those above half of the largest residual are left out at once, then the model is fitted again. If more
+// than kMostBadPixels exceed the limit, the model is wrong, not the pixels: all are used. Reference: Boucheron, Lugosi,
 // Massart 2013, Concentration Inequalities, section 2.8.
 #pragma once
 #include <algorithm>
@@ -73,10 +73,7 @@ class BadPixels {
                 largest = found;
         if (!std::isfinite(largest))
             return Found::too_many;
-        for (size_t i = 0; i < pixels; i++)
-            if (const double found = excess(i); found > 0.25 * largest && !has(i))
-                square -= found;
-        const double chi_square = std::fmax(1, square / freedom), least = kBadPixelLimit * chi_square * chi_square;
+        const double least = kBadPixelLimit * std::fmax(1, square / freedom);
         if (!(largest > least))
             return Found::none;
         const double limit = std::fmax(least, 0.25 * largest);

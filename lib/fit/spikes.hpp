@@ -1,4 +1,4 @@
-// Pixels that are brighter than an image of a star can be beside its neighbours.
+// Pixels that are brighter, compared with their neighbours, than the image of a star can be.
 #pragma once
 #include "base/buffer.hpp"
 #include "base/view.hpp"

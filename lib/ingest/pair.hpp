@@ -56,9 +56,9 @@ class Pair {
     Event next();
     void finish() noexcept { is_finished_ = options_.growing; }
 
-    // Finds the frame whose place is `offset`, after the file has lost or gained bytes: reads it into pixels [reference's
-    // size], and returns how far it is from its place. 0 if it is not found elsewhere, and of growing files, whose size
-    // says nothing.
+    // Finds the frame whose place is `offset`, after the file has lost or gained bytes: reads it into pixels
+    // [reference's size], and returns how far it is from its place. 0 if it is not found elsewhere, and of growing
+    // files, whose size says nothing.
     int64_t find(uint64_t offset, size_t pixels, const void *reference, void *found) const;
     // Of the frames that were not reported yet.
     void set_shift(int64_t bytes) noexcept { placement_.set_shift(bytes); }

@@ -37,8 +37,8 @@ class Placement {
     uint64_t bytes(const SideLine &line) const noexcept;
     // Bytes after the frames of all lines; 0 if positions are unknown.
     uint64_t extra_bytes() const noexcept { return static_cast<uint64_t>(std::max<int64_t>(0, surplus() - shift_)); }
-    // The place of the first line that was not released, without the shift, if it is known. Its size differs from bytes(line) if the line
-    // has a wrong shape.
+    // The place of the first line that was not released, without the shift, if it is known. Its size differs from
+    // bytes(line) if the line has a wrong shape.
     std::optional<Place> next(const SideLine &line) const noexcept;
 
   private:

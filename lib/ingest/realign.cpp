@@ -60,14 +60,16 @@ void add_candidates(const std::vector<double> &roots, const std::vector<size_t> 
         for (const size_t pixel : brightest)
             sum += roots[place + pixel];
         best.push_back({energy > 0 ? sum / std::sqrt(energy) : 0, first + static_cast<int64_t>(place) * step});
-        std::push_heap(best.begin(), best.end(), [](const Candidate &a, const Candidate &b) { return a.score > b.score; });
+        std::push_heap(best.begin(), best.end(),
+                       [](const Candidate &a, const Candidate &b) { return a.score > b.score; });
         if (best.size() > kCandidates) {
             std::pop_heap(best.begin(), best.end(),
                           [](const Candidate &a, const Candidate &b) { return a.score > b.score; });
             best.pop_back();
         }
         if (place + pixels < roots.size())
-            energy = std::max(0.0, energy + roots[place + pixels] * roots[place + pixels] - roots[place] * roots[place]);
+            energy =
+                std::max(0.0, energy + roots[place + pixels] * roots[place + pixels] - roots[place] * roots[place]);
     }
 }
 

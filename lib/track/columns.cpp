@@ -20,24 +20,15 @@ struct Own {
     const char *name;
     ColumnType type;
 };
-constexpr Own kOwn[kOwnColumns] = {{"chi_square", ColumnType::f64},
-                                   {"exposure_s", ColumnType::f64},
-                                   {"shift_s", ColumnType::f64},
-                                   {"window_row", ColumnType::i64},
-                                   {"window_col", ColumnType::i64},
-                                   {"flags", ColumnType::i64},
-                                   {"intervals", ColumnType::i64},
-                                   {"chi_square_sigma", ColumnType::f64},
-                                   {"largest_residual", ColumnType::f64},
-                                   {"bad_pixels", ColumnType::i64},
-                                   {"factor", ColumnType::f64},
-                                   {"geometric_arcsec", ColumnType::f64},
-                                   {"d_period_years", ColumnType::f64},
-                                   {"d_semi_major_arcsec", ColumnType::f64},
-                                   {"d_eccentricity", ColumnType::f64},
-                                   {"d_inclination_deg", ColumnType::f64},
-                                   {"d_node_deg", ColumnType::f64},
-                                   {"d_periastron_deg", ColumnType::f64},
+constexpr Own kOwn[kOwnColumns] = {{"chi_square", ColumnType::f64},       {"exposure_s", ColumnType::f64},
+                                   {"shift_s", ColumnType::f64},          {"window_row", ColumnType::i64},
+                                   {"window_col", ColumnType::i64},       {"flags", ColumnType::i64},
+                                   {"intervals", ColumnType::i64},        {"chi_square_sigma", ColumnType::f64},
+                                   {"largest_residual", ColumnType::f64}, {"bad_pixels", ColumnType::i64},
+                                   {"factor", ColumnType::f64},           {"geometric_arcsec", ColumnType::f64},
+                                   {"d_period_years", ColumnType::f64},   {"d_semi_major_arcsec", ColumnType::f64},
+                                   {"d_eccentricity", ColumnType::f64},   {"d_inclination_deg", ColumnType::f64},
+                                   {"d_node_deg", ColumnType::f64},       {"d_periastron_deg", ColumnType::f64},
                                    {"d_epoch", ColumnType::f64}};
 
 bool is_column_name(std::string_view name, size_t longest) noexcept {

@@ -1,5 +1,5 @@
-// Method: the median tells whether the model of a typical frame is right, the trend whether it was and no longer is: the
-// least-squares slope of chi-square by time, with the error that the scatter of the frames gives it. A drift of the
+// Method: the median tells whether the model of a typical frame is right, the trend whether it was and no longer is:
+// the least-squares slope of chi-square by time, with the error that the scatter of the frames gives it. A drift of the
 // optics by 1 nm in three years raises chi-square from 1 to 18 before a planet is imitated.
 #include "track/folder_goodness.hpp"
 
@@ -73,7 +73,8 @@ FolderGoodness folder_goodness(const Tracker &tracker) {
         found.years = *last - *first;
     }
     set_trend(years, chi_squares, found);
-    found.goodness = goodness_of(median_of(std::move(chi_squares)), median_of(std::move(sigmas)), largest, kFrameSigmas);
+    found.goodness =
+        goodness_of(median_of(std::move(chi_squares)), median_of(std::move(sigmas)), largest, kFrameSigmas);
     return found;
 }
 

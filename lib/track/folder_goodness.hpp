@@ -8,7 +8,7 @@ namespace toliman::track {
 struct FolderGoodness {
     Goodness goodness; // medians of chi-square and its sigma; the largest residual of all
     int64_t frames = 0, poor = 0, too_good = 0, bad_pixels = 0, cleaned = 0;
-    double years = 0; // from the first to the last
+    double years = 0;                                                 // from the first to the last
     double trend_per_year = std::numeric_limits<double>::quiet_NaN(); // of chi-square
     double trend_sigma_per_year = std::numeric_limits<double>::quiet_NaN();
 };

@@ -57,7 +57,7 @@ class FrameIndex {
     Scatter scatter_;
     UnsetBuffer<KnownFrame> slots_; // those not taken are unset, here and in chi_squares_
     UnsetBuffer<ChiBin> chi_squares_;
-    Buffer<uint64_t> taken_;        // a bit per slot
+    Buffer<uint64_t> taken_; // a bit per slot
     int64_t capacity_, count_ = 0;
 };
 

@@ -1,6 +1,6 @@
-// Tracker: adds frames to the sums and removes them. A frame may move the median of the chi-squares and with it the limit
-// of misfits (misfit.cpp), so that earlier frames enter or leave the sums.
-// Atomicity: what will change is read before the record is appended; nothing fails after that.
+// Tracker: adds frames to the sums and removes them. A frame may move the median of the chi-squares and with it the
+// limit of misfits (misfit.cpp), so that earlier frames enter or leave the sums. Atomicity: what will change is read
+// before the record is appended; nothing fails after that.
 #include <algorithm>
 #include <utility>
 

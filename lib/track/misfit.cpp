@@ -1,8 +1,8 @@
-// Method: frames above a limit of chi-square are misfits and stay out of the sums. Without a given limit it follows from
-// the median of the folder's frames, so that it changes as frames arrive. The order of arrival must not change a bit:
-// the limit is a function of the set of valid frames (chi-squares are counted in bins, and a frame is a misfit if its
-// bin is above that of the limit), and a frame whose verdict changes with the limit is pushed or retracted, which is
-// exact.
+// Method: frames above a limit of chi-square are misfits and stay out of the sums. Without a given limit it follows
+// from the median of the folder's frames, so that it changes as frames arrive. The order of arrival must not change a
+// bit: the limit is a function of the set of valid frames (chi-squares are counted in bins, and a frame is a misfit if
+// its bin is above that of the limit), and a frame whose verdict changes with the limit is pushed or retracted, which
+// is exact.
 #include "track/misfit.hpp"
 
 #include <algorithm>

@@ -85,8 +85,7 @@ void Tracker::open(StateFolder &folder) {
     merged_[salt_].salt = salt_;
     limit_ = std::numeric_limits<ChiBin>::max(); // until all frames are known
     ledger_.emplace(*store_, access_, plan_.terms, plan_.group, plan_.sync,
-                    CheckpointMark{point.salt, point.records, point.chain},
-                    [&](const Record &record, uint64_t number) {
+                    CheckpointMark{point.salt, point.records, point.chain}, [&](const Record &record, uint64_t number) {
                         if (number == point.records)
                             limit_before_ = bin_of(chi_limit());
                         count_chi_square(record);

@@ -210,8 +210,7 @@ void Tracker::validate_and_estimate(const Frame &frame, Job &job, unsigned worke
         outcome.flaw = {Reason::estimate, 0, 0, found.sigma};
     } else {
         outcome.value = found.value;
-        outcome.goodness =
-            goodness_of(found.chi_square, found.chi_square_sigma, found.largest_residual, kFrameSigmas);
+        outcome.goodness = goodness_of(found.chi_square, found.chi_square_sigma, found.largest_residual, kFrameSigmas);
         outcome.bad_pixels = found.bad_pixels;
         if (plan_.reduce)
             reduce(frame, job, worker);

@@ -43,7 +43,7 @@ struct Outcome {
     Verdict verdict = Verdict::rejected;
     Flaw flaw; // rejected and unreduced frames only
     int64_t tai_ns = 0;
-    double value = 0; // frames with a value: reduced if frames are; unreduced frames: that of the estimator
+    double value = 0;        // frames with a value: reduced if frames are; unreduced frames: that of the estimator
     Goodness goodness;       // of these frames
     uint32_t bad_pixels = 0; // left out of the estimate
 };
@@ -80,12 +80,12 @@ struct Plan {
     Columns columns; // of a new ledger; an existing ledger keeps its own
     Clock clock;
     Timing timing;
-    Reference reference; // of the values in the sums
-    OrbitErrors errors;  // columns of the sums
+    Reference reference;  // of the values in the sums
+    OrbitErrors errors;   // columns of the sums
     double chi_limit = 0; // above it, frames are misfits; 0: from the median of all
     ModelVerdict model = {};
-    Retry retry;          // may be empty
-    Reduce reduce;       // with a reference: needed to push frames, and to rebuild
+    Retry retry;   // may be empty
+    Reduce reduce; // with a reference: needed to push frames, and to rebuild
     unsigned workers = 1;
     size_t group = 64; // records per write and fsync
     Sync sync = Sync::group;
@@ -235,7 +235,7 @@ class Tracker {
         std::optional<period::Sample> sample;
         Row row;
     };
-    class LimitChange; // limit.cpp
+    class LimitChange;                                         // limit.cpp
     ChiBin chi_square_of(const Record &record) const noexcept; // that counts for the limit
     std::vector<Change> changes_to(ChiBin limit) const;
     void apply(const std::vector<Change> &changes) noexcept;
@@ -260,7 +260,7 @@ class Tracker {
     Access access_;
     FrameIndex index_;
     ChiSquares chi_squares_;
-    ChiBin limit_;             // the highest bin that is no misfit
+    ChiBin limit_;                 // the highest bin that is no misfit
     ChiBin limit_before_ = kNoBin; // when the checkpoint was written
     Streams streams_;
     period::Stream &sums_;

@@ -79,12 +79,14 @@ class Banks(unittest.TestCase):
     def test_all_calls_give_the_same_numbers(self):
         results, fits = self.bank.encode(self.images, times_days=TIMES)
         self.assertEqual(results.dtype.names, ("flags", "displacement_px", "separation_px", "sigma_px", "efficiency",
-                                               "distance_px", "network"))
+                                               "distance_px", "network", "goodness", "chi_square", "chi_square_sigma",
+                                               "largest_residual", "bad_pixels"))
         numpy.testing.assert_array_equal(fits, self.fit.frames(self.images, times_days=TIMES))
         numpy.testing.assert_array_equal(self.bank.encode(self.images, times_days=TIMES, threads=1)[0], results)
         for k in range(6):
             result, fitted = self.bank.encode_frame(self.images[k], time_days=TIMES[k])
-            for name in results.dtype.names[1:]:
+            self.assertEqual((result.goodness, result.chi_square), (fitted.goodness, fitted.chi_square))
+            for name in set(results.dtype.names) - {"flags", "goodness"}:
                 self.assertEqual(results[name][k], getattr(result, name))
             self.assertEqual(fitted.separation_px, fits["separation_px"][k])
             self.assertFalse(result.not_fitted or result.outside)

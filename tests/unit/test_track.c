@@ -520,8 +520,8 @@ static long touched_pages(void) {
 }
 
 /* Memory: 1.5 slots of 18 bytes and a bit per frame in the index, 131 kB for the distribution of chi-squares; without a
- * folder, 64 more and 8 for each of 10 columns. Creation touches no page of the index (28 MB are 6900), and a push allocates nothing, whatever its
- * verdict. */
+ * folder, 64 more and 8 for each of 10 columns. Creation touches no page of the index (28 MB are 6900), and a push
+ * allocates nothing, whatever its verdict. */
 static void memory_is_allocated_at_creation(void **unused) {
     (void)unused;
     enum { MANY = 1 << 20 };
@@ -538,7 +538,8 @@ static void memory_is_allocated_at_creation(void **unused) {
         const long before = touched_pages();
         toliman_track *track = make_track(&options);
         assert_in_range(touched_pages() - before, 0, 3300);
-        const double rest = 65536 * 32 * 1.5 + (on_disk ? 65536 * 144 : 0) + 5e5; /* streams, group, grid, chi-squares */
+        const double rest =
+            65536 * 32 * 1.5 + (on_disk ? 65536 * 144 : 0) + 5e5; /* streams, group, grid, chi-squares */
         assert_close((double)asked, (1.5 * (18 + 1. / 8) + (on_disk ? 0 : 144)) * MANY + rest, 0, 3e5);
         asked = 0;
         small_frame frame;

@@ -107,15 +107,23 @@ static void columns_hold_the_given_values(void **unused) {
         toliman_track *track = make_track(&options);
         push_exposed(track, 1, FRAMES);
         assert_columns(track, FRAMES);
-        static const char *const names[] = {"chi_square",       "exposure_s",
-                                            "shift_s",          "window_row",
-                                            "window_col",       "flags",
-                                            "intervals",        "chi_square_sigma",
-                                            "largest_residual", "bad_pixels",
+        static const char *const names[] = {"chi_square",
+                                            "exposure_s",
+                                            "shift_s",
+                                            "window_row",
+                                            "window_col",
+                                            "flags",
+                                            "intervals",
+                                            "chi_square_sigma",
+                                            "largest_residual",
+                                            "bad_pixels",
                                             "dx",
-                                            "flux_2",           "cov_value_dx",
-                                            "cov_value_flux_2", "cov_dx_dx",
-                                            "cov_dx_flux_2",    "cov_flux_2_flux_2"};
+                                            "flux_2",
+                                            "cov_value_dx",
+                                            "cov_value_flux_2",
+                                            "cov_dx_dx",
+                                            "cov_dx_flux_2",
+                                            "cov_flux_2_flux_2"};
         enum { ALL = sizeof names / sizeof *names };
         toliman_track_column columns[ALL] = {TOLIMAN_TRACK_COLUMN_INIT};
         size_t count = 0, done = 9;
@@ -126,7 +134,8 @@ static void columns_hold_the_given_values(void **unused) {
         assert_ok(toliman_track_get_columns(track, columns, ALL, &count));
         for (int i = 0; i < ALL; i++) {
             assert_string_equal(columns[i].name, names[i]);
-            assert_int_equal(columns[i].type, (i > 2 && i < 7) || i == 9 ? TOLIMAN_TRACK_COLUMN_I64 : TOLIMAN_TRACK_COLUMN_F64);
+            assert_int_equal(columns[i].type,
+                             (i > 2 && i < 7) || i == 9 ? TOLIMAN_TRACK_COLUMN_I64 : TOLIMAN_TRACK_COLUMN_F64);
         }
         double values[2 * FRAMES];
         assert_ok(toliman_track_get_column(track, "dx", record_of(track, 10), 2 * FRAMES, values, &done));

@@ -229,13 +229,13 @@ static void ledger_matches_its_format(void **unused) {
     assert_int_equal(number_at(ledger, 104, 8), 77);
     assert_int_equal(number_at(ledger, 112, 4), COLUMNS);
     assert_int_equal(number_at(ledger, 116, 4), LINE);
-    static const char names[COLUMNS][56] = {"chi_square", "exposure_s", "shift_s",  "window_row",
-                                            "window_col", "flags",      "intervals", "chi_square_sigma",
+    static const char names[COLUMNS][56] = {"chi_square",       "exposure_s", "shift_s",   "window_row",
+                                            "window_col",       "flags",      "intervals", "chi_square_sigma",
                                             "largest_residual", "bad_pixels"};
     for (int i = 0; i < COLUMNS; i++) {
         assert_memory_equal(bytes + 120 + 64 * i, names[i], sizeof names[i]);
         assert_int_equal(number_at(ledger, 120 + 64 * i + 56, 4), i < 3 || i == 7 || i == 8 ? 0 : 1); /* f64, i64 */
-        assert_int_equal(number_at(ledger, 120 + 64 * i + 60, 4), 1);             /* of the library */
+        assert_int_equal(number_at(ledger, 120 + 64 * i + 60, 4), 1); /* of the library */
     }
     uint32_t chain = crc32(0, bytes, HEADER - 4);
     assert_int_equal(number_at(ledger, HEADER - 4, 4), chain);

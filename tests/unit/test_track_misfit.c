@@ -1,6 +1,6 @@
 /* Tests the limit of chi-square of a folder: misfits stay out of the sums, whatever the order of arrival, also if the
- * limit moves with the median, and after kills, rebuilds, merges and quarantines. The expected set of frames is computed
- * from all chi-squares by sorting. */
+ * limit moves with the median, and after kills, rebuilds, merges and quarantines. The expected set of frames is
+ * computed from all chi-squares by sorting. */
 #include "track_folder.h"
 
 enum { FRAMES = 120 };

@@ -220,8 +220,7 @@ class toliman_sim_options(Sized):
     log: receives warnings about the scene; may be NULL
     engine: TOLIMAN_SIM_ENGINE_..., 0 = MATRIX_DFT
     allocator: for the large arrays of the object; NULL = malloc
-    bad_pixels: path of a file that replaces detector.bad_pixels of the scene; NULL: none does.
-        Since 0.2"""
+    bad_pixels: file that replaces detector.bad_pixels of the scene; NULL: none does. Since 0.2"""
 
     _fields_ = [
         ("struct_size", c_uint32),

@@ -81,8 +81,8 @@ void print(const toliman::tracker &tracker, const toliman_track_options &how, co
     if (as_json)
         return print_stdout(status_json(tracker, how, period).text());
     print_stdout(how.folder + ("\n  " + period.text() + "\n") + counts_text(tracker) +
-                 goodness_text(goodness_of(tracker)) + settings_text(how, info_of(tracker)) + indented(period.functions_text()) +
-                 sessions_text(streams_of(tracker)));
+                 goodness_text(goodness_of(tracker)) + settings_text(how, info_of(tracker)) +
+                 indented(period.functions_text()) + sessions_text(streams_of(tracker)));
 }
 
 void warn_of_model(const std::string &folder, const toliman::tracker &tracker, Progress &progress) {

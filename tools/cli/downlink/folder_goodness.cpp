@@ -36,10 +36,10 @@ std::string goodness_text(const toliman_track_goodness &goodness) {
     if (goodness.frames == 0)
         text += "of no frame is known";
     else
-        text += formatted("median %.4g of %lld frames, %s; %lld poor, %lld too good, %lld above the limit of %.4g",
-                          goodness.chi_square, number(goodness.frames), toliman_goodness_name(goodness.goodness),
-                          number(goodness.poor), number(goodness.too_good), number(goodness.misfit),
-                          goodness.chi_limit);
+        text +=
+            formatted("median %.4g of %lld frames, %s; %lld poor, %lld too good, %lld above the limit of %.4g",
+                      goodness.chi_square, number(goodness.frames), toliman_goodness_name(goodness.goodness),
+                      number(goodness.poor), number(goodness.too_good), number(goodness.misfit), goodness.chi_limit);
     if (std::isfinite(goodness.trend_per_year))
         text += formatted("\n              trend %+.2g +- %.1g per year%s", goodness.trend_per_year,
                           goodness.trend_sigma_per_year, has_trend(goodness) ? ": the model drifts" : "");

@@ -24,8 +24,8 @@ class FrameSource {
     // texts stay valid during the next `buffers` - 1 calls. Failure with kExitInput if the input cannot be read.
     virtual bool next(toliman_frame &frame, toliman_ingest_event &event) = 0;
     virtual int64_t skipped() const = 0; // frames that nobody wants
-    // Finds a frame that is not at its place in the file, from that of a FRAME event: reads it into `pixels`, and returns
-    // how many bytes it is from there; 0 if it is not found elsewhere.
+    // Finds a frame that is not at its place in the file, from that of a FRAME event: reads it into `pixels`, and
+    // returns how many bytes it is from there; 0 if it is not found elsewhere.
     virtual int64_t find(int64_t, const toliman_frame &, std::vector<uint8_t> &) const { return 0; }
     virtual void set_shift(int64_t) {} // of the frames that follow
 };

@@ -88,10 +88,11 @@ void SetupOptions::add_to(CLI::App &command) {
                     "order of a trend that is fitted with the mean, 0 to 8; default: that of the folder; for a new "
                     "folder, with --system the errors of the orbit, otherwise 4 if the stars move, else 0")
         ->check(CLI::Range(0, 8));
-    add_option(&command, "--chi-limit", chi_limit_, "LIMIT",
-               "chi-square per pixel above which a frame is a misfit and not in the periodogram, or the word median: 4 "
-               "times the median of the folder's frames, at least 2 and at most 100; default: that of the folder; for a "
-               "new folder, 2 for --fit of a calibrated scene, otherwise median");
+    add_option(
+        &command, "--chi-limit", chi_limit_, "LIMIT",
+        "chi-square per pixel above which a frame is a misfit and not in the periodogram, or the word median: 4 "
+        "times the median of the folder's frames, at least 2 and at most 100; default: that of the folder; for a "
+        "new folder, 2 for --fit of a calibrated scene, otherwise median");
     add_option(&command, "--clock", clock_, "FILE",
                "CSV file of pairs camera_ns,tai_ns, or the word camera if the camera's time is TAI; default: that "
                "of the folder; for a new folder, camera");

@@ -86,12 +86,12 @@ toliman_track_options settings_of(const toliman::tracker &tracker) {
 namespace {
 
 constexpr std::pair<const char *, int64_t toliman_track_info::*> kCounts[] = {
-    {"received", &toliman_track_info::received},       {"accepted", &toliman_track_info::accepted},
-    {"unreduced", &toliman_track_info::unreduced},     {"outlier", &toliman_track_info::outlier},
-    {"misfit", &toliman_track_info::misfit},           {"quarantined", &toliman_track_info::quarantined},
-    {"repeated", &toliman_track_info::repeated},       {"rejected", &toliman_track_info::rejected},
-    {"expected", &toliman_track_info::expected},       {"missing", &toliman_track_info::missing},
-    {"dropped", &toliman_track_info::dropped},         {"sessions", &toliman_track_info::sessions}};
+    {"received", &toliman_track_info::received},   {"accepted", &toliman_track_info::accepted},
+    {"unreduced", &toliman_track_info::unreduced}, {"outlier", &toliman_track_info::outlier},
+    {"misfit", &toliman_track_info::misfit},       {"quarantined", &toliman_track_info::quarantined},
+    {"repeated", &toliman_track_info::repeated},   {"rejected", &toliman_track_info::rejected},
+    {"expected", &toliman_track_info::expected},   {"missing", &toliman_track_info::missing},
+    {"dropped", &toliman_track_info::dropped},     {"sessions", &toliman_track_info::sessions}};
 
 } // namespace
 

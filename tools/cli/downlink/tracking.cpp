@@ -114,12 +114,10 @@ const char *advice_after(const std::exception &error) {
 
 } // namespace
 
-Tracking::Tracking(toliman::tracker &&tracker, const TrackingOptions &options, Realigner &realigner,
-                   Progress &progress)
+Tracking::Tracking(toliman::tracker &&tracker, const TrackingOptions &options, Realigner &realigner, Progress &progress)
     : tracker_(std::move(tracker)), settings_(settings_of(tracker_)), options_(options), realigner_(realigner),
-      progress_(progress),
-      batch_(options.jobs > 1 ? std::min(kBatch, options.every) : 1), records_(info_of(tracker_).records),
-      saved_(records_) {
+      progress_(progress), batch_(options.jobs > 1 ? std::min(kBatch, options.every) : 1),
+      records_(info_of(tracker_).records), saved_(records_) {
     if (options.renewal)
         bank_.emplace(records_, *options.renewal);
 }
@@ -207,8 +205,8 @@ void Tracking::settle(const toliman_frame &frame, const std::string &place, cons
     realigner_.settle(frame, is_good || verdict == TOLIMAN_TRACK_VERDICT_UNREDUCED,
                       verdict == TOLIMAN_TRACK_VERDICT_DUPLICATE);
     note_shift(place, shift, is_whole);
-    say(frame_line(frame, true, true, place, has_reason ? toliman_track_reason_name(outcome.reason) : nullptr,
-                   outcome, shift));
+    say(frame_line(frame, true, true, place, has_reason ? toliman_track_reason_name(outcome.reason) : nullptr, outcome,
+                   shift));
     since_update_ += is_good;
     accepted_ += is_good;
     known_ += verdict == TOLIMAN_TRACK_VERDICT_DUPLICATE || verdict == TOLIMAN_TRACK_VERDICT_QUARANTINED;
@@ -288,8 +286,8 @@ PeriodFacts Tracking::update(Fit fit) {
     add_timing(settings_, line);
     line.set("bad_lines", reasons_[TOLIMAN_INGEST_REASON_BAD_LINE], "short_frames",
              reasons_[TOLIMAN_INGEST_REASON_SHORT_FILE] + reasons_[TOLIMAN_INGEST_REASON_PLACE_UNKNOWN], "clock_jumps",
-             reasons_[TOLIMAN_INGEST_REASON_CLOCK_JUMP], "realigned", realigned_, "long_files", reasons_[TOLIMAN_INGEST_REASON_EXTRA_BYTES],
-             "unreadable_inputs", unreadable_, "passed_over", skipped_);
+             reasons_[TOLIMAN_INGEST_REASON_CLOCK_JUMP], "realigned", realigned_, "long_files",
+             reasons_[TOLIMAN_INGEST_REASON_EXTRA_BYTES], "unreadable_inputs", unreadable_, "passed_over", skipped_);
     say(line.line());
     return period;
 }

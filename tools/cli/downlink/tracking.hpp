@@ -100,7 +100,7 @@ class Tracking {
     int64_t accepted_ = 0, refused_ = 0;   // refused: rejected, or outliers
     int64_t known_ = 0;                    // frames of which the folder has a copy
     std::map<int32_t, int64_t> unreduced_; // TOLIMAN_TRACK_REASON_...
-    int64_t realigned_ = 0; // frames that were not at their places
+    int64_t realigned_ = 0;                // frames that were not at their places
     int64_t outside_clock_ = 0, far_ = 0, skipped_ = 0, damaged_ = 0, unreadable_ = 0;
     std::map<int32_t, int64_t> reasons_;      // TOLIMAN_INGEST_REASON_...
     std::map<std::string, int64_t> warnings_; // by file
