@@ -175,7 +175,7 @@ def measure(binaries):
     found += [repeated("psf", 5, [program, "psf", "chapter.json", "--out", "psf.npy"]),
               repeated("pupil", 1, [program, "pupil", "chapter.json", "--iterations", ITERATIONS]),
               repeated("period", 11, [program, "period", series]),
-              repeated("planets", REPEATS, [program, "planet", series, "--unit", "m/s", "--jitter", "--max", "2",
+              repeated("planets", REPEATS, [program, "planet", series, "--unit", "m/s", "--max", "2",
                                             "--period-max", "5000"]),
               repeated("simulate", REPEATS, [program, "simulate", "chapter.json", "--out", "frames.bin"]),
               repeated("simulate sky", REPEATS, [program, "simulate", "sky.json", "--out", "frames.bin"])]

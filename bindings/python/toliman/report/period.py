@@ -7,7 +7,7 @@ import pathlib
 from . import detrending, figures, glossary, results
 from .figures import Power, Sinusoid
 from .page import Page, add_provenance
-from .results import Result, Table
+from .results import Result, Table, goodness_of
 from .text import LOG_FAP, UNKNOWN, fixed, scientific, significant, with_error
 
 SCHEMA = "toliman-period/2"
@@ -56,6 +56,8 @@ def _found(result: Result, peak: Result, unit: str) -> str:
         text += " It exceeds half the time span: a trend may cause it."
     if result.flag("peak.annual"):
         text += " It is within one resolution of a year: the motion of the Earth and seasons may cause it."
+    if result.has("peak.chi_square"):
+        text += " " + goodness_of(Result(result.path, result.find("peak"), "peak."))
     return text + ("" if significant(fap) else " This is not a significant period.")
 
 

@@ -9,7 +9,7 @@ import numpy
 from . import glossary, planet_figures, results
 from .page import Page, add_provenance
 from .planet_figures import Orbit
-from .results import Array, Result, Table, malformed
+from .results import Array, Result, Table, goodness_of, malformed
 from .text import LOG_FAP, UNKNOWN, decimals_of, fixed
 
 SCHEMA = "toliman-planet/1"
@@ -85,9 +85,7 @@ def _add_fit(result: Result, page: Page) -> None:
     """Adds the goodness of the joint fit, and the samples that do not belong."""
     text = ""
     if result.has("chi_square"):
-        text = (f"Residuals: chi-square {fixed(result.number('chi_square'), 3)} ± "
-                f"{fixed(result.number('chi_square_sigma'), 3)} per degree of freedom, {result.text('goodness')}; the largest "
-                f"is {fixed(result.number('largest_residual'), 1)} sigma.")
+        text = goodness_of(result)
     outliers = result.items("outliers")
     if outliers:
         left_out = "" if result.find("clip") else ", which is why no candidate is a planet"

@@ -178,6 +178,12 @@ def _number(word: str) -> float:
         return math.nan
 
 
+def goodness_of(result: Result) -> str:
+    """Returns the goodness of the fit of a series in words."""
+    return (f"Residuals: chi-square {result.number('chi_square'):.4g} ± {result.number('chi_square_sigma'):.2g} per degree of "
+            f"freedom, {result.text('goodness')}; the largest is {result.number('largest_residual'):.2g} sigma.")
+
+
 def array(path: pathlib.Path, dimensions: int) -> Array:
     """Reads a .npy file of real numbers with so many axes."""
     try:
