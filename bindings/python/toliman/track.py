@@ -340,7 +340,7 @@ class Tracker(Handle):
         check(library.toliman_track_get_records(self._c, first, count, found, ctypes.byref(done)))
         fixed = numpy.ctypeslib.as_array(found)[:done.value]
         names = [name for name in fixed.dtype.names or () if name != "struct_size"]
-        columns = self._columns()
+        columns = [(name, kind) for name, kind in self._columns() if name not in names]
         records = numpy.empty(len(fixed), [(name, fixed.dtype[name]) for name in names] + columns)
         for name in names:
             records[name] = fixed[name]
