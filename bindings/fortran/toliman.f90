@@ -291,8 +291,7 @@ module toliman
         real(c_double) :: crb_marginal_px = 0.0_c_double
         ! with those of preprocess.project unknown: reference of an estimator's efficiency
         real(c_double) :: crb_projected_px = 0.0_c_double
-        ! error of the Taylor expansion at the largest displacement of the signal: largest error of any pixel, divided
-        ! by the largest change of any pixel by the signal
+        ! largest error of the Taylor expansion over the largest change by the signal
         real(c_double) :: truncation = 0.0_c_double
         ! How a mask spreads the light, of the expected frame before the detector. brightest pixel over mean pixel:
         ! the dynamic range that the frame needs
@@ -2130,8 +2129,7 @@ module toliman
         ! accepted frames, outliers and misfits: reduced if the folder has a system; unreduced frames: the estimate
         real(c_double) :: value = 0.0_c_double
         integer(c_int64_t) :: tai_ns = 0 ! these frames: time in TAI
-        ! these frames: goodness of fit (goodness.h) of the estimator's model; NaN and UNKNOWN without one. Since 0.2,
-        ! as all that follow
+        ! these frames: goodness of fit (goodness.h), UNKNOWN without a model. Since 0.2, as what follows
         real(c_double) :: chi_square = 0.0_c_double
         real(c_double) :: chi_square_sigma = 0.0_c_double
         real(c_double) :: largest_residual = 0.0_c_double
@@ -2140,14 +2138,10 @@ module toliman
     end type
 
     abstract interface
-        ! Called on the thread of toliman_track_push for a valid frame that is a misfit, before it is recorded: it may be given
-        ! again with other pixels, such as those that toliman_ingest_find_frame finds.
-        !   frame    the frame
-        !   outcome  chi_square, largest_residual, value and tai_ns of the estimate; the verdict is MISFIT
-        !   other    a copy of *frame, whose pixels, rows, cols, stride and pixel may be changed; they must stay valid until the
-        !            push returns
-        ! Returns 1 to try *other, which takes the place of the frame unless it is a misfit, too; 0 to record the frame as a
-        ! misfit. An exception, and any other number, count as 0. Since 0.2.
+        ! Called on the thread of toliman_track_push for a misfit, before it is recorded. *other is a copy of *frame: its
+        ! pixels, rows, cols, stride and pixel may be changed, for example to those that toliman_ingest_find_frame finds; they
+        ! must stay valid until the push returns. Returns 1 to try *other, which is recorded unless it is a misfit, too; 0 to
+        ! record the frame. An exception and other numbers count as 0. Since 0.2.
         function toliman_misfit_fn(frame, outcome, other, user_data) bind(C) result(answer)
             import
             type(c_ptr), value :: user_data
@@ -2309,8 +2303,8 @@ module toliman
     end type
 
     ! Counts and properties of a tracker. received = accepted + unreduced + outlier + misfit + quarantined +
-    ! repeated + rejected. received, repeated and rejected count arrivals: a frame that arrives again counts again, also after the
-    ! folder was reopened. The ledger holds all counts: a crash loses those of uncommitted frames only.
+    ! repeated + rejected. received, repeated and rejected count arrivals: a frame that arrives again counts again, also
+    ! after the folder was reopened. The ledger holds all counts: a crash loses those of uncommitted frames only.
     type, bind(C), public :: toliman_track_info
         integer(c_int32_t) :: struct_size = 192 ! in: sizeof(toliman_track_info)
         integer(c_int32_t) :: flags = 0 ! TOLIMAN_TRACK_..., as given
@@ -2345,20 +2339,6 @@ module toliman
         integer(c_int64_t) :: misfit = 0 ! frames whose chi-square exceeds chi_limit. Since 0.2, as all that follow
         real(c_double) :: chi_limit = 0.0_c_double ! the limit in force
         real(c_double) :: chi_median = 0.0_c_double ! median chi-square of the valid frames, to 0.2 %; NaN without one
-    end type
-
-    ! Session and region of interest. Both names are empty if unknown: without a folder, or if their line of streams.txt
-    ! was lost and none of their frames has arrived since.
-    type, bind(C), public :: toliman_track_stream
-        integer(c_int32_t) :: struct_size = 192 ! sizeof(toliman_track_stream)
-        integer(c_int32_t) :: reserved = 0
-        integer(c_int64_t) :: stream = 0 ! FNV-1a hash of both names, as in toliman_track_record
-        integer(c_int64_t) :: first_id = 0 ! lowest and highest frame id
-        integer(c_int64_t) :: last_id = 0
-        integer(c_int64_t) :: frames = 0 ! keys that are accepted, unreduced, outlier, misfit or quarantined
-        integer(c_int64_t) :: missing = 0 ! other ids between first_id and last_id
-        character(kind=c_char) :: session(72) = c_null_char
-        character(kind=c_char) :: roi(72) = c_null_char
     end type
 
     ! Goodness of fit (goodness.h) of the frames of a folder. Since 0.2.
@@ -2438,6 +2418,20 @@ module toliman
         integer(c_int32_t) :: struct_size = 72 ! sizeof(toliman_track_column)
         integer(c_int32_t) :: type = 0 ! TOLIMAN_TRACK_COLUMN_...
         character(kind=c_char) :: name(64) = c_null_char
+    end type
+
+    ! Session and region of interest. Both names are empty if unknown: without a folder, or if their line of streams.txt
+    ! was lost and none of their frames has arrived since.
+    type, bind(C), public :: toliman_track_stream
+        integer(c_int32_t) :: struct_size = 192 ! sizeof(toliman_track_stream)
+        integer(c_int32_t) :: reserved = 0
+        integer(c_int64_t) :: stream = 0 ! FNV-1a hash of both names, as in toliman_track_record
+        integer(c_int64_t) :: first_id = 0 ! lowest and highest frame id
+        integer(c_int64_t) :: last_id = 0
+        integer(c_int64_t) :: frames = 0 ! keys that are accepted, unreduced, outlier, misfit or quarantined
+        integer(c_int64_t) :: missing = 0 ! other ids between first_id and last_id
+        character(kind=c_char) :: session(72) = c_null_char
+        character(kind=c_char) :: roi(72) = c_null_char
     end type
 
     interface
@@ -4563,16 +4557,6 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Writes the sessions and regions, sorted by name, to streams[capacity]; *count becomes their number.
-        function toliman_track_get_streams(track, streams, capacity, count) bind(C) result(answer)
-            import
-            type(c_ptr), value :: track
-            integer(c_size_t), value :: capacity
-            type(toliman_track_stream), intent(inout), optional :: streams(*)
-            integer(c_size_t), intent(out) :: count
-            integer(c_int32_t) :: answer
-        end function
-
         ! Writes the clock table, pairs as in toliman_track_options, to clock[capacity][2]; *points becomes their
         ! number, 0 if camera time is TAI.
         function toliman_track_get_clock(track, clock, capacity, points) bind(C) result(answer)
@@ -4651,6 +4635,16 @@ module toliman
             integer(c_int64_t), value :: record
             integer(c_size_t), value :: capacity
             real(c_double), intent(out), optional :: intervals(*)
+            integer(c_size_t), intent(out) :: count
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Writes the sessions and regions, sorted by name, to streams[capacity]; *count becomes their number.
+        function toliman_track_get_streams(track, streams, capacity, count) bind(C) result(answer)
+            import
+            type(c_ptr), value :: track
+            integer(c_size_t), value :: capacity
+            type(toliman_track_stream), intent(inout), optional :: streams(*)
             integer(c_size_t), intent(out) :: count
             integer(c_int32_t) :: answer
         end function
@@ -4883,7 +4877,6 @@ module toliman
     public :: toliman_track_get_info
     public :: toliman_track_get_options
     public :: toliman_track_get_rejected
-    public :: toliman_track_get_streams
     public :: toliman_track_get_clock
     public :: toliman_track_get_period
     public :: toliman_track_query_fit
@@ -4892,6 +4885,7 @@ module toliman
     public :: toliman_track_get_columns
     public :: toliman_track_get_column
     public :: toliman_track_get_intervals
+    public :: toliman_track_get_streams
 
     ! Simulator: a prepared scene. Each image is computed once, and only if it is needed: the images of the stars when
     ! the simulator is created, derivatives and Cramer-Rao bounds by the first call that uses them; TOLIMAN_E_SCENE
@@ -5221,7 +5215,6 @@ module toliman
         procedure :: get_info => tracker_get_info
         procedure :: get_options => tracker_get_options
         procedure :: get_rejected => tracker_get_rejected
-        procedure :: get_streams => tracker_get_streams
         procedure :: get_clock => tracker_get_clock
         procedure :: get_period => tracker_get_period
         procedure :: query_fit => tracker_query_fit
@@ -5230,6 +5223,7 @@ module toliman
         procedure :: get_columns => tracker_get_columns
         procedure :: get_column => tracker_get_column
         procedure :: get_intervals => tracker_get_intervals
+        procedure :: get_streams => tracker_get_streams
         procedure :: push_frame => tracker_push_frame
         procedure :: destroy => tracker_destroy
         procedure, private :: tracker_assign
@@ -8136,22 +8130,6 @@ contains
         call conclude(toliman_track_get_rejected(self%handle, reason, frames), stat, errmsg)
     end subroutine
 
-    ! Writes the sessions and regions, sorted by name, to streams[capacity]; *count becomes their number.
-    ! streams(capacity).
-    subroutine tracker_get_streams(self, count, streams, stat, errmsg)
-        class(toliman_tracker), intent(in) :: self
-        type(toliman_track_stream), intent(inout), optional, contiguous :: streams(:)
-        integer(c_size_t), intent(out) :: count
-        integer, intent(out), optional :: stat
-        character(len=*), intent(inout), optional :: errmsg
-        integer(c_size_t) :: of_capacity
-        integer(c_int32_t) :: status
-        of_capacity = 0
-        if (present(streams)) of_capacity = size(streams, 1, c_size_t)
-        status = toliman_track_get_streams(self%handle, streams, of_capacity, count)
-        call conclude(status, stat, errmsg)
-    end subroutine
-
     ! Writes the clock table, pairs as in toliman_track_options, to clock[capacity][2]; *points becomes their number,
     ! 0 if camera time is TAI. clock(2, capacity).
     subroutine tracker_get_clock(self, points, clock, stat, errmsg)
@@ -8256,6 +8234,22 @@ contains
             if (.not. fits(size(intervals, 1, c_size_t), 2_c_size_t, 'intervals', 1, stat, errmsg)) return
         end if
         status = toliman_track_get_intervals(self%handle, record, intervals, of_capacity, count)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Writes the sessions and regions, sorted by name, to streams[capacity]; *count becomes their number.
+    ! streams(capacity).
+    subroutine tracker_get_streams(self, count, streams, stat, errmsg)
+        class(toliman_tracker), intent(in) :: self
+        type(toliman_track_stream), intent(inout), optional, contiguous :: streams(:)
+        integer(c_size_t), intent(out) :: count
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_capacity
+        integer(c_int32_t) :: status
+        of_capacity = 0
+        if (present(streams)) of_capacity = size(streams, 1, c_size_t)
+        status = toliman_track_get_streams(self%handle, streams, of_capacity, count)
         call conclude(status, stat, errmsg)
     end subroutine
 

@@ -9,8 +9,7 @@
  *                                             +-> get_bounds                                 Cramer-Rao bounds
  *                                             +-> get_series, get_offsets                    true values
  *                                             +-> get_pupil, get_spectrum, get_plate_scale   optics and light
- *                                             +-> expect, propagate, get_image               noise-free images
- *                                             |                                              and derivatives
+ *                                             +-> expect, propagate, get_image               images, derivatives
  *                                             +-> sim_derivative.h                           all derivatives
  *                                             +-> stage_name, image_name                     names of constants
  *                                          destroy
@@ -173,7 +172,6 @@ TOLIMAN_API void toliman_sim_destroy(toliman_sim *sim) TOLIMAN_NOEXCEPT;
 #define TOLIMAN_SIM_CALIBRATION_NONE 351       /* no calibration fitted the scene, or its file has no verdict */
 #define TOLIMAN_SIM_CALIBRATION_COMPLETE 352   /* the model explained the frames of the calibration */
 #define TOLIMAN_SIM_CALIBRATION_INCOMPLETE 353 /* it did not, or the calibration did not end */
-
 /* Properties of a prepared scene. */
 typedef struct toliman_sim_info {
     uint32_t struct_size;  /* in: sizeof(toliman_sim_info) */
@@ -220,8 +218,7 @@ typedef struct toliman_sim_bounds {
     double crb_flux_shift_px; /* with both fluxes and the common shift unknown */
     double crb_marginal_px;   /* with fluxes, shift, roll, scale, focus and background unknown */
     double crb_projected_px;  /* with those of preprocess.project unknown: reference of an estimator's efficiency */
-    double truncation;        /* error of the Taylor expansion at the largest displacement of the signal: largest error
-                                 of any pixel, divided by the largest change of any pixel by the signal */
+    double truncation;        /* largest error of the Taylor expansion over the largest change by the signal */
     /* How a mask spreads the light, of the expected frame before the detector. */
     double peak_to_mean;    /* brightest pixel over mean pixel: the dynamic range that the frame needs */
     double gradient_energy; /* mean |gradient of the light|^2 over (mean light)^2, px^-2: fine structure of the frame */

@@ -28,6 +28,7 @@
 #include <toliman/sky.h>
 #include <toliman/sky_diagnosis.h>
 #include <toliman/track.h>
+#include <toliman/track_goodness.h>
 #include <toliman/track_records.h>
 
 #endif

@@ -7,8 +7,8 @@
  *                                    |
  *   frames[count] -> push -> toliman_track -> outcomes[count]; get_period -> period.h
  *   other folders -> merge ----------+
- *                                    +-> query_fit, query_goodness, get_info, get_rejected, get_options, get_clock,
- * get_streams; |   verdict_name, reason_name; records: track_records.h
+ *                                    +-> query_fit, get_info, get_rejected, get_options, get_clock;
+ *                                    |   verdict_name, reason_name; records, sessions: track_records.h
  *                                    +-> commit, save -> folder
  *                                 destroy
  *
@@ -48,8 +48,7 @@
  * their pixels, for instance with a definitive observer file or a refitted system. The periodogram then has the bits of
  * a folder that had them from the start, with the same grid, clock table, plate scale and value_limit.
  *
- * The periodogram has the same bits for any order of arrival, if all values are computed with the same instruction
- * set. Bit errors in a frame that arrives only once cannot be detected: downlinked frames have no checksum.
+ * The periodogram has the same bits for any order of arrival, if all values are computed with one instruction set.
  *
  * In a folder, each frame is recorded in a ledger (formats.md, "TLML"), the authoritative record. The folder also
  * holds the grid and clock table (setup), the names of sessions and regions (streams.txt), and the accumulators
@@ -116,21 +115,18 @@ typedef struct toliman_track_outcome {
     double value;   /* accepted frames, outliers and misfits: reduced if the folder has a system; unreduced frames: the
                        estimate */
     int64_t tai_ns; /* these frames: time in TAI */
-    double chi_square; /* these frames: goodness of fit (goodness.h) of the estimator's model; NaN and UNKNOWN without
-                          one. Since 0.2, as all that follow */
+    double chi_square; /* these frames: goodness of fit (goodness.h), UNKNOWN without a model. Since 0.2, as what
+                          follows */
     double chi_square_sigma, largest_residual;
     int32_t goodness;    /* TOLIMAN_GOODNESS_... */
     uint32_t bad_pixels; /* pixels that were found damaged and left out of the estimate */
 } toliman_track_outcome;
 #define TOLIMAN_TRACK_OUTCOME_INIT TOLIMAN_INIT(toliman_track_outcome)
 
-/* Called on the thread of toliman_track_push for a valid frame that is a misfit, before it is recorded: it may be given
- * again with other pixels, such as those that toliman_ingest_find_frame finds.
- *   frame    the frame
- *   outcome  chi_square, largest_residual, value and tai_ns of the estimate; the verdict is MISFIT
- *   other    a copy of *frame, whose pixels, rows, cols, stride and pixel may be changed; they must stay valid until
- * the push returns Returns 1 to try *other, which takes the place of the frame unless it is a misfit, too; 0 to record
- * the frame as a misfit. An exception, and any other number, count as 0. Since 0.2. */
+/* Called on the thread of toliman_track_push for a misfit, before it is recorded. *other is a copy of *frame: its
+ * pixels, rows, cols, stride and pixel may be changed, for example to those that toliman_ingest_find_frame finds; they
+ * must stay valid until the push returns. Returns 1 to try *other, which is recorded unless it is a misfit, too; 0 to
+ * record the frame. An exception and other numbers count as 0. Since 0.2. */
 typedef int32_t (*toliman_misfit_fn)(const toliman_frame *frame, const toliman_track_outcome *outcome,
                                      toliman_frame *other, void *user_data);
 
@@ -383,25 +379,6 @@ toliman_track_get_options(const toliman_track *track, toliman_track_options *opt
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_rejected(const toliman_track *track, int32_t reason,
                                                                          int64_t *frames) TOLIMAN_NOEXCEPT;
 
-/* Session and region of interest. Both names are empty if unknown: without a folder, or if their line of streams.txt
- * was lost and none of their frames has arrived since. */
-typedef struct toliman_track_stream {
-    uint32_t struct_size; /* sizeof(toliman_track_stream) */
-    uint32_t reserved;
-    uint64_t stream;           /* FNV-1a hash of both names, as in toliman_track_record */
-    int64_t first_id, last_id; /* lowest and highest frame id */
-    int64_t frames;            /* keys that are accepted, unreduced, outlier, misfit or quarantined */
-    int64_t missing;           /* other ids between first_id and last_id */
-    char session[72], roi[72];
-} toliman_track_stream;
-#define TOLIMAN_TRACK_STREAM_INIT TOLIMAN_INIT(toliman_track_stream)
-
-/* Writes the sessions and regions, sorted by name, to streams[capacity]; *count becomes their number. To query the
- * number, pass capacity 0 and streams NULL. TOLIMAN_E_CAPACITY if capacity is too small. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_streams(const toliman_track *track,
-                                                                        toliman_track_stream *streams, size_t capacity,
-                                                                        size_t *count) TOLIMAN_NOEXCEPT;
-
 /* Writes the clock table, pairs as in toliman_track_options, to clock[capacity][2]; *points becomes their number, 0
  * if camera time is TAI. To query the number, pass capacity 0 and clock NULL. TOLIMAN_E_CAPACITY if capacity is too
  * small. */
@@ -419,36 +396,6 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_period(const tol
  * damaged since it was opened. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_query_fit(const toliman_track *track,
                                                                       toliman_period_peak *out) TOLIMAN_NOEXCEPT;
-
-/* Goodness of fit (goodness.h) of the frames of a folder. Since 0.2. */
-typedef struct toliman_track_goodness {
-    uint32_t struct_size;        /* in: sizeof(toliman_track_goodness) */
-    int32_t goodness;            /* verdict on chi_square, as for a single frame */
-    int64_t frames;              /* accepted and unreduced frames with a chi-square */
-    double chi_square;           /* their median, NaN without frames */
-    double chi_square_sigma;     /* median standard deviation of a frame's chi-square, if the model is right */
-    double largest_residual;     /* largest one of these frames */
-    double years;                /* from their first time to the last, in years of 365.25 days */
-    double trend_per_year;       /* change of chi-square per year, least squares; NaN for fewer than 3 frames */
-    double trend_sigma_per_year; /* its standard error, from the scatter of the frames */
-    int64_t poor, too_good;      /* verdicts of these frames */
-    int64_t misfit;              /* frames above the limit, which are not among these frames */
-    int64_t bad_pixels;          /* pixels that were left out of these frames */
-    int64_t cleaned;             /* number of these frames with a bad pixel */
-    double chi_limit;            /* the limit in force */
-    /* The scene with which the frames are measured, if it is that of a calibration. */
-    uint32_t is_calibrated; /* 1: it is */
-    uint32_t is_complete; /* 0: the calibration found an effect that its model lacks (TOLIMAN_CALIBRATION_INCOMPLETE) */
-    double calibration_chi_square, calibration_chi_square_sigma; /* of the calibration; NaN if unknown */
-    int32_t calibration_goodness;                                /* verdict on it */
-    int32_t reserved;
-} toliman_track_goodness;
-#define TOLIMAN_TRACK_GOODNESS_INIT TOLIMAN_INIT(toliman_track_goodness)
-
-/* Writes the goodness of fit of the folder's frames to *out, whose struct_size must be set. Reads all records. Errors:
- * TOLIMAN_E_FORMAT if the ledger has been damaged since it was opened. Since 0.2. */
-TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
-toliman_track_query_goodness(const toliman_track *track, toliman_track_goodness *out) TOLIMAN_NOEXCEPT;
 
 TOLIMAN_END_DECLS
 

@@ -5,6 +5,7 @@
  *   toliman_track -> get_records -> verdicts, times, values
  *                 -> get_columns -> get_column -> further data of the same records
  *                 -> get_intervals -> on-target intervals of a frame
+ *                 -> get_streams -> sessions and regions, ids that are missing
  */
 #ifndef TOLIMAN_TRACK_RECORDS_H
 #define TOLIMAN_TRACK_RECORDS_H
@@ -91,6 +92,25 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_column(const tol
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_intervals(const toliman_track *track, int64_t record,
                                                                           double *intervals, size_t capacity,
                                                                           size_t *count) TOLIMAN_NOEXCEPT;
+
+/* Session and region of interest. Both names are empty if unknown: without a folder, or if their line of streams.txt
+ * was lost and none of their frames has arrived since. */
+typedef struct toliman_track_stream {
+    uint32_t struct_size; /* sizeof(toliman_track_stream) */
+    uint32_t reserved;
+    uint64_t stream;           /* FNV-1a hash of both names, as in toliman_track_record */
+    int64_t first_id, last_id; /* lowest and highest frame id */
+    int64_t frames;            /* keys that are accepted, unreduced, outlier, misfit or quarantined */
+    int64_t missing;           /* other ids between first_id and last_id */
+    char session[72], roi[72];
+} toliman_track_stream;
+#define TOLIMAN_TRACK_STREAM_INIT TOLIMAN_INIT(toliman_track_stream)
+
+/* Writes the sessions and regions, sorted by name, to streams[capacity]; *count becomes their number. To query the
+ * number, pass capacity 0 and streams NULL. TOLIMAN_E_CAPACITY if capacity is too small. */
+TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_streams(const toliman_track *track,
+                                                                        toliman_track_stream *streams, size_t capacity,
+                                                                        size_t *count) TOLIMAN_NOEXCEPT;
 
 TOLIMAN_END_DECLS
 

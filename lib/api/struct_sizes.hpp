@@ -92,10 +92,10 @@ constexpr StructSize kStructSizes[] = {
     {"toliman_track_outcome", sizeof(toliman_track_outcome)},
     {"toliman_track_options", sizeof(toliman_track_options)},
     {"toliman_track_info", sizeof(toliman_track_info)},
-    {"toliman_track_stream", sizeof(toliman_track_stream)},
     {"toliman_track_goodness", sizeof(toliman_track_goodness)},
     {"toliman_track_record", sizeof(toliman_track_record)},
     {"toliman_track_column", sizeof(toliman_track_column)},
+    {"toliman_track_stream", sizeof(toliman_track_stream)},
 };
 
 } // namespace toliman::api

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include <toliman/track.h>
+#include <toliman/track_goodness.h>
 #include <toliman/track_records.h>
 
 #include "api/guard.hpp"

@@ -260,7 +260,7 @@ class Tracker {
     Access access_;
     FrameIndex index_;
     ChiSquares chi_squares_;
-    ChiBin limit_;                 // the highest bin that is no misfit
+    ChiBin limit_;                 // the highest bin of frames that are not misfits
     ChiBin limit_before_ = kNoBin; // when the checkpoint was written
     Streams streams_;
     period::Stream &sums_;

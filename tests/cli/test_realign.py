@@ -20,8 +20,8 @@ class Realigned(Track):
     def test_holes(self):
         raw = [frame.astype("<u4").tobytes() for frame in self.frames]
         self.assertEqual((FRAMES, len(raw[0])), (48, SIZE))
-        inside = lambda hole, cut: [raw[k][:cut] if k == hole else raw[k] for k in range(FRAMES)]
-        without = lambda *holes: [line for k, line in enumerate(self.lines) if k not in holes]
+        inside = lambda cut, kept: [raw[k][:kept] if k == cut else raw[k] for k in range(FRAMES)]
+        without = lambda *ids: [line for k, line in enumerate(self.lines) if k not in ids]
         cases = (  # what, pieces of the file, lines, frames that cannot be found, steps at which frames are found
             ("a frame without line", inside(12, 6000), without(12), {12}, [6000]),
             ("bytes that are no whole pixels", inside(12, 6001), without(12), {12}, [6001]),

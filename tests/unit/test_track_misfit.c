@@ -3,6 +3,8 @@
  * computed from all chi-squares by sorting. */
 #include "track_folder.h"
 
+#include <toliman/track_goodness.h>
+
 enum { FRAMES = 120 };
 
 /* chi-square 8 for the first third, later about 1 with some of 3 (below 4 times the median) and of 9; one of 1e9 */

@@ -324,8 +324,7 @@ class toliman_sim_bounds(Sized):
     crb_flux_shift_px: with both fluxes and the common shift unknown
     crb_marginal_px: with fluxes, shift, roll, scale, focus and background unknown
     crb_projected_px: with those of preprocess.project unknown: reference of an estimator's efficiency
-    truncation: error of the Taylor expansion at the largest displacement of the signal: largest error
-        of any pixel, divided by the largest change of any pixel by the signal
+    truncation: largest error of the Taylor expansion over the largest change by the signal
     peak_to_mean: How a mask spreads the light, of the expected frame before the detector.
         brightest pixel over mean pixel: the dynamic range that the frame needs
     gradient_energy: mean |gradient of the light|^2 over (mean light)^2, px^-2: fine structure of the frame"""
@@ -2931,8 +2930,8 @@ class toliman_track_outcome(Sized):
     value: accepted frames, outliers and misfits: reduced if the folder has a system; unreduced frames: the
         estimate
     tai_ns: these frames: time in TAI
-    chi_square: these frames: goodness of fit (goodness.h) of the estimator's model; NaN and UNKNOWN without
-        one. Since 0.2, as all that follow
+    chi_square: these frames: goodness of fit (goodness.h), UNKNOWN without a model. Since 0.2, as what
+        follows
     goodness: TOLIMAN_GOODNESS_...
     bad_pixels: pixels that were found damaged and left out of the estimate"""
 
@@ -2954,14 +2953,10 @@ class toliman_track_outcome(Sized):
     ]
 
 
-# Called on the thread of toliman_track_push for a valid frame that is a misfit, before it is recorded: it may be given
-# again with other pixels, such as those that toliman_ingest_find_frame finds.
-#   frame    the frame
-#   outcome  chi_square, largest_residual, value and tai_ns of the estimate; the verdict is MISFIT
-#   other    a copy of *frame, whose pixels, rows, cols, stride and pixel may be changed; they must stay valid until the
-#            push returns
-# Returns 1 to try *other, which takes the place of the frame unless it is a misfit, too; 0 to record the frame as a
-# misfit. An exception, and any other number, count as 0. Since 0.2.
+# Called on the thread of toliman_track_push for a misfit, before it is recorded. *other is a copy of *frame: its
+# pixels, rows, cols, stride and pixel may be changed, for example to those that toliman_ingest_find_frame finds; they
+# must stay valid until the push returns. Returns 1 to try *other, which is recorded unless it is a misfit, too; 0 to
+# record the frame. An exception and other numbers count as 0. Since 0.2.
 # Arguments: frame, outcome, other, user_data.
 toliman_misfit_fn = CFUNCTYPE(c_int32, POINTER(toliman_frame), POINTER(toliman_track_outcome), POINTER(toliman_frame), c_void_p)
 
@@ -3100,8 +3095,8 @@ class toliman_track_options(Sized):
     chi_limit: Limit of the chi-square of a frame, to 0.4 %. A frame above it is a misfit. Frames without a chi-square are never
         misfits. Since 0.2.
           above 0  the limit
-          -1       4 times the median of all valid frames of the folder, at least 2 and at most 100: a model that is wrong
-                   by a chi-square of 10 is usable, and one of 1000 is not. The verdict of earlier frames changes with the
+          -1       4 times the median of all valid frames of the folder, at least 2 and at most 100: a model that is
+        wrong by a chi-square of 10 is usable, and one of 1000 is not. The verdict of earlier frames changes with the
                    median; it does not depend on the order of arrival
           0        that of the folder; in a new folder 2 if the scene of `fit` is that of a calibration, otherwise -1
     misfit: may be NULL. Since 0.2"""
@@ -3161,8 +3156,8 @@ class toliman_track_options(Sized):
 
 class toliman_track_info(Sized):
     """Counts and properties of a tracker. received = accepted + unreduced + outlier + misfit + quarantined +
-    repeated + rejected. received, repeated and rejected count arrivals: a frame that arrives again counts again, also after the
-    folder was reopened. The ledger holds all counts: a crash loses those of uncommitted frames only.
+    repeated + rejected. received, repeated and rejected count arrivals: a frame that arrives again counts again, also
+    after the folder was reopened. The ledger holds all counts: a crash loses those of uncommitted frames only.
     struct_size: in: sizeof(toliman_track_info)
     flags: TOLIMAN_TRACK_..., as given
     received: arrived frames, in this and earlier runs
@@ -3213,29 +3208,6 @@ class toliman_track_info(Sized):
         ("misfit", c_int64),
         ("chi_limit", c_double),
         ("chi_median", c_double),
-    ]
-
-
-class toliman_track_stream(Sized):
-    """Session and region of interest. Both names are empty if unknown: without a folder, or if their line of streams.txt
-    was lost and none of their frames has arrived since.
-    struct_size: sizeof(toliman_track_stream)
-    stream: FNV-1a hash of both names, as in toliman_track_record
-    first_id: lowest and highest frame id
-    last_id: lowest and highest frame id
-    frames: keys that are accepted, unreduced, outlier, misfit or quarantined
-    missing: other ids between first_id and last_id"""
-
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("reserved", c_uint32),
-        ("stream", c_uint64),
-        ("first_id", c_int64),
-        ("last_id", c_int64),
-        ("frames", c_int64),
-        ("missing", c_int64),
-        ("session", c_char * 72),
-        ("roi", c_char * 72),
     ]
 
 
@@ -3355,6 +3327,29 @@ class toliman_track_column(Sized):
         ("struct_size", c_uint32),
         ("type", c_int32),
         ("name", c_char * 64),
+    ]
+
+
+class toliman_track_stream(Sized):
+    """Session and region of interest. Both names are empty if unknown: without a folder, or if their line of streams.txt
+    was lost and none of their frames has arrived since.
+    struct_size: sizeof(toliman_track_stream)
+    stream: FNV-1a hash of both names, as in toliman_track_record
+    first_id: lowest and highest frame id
+    last_id: lowest and highest frame id
+    frames: keys that are accepted, unreduced, outlier, misfit or quarantined
+    missing: other ids between first_id and last_id"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("stream", c_uint64),
+        ("first_id", c_int64),
+        ("last_id", c_int64),
+        ("frames", c_int64),
+        ("missing", c_int64),
+        ("session", c_char * 72),
+        ("roi", c_char * 72),
     ]
 
 
@@ -3510,7 +3505,6 @@ OF_OBJECTS = {
     "toliman_track_get_info": False,
     "toliman_track_get_options": False,
     "toliman_track_get_rejected": False,
-    "toliman_track_get_streams": False,
     "toliman_track_get_clock": False,
     "toliman_track_get_period": False,
     "toliman_track_query_fit": False,
@@ -3519,6 +3513,7 @@ OF_OBJECTS = {
     "toliman_track_get_columns": False,
     "toliman_track_get_column": False,
     "toliman_track_get_intervals": False,
+    "toliman_track_get_streams": False,
 }
 
 # name: (type of the result, ((argument, its type), ...), comment)
@@ -4614,20 +4609,19 @@ frame if they have been replaced or truncated:
             ("capacity", c_size_t),
             ("shift", POINTER(c_int64)),
         ),
-        """Finds a frame that is not at its place, because the file of pixels has lost or gained bytes before it: a part of a frame
-without a line, or of a frame whose rest is lost. Such a frame is a misfit of a tracker (track.h).
-  offset     that of the FRAME event
-  reference  an undamaged frame of the same scene, shape and pixel type, contiguous
-  pixels     [rows][cols], receives the frame where it looks most like the reference; capacity in bytes
-  shift      receives the bytes from its place to there; 0 if it is not found elsewhere, then pixels is unchanged
-The size of the file, compared with that of the frames of all lines, tells whether bytes were lost or gained; with
-GROWING it does not, and no frame is found. The likeness is that of images: let the estimator confirm the frame.
-Errors: TOLIMAN_E_CAPACITY if capacity is too small; TOLIMAN_E_NOT_FOUND if the file cannot be read. Since 0.2.""",
+        """Finds a frame that is not at its place, because the file of pixels has lost or gained bytes before it: a part of a
+frame without a line, or of a frame whose rest is lost. Such a frame is a misfit of a tracker (track.h). offset that
+of the FRAME event reference  an undamaged frame of the same scene, shape and pixel type, contiguous pixels
+[rows][cols], receives the frame where it looks most like the reference; capacity in bytes shift      receives the
+bytes from its place to there; 0 if it is not found elsewhere, then pixels is unchanged The size of the file,
+compared with that of the frames of all lines, tells whether bytes were lost or gained; with GROWING it does not, and
+no frame is found. The likeness is that of images: let the estimator confirm the frame. Errors: TOLIMAN_E_CAPACITY if
+capacity is too small; TOLIMAN_E_NOT_FOUND if the file cannot be read. Since 0.2.""",
     ),
     "toliman_ingest_set_shift": (
         c_int32, (("ingest", POINTER(toliman_ingest)), ("shift", c_int64)),
-        """Sets the shift, in bytes, at which frames that were not reported yet are read, 0 at the beginning. No effect on a file
-that has exactly the size of the frames of all lines. Since 0.2.""",
+        """Sets the shift, in bytes, at which frames that were not reported yet are read, 0 at the beginning. No effect on a
+file that has exactly the size of the frames of all lines. Since 0.2.""",
     ),
     "toliman_ingest_finish": (
         c_int32, (("ingest", POINTER(toliman_ingest)),),
@@ -5802,16 +5796,6 @@ point to memory of the tracker. cae, linear, fit, bank, estimate, sky, allocator
         """Writes the number of frames rejected for one reason, TOLIMAN_TRACK_REASON_SHAPE or later, to *frames.
 TOLIMAN_E_ARGUMENT for an unknown reason. Since 0.2.""",
     ),
-    "toliman_track_get_streams": (
-        c_int32, (
-            ("track", POINTER(toliman_track)),
-            ("streams", POINTER(toliman_track_stream)),
-            ("capacity", c_size_t),
-            ("count", POINTER(c_size_t)),
-        ),
-        """Writes the sessions and regions, sorted by name, to streams[capacity]; *count becomes their number. To query the
-number, pass capacity 0 and streams NULL. TOLIMAN_E_CAPACITY if capacity is too small.""",
-    ),
     "toliman_track_get_clock": (
         c_int32, (
             ("track", POINTER(toliman_track)),
@@ -5849,9 +5833,9 @@ TOLIMAN_E_FORMAT if the ledger has been damaged since it was opened. Since 0.2."
             ("done", POINTER(c_size_t)),
         ),
         """Reads up to `count` records from number `first` on, in order of arrival; *done becomes their number. The newest
-start at toliman_track_info.records - count. Duplicates have no record. In memory, only valid frames have records, one
-each. TOLIMAN_E_FORMAT if the ledger has been damaged since it was opened;
-some records may then have been written.""",
+start at toliman_track_info.records - count. Duplicates have no record. In memory, only valid frames have records,
+one each. TOLIMAN_E_FORMAT if the ledger has been damaged since it was opened; some records may then have been
+written.""",
     ),
     "toliman_track_get_columns": (
         c_int32, (
@@ -5891,6 +5875,16 @@ capacity 0 and intervals NULL.
   record  number of the record, as for toliman_track_get_records
 Errors: TOLIMAN_E_CAPACITY if capacity is too small; TOLIMAN_E_STATE in memory, where intervals are not kept;
 TOLIMAN_E_LOST if damage to the ledger has lost them. Since 0.2.""",
+    ),
+    "toliman_track_get_streams": (
+        c_int32, (
+            ("track", POINTER(toliman_track)),
+            ("streams", POINTER(toliman_track_stream)),
+            ("capacity", c_size_t),
+            ("count", POINTER(c_size_t)),
+        ),
+        """Writes the sessions and regions, sorted by name, to streams[capacity]; *count becomes their number. To query the
+number, pass capacity 0 and streams NULL. TOLIMAN_E_CAPACITY if capacity is too small.""",
     ),
 }
 

@@ -81,7 +81,7 @@ class Bounds(Result):
     crb_flux_shift_px: float = member("with both fluxes and the common shift unknown")
     crb_marginal_px: float = member("with fluxes, shift, roll, scale, focus and background unknown")
     crb_projected_px: float = member("with those of preprocess.project unknown: reference of an estimator's efficiency")
-    truncation: float = member("error of the Taylor expansion at the largest displacement of the signal: largest error of any pixel, divided by the largest change of any pixel by the signal")
+    truncation: float = member("largest error of the Taylor expansion over the largest change by the signal")
     peak_to_mean: float = member("How a mask spreads the light, of the expected frame before the detector. brightest pixel over mean pixel: the dynamic range that the frame needs")
     gradient_energy: float = member("mean |gradient of the light|^2 over (mean light)^2, px^-2: fine structure of the frame")
 
@@ -763,7 +763,7 @@ class Outcome(Result):
     pixel: float = member("value of that pixel")
     value: float = member("accepted frames, outliers and misfits: reduced if the folder has a system; unreduced frames: the estimate")
     tai_ns: int = member("these frames: time in TAI")
-    chi_square: float = member("these frames: goodness of fit (goodness.h) of the estimator's model; NaN and UNKNOWN without one. Since 0.2, as all that follow")
+    chi_square: float = member("these frames: goodness of fit (goodness.h), UNKNOWN without a model. Since 0.2, as what follows")
     chi_square_sigma: float
     largest_residual: float
     goodness: str = member("...", words="TOLIMAN_GOODNESS")
@@ -773,8 +773,8 @@ class Outcome(Result):
 @result
 class TrackInfo(Result):
     """Counts and properties of a tracker. received = accepted + unreduced + outlier + misfit + quarantined +
-    repeated + rejected. received, repeated and rejected count arrivals: a frame that arrives again counts again, also after the
-    folder was reopened. The ledger holds all counts: a crash loses those of uncommitted frames only."""
+    repeated + rejected. received, repeated and rejected count arrivals: a frame that arrives again counts again, also
+    after the folder was reopened. The ledger holds all counts: a crash loses those of uncommitted frames only."""
 
     received: int = member("arrived frames, in this and earlier runs")
     accepted: int = member("frames in the periodogram")
@@ -802,20 +802,6 @@ class TrackInfo(Result):
 
 
 @result
-class Stream(Result):
-    """Session and region of interest. Both names are empty if unknown: without a folder, or if their line of streams.txt
-    was lost and none of their frames has arrived since."""
-
-    stream: int = member("FNV-1a hash of both names, as in toliman_track_record")
-    first_id: int = member("lowest and highest frame id")
-    last_id: int = member("lowest and highest frame id")
-    frames: int = member("keys that are accepted, unreduced, outlier, misfit or quarantined")
-    missing: int = member("other ids between first_id and last_id")
-    session: str
-    roi: str
-
-
-@result
 class FolderGoodness(Result):
     """Goodness of fit (goodness.h) of the frames of a folder."""
 
@@ -838,3 +824,17 @@ class FolderGoodness(Result):
     calibration_chi_square: float = member("of the calibration; NaN if unknown")
     calibration_chi_square_sigma: float = member("of the calibration; NaN if unknown")
     calibration_goodness: str = member("verdict on it", words="TOLIMAN_GOODNESS")
+
+
+@result
+class Stream(Result):
+    """Session and region of interest. Both names are empty if unknown: without a folder, or if their line of streams.txt
+    was lost and none of their frames has arrived since."""
+
+    stream: int = member("FNV-1a hash of both names, as in toliman_track_record")
+    first_id: int = member("lowest and highest frame id")
+    last_id: int = member("lowest and highest frame id")
+    frames: int = member("keys that are accepted, unreduced, outlier, misfit or quarantined")
+    missing: int = member("other ids between first_id and last_id")
+    session: str
+    roi: str
