@@ -2292,11 +2292,11 @@ module toliman
         real(c_double) :: trend_start = 0.0_c_double
         real(c_double) :: trend_end = 0.0_c_double
         real(c_double) :: scale_sigma = 0.0_c_double
-        ! Limit of the chi-square of a frame, to 0.4 %. A frame above it is a misfit. Frames without a chi-square are
-        ! never misfits. Since 0.2. above 0 the limit -1 4 times the median of all valid frames of the folder, at
-        ! least 2 and at most 100: a model that is wrong by a chi-square of 10 is usable, and one of 1000 is not. The
-        ! verdict of earlier frames changes with the median; it does not depend on the order of arrival 0 that of the
-        ! folder; in a new folder 2 if the scene of `fit` is that of a calibration, otherwise -1
+        ! Limit of the chi-square of a frame, to 0.4 %; frames above it are misfits. Since 0.2. -1 4 times the median
+        ! of all valid frames of the folder, at least 2 and at most 100: a model that is wrong by a chi-square of 10
+        ! is usable, and one of 1000 is not. The verdict of earlier frames changes with the median; it does not depend
+        ! on the order of arrival 0 that of the folder; in a new folder 2 if the scene of `fit` is that of a
+        ! calibration, otherwise -1
         real(c_double) :: chi_limit = 0.0_c_double
         type(c_funptr) :: misfit = c_null_funptr ! may be NULL. Since 0.2
         type(c_ptr) :: misfit_data = c_null_ptr

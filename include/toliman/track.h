@@ -244,9 +244,7 @@ typedef struct toliman_track_options {
      *                      folder; in a new folder no error */
     double trend_start, trend_end;
     double scale_sigma;
-    /* Limit of the chi-square of a frame, to 0.4 %. A frame above it is a misfit. Frames without a chi-square are never
-     * misfits. Since 0.2.
-     *   above 0  the limit
+    /* Limit of the chi-square of a frame, to 0.4 %; frames above it are misfits. Since 0.2.
      *   -1       4 times the median of all valid frames of the folder, at least 2 and at most 100: a model that is
      * wrong by a chi-square of 10 is usable, and one of 1000 is not. The verdict of earlier frames changes with the
      *            median; it does not depend on the order of arrival

@@ -172,7 +172,7 @@ static void learn(const toliman_sim *sim, const double *frames, const char *fold
     snprintf(path, sizeof path, "%s/weights", folder);
     assert_ok(toliman_cae_save_file(cae, NULL, path));
     assert_ok(toliman_cae_load_file(path, NULL, &again));
-    assert_ok(toliman_cae_encode(again, frames, kSide, &latents[1]));
+    assert_ok(toliman_cae_encode(again, frames, kSide, &latents[1], NULL));
     result("loaded", &latents[1], sizeof *latents);
     toliman_cae_destroy(cae);
     toliman_cae_destroy(again);
@@ -183,7 +183,7 @@ static void fit(const toliman_sim *sim, const double *frames) {
     toliman_components *components = NULL;
     double value, series[FRAMES];
     assert_ok(toliman_linear_create(sim, NULL, &linear));
-    assert_ok(toliman_linear_encode(linear, frames, kSide, &value));
+    assert_ok(toliman_linear_encode(linear, frames, kSide, &value, NULL));
     result("template", &value, sizeof value);
     toliman_linear_destroy(linear);
     assert_ok(toliman_components_create(sim, NULL, &components));
@@ -294,7 +294,7 @@ static void find_planets(void) {
     toliman_planet_series series = {.struct_size = sizeof series, .n = SAMPLES, .t = t, .y = y};
     toliman_planet_options options;
     toliman_planet_options_init(&options, sizeof options);
-    options.flags = TOLIMAN_PLANET_JITTER;
+    options.flags = 0;
     options.period_max = 150;
     options.threads = 2;
     assert_ok(toliman_planet_search(&series, &options, &planets));

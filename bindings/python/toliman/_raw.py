@@ -3092,9 +3092,7 @@ class toliman_track_options(Sized):
                              with REASON_CLOCK. Both 0 = from -0.05/df to 0.15/df, twice the time span of the grid
           scale_sigma        standard deviation of the relative error of the plate scale, in [0, 1); 0 = that of the
                              folder; in a new folder no error
-    chi_limit: Limit of the chi-square of a frame, to 0.4 %. A frame above it is a misfit. Frames without a chi-square are never
-        misfits. Since 0.2.
-          above 0  the limit
+    chi_limit: Limit of the chi-square of a frame, to 0.4 %; frames above it are misfits. Since 0.2.
           -1       4 times the median of all valid frames of the folder, at least 2 and at most 100: a model that is
         wrong by a chi-square of 10 is usable, and one of 1000 is not. The verdict of earlier frames changes with the
                    median; it does not depend on the order of arrival
