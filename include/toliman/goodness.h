@@ -3,6 +3,7 @@
  * Data flow
  *
  *   fit of a frame, of many frames, of a series -> chi_square, chi_square_sigma, largest_residual -> goodness
+ *                                                  goodness -> toliman_goodness_name
  *
  * Every result that compares a model with data has these four members:
  *

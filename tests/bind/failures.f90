@@ -48,7 +48,7 @@ contains
         print '(i0, 2a)', stat, ' ', trim(errmsg)
         call cae%load_file('no/such/weights', stat=stat, errmsg=errmsg)
         print '(i0, 2a)', stat, ' ', trim(errmsg)
-        call cae%encode(image, latent, stat, errmsg)
+        call cae%encode(image, latent, stat=stat, errmsg=errmsg)
         print '(i0, 2a)', stat, ' ', trim(errmsg)
         call period%create(-1d0, 1d0, 5_c_int64_t, stat=stat, errmsg=errmsg)
         print '(i0, 2a)', stat, ' ', trim(errmsg)

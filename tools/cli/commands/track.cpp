@@ -43,6 +43,8 @@ void track(Options &options, Progress &progress) {
     Estimator estimator;
     const size_t jobs = options.folder.jobs == 0 ? 64 : options.folder.jobs;
     toliman::tracker tracker = options.folder.open(input.dtype, estimator, progress);
+    if (const std::string orbit = options.folder.reference.orbit(); !orbit.empty())
+        progress.tell(orbit);
     const std::optional<std::string> renewal = estimator.bank ? std::make_optional(estimator.renewal) : std::nullopt;
     Tracking tracking(std::move(tracker), {options.every, jobs, unused, renewal, options.folder.reference.coverage()},
                       options.folder.realigner, progress);

@@ -51,8 +51,6 @@ void ReferenceOptions::set(toliman_track_options &how, const std::optional<tolim
                       std::string(how.folder) +
                           ": its separations are reduced: give the orbit of the spacecraft, --observer FILE");
     sky_ = observer_.predictor(system_.empty() ? system_of(how.folder, progress) : system_, 0, progress);
-    if (const std::string orbit = observer_.orbit(sky_.get()); !orbit.empty())
-        progress.tell(orbit);
     how.sky = sky_.get();
     if (plate_scale_)
         how.plate_scale_arcsec = plate_scale_of(plate_scale_, 0);
@@ -63,6 +61,10 @@ std::string ReferenceOptions::text() const {
     return (system_.empty() ? "" : " --system " + system_) + observer_.options() +
            (plate_scale_ ? formatted(" --plate-scale %.17g", *plate_scale_) : "") +
            (scale_sigma_ ? formatted(" --scale-sigma %.17g", *scale_sigma_) : "");
+}
+
+std::string ReferenceOptions::orbit() const {
+    return sky_ ? observer_.orbit(sky_.get()) : "";
 }
 
 std::string ReferenceOptions::coverage() const {

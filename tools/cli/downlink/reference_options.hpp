@@ -25,6 +25,8 @@ class ReferenceOptions {
     void set(toliman_track_options &how, const std::optional<toliman_track_options> &made, Progress &progress);
     // " --system alpha-cen --observer spacecraft.oem", as given.
     std::string text() const;
+    // The orbit in the observer file, in words; "" without a file.
+    std::string orbit() const;
     // "spacecraft.oem has states from ... to ... TAI"; "" without a file.
     std::string coverage() const;
     void set_leap_seconds(const std::string &path) { observer_.set_leap_seconds(path); }
