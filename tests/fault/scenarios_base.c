@@ -9,6 +9,7 @@ static toliman_status texts(attempt *a) {
     must(toliman_abi_version() == TOLIMAN_ABI_VERSION, "abi_version");
     must(strcmp(toliman_status_name(TOLIMAN_E_MEMORY), "TOLIMAN_E_MEMORY") == 0, "status_name");
     must(strcmp(toliman_goodness_name(TOLIMAN_GOODNESS_TOO_GOOD), "too good") == 0, "goodness_name");
+    must(strlen(toliman_planet_reason_name(1u)) > 1, "planet_reason_name");
     must(toliman_get_struct_size("toliman_machine") == sizeof(toliman_machine), "get_struct_size");
     return TOLIMAN_OK;
 }
@@ -50,6 +51,7 @@ static const scenario all[] = {
     {.function = "toliman_status_name", .call = texts},
     {.function = "toliman_get_struct_size", .call = texts},
     {.function = "toliman_goodness_name", .call = texts},
+    {.function = "toliman_planet_reason_name", .call = texts},
     {.function = "toliman_last_error", .call = message},
     {.function = "toliman_last_error_copy", .call = message},
     {.function = "toliman_load_options_init", .call = load_options},

@@ -8,7 +8,7 @@ enum { EXPOSURE_S = 100, MOST = 64 };
 /* A line of frame `id` with on_target_s = list; text[5000]. */
 static const char *line_with(char *text, int64_t id, const char *list) {
     char line[512];
-    side_line(line, id, id * INT64_C(1000000000), (double)id, ROWS, COLS);
+    side_line(line, id, id * INT64_C(200000000000), 200.0 * (double)id, ROWS, COLS); /* exposures do not overlap */
     line[strlen(line) - 2] = '\0'; /* the brace and the newline */
     snprintf(text, 5000, "%s, \"on_target_s\": %s}\n", line, list);
     return text;
