@@ -4157,10 +4157,10 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Returns a reason, one bit, in English; "?" for another number.
-        function toliman_planet_reason_name(reason) bind(C) result(answer)
+        ! Returns the name of a reason of one bit; "?" for another number.
+        function toliman_planet_reason_name(bit) bind(C) result(answer)
             import
-            integer(c_int32_t), value :: reason
+            integer(c_int32_t), value :: bit
             type(c_ptr) :: answer
         end function
 
@@ -7659,11 +7659,11 @@ contains
         call conclude(toliman_planet_get_info(self%handle, out), stat, errmsg)
     end subroutine
 
-    ! Returns a reason, one bit, in English; "?" for another number.
-    function planet_set_reason_name(reason) result(answer)
-        integer(c_int32_t), intent(in) :: reason
+    ! Returns the name of a reason of one bit; "?" for another number.
+    function planet_set_reason_name(bit) result(answer)
+        integer(c_int32_t), intent(in) :: bit
         character(len=:), allocatable :: answer
-        answer = toliman_text(toliman_planet_reason_name(reason))
+        answer = toliman_text(toliman_planet_reason_name(bit))
     end function
 
     ! Writes candidate `index` to *out, whose struct_size must be set.

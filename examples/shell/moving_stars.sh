@@ -12,6 +12,8 @@ trap 'rm -rf "$work"' EXIT
 "$toliman" train "$scene" --bank 2026.5:2026.55 --places 1 --steps 150 --out "$work/bank.tlmb"
 "$toliman" simulate "$scene" --frames 0:8 --out "$work/frames.npy"
 "$toliman" encode --fit "$scene" --weights "$work/bank.tlmb" "$work/frames.npy" >"$work/values.csv"
-awk -F, 'NR > 1 {sum += ($3 - $9)^2 / $6^2; efficiency += $7; n++}
+awk -F, 'NR == 1 {for (i = 1; i <= NF; i++) column[$i] = i}
+         NR > 1 {difference = $column["displacement_px"] - $column["fit_displacement_px"]
+                 sum += (difference / $column["separation_sigma_px"])^2; efficiency += $column["efficiency"]; n++}
          END {printf "%d frames: efficiency %.2f; network minus fit: %.2f sigma rms\n", n, efficiency/n, sqrt(sum/n)
               exit sum/n > 1}' "$work/values.csv"

@@ -206,8 +206,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_info(const toli
 #define TOLIMAN_PLANET_REASON_FRAMES 256u
 #define TOLIMAN_PLANET_REASON_SAMPLES 512u
 
-/* Returns a reason, one bit, in English; "?" for another number. Static text. Since 0.2. */
-TOLIMAN_API const char *toliman_planet_reason_name(uint32_t reason) TOLIMAN_NOEXCEPT;
+/* Returns the name of a reason of one bit; "?" for another number. Static text. Since 0.2. */
+TOLIMAN_API const char *toliman_planet_reason_name(uint32_t bit) TOLIMAN_NOEXCEPT;
 
 /* A candidate. Three numbers are the 16, 50 and 84 % points of the samples of the posterior. Those of angles and epochs
  * are taken within half a turn or half a period of the best fit. Since 0.2. */

@@ -2,8 +2,8 @@
  *
  * Data flow
  *
- *   toliman_sky (sky.h), measured separations [count] -> toliman_sky_diagnose -> toliman_sky_diagnosis
- *                                                                           +-> toliman_sky_hypothesis [7]
+ *   toliman_sky (sky.h), measured separations [count] -> diagnose -> toliman_sky_diagnosis, cause_name
+ *                                                               +-> toliman_sky_hypothesis [7]
  *
  * The velocity of an observer in a low orbit changes the separation of alpha Centauri by 205 to 257 uas every 97
  * minutes. A mistake in times or in the axes of the observer file therefore leaves residuals of a known shape: times

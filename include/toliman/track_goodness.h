@@ -1,8 +1,8 @@
 /* libtoliman, goodness of fit of a tracker's frames: whether the model that measures them is right, and stays right.
  *
- * Data flow
+ * Data flow (functions toliman_track_...)
  *
- *   toliman_track -> toliman_track_query_goodness -> median and trend of chi-square, counts, verdict of the calibration
+ *   toliman_track -> query_goodness -> median and trend of chi-square, counts, verdict of the calibration
  */
 #ifndef TOLIMAN_TRACK_GOODNESS_H
 #define TOLIMAN_TRACK_GOODNESS_H

@@ -264,8 +264,8 @@ planet::InjectionCell checked(const planet::Result &result, const toliman_planet
 
 extern "C" {
 
-const char *toliman_planet_reason_name(uint32_t reason) noexcept {
-    const char *const text = planet::text_of(reason);
+const char *toliman_planet_reason_name(uint32_t bit) noexcept {
+    const char *const text = planet::text_of(bit);
     return text != nullptr ? text : "?";
 }
 

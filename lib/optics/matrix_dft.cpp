@@ -263,8 +263,7 @@ void MatrixDft::clear_folded() noexcept {
         std::fill(folded->begin(), folded->end(), 0.0);
 }
 
-void MatrixDft::add_opd_gradient(long double wavenumber, const double *weights, double photons,
-                                 double *gradient) noexcept {
+void MatrixDft::add_opd_gradient(long double wavenumber, const double *weights, double photons, double *gradient) {
     const size_t n = pupil_.samples;
     const bool mixed = !pupil_.mixed.empty();
     adjoint(wavenumber, {{0, 0, photons, weights}});

@@ -22,7 +22,7 @@ class MatrixDft : public Transform {
 
     // Adds the derivative of photons * sum over pixels of weights [rows][cols] |F|^2 by the OPD (m) of each cell to
     // gradient [N][N], F the field of the last transform, of one field and at this wavenumber. F is overwritten.
-    void add_opd_gradient(long double wavenumber, const double *weights, double photons, double *gradient) noexcept;
+    void add_opd_gradient(long double wavenumber, const double *weights, double photons, double *gradient);
 
     // Adds the derivative of a sum of weighted products by the covered fraction of each mixed cell to gradient [mixed],
     // of the fields of the last transform, at this wavenumber and with these terms, of positions and of modes. At most

@@ -132,7 +132,7 @@ class Python:
         options.steps = 3
         options.progress = _raw.toliman_progress_fn(lambda stage, fraction, data: calls.append(stage) or 0)
         self.must(library.toliman_cae_train(cae, ctypes.byref(options), ctypes.byref(report)))
-        self.must(library.toliman_cae_encode(cae, image, cols, ctypes.byref(latent)))
+        self.must(library.toliman_cae_encode(cae, image, cols, ctypes.byref(latent), None))
         self.found.update(loss=report.loss, calls=len(calls), latent=latent.value)
         library.toliman_cae_destroy(cae)
 

@@ -322,7 +322,11 @@ class Refits(unittest.TestCase):
         sky, fit = self.wrong().refit(self.exposures, noisy, 1e-6)
         left, seen = sky.reduce(self.exposures, noisy)
         self.assertAlmostEqual(fit.rms_arcsec, numpy.sqrt(numpy.mean(left**2)), delta=1e-12)
-        self.assertAlmostEqual(fit.chi_square, numpy.mean((left * seen["factor"] / 1e-6)**2), places=5)
+        # The data determine as much of an element as its variance falls below that of the prior.
+        before = [error for _, error in self.wrong().elements.values()]
+        determined = 7 - numpy.sum(numpy.diag(numpy.reshape(fit.covariance, (7, 7))) / numpy.square(before))
+        self.assertAlmostEqual(fit.chi_square, numpy.sum((left * seen["factor"] / 1e-6)**2) / (len(left) - determined),
+                               places=5)
 
     def test_mistakes(self):
         with tempfile.TemporaryDirectory() as folder:

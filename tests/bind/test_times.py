@@ -104,7 +104,7 @@ class Dates(unittest.TestCase):
             self.assertIs(type(periodogram.epoch), Time)
             self.assertEqual((periodogram.epoch, plain.epoch), (times[0], times[0].tai.mjd))
             self.assertEqual(Periodogram.from_bytes(plain.to_bytes()).epoch, times[0].tai.mjd)
-            self.assertEqual(periodogram.fit(times, Y), plain.fit(times.tai.mjd, Y))
+            self.assertEqual(repr(periodogram.fit(times, Y)), repr(plain.fit(times.tai.mjd, Y)))  # no chi-square: nan
             self.assertEqual(periodogram.sampling(times), plain.sampling(times.tai.mjd))
             for t, y in zip(times[:9], Y[:9]):
                 periodogram.retract(t, y)

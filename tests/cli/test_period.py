@@ -89,7 +89,8 @@ class RealVelocities(ProgramTest):
             done = self.run_program("period", DATA, *grid)
             self.assertEqual(done.returncode, 0)
             return done.stderr
-        self.assertRegex(warnings(), r"^toliman: warning: values are correlated [^\n]*\n$")  # by the second companion
+        self.assertRegex(warnings(), r"^toliman: warning: chi-square 404.7 \+- 0.12: poor: [^\n]*\n"
+                                     r"toliman: warning: values are correlated [^\n]*\n$")  # by the second companion
         self.assertIn("--df 0.0001 is above 1/(5 T) = 4.96", warnings("--f0", 3e-4, "--df", 1e-4, "--nf", 100))
         self.assertIn("the grid exceeds 1/(2 median dt) = 0.0314", warnings(*GRID))
 

@@ -242,7 +242,7 @@ class Refusals(Planet):
                 (2, "--plate-scale: needs --unit px, --system or a state folder", ("s.csv", "--plate-scale", 0.4)),
                 (2, "--unit pc: must be one of ", ("s.csv", "--unit", "pc")),
                 (2, "excludes", ("s.csv", "--unit", "uas", "--system", "alpha-cen")),
-                (2, "--star-masses -1: must be in (0, 10000] solar masses", ("s.csv", "--star-masses", -1)),
+                (2, "--star-masses -1: must be in (0, 500] solar masses", ("s.csv", "--star-masses", -1)),
                 (2, "--star-masses: has 2 numbers: must be one", ("s.csv", "--unit", "m/s", "--star-masses", "1,2")),
                 (2, "--parallax: is for separations", ("s.csv", "--unit", "m/s", "--parallax", 700)),
                 (2, "--max 5: must be in [1, 4]", ("s.csv", "--max", 5)),

@@ -188,9 +188,13 @@ class Pixels(Mistakes):
             self.assertNotIn("none of", self.errors)
 
     def test_values_that_noise_does_not_reach(self):
-        """One pixel of one frame that is damaged within its bits."""
-        self.pair("in/x", self.lines, [frame | (numpy.arange(SIDE * SIDE).reshape(SIDE, SIDE) == 2080) * (k == 5) * (1 << 31)
-                                       for k, frame in enumerate(self.frames)])
+        """The separation of one frame differs, as by no planet."""
+        scene = json.loads(self.scene)
+        scene["signal"]["amplitude_px"] *= 100
+        (self.folder / "far.json").write_text(json.dumps(scene))
+        self.succeed("simulate", "far.json", "--out", "far", "--session", "day", "--dtype", "u32le")
+        far = numpy.fromfile(self.folder / "far/day_frames.bin", "<u4").reshape(FRAMES, SIDE, SIDE)
+        self.pair("in/x", self.lines, [far[k] if k == 5 else frame for k, frame in enumerate(self.frames)])
         out = self.track("s", "in")
         value = [line["value"] for line in out if "verdict" in line][5]
         sigma = json.loads(self.succeed("status", "s", "--json"))["sigma"]
@@ -201,6 +205,27 @@ class Pixels(Mistakes):
         self.track("strong", "in", "--strict")  # no damage for sure
         last = self.counts(self.track("t", "in", "--value-limit", str(20 * sigma)))
         self.assertEqual((last["accepted"], last["outlier"]), (FRAMES - 1, 1))
+
+    def test_damaged_pixels(self):
+        """A few are left out of the estimate; a frame with many is a misfit, or an outlier if its value is too large."""
+        places = numpy.arange(SIDE * SIDE).reshape(SIDE, SIDE)
+        def damaged(few):
+            return [frame | (places % (SIDE * SIDE // few) == 7) * (k == 5) * (1 << 31) for k, frame in enumerate(self.frames)]
+        clean = [line for line in self.track("clean", "all") if "verdict" in line][5]
+        for few, verdict, count in ((1, "accepted", 1), (25, "accepted", 26), (64, "outlier", 0)):
+            self.pair(f"in{few}/x", self.lines, damaged(few))
+            line = [line for line in self.track(f"s{few}", f"in{few}") if "verdict" in line][5]
+            self.assertEqual((line["verdict"], line["bad_pixels"]), (verdict, count), few)
+            if verdict == "accepted":
+                self.assertLess(abs(line["value"] - clean["value"]), 5e-6)  # a sigma: some of the light is left out
+                self.assertEqual(line["goodness"], "good")
+            else:
+                self.assertGreater(line["chi_square"], 1e6)
+                line = [line for line in self.track("wide", "in64", "--value-limit", "10") if "verdict" in line][5]
+                self.assertEqual(line["verdict"], "misfit")
+                self.assertIn("in64/x_meta.jsonl:6: misfit: a chi-square of ", self.errors)
+        status = json.loads(self.succeed("status", "s25", "--json"))["goodness"]
+        self.assertEqual((status["bad_pixels"], status["cleaned"], status["misfit"]), (26, 1, 0))
 
     def test_many_warnings_of_a_file(self):
         self.pair("in/x", self.lines, self.frames[:10])

@@ -130,7 +130,8 @@ static toliman_status find_frame(attempt *a) {
     const toliman_status status =
         toliman_ingest_find_frame(a->object, 2 * PIXELS, &reference, found, sizeof found, &shift);
     must(status == TOLIMAN_OK || shift == -1, "an output of a failure");
-    memcpy(a->out, &shift, sizeof shift);
+    if (status == TOLIMAN_OK)
+        memcpy(a->out, &shift, sizeof shift);
     return status;
 }
 static toliman_status set_shift(attempt *a) {

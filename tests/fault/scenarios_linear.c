@@ -81,14 +81,14 @@ static toliman_status destroy(attempt *a) {
 static toliman_status encode(attempt *a) {
     return toliman_linear_encode(fitter(), small_frames(), SMALL, (double *)a->out, NULL);
 }
-static toliman_frame_goodness *fits_of(double *out) {
-    toliman_frame_goodness *const fits = (void *)out;
-    fits->struct_size = sizeof *fits;
-    return fits;
-}
 static toliman_status encode_many(attempt *a) {
     double *const out = (double *)a->out;
-    return toliman_linear_encode_many(fitter(), PLAIN_IMAGE(small_frames()), FRAMES, 3, out, fits_of(out + FRAMES));
+    toliman_frame_goodness fits[FRAMES] = {TOLIMAN_FRAME_GOODNESS_INIT};
+    const toliman_status status =
+        toliman_linear_encode_many(fitter(), PLAIN_IMAGE(small_frames()), FRAMES, 3, out, fits);
+    if (status == TOLIMAN_OK)
+        memcpy(out + FRAMES, fits, sizeof fits);
+    return status;
 }
 static toliman_status get_sigma(attempt *a) {
     return toliman_linear_get_sigma(fitter(), (double *)a->out);

@@ -324,7 +324,7 @@ static toliman_status get_records(attempt *a) {
     return toliman_track_get_records(a->object, 0, LAST, (void *)a->out, (size_t *)(a->out + 65536));
 }
 static toliman_status get_columns(attempt *a) {
-    return toliman_track_get_columns(a->object, (void *)a->out, 8, (size_t *)(a->out + 8192));
+    return toliman_track_get_columns(a->object, (void *)a->out, 16, (size_t *)(a->out + 8192));
 }
 static toliman_status get_column(attempt *a) {
     return toliman_track_get_column(a->object, "flags", 0, LAST, (double *)a->out, (size_t *)(a->out + 65536));

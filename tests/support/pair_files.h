@@ -63,11 +63,14 @@ static inline const char *side_line(char *text, int64_t id, int64_t stamp_ns, do
     return text;
 }
 
-/* Appends the lines of the frames first ... first + count - 1, a second apart. */
-static inline void put_lines(int first, int count) {
+/* Appends the lines of the frames first ... first + count - 1, so many seconds apart. */
+static inline void put_lines_apart(int first, int count, int seconds) {
     char text[512];
     for (int i = first; i < first + count; i++)
-        put_text(side_path, "ab", side_line(text, i, i * INT64_C(1000000000), i, ROWS, COLS));
+        put_text(side_path, "ab", side_line(text, i, i * seconds * INT64_C(1000000000), i * seconds, ROWS, COLS));
+}
+static inline void put_lines(int first, int count) {
+    put_lines_apart(first, count, 1);
 }
 
 static inline toliman_ingest_options pair_options(uint32_t flags) {

@@ -3,12 +3,12 @@
 
 #include "pair_files.h"
 
-enum { EXPOSURE_S = 100, MOST = 64 };
+enum { EXPOSURE_S = 100, APART_S = 200, MOST = 64 }; /* exposures do not overlap */
 
 /* A line of frame `id` with on_target_s = list; text[5000]. */
 static const char *line_with(char *text, int64_t id, const char *list) {
     char line[512];
-    side_line(line, id, id * INT64_C(200000000000), 200.0 * (double)id, ROWS, COLS); /* exposures do not overlap */
+    side_line(line, id, id * APART_S * INT64_C(1000000000), (double)(id * APART_S), ROWS, COLS);
     line[strlen(line) - 2] = '\0'; /* the brace and the newline */
     snprintf(text, 5000, "%s, \"on_target_s\": %s}\n", line, list);
     return text;
@@ -37,7 +37,7 @@ static void intervals_of_frames(void **state) {
     }
     strcat(lists, "]");
     put_text(side_path, "wb", line_with(text, 0, "[0, 10.25, 10.25, 40, 55e0, 100]"));
-    put_lines(1, 1);
+    put_lines_apart(1, 1, APART_S);
     put_text(side_path, "ab", line_with(text, 2, lists));
     put_text(side_path, "ab", line_with(text, 3, "[1, 2]"));
     put_pixels(4 * FRAME_BYTES);
@@ -104,9 +104,9 @@ static void malformed_intervals(void **state) {
     put_pixels(3 * FRAME_BYTES);
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         remove(side_path);
-        put_lines(0, 1);
+        put_lines_apart(0, 1, APART_S);
         put_text(side_path, "ab", line_with(text, 1, cases[i].list));
-        put_lines(2, 1);
+        put_lines_apart(2, 1, APART_S);
         toliman_ingest *const ingest = open_exposed(cases[i].exposure_s, 1);
         assert_frame(ingest, 0, 1, 0);
         assert_damage(ingest, TOLIMAN_INGEST_REASON_BAD_LINE, 2, cases[i].text);

@@ -5352,8 +5352,8 @@ than 2e7 nodes, because period_min is too short; TOLIMAN_E_CANCELLED. Since 0.2.
         """Writes the properties to *out, whose struct_size must be set. Since 0.2.""",
     ),
     "toliman_planet_reason_name": (
-        c_char_p, (("reason", c_uint32),),
-        """Returns a reason, one bit, in English; "?" for another number. Static text. Since 0.2.""",
+        c_char_p, (("bit", c_uint32),),
+        """Returns the name of a reason of one bit; "?" for another number. Static text. Since 0.2.""",
     ),
     "toliman_planet_get": (
         c_int32, (

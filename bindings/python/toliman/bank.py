@@ -134,9 +134,9 @@ class Bank(Handle):
                 watch.check(library.toliman_bank_encode_many(self._c, self.fit._c, ctypes.byref(image), len(array),
                                                              predictions, threads, results, fits))
                 watch.step("encode", (first + len(array)) / count)
-        results, fitted = structured(arrays[1])[:count], structured(arrays[2])[:count]
-        warn_of(results, stacklevel=3)
-        return results, fitted
+        found, fitted = structured(arrays[1])[:count], structured(arrays[2])[:count]
+        warn_of(found, stacklevel=3)
+        return found, fitted
 
     def predict(self, *, time_days: float = 0, shift: tuple[float, float] = (0, 0), separation: float = 0,
                 position_angle: float = 0) -> BankResult:
