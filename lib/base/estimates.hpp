@@ -12,8 +12,7 @@
 namespace toliman {
 
 // Given     frames; make_work() returns the working memory of a worker; estimate(group, first, size, work) of the
-// frames
-//           first ... first + size - 1, at most `together` at once
+//           frames first ... first + size - 1, at most `together` at once
 // Notes     one job and one working memory per worker. A group that fails is repeated frame by frame, so that the error
 //           names the frame.
 template <class MakeWork, class Estimate>
@@ -42,8 +41,7 @@ void for_groups(const PixelFrames &frames, size_t count, size_t together, unsign
 }
 
 // Given     frames; make_work() as above; estimate(group, size, work, values, goodness) of a group of at most
-// `together`
-//           frames, with goodness NULL if not requested
+//           `together` frames, with goodness NULL if not requested
 // Returned  values [count] and, unless NULL, goodness [count]; bit-identical for any number of workers
 // Notes     nothing is written if a frame fails
 template <class MakeWork, class Estimate>

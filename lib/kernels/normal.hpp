@@ -31,8 +31,7 @@ struct NormalKernels {
 
     // Given     weight, residual [n] as of weigh; tail, as base/bad_pixels.hpp defines it, over the response
     // Returned  *square: the largest weight residual^2, and *excess: the largest weight residual (residual - tail),
-    // tail
-    //           only where residual > 0; both at least their values before the call
+    //           tail only where residual > 0; both at least their values before the call
     void (*largest)(const double *weight, const double *residual, double tail, size_t n, double *square,
                     double *excess) noexcept;
 
