@@ -191,7 +191,6 @@ void Preprocess::derive() {
     }
     noise = PixelNoise(reference, variance);
     tail.assign(noise.tail.begin(), noise.tail.end());
-    scale_tail();
     whitening.assign(kPixels, 1.0);
     kernels::whiten(whitening.data(), variance.data(), kPixels, whitening.data());
     offset = reference;
@@ -211,16 +210,9 @@ void Preprocess::derive() {
             factor[i] = 0;
 }
 
-void Preprocess::scale_tail() {
-    scaled_tail.resize(kPixels);
-    for (size_t i = 0; i < kPixels; i++)
-        scaled_tail[i] = static_cast<float>(input_scale * noise.tail[i]);
-}
-
 Preprocess Preprocess::with_input_scale(double scale) const {
     Preprocess out = *this;
     out.input_scale = scale;
-    out.scale_tail();
     return out;
 }
 
@@ -250,7 +242,6 @@ Crop Preprocess::crop_of(const ImageView<const double> &frame) const {
 
 void Preprocess::start(const Crop *crops, size_t count, Work &work) const {
     std::fill_n(work.most, count, 0.0f);
-    std::fill_n(work.excess, count, 0.0f);
     if (projected == 0)
         return;
     work.reserve(count);
@@ -283,7 +274,7 @@ void Preprocess::band(const Crop *crops, size_t count, size_t first_row, Work &w
             kernel.project_row(projected_rows(), count, components, r, vectors, out);
         for (size_t f = 0; f < count; f++) {
             const double *const counts = crops[f].counts.row(r);
-            const float *residual = out[f]; // times input_scale, as is the tail
+            const float *residual = out[f]; // times input_scale
             float whitened[kSide];
             if (projected == 0 &&
                 !kernel.scaled_residual(counts, &offset[r * kSide], &factor[r * kSide], input_scale, kSide, out[f]))
@@ -293,7 +284,7 @@ void Preprocess::band(const Crop *crops, size_t count, size_t first_row, Work &w
                                        whitened);
                 residual = whitened;
             }
-            kernel.largest_float(residual, 0, residual, &scaled_tail[r * kSide], kSide, &work.most[f], &work.excess[f]);
+            work.most[f] = kernel.magnitude_float(residual, kSide, work.most[f]);
         }
     }
 }

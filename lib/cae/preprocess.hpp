@@ -66,7 +66,6 @@ struct Preprocess {
     double target_most = 0;        // derived: the largest |target| of a pixel
     PixelNoise noise;              // derived: of the pixels
     Buffer<float> tail;            // derived: noise.tail
-    Buffer<float> scaled_tail;     // derived: input_scale times that
     Barycentre barycentre;         // derived: of the reference, with Centre::image
 
     // Preprocessing of a scene, with the crop centred on the barycentre of the reference's flux. Status::unsupported
@@ -88,8 +87,7 @@ struct Preprocess {
         Buffer<float> residual; // of each frame, [pixels]: whitened, with the nuisances projected out; if none are, of
                                 // frames that may have bad pixels only
         float component[kTogether][kernels::kMaxPlanes];
-        float most[kTogether];   // of each frame, the largest |residual| in the bands so far, times input_scale
-        float excess[kTogether]; // of each frame, the largest excess_of() in the bands so far, times input_scale^2
+        float most[kTogether]; // of each frame, the largest |residual| in the bands so far, times input_scale
         void reserve(size_t frames);
     };
 
@@ -114,9 +112,9 @@ struct Preprocess {
     Fitted fit(const Crop &crop, size_t i, bool pixels, Work &work) const;
     // Reduced chi-square, square / (pixels - projected - 1), +infinity if it overflows, and what follows from it.
     FrameGoodness goodness(const Fitted &fitted, size_t bad_pixels, bool few_bad) const noexcept;
-    // Whether a pixel of crop i is beyond the limit before the fit of the target.
+    // Whether a pixel of crop i is far off before the fit of the target.
     bool may_have_bad_pixels(size_t i, const Work &work) const noexcept {
-        return static_cast<double>(work.excess[i]) > kBadPixelLimit * input_scale * input_scale;
+        return static_cast<double>(work.most[i]) > kBadPixelSigmas * input_scale;
     }
     // Adds the bad pixels of crop i, as far as they are found at once.
     BadPixels::Found add_bad_pixels(size_t i, const Fitted &fitted, const Work &work, BadPixels &bad) const noexcept;
@@ -133,7 +131,6 @@ struct Preprocess {
     void to_counts(double *image) const noexcept;
 
   private:
-    void scale_tail();
     Crop crop_at(const ImageView<const double> &frame, size_t row, size_t col) const noexcept {
         return {{frame.row(row) + col, kSide, kSide, frame.stride}, row, col};
     }

@@ -63,7 +63,11 @@ struct ResidualKernels {
     //           residual > 0; both at least their values before the call
     void (*largest)(const double *residual, const double *tail, size_t count, double *most, double *excess) noexcept;
 
-    // The same of residual - component target, in float32. count a multiple of 16
+    // Returned  the largest |residual|, and at least most; 0 <= most
+    double (*magnitude)(const double *residual, size_t count, double most) noexcept;
+    float (*magnitude_float)(const float *residual, size_t count, float most) noexcept;
+
+    // As largest(), of residual - component target, in float32. count a multiple of 16
     void (*largest_float)(const float *residual, float component, const float *target, const float *tail, size_t count,
                           float *most, float *excess) noexcept;
 };

@@ -121,6 +121,26 @@ void largest_float(const float *residual, float component, const float *target, 
     found.get(most, excess);
 }
 
+template <class Real> Real magnitude(const Real *residual, size_t count, Real most) noexcept {
+    using Found = Largest<Real>;
+    using Vector = typename Found::Vector;
+    Vector low = Vector{} - most, high = most - Vector{};
+    const auto take = [&](Vector value) {
+        low = value < low ? value : low;
+        high = value > high ? value : high;
+    };
+    size_t i = 0;
+    for (; i + Found::kWidth <= count; i += Found::kWidth)
+        take(*Found::at(residual + i));
+    for (; i < count; i++)
+        take(residual[i] - Vector{});
+    for (size_t lane = 0; lane < Found::kWidth; lane++) {
+        most = -low[lane] > most ? -low[lane] : most;
+        most = high[lane] > most ? high[lane] : most;
+    }
+    return most;
+}
+
 template <size_t Planes>
 inline void subtract(const double *basis, size_t stride, const double *component, size_t count,
                      double *vector) noexcept {
@@ -308,8 +328,8 @@ void project_row(const ProjectedRows &given, size_t frames, const float *const *
 } // namespace TOLIMAN_ISA
 
 const ResidualKernels TOLIMAN_ISA_TABLE(residual) = {
-    TOLIMAN_ISA::residual,    TOLIMAN_ISA::scaled_residual, TOLIMAN_ISA::project_out,
-    TOLIMAN_ISA::components,  TOLIMAN_ISA::project_row,     TOLIMAN_ISA::inner,
-    TOLIMAN_ISA::inner_float, TOLIMAN_ISA::largest,         TOLIMAN_ISA::largest_float};
+    TOLIMAN_ISA::residual,    TOLIMAN_ISA::scaled_residual, TOLIMAN_ISA::project_out,  TOLIMAN_ISA::components,
+    TOLIMAN_ISA::project_row, TOLIMAN_ISA::inner,           TOLIMAN_ISA::inner_float,  TOLIMAN_ISA::largest,
+    TOLIMAN_ISA::magnitude,   TOLIMAN_ISA::magnitude,       TOLIMAN_ISA::largest_float};
 
 } // namespace toliman::kernels

@@ -63,40 +63,37 @@ TemplateWork TemplateEstimator::work() const {
     return {Buffer<double>(padded_), {}};
 }
 
-double TemplateEstimator::value_of(ImageView<const double> counts) const {
-    const kernels::ProjectKernels &kernel = kernels::project_kernels();
+// The estimate of all pixels, and the residual against the reference: row r begins at residual + r stride. *most: its
+// largest magnitude.
+double TemplateEstimator::value_of(ImageView<const double> counts, double *residual, size_t stride,
+                                   double &most) const {
+    const kernels::ProjectKernels &project = kernels::project_kernels();
+    const kernels::ResidualKernels &kernel = kernels::residual_kernels();
     kernels::Dot dot;
+    most = 0;
     for (size_t r = 0; r < rows_; r++) {
-        const double *row = counts.row(r);
-        const bool finite = kernel.add_difference(row, &reference_[r * cols_], &filter_[r * cols_], cols_, dot);
+        const double *row = counts.row(r), *const expected = &reference_[r * cols_];
+        const bool finite = project.add_difference(row, expected, &filter_[r * cols_], cols_, dot);
         for (size_t c = 0; !finite && c < cols_; c++)
             if (!std::isfinite(row[c]))
                 fail(Status::argument, "{counts[%zu][%zu]} = %g: must be finite", r, c, row[c]);
+        kernel.residual(row, expected, &inverse_sigma_[r * cols_], cols_, residual + r * stride);
+        most = kernel.magnitude(residual + r * stride, cols_, most);
     }
     return dot.total();
 }
 
-// Residual against the reference.
-void TemplateEstimator::whiten(ImageView<const double> counts, Buffer<double> &residual) const {
-    for (size_t r = 0; r < rows_; r++)
-        kernels::residual_kernels().residual(counts.row(r), &reference_[r * cols_], &inverse_sigma_[r * cols_], cols_,
-                                             &residual[r * cols_]);
-    std::fill(residual.begin() + static_cast<ptrdiff_t>(reference_.size()), residual.end(), 0.0);
-}
-
-// Whether a pixel of it is beyond the limit.
-bool TemplateEstimator::is_far(const Buffer<double> &residual) const noexcept {
-    double most = 0, excess = 0;
-    kernels::residual_kernels().largest(residual.data(), noise_.tail.data(), reference_.size(), &most, &excess);
-    return excess > kBadPixelLimit;
-}
-
-TemplateEstimator::Fitted TemplateEstimator::fit(Buffer<double> &residual) const {
+// Fits a whole residual, whose rows follow each other. far: whether the excess is needed.
+TemplateEstimator::Fitted TemplateEstimator::fit(bool far, Buffer<double> &residual) const {
     const kernels::ResidualKernels &kernel = kernels::residual_kernels();
     Fitted fitted = {};
+    std::fill(residual.begin() + static_cast<ptrdiff_t>(reference_.size()), residual.end(), 0.0);
     kernel.project_out(units_.data(), rank_ + 1, padded_, residual.data());
     fitted.square = kernel.inner(residual.data(), residual.data(), padded_);
-    kernel.largest(residual.data(), noise_.tail.data(), reference_.size(), &fitted.most, &fitted.excess);
+    if (far)
+        kernel.largest(residual.data(), noise_.tail.data(), reference_.size(), &fitted.most, &fitted.excess);
+    else
+        fitted.most = kernel.magnitude(residual.data(), reference_.size(), 0);
     return fitted;
 }
 
@@ -117,12 +114,12 @@ bool TemplateEstimator::lower(const BadPixels &bad, TemplateWork &work) const {
 }
 
 // False if there are too many bad pixels.
-bool TemplateEstimator::repair(ImageView<const double> counts, TemplateWork &work, BadPixels &bad,
-                               Fitted &fitted) const {
+bool TemplateEstimator::repair(ImageView<const double> counts, TemplateWork &work, BadPixels &bad, Fitted &fitted,
+                               double &value) const {
     work.repaired.resize(reference_.size());
     for (size_t r = 0; r < rows_; r++)
         std::copy_n(counts.row(r), cols_, &work.repaired[r * cols_]);
-    for (;;) {
+    for (double most;;) {
         const BadPixels::Found found =
             bad.add_largest(reference_.size(), fitted.square, freedom(bad.count()),
                             [&](size_t i) { return excess_of(work.residual[i], noise_.tail[i]); });
@@ -130,8 +127,8 @@ bool TemplateEstimator::repair(ImageView<const double> counts, TemplateWork &wor
             return true;
         if (found == BadPixels::Found::too_many || !lower(bad, work))
             return false;
-        whiten({work.repaired.data(), rows_, cols_, cols_}, work.residual);
-        fitted = fit(work.residual);
+        value = value_of({work.repaired.data(), rows_, cols_, cols_}, work.residual.data(), cols_, most);
+        fitted = fit(true, work.residual);
     }
 }
 
@@ -141,28 +138,27 @@ FrameGoodness TemplateEstimator::goodness_of(const Fitted &fitted, size_t bad_pi
                           fitted.most, bad_pixels, repairable);
 }
 
+// Most frames need no residual: it is then overwritten row by row.
 double TemplateEstimator::estimate(ImageView<const double> counts, TemplateWork &work, FrameGoodness *goodness) const {
-    double value = value_of(counts);
-    whiten(counts, work.residual);
-    if (goodness == nullptr && !is_far(work.residual))
+    double most, *const residual = work.residual.data();
+    double value = value_of(counts, residual, goodness != nullptr ? cols_ : 0, most);
+    const bool far = most > kBadPixelSigmas;
+    if (goodness == nullptr && !far)
         return value;
-    Fitted fitted = fit(work.residual);
-    bool far = false;
-    if (fitted.excess > kBadPixelLimit) {
-        whiten(counts, work.residual);
-        far = is_far(work.residual);
-        fitted = fit(work.residual);
-    }
+    if (goodness == nullptr)
+        value = value_of(counts, residual, cols_, most);
+    Fitted fitted = fit(far, work.residual);
     BadPixels bad;
     bool repairable = true;
-    if (far) {
+    if (fitted.excess > kBadPixelLimit) {
         Fitted without = fitted;
-        repairable = repair(counts, work, bad, without);
+        double repaired = value;
+        repairable = repair(counts, work, bad, without, repaired);
         if (!repairable)
             bad.clear();
         if (bad.count() > 0) {
             fitted = without;
-            value = value_of({work.repaired.data(), rows_, cols_, cols_});
+            value = repaired;
         }
     }
     if (goodness != nullptr)

@@ -20,8 +20,8 @@ class TemplateEstimator {
     explicit TemplateEstimator(const FrameModel &model);
 
     TemplateWork work() const;
-    // Estimated displacement (px) of a frame of the model's shape, without its bad pixels (base/bad_pixels.hpp): those
-    // beyond the limit both of the reference and of the fit. *goodness, unless NULL: of the fit of derivative and
+    // Estimated displacement (px) of a frame of the model's shape, without its bad pixels (base/bad_pixels.hpp) that
+    // are beyond 6 standard deviations of the reference, too. *goodness, unless NULL: of the fit of derivative and
     // nuisances; chi_square is +infinity on overflow.
     double estimate(ImageView<const double> counts, TemplateWork &work, FrameGoodness *goodness) const;
 
@@ -39,18 +39,18 @@ class TemplateEstimator {
     size_t cols() const noexcept { return cols_; }
 
   private:
-    // Of a residual that is fitted: the sum of squares, the largest magnitude and the largest excess_of().
+    // Of a residual that is fitted: the sum of squares, the largest magnitude and, if a pixel is far, the largest
+    // excess_of().
     struct Fitted {
         double square, most, excess;
     };
     double freedom(size_t bad_pixels) const noexcept {
         return static_cast<double>(noise_.used - bad_pixels - rank_ - 1);
     }
-    double value_of(ImageView<const double> counts) const;
-    void whiten(ImageView<const double> counts, Buffer<double> &residual) const;
-    bool is_far(const Buffer<double> &residual) const noexcept;
-    Fitted fit(Buffer<double> &residual) const;
-    bool repair(ImageView<const double> counts, TemplateWork &work, BadPixels &bad, Fitted &fitted) const;
+    double value_of(ImageView<const double> counts, double *residual, size_t stride, double &most) const;
+    Fitted fit(bool far, Buffer<double> &residual) const;
+    bool repair(ImageView<const double> counts, TemplateWork &work, BadPixels &bad, Fitted &fitted,
+                double &value) const;
     bool lower(const BadPixels &bad, TemplateWork &work) const;
     FrameGoodness goodness_of(const Fitted &fitted, size_t bad_pixels, bool repairable) const noexcept;
 

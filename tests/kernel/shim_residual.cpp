@@ -64,6 +64,14 @@ extern "C" double shim_residual_inner(int isa, const double *a, const double *b,
     return table(isa).inner(a, b, count);
 }
 
+extern "C" double shim_magnitude(int isa, const double *residual, size_t count, double most) {
+    return table(isa).magnitude(residual, count, most);
+}
+
+extern "C" float shim_magnitude_float(int isa, const float *residual, size_t count, float most) {
+    return table(isa).magnitude_float(residual, count, most);
+}
+
 extern "C" double shim_residual_inner_float(int isa, const float *a, const float *b, size_t count) {
     return table(isa).inner_float(a, b, count);
 }

@@ -13,6 +13,8 @@ void shim_residual_project(int isa, const double *units, size_t planes, size_t c
 int shim_project_rows(int isa, const size_t *rows_cols_planes, size_t frames, const double *counts,
                       const double *reference, const double *inverse_sigma, const float *basis, double scale,
                       float *vectors, float *out);
+double shim_magnitude(int isa, const double *residual, size_t count, double most);
+float shim_magnitude_float(int isa, const float *residual, size_t count, float most);
 double shim_residual_inner(int isa, const double *a, const double *b, size_t count);
 double shim_residual_inner_float(int isa, const float *a, const float *b, size_t count);
 
@@ -55,6 +57,24 @@ static void test_residual(void **unused) {
             assert_true(scaled[i] == (float)(1e-3 * out[i]));
         }
     }
+}
+
+/* Also at the end of a count that is no multiple of a vector, and of either sign. */
+static void test_magnitude(void **unused) {
+    (void)unused;
+    enum { COUNT = 37 };
+    for (int isa = 0; isa < shim_residual_isas(); isa++)
+        for (int at = 0; at < COUNT; at++)
+            for (int sign = -1; sign <= 1; sign += 2) {
+                double residual[COUNT];
+                float residual32[COUNT];
+                for (int i = 0; i < COUNT; i++)
+                    residual32[i] = (float)(residual[i] = i == at ? sign * 2.5 : uniform());
+                assert_true(shim_magnitude(isa, residual, COUNT, 0) == 2.5);
+                assert_true(shim_magnitude(isa, residual, COUNT, 3) == 3);
+                assert_true(shim_magnitude_float(isa, residual32, COUNT, 1) == 2.5f);
+                assert_true(shim_magnitude_float(isa, residual32, COUNT, 3) == 3);
+            }
 }
 
 static void test_non_finite_counts_are_seen(void **unused) {
@@ -179,6 +199,7 @@ int main(void) {
         cmocka_unit_test(test_residual),       cmocka_unit_test(test_non_finite_counts_are_seen),
         cmocka_unit_test(test_inner_product),  cmocka_unit_test(test_projection),
         cmocka_unit_test(test_projected_rows), cmocka_unit_test(test_inner_product_of_floats),
+        cmocka_unit_test(test_magnitude),
     };
     return cmocka_run_group_tests_name("residual", tests, set_up, NULL);
 }
