@@ -31,7 +31,7 @@ same: everything ## compare results over instruction sets, workers, OpenBLAS ker
 science: everything ## find the separation with unknown optics, and of stars that move: bias and efficiency; false alarms with nuisance functions (20 minutes)
 missions: everything ## search the planet of alpha Centauri in 600 simulated missions, blind: shares found, false alarms (10 minutes)
 planets: everything ## compare posteriors, odds and limits of planets with 1,300 simulated series (20 minutes)
-doubt: everything ## search planets in 2,400 series with wrong sigmas, and with mistakes of times, units and samples (20 minutes)
+doubt: everything ## search planets in frames with effects that the model lacks, and in 2,400 series with wrong sigmas, times, units and samples (20 minutes)
 masks: everything ## design masks for three scenes; what they tolerate; fresh frames with them, 20 seeds (40 minutes)
 chapter: everything ## train the network as the chapter does, 1,000 epochs at three amplitudes; smoothness in time (3 hours)
 budget: everything ## compare the error budget of the mission with finite differences of images (2 minutes)

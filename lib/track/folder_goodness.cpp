@@ -49,12 +49,18 @@ void set_trend(const std::vector<double> &years, const std::vector<double> &chi_
 
 FolderGoodness folder_goodness(const Tracker &tracker) {
     FolderGoodness found;
-    std::vector<double> years, chi_squares, sigmas;
+    std::vector<double> years, chi_squares, sigmas, misfits, misfit_sigmas;
     int64_t first_ns = 0;
     double largest = std::numeric_limits<double>::quiet_NaN();
     tracker.visit(0, tracker.records(), [&](const Record &record, const Outcome &outcome) {
         const bool is_used = outcome.verdict == Verdict::accepted || outcome.verdict == Verdict::unreduced;
-        if (record.kind != Kind::accepted || !is_used || std::isnan(outcome.goodness.chi_square))
+        if (record.kind != Kind::accepted || std::isnan(outcome.goodness.chi_square))
+            return;
+        if (outcome.verdict == Verdict::misfit) {
+            misfits.push_back(outcome.goodness.chi_square);
+            misfit_sigmas.push_back(outcome.goodness.sigma);
+        }
+        if (!is_used)
             return;
         if (years.empty())
             first_ns = outcome.tai_ns;
@@ -73,6 +79,10 @@ FolderGoodness folder_goodness(const Tracker &tracker) {
         found.years = *last - *first;
     }
     set_trend(years, chi_squares, found);
+    if (years.empty()) {
+        chi_squares = std::move(misfits);
+        sigmas = std::move(misfit_sigmas);
+    }
     found.goodness =
         goodness_of(median_of(std::move(chi_squares)), median_of(std::move(sigmas)), largest, kFrameSigmas);
     return found;

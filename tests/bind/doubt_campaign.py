@@ -1,8 +1,9 @@
-"""Simulated series with wrong sigmas, times, units and samples: is anything called a planet that is none, and do planets stay?
-The short form: test_doubt_campaign.py.
+"""Simulated frames of a telescope that the model does not describe, and series with wrong sigmas, times, units and samples: is
+anything called a planet that is none, and do planets stay? The short form: test_doubt_campaign.py.
 
-    doubt_campaign.py [noise] [mistakes] [missions] [--sets 200] [--seed 1] [--jobs 0]
+    doubt_campaign.py [frames] [noise] [mistakes] [missions] [--sets 200] [--seed 1] [--jobs 0]
 
+frames    281 frames with an effect of the detector, or of optics that the model lacks: see doubt_frames.py.
 noise     Series of noise that is 1, 1.1, 1.2, 1.5, 2 and 3 times its sigmas, 281 and 400 samples: false planets, at most 1 %,
           and the share whose chi-square is called poor, at least 99 % from 1.5 times on.
 mistakes  A planet of 3 uas and 300 d, 400 samples of 1 uas, with one mistake in each row: no planet, or the true one. The
@@ -12,12 +13,8 @@ missions  Planets of thirteen missions, 281 samples of 2.2 uas: found, and the r
           to those of exact sigmas.
 
 Without a mode all run. The exit status is 1 if a figure is missed."""
-import argparse
 import itertools
-import logging
 import math
-import multiprocessing
-import os
 import pathlib
 import sys
 import time
@@ -26,6 +23,8 @@ import numpy
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "bindings" / "python"), str(ROOT / "tests" / "support")]
+import campaign  # noqa: E402
+import doubt_frames  # noqa: E402
 import planet_model as model  # noqa: E402
 import toliman  # noqa: E402
 
@@ -175,31 +174,11 @@ def missions(pool, seed):
     return wrong
 
 
-MODES = {"noise": lambda pool, given: noise(pool, given.sets, given.seed),
+MODES = {"frames": lambda pool, given: doubt_frames.effects(pool, given.seed),
+         "noise": lambda pool, given: noise(pool, given.sets, given.seed),
          "mistakes": lambda pool, given: all_mistakes(given.seed),
          "missions": lambda pool, given: missions(pool, given.seed)}
 
 
-def quiet():
-    logging.getLogger("toliman").setLevel(logging.ERROR)
-
-
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("modes", nargs="*", metavar="mode", choices=[[], *MODES], help="noise, mistakes or missions; all")
-    parser.add_argument("--sets", type=int, default=200, help="number of series of noise")
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--jobs", type=int, default=0, help="processes; 0 = one per processor")
-    given = parser.parse_args()
-    wrong = []
-    with multiprocessing.Pool(given.jobs or os.cpu_count(), quiet) as pool:
-        for mode in given.modes or MODES:
-            began = time.monotonic()
-            wrong += MODES[mode](pool, given)
-            print(f"\n{mode}: {time.monotonic() - began:.0f} s\n", flush=True)
-    print("\n".join(wrong))
-    return bool(wrong)
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(campaign.run(__doc__, MODES, 200, "number of series of noise"))

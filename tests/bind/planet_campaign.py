@@ -16,21 +16,17 @@ pair    A giant of 340 uas with an eccentricity of 0.4 and 750 d, and an Earth o
 limits  Probabilities of detection against injections, and these against a search in numpy, at 20 periods and amplitudes.
 
 Without a mode all four run. The exit status is 1 if a figure is missed."""
-import argparse
 import functools
-import logging
 import math
-import multiprocessing
-import os
 import pathlib
 import sys
-import time
 
 import numpy
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "bindings" / "python"), str(ROOT / "tests" / "support")]
 import mission_campaign as mission  # noqa: E402
+import campaign  # noqa: E402
 import planet_model as model  # noqa: E402
 import toliman  # noqa: E402
 
@@ -231,26 +227,5 @@ MODES = {"sbc": lambda pool, given: sbc(pool, given.sets, given.seed),
          "limits": lambda pool, given: limits(pool, INJECTIONS)}
 
 
-def quiet():
-    logging.getLogger("toliman").setLevel(logging.ERROR)
-
-
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("modes", nargs="*", metavar="mode", choices=[[], *MODES], help="sbc, null, pair or limits; all")
-    parser.add_argument("--sets", type=int, default=500, help="number of series of sbc and null; one in 25 for pair")
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--jobs", type=int, default=0, help="processes; 0 = one per processor")
-    given = parser.parse_args()
-    wrong = []
-    with multiprocessing.Pool(given.jobs or os.cpu_count(), quiet) as pool:
-        for mode in given.modes or MODES:
-            began = time.monotonic()
-            wrong += MODES[mode](pool, given)
-            print(f"\n{mode}: {time.monotonic() - began:.0f} s\n", flush=True)
-    print("\n".join(wrong))
-    return bool(wrong)
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(campaign.run(__doc__, MODES, 500, "number of series of sbc and null; one in 25 for pair"))

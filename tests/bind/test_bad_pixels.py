@@ -8,22 +8,17 @@ import warnings
 
 import numpy
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "bindings" / "python"))
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+import test_fit  # noqa: E402, which finds the bindings
 import toliman  # noqa: E402
 
-SIDE = 64
+SIDE = test_fit.SIDE
 SCENE = {
-    "schema": "toliman-scene/1", "name": "bad",
-    "telescope": {"aperture_m": 0.125, "pupil_samples": 96,
-                  "mask": {"kind": "spiral", "opd_nm": 297.5, "terms": [{"a": 0.819, "f": 2.918, "m": -7, "p": 4.874}]}},
-    "band": {"min_nm": 550, "max_nm": 600, "step_nm": 12.5},
-    "stars": {"A": {"spectrum": {"kind": "blackbody", "temperature_k": 5790}, "relative_flux": 3},
-              "B": {"spectrum": {"kind": "blackbody", "temperature_k": 5260}}},
+    **test_fit.SCENE, "name": "bad",
     "binary": {"separation_arcsec": 7, "position_angle_deg": 30},
     "signal": {"kind": "sinusoid", "star": "A", "amplitude_px": 1e-4, "period_days": 17},
     "cadence": {"frames": 4, "interval_days": 1, "peak_photons": 1e6},
     "detector": {"shape": [SIDE, SIDE], "pixel_scale_arcsec": 0.4},
-    "noise": {"photon": True, "read_e": 2.5, "seed": 7},
     "preprocess": {"project": ["flux_a", "flux_b", "shift_x", "shift_y"]},
 }
 

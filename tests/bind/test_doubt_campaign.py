@@ -11,6 +11,7 @@ import numpy
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 import doubt_campaign as campaign  # noqa: E402
+import doubt_frames  # noqa: E402
 import planet_model as model  # noqa: E402
 import toliman  # noqa: E402
 from test_planet_campaign import Serial  # noqa: E402
@@ -28,6 +29,11 @@ class Campaign(unittest.TestCase):
     def test_mistakes(self):
         with contextlib.redirect_stdout(io.StringIO()):
             self.assertEqual(campaign.all_mistakes(1, most=4), [])
+
+    def test_frames(self):
+        with contextlib.redirect_stdout(io.StringIO()) as printed:
+            self.assertEqual(doubt_frames.effects(Serial, 1, 12, 64, ("none", "smear 1e-3", "edges by cells")), [])
+        self.assertEqual(len(printed.getvalue().splitlines()), 5)
 
     def test_noise_is_called_poor(self):
         for factor, words in (1, {"good"}), (1.5, {"poor"}), (0.5, {"too good"}):

@@ -16,8 +16,10 @@ class Serial:
     """The pool of a campaign, in this process."""
 
     @staticmethod
-    def map(function, tasks, chunksize):
+    def map(function, tasks, chunksize=1):
         return [function(task) for task in tasks]
+
+    imap = map
 
 
 def run(mode, *arguments):
@@ -31,7 +33,7 @@ def run(mode, *arguments):
 class Campaign(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        campaign.quiet()
+        campaign.campaign.quiet()
 
     def test_posteriors(self):
         wrong, rows = run(campaign.sbc, 4, 1)

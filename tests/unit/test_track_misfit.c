@@ -252,6 +252,17 @@ static void goodness_of_the_folder(void **unused) {
     assert_int_equal(first.verdict, TOLIMAN_TRACK_VERDICT_MISFIT);
     assert_true(first.chi_square == chi_square_of(1) && first.goodness == TOLIMAN_GOODNESS_UNKNOWN);
     toliman_track_destroy(track);
+
+    toliman_track_options strict = options;
+    strict.folder = NULL;
+    strict.chi_limit = 1e-3;
+    track = make_track(&strict);
+    push_range(track, 1, 3);
+    assert_ok(toliman_track_query_goodness(track, &found));
+    const double median = fmax(fmin(chi_square_of(1), chi_square_of(2)),
+                               fmin(fmax(chi_square_of(1), chi_square_of(2)), chi_square_of(3)));
+    assert_true(found.frames == 0 && found.misfit == 3 && found.chi_square == median);
+    toliman_track_destroy(track);
 }
 
 int main(void) {

@@ -33,8 +33,11 @@ toliman_track_goodness goodness_of(const toliman::tracker &tracker) {
 std::string goodness_text(const toliman_track_goodness &goodness) {
     const auto number = [](int64_t value) { return static_cast<long long>(value); };
     std::string text = "  chi-square  ";
-    if (goodness.frames == 0)
+    if (std::isnan(goodness.chi_square))
         text += "of no frame is known";
+    else if (goodness.frames == 0)
+        text += formatted("median %.4g of %lld misfits, %s: no frame is below the limit of %.4g", goodness.chi_square,
+                          number(goodness.misfit), toliman_goodness_name(goodness.goodness), goodness.chi_limit);
     else
         text +=
             formatted("median %.4g of %lld frames, %s; %lld poor, %lld too good, %lld above the limit of %.4g",

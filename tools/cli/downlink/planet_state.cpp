@@ -62,7 +62,7 @@ StateSeries dated_series(const std::string &folder, Progress &progress) {
     StateSeries state = {tracked_series(tracker), info.plate_scale_arcsec, info.system != nullptr ? info.system : ""};
     Series &series = state.series;
     if (series.t.empty())
-        malformed(folder, "has no accepted frame");
+        malformed(folder, "has no accepted frame: see `toliman status`");
     const double zero = kMjdOf1970 + static_cast<double>(how.time_offset_ns) / kNsPerDay;
     const auto date = [&](double t) { return zero + t * (static_cast<double>(how.unit_ns) / kNsPerDay); };
     for (double &t : series.t)
