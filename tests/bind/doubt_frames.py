@@ -207,6 +207,8 @@ def row(effect, warnings, status, found):
                  f"{best['verdict']}{': ' if best['reasons'] else ''}{'; '.join(best['reasons'])} |")
         if found["planets"] != has_planet or has_planet and abs(best["period"][1] / PERIOD - 1) > 0.05:
             wrong.append(f"{name}: {found['planets']} planets, {best['period'][1]} d")
+        if abs(found["frame_chi_square"] / goodness["chi_square"] - 1) > 0.05:
+            wrong.append(f"{name}: planet takes a chi-square of {found['frame_chi_square']} for its frames")
     else:
         line += " | | | | no frame is accepted |"
     expected = "good" if name.startswith("none") else "poor"

@@ -145,6 +145,42 @@ class Encode(Fit):
             self.assertNotEqual(failed.returncode, 0)
             self.assertIn(text, failed.stderr)
 
+    def test_bad_pixels_of_a_file(self):
+        """Their counts change nothing, whatever estimates: as the option, and as a key of the scene."""
+        scene = {**SCENE, "binary": {"separation_arcsec": 7, "position_angle_deg": 30}}
+        self.write("s.json", scene)
+        self.simulate("0:6", "f.npy")
+        bad = numpy.zeros((64, 64), numpy.uint8)
+        bad[12] = bad[:, 40] = 1  # more than are found in a frame
+        numpy.save(self.folder / "bad.npy", bad)
+        self.write("masked.json", {**scene, "detector": {**scene["detector"], "bad_pixels": "bad.npy"}})
+        frames = numpy.load(self.folder / "f.npy")
+        (self.folder / "dead").mkdir()
+        numpy.save(self.folder / "dead/f.npy", numpy.where(bad, 0, frames))
+        tracked = ("--cadence", "172800", "--epoch", "0", "--mission-days", "12", "--state")
+        for number, (command, scene_option, *options) in enumerate((
+                ("encode", "--template"), ("encode", "--fit"), ("track", "--template", *tracked), ("track", "--fit", *tracked),
+                ("calibrate", "", "--free", "scale", "--out"))):
+            made = {}
+            for name, scene_file, option in (("all", "s.json", []), ("option", "s.json", ["--bad-pixels", "bad.npy"]),
+                                             ("key", "masked.json", [])):
+                for file in "f.npy", "dead/f.npy":
+                    out = [f"{name}{number}{file[0]}.json"] if options else []
+                    words = [word for word in (scene_option, scene_file) if word]
+                    done = self.run_program(command, *words, *options, *out, *option, file)
+                    text = self.values_of(out[0]) if command == "calibrate" else done.stdout
+                    made[name, file] = text.replace("dead/", "")
+            self.assertNotEqual(made["all", "f.npy"], made["all", "dead/f.npy"], command)
+            self.assertNotEqual(made["all", "f.npy"], made["option", "f.npy"], command)
+            for name in "option", "key":
+                self.assertEqual(made[name, "f.npy"], made[name, "dead/f.npy"], (command, name))
+            self.assertEqual(made["option", "f.npy"], made["key", "f.npy"], command)
+
+    def values_of(self, name):
+        """Those that a calibration has fitted, if it could."""
+        path = self.folder / name.replace(".json", ".calibration.json")
+        return json.dumps(json.loads(path.read_text())["windows"][0]["parameters"]) if path.exists() else ""
+
     def test_free_parameters(self):
         text = self.succeed("encode", "--fit", "s.json", "f.npy", "--free", "scale jitter_xx")
         self.assertNotEqual(self.rows(text)[0]["separation_px"], "nan")
