@@ -14,6 +14,7 @@ namespace toliman::optics {
 
 namespace {
 
+constexpr double kMostNegative = 10;     // stated errors, of negative light
 constexpr double kMostBrightening = 1.1; // of the brightest pixel, by a displacement that an expansion covers
 
 double largest(const Buffer<double> &image) {
@@ -89,6 +90,11 @@ Images::Images(const Scene &scene, const Pupil &pupil, const Imager &imager, con
     for (double &value : both_)
         value *= factor_;
     peak_photons_ = largest(both_);
+    const double darkest = *std::min_element(both_.begin(), both_.end()) / peak_photons_,
+                 error = plan.filter.error + plan.spectrum_error + kRounding;
+    if (!(darkest >= -kMostNegative * error))
+        fail(Status::internal, "%s: the darkest pixel expects %g of the brightest: the stated error is %g",
+             scene.source.c_str(), darkest, error);
     total_photons_ = std::accumulate(both_.begin(), both_.end(), 0.0);
     detector.apply_response(both_);
     for (double &value : both_)

@@ -3,38 +3,20 @@
 #include <array>
 #include <vector>
 
-#include "kernels/shift.hpp"
-#include "optics/propagate.hpp"
+#include "optics/line_filter.hpp"
 
 namespace toliman::optics {
-
-// A filter along one axis: symmetric, or antisymmetric if odd.
-struct LineFilter {
-    std::vector<double> taps; // from the middle outwards
-    bool odd = false;
-    double error = 0; // twice the largest error of the transfer function inside the image's band
-};
 
 // The sum over terms of a filter along x (columns) times one along y. One term, unless the jitter in x and in y is
 // correlated.
 struct PixelFilter {
     size_t oversampling = 1; // point samples per pixel and axis
     std::vector<std::array<LineFilter, 2>> terms;
-    double error = 0; // largest error of the transfer function inside the image's band, both axes together
+    double error = 0; // of the image, relative to its peak: of the transfer function inside its band, and rounding
 
     bool empty() const noexcept { return terms.empty(); }
     size_t margin() const noexcept; // samples beyond the pixels' centres
     size_t taps() const noexcept;   // of all filters together
-};
-
-// What the filter does to point samples.
-struct Blur {
-    bool integrated = false; // over the area of a square pixel
-    Jitter jitter;           // px^2
-    double pixel = 1;        // side of a pixel, in units of the distance of the filtered samples
-    kernels::Window window;  // divides by its transform, for samples that are interpolated; no taps: none
-
-    bool any() const noexcept { return integrated || jitter.any() || window.taps > 0; }
 };
 
 // The shortest filter found with error <= accuracy on images without spatial frequencies above `cutoff` cycles per
