@@ -25,6 +25,7 @@ namespace toliman::optics {
 namespace {
 
 constexpr int kSubsamples = 16;            // per side of a cell that an edge crosses
+constexpr double kLargestPhase = 50;       // rad, of a mask's file: detects degrees
 constexpr double kLargestOpd = 1e-3;       // m, of a file: detects files in nanometres
 constexpr double kMinTransmission = 1e-12; // of an amplitude file, relative to the open aperture
 
@@ -105,6 +106,13 @@ double opd_of(const Mask &mask, double value, size_t i) {
     return value;
 }
 
+// Numbers beyond it are in another unit: nanometres, degrees.
+scene::Range range_of(Mask::Quantity quantity) {
+    return quantity == Mask::Quantity::opd_m       ? scene::within(-kLargestOpd, kLargestOpd, "m")
+           : quantity == Mask::Quantity::phase_rad ? scene::within(-kLargestPhase, kLargestPhase, "rad")
+                                                   : scene::within(-1e6, 1e6);
+}
+
 // The N x N numbers of the file that the scene names under key, each checked to be within the range.
 std::vector<double> read_map(const Scene &scene, const char *key, const std::string &path, size_t n,
                              scene::Range range) {
@@ -135,7 +143,7 @@ void add_mask(const Scene &scene, Pupil &pupil) {
         add_spiral(scene.telescope, pupil);
     if (mask.kind != Mask::Kind::file)
         return;
-    const std::vector<double> map = read_map(scene, "mask.file", mask.file, pupil.samples, scene::within(-1e6, 1e6));
+    const std::vector<double> map = read_map(scene, "mask.file", mask.file, pupil.samples, range_of(mask.quantity));
     for (size_t i = 0; i < map.size(); i++)
         pupil.opd_m[i] = opd_of(mask, map[i], i);
 }
@@ -172,6 +180,23 @@ void add_amplitude(const Scene &scene, Pupil &pupil) {
              scene.source.c_str(), path.c_str(), kMinTransmission);
 }
 
+// Of the OPD beyond that of the mask.
+double steepest_of(const Pupil &pupil, const Buffer<double> &mask) {
+    const size_t n = pupil.samples;
+    double steepest = 0;
+    const auto compare = [&](size_t i, size_t j) {
+        if (pupil.amplitude[i] > 0 && pupil.amplitude[j] > 0)
+            steepest = std::max(steepest, std::fabs(pupil.opd_m[i] - mask[i] - (pupil.opd_m[j] - mask[j])));
+    };
+    for (size_t i = 0; i + 1 < n * n; i++) {
+        if ((i + 1) % n != 0)
+            compare(i, i + 1);
+        if (i + n < n * n)
+            compare(i, i + n);
+    }
+    return steepest;
+}
+
 } // namespace
 
 Pupil make_pupil(const Scene &scene, size_t samples) {
@@ -193,7 +218,9 @@ Pupil make_pupil(const Scene &scene, size_t samples) {
              scene.source.c_str());
     add_amplitude(scene, pupil);
     add_mask(scene, pupil);
+    const Buffer<double> mask = pupil.opd_m;
     add_aberrations(scene, pupil);
+    pupil.steepest_m = steepest_of(pupil, mask);
     pupil.defocus.resize(n * n);
     for_each_cell(n, [&](size_t i, double x, double y) {
         pupil.defocus[i] = pupil.amplitude[i] > 0 ? kernels::zernike(4, x, y) : 0;

@@ -22,6 +22,7 @@ struct Pupil {
     double area = 0;              // effective area in cells: a fully open area that transmits the same light
     std::vector<MixedCell> mixed; // open cells that edges of the mask cross, if the scene averages over their area
     double step_m = 0;            // of the mask
+    double steepest_m = 0;        // largest change of the aberrations from an open cell to the next
 };
 
 // The scene's pupil in samples x samples cells. Files must have exactly that many.

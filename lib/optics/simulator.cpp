@@ -78,7 +78,7 @@ Simulator::Simulator(Outline outline, const Settings &settings)
         min_displacement_ = std::min(min_displacement_, displacement);
         max_displacement_ = std::max(max_displacement_, displacement);
     }
-    warn_of_plan(scene_, light_, plan_, settings.log);
+    warn_of_plan(scene_, pupil_, light_, plan_, settings.log);
     detector_.warn(images_.both(), "", scene_.source, settings.log);
 }
 

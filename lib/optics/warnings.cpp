@@ -37,6 +37,24 @@ Buffer<double> rough_frame(const Outline &outline, const DetectorStages &detecto
     return frame;
 }
 
+// Cells must follow the wavefront, and point pixels the image: the light that is sampled is wrong otherwise.
+void warn_of_sampling(const Scene &scene, const Pupil &pupil, const Light &light, const Plan &plan, const Log &log) {
+    const auto [shortest, longest] = std::minmax_element(light.wavelength_m.begin(), light.wavelength_m.end());
+    const char *const source = scene.source.c_str();
+    if (pupil.steepest_m > 0.5 * *shortest)
+        log.warn(
+            "%s: telescope.aberrations: the OPD changes by up to %.3g nm from one pupil cell to the next, more than "
+            "half a wavelength: the image is wrong: pupil_samples must be at least %.0f",
+            source, 1e9 * pupil.steepest_m,
+            std::ceil(2 * pupil.steepest_m / *shortest * static_cast<double>(pupil.samples)));
+    const double steps = static_cast<double>(plan.pixels.pitch_rad) * pupil.aperture_m / *longest;
+    if (!scene.detector.integrated && steps > 1)
+        log.warn(
+            "%s: detector.pixel = \"point\": the image is sampled every %.3g lambda/D: the light of a frame depends "
+            "on where its stars are in their pixels: give pixel \"integrated\"",
+            source, steps);
+}
+
 void warn_outside_frame(const Scene &scene, const Light &light, const Log &log) {
     const auto rows = static_cast<double>(scene.detector.rows), cols = static_cast<double>(scene.detector.cols);
     for (size_t star = 0; star < scene.stars.size(); star++) {
@@ -76,12 +94,13 @@ void warn_of_calibration(const Scene &scene, const Log &log) {
 
 } // namespace
 
-void warn_of_plan(const Scene &scene, const Light &light, const Plan &plan, const Log &log) {
+void warn_of_plan(const Scene &scene, const Pupil &pupil, const Light &light, const Plan &plan, const Log &log) {
     const char *const source = scene.source.c_str();
     warn_of_calibration(scene, log);
     if (plan.filter.error > scene.accuracy)
         log.warn("%s: accuracy = %g: the pixel filter's expected error is %.2g", source, scene.accuracy,
                  plan.filter.error);
+    warn_of_sampling(scene, pupil, light, plan, log);
     warn_outside_frame(scene, light, log);
     if (plan.orbit_px > 0)
         log.warn("%s: binary.moving: the stars move by up to %.2g px along their orbit: only the fit and a bank of "
@@ -100,7 +119,7 @@ void warn_of_plan(const Scene &scene, const Light &light, const Plan &plan, cons
 
 void warn_before_images(const Outline &outline, const Settings &settings) {
     const Scene &scene = outline.scene;
-    warn_of_plan(scene, outline.light, outline.plan, settings.log);
+    warn_of_plan(scene, outline.pupil, outline.light, outline.plan, settings.log);
     if (!scene.detector.full_well_e && scene.detector.bit_depth == 0)
         return;
     const DetectorStages detector(scene);

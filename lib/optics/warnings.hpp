@@ -5,7 +5,7 @@
 namespace toliman::optics {
 
 // Logs what the verdict of its calibration says against the scene, and the warnings that follow from the plan.
-void warn_of_plan(const Scene &scene, const Light &light, const Plan &plan, const Log &log);
+void warn_of_plan(const Scene &scene, const Pupil &pupil, const Light &light, const Plan &plan, const Log &log);
 
 // Logs the same, and where the detector would saturate or overflow, judged by a rough image: for callers that need the
 // warnings without the scene's images.

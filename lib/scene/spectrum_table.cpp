@@ -7,6 +7,7 @@
 
 #include "backend/file.hpp"
 #include "base/error.hpp"
+#include "scene/spectrum_columns.hpp"
 
 namespace toliman {
 
@@ -36,6 +37,7 @@ SpectrumTable::SpectrumTable(const std::string &path) {
     const std::vector<uint8_t> bytes = file::read(path, kLargestFile);
     const char *text = reinterpret_cast<const char *>(bytes.data()), *end = text + bytes.size();
     bool header_allowed = true;
+    SpectrumColumns columns;
     for (size_t number = 1; text != end; number++) {
         const char *stop = std::find(text, end, '\n'), *start = skip_spaces(text, stop);
         text = stop == end ? end : stop + 1;
@@ -45,8 +47,10 @@ SpectrumTable::SpectrumTable(const std::string &path) {
         if (!read_pair(start, stop, wavelength, flux)) {
             if (!std::exchange(header_allowed, false) || (*start >= '0' && *start <= '9'))
                 fail(Status::format, "{%s}: line %zu: must be two numbers separated by a comma", path.c_str(), number);
+            columns = spectrum_columns(std::string(start, stop), path, number);
             continue;
         }
+        wavelength *= columns.nm;
         header_allowed = false;
         if (!std::isfinite(wavelength) || (!wavelength_nm_.empty() && wavelength <= wavelength_nm_.back()))
             fail(Status::format, "{%s}: line %zu: wavelengths must increase", path.c_str(), number);
@@ -54,7 +58,7 @@ SpectrumTable::SpectrumTable(const std::string &path) {
             fail(Status::format, "{%s}: line %zu: flux = %g: must be finite and not negative", path.c_str(), number,
                  flux);
         wavelength_nm_.push_back(wavelength);
-        flux_.push_back(flux);
+        flux_.push_back(flux * std::pow(wavelength, columns.photons_power));
     }
     if (wavelength_nm_.empty())
         fail(Status::format, "{%s}: contains no numbers", path.c_str());

@@ -1,5 +1,5 @@
-// A spectrum from a CSV file with the columns wavelength_nm and relative photon flux. Blank lines and lines that begin
-// with # are skipped; the first other line may be a header.
+// A spectrum from a CSV file with the columns wavelength and flux. Blank lines and lines that begin with # are skipped;
+// the first other line may be a header, which may name other units than nm and photons (spectrum_columns.hpp).
 #pragma once
 #include <string>
 #include <vector>

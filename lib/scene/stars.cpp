@@ -62,7 +62,11 @@ constexpr Row kSpectrumRows[] = {
     required<&Spectrum::kind>("kind", Words{"blackbody table lines"},
                               "blackbody; table: interpolated linearly; lines: exactly the given wavelengths"),
     required<&Spectrum::temperature_k>("temperature_k", kTemperature, "Temperature").when(is("kind", "blackbody")),
-    required<&Spectrum::file>("file", "csv: wavelength_nm,relative photon flux; must cover the band").when(kIsTable),
+    required<&Spectrum::file>(
+        "file",
+        "csv: wavelength_nm,relative_photon_flux, which must cover the band; a header may name angstrom, um or m, "
+        "and the energies flam or fnu")
+        .when(kIsTable),
     required<&Spectrum::table_temperature_k>("table_temperature_k", kTemperature, "Temperature of the table's star")
         .when(kIsTable, kByTemperature),
     required<&Spectrum::star_temperature_k>(

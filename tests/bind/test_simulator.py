@@ -3,6 +3,8 @@ dicts."""
 import copy
 import errno
 import json
+import logging
+import math
 import os
 import pathlib
 import subprocess
@@ -207,6 +209,24 @@ class Scenes(unittest.TestCase):
         with self.assertLogs("toliman", "WARNING") as logs:
             toliman.plan(far)
         self.assertIn("full", " ".join(logs.output))
+
+    def test_sampling_is_logged(self):
+        """Where it is too coarse, and only there: steps of the wavefront of half a wavelength, points lambda/D apart."""
+        def logged(defocus_nm, scale, pixel):
+            changed = scene()
+            changed["telescope"]["aberrations"] = {"zernike_rms_nm": {"4": defocus_nm}}
+            changed["detector"].update(pixel_scale_arcsec=scale, pixel=pixel, shape=[64, 64])
+            with self.assertLogs("toliman", "WARNING") as logs:
+                logging.getLogger("toliman").warning("-")  # assertLogs needs one
+                toliman.plan(changed)
+            return [word for word in ("OPD", "lambda/D") if word in " ".join(logs.output)]
+
+        steepest = 8 * math.sqrt(3) / scene()["telescope"]["pupil_samples"]  # nm from cell to cell at the edge, per nm rms
+        for ratio, words in (0.9, []), (1.1, ["OPD"]):
+            self.assertEqual(logged(ratio * 0.5 * scene()["band"]["min_nm"] / steepest, 0.2, "point"), words)
+        width = math.degrees(scene()["band"]["max_nm"] * 1e-9 / scene()["telescope"]["aperture_m"]) * 3600
+        self.assertEqual([logged(0, ratio * width, pixel) for ratio, pixel in ((0.95, "point"), (1.05, "point"), (1.05, "integrated"))],
+                         [[], ["lambda/D"], []])
 
     def test_dependent_nuisances_are_logged(self):
         star = {"A": {"spectrum": {"kind": "blackbody", "temperature_k": 5790}}}
