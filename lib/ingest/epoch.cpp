@@ -76,7 +76,8 @@ int64_t parse_epoch(std::string_view text, Scale scale, const LeapSeconds &leap_
 }
 
 std::string date_text(int64_t tai_ns) {
-    const int64_t days = tai_ns / kDay - (tai_ns % kDay < 0 ? 1 : 0), ns = tai_ns - days * kDay;
+    const int64_t rest = tai_ns % kDay; // days times kDay may overflow
+    const int64_t days = tai_ns / kDay - (rest < 0 ? 1 : 0), ns = rest < 0 ? rest + kDay : rest;
     const int64_t seconds = ns / kSecond;
     char time[64];
     size_t length = print_text(time, sizeof time, "T%02d:%02d:%02d.%09lld", static_cast<int>(seconds / 3600),
