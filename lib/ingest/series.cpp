@@ -61,6 +61,22 @@ std::string joined(const std::vector<std::string> &words) {
     return text;
 }
 
+// Whether a number, without sign and prefix and far from 1, is above it: the place of its first digit other than 0,
+// before or after the point, plus its exponent.
+bool is_above_one(const char *at, const char *end, bool hex) noexcept {
+    const char *const mark =
+        std::find_if(at, end, [&](char c) { return hex ? c == 'p' || c == 'P' : c == 'e' || c == 'E'; });
+    const char *const point = std::find(at, mark, '.');
+    const char *const first = std::find_if(at, mark, [](char c) { return c != '0' && c != '.'; });
+    int64_t exponent = 0;
+    if (mark != end) {
+        const char *const digits = mark + (mark[1] == '+' ? 2 : 1);
+        if (std::from_chars(digits, end, exponent).ec == std::errc::result_out_of_range)
+            exponent = *digits == '-' ? INT64_MIN / 2 : INT64_MAX / 2;
+    }
+    return exponent + (hex ? 4 : 1) * (point - first) > 0;
+}
+
 // Whether the whole text, with any zero byte in it, is a number as strtod reads it, decimal or hexadecimal; with a
 // decimal point in every locale of the host. Numbers beyond the range of double become 0 or
 // infinite.
@@ -76,7 +92,7 @@ bool number_of(const std::string &text, double &value) noexcept {
     const auto [stop, error] =
         std::from_chars(at, end, value, hex ? std::chars_format::hex : std::chars_format::general);
     if (error == std::errc::result_out_of_range)
-        value = std::find(at, end, '-') != end ? 0 : HUGE_VAL; // a negative exponent: too small
+        value = is_above_one(at, stop, hex) ? HUGE_VAL : 0;
     value = negative ? -value : value;
     return error != std::errc::invalid_argument && stop == end;
 }

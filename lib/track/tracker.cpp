@@ -11,6 +11,7 @@
 #include <atomic>
 #include <cmath>
 #include <map>
+#include <new>
 #include <tuple>
 #include <utility>
 
@@ -21,6 +22,19 @@
 namespace toliman::track {
 
 namespace {
+
+// Whether the exception in flight is a shortage of memory.
+bool is_short_of_memory() noexcept {
+    try {
+        throw;
+    } catch (const std::bad_alloc &) {
+        return true;
+    } catch (const Error &error) {
+        return error.status() == Status::memory;
+    } catch (...) {
+        return false;
+    }
+}
 
 constexpr std::chrono::seconds kCommitInterval{1}; // of records that wait for a full group
 constexpr size_t kSpans = 64;                      // of a frame, for which memory is reserved
@@ -183,6 +197,7 @@ void Tracker::evaluate(const Frame &frame, Job &job, unsigned worker) noexcept {
         validate_and_estimate(frame, job, worker);
 }
 
+// A frame is not rejected because memory is short: the push fails instead.
 void Tracker::validate_and_estimate(const Frame &frame, Job &job, unsigned worker) {
     Outcome &outcome = job.outcome;
     const Terms &terms = plan_.terms;
@@ -200,6 +215,8 @@ void Tracker::validate_and_estimate(const Frame &frame, Job &job, unsigned worke
         estimate_(image, frame, *tai_ns, worker, job.estimated);
     } catch (...) {
         outcome.flaw.reason = Reason::estimate;
+        if (is_short_of_memory())
+            job.failure = std::current_exception();
         return;
     }
     const Estimated &found = job.estimated;
@@ -217,7 +234,6 @@ void Tracker::validate_and_estimate(const Frame &frame, Job &job, unsigned worke
     }
 }
 
-// A frame is not rejected because memory is short: the push fails instead.
 void Tracker::reduce(const Frame &frame, Job &job, unsigned worker) noexcept try {
     OnTarget &on_target = on_target_[worker];
     const double exposure_s = frame.exposure_s > 0 ? frame.exposure_s : plan_.timing.exposure_s;

@@ -1,5 +1,6 @@
 /* Lines of a series to samples: formats, separators, names, times against constants of astropy, malformed lines. */
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include <toliman/toliman.h>
@@ -198,6 +199,45 @@ static void numbers(void **unused) {
     toliman_series_destroy(series);
 }
 
+/* Far beyond the range of double, as strtod reads them: with an exponent of either sign behind many digits. */
+static void numbers_of_any_length(void **unused) {
+    (void)unused;
+    static const struct {
+        const char *before, digit, *after;
+    } kinds[] = {
+        {"", '9', "e-10"},
+        {"0.", '0', "1"},
+        {"", '9', "."},
+        {"0.", '0', "1e390"},
+        {"0.", '0', "1e820"},
+        {"", '9', "e-900"},
+        {"00.", '0', "7e-5"},
+        {"0x", 'f', "p-10"},
+        {"0x0.", '0', "1p9"},
+        {"0x", 'f', "p-9999"},
+        {"0x1", '0', "p12"},
+        {"0.", '0', "1e999999999999999999999"},
+        {"1", '0', "e-999999999999999999999"},
+    };
+    for (size_t kind = 0; kind < sizeof kinds / sizeof *kinds; kind++)
+        for (size_t length = 1; length < 2000; length += 399) {
+            char digits[2001], number[2100], line[2200];
+            memset(digits, kinds[kind].digit, length);
+            digits[length] = '\0';
+            snprintf(number, sizeof number, "%s%s%s", kinds[kind].before, digits, kinds[kind].after);
+            snprintf(line, sizeof line, "1,%s", number);
+            const double expected = strtod(number, NULL);
+            toliman_series *series = made(kDefault);
+            if (fabs(expected) <= 1e98) {
+                assert_sample(series, line, 1, expected, 0);
+            } else {
+                toliman_series_sample sample = TOLIMAN_SERIES_SAMPLE_INIT;
+                assert_int_equal(toliman_series_parse(series, line, strlen(line), &sample), TOLIMAN_E_FORMAT);
+            }
+            toliman_series_destroy(series);
+        }
+}
+
 static void lengths(void **unused) {
     (void)unused;
     static char line[65539];
@@ -347,9 +387,16 @@ static void options_are_checked(void **unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(separators),          cmocka_unit_test(names),          cmocka_unit_test(objects),
-        cmocka_unit_test(malformed),           cmocka_unit_test(numbers),        cmocka_unit_test(lengths),
-        cmocka_unit_test(truncated_lines),     cmocka_unit_test(dates_and_days), cmocka_unit_test(bad_times),
+        cmocka_unit_test(separators),
+        cmocka_unit_test(names),
+        cmocka_unit_test(objects),
+        cmocka_unit_test(malformed),
+        cmocka_unit_test(numbers),
+        cmocka_unit_test(numbers_of_any_length),
+        cmocka_unit_test(lengths),
+        cmocka_unit_test(truncated_lines),
+        cmocka_unit_test(dates_and_days),
+        cmocka_unit_test(bad_times),
         cmocka_unit_test(options_are_checked),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
