@@ -155,7 +155,7 @@ module toliman
     !   POOR      chi_square is too large: the data are damaged, the model lacks an effect, or the standard deviations are
     !             too small. The standard deviations of the results are too small, and the results may be wrong
     !   TOO_GOOD  chi_square is too small: the standard deviations are too large, for instance because the data are in
-    !             another unit (DN instead of photons)
+    !             a unit with fewer counts than photons (DN). Where the model does not fit the fluxes, such data are POOR
     integer(c_int32_t), parameter, public :: TOLIMAN_GOODNESS_UNKNOWN = 801
     integer(c_int32_t), parameter, public :: TOLIMAN_GOODNESS_GOOD = 802
     integer(c_int32_t), parameter, public :: TOLIMAN_GOODNESS_POOR = 803
@@ -165,8 +165,8 @@ module toliman
     ! pixels. Since 0.2.
     !
     ! Bad pixels are cosmic rays, hot and dead pixels. A pixel of V expected electrons, read noise included, is bad if its
-    ! residual x after the fit, in standard deviations, has x^2 > 36 (1 + max(x, 0)/(3 sqrt(V))): 1 of 8,000 undamaged
-    ! frames of 256x256 has such a pixel. A value is estimated from the other pixels alone. If more than 30 pixels exceed
+    ! residual x after the fit, in standard deviations, has x^2 > 36 (1 + max(x, 0)/(3 sqrt(V))), times chi_square of the
+    ! other pixels if that is above 1: 1 of 8,000 undamaged frames of 256x256 has such a pixel. A value is estimated from the other pixels alone. If more than 30 pixels exceed
     ! the limit, the model is wrong and not the pixels: all are used, bad_pixels is 0, and goodness is POOR.
     type, bind(C), public :: toliman_frame_goodness
         integer(c_int32_t) :: struct_size = 40 ! in: sizeof(toliman_frame_goodness)
@@ -947,8 +947,8 @@ module toliman
         ! effective number of parameters of the map in one step; 0 without a map
         real(c_double) :: map_parameters = 0.0_c_double
         real(c_double) :: largest_residual = 0.0_c_double ! largest |residual| over its standard deviation
-        ! TOLIMAN_GOODNESS_..., of chi_square. All steps of a map fit up to twice as much of the noise: the limit
-        ! below which chi_square is TOO_GOOD allows for map_parameters once more
+        ! TOLIMAN_GOODNESS_..., of chi_square. The steps of a map together may fit the noise of twice map_parameters:
+        ! the limit below which chi_square is TOO_GOOD is lowered by this
         integer(c_int32_t) :: goodness = 0
         integer(c_int32_t) :: lacks = 0 ! with INCOMPLETE: TOLIMAN_CALIBRATION_CHANGE_... that the model may need
         integer(c_int32_t) :: changes = 0 ! TOLIMAN_CALIBRATION_CHANGE_... that were kept
@@ -1787,15 +1787,16 @@ module toliman
     ! Reasons against a planet, one bit each.
     !   ODDS        log10_bayes is below the threshold. A candidate has no other reason then
     !   CHI_SQUARE  chi_square_with_jitter is not good: poor without a jitter, or too good
-    !   JITTER      chi_square of the samples in use is above 3 in a series of separations: the model of the frames, times,
+    !   JITTER      a jitter cannot explain it: chi_square of the samples in use is above 3 in a series of separations: the model of the frames, times,
     !               unit or sigmas are wrong. Velocities have the jitter of their star
     !   FAP         both log10_fap and log10_fap_orbit are above log10 of detection_fap
     !   EDGE        TOLIMAN_PLANET_AT_EDGE
-    !   RANGE       a sinusoid of a period outside the range fits better, from twice the median step to twice the span
+    !   RANGE       a sinusoid fits better at a period outside period_min to period_max, of those from twice the median
+    !               time step to twice the time span
     !   MASS        the mass is not below that of the star, for each star of known mass
     !   CROSSING    the orbit crosses that of a planet with larger odds, if both orbit the same star
     !   FRAMES      frame_chi_square is above 2
-    !   SAMPLES     samples do not belong, and TOLIMAN_PLANET_CLIP is not set
+    !   SAMPLES     there are outliers, and TOLIMAN_PLANET_CLIP is not set
     integer(c_int32_t), parameter, public :: TOLIMAN_PLANET_REASON_ODDS = 1
     integer(c_int32_t), parameter, public :: TOLIMAN_PLANET_REASON_CHI_SQUARE = 2
     integer(c_int32_t), parameter, public :: TOLIMAN_PLANET_REASON_JITTER = 4
@@ -1817,8 +1818,8 @@ module toliman
         real(c_double) :: log10_bayes = 0.0_c_double ! log10 of the Bayes factor, given the other candidates
         ! Baluev's bound of the false alarm probability of the highest power of a sinusoid
         real(c_double) :: log10_fap = 0.0_c_double
-        ! the same of the power of the joint fit, times 20 z with z half its gain in chi-square, for the shapes of an
-        ! orbit
+        ! log10 of 20 z FAP: FAP that of a sinusoid as powerful as the joint fit, z half the reduction of chi-square
+        ! by it; 20 z counts the shapes of an orbit
         real(c_double) :: log10_fap_orbit = 0.0_c_double
         real(c_double) :: period(3) = 0.0_c_double ! units of t
         real(c_double) :: eccentricity(3) = 0.0_c_double
@@ -1990,10 +1991,10 @@ module toliman
         real(c_double) :: parallax_arcsec = 0.0_c_double ! of the barycentre
         real(c_double) :: star_mass(2) = 0.0_c_double ! of A and B, solar masses
         integer(c_int64_t) :: states = 0 ! of the observer file; 0 without one
-        ! Orbit of the observer at its first state; all 0 at the Earth's centre. lowest and highest of all states,
-        ! above 6378.137 km
+        ! Orbit of the observer; all 0 at the Earth's centre. lowest and highest of all states, above 6378.137 km
         real(c_double) :: altitude_km(2) = 0.0_c_double
-        real(c_double) :: inclination_deg = 0.0_c_double ! to the equator; above 90: retrograde
+        ! at the first state, as what follows: to the equator; above 90: retrograde
+        real(c_double) :: inclination_deg = 0.0_c_double
         real(c_double) :: node_deg = 0.0_c_double ! right ascension of the ascending node; 0 for a circular orbit
         real(c_double) :: node_hours = 0.0_c_double ! local mean time at the ascending node, in [0, 24) h
         real(c_double) :: orbit_minutes = 0.0_c_double ! period; NaN if the orbit does not return
@@ -2047,8 +2048,10 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_SKY_HYPOTHESES = 7
 
     ! A hypothesis, fitted alone, with the errors of the orbital elements and, except for SCALE, a mean and two harmonics
-    ! of a year: the residuals that a whole number of revolutions of the observer leaves have that period, and may be those
-    ! of a planet. Since 0.2. Sign of times: value is the given time minus the true time. It is above 0 for times that are
+    ! of a year: an error of the times by a whole number of revolutions of the observer leaves residuals of that period, and
+    ! so may a planet. Since 0.2.
+    !
+    ! Sign of times: value is the given time minus the true time. It is above 0 for times that are
     ! late, such as times in TAI that were read as UTC (+37 s), and below 0 for times that are early, such as starts of
     ! exposures that were taken for their middles (-30 s for 60 s). An error of the times in the observer file has the
     ! opposite sign.
@@ -2126,10 +2129,10 @@ module toliman
         integer(c_int64_t) :: row = 0
         integer(c_int64_t) :: col = 0
         real(c_double) :: pixel = 0.0_c_double ! value of that pixel
-        ! accepted frames, outliers and misfits: reduced if the folder has a system; unreduced frames: the estimate
+        ! accepted, outlier, misfit: reduced if the folder has a system; unreduced: the estimate
         real(c_double) :: value = 0.0_c_double
         integer(c_int64_t) :: tai_ns = 0 ! these frames: time in TAI
-        ! these frames: goodness of fit (goodness.h), UNKNOWN without a model. Since 0.2, as what follows
+        ! These frames: goodness of fit (goodness.h); NaN and UNKNOWN without a model. Since 0.2.
         real(c_double) :: chi_square = 0.0_c_double
         real(c_double) :: chi_square_sigma = 0.0_c_double
         real(c_double) :: largest_residual = 0.0_c_double
@@ -2140,8 +2143,8 @@ module toliman
     abstract interface
         ! Called on the thread of toliman_track_push for a misfit, before it is recorded. *other is a copy of *frame: its
         ! pixels, rows, cols, stride and pixel may be changed, for example to those that toliman_ingest_find_frame finds; they
-        ! must stay valid until the push returns. Returns 1 to try *other, which is recorded unless it is a misfit, too; 0 to
-        ! record the frame. An exception and other numbers count as 0. Since 0.2.
+        ! must stay valid until the push returns. Returns 1 to try *other, which is recorded in place of the frame unless it is
+        ! a misfit, too; 0 to record the frame. An exception and other numbers count as 0. Since 0.2.
         function toliman_misfit_fn(frame, outcome, other, user_data) bind(C) result(answer)
             import
             type(c_ptr), value :: user_data
@@ -2292,11 +2295,11 @@ module toliman
         real(c_double) :: trend_start = 0.0_c_double
         real(c_double) :: trend_end = 0.0_c_double
         real(c_double) :: scale_sigma = 0.0_c_double
-        ! Limit of the chi-square of a frame, to 0.4 %; frames above it are misfits. Since 0.2. -1 4 times the median
-        ! of all valid frames of the folder, at least 2 and at most 100: a model that is wrong by a chi-square of 10
-        ! is usable, and one of 1000 is not. The verdict of earlier frames changes with the median; it does not depend
-        ! on the order of arrival 0 that of the folder; in a new folder 2 if the scene of `fit` is that of a
-        ! calibration, otherwise -1
+        ! Limit of the chi-square of a frame; frames above it are misfits. Since 0.2. > 0 this number -1 4 times the
+        ! median of all valid frames of the folder, misfits included, at least 2 and at most 100, rounded by up to 0.4
+        ! %: a model that is wrong by a chi-square of 10 is usable, and one of 1000 is not. The verdict of earlier
+        ! frames changes with the median; it does not depend on the order of arrival 0 that of the folder; in a new
+        ! folder 2 if the scene of `fit` is that of a calibration, otherwise -1
         real(c_double) :: chi_limit = 0.0_c_double
         type(c_funptr) :: misfit = c_null_funptr ! may be NULL. Since 0.2
         type(c_ptr) :: misfit_data = c_null_ptr
@@ -2346,7 +2349,8 @@ module toliman
         integer(c_int32_t) :: struct_size = 144 ! in: sizeof(toliman_track_goodness)
         integer(c_int32_t) :: goodness = 0 ! verdict on chi_square, as for a single frame
         integer(c_int64_t) :: frames = 0 ! accepted and unreduced frames with a chi-square
-        real(c_double) :: chi_square = 0.0_c_double ! their median, NaN without frames
+        ! their median; without them, that of misfits and outliers; NaN without these
+        real(c_double) :: chi_square = 0.0_c_double
         ! median standard deviation of a frame's chi-square, if the model is right
         real(c_double) :: chi_square_sigma = 0.0_c_double
         real(c_double) :: largest_residual = 0.0_c_double ! largest one of these frames

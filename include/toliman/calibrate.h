@@ -36,7 +36,7 @@
  * toliman_sim_info (sim.h) returns, and of which a warning is logged whenever such a scene is used.
  *
  * A model that lacks an effect, or whose pupil is too coarse, gives separations that are wrong by many standard
- * deviations. The verdict on chi_square (goodness.h) and the correlation of the residuals tell it. What may be missing
+ * deviations. The verdict on chi_square (goodness.h) and the correlation of the residuals show it. What may be missing
  * is listed (toliman_calibration_info.lacks), and tried with TOLIMAN_CALIBRATION_IMPROVE.
  */
 #ifndef TOLIMAN_CALIBRATE_H
@@ -195,8 +195,8 @@ typedef struct toliman_calibration_info {
     double map_rms_nm;           /* rms of the fitted map over the open pupil, nm; 0 without a map */
     double map_parameters;       /* effective number of parameters of the map in one step; 0 without a map */
     double largest_residual;     /* largest |residual| over its standard deviation */
-    int32_t goodness;   /* TOLIMAN_GOODNESS_..., of chi_square. All steps of a map fit up to twice as much of the noise:
-                           the limit below which chi_square is TOO_GOOD allows for map_parameters once more */
+    int32_t goodness;   /* TOLIMAN_GOODNESS_..., of chi_square. The steps of a map together may fit the noise of twice
+                           map_parameters: the limit below which chi_square is TOO_GOOD is lowered by this */
     uint32_t lacks;     /* with INCOMPLETE: TOLIMAN_CALIBRATION_CHANGE_... that the model may need */
     uint32_t changes;   /* TOLIMAN_CALIBRATION_CHANGE_... that were kept */
     int32_t attempts;   /* number of changes that were tried */

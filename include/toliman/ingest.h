@@ -132,13 +132,15 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_next(toliman_ingest
                                                                   toliman_ingest_event *event) TOLIMAN_NOEXCEPT;
 
 /* Finds a frame that is not at its place, because the file of pixels has lost or gained bytes before it: a part of a
- * frame without a line, or of a frame whose rest is lost. Such a frame is a misfit of a tracker (track.h). offset that
- * of the FRAME event reference  an undamaged frame of the same scene, shape and pixel type, contiguous pixels
- * [rows][cols], receives the frame where it looks most like the reference; capacity in bytes shift      receives the
- * bytes from its place to there; 0 if it is not found elsewhere, then pixels is unchanged The size of the file,
- * compared with that of the frames of all lines, tells whether bytes were lost or gained; with GROWING it does not, and
- * no frame is found. The likeness is that of images: let the estimator confirm the frame. Errors: TOLIMAN_E_CAPACITY if
- * capacity is too small; TOLIMAN_E_NOT_FOUND if the file cannot be read. Since 0.2. */
+ * frame without a line, or of a frame whose rest is lost. Such a frame is a misfit of a tracker (track.h).
+ *   offset     of the frame's pixels in the file: that of its FRAME event
+ *   reference  an undamaged frame of the same scene, shape and pixel type
+ *   pixels     [rows][cols], receives the frame from where it looks most like the reference
+ *   capacity   of pixels, in bytes
+ *   shift      receives the bytes from the frame's place to there; 0 if it is not found elsewhere: pixels is unchanged
+ * The size of the file, compared with that of the frames of all lines, tells whether bytes were lost or gained; with
+ * GROWING it does not, and no frame is found. The likeness is that of images: let the estimator confirm the frame.
+ * Errors: TOLIMAN_E_CAPACITY if capacity is too small; TOLIMAN_E_NOT_FOUND if the file cannot be read. Since 0.2. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_find_frame(const toliman_ingest *ingest, int64_t offset,
                                                                         const toliman_frame *reference, void *pixels,
                                                                         size_t capacity,

@@ -46,15 +46,15 @@
  *              had a factor above 2.
  * Candidates   One at a time: candidate k is searched in the residuals of candidates 1 ... k-1. The derivatives of
  *              their signals are fitted too, which marginalises their errors to first order. The search ends with the
- *              first whose log10_bayes is below `threshold`, or that has a reason of its own against a planet. All
+ *              first whose log10_bayes is below `threshold`, or that has a reason other than SAMPLES and FRAMES. All
  *              others are fitted together, and the posterior of each is computed again with the others. One whose
  *              log10_bayes is then below the threshold becomes the last candidate, and the search ends.
  * Verdict      A candidate is a planet if no reason of TOLIMAN_PLANET_REASON_... speaks against it. Odds alone prove
  *              nothing: they compare two models, both of which may be wrong.
- * Outliers     Samples farther than 6 robust standard deviations, at least the sigmas, from a robust fit of functions
- *              and sinusoid, and from the joint fit, do not belong to the series. They have no weight in the search:
- *              a sharp periastron would describe any single one of them. With one or more no candidate is a planet,
- *              except with TOLIMAN_PLANET_CLIP.
+ * Outliers     Samples farther than 6 standard deviations from a robust fit of functions and sinusoid and also from
+ *              the joint fit. The standard deviation is the sigma times that of the residuals, by their median, if that
+ *              is above 1. Outliers have no weight in the search: a sharp periastron would describe any single one of
+ *              them. With one or more no candidate is a planet, except with TOLIMAN_PLANET_CLIP.
  * Noise        Must be white. toliman_period_noise_search tests it.
  * Source       Hogg, Myers and Bovy (2010), ApJ 725, 2166, and Price-Whelan et al. (2017), ApJ 837, 20, for the
  *              marginalisation; Kipping (2013), MNRAS 434, L51, for the prior of the eccentricity; Golub and Pereyra
@@ -186,15 +186,16 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_info(const toli
 /* Reasons against a planet, one bit each.
  *   ODDS        log10_bayes is below the threshold. A candidate has no other reason then
  *   CHI_SQUARE  chi_square_with_jitter is not good: poor without a jitter, or too good
- *   JITTER      chi_square of the samples in use is above 3 in a series of separations: the model of the frames, times,
+ *   JITTER      a jitter cannot explain it: chi_square of the samples in use is above 3 in a series of separations: the model of the frames, times,
  *               unit or sigmas are wrong. Velocities have the jitter of their star
  *   FAP         both log10_fap and log10_fap_orbit are above log10 of detection_fap
  *   EDGE        TOLIMAN_PLANET_AT_EDGE
- *   RANGE       a sinusoid of a period outside the range fits better, from twice the median step to twice the span
+ *   RANGE       a sinusoid fits better at a period outside period_min to period_max, of those from twice the median
+ *               time step to twice the time span
  *   MASS        the mass is not below that of the star, for each star of known mass
  *   CROSSING    the orbit crosses that of a planet with larger odds, if both orbit the same star
  *   FRAMES      frame_chi_square is above 2
- *   SAMPLES     samples do not belong, and TOLIMAN_PLANET_CLIP is not set */
+ *   SAMPLES     there are outliers, and TOLIMAN_PLANET_CLIP is not set */
 #define TOLIMAN_PLANET_REASON_ODDS 1u
 #define TOLIMAN_PLANET_REASON_CHI_SQUARE 2u
 #define TOLIMAN_PLANET_REASON_JITTER 4u
@@ -218,8 +219,8 @@ typedef struct toliman_planet {
     uint32_t reserved;
     double log10_bayes;     /* log10 of the Bayes factor, given the other candidates */
     double log10_fap;       /* Baluev's bound of the false alarm probability of the highest power of a sinusoid */
-    double log10_fap_orbit; /* the same of the power of the joint fit, times 20 z with z half its gain in chi-square,
-                               for the shapes of an orbit */
+    double log10_fap_orbit; /* log10 of 20 z FAP: FAP that of a sinusoid as powerful as the joint fit, z half the
+                               reduction of chi-square by it; 20 z counts the shapes of an orbit */
     double period[3];       /* units of t */
     double eccentricity[3];
     double periastron_deg[3]; /* as in the signal described at the top of planet.h */

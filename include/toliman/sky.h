@@ -123,10 +123,9 @@ typedef struct toliman_sky_prediction {
  *   predictions  [count], with the struct_size of predictions[0] set
  * A prediction takes 5 to 9 us; the first one in a day up to 400 us. 100 bytes per day are kept.
  * Errors: TOLIMAN_E_RANGE, naming the time and the covered times, if the observer file has no state for it, and outside
- * the years 1900 to 2100; TOLIMAN_E_ARGUMENT if all times are within 50 days after 1970-01-01, but not
- * whole seconds, as seconds, milliseconds, microseconds and Modified Julian Days are when they are taken for
- * nanoseconds. No prediction is then written. All
- * functions that take times check this. Since 0.2. */
+ * the years 1900 to 2100; TOLIMAN_E_ARGUMENT if all times are within 50 days after 1970-01-01 and one of them is not a
+ * whole second: they are then in seconds, ms, us or Modified Julian Days. No prediction is then written. All functions
+ * that take times check this. Since 0.2. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_predict(const toliman_sky *sky, const int64_t *tai_ns,
                                                                   size_t count,
                                                                   toliman_sky_prediction *predictions) TOLIMAN_NOEXCEPT;
@@ -187,9 +186,9 @@ typedef struct toliman_sky_info {
     double parallax_arcsec;    /* of the barycentre */
     double star_mass[2];       /* of A and B, solar masses */
     uint64_t states;           /* of the observer file; 0 without one */
-    /* Orbit of the observer at its first state; all 0 at the Earth's centre. */
+    /* Orbit of the observer; all 0 at the Earth's centre. */
     double altitude_km[2];  /* lowest and highest of all states, above 6378.137 km */
-    double inclination_deg; /* to the equator; above 90: retrograde */
+    double inclination_deg; /* at the first state, as what follows: to the equator; above 90: retrograde */
     double node_deg;        /* right ascension of the ascending node; 0 for a circular orbit */
     double node_hours;      /* local mean time at the ascending node, in [0, 24) h */
     double orbit_minutes;   /* period; NaN if the orbit does not return */
@@ -270,8 +269,8 @@ typedef struct toliman_sky_refit_result {
  * Errors, after which neither result nor out is written:
  *   - TOLIMAN_E_ARGUMENT, naming the measurement, for those that toliman_sky_reduce refuses and for bad numbers;
  *   - TOLIMAN_E_ARGUMENT if count is 0, if no element has a standard deviation, if the fit is singular or does not
- * converge, if it moves an element by more than 10 of its standard deviations, and if the fitted orbit is outside the
- * limits of a system file;
+ *     converge, if it moves an element by more than 10 of its standard deviations, and if the fitted orbit is outside
+ *     the limits of a system file;
  *   - TOLIMAN_E_RANGE, naming the measurement, as toliman_sky_predict_mean: one that the observer file does not cover
  *     completely fails the call. Since 0.2. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_refit(const toliman_sky *sky, const int64_t *intervals,

@@ -21,7 +21,7 @@
  *   quarantined  valid, same key as an earlier valid frame but different content. Neither can be trusted: the value of
  *                the earlier frame is retracted exactly, and every later valid copy is quarantined, too
  *   misfit       valid and recorded, but not in the periodogram: its chi-square exceeds the limit of the folder
- *                (chi_limit of the options). It may change with the median of the folder's frames
+ *                (chi_limit of the options), and |value| does not exceed value_limit. It may change with the median of the folder's frames
  *   outlier      valid, but not in the periodogram: |value| exceeds value_limit, or, after a change of the grid or
  *                clock table, the periodogram can no longer represent the time of a frame accepted earlier
  *   unreduced    valid and recorded, but not in the periodogram: the observer file does not cover its exposure (a
@@ -112,11 +112,10 @@ typedef struct toliman_track_outcome {
     int32_t reserved;
     int64_t row, col; /* first pixel over range, not finite, or completing a zero run; for SHAPE, the shape received */
     double pixel;     /* value of that pixel */
-    double value;   /* accepted frames, outliers and misfits: reduced if the folder has a system; unreduced frames: the
-                       estimate */
-    int64_t tai_ns; /* these frames: time in TAI */
-    double chi_square; /* these frames: goodness of fit (goodness.h), UNKNOWN without a model. Since 0.2, as what
-                          follows */
+    double value;     /* accepted, outlier, misfit: reduced if the folder has a system; unreduced: the estimate */
+    int64_t tai_ns;   /* these frames: time in TAI */
+    /* These frames: goodness of fit (goodness.h); NaN and UNKNOWN without a model. Since 0.2. */
+    double chi_square;
     double chi_square_sigma, largest_residual;
     int32_t goodness;    /* TOLIMAN_GOODNESS_... */
     uint32_t bad_pixels; /* pixels that were found damaged and left out of the estimate */
@@ -125,8 +124,8 @@ typedef struct toliman_track_outcome {
 
 /* Called on the thread of toliman_track_push for a misfit, before it is recorded. *other is a copy of *frame: its
  * pixels, rows, cols, stride and pixel may be changed, for example to those that toliman_ingest_find_frame finds; they
- * must stay valid until the push returns. Returns 1 to try *other, which is recorded unless it is a misfit, too; 0 to
- * record the frame. An exception and other numbers count as 0. Since 0.2. */
+ * must stay valid until the push returns. Returns 1 to try *other, which is recorded in place of the frame unless it is
+ * a misfit, too; 0 to record the frame. An exception and other numbers count as 0. Since 0.2. */
 typedef int32_t (*toliman_misfit_fn)(const toliman_frame *frame, const toliman_track_outcome *outcome,
                                      toliman_frame *other, void *user_data);
 
@@ -244,10 +243,11 @@ typedef struct toliman_track_options {
      *                      folder; in a new folder no error */
     double trend_start, trend_end;
     double scale_sigma;
-    /* Limit of the chi-square of a frame, to 0.4 %; frames above it are misfits. Since 0.2.
-     *   -1       4 times the median of all valid frames of the folder, at least 2 and at most 100: a model that is
-     * wrong by a chi-square of 10 is usable, and one of 1000 is not. The verdict of earlier frames changes with the
-     *            median; it does not depend on the order of arrival
+    /* Limit of the chi-square of a frame; frames above it are misfits. Since 0.2.
+     *   > 0      this number
+     *   -1       4 times the median of all valid frames of the folder, misfits included, at least 2 and at most 100,
+     *            rounded by up to 0.4 %: a model that is wrong by a chi-square of 10 is usable, and one of 1000 is not.
+     *            The verdict of earlier frames changes with the median; it does not depend on the order of arrival
      *   0        that of the folder; in a new folder 2 if the scene of `fit` is that of a calibration, otherwise -1 */
     double chi_limit;
     toliman_misfit_fn misfit; /* may be NULL. Since 0.2 */

@@ -16,7 +16,7 @@ typedef struct toliman_track_goodness {
     uint32_t struct_size;        /* in: sizeof(toliman_track_goodness) */
     int32_t goodness;            /* verdict on chi_square, as for a single frame */
     int64_t frames;              /* accepted and unreduced frames with a chi-square */
-    double chi_square;           /* their median; without them, that of the misfits; NaN without these */
+    double chi_square;           /* their median; without them, that of misfits and outliers; NaN without these */
     double chi_square_sigma;     /* median standard deviation of a frame's chi-square, if the model is right */
     double largest_residual;     /* largest one of these frames */
     double years;                /* from their first time to the last, in years of 365.25 days */

@@ -49,7 +49,7 @@ const char *text_of(uint32_t reason) noexcept {
     case kReasonOdds:
         return "the odds are below the threshold";
     case kReasonChiSquare:
-        return "chi-square of the fit is not that of its noise";
+        return "chi-square of the fit is too good, or poor without a jitter";
     case kReasonJitter:
         return "the noise is far above the sigmas: the model lacks an effect, or times, unit or sigmas are wrong";
     case kReasonFap:
@@ -65,7 +65,7 @@ const char *text_of(uint32_t reason) noexcept {
     case kReasonFrames:
         return "chi-square of the frames is poor: the model of the frames lacks an effect";
     case kReasonSamples:
-        return "samples do not belong to the series";
+        return "there are outliers";
     default:
         return nullptr;
     }

@@ -56,12 +56,11 @@ FolderGoodness folder_goodness(const Tracker &tracker) {
         const bool is_used = outcome.verdict == Verdict::accepted || outcome.verdict == Verdict::unreduced;
         if (record.kind != Kind::accepted || std::isnan(outcome.goodness.chi_square))
             return;
-        if (outcome.verdict == Verdict::misfit) {
+        if (!is_used) {
             misfits.push_back(outcome.goodness.chi_square);
             misfit_sigmas.push_back(outcome.goodness.sigma);
-        }
-        if (!is_used)
             return;
+        }
         if (years.empty())
             first_ns = outcome.tai_ns;
         years.push_back((static_cast<double>(outcome.tai_ns) - static_cast<double>(first_ns)) / kYearNs);

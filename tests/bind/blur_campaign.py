@@ -37,11 +37,11 @@ def cutoff_of(scale, band):
     return 0.125 * math.radians(scale / 3600) / (band[0] * 1e-9)
 
 
-def scene_of(scale, n, band, accuracy, pixel, side):
-    """With n x n samples of the image per pixel, and side x side of them."""
+def scene_of(scale, n, band, accuracy, pixel, side, samples):
+    """With n x n samples of the image per pixel, side x side of them, and samples x samples of the pupil."""
     return {
         "schema": "toliman-scene/1", "name": "blur",
-        "telescope": {"aperture_m": 0.125, "secondary_m": 0.03, "pupil_samples": int(64 + 300 * scale),
+        "telescope": {"aperture_m": 0.125, "secondary_m": 0.03, "pupil_samples": samples,
                       "mask": {"kind": "spiral", "opd_nm": 275, "terms": [{"a": 1, "f": 2, "m": 3, "p": 1}]}},
         "band": {"wavelength_nm": band[0]} if band[0] == band[1] else {"min_nm": band[0], "max_nm": band[1], "step_nm": 10},
         "stars": {"A": {"spectrum": {"kind": "blackbody", "temperature_k": 5790}, "photons_per_s": 1e6}},
@@ -63,17 +63,17 @@ def kernel_of(shifts, covariance, nodes):
     return kernel / (2 * math.pi * math.sqrt(numpy.linalg.det(covariance)))
 
 
-def reference(scale, band, covariance, pixel):
+def reference(scale, band, covariance, pixel, samples):
     """The blurred image [SIDE][SIDE]."""
     narrow, wide = numpy.sqrt(numpy.linalg.eigvalsh(covariance))
     n = math.ceil(cutoff_of(scale, band) + 1.4 / narrow)
     n += n % 2 == 0  # a sample at the centre of each pixel
     integrated = pixel == "integrated"
     margin = math.ceil((CUT * wide + integrated / 2) * n)
-    samples = SIDE * n - (n - 1) + 2 * margin
-    image = toliman.Simulator(scene_of(scale, n, band, 1e-12, "point", samples)).image()
+    side = SIDE * n - (n - 1) + 2 * margin
+    image = toliman.Simulator(scene_of(scale, n, band, 1e-12, "point", side, samples)).image()
     kernel = kernel_of(numpy.arange(-margin, margin + 1) / n, covariance, (32 if narrow < 0.6 else 10) if integrated else 1)
-    inside = slice(margin, samples - margin, n)
+    inside = slice(margin, side - margin, n)
     return convolved(image, kernel)[inside, inside]
 
 
@@ -89,9 +89,10 @@ def of_case(task):
     """Error of a blurred image relative to its peak, its stated error, and its darkest pixel."""
     scale, sigma, (x, y, correlation), band, pixel = task
     covariance = sigma**2 * numpy.array([[x * x, correlation * x * y], [correlation * x * y, y * y]])
-    true, found = reference(scale, band, covariance, pixel), []
+    samples = 96 + int(2 * (SIDE + 2 * CUT * sigma) * cutoff_of(scale, band))  # so that the reference has no aliases
+    true, found = reference(scale, band, covariance, pixel, samples), []
     for accuracy in ACCURACIES:
-        scene = scene_of(scale, 1, band, accuracy, pixel, SIDE)
+        scene = scene_of(scale, 1, band, accuracy, pixel, SIDE, samples)
         scene["systematics"] = {"jitter_covariance_px2": {"xx": covariance[0, 0], "yy": covariance[1, 1], "xy": covariance[0, 1]}}
         simulator = toliman.Simulator(scene)
         image, plan = simulator.image(), simulator.plan

@@ -15,6 +15,7 @@ missions  Planets of thirteen missions, 281 samples of 2.2 uas: found, and the r
 Without a mode all run. The exit status is 1 if a figure is missed."""
 import itertools
 import math
+import os
 import pathlib
 import sys
 import time
@@ -129,7 +130,7 @@ def is_true(found):
 
 
 def all_mistakes(seed, most=None):
-    wrong = []
+    wrong, longest = [], 100 if os.environ.get("TOLIMAN_SANITIZE") else 10  # s
     print("| mistake | verdict | period, d | mass, Earths | log10 Bayes | chi-square | outliers | s |\n|---|---|---|---|---|---|---|---|")
     began = time.process_time()
     for name, found, must in itertools.islice(mistakes(seed), most):
@@ -141,8 +142,8 @@ def all_mistakes(seed, most=None):
             wrong.append(f"{name}: {len(found.planets)} planets")
         if must is False and found.planets:
             wrong.append(f"{name}: has a planet")
-        if seconds > 10:
-            wrong.append(f"{name}: {seconds:.1f} s: must be at most 10")
+        if seconds > longest:
+            wrong.append(f"{name}: {seconds:.1f} s: must be at most {longest}")
         began = time.process_time()
     return wrong
 

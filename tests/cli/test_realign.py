@@ -44,6 +44,8 @@ class Realigned(Track):
                     self.assertEqual(set(good), set(range(FRAMES)) - lost)
                     self.assertTrue(all(good[k] == value[k] for k in good))
                     self.assertTrue({line["verdict"] for line in out} <= {"accepted", "misfit", "outlier", "rejected"})
+                    damaged = [line for line in out if line["verdict"] != "accepted" and line["goodness"] != "good"]
+                    self.assertEqual({line["shift_bytes"] for line in damaged} - {0}, set())
                     shifts = [line["shift_bytes"] for line in out if line["verdict"] == "accepted"]
                     self.assertEqual(sorted(set(shifts) - {0}, key=shifts.index), steps)
                     again = self.track(state, "in")  # known frames are found again, too
@@ -59,7 +61,7 @@ class Realigned(Track):
         (self.folder / "scene.json").write_text(json.dumps(scene))
         out = self.track("s", "all")
         self.assertNotIn("accepted", {line["verdict"] for line in out if "verdict" in line})
-        self.assertIn("frames of this run is good", self.errors)
+        self.assertIn("frames of this run is accepted", self.errors)
 
 
 if __name__ == "__main__":

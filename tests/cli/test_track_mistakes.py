@@ -174,13 +174,13 @@ class Pixels(Mistakes):
     def test_when_nothing_is_good(self):
         odd = self.frames | numpy.uint32(1 << 31)
         self.pair("in/x", self.lines[:3], odd[:3])
-        check = "none of the 3 frames of this run is good, all were rejected or are outliers or misfits: check the scene or weights, " \
-                "--dtype, --bit-depth and --shape\n"
+        check = "none of the 3 frames of this run is accepted, all were rejected or are outliers or misfits: check the scene or weights, " \
+                "the unit and gain of the counts, --dtype, --bit-depth, --shape, and known bad pixels (--bad-pixels)\n"
         self.track("s", "in", "--bit-depth", "31")
         self.assertEqual(self.errors.count("none of"), 1)
         self.assertTrue(self.errors.endswith(check), self.errors)
         self.track("t", "all", "--value-limit", "1e-9")
-        self.assertIn(f"none of the {FRAMES} frames of this run is good", self.errors)
+        self.assertIn(f"none of the {FRAMES} frames of this run is accepted", self.errors)
         self.pair("in/y", self.lines[3:4], self.frames[3:4])
         for _ in range(2):  # also when they are known
             self.track("s", "in", "--bit-depth", "31")

@@ -59,7 +59,7 @@ static void test_residual(void **unused) {
     }
 }
 
-/* Also at the end of a count that is no multiple of a vector, and of either sign. */
+/* Also at the end of a count that is not a multiple of a vector, and of either sign. */
 static void test_magnitude(void **unused) {
     (void)unused;
     enum { COUNT = 37 };

@@ -55,4 +55,12 @@ static inline toliman_status create_in_folder(const char *json, toliman_sim **si
     return toliman_sim_create_json(json, strlen(json), folder, NULL, sim);
 }
 
+/* Simulator of the binary scene with one place replaced. */
+static inline toliman_status create_with(const char *from, const char *to, toliman_sim **sim) {
+    char *const text = replaced(kBinaryScene, from, to);
+    const toliman_status status = create_in_folder(text, sim);
+    free(text);
+    return status;
+}
+
 #endif

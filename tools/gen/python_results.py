@@ -145,7 +145,8 @@ def members(model, item, field):
             bit = model.by_name[constant]
             yield constant.split("_", 2)[2].lower(), "bool", bit.doc or bit.heading, f", flag={bit.value}"
     elif name in WORDS and kind.base != "char":
-        yield name, "str", re.sub(r"\w+, \.\.\.", "...", field.doc), f', words="{WORDS[name]}"'
+        doc = re.sub(r"\w+, \.\.\.|\w*_?\.\.\.", f"{WORDS[name]}_... as a word", field.doc)
+        yield name, "str", doc, f', words="{WORDS[name]}"'
     elif name in SWITCHES or f"{item.name}.{name}" in SWITCHES:
         yield name, "bool", field.doc.removeprefix("1: "), ""
     elif name in NAMES:

@@ -131,7 +131,7 @@ class toliman_machine(Sized):
 #   POOR      chi_square is too large: the data are damaged, the model lacks an effect, or the standard deviations are
 #             too small. The standard deviations of the results are too small, and the results may be wrong
 #   TOO_GOOD  chi_square is too small: the standard deviations are too large, for instance because the data are in
-#             another unit (DN instead of photons)
+#             a unit with fewer counts than photons (DN). Where the model does not fit the fluxes, such data are POOR
 TOLIMAN_GOODNESS_UNKNOWN = 801
 TOLIMAN_GOODNESS_GOOD = 802
 TOLIMAN_GOODNESS_POOR = 803
@@ -143,8 +143,8 @@ class toliman_frame_goodness(Sized):
     pixels. Since 0.2.
     
     Bad pixels are cosmic rays, hot and dead pixels. A pixel of V expected electrons, read noise included, is bad if its
-    residual x after the fit, in standard deviations, has x^2 > 36 (1 + max(x, 0)/(3 sqrt(V))): 1 of 8,000 undamaged
-    frames of 256x256 has such a pixel. A value is estimated from the other pixels alone. If more than 30 pixels exceed
+    residual x after the fit, in standard deviations, has x^2 > 36 (1 + max(x, 0)/(3 sqrt(V))), times chi_square of the
+    other pixels if that is above 1: 1 of 8,000 undamaged frames of 256x256 has such a pixel. A value is estimated from the other pixels alone. If more than 30 pixels exceed
     the limit, the model is wrong and not the pixels: all are used, bad_pixels is 0, and goodness is POOR.
     struct_size: in: sizeof(toliman_frame_goodness)
     goodness: verdict on chi_square, TOLIMAN_GOODNESS_...
@@ -1227,8 +1227,8 @@ class toliman_calibration_info(Sized):
     map_rms_nm: rms of the fitted map over the open pupil, nm; 0 without a map
     map_parameters: effective number of parameters of the map in one step; 0 without a map
     largest_residual: largest |residual| over its standard deviation
-    goodness: TOLIMAN_GOODNESS_..., of chi_square. All steps of a map fit up to twice as much of the noise:
-        the limit below which chi_square is TOO_GOOD allows for map_parameters once more
+    goodness: TOLIMAN_GOODNESS_..., of chi_square. The steps of a map together may fit the noise of twice
+        map_parameters: the limit below which chi_square is TOO_GOOD is lowered by this
     lacks: with INCOMPLETE: TOLIMAN_CALIBRATION_CHANGE_... that the model may need
     changes: TOLIMAN_CALIBRATION_CHANGE_... that were kept
     attempts: number of changes that were tried
@@ -2464,15 +2464,16 @@ TOLIMAN_PLANET_AT_EDGE = 1
 # Reasons against a planet, one bit each.
 #   ODDS        log10_bayes is below the threshold. A candidate has no other reason then
 #   CHI_SQUARE  chi_square_with_jitter is not good: poor without a jitter, or too good
-#   JITTER      chi_square of the samples in use is above 3 in a series of separations: the model of the frames, times,
+#   JITTER      a jitter cannot explain it: chi_square of the samples in use is above 3 in a series of separations: the model of the frames, times,
 #               unit or sigmas are wrong. Velocities have the jitter of their star
 #   FAP         both log10_fap and log10_fap_orbit are above log10 of detection_fap
 #   EDGE        TOLIMAN_PLANET_AT_EDGE
-#   RANGE       a sinusoid of a period outside the range fits better, from twice the median step to twice the span
+#   RANGE       a sinusoid fits better at a period outside period_min to period_max, of those from twice the median
+#               time step to twice the time span
 #   MASS        the mass is not below that of the star, for each star of known mass
 #   CROSSING    the orbit crosses that of a planet with larger odds, if both orbit the same star
 #   FRAMES      frame_chi_square is above 2
-#   SAMPLES     samples do not belong, and TOLIMAN_PLANET_CLIP is not set
+#   SAMPLES     there are outliers, and TOLIMAN_PLANET_CLIP is not set
 TOLIMAN_PLANET_REASON_ODDS = 1
 TOLIMAN_PLANET_REASON_CHI_SQUARE = 2
 TOLIMAN_PLANET_REASON_JITTER = 4
@@ -2493,8 +2494,8 @@ class toliman_planet(Sized):
     reasons: TOLIMAN_PLANET_REASON_...; 0: a planet
     log10_bayes: log10 of the Bayes factor, given the other candidates
     log10_fap: Baluev's bound of the false alarm probability of the highest power of a sinusoid
-    log10_fap_orbit: the same of the power of the joint fit, times 20 z with z half its gain in chi-square,
-        for the shapes of an orbit
+    log10_fap_orbit: log10 of 20 z FAP: FAP that of a sinusoid as powerful as the joint fit, z half the
+        reduction of chi-square by it; 20 z counts the shapes of an orbit
     period: units of t
     periastron_deg: as in the signal described at the top of planet.h
     epoch: time of a passage through periastron, within half a period of best[3]
@@ -2742,9 +2743,9 @@ class toliman_sky_info(Sized):
     parallax_arcsec: of the barycentre
     star_mass: of A and B, solar masses
     states: of the observer file; 0 without one
-    altitude_km: Orbit of the observer at its first state; all 0 at the Earth's centre.
+    altitude_km: Orbit of the observer; all 0 at the Earth's centre.
         lowest and highest of all states, above 6378.137 km
-    inclination_deg: to the equator; above 90: retrograde
+    inclination_deg: at the first state, as what follows: to the equator; above 90: retrograde
     node_deg: right ascension of the ascending node; 0 for a circular orbit
     node_hours: local mean time at the ascending node, in [0, 24) h
     orbit_minutes: period; NaN if the orbit does not return"""
@@ -2833,8 +2834,10 @@ TOLIMAN_SKY_HYPOTHESES = 7
 
 class toliman_sky_hypothesis(Sized):
     """A hypothesis, fitted alone, with the errors of the orbital elements and, except for SCALE, a mean and two harmonics
-    of a year: the residuals that a whole number of revolutions of the observer leaves have that period, and may be those
-    of a planet. Since 0.2. Sign of times: value is the given time minus the true time. It is above 0 for times that are
+    of a year: an error of the times by a whole number of revolutions of the observer leaves residuals of that period, and
+    so may a planet. Since 0.2.
+    
+    Sign of times: value is the given time minus the true time. It is above 0 for times that are
     late, such as times in TAI that were read as UTC (+37 s), and below 0 for times that are early, such as starts of
     exposures that were taken for their middles (-30 s for 60 s). An error of the times in the observer file has the
     opposite sign.
@@ -2927,11 +2930,9 @@ class toliman_track_outcome(Sized):
     row: first pixel over range, not finite, or completing a zero run; for SHAPE, the shape received
     col: first pixel over range, not finite, or completing a zero run; for SHAPE, the shape received
     pixel: value of that pixel
-    value: accepted frames, outliers and misfits: reduced if the folder has a system; unreduced frames: the
-        estimate
+    value: accepted, outlier, misfit: reduced if the folder has a system; unreduced: the estimate
     tai_ns: these frames: time in TAI
-    chi_square: these frames: goodness of fit (goodness.h), UNKNOWN without a model. Since 0.2, as what
-        follows
+    chi_square: These frames: goodness of fit (goodness.h); NaN and UNKNOWN without a model. Since 0.2.
     goodness: TOLIMAN_GOODNESS_...
     bad_pixels: pixels that were found damaged and left out of the estimate"""
 
@@ -2955,8 +2956,8 @@ class toliman_track_outcome(Sized):
 
 # Called on the thread of toliman_track_push for a misfit, before it is recorded. *other is a copy of *frame: its
 # pixels, rows, cols, stride and pixel may be changed, for example to those that toliman_ingest_find_frame finds; they
-# must stay valid until the push returns. Returns 1 to try *other, which is recorded unless it is a misfit, too; 0 to
-# record the frame. An exception and other numbers count as 0. Since 0.2.
+# must stay valid until the push returns. Returns 1 to try *other, which is recorded in place of the frame unless it is
+# a misfit, too; 0 to record the frame. An exception and other numbers count as 0. Since 0.2.
 # Arguments: frame, outcome, other, user_data.
 toliman_misfit_fn = CFUNCTYPE(c_int32, POINTER(toliman_frame), POINTER(toliman_track_outcome), POINTER(toliman_frame), c_void_p)
 
@@ -3092,10 +3093,11 @@ class toliman_track_options(Sized):
                              with REASON_CLOCK. Both 0 = from -0.05/df to 0.15/df, twice the time span of the grid
           scale_sigma        standard deviation of the relative error of the plate scale, in [0, 1); 0 = that of the
                              folder; in a new folder no error
-    chi_limit: Limit of the chi-square of a frame, to 0.4 %; frames above it are misfits. Since 0.2.
-          -1       4 times the median of all valid frames of the folder, at least 2 and at most 100: a model that is
-        wrong by a chi-square of 10 is usable, and one of 1000 is not. The verdict of earlier frames changes with the
-                   median; it does not depend on the order of arrival
+    chi_limit: Limit of the chi-square of a frame; frames above it are misfits. Since 0.2.
+          > 0      this number
+          -1       4 times the median of all valid frames of the folder, misfits included, at least 2 and at most 100,
+                   rounded by up to 0.4 %: a model that is wrong by a chi-square of 10 is usable, and one of 1000 is not.
+                   The verdict of earlier frames changes with the median; it does not depend on the order of arrival
           0        that of the folder; in a new folder 2 if the scene of `fit` is that of a calibration, otherwise -1
     misfit: may be NULL. Since 0.2"""
 
@@ -3214,7 +3216,7 @@ class toliman_track_goodness(Sized):
     struct_size: in: sizeof(toliman_track_goodness)
     goodness: verdict on chi_square, as for a single frame
     frames: accepted and unreduced frames with a chi-square
-    chi_square: their median, NaN without frames
+    chi_square: their median; without them, that of misfits and outliers; NaN without these
     chi_square_sigma: median standard deviation of a frame's chi-square, if the model is right
     largest_residual: largest one of these frames
     years: from their first time to the last, in years of 365.25 days
@@ -4608,13 +4610,15 @@ frame if they have been replaced or truncated:
             ("shift", POINTER(c_int64)),
         ),
         """Finds a frame that is not at its place, because the file of pixels has lost or gained bytes before it: a part of a
-frame without a line, or of a frame whose rest is lost. Such a frame is a misfit of a tracker (track.h). offset that
-of the FRAME event reference  an undamaged frame of the same scene, shape and pixel type, contiguous pixels
-[rows][cols], receives the frame where it looks most like the reference; capacity in bytes shift      receives the
-bytes from its place to there; 0 if it is not found elsewhere, then pixels is unchanged The size of the file,
-compared with that of the frames of all lines, tells whether bytes were lost or gained; with GROWING it does not, and
-no frame is found. The likeness is that of images: let the estimator confirm the frame. Errors: TOLIMAN_E_CAPACITY if
-capacity is too small; TOLIMAN_E_NOT_FOUND if the file cannot be read. Since 0.2.""",
+frame without a line, or of a frame whose rest is lost. Such a frame is a misfit of a tracker (track.h).
+  offset     of the frame's pixels in the file: that of its FRAME event
+  reference  an undamaged frame of the same scene, shape and pixel type
+  pixels     [rows][cols], receives the frame from where it looks most like the reference
+  capacity   of pixels, in bytes
+  shift      receives the bytes from the frame's place to there; 0 if it is not found elsewhere: pixels is unchanged
+The size of the file, compared with that of the frames of all lines, tells whether bytes were lost or gained; with
+GROWING it does not, and no frame is found. The likeness is that of images: let the estimator confirm the frame.
+Errors: TOLIMAN_E_CAPACITY if capacity is too small; TOLIMAN_E_NOT_FOUND if the file cannot be read. Since 0.2.""",
     ),
     "toliman_ingest_set_shift": (
         c_int32, (("ingest", POINTER(toliman_ingest)), ("shift", c_int64)),
@@ -5511,10 +5515,9 @@ TOLIMAN_E_ARGUMENT. Since 0.2.""",
   predictions  [count], with the struct_size of predictions[0] set
 A prediction takes 5 to 9 us; the first one in a day up to 400 us. 100 bytes per day are kept.
 Errors: TOLIMAN_E_RANGE, naming the time and the covered times, if the observer file has no state for it, and outside
-the years 1900 to 2100; TOLIMAN_E_ARGUMENT if all times are within 50 days after 1970-01-01, but not
-whole seconds, as seconds, milliseconds, microseconds and Modified Julian Days are when they are taken for
-nanoseconds. No prediction is then written. All
-functions that take times check this. Since 0.2.""",
+the years 1900 to 2100; TOLIMAN_E_ARGUMENT if all times are within 50 days after 1970-01-01 and one of them is not a
+whole second: they are then in seconds, ms, us or Modified Julian Days. No prediction is then written. All functions
+that take times check this. Since 0.2.""",
     ),
     "toliman_sky_predict_mean": (
         c_int32, (
@@ -5640,8 +5643,8 @@ original system to all of them.
 Errors, after which neither result nor out is written:
   - TOLIMAN_E_ARGUMENT, naming the measurement, for those that toliman_sky_reduce refuses and for bad numbers;
   - TOLIMAN_E_ARGUMENT if count is 0, if no element has a standard deviation, if the fit is singular or does not
-converge, if it moves an element by more than 10 of its standard deviations, and if the fitted orbit is outside the
-limits of a system file;
+    converge, if it moves an element by more than 10 of its standard deviations, and if the fitted orbit is outside
+    the limits of a system file;
   - TOLIMAN_E_RANGE, naming the measurement, as toliman_sky_predict_mean: one that the observer file does not cover
     completely fails the call. Since 0.2.""",
     ),

@@ -25,11 +25,11 @@ class FrameGoodness(Result):
     pixels.
     
     Bad pixels are cosmic rays, hot and dead pixels. A pixel of V expected electrons, read noise included, is bad if its
-    residual x after the fit, in standard deviations, has x^2 > 36 (1 + max(x, 0)/(3 sqrt(V))): 1 of 8,000 undamaged
-    frames of 256x256 has such a pixel. A value is estimated from the other pixels alone. If more than 30 pixels exceed
+    residual x after the fit, in standard deviations, has x^2 > 36 (1 + max(x, 0)/(3 sqrt(V))), times chi_square of the
+    other pixels if that is above 1: 1 of 8,000 undamaged frames of 256x256 has such a pixel. A value is estimated from the other pixels alone. If more than 30 pixels exceed
     the limit, the model is wrong and not the pixels: all are used, bad_pixels is 0, and goodness is POOR."""
 
-    goodness: str = member("verdict on chi_square, ...", words="TOLIMAN_GOODNESS")
+    goodness: str = member("verdict on chi_square, ... as a word", words="TOLIMAN_GOODNESS")
     chi_square: float = member("per degree of freedom; +infinity if it overflows")
     chi_square_sigma: float = member("standard deviation of chi_square, if the model is right")
     largest_residual: float = member("largest |residual| over its standard deviation")
@@ -60,12 +60,12 @@ class SceneInfo(Result):
     scene_digest: int = member("FNV-1a hash of the scene text, also stored in weights trained on the scene")
     whole_counts: bool = member("1 if counts are integers (photon noise only, or a bit depth), else 0")
     peak_counts: float = member("brightest pixel of the expected frame, in its unit")
-    unit: str = member("..., of frames and expected images", words="TOLIMAN_SIM_UNIT")
+    unit: str = member("... as a word, of frames and expected images", words="TOLIMAN_SIM_UNIT")
     bit_depth: int = member("bits per pixel of the detector; 0 = counts are not rounded")
     exposure_s: float = member("length of an exposure; 0 if the scene has peak_photons instead. Since 0.2")
     time_zero_ns: int = member("TAI of binary.date, ns since 1970-01-01T00:00:00 TAI; 0 without an observer. Since 0.2")
-    calibration: str = member(".... Since 0.2", words="TOLIMAN_SIM_CALIBRATION")
-    calibration_goodness: str = member("..., of its chi_square; UNKNOWN without a verdict. Since 0.2", words="TOLIMAN_GOODNESS")
+    calibration: str = member("... as a word. Since 0.2", words="TOLIMAN_SIM_CALIBRATION")
+    calibration_goodness: str = member("... as a word, of its chi_square; UNKNOWN without a verdict. Since 0.2", words="TOLIMAN_GOODNESS")
     calibration_chi_square: float = member("NaN without a verdict. Since 0.2")
     calibration_chi_square_sigma: float = member("NaN without a verdict. Since 0.2")
     bad_pixels: int = member("pixels of detector.bad_pixels, which no estimator uses. Since 0.2")
@@ -92,7 +92,7 @@ class Plan(Result):
     cost of each choice. Unless noted otherwise, errors are relative: the largest error of any pixel of the expected
     image, divided by the peak of the image."""
 
-    engine: str = member("...", words="TOLIMAN_SIM_ENGINE")
+    engine: str = member("... as a word", words="TOLIMAN_SIM_ENGINE")
     scene_wavelengths: int = member("wavelengths of the spectrum of the scene")
     wavelengths: int = member("wavelengths propagated: all, or fewer Chebyshev nodes in 1/lambda")
     order: int = member("order of the Taylor expansion in the displacement")
@@ -149,19 +149,19 @@ class NetworkInfo(Result):
     crop_row: int = member("first row and column of the 256x256 crop of the scene's image")
     crop_col: int = member("first row and column of the 256x256 crop of the scene's image")
     projected: int = member("number of nuisance images projected out")
-    input: str = member("...", words="TOLIMAN_CAE_INPUT")
+    input: str = member("... as a word", words="TOLIMAN_CAE_INPUT")
     crb_px: float = member("Cramer-Rao bound with these nuisances unknown")
     cosine: float = member("toliman_cae_training.cosine; 0 before training")
     input_scale: float = member("factor between the input and the first convolution: 1e-3 for TIED, else 1")
     seed: int = member("seed of the random weights")
-    centre: str = member("...", words="TOLIMAN_CAE_CENTRE")
+    centre: str = member("... as a word", words="TOLIMAN_CAE_CENTRE")
 
 
 @result
 class Parameter(Result):
     """A parameter of the forward model."""
 
-    scope: str = member("...", words="TOLIMAN_SIM_SCOPE")
+    scope: str = member("... as a word", words="TOLIMAN_SIM_SCOPE")
     name: str = member("such as \"zernike_7\"; static text")
     unit: str = member("such as \"nm\", \"\" for a relative change; static text")
 
@@ -202,7 +202,7 @@ class FitResult(Result):
     excluded: int = member("saturated pixels, those expected within 5 standard deviations of saturation included")
     chi_square_sigma: float = member("standard deviation of chi_square, if the scene is right")
     largest_residual: float = member("largest |residual| over its standard deviation")
-    goodness: str = member("verdict on chi_square, ...; UNKNOWN with NOT_CONVERGED", words="TOLIMAN_GOODNESS")
+    goodness: str = member("verdict on chi_square, ... as a word; UNKNOWN with NOT_CONVERGED", words="TOLIMAN_GOODNESS")
     bad_pixels: int = member("cosmic rays, hot and dead pixels that were left out: see toliman_frame_goodness")
     not_converged: bool = member("a result without a maximum: the last step moved a place by 1e-6 px or more, a star lost 90 % of its flux, or the stars left the range of the model images. Every number is NaN, except iterations; excluded is 0. Frequent if photons and read noise together are below about 1 electron^2 in many pixels. Without this flag, the result is the maximum of the likelihood near the prediction, or near the places found by the search.", flag=1)
     saturated: bool = member("pixels at the full well or the largest count were excluded", flag=4)
@@ -267,7 +267,7 @@ class BankResult(Result):
     efficiency: float = member("Cramer-Rao bound of the separation, with all parameters of the fit free, divided by sigma_px: 0 to 1")
     distance_px: float = member("distance between the stars' places in the frame and those of the network: root sum of squares of the change of the place of B relative to A, and of the sub-pixel part of the displacement of both")
     network: int = member("index of the network with the smallest distance_px, -1 if not fitted")
-    goodness: str = member("verdict on chi_square, ...; UNKNOWN if not fitted", words="TOLIMAN_GOODNESS")
+    goodness: str = member("verdict on chi_square, ... as a word; UNKNOWN if not fitted", words="TOLIMAN_GOODNESS")
     chi_square: float = member("of the fit, as in toliman_fit_result")
     chi_square_sigma: float = member("of the fit, as in toliman_fit_result")
     largest_residual: float = member("of the fit, as in toliman_fit_result")
@@ -349,7 +349,7 @@ class CalibrationInfo(Result):
     map_rms_nm: float = member("rms of the fitted map over the open pupil, nm; 0 without a map")
     map_parameters: float = member("effective number of parameters of the map in one step; 0 without a map")
     largest_residual: float = member("largest |residual| over its standard deviation")
-    goodness: str = member("..., of chi_square. All steps of a map fit up to twice as much of the noise: the limit below which chi_square is TOO_GOOD allows for map_parameters once more", words="TOLIMAN_GOODNESS")
+    goodness: str = member("... as a word, of chi_square. The steps of a map together may fit the noise of twice map_parameters: the limit below which chi_square is TOO_GOOD is lowered by this", words="TOLIMAN_GOODNESS")
     lacks: int = member("with INCOMPLETE: change_... that the model may need")
     changes: int = member("change_... that were kept")
     attempts: int = member("number of changes that were tried")
@@ -396,7 +396,7 @@ class CalibrationValue(Result):
 class CalibrationWindow(Result):
     """A window of a calibration: first_days <= time < first_days of the next window."""
 
-    goodness: str = member("..., of chi_square", words="TOLIMAN_GOODNESS")
+    goodness: str = member("... as a word, of chi_square", words="TOLIMAN_GOODNESS")
     frames: int = member("number of its frames")
     first_days: float = member("start, days of scene time; the first window also holds all earlier times")
     chi_square: float = member("of its frames, per degree of freedom")
@@ -432,7 +432,7 @@ class ComponentsInfo(Result):
 class PairInfo(Result):
     """Properties and counts of a reader."""
 
-    stamp: str = member("...", words="TOLIMAN_FRAME_STAMP")
+    stamp: str = member("... as a word", words="TOLIMAN_FRAME_STAMP")
     exposure_s: float = member("as in the options")
     lines: int = member("lines of the side file read so far, since it was last replaced")
     frames: int = member("FRAME events")
@@ -550,7 +550,7 @@ class Peak(Result):
     chi_square: float = member("fit: goodness.h; NaN without absolute sigmas")
     chi_square_sigma: float = member("fit: goodness.h; NaN without absolute sigmas")
     largest_residual: float = member("fit: goodness.h; NaN without absolute sigmas")
-    goodness: str = member("fit: ... of chi_square", words="TOLIMAN_GOODNESS")
+    goodness: str = member("fit: ... as a word of chi_square", words="TOLIMAN_GOODNESS")
     outliers: int = member("fit: samples farther than 6 robust sigmas from the fit; they are not left out")
     at_edge: bool = member("a peak at the first or last frequency of the grid. Outside the grid the power may be higher.", flag=4)
     alias: bool = member("a peak that may be an alias of a higher peak: it is closer than 2.5/T to a higher peak, or a higher peak explains at least half of its power. The explained power follows from the window function at the difference and at the sum of the two frequencies, if these are within the grid.", flag=8)
@@ -627,7 +627,7 @@ class PlanetInfo(Result):
     chi_square_sigma: float = member("as in goodness.h")
     largest_residual: float = member("as in goodness.h")
     chi_square_with_jitter: float = member("of the samples in use, with the jitter in their sigmas")
-    goodness: str = member("... of chi_square", words="TOLIMAN_GOODNESS")
+    goodness: str = member("... as a word of chi_square", words="TOLIMAN_GOODNESS")
     outliers: int = member("samples that do not belong")
 
 
@@ -639,7 +639,7 @@ class Planet(Result):
     reasons: tuple[str, ...] = member("reasons against a planet, in English; none: a planet")
     log10_bayes: float = member("log10 of the Bayes factor, given the other candidates")
     log10_fap: float = member("Baluev's bound of the false alarm probability of the highest power of a sinusoid")
-    log10_fap_orbit: float = member("the same of the power of the joint fit, times 20 z with z half its gain in chi-square, for the shapes of an orbit")
+    log10_fap_orbit: float = member("log10 of 20 z FAP: FAP that of a sinusoid as powerful as the joint fit, z half the reduction of chi-square by it; 20 z counts the shapes of an orbit")
     period: tuple[float, ...] = member("units of t")
     eccentricity: tuple[float, ...]
     periastron_deg: tuple[float, ...] = member("as in the signal described at the top of planet.h")
@@ -687,7 +687,7 @@ class SkyInfo(Result):
     """Properties of a predictor."""
 
     without: int = member("effects that are left out")
-    observer: str = member("...", words="TOLIMAN_SKY_OBSERVER")
+    observer: str = member("... as a word", words="TOLIMAN_SKY_OBSERVER")
     segments: int = member("of the observer file; 0 without one")
     first_ns: int = member("first and last usable time of the observer file; 0 without one")
     last_ns: int = member("first and last usable time of the observer file; 0 without one")
@@ -696,8 +696,8 @@ class SkyInfo(Result):
     parallax_arcsec: float = member("of the barycentre")
     star_mass: tuple[float, ...] = member("of A and B, solar masses")
     states: int = member("of the observer file; 0 without one")
-    altitude_km: tuple[float, ...] = member("Orbit of the observer at its first state; all 0 at the Earth's centre. lowest and highest of all states, above 6378.137 km")
-    inclination_deg: float = member("to the equator; above 90: retrograde")
+    altitude_km: tuple[float, ...] = member("Orbit of the observer; all 0 at the Earth's centre. lowest and highest of all states, above 6378.137 km")
+    inclination_deg: float = member("at the first state, as what follows: to the equator; above 90: retrograde")
     node_deg: float = member("right ascension of the ascending node; 0 for a circular orbit")
     node_hours: float = member("local mean time at the ascending node, in [0, 24) h")
     orbit_minutes: float = member("period; NaN if the orbit does not return")
@@ -716,7 +716,7 @@ class Refit(Result):
     chi_square_sigma: float = member("as in goodness.h")
     largest_residual: float = member("as in goodness.h")
     jitter_arcsec: float = member("white noise that is added to the sigmas if chi_square is poor, so that the errors are those of the residuals; otherwise 0")
-    goodness: str = member("... of chi_square", words="TOLIMAN_GOODNESS")
+    goodness: str = member("... as a word of chi_square", words="TOLIMAN_GOODNESS")
     outliers: int = member("measurements farther than 6 robust standard deviations, at least their sigmas, from the fit: they do not belong to the others")
     unusable: bool = member("chi_square is poor and above 3. No jitter excuses it: times, unit or sigmas are wrong, or the model of the frames lacks an effect. The new orbit must not be used.", flag=1)
 
@@ -724,13 +724,15 @@ class Refit(Result):
 @result
 class Hypothesis(Result):
     """A hypothesis, fitted alone, with the errors of the orbital elements and, except for SCALE, a mean and two harmonics
-    of a year: the residuals that a whole number of revolutions of the observer leaves have that period, and may be those
-    of a planet. Sign of times: value is the given time minus the true time. It is above 0 for times that are
+    of a year: an error of the times by a whole number of revolutions of the observer leaves residuals of that period, and
+    so may a planet.
+    
+    Sign of times: value is the given time minus the true time. It is above 0 for times that are
     late, such as times in TAI that were read as UTC (+37 s), and below 0 for times that are early, such as starts of
     exposures that were taken for their middles (-30 s for 60 s). An error of the times in the observer file has the
     opposite sign."""
 
-    cause: str = member("...", words="TOLIMAN_SKY_CAUSE")
+    cause: str = member("... as a word", words="TOLIMAN_SKY_CAUSE")
     value: float = member("s, deg or relative; NaN for AXES and CENTRE")
     sigma: float = member("standard deviation of value, with the residuals that are left; NaN for AXES and CENTRE")
     chi_square: float = member("per degree of freedom, if the hypothesis is true; NaN if it was not tested")
@@ -748,7 +750,7 @@ class Diagnosis(Result):
     chi_square: float = member("per degree of freedom, of the residuals and priors without a hypothesis (goodness.h)")
     chi_square_sigma: float = member("its standard deviation")
     largest_residual: float = member("of a measurement, in standard deviations")
-    goodness: str = member("...", words="TOLIMAN_GOODNESS")
+    goodness: str = member("... as a word", words="TOLIMAN_GOODNESS")
     used: int = member("number of measurements that were used")
 
 
@@ -756,17 +758,17 @@ class Diagnosis(Result):
 class Outcome(Result):
     """Outcome of a pushed frame."""
 
-    verdict: str = member("...", words="TOLIMAN_TRACK_VERDICT")
-    reason: str = member("... of a rejected or unreduced frame", words="TOLIMAN_TRACK_REASON")
+    verdict: str = member("... as a word", words="TOLIMAN_TRACK_VERDICT")
+    reason: str = member("... as a word of a rejected or unreduced frame", words="TOLIMAN_TRACK_REASON")
     row: int = member("first pixel over range, not finite, or completing a zero run; for SHAPE, the shape received")
     col: int = member("first pixel over range, not finite, or completing a zero run; for SHAPE, the shape received")
     pixel: float = member("value of that pixel")
-    value: float = member("accepted frames, outliers and misfits: reduced if the folder has a system; unreduced frames: the estimate")
+    value: float = member("accepted, outlier, misfit: reduced if the folder has a system; unreduced: the estimate")
     tai_ns: int = member("these frames: time in TAI")
-    chi_square: float = member("these frames: goodness of fit (goodness.h), UNKNOWN without a model. Since 0.2, as what follows")
+    chi_square: float = member("These frames: goodness of fit (goodness.h); NaN and UNKNOWN without a model. Since 0.2.")
     chi_square_sigma: float
     largest_residual: float
-    goodness: str = member("...", words="TOLIMAN_GOODNESS")
+    goodness: str = member("... as a word", words="TOLIMAN_GOODNESS")
     bad_pixels: int = member("pixels that were found damaged and left out of the estimate")
 
 
@@ -807,7 +809,7 @@ class FolderGoodness(Result):
 
     goodness: str = member("verdict on chi_square, as for a single frame", words="TOLIMAN_GOODNESS")
     frames: int = member("accepted and unreduced frames with a chi-square")
-    chi_square: float = member("their median, NaN without frames")
+    chi_square: float = member("their median; without them, that of misfits and outliers; NaN without these")
     chi_square_sigma: float = member("median standard deviation of a frame's chi-square, if the model is right")
     largest_residual: float = member("largest one of these frames")
     years: float = member("from their first time to the last, in years of 365.25 days")

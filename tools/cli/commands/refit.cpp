@@ -106,7 +106,7 @@ bool is_unusable(const Fitted &fitted) {
 
 void warn(const Fitted &fitted, Progress &progress) {
     warn_of_fit(fitted.result, progress);
-    warn_of_outliers(fitted.result.outliers, ", and disturb the fit", progress);
+    warn_of_outliers(fitted.result.outliers, " disturb the fit", progress);
 }
 
 void print_table(const Options &options, const Fitted &fitted) {

@@ -12,6 +12,7 @@ namespace {
 constexpr double kTrendSigmas = 5; // beyond which a trend of chi-square is told,
 constexpr double kChange = 3;      // and of a frame's chi-square, by which it has changed since the first frame
 constexpr int64_t kLeastFrames = 20;
+constexpr double kLeastYears = 0.05; // for which a trend per year is stated
 
 bool has_trend(const toliman_track_goodness &goodness) noexcept {
     const double change = std::fabs(goodness.trend_per_year) * goodness.years;
@@ -36,15 +37,15 @@ std::string goodness_text(const toliman_track_goodness &goodness) {
     if (std::isnan(goodness.chi_square))
         text += "of no frame is known";
     else if (goodness.frames == 0)
-        text += formatted("median %.4g of %lld misfits, %s: no frame is below the limit of %.4g", goodness.chi_square,
-                          number(goodness.misfit), toliman_goodness_name(goodness.goodness), goodness.chi_limit);
+        text += formatted("median %.4g of misfits and outliers, %s: no frame is accepted; limit %.4g",
+                          goodness.chi_square, toliman_goodness_name(goodness.goodness), goodness.chi_limit);
     else
         text +=
             formatted("median %.4g of %lld frames, %s; %lld poor, %lld too good, %lld above the limit of %.4g",
                       goodness.chi_square, number(goodness.frames), toliman_goodness_name(goodness.goodness),
                       number(goodness.poor), number(goodness.too_good), number(goodness.misfit), goodness.chi_limit);
-    if (std::isfinite(goodness.trend_per_year))
-        text += formatted("\n              trend %+.2g +- %.1g per year%s", goodness.trend_per_year,
+    if (std::isfinite(goodness.trend_per_year) && goodness.years >= kLeastYears)
+        text += formatted("\n              trend %+.2g +- %.2g per year%s", goodness.trend_per_year,
                           goodness.trend_sigma_per_year, has_trend(goodness) ? ": the model drifts" : "");
     if (goodness.cleaned > 0)
         text += formatted("\n  bad pixels  %lld in %lld frames, left out", number(goodness.bad_pixels),
@@ -75,9 +76,10 @@ std::string model_complaint(const toliman_track_goodness &goodness) {
     if (goodness.is_calibrated != 0 && goodness.is_complete == 0)
         add("the calibration of its scene is incomplete (" + calibration_text(goodness) + ")");
     if (goodness.goodness == TOLIMAN_GOODNESS_POOR)
-        add(formatted("the chi-square of its frames is %.4g, poor: the model lacks an effect, and sigmas and values of "
-                      "the frames are not to be trusted",
-                      goodness.chi_square));
+        add(formatted(
+            "the chi-square of its frames is %.4g, poor: the model lacks an effect, or the counts are damaged "
+            "or in another unit: sigmas and values of the frames are not to be trusted",
+            goodness.chi_square));
     if (goodness.goodness == TOLIMAN_GOODNESS_TOO_GOOD)
         add(formatted("the chi-square of its frames is %.4g, too good: the noise of the scene is too large; are the "
                       "frames in its unit?",

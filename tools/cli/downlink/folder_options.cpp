@@ -111,8 +111,8 @@ std::string other_estimator(const std::string &folder, Progress &progress) {
             sessions.push_back("ids " + std::to_string(stream.first_id) + " to " + std::to_string(stream.last_id) +
                                " of session " + stream.session);
     }
-    std::string text = "its frames were measured with another scene, calibration or estimator: give the same one, or "
-                       "ingest all " +
+    std::string text = "its frames were measured with another scene, calibration or estimator, or other "
+                       "--bad-pixels: give the same, or ingest all " +
                        std::to_string(frames) + " frames again into a new folder";
     if (!sessions.empty())
         text += ": " + joined(sessions);

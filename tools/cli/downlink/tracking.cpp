@@ -57,8 +57,10 @@ std::string verdict_text(const toliman_frame &frame, const toliman_track_outcome
         return "quarantined: frame " + std::to_string(frame.frame_id) + " of session " + frame.session +
                " arrived before with other pixels, time or count of drops; neither copy counts, nor does any later one";
     if (outcome.verdict == TOLIMAN_TRACK_VERDICT_OUTLIER)
-        return formatted("outlier: a value of %.4g px, beyond the %.4g px of --value-limit: not in the periodogram",
-                         outcome.value, settings.value_limit);
+        return formatted(
+            "outlier: a value of %.4g px, beyond the %.4g px of --value-limit, chi-square %.4g: not in the "
+            "periodogram",
+            outcome.value, settings.value_limit, outcome.chi_square);
     if (outcome.verdict == TOLIMAN_TRACK_VERDICT_MISFIT)
         return formatted("misfit: a chi-square of %.4g, largest residual %.3g sigma: damaged, or not a frame of the "
                          "scene: not in the periodogram",
@@ -200,7 +202,8 @@ void Tracking::settle(const toliman_frame &frame, const std::string &place, cons
                is_rejected = verdict == TOLIMAN_TRACK_VERDICT_REJECTED;
     const bool has_reason = is_rejected || verdict == TOLIMAN_TRACK_VERDICT_UNREDUCED;
     const bool is_whole = is_good || verdict == TOLIMAN_TRACK_VERDICT_UNREDUCED ||
-                          verdict == TOLIMAN_TRACK_VERDICT_DUPLICATE || verdict == TOLIMAN_TRACK_VERDICT_OUTLIER;
+                          verdict == TOLIMAN_TRACK_VERDICT_DUPLICATE ||
+                          (verdict == TOLIMAN_TRACK_VERDICT_OUTLIER && outcome.goodness != TOLIMAN_GOODNESS_POOR);
     const int64_t shift = is_whole ? realigner_.shift_of(frame) : 0;
     realigner_.settle(frame, is_good || verdict == TOLIMAN_TRACK_VERDICT_UNREDUCED,
                       verdict == TOLIMAN_TRACK_VERDICT_DUPLICATE);
@@ -230,7 +233,8 @@ void Tracking::warn_if_far(const std::string &place, double value) {
     if (10 * far_ <= accepted_ + 10)
         progress_.warn(place +
                        formatted(": accepted, but its value of %.4g px is %.3g sigma: a strong signal, or damage "
-                                 "that hides the period; a new folder with --value-limit excludes such frames",
+                                 "that hides the period; a new folder with --value-limit excludes such frames, and "
+                                 "`toliman rebuild --chi-limit` those that are damaged",
                                  value, sigmas));
 }
 
@@ -310,8 +314,9 @@ void Tracking::conclude() {
         progress_.warn(unreduced_text(reason, frames, settings_.folder, options_.coverage));
     if (refused_ > 0 && accepted_ + known_ == 0 && unreduced_.empty())
         progress_.warn("none of the " + std::to_string(refused_) +
-                       " frames of this run is good, all were rejected or are outliers or misfits: check the scene or "
-                       "weights, --dtype, --bit-depth and --shape");
+                       " frames of this run is accepted, all were rejected or are outliers or misfits: check the scene "
+                       "or weights, the unit and gain of the counts, --dtype, --bit-depth, --shape, and known bad "
+                       "pixels (--bad-pixels)");
     if (on_target_)
         on_target_->conclude(progress_);
     if (bank_)

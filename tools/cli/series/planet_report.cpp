@@ -62,8 +62,8 @@ std::string PlanetReport::mass_text(const toliman_planet &planet) const {
     if (search.knows_mass(1))
         text += (text.empty() ? "" : ", ") + interval_text(planet.mass_b) + " on B";
     if (text.empty())
-        return std::string("unknown without --unit, ") + (search.unit.is_velocity ? "" : "--parallax, ") +
-               "--star-masses";
+        return std::string("unknown without ") + (search.unit.name.empty() ? "--unit, " : "") +
+               (search.unit.is_velocity || search.options.parallax_arcsec > 0 ? "" : "--parallax, ") + "--star-masses";
     return text + (search.unit.is_velocity ? " Earths times sin i" : ", Earths times g");
 }
 
@@ -76,7 +76,7 @@ std::string PlanetReport::planet_text(size_t index) const {
                   planet.reasons == 0 ? "planet" : "candidate", index + 1, planet.reasons == 0 ? "    " : " ",
                   planet.log10_bayes, planet.log10_fap, planet.log10_fap_orbit);
     for (const std::string &reason : search.reasons(index))
-        text += "  no planet     " + reason + "\n";
+        text += "  reason        " + reason + "\n";
     text += "  period        " + interval_text(planet.period) + " d\n";
     text += "  eccentricity  " + interval_text(planet.eccentricity) + "\n";
     text += "  periastron    " + interval_text(planet.periastron_deg) + " deg\n";
@@ -154,14 +154,14 @@ std::string PlanetReport::fit_text() const {
 std::string PlanetReport::outlier_text() const {
     if (search.outliers.empty())
         return "";
-    return formatted("outliers    %zu, left out: ", search.outliers.size()) + listed_outliers(search.outliers, series) +
-           "\n";
+    return formatted("outliers    %zu, without weight in the search: ", search.outliers.size()) +
+           listed_outliers(search.outliers, series) + "\n";
 }
 
 void PlanetReport::warn(Progress &progress) const {
     warn_of_fit(search.info, progress);
     if ((search.options.flags & TOLIMAN_PLANET_CLIP) == 0)
-        warn_of_outliers(search.outliers.size(), "; see --clip", progress);
+        warn_of_outliers(search.outliers.size(), ", which --clip leaves out", progress);
 }
 
 void PlanetReport::refuse() const {

@@ -25,14 +25,15 @@ std::string fit_text(double chi_square, double sigma, double largest, int32_t go
 void warn_of_fit(double chi_square, double sigma, int32_t goodness, Progress &progress) {
     const std::string text = formatted("chi-square %.4g +- %.2g: ", chi_square, sigma);
     if (goodness == TOLIMAN_GOODNESS_POOR)
-        progress.warn(text + "poor: the sigmas are too small, or the model lacks an effect");
+        progress.warn(text +
+                      "poor: the sigmas are too small, or the model lacks an effect, or times, unit or axes are wrong");
     if (goodness == TOLIMAN_GOODNESS_TOO_GOOD)
-        progress.warn(text + "too good: the sigmas are too large, or samples are repeated");
+        progress.warn(text + "too good: the sigmas are too large: are they in the unit of the values?");
 }
 
 void warn_of_outliers(size_t count, const std::string &cure, Progress &progress) {
     if (count > 0)
-        progress.warn("samples do not belong to the series" + cure + formatted(": %zu", count));
+        progress.warn("outliers" + cure + formatted(": %zu", count));
 }
 
 std::string listed_outliers(const std::vector<int64_t> &indices, const Series &series) {

@@ -1,0 +1,97 @@
+/* Tests spectra in tables: their numbers, units and refusals. */
+#include "scene_files.h"
+
+static void tables_are_read_and_refused(void **state) {
+    (void)state;
+    const char *const body = "{\"kind\": \"blackbody\", \"temperature_k\": 5260}";
+    const char *const table = "{\"kind\": \"table\", \"file\": \"star.csv\"}";
+    const struct {
+        const char *text;
+        toliman_status code;
+        const char *message;
+    } bad[] = {
+        {"wavelength_nm,flux\n540,1\n590,1\n", TOLIMAN_E_SCENE, "scene: band: 550 to 600 nm: must be within the range"},
+        {"540,1\n590,1\n", TOLIMAN_E_SCENE, "star.csv, 540 to 590 nm"},
+        {"560.5,1\n650,1\n", TOLIMAN_E_SCENE, "star.csv, 560.5 to 650 nm"},
+        {"540,1\n530,1\n", TOLIMAN_E_FORMAT, "line 2: wavelengths must increase"},
+        {"540,1\n\n600,-1\n", TOLIMAN_E_FORMAT, "line 3: flux = -1: must be finite"},
+        {"540,1\n600\n", TOLIMAN_E_FORMAT, "line 2: must be two numbers"},
+        {"540,1\n600,1,2\n", TOLIMAN_E_FORMAT, "line 2: must be two numbers"},
+        {"one\ntwo\n", TOLIMAN_E_FORMAT, "line 1: must be two names, such as wavelength_nm,relative_photon_flux"},
+        {"wavelength_nm,flux,sigma\n540,1\n", TOLIMAN_E_FORMAT, "line 1: must be two names"},
+        {"#\nenergy_ev,flux\n540,1\n", TOLIMAN_E_FORMAT,
+         "star.csv: line 2: the column \"energy_ev\": must be wavelength_nm, or in angstrom"},
+        {"wavelength_nm_um,flux\n540,1\n", TOLIMAN_E_FORMAT, "\"wavelength_nm_um\""},
+        {"nm,magnitude\n540,1\n", TOLIMAN_E_FORMAT, "the column \"magnitude\": must be relative_photon_flux"},
+        {"nm,photons erg\n540,1\n", TOLIMAN_E_FORMAT, "must be of photons or of energy"},
+        {"angstrom,flux\n540,1\n600,1\n", TOLIMAN_E_SCENE, "star.csv, 54 to 60 nm"},
+        {"# nothing\n", TOLIMAN_E_FORMAT, "contains no numbers"},
+        {"540,0\n600,0\n", TOLIMAN_E_SCENE, "stars.B.spectrum: the flux in the band is 0"},
+        {"540,1e308\n600,1e308\n", TOLIMAN_E_SCENE, "stars.B.spectrum: the flux in the band is infinite"},
+    };
+    toliman_sim *sim = NULL;
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
+        write_file("star.csv", bad[i].text, strlen(bad[i].text));
+        assert_fails(create_with(body, table, &sim), bad[i].code, bad[i].message);
+    }
+    unlink(path_of("star.csv"));
+    assert_fails(create_with(body, table, &sim), TOLIMAN_E_NOT_FOUND, "star.csv: No such file");
+    assert_null(sim);
+
+    const char *const good = "# a comment\r\nwavelength_nm, flux\r\n 500, 1\r\n575 ,2.5e0\r\n600,3";
+    write_file("star.csv", good, strlen(good));
+    assert_ok(create_with(body, table, &sim));
+    double wavelength[5], a[5], b[5];
+    assert_ok(toliman_sim_get_spectrum(sim, 5, wavelength, a, b));
+    assert_close(b[0] / b[2], 0.5 * (1 + 1.5 * 50 / 75) / 2.5, 1e-14, 0);
+    assert_close(b[1] / b[2], (1 + 1.5 * 62.5 / 75) / 2.5, 1e-14, 0);
+    assert_close(b[4] / b[2], 0.5 * 3 / 2.5, 1e-14, 0);
+    toliman_sim_destroy(sim);
+}
+
+/* The same spectrum in other units: photons per wavelength 1, 2.5 and 3 at 500, 575 and 600 nm. */
+static void spectra_in_other_units(void **state) {
+    (void)state;
+    static const struct {
+        const char *header;
+        double nm, power;
+    } kinds[] = {
+        {"", 1, 0},
+        {"wavelength,flux", 1, 0},
+        {"Wavelength [nm], Photlam", 1, 0},
+        {"lambda (\xc3\x85),relative photon flux", 0.1, 0},
+        {"wavelength_angstrom,flam", 0.1, 1},
+        {"WAVELENGTH_NM,erg/s/cm2/A", 1, 1},
+        {"Wavelength (microns), W m-2 um-1", 1e3, 1},
+        {"wave_um,fnu", 1e3, -1},
+        {"nm,Jy", 1, -1},
+        {"m,photons/s/m2/nm", 1e9, 0},
+    };
+    static const double nm[3] = {500, 575, 600}, photons[3] = {1, 2.5, 3};
+    double wavelength[5], a[5], b[5], first[5] = {0};
+    for (size_t kind = 0; kind < sizeof kinds / sizeof *kinds; kind++) {
+        char text[400];
+        int at = snprintf(text, sizeof text, "%s\n", kinds[kind].header);
+        for (int i = 0; i < 3; i++)
+            at += snprintf(text + at, sizeof text - (size_t)at, "%.17g,%.17g\n", nm[i] / kinds[kind].nm,
+                           photons[i] * pow(nm[i], -kinds[kind].power));
+        write_file("star.csv", text, strlen(text));
+        toliman_sim *sim = NULL;
+        assert_ok(create_with("{\"kind\": \"blackbody\", \"temperature_k\": 5260}",
+                              "{\"kind\": \"table\", \"file\": \"star.csv\"}", &sim));
+        assert_ok(toliman_sim_get_spectrum(sim, 5, wavelength, a, b));
+        for (int i = 0; i < 5; i++) {
+            first[i] = kind == 0 ? b[i] : first[i];
+            assert_close(b[i] / first[i], 1, 1e-12, 0);
+        }
+        toliman_sim_destroy(sim);
+    }
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(tables_are_read_and_refused),
+        cmocka_unit_test(spectra_in_other_units),
+    };
+    return cmocka_run_group_tests(tests, make_folder, remove_folder);
+}
