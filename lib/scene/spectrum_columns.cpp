@@ -27,7 +27,8 @@ constexpr std::string_view kWavelength = " wavelength wavelengths wave lambda wl
                            kPhotons = " photon photons photlam ph ",
                            kEnergy = " flam erg ergs w watt watts j joule joules ",
                            kPerFrequency = " fnu jy mjy jansky hz ",
-                           kOfUnits = " s sec second m2 cm2 m cm nm a aa angstrom um micron 1 2 ";
+                           kOfUnits =
+                               " s sec second m2 cm2 m cm nm a aa angstrom um micron 1 2 \xc2\xb5m \xce\xbcm \xc3\x85 ";
 
 // In lists of words between spaces.
 bool has(std::string_view list, const std::string &word) {

@@ -54,13 +54,15 @@ FolderGoodness folder_goodness(const Tracker &tracker) {
     double largest = std::numeric_limits<double>::quiet_NaN();
     tracker.visit(0, tracker.records(), [&](const Record &record, const Outcome &outcome) {
         const bool is_used = outcome.verdict == Verdict::accepted || outcome.verdict == Verdict::unreduced;
-        if (record.kind != Kind::accepted || std::isnan(outcome.goodness.chi_square))
+        const bool is_valid = record.kind == Kind::accepted || record.kind == Kind::outlier;
+        if (!is_valid || std::isnan(outcome.goodness.chi_square))
             return;
-        if (!is_used) {
+        if (outcome.verdict == Verdict::misfit || outcome.verdict == Verdict::outlier) {
             misfits.push_back(outcome.goodness.chi_square);
             misfit_sigmas.push_back(outcome.goodness.sigma);
-            return;
         }
+        if (!is_used)
+            return;
         if (years.empty())
             first_ns = outcome.tai_ns;
         years.push_back((static_cast<double>(outcome.tai_ns) - static_cast<double>(first_ns)) / kYearNs);

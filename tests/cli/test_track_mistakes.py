@@ -180,6 +180,8 @@ class Pixels(Mistakes):
         self.assertEqual(self.errors.count("none of"), 1)
         self.assertTrue(self.errors.endswith(check), self.errors)
         self.track("t", "all", "--value-limit", "1e-9")
+        goodness = json.loads(self.succeed("status", "t", "--json"))["goodness"]
+        self.assertEqual((goodness["frames"], round(goodness["chi_square"], 1), goodness["goodness"]), (0, 1.0, "good"))
         self.assertIn(f"none of the {FRAMES} frames of this run is accepted", self.errors)
         self.pair("in/y", self.lines[3:4], self.frames[3:4])
         for _ in range(2):  # also when they are known

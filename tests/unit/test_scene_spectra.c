@@ -62,7 +62,7 @@ static void spectra_in_other_units(void **state) {
         {"lambda (\xc3\x85),relative photon flux", 0.1, 0},
         {"wavelength_angstrom,flam", 0.1, 1},
         {"WAVELENGTH_NM,erg/s/cm2/A", 1, 1},
-        {"Wavelength (microns), W m-2 um-1", 1e3, 1},
+        {"Wavelength (microns), W m-2 \xc2\xb5m-1", 1e3, 1},
         {"wave_um,fnu", 1e3, -1},
         {"nm,Jy", 1, -1},
         {"m,photons/s/m2/nm", 1e9, 0},
