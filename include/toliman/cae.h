@@ -37,8 +37,9 @@ typedef struct toliman_cae toliman_cae;
  * stages of 3x3 convolutions with 8, 16, 32 and 64 channels and a dense layer to the latent, and a decoder in reverse
  * order. They differ in pooling and in the position of ELU, the exponential linear unit. */
 #define TOLIMAN_CAE_LAYOUT_FLIGHT 201 /* 2x2 mean pooling before ELU, up-sampling; reaches the photon limit */
-/* Layout of the chapter: 2x2 max pooling after ELU, un-pooling at the positions of the maxima. The positions belong
- * to a frame: toliman_cae_reconstruct works, toliman_cae_decode does not. */
+/* Layout of the chapter: 2x2 max pooling, un-pooling at the positions of the maxima. The chapter pools after ELU, this
+ * library before it: the same maxima, but where ELU has saturated at -1, other positions. The positions belong to a
+ * frame: toliman_cae_reconstruct works, toliman_cae_decode does not. */
 #define TOLIMAN_CAE_LAYOUT_PAPER 202
 
 /* Inputs: how the 256x256 crop of a frame is scaled for the network. */

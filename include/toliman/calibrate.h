@@ -102,9 +102,10 @@ typedef struct toliman_calibration_options {
     const char *free; /* parameters to fit, separated by spaces: NAME, NAME=SIGMA or NAME-LAST, such as "scale=1e-3
                          focus zernike_5-21=50 mask_rotation", with the standard deviation of the prior in the
                          parameter's unit. NULL: all that the scene has of "focus zernike_5-21 scale mask_rotation
-                         jitter_xx jitter_yy jitter_xy temperature_a temperature_b". Priors without SIGMA:
-                         aberrations 100 nm, scale, anisotropy and shear 1e-2, mask_rotation 1 deg, mask shifts 1e-4 m,
-                         jitter 0.1 px^2, temperatures 200 K, spectral modes 0.1 */
+                         jitter_xx jitter_yy jitter_xy temperature_a temperature_b". +NAME: these and NAME,
+                         such as "+spectrum_a_1=0.05 +spectrum_b_1". Priors without SIGMA: aberrations 100 nm, scale,
+                         anisotropy and shear 1e-2, mask_rotation 1 deg, mask shifts 1e-4 m, jitter 0.1 px^2,
+                         temperatures 200 K, spectral modes 0.1 */
     const toliman_sim *start; /* scene to start from, such as the saved one of a calibration that was interrupted;
                                  NULL: the nominal scene. Priors remain around the nominal scene. With IMPROVE, its
                                  mask.edges and pupil_samples replace those of the nominal scene */

@@ -1,5 +1,6 @@
 /* libtoliman, fit: maximum-likelihood fit of the forward model to each frame, which follows the stars wherever orbit,
- * pointing and roll move them. All other estimators are made for stars at rest.
+ * pointing and roll move them. A bank of networks (bank.h) follows them along their orbit; the other estimators are
+ * made for stars at rest.
  *
  * Data flow (functions toliman_fit_...)
  *

@@ -5,7 +5,7 @@
 // them (tools/docs/formats.md). They differ in how a stage changes resolution:
 //
 //     flight  down: 3x3 convolution, 2x2 mean, ELU                 up: nearest up-sampling x2, 3x3 deconvolution, ELU
-//     paper   down: 3x3 convolution, ELU, 2x2 maximum (switches)   up: un-pooling with the switches, deconvolution, ELU
+//     paper   down: 3x3 convolution, 2x2 maximum (switches), ELU   up: un-pooling with the switches, deconvolution, ELU
 //
 // The decoder's last stage is linear (no ELU). "Deconvolution" is the transposed convolution.
 #pragma once

@@ -35,13 +35,14 @@ bool is_resizable(const Telescope &telescope, const Calibration &calibration) no
            (calibration.point.map_m.empty() || calibration.map_iterations > 0);
 }
 
-// The modes that the scene has and that are not free, as text of parameters.
-std::string missing_modes(const Problem &problem) {
+// The modes that the scene has and that are not free, to be appended to the text of the parameters.
+std::string missing_modes(const Problem &problem, const std::string &free) {
+    const char *const before = free.empty() || free.find('+') != std::string::npos ? " +" : " ";
     const optics::Outline outline = optics::outline_of(problem.nominal, problem.settings);
     std::string names;
     for (const Parameter mode : kModes)
         if (!is_free(problem, mode) && optics::why_no_derivative(problem.nominal, outline.plan, mode) == nullptr)
-            names += " " + toliman::name_of(mode);
+            names += before + toliman::name_of(mode);
     return names;
 }
 
@@ -54,7 +55,7 @@ bool may_lack(Lack lack, const Calibration &calibration, const Problem &problem,
         return telescope.pupil_samples < kMostSamples && is_resizable(telescope, calibration) &&
                calibration.pupil_error > std::max(problem.nominal.accuracy, calibration.peak_noise);
     case lacks_spectrum:
-        return !missing_modes(problem).empty();
+        return !missing_modes(problem, "").empty();
     default:
         return !options.map;
     }
@@ -88,7 +89,7 @@ Variant with(Lack lack, Variant variant, const Calibration &from) {
     if (lack == lacks_samples)
         telescope.pupil_samples = std::min(2 * telescope.pupil_samples, kMostSamples);
     if (lack == lacks_spectrum)
-        variant.free = (variant.free.empty() ? kDefaultParameters : variant.free) + missing_modes(variant.problem);
+        variant.free += missing_modes(variant.problem, variant.free);
     variant.options.map |= lack == lacks_map;
     variant.options.lack = lack;
     variant.options.improved |= lack;

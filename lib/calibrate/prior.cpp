@@ -48,6 +48,16 @@ Item parse(const std::string &text) {
     return item;
 }
 
+std::vector<std::string> items_of(const std::string &text) {
+    std::vector<std::string> items;
+    for (size_t at = text.find_first_not_of(' '); at != std::string::npos;) {
+        const size_t end = std::min(text.find(' ', at), text.size());
+        items.push_back(text.substr(at, end - at));
+        at = text.find_first_not_of(' ', end);
+    }
+    return items;
+}
+
 Parameter parameter_of(const std::string &name) {
     if (const std::optional<Parameter> found = parameter_named(name))
         return *found;
@@ -129,15 +139,16 @@ double default_sigma(Parameter parameter) noexcept {
 
 std::vector<Free> free_of(const std::string &text, const Scene &scene, const optics::Plan &plan,
                           std::vector<LeftOut> *left_out) {
-    const bool named = text.find_first_not_of(' ') != std::string::npos;
-    const std::string list = named ? text : kDefaultParameters;
+    const std::vector<std::string> items = items_of(text);
+    const auto is_added = [](const std::string &item) { return item[0] == '+'; };
+    const bool adds = std::all_of(items.begin(), items.end(), is_added); // also if there are none
+    if (!adds && std::any_of(items.begin(), items.end(), is_added))
+        refuse(text, "all names or none begin with +, which adds to the default parameters");
     std::vector<Free> all;
-    for (size_t at = list.find_first_not_of(' '); at != std::string::npos;) {
-        const size_t end = std::min(list.find(' ', at), list.size());
-        const std::string item = list.substr(at, end - at);
-        add(item, parse(item), scene, plan, named, all, left_out);
-        at = list.find_first_not_of(' ', end);
-    }
+    for (const std::string &item : adds ? items_of(kDefaultParameters) : items)
+        add(item, parse(item), scene, plan, !adds, all, left_out);
+    for (size_t i = 0; adds && i < items.size(); i++)
+        add(items[i], parse(items[i].substr(1)), scene, plan, true, all, left_out);
     return all;
 }
 

@@ -132,7 +132,7 @@ constexpr Row kStarsRows[] = {
 } // namespace
 
 constexpr Group kBand =
-    group_of("band", "Wavelengths of continuous spectra; not used if all spectra are lines", kBandRows);
+    group_of("band", "Wavelengths of continuous spectra; not allowed if all spectra are lines", kBandRows);
 constexpr Group kStars = group_of("stars", "Stars", kStarsRows);
 
 } // namespace toliman::scene

@@ -152,6 +152,15 @@ class Results(Calibrate):
         self.assertRegex(done.stderr, r"may be missing: pupil samples \(telescope.pupil_samples = 40: expected error \S+ of the "
                          r"peak, photon noise \S+\), spectral modes \(.*\), a map \(--map\); --improve tries them in this order\n")
 
+    def test_names_are_added(self):
+        """+NAME: to the default parameters that the scene has."""
+        lists = []
+        for free in ((), ("--free", "+spectrum_a_1=0.05 +anisotropy")):
+            done = self.run_program("calibrate", "truth.json", "f.fits", "--out", "fitted.json", *free)
+            self.assertIn(done.returncode, (0, 4), done.stderr)
+            lists.append([(one["name"], one["prior_sigma"]) for one in self.result()["windows"][0]["parameters"]])
+        self.assertEqual(lists[1], lists[0] + [("spectrum_a_1", 0.05), ("anisotropy", 0.01)])
+
     def test_the_verdict_travels(self):
         """Each command that uses the scene of an incomplete calibration warns once; a complete one is used without a word."""
         self.calibrate(free="scale focus")
@@ -345,6 +354,8 @@ class Refusals(Calibrate):
             (3, "one.npy: has 1 frame: a calibration needs at least 2", "one.npy", *out),
             (2, '--free: "scal": must be the name of a parameter; did you mean "scale"?', "f.fits", *out, "--free", "scal"),
             (2, '--free: "shift_x"', "f.fits", *out, "--free", "shift_x"),
+            (2, "must be named once", "f.fits", *out, "--free", "+zernike_5"),
+            (2, "all names or none begin with +", "f.fits", *out, "--free", "scale +spectrum_a_1"),
             (2, "--map-rms 3: needs --map", "f.fits", *out, "--map-rms", "3"),
             (2, "--smoothness 1: needs --windows", "f.fits", *out, "--smoothness", "1"),
             (2, "--out fitted: must be the name of a file that ends in .json", "f.fits", "--out", "fitted"),

@@ -454,8 +454,9 @@ class toliman_cae(Structure):
 # order. They differ in pooling and in the position of ELU, the exponential linear unit.
 TOLIMAN_CAE_LAYOUT_FLIGHT = 201  # 2x2 mean pooling before ELU, up-sampling; reaches the photon limit
 
-# Layout of the chapter: 2x2 max pooling after ELU, un-pooling at the positions of the maxima. The positions belong
-# to a frame: toliman_cae_reconstruct works, toliman_cae_decode does not.
+# Layout of the chapter: 2x2 max pooling, un-pooling at the positions of the maxima. The chapter pools after ELU, this
+# library before it: the same maxima, but where ELU has saturated at -1, other positions. The positions belong to a
+# frame: toliman_cae_reconstruct works, toliman_cae_decode does not.
 TOLIMAN_CAE_LAYOUT_PAPER = 202
 
 # Inputs: how the 256x256 crop of a frame is scaled for the network.
@@ -1150,9 +1151,10 @@ class toliman_calibration_options(Sized):
     free: parameters to fit, separated by spaces: NAME, NAME=SIGMA or NAME-LAST, such as "scale=1e-3
         focus zernike_5-21=50 mask_rotation", with the standard deviation of the prior in the
         parameter's unit. NULL: all that the scene has of "focus zernike_5-21 scale mask_rotation
-        jitter_xx jitter_yy jitter_xy temperature_a temperature_b". Priors without SIGMA:
-        aberrations 100 nm, scale, anisotropy and shear 1e-2, mask_rotation 1 deg, mask shifts 1e-4 m,
-        jitter 0.1 px^2, temperatures 200 K, spectral modes 0.1
+        jitter_xx jitter_yy jitter_xy temperature_a temperature_b". +NAME: these and NAME,
+        such as "+spectrum_a_1=0.05 +spectrum_b_1". Priors without SIGMA: aberrations 100 nm, scale,
+        anisotropy and shear 1e-2, mask_rotation 1 deg, mask shifts 1e-4 m, jitter 0.1 px^2,
+        temperatures 200 K, spectral modes 0.1
     start: scene to start from, such as the saved one of a calibration that was interrupted;
         NULL: the nominal scene. Priors remain around the nominal scene. With IMPROVE, its
         mask.edges and pupil_samples replace those of the nominal scene

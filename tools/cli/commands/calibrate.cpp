@@ -57,7 +57,8 @@ void add_calibrate(CLI::App &app, Context &context) {
     CLI::Option *free = add_option(
         command, "--free", request.free, "NAMES",
         "parameters to fit, in quotes and separated by spaces: NAME, NAME=SIGMA with the standard deviation of its "
-        "prior, or ranges such as zernike_5-21=50; default: focus zernike_5-21 scale mask_rotation jitter_xx jitter_yy "
+        "prior, or ranges such as zernike_5-21=50; +NAME adds to the default: focus zernike_5-21 scale mask_rotation "
+        "jitter_xx jitter_yy "
         "jitter_xy temperature_a temperature_b, as far as the scene has them");
     command->add_flag("--map", options->map, "also fit the optical path difference of each pupil cell; takes minutes");
     command->add_flag(

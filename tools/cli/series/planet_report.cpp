@@ -94,7 +94,8 @@ std::string PlanetReport::candidate_text() const {
     const toliman_planet &next = search.candidates.back();
     return formatted("candidate   period %.6g d, log10 Bayes factor %.2f below the threshold %.4g: not a planet; log10 "
                      "FAP %.2f\n",
-                     next.period[1], next.log10_bayes, search.options.threshold, next.log10_fap);
+                     next.period[1], std::floor(100 * next.log10_bayes) / 100, search.options.threshold,
+                     next.log10_fap);
 }
 
 std::string PlanetReport::axis_text() const {
