@@ -1,15 +1,15 @@
 """Images blurred by jitter against quadrature, over scale, width, covariance, band and accuracy. The short form:
 test_blur_campaign.py.
 
-    blur_campaign.py [blurs] [--sets 1] [--seed 1] [--jobs 0]
+    blur_campaign.py [blurs] [--jobs 0]
 
 The blurred image is the integral of shifted images over the Gaussian. The reference is its trapezoidal sum over shifts by
 1/n px on a grid to 8.5 standard deviations, from one image without jitter with n x n samples per pixel: its error is
 exp(-2 pi^2 sigma^2 (n - f_c)^2), f_c in cycles per pixel, below 1e-14. Pixels that integrate average the Gaussian in
 Gauss-Legendre nodes.
 
-Prints for each width the largest error, relative to the peak, its largest ratio to the stated error, the sum of the absolute
-taps, and the darkest pixel. Wrong: an error above the stated one, or negative light beyond it."""
+Prints for each width the largest error, relative to the peak, its largest ratio to the stated error, and the darkest pixel.
+Wrong: an error above the stated one, or negative light beyond it."""
 import itertools
 import math
 import pathlib
@@ -123,4 +123,4 @@ def blurs(pool, sigmas=SIGMAS, scales=SCALES):
 
 
 if __name__ == "__main__":
-    sys.exit(campaign.run(__doc__, {"blurs": lambda pool, given: blurs(pool)}, 1, "no effect"))
+    sys.exit(campaign.run(__doc__, {"blurs": lambda pool, given: blurs(pool)}))

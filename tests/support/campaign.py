@@ -10,13 +10,14 @@ def quiet():
     logging.getLogger("toliman").setLevel(logging.ERROR)
 
 
-def run(doc, modes, sets, sets_help):
+def run(doc, modes, sets=None, sets_help=""):
     """Runs the modes that are named, or all. modes: functions of a pool of processes and the options, by name; sets: default of
-    the option --sets. Returns the exit status."""
+    the options --sets and --seed; None: there are none. Returns the exit status."""
     parser = argparse.ArgumentParser(description=doc, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("modes", nargs="*", metavar="mode", choices=[[], *modes], help=f"{', '.join(modes)}; all")
-    parser.add_argument("--sets", type=int, default=sets, help=sets_help)
-    parser.add_argument("--seed", type=int, default=1)
+    if sets is not None:
+        parser.add_argument("--sets", type=int, default=sets, help=sets_help)
+        parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--jobs", type=int, default=0, help="processes; 0 = one per processor")
     given = parser.parse_args()
     wrong = []
