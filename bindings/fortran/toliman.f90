@@ -155,7 +155,7 @@ module toliman
     !   POOR      chi_square is too large: the data are damaged, the model lacks an effect, or the standard deviations are
     !             too small. The standard deviations of the results are too small, and the results may be wrong
     !   TOO_GOOD  chi_square is too small: the standard deviations are too large, for instance because the data are in
-    !             a unit with fewer counts than photons (DN). Where the model does not fit the fluxes, such data are POOR
+    !             a unit with fewer counts than photons (DN). Where the model does not fit the fluxes, these are POOR
     integer(c_int32_t), parameter, public :: TOLIMAN_GOODNESS_UNKNOWN = 801
     integer(c_int32_t), parameter, public :: TOLIMAN_GOODNESS_GOOD = 802
     integer(c_int32_t), parameter, public :: TOLIMAN_GOODNESS_POOR = 803
@@ -166,8 +166,9 @@ module toliman
     !
     ! Bad pixels are cosmic rays, hot and dead pixels. A pixel of V expected electrons, read noise included, is bad if its
     ! residual x after the fit, in standard deviations, has x^2 > 36 (1 + max(x, 0)/(3 sqrt(V))), times chi_square of the
-    ! other pixels if that is above 1: 1 of 8,000 undamaged frames of 256x256 has such a pixel. A value is estimated from the other pixels alone. If more than 30 pixels exceed
-    ! the limit, the model is wrong and not the pixels: all are used, bad_pixels is 0, and goodness is POOR.
+    ! other pixels if that is above 1: 1 of 8,000 undamaged frames of 256x256 has such a pixel. A value is estimated from
+    ! the other pixels alone. If more than 30 pixels exceed the limit, the model is wrong and not the pixels: all are used,
+    ! bad_pixels is 0, and goodness is POOR.
     type, bind(C), public :: toliman_frame_goodness
         integer(c_int32_t) :: struct_size = 40 ! in: sizeof(toliman_frame_goodness)
         integer(c_int32_t) :: goodness = 0 ! verdict on chi_square, TOLIMAN_GOODNESS_...
@@ -1789,8 +1790,8 @@ module toliman
     ! Reasons against a planet, one bit each.
     !   ODDS        log10_bayes is below the threshold. A candidate has no other reason then
     !   CHI_SQUARE  chi_square_with_jitter is not good: poor without a jitter, or too good
-    !   JITTER      a jitter cannot explain it: chi_square of the samples in use is above 3 in a series of separations: the model of the frames, times,
-    !               unit or sigmas are wrong. Velocities have the jitter of their star
+    !   JITTER      chi_square of the samples in use is above 3 in a series of separations, more than a jitter may explain:
+    !               the model of the frames, times, unit or sigmas are wrong. Velocities have the jitter of their star
     !   FAP         both log10_fap and log10_fap_orbit are above log10 of detection_fap
     !   EDGE        TOLIMAN_PLANET_AT_EDGE
     !   RANGE       a sinusoid fits better at a period outside period_min to period_max, of those from twice the median
@@ -2050,8 +2051,8 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_SKY_HYPOTHESES = 7
 
     ! A hypothesis, fitted alone, with the errors of the orbital elements and, except for SCALE, a mean and two harmonics
-    ! of a year: an error of the times by a whole number of revolutions of the observer leaves residuals of that period, and
-    ! so may a planet. Since 0.2.
+    ! of a year: times wrong by a whole number of revolutions of the observer leave residuals of that period, and so may a
+    ! planet. Since 0.2.
     !
     ! Sign of times: value is the given time minus the true time. It is above 0 for times that are
     ! late, such as times in TAI that were read as UTC (+37 s), and below 0 for times that are early, such as starts of

@@ -45,8 +45,8 @@ typedef struct toliman_fit_options {
     uint32_t struct_size;
     uint32_t reserved;                  /* 0 */
     const char *free;                   /* further free parameters, names of sim_derivative.h separated by spaces:
-                                           "scale focus jitter_xx jitter_yy jitter_xy". NULL or "": none. Those that move
-                                           the stars (roll, anisotropy, shear) are not available */
+                                           "scale focus jitter_xx jitter_yy jitter_xy". NULL or "": none. Those that
+                                           move the stars (roll, anisotropy, shear) are not available */
     double capture_px;                  /* largest shift of both stars from their predicted places along x or y, px;
                                            0 = 15, at most 64. Stars that moved relative to each other are found up to
                                            about 0.5 px from the predicted separation and position angle */

@@ -29,7 +29,7 @@ TOLIMAN_BEGIN_DECLS
  *   POOR      chi_square is too large: the data are damaged, the model lacks an effect, or the standard deviations are
  *             too small. The standard deviations of the results are too small, and the results may be wrong
  *   TOO_GOOD  chi_square is too small: the standard deviations are too large, for instance because the data are in
- *             a unit with fewer counts than photons (DN). Where the model does not fit the fluxes, such data are POOR */
+ *             a unit with fewer counts than photons (DN). Where the model does not fit the fluxes, these are POOR */
 #define TOLIMAN_GOODNESS_UNKNOWN 801
 #define TOLIMAN_GOODNESS_GOOD 802
 #define TOLIMAN_GOODNESS_POOR 803
@@ -44,8 +44,9 @@ TOLIMAN_API const char *toliman_goodness_name(int32_t goodness) TOLIMAN_NOEXCEPT
  *
  * Bad pixels are cosmic rays, hot and dead pixels. A pixel of V expected electrons, read noise included, is bad if its
  * residual x after the fit, in standard deviations, has x^2 > 36 (1 + max(x, 0)/(3 sqrt(V))), times chi_square of the
- * other pixels if that is above 1: 1 of 8,000 undamaged frames of 256x256 has such a pixel. A value is estimated from the other pixels alone. If more than 30 pixels exceed
- * the limit, the model is wrong and not the pixels: all are used, bad_pixels is 0, and goodness is POOR. */
+ * other pixels if that is above 1: 1 of 8,000 undamaged frames of 256x256 has such a pixel. A value is estimated from
+ * the other pixels alone. If more than 30 pixels exceed the limit, the model is wrong and not the pixels: all are used,
+ * bad_pixels is 0, and goodness is POOR. */
 typedef struct toliman_frame_goodness {
     uint32_t struct_size;    /* in: sizeof(toliman_frame_goodness) */
     int32_t goodness;        /* verdict on chi_square, TOLIMAN_GOODNESS_... */

@@ -186,8 +186,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_info(const toli
 /* Reasons against a planet, one bit each.
  *   ODDS        log10_bayes is below the threshold. A candidate has no other reason then
  *   CHI_SQUARE  chi_square_with_jitter is not good: poor without a jitter, or too good
- *   JITTER      a jitter cannot explain it: chi_square of the samples in use is above 3 in a series of separations: the model of the frames, times,
- *               unit or sigmas are wrong. Velocities have the jitter of their star
+ *   JITTER      chi_square of the samples in use is above 3 in a series of separations, more than a jitter may explain:
+ *               the model of the frames, times, unit or sigmas are wrong. Velocities have the jitter of their star
  *   FAP         both log10_fap and log10_fap_orbit are above log10 of detection_fap
  *   EDGE        TOLIMAN_PLANET_AT_EDGE
  *   RANGE       a sinusoid fits better at a period outside period_min to period_max, of those from twice the median

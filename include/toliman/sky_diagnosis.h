@@ -43,8 +43,8 @@ TOLIMAN_BEGIN_DECLS
 TOLIMAN_API const char *toliman_sky_cause_name(int32_t cause) TOLIMAN_NOEXCEPT;
 
 /* A hypothesis, fitted alone, with the errors of the orbital elements and, except for SCALE, a mean and two harmonics
- * of a year: an error of the times by a whole number of revolutions of the observer leaves residuals of that period, and
- * so may a planet. Since 0.2.
+ * of a year: times wrong by a whole number of revolutions of the observer leave residuals of that period, and so may a
+ * planet. Since 0.2.
  *
  * Sign of times: value is the given time minus the true time. It is above 0 for times that are
  * late, such as times in TAI that were read as UTC (+37 s), and below 0 for times that are early, such as starts of

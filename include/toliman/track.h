@@ -20,8 +20,8 @@
  *   duplicate    valid, same key and same content (frame.h) as an earlier valid frame; ignored
  *   quarantined  valid, same key as an earlier valid frame but different content. Neither can be trusted: the value of
  *                the earlier frame is retracted exactly, and every later valid copy is quarantined, too
- *   misfit       valid and recorded, but not in the periodogram: its chi-square exceeds the limit of the folder
- *                (chi_limit of the options), and |value| does not exceed value_limit. It may change with the median of the folder's frames
+ *   misfit       valid and recorded, but not in the periodogram: its chi-square exceeds chi_limit of the folder,
+ *                and |value| not value_limit. It may change with the median of the folder's frames
  *   outlier      valid, but not in the periodogram: |value| exceeds value_limit, or, after a change of the grid or
  *                clock table, the periodogram can no longer represent the time of a frame accepted earlier
  *   unreduced    valid and recorded, but not in the periodogram: the observer file does not cover its exposure (a

@@ -13,7 +13,8 @@ double default_sigma(Parameter parameter) noexcept;
 extern const char *const kDefaultParameters;
 
 // The parameters of `text`: NAME, NAME=SIGMA or NAME-LAST=SIGMA separated by spaces, as in
-// toliman_calibration_options.free. Empty, or each with + before it: the default ones that the scene has, and these. Status::argument or unsupported.
+// toliman_calibration_options.free. Empty, or each with + before it: the default ones that the scene has, and
+// these. Status::argument or unsupported.
 // left_out: gets the default ones that the scene does not have.
 std::vector<Free> free_of(const std::string &text, const Scene &scene, const optics::Plan &plan,
                           std::vector<LeftOut> *left_out = nullptr);

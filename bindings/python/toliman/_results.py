@@ -26,8 +26,9 @@ class FrameGoodness(Result):
     
     Bad pixels are cosmic rays, hot and dead pixels. A pixel of V expected electrons, read noise included, is bad if its
     residual x after the fit, in standard deviations, has x^2 > 36 (1 + max(x, 0)/(3 sqrt(V))), times chi_square of the
-    other pixels if that is above 1: 1 of 8,000 undamaged frames of 256x256 has such a pixel. A value is estimated from the other pixels alone. If more than 30 pixels exceed
-    the limit, the model is wrong and not the pixels: all are used, bad_pixels is 0, and goodness is POOR."""
+    other pixels if that is above 1: 1 of 8,000 undamaged frames of 256x256 has such a pixel. A value is estimated from
+    the other pixels alone. If more than 30 pixels exceed the limit, the model is wrong and not the pixels: all are used,
+    bad_pixels is 0, and goodness is POOR."""
 
     goodness: str = member("verdict on chi_square, ... as a word", words="TOLIMAN_GOODNESS")
     chi_square: float = member("per degree of freedom; +infinity if it overflows")
@@ -724,8 +725,8 @@ class Refit(Result):
 @result
 class Hypothesis(Result):
     """A hypothesis, fitted alone, with the errors of the orbital elements and, except for SCALE, a mean and two harmonics
-    of a year: an error of the times by a whole number of revolutions of the observer leaves residuals of that period, and
-    so may a planet.
+    of a year: times wrong by a whole number of revolutions of the observer leave residuals of that period, and so may a
+    planet.
     
     Sign of times: value is the given time minus the true time. It is above 0 for times that are
     late, such as times in TAI that were read as UTC (+37 s), and below 0 for times that are early, such as starts of
