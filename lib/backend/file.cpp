@@ -12,13 +12,12 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "backend/temporary.hpp"
 #include "base/error.hpp"
 
 namespace toliman::file {
 
 namespace {
-
-constexpr int kMostTemporaries = 100;
 
 class Descriptor {
   public:
@@ -30,11 +29,6 @@ class Descriptor {
     Descriptor(const Descriptor &) = delete;
     Descriptor &operator=(const Descriptor &) = delete;
     int get() const noexcept { return number_; }
-    int close() noexcept {
-        const int number = number_;
-        number_ = -1;
-        return ::close(number);
-    }
 
   private:
     int number_;
@@ -56,13 +50,14 @@ std::string target_of(const std::string &path) {
     return real.get();
 }
 
-// Creates a new file in target's folder with these permissions, less the umask, and stores its name in `temporary`.
-// Negative with errno on failure. Existing names, of other writers or left by a crash, are skipped.
-int open_temporary(const std::string &target, std::string &temporary, mode_t mode) {
+// Creates a new file in target's folder with these permissions, less the umask, and stores its name in `path`. Negative
+// with errno on failure. Names of other writers are skipped.
+int open_temporary(const std::string &target, std::string &path, mode_t mode) {
+    temporary::remove_stale(target, temporary::Kind::file);
     int descriptor = -1;
-    for (int i = 0; i < kMostTemporaries; i++) {
-        temporary = target + "." + std::to_string(i) + ".tmp";
-        descriptor = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, mode);
+    for (int i = 0; i < temporary::kMost; i++) {
+        path = temporary::name(target, i);
+        descriptor = temporary::create_file(path, mode);
         if (descriptor >= 0 || errno != EEXIST)
             break;
     }
@@ -214,17 +209,17 @@ void replace(const std::string &path, const void *data, size_t size) {
     if (folder.get() < 0)
         fail(Status::write, "{%s}: cannot be written: its folder cannot be opened: %s", path.c_str(),
              std::strerror(errno));
-    std::string temporary;
+    std::string name;
     unsigned mode = exists ? status.st_mode & 0777 : 0;
-    Descriptor output(open_temporary(target, temporary, exists ? 0600 : 0666));
+    Descriptor output(open_temporary(target, name, exists ? 0600 : 0666));
     if (output.get() < 0)
-        fail(Status::write, "{%s}: cannot be written: %s: %s", path.c_str(), temporary.c_str(), std::strerror(errno));
+        fail(Status::write, "{%s}: cannot be written: %s: %s", path.c_str(), name.c_str(), std::strerror(errno));
     if ((!exists && !keep_private(output.get(), mode)) || !write_all(output.get(), data, size) ||
-        !set_mode(output.get(), mode) || ::fsync(output.get()) != 0 || output.close() != 0 ||
-        ::rename(temporary.c_str(), target.c_str()) != 0) {
+        !set_mode(output.get(), mode) || ::fsync(output.get()) != 0 ||
+        ::rename(name.c_str(), target.c_str()) != 0) {
         const int reason = errno;
-        ::unlink(temporary.c_str());
-        fail(Status::write, "{%s}: cannot be written: %s: %s", path.c_str(), temporary.c_str(), std::strerror(reason));
+        ::unlink(name.c_str());
+        fail(Status::write, "{%s}: cannot be written: %s: %s", path.c_str(), name.c_str(), std::strerror(reason));
     }
     if (::fsync(folder.get()) != 0)
         fail(Status::write, "{%s}: was written, but fsync of its folder failed: %s", path.c_str(),

@@ -29,6 +29,13 @@ void check_not_lost(Store &store) {
                  store.path(LedgerFile::kName).c_str(), name);
 }
 
+// What a writer that was killed has left. Only the holder of the lock calls it.
+void discard_temporaries(Store &store) {
+    store.discard(Setup::kNewName); // of a rebuild without its ledger
+    for (const char *name : {LedgerFile::kName, Checkpoint::kName, Setup::kName, Setup::kNewName, Names::kName})
+        store.discard(temporary_of(name));
+}
+
 } // namespace
 
 bool has_state(Store &store) {
@@ -74,8 +81,10 @@ void Tracker::open(StateFolder &folder) {
     adopt_columns(LedgerFile(*store_));
     if (folder.rebuild && plan_.reduce)
         reduce_again(folder);
-    if (writing)
+    if (writing) {
         settle_setup(*store_);
+        discard_temporaries(*store_);
+    }
     const LedgerFile file(*store_);
     adopt_columns(file);
     if (plan_.reference.is_given())

@@ -3,14 +3,15 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <fcntl.h>
 #include <functional>
 #include <iterator>
 #include <map>
 #include <memory>
 #include <string_view>
-#include <sys/stat.h>
 #include <unistd.h>
 
+#include "backend/temporary.hpp"
 #include "common/failure.hpp"
 #include "common/input.hpp"
 #include "common/output.hpp"
@@ -22,6 +23,8 @@
 namespace cli {
 
 namespace {
+
+namespace temporary = toliman::temporary;
 
 struct Options {
     std::vector<std::string> files;
@@ -73,17 +76,49 @@ void check_different(const std::vector<std::string> &folders) {
     }
 }
 
-// A new folder, which is removed again unless released.
-struct RemoveState {
-    void operator()(const std::string *folder) const { remove_state(*folder); }
+// A new state folder. It is made beside its name, and gets the name when it is complete. Removed again without commit();
+// the next merge into the same folder removes one that a killed process left.
+class NewFolder {
+  public:
+    explicit NewFolder(const std::string &path) : path_(path) {
+        if (exists(path_))
+            fail("exists: give a new folder to merge into");
+        temporary::remove_stale(path_, temporary::Kind::folder);
+        for (int i = 0; i < temporary::kMost && lock_ < 0; i++) {
+            temporary_ = temporary::name(path_, i);
+            lock_ = temporary::create_folder(temporary_);
+            if (lock_ < 0 && errno != EEXIST)
+                break;
+        }
+        if (lock_ < 0)
+            fail(std::string("cannot be created: ") + std::strerror(errno));
+    }
+    ~NewFolder() {
+        if (!temporary_.empty())
+            remove_state(temporary_);
+        ::close(lock_);
+    }
+    NewFolder(const NewFolder &) = delete;
+    NewFolder &operator=(const NewFolder &) = delete;
+
+    const std::string &made() const noexcept { return temporary_; }
+    // Its files are on the disk; a folder that was meanwhile made under the name is kept.
+    void commit() {
+        if (::rename(temporary_.c_str(), path_.c_str()) != 0)
+            fail(std::string("cannot be created: ") + std::strerror(errno));
+        temporary_.clear();
+        const int above = ::open((path_ + "/..").c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+        const bool is_synced = above >= 0 && ::fsync(above) == 0;
+        ::close(above);
+        if (!is_synced)
+            fail(std::string("was written, but fsync of its folder failed: ") + std::strerror(errno));
+    }
+
+  private:
+    [[noreturn]] void fail(const std::string &why) const { throw Failure(kExitOutput, path_ + ": " + why); }
+    std::string path_, temporary_;
+    int lock_ = -1;
 };
-std::unique_ptr<const std::string, RemoveState> new_folder(const std::string &path) {
-    if (::mkdir(path.c_str(), 0777) != 0)
-        throw Failure(kExitOutput,
-                      path + (errno == EEXIST ? ": exists: give a new folder to merge into"
-                                              : std::string(": cannot be created: ") + std::strerror(errno)));
-    return std::unique_ptr<const std::string, RemoveState>(&path);
-}
 
 void merge_folder(const toliman::tracker &tracker, const std::string &folder, bool salvage) {
     int64_t lost = 0;
@@ -100,7 +135,7 @@ void merge_folder(const toliman::tracker &tracker, const std::string &folder, bo
                      lost == 1 ? " is" : "s are");
 }
 
-// Into a folder that must not exist yet; nothing is left of it after an error.
+// Into a folder that must not exist yet; nothing is left of it after an error, and after a kill nothing under its name.
 void merge_folders(Options &options, Progress &progress) {
     const std::string &out = options.out;
     SetupOptions &setup = options.setup;
@@ -122,17 +157,17 @@ void merge_folders(Options &options, Progress &progress) {
                                                     "--grid or --mission-days, and --stamp, with --exposure if it was "
                                                     "known");
     check_different(folders);
-    auto made = new_folder(out);
-    how.folder = out.c_str();
+    NewFolder folder(out);
+    how.folder = folder.made().c_str();
     how.capacity = std::min(records, int64_t{1} << 28);
     how.setup_folder = how.nf > 0 ? folders.front().c_str() : nullptr;
     if (has_setup)
         setup.set(how, progress);
     toliman::tracker tracker = open_tracker(how, progress);
-    for (const std::string &folder : folders)
-        merge_folder(tracker, folder, options.salvage);
+    for (const std::string &from : folders)
+        merge_folder(tracker, from, options.salvage);
     toliman::check(toliman_track_save(tracker.get()));
-    static_cast<void>(made.release());
+    folder.commit();
     const toliman_track_info info = info_of(tracker);
     if (options.salvage && info.missing > 0)
         std::fprintf(stderr,

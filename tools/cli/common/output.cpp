@@ -1,5 +1,7 @@
 // Method: an output is written to a temporary file in the same folder, fsync'ed and renamed, so that a reader sees the
-// old or the new file and never a part. While it is written it is readable by its owner only. Standard output is
+// old or the new file and never a part. While it is written it is readable by its owner only, and locked, by which the
+// next writer of this output knows that its writer lives. Files that must agree are first all brought to the disk. Then
+// the one that implies the others is removed, the others are renamed, and it is renamed last. Standard output is
 // written by poll(2) and write(2) of at most PIPE_BUF bytes, so that a signal can end the wait for a slow reader.
 #include "common/output.hpp"
 
@@ -14,6 +16,7 @@
 #include <unistd.h>
 #include <utility>
 
+#include "backend/temporary.hpp"
 #include "common/content.hpp"
 #include "common/failure.hpp"
 #include "common/input.hpp"
@@ -24,7 +27,8 @@ namespace cli {
 
 namespace {
 
-constexpr int kMostTemporaries = 100;
+namespace temporary = toliman::temporary;
+
 constexpr int kPollTimeout = 1000; // ms, timeout of a wait for the reader of standard output
 bool is_forced = false;
 
@@ -80,8 +84,8 @@ OutputFile::OutputFile(const std::string &path, Replaces what)
         fail();
 }
 
-// Skips names in use by other writers or left by writers that died. A new file is private while it is still empty; its
-// permissions before show the umask, which can only be read by changing it.
+// Skips names of other writers. A new file is private while it is still empty; its permissions before show the umask,
+// which can only be read by changing it.
 int OutputFile::open_temporary(bool replaces, Replaces what) {
     std::error_code error;
     target_ = replaces ? std::filesystem::canonical(path_, error).string() : path_;
@@ -89,11 +93,13 @@ int OutputFile::open_temporary(bool replaces, Replaces what) {
         fail(error.message());
     if (replaces)
         check_own(path_, what);
+    temporary::remove_stale(target_, temporary::Kind::file);
     int descriptor = -1;
-    for (int i = 0; i < kMostTemporaries; i++) {
-        temporary_ = target_ + "." + std::to_string(i) + ".tmp";
-        constexpr int flags = O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC;
-        const auto make = [&] { return (descriptor = ::open(temporary_.c_str(), flags, replaces ? 0600 : 0666)) >= 0; };
+    for (int i = 0; i < temporary::kMost; i++) {
+        temporary_ = temporary::name(target_, i);
+        const auto make = [&] {
+            return (descriptor = temporary::create_file(temporary_, replaces ? 0600 : 0666)) >= 0;
+        };
         if (make_unfinished(temporary_, make) || errno != EEXIST)
             break;
     }
@@ -146,22 +152,38 @@ std::string OutputFile::hand_over() {
     return temporary_;
 }
 
+void OutputFile::take_back() {
+    const int descriptor = temporary::lock(temporary_);
+    if (descriptor >= 0)
+        file_.reset(::fdopen(descriptor, "rb"));
+    if (!file_)
+        fail();
+}
+
 void OutputFile::write(const void *data, size_t size) {
     if (std::fwrite(data, 1, size, file_.get()) != size)
         fail();
 }
 
-void OutputFile::commit() {
-    if (!file_)
-        file_.reset(std::fopen(temporary_.c_str(), "rb"));
-    if (!file_ || std::fflush(file_.get()) != 0)
+void OutputFile::finish() {
+    if (std::fflush(file_.get()) != 0)
         fail();
-    if (!temporary_.empty() && (!set_mode(::fileno(file_.get()), mode_) || ::fsync(::fileno(file_.get())) != 0 ||
-                                ::rename(temporary_.c_str(), target_.c_str()) != 0))
+    if (!temporary_.empty() && (!set_mode(::fileno(file_.get()), mode_) || ::fsync(::fileno(file_.get())) != 0))
+        fail();
+}
+
+void OutputFile::commit() {
+    finish();
+    if (!temporary_.empty() && ::rename(temporary_.c_str(), target_.c_str()) != 0)
         fail();
     end_unfinished(temporary_);
     temporary_.clear();
     file_.reset();
+}
+
+void OutputFile::retract() {
+    if (::unlink(target_.c_str()) != 0 && errno != ENOENT)
+        fail();
 }
 
 OutputFolder::OutputFolder(const std::string &path)
@@ -192,17 +214,35 @@ OutputFile &OutputFolder::open(const std::string &name, Replaces what) {
 
 void OutputFolder::remove(const std::string &name) {
     files_.erase(name);
-    std::error_code error;
-    std::filesystem::remove(file(name), error);
+    removed_.push_back(file(name));
 }
 
-void OutputFolder::commit(const std::string &last) {
+void OutputFolder::finish() {
+    for (auto &[name, file] : files_)
+        file.finish();
+}
+
+void OutputFolder::commit(const std::string &last, OutputFolder *inner) {
+    finish();
+    if (inner != nullptr)
+        inner->finish();
+    files_.at(last).retract();
+    if (inner != nullptr)
+        inner->commit_all_but("");
+    commit_all_but(last);
+    files_.at(last).commit();
+    keep();
+}
+
+void OutputFolder::commit_all_but(const std::string &last) {
     for (auto &[name, file] : files_)
         if (name != last)
             file.commit();
-    if (!last.empty())
-        files_.at(last).commit();
-    keep();
+    std::error_code error;
+    for (const std::string &path : removed_)
+        std::filesystem::remove(path, error);
+    if (last.empty())
+        keep();
 }
 
 void check_not_input(const std::string &output, const std::vector<std::string> &inputs) {

@@ -16,7 +16,8 @@ enum class Replaces { results, scenes };
 // --force: from now on every output may replace any file.
 void replace_anything() noexcept;
 
-// Written as `path`.0.tmp, or with the next free number; commit() renames it, destruction without commit removes it.
+// Written as `path`.0.tmp, or with the next free number; commit() renames it, destruction without commit removes it, and
+// the next OutputFile of this path removes what a killed process left.
 // The target of a symbolic link is replaced, not the link. "-" (standard output), a pipe or a device is written
 // directly; only scenes, which are text, may go to a terminal. Until commit() only the owner can access the temporary
 // file; then it gets the permissions of the file that it replaces, or those of a new file of this process.
@@ -32,8 +33,14 @@ class OutputFile {
     // For a library that writes files by name: returns an unused name, which commit() will rename. Do not call write
     // then.
     std::string hand_over();
+    // Then, once the library has created the file: marks it as that of a living writer.
+    void take_back();
     [[noreturn]] void fail(const std::string &why) const;
+    // Brings what was written to the disk; only the rename by commit() can then fail.
+    void finish();
     void commit();
+    // Removes the file that commit() will replace.
+    void retract();
 
   private:
     [[noreturn]] void fail() const;
@@ -55,16 +62,20 @@ class OutputFolder {
     std::string file(const std::string &name) const { return path_ + "/" + name; }
     // A new file of this name, or the same as before.
     OutputFile &open(const std::string &name, Replaces what = Replaces::results);
-    // Removes the file of this name, which was opened and is not committed then.
+    // The file of this name, which was opened, is not to be: commit() removes one of earlier results.
     void remove(const std::string &name);
-    // Commits all open files; the file `last`, if named, after all others, whose completeness it implies.
-    void commit(const std::string &last = "");
+    // Commits all open files, those of the folder `inner` included, which agree: none is renamed before all are on the
+    // disk, and the file `last`, which implies that the others are complete, is absent until they are.
+    void commit(const std::string &last, OutputFolder *inner = nullptr);
     void keep() noexcept;
 
   private:
+    void finish();
+    void commit_all_but(const std::string &last);
     std::string path_;
     bool made_;
     std::map<std::string, OutputFile> files_;
+    std::vector<std::string> removed_; // paths
 };
 
 // Throws Failure if the output is one of the inputs, also under another name; - is standard output.

@@ -252,8 +252,7 @@ std::string RunFolder::write(const RunFiles &files) {
     }
     if (!pipeline.bank)
         folder_.remove("weights.tlmb");
-    images_.commit();
-    folder_.commit("result.json");
+    folder_.commit("result.json", &images_);
     return result;
 }
 

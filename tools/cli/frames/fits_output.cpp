@@ -25,6 +25,8 @@ class FitsOutput : public FrameOutput {
         fitsfile *file = nullptr;
         fits_create_diskfile(&file, plain_name(out_.hand_over()).c_str(), &status_);
         file_.reset(file);
+        if (status_ == 0)
+            out_.take_back();
         fits_create_imgll(file, type, static_cast<int>(lengths.size()), lengths.data(), &status_);
         check();
         text("CREATOR", std::string("toliman ") + toliman_version(), "");

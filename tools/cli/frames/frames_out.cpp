@@ -137,6 +137,7 @@ class SessionOutput : public FrameOutput {
 
     // The side file last: it implies that the frames are complete.
     void commit() override {
+        meta_.finish();
         counts_->commit();
         meta_.commit();
         folder_.keep();

@@ -4,10 +4,12 @@ from __future__ import annotations
 import base64
 import contextlib
 import dataclasses
+import fcntl
 import os
 import pathlib
 import re
 import signal
+import stat
 import threading
 import typing
 
@@ -101,21 +103,21 @@ class Page:
                  received: list[int]) -> bool:
         """Writes all files, the page last, or none if a signal was received before the last is written; whether it did."""
         made = [folder for folder in (self.folder, inner) if _make(folder)]
-        written: list[tuple[pathlib.Path, pathlib.Path]] = []
+        written: list[tuple[_Temporary, pathlib.Path]] = []
         try:
             for target, data in [*files.items(), (path, self.html().encode())]:
                 if received:
                     return False
-                written.append((_temporary(target, data), target.resolve()))
+                written.append((_Temporary(target, data), target.resolve()))
             for temporary, target in written:
-                os.replace(temporary, target)
+                os.replace(temporary.path, target)
             made.clear()
             return True
         except OSError as error:
             raise Failure(OUTPUT, f"{readable(target)}: cannot be written: {error.strerror}") from None
         finally:
             for temporary, _ in written:
-                temporary.unlink(missing_ok=True)
+                temporary.close()
             for folder in reversed(made):
                 folder.rmdir()
 
@@ -179,25 +181,67 @@ def _check_free(target: pathlib.Path) -> None:
         raise Failure(OUTPUT, f"{readable(target)}: exists and was not written by toliman: give --force to replace it")
 
 
-def _temporary(target: pathlib.Path, data: bytes) -> pathlib.Path:
-    """Writes data next to the target, under a name that is not in use; returns its path."""
-    target = target.resolve()
-    for number in range(100):
-        path = target.with_name(f"{target.name}.{number}.tmp")
+class _Temporary:
+    """Data next to its target, in a file that is locked until close(), which removes it unless it was renamed. Files that
+    are not locked were left by processes that died; they are removed. As lib/backend/temporary.cpp."""
+
+    def __init__(self, target: pathlib.Path, data: bytes) -> None:
+        target = target.resolve()
+        names = [target.with_name(f"{target.name}.{number}.tmp") for number in range(100)]
+        for name in names:
+            _remove_if_stale(name)
+        for self.path in names:
+            try:
+                self.file = open(self.path, "xb", buffering=0)
+            except FileExistsError:
+                continue
+            if _try_lock(self.file) and _has_name(self.file, self.path):
+                break
+            self.file.close()
+        else:
+            raise Failure(OUTPUT, f"{readable(target)}: cannot be written: 100 temporary files are in the way")
         try:
-            file = open(path, "xb", buffering=0)
-        except FileExistsError:
-            continue
-        try:
-            with file:
-                view = memoryview(data)
-                while view:
-                    view = view[file.write(view):]
-                os.fsync(file.fileno())
+            view = memoryview(data)
+            while view:
+                view = view[self.file.write(view):]
+            os.fsync(self.file.fileno())
             if target.exists():
-                path.chmod(target.stat().st_mode & 0o777)
-            return path
+                self.path.chmod(target.stat().st_mode & 0o777)
         except BaseException:
-            path.unlink(missing_ok=True)
+            self.close()
             raise
-    raise Failure(OUTPUT, f"{readable(target)}: cannot be written: 100 temporary files are in the way")
+
+    def close(self) -> None:
+        if _has_name(self.file, self.path):
+            self.path.unlink(missing_ok=True)
+        self.file.close()
+
+
+def _try_lock(file: typing.IO[bytes]) -> bool:
+    """False if another process has locked the file; true also on a file system without locks."""
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    except OSError:
+        pass
+    return True
+
+
+def _has_name(file: typing.IO[bytes], path: pathlib.Path) -> bool:
+    try:
+        return os.path.samestat(os.fstat(file.fileno()), path.lstat())
+    except OSError:
+        return False
+
+
+def _remove_if_stale(path: pathlib.Path) -> None:
+    try:
+        with open(os.open(path, os.O_RDWR | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC), "rb", buffering=0) as file:
+            status = os.fstat(file.fileno())
+            if stat.S_ISREG(status.st_mode) and status.st_uid == os.geteuid():
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                if _has_name(file, path):
+                    path.unlink()
+    except OSError:
+        pass
