@@ -688,10 +688,13 @@ module toliman
 
     ! Options of a training.
     type, bind(C), public :: toliman_bank_train_options
-        integer(c_int32_t) :: struct_size = 24
+        integer(c_int32_t) :: struct_size = 32
         integer(c_int32_t) :: threads = 0 ! worker threads, 0 = one per processor
         type(c_funptr) :: progress = c_null_funptr ! may be NULL
         type(c_ptr) :: progress_data = c_null_ptr
+        ! file to which each network is appended once it is trained; NULL: none. If the file exists, its networks are
+        ! not trained again. The caller removes it once the bank is saved. formats.md, "TLMJ". Since 0.2
+        type(c_ptr) :: journal = c_null_ptr
     end type
 
     ! Properties of a bank.
@@ -854,7 +857,7 @@ module toliman
         ! TOLIMAN_CALIBRATION_CHANGE_... that is tried, 0 for the model as given. The numbers of the iterations begin
         ! with each change. Since 0.2
         integer(c_int32_t) :: change = 0
-        integer(c_int32_t) :: reserved = 0 ! 0
+        integer(c_int32_t) :: recalled = 0 ! 1: the iteration of an earlier call, from the journal. Since 0.2
     end type
 
     abstract interface
@@ -872,7 +875,7 @@ module toliman
 
     ! Options of a calibration.
     type, bind(C), public :: toliman_calibration_options
-        integer(c_int32_t) :: struct_size = 88
+        integer(c_int32_t) :: struct_size = 96
         integer(c_int32_t) :: flags = 0 ! TOLIMAN_CALIBRATION_MAP and _IMPROVE, or 0
         ! parameters to fit, separated by spaces: NAME, NAME=SIGMA or NAME-LAST, such as "scale=1e-3 focus
         ! zernike_5-21=50 mask_rotation", with the standard deviation of the prior in the parameter's unit. NULL: all
@@ -900,6 +903,11 @@ module toliman
         type(c_funptr) :: step = c_null_funptr ! may be NULL
         type(c_ptr) :: step_data = c_null_ptr
         type(c_ptr) :: allocator = c_null_ptr ! for the large arrays of the object; NULL = malloc
+        ! file to which the results of each iteration are appended; NULL: none. If the file exists, the call continues
+        ! from it and gives the bits of a call that was not interrupted, also with more iterations. It needs 4 KiB per
+        ! frame and iteration, with a map also 8 bytes per cell and step. The caller removes it once the result is
+        ! saved. formats.md, "TLMJ". Since 0.2
+        type(c_ptr) :: journal = c_null_ptr
     end type
 
     ! Flag of a calibration: no maximum was found. Values, standard deviations and images of the fitted instrument are NaN.

@@ -85,7 +85,7 @@ typedef struct toliman_calibration_step {
     double largest_step; /* of a parameter of the instrument, in its standard deviations; of the map: rms in nm */
     uint32_t change;     /* TOLIMAN_CALIBRATION_CHANGE_... that is tried, 0 for the model as given. The numbers of the
                             iterations begin with each change. Since 0.2 */
-    uint32_t reserved;   /* 0 */
+    uint32_t recalled;   /* 1: the iteration of an earlier call, from the journal. Since 0.2 */
 } toliman_calibration_step;
 #define TOLIMAN_CALIBRATION_STEP_INIT TOLIMAN_INIT(toliman_calibration_step)
 
@@ -122,6 +122,10 @@ typedef struct toliman_calibration_options {
     toliman_calibration_step_fn step; /* may be NULL */
     void *step_data;
     const toliman_allocator *allocator; /* for the large arrays of the object; NULL = malloc */
+    const char *journal; /* file to which the results of each iteration are appended; NULL: none. If the file exists, the
+                            call continues from it and gives the bits of a call that was not interrupted, also with
+                            more iterations. It needs 4 KiB per frame and iteration, with a map also 8 bytes per cell
+                            and step. The caller removes it once the result is saved. formats.md, "TLMJ". Since 0.2 */
 } toliman_calibration_options;
 #define TOLIMAN_CALIBRATION_OPTIONS_INIT TOLIMAN_INIT(toliman_calibration_options)
 
@@ -145,6 +149,10 @@ TOLIMAN_API void toliman_calibration_options_init(toliman_calibration_options *o
  *     not have; for position_angle, roll and wavelength;
  *   - TOLIMAN_E_MISMATCH if options->start has other pupil cells, aperture, step of the mask, wavelengths, or shape of
  *     the frames than the nominal scene. Nothing else of it is compared;
+ *   - TOLIMAN_E_MISMATCH for the journal of a calibration of another scene or other frames, with other free parameters,
+ *     options or another start; the message names the first that differs;
+ *   - TOLIMAN_E_FORMAT for a file that is no journal of a calibration, TOLIMAN_E_STATE if another process writes to it,
+ *     TOLIMAN_E_WRITE;
  *   - TOLIMAN_E_CANCELLED if step returned a nonzero value. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibrate(const toliman_sim *sim, const toliman_image *image,
                                                                 size_t count, const toliman_fit_prediction *predictions,

@@ -146,7 +146,11 @@ toliman_status toliman_bank_train(toliman_bank *handle, const toliman_fit *fit,
         const Use model(fit, "fit");
         check_fit(*handle, *fit, "bank");
         const toliman_bank_train_options known = accept(options, toliman_bank_train_options{}, "options");
-        use->bank.train(model->fit.first(), known.threads, {known.progress, known.progress_data});
+        std::optional<Journal> journal;
+        if (known.journal != nullptr)
+            journal.emplace(known.journal, "BANK", use->bank.inputs());
+        use->bank.train(model->fit.first(), known.threads, {known.progress, known.progress_data},
+                        journal ? &*journal : nullptr);
     });
 }
 

@@ -7,6 +7,7 @@
 #include <limits>
 #include <map>
 #include <numeric>
+#include <optional>
 #include <string>
 
 #include "api/fit_values.hpp"
@@ -183,6 +184,7 @@ toliman_calibration_step public_step(const calibrate::Report &report) {
     step.chi_square = report.chi_square;
     step.largest_step = report.largest_step;
     step.change = report.lack;
+    step.recalled = report.recalled ? 1 : 0;
     return step;
 }
 
@@ -252,6 +254,11 @@ toliman_status toliman_calibrate(const toliman_sim *sim, const toliman_image *im
             fail(Status::argument, "{options->window_days} = %g: %zu windows of %zu parameters: must be at most %zu",
                  given.window_days, problem.windows.size(), problem.free.size(), kMostUnknowns);
         const calibrate::Point start = start_of(problem, outline, given.start);
+        std::optional<Journal> journal;
+        if (given.journal != nullptr)
+            journal.emplace(given.journal, "CALI", calibrate::inputs_of(problem, outline, start));
+        calibrate::Memo memo(journal ? &*journal : nullptr);
+        how.memo = &memo;
         made = new toliman_calibration{
             {}, improve ? calibrate::improve(problem, free, start, how) : calibrate::calibrate(problem, start, how)};
     });

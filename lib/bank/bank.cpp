@@ -17,9 +17,12 @@
 #include <atomic>
 #include <cmath>
 #include <limits>
+#include <mutex>
 #include <thread>
 #include <utility>
 
+#include "bank/weights.hpp"
+#include "base/bytes.hpp"
 #include "base/error.hpp"
 #include "base/hash.hpp"
 #include "base/text.hpp"
@@ -151,8 +154,28 @@ Buffer<double> Bank::target_of(const fit::Fit &fit, const Network &network) cons
     return target;
 }
 
+std::vector<Journal::Input> Bank::inputs() const {
+    uint64_t dates = kFnvOffset;
+    for (const double days : {options_.first_days, options_.last_days, options_.spacing_px})
+        dates = fnv1a(with_bits<uint64_t>(days), dates);
+    return {{"another scene or other free parameters", fit_digest_},
+            {"another layout", cae::layout_hash(*options_.layout)},
+            {"other dates or another spacing", dates},
+            {"another number of places", options_.places},
+            {"another number of steps", options_.steps},
+            {"another seed", options_.seed}};
+}
+
+// Networks that an earlier process trained.
+void Bank::recall(Journal *journal) {
+    for (const Journal::Record *record; journal != nullptr && (record = journal->next()) != nullptr; journal->take())
+        if (record->key < networks_.size() && !networks_[record->key].trained())
+            set_training(record->bytes, record->key, options_, networks_[record->key]);
+}
+
 // The progress callback runs on the thread of the call only; workers on other threads see its answer in a flag.
-void Bank::train(const fit::Fit &fit, unsigned workers, const Progress &progress) {
+void Bank::train(const fit::Fit &fit, unsigned workers, const Progress &progress, Journal *journal) {
+    recall(journal);
     std::vector<size_t> untrained;
     for (size_t i = 0; i < networks_.size(); i++)
         if (!networks_[i].trained())
@@ -178,6 +201,7 @@ void Bank::train(const fit::Fit &fit, unsigned workers, const Progress &progress
             return watch.stop ? 1 : 0;
         }
     } watch{progress, caller, done, networks_.size()};
+    std::mutex appending;
     run_jobs(worker_count(workers), untrained.size(), [&](size_t job) {
         Network &network = networks_[untrained[job]];
         const Buffer<double> target = target_of(fit, network);
@@ -191,6 +215,11 @@ void Bank::train(const fit::Fit &fit, unsigned workers, const Progress &progress
         network.encoder = std::move(encoder);
         network.cosine = cosine;
         done++;
+        if (journal != nullptr) {
+            const std::vector<uint8_t> bytes = training_of(network);
+            const std::lock_guard<std::mutex> lock(appending);
+            journal->append(untrained[job], bytes);
+        }
     });
     progress.asks_to_stop("train: networks", 1); // nothing is left to stop
 }

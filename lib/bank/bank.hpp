@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "backend/journal.hpp"
 #include "bank/grid.hpp"
 #include "bank/resample.hpp"
 #include "base/progress.hpp"
@@ -71,8 +72,10 @@ class Bank {
     Bank(const Options &options, size_t rows, size_t cols, uint64_t fit_digest, std::vector<Date> dates,
          std::vector<Network> networks);
 
-    // Trains the networks that are not trained yet; those trained before a cancellation remain.
-    void train(const fit::Fit &fit, unsigned workers, const Progress &progress);
+    // Trains the networks that are not trained yet; those trained before a cancellation remain. journal: gets each network
+    // once it is trained, and gives those of an earlier call; may be NULL.
+    void train(const fit::Fit &fit, unsigned workers, const Progress &progress, Journal *journal);
+    std::vector<Journal::Input> inputs() const; // of the journal
 
     BankWork work() const;
     // Fits and encodes counts of rows() x cols(); work.fitted is the result of the fit.
@@ -100,6 +103,7 @@ class Bank {
         size_t network;
         double x, y, distance; // displacement from the network's place to the frame's; what it does not remove
     };
+    void recall(Journal *journal);
     Nearest nearest(const double *values) const noexcept;
     Buffer<double> target_of(const fit::Fit &fit, const Network &network) const;
     void measure(const fit::Fit &fit, const ImageView<const double> *counts, const fit::Prediction &prediction,

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "backend/zip.hpp"
@@ -96,6 +97,19 @@ std::vector<Date> read_dates(ByteReader &reader, const Header &header) {
     return dates;
 }
 
+double read_cosine(ByteReader &reader, double least) {
+    return in_range("cosine", reader.f64(), least, 1.0);
+}
+
+cae::Response read_response(ByteReader &reader) {
+    cae::Response response;
+    response.gain = in_range("gain", reader.f64(), -cae::kMaxMagnitude, cae::kMaxMagnitude);
+    response.share = in_range("efficiency", reader.f64(), 0.0, 1.0);
+    if (response.gain == 0)
+        fail(Status::format, "%s: {gain} = 0: must not be 0", kKind);
+    return response;
+}
+
 // What a network is, apart from its weights.
 struct Numbers {
     double star_px[2][2], share_b, cosine;
@@ -111,12 +125,26 @@ Numbers read_numbers(ByteReader &reader, const Header &header) {
     numbers.share_b = in_range("share", reader.f64(), 0.0, 1.0);
     numbers.crop_row = in_range("crop_row", reader.u32(), 0, header.rows - cae::kSide);
     numbers.crop_col = in_range("crop_col", reader.u32(), 0, header.cols - cae::kSide);
-    numbers.cosine = in_range("cosine", reader.f64(), 0.0, 1.0);
-    numbers.response.gain = in_range("gain", reader.f64(), -cae::kMaxMagnitude, cae::kMaxMagnitude);
-    numbers.response.share = in_range("efficiency", reader.f64(), 0.0, 1.0);
-    if (numbers.response.gain == 0)
-        fail(Status::format, "%s: {gain} = 0: must not be 0", kKind);
+    numbers.cosine = read_cosine(reader, 0);
+    numbers.response = read_response(reader);
     return numbers;
+}
+
+// Of stored weights [kWeights] of network i.
+cae::Encoder encoder_of(const cae::Layout &layout, const float *weights, size_t i) {
+    cae::Parameters parameters;
+    std::copy_n(weights, kWeights, parameters.values.begin());
+    for (size_t stage = 0; stage <= cae::kStages; stage++) {
+        const size_t tensor = cae::conv_bias(stage); // conv_bias(kStages) is that of the latent
+        if (const float *const biases = parameters[tensor];
+            std::any_of(biases, biases + cae::kTensorTable[tensor].count(), [](float value) { return value != 0; }))
+            fail(Status::format, "%s: %s of network %zu: must be 0", kKind, cae::kTensorTable[tensor].name, i);
+    }
+    cae::Encoder encoder(layout, std::move(parameters));
+    const Buffer<float> &gradient = encoder.gradient();
+    if (std::all_of(gradient.begin(), gradient.end(), [](float value) { return value == 0; }))
+        fail(Status::format, "%s: weights of network %zu: the latent does not depend on the image", kKind, i);
+    return encoder;
 }
 
 } // namespace
@@ -169,6 +197,27 @@ std::vector<uint8_t> to_bytes(const Bank &bank, Encoding encoding) {
     return writer.take();
 }
 
+std::vector<uint8_t> training_of(const Network &network) {
+    ByteWriter writer;
+    for (const double value : {network.cosine, network.response.gain, network.response.share})
+        writer.f64(value);
+    const Buffer<float> &values = network.encoder.weights().values;
+    const std::vector<uint8_t> packed =
+        cae::pack(Buffer<float>(values.begin(), values.begin() + kWeights), blocks_of(1, Encoding::float32), "weights");
+    writer.raw(packed.data(), packed.size());
+    return writer.take();
+}
+
+void set_training(const std::vector<uint8_t> &bytes, size_t i, const Options &options, Network &network) {
+    ByteReader reader(bytes.data(), bytes.size(), kKind);
+    const double cosine = read_cosine(reader, std::numeric_limits<double>::min());
+    network.response = read_response(reader);
+    const size_t packed = reader.left();
+    const Buffer<float> weights = cae::unpack(reader.raw(packed), packed, blocks_of(1, Encoding::float32), "weights");
+    network.encoder = encoder_of(*options.layout, weights.data(), i);
+    network.cosine = cosine;
+}
+
 Bank from_bytes(const void *bytes, size_t size) {
     cae::check_envelope(bytes, size, kKind, kMagic, {kVersion}, kHeaderSize);
     ByteReader reader(bytes, size, kKind);
@@ -182,18 +231,7 @@ Bank from_bytes(const void *bytes, size_t size) {
     std::vector<Network> networks;
     for (size_t i = 0; i < header.networks(); i++) {
         const Numbers &known = numbers[i];
-        cae::Parameters parameters;
-        std::copy_n(&weights[i * kWeights], kWeights, parameters.values.begin());
-        for (size_t stage = 0; stage <= cae::kStages; stage++) {
-            const size_t tensor = cae::conv_bias(stage); // conv_bias(kStages) is that of the latent
-            if (const float *const biases = parameters[tensor];
-                std::any_of(biases, biases + cae::kTensorTable[tensor].count(), [](float value) { return value != 0; }))
-                fail(Status::format, "%s: %s of network %zu: must be 0", kKind, cae::kTensorTable[tensor].name, i);
-        }
-        cae::Encoder encoder(*header.options.layout, std::move(parameters));
-        const Buffer<float> &gradient = encoder.gradient();
-        if (std::all_of(gradient.begin(), gradient.end(), [](float value) { return value == 0; }))
-            fail(Status::format, "%s: weights of network %zu: the latent does not depend on the image", kKind, i);
+        cae::Encoder encoder = encoder_of(*header.options.layout, &weights[i * kWeights], i);
         Network network = new_network(i, header.options, std::move(encoder));
         std::copy_n(&known.star_px[0][0], 4, &network.star_px[0][0]);
         network.share_b = known.share_b;

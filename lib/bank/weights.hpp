@@ -20,4 +20,8 @@ std::vector<uint8_t> to_bytes(const Bank &bank, cae::Encoding encoding);
 // Status::format unless the bytes are complete, undamaged, of a known version, and all numbers in range.
 Bank from_bytes(const void *bytes, size_t size);
 
+// What the training of a network has set, for a journal; and sets it in network i of a bank with these options.
+std::vector<uint8_t> training_of(const Network &network);
+void set_training(const std::vector<uint8_t> &bytes, size_t i, const Options &options, Network &network);
+
 } // namespace toliman::bank

@@ -18,6 +18,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/bytes.hpp"
+#include "base/hash.hpp"
 #include "calibrate/improve.hpp"
 #include "calibrate/map.hpp"
 #include "calibrate/prior.hpp"
@@ -47,7 +49,10 @@ constexpr int kMirrorTrial = 4;      // iterations, after which the second minim
 
 class Calibrator {
   public:
-    Calibrator(const Problem &problem, const Options &options) : problem_(problem), options_(options) {}
+    Calibrator(const Problem &problem, const Options &options)
+        : problem_(problem), options_(options), memo_(options.memo != nullptr ? *options.memo : no_memo_) {
+        memo_.begin(problem, options.improved);
+    }
 
     // Returns whether a maximum was found.
     bool run(const Point &start, Calibration &out);
@@ -59,7 +64,9 @@ class Calibrator {
     bool iterate_map(Calibration &out);
     void choose_sign(const std::vector<bool> &even);
     bool is_possible(const Point &trial) const;
-    void refresh_planes(const Point &point);
+    void aim_planes(const Point &point);
+    const Planes &planes();
+    Linearisation linearised(const Point &point, double blend);
     Linearisation linearised_at(const Point &trial, double blend);
     size_t unknowns() const noexcept {
         return problem_.frames.count * kOwn + problem_.windows.size() * problem_.free.size();
@@ -69,10 +76,13 @@ class Calibrator {
 
     const Problem &problem_;
     const Options &options_;
+    Memo no_memo_{nullptr}, &memo_;
     Point point_;
     Linearisation normal_;
-    std::unique_ptr<Planes> planes_;
+    std::unique_ptr<Planes> planes_; // NULL until they are needed
     std::vector<double> planes_at_;
+    Buffer<double> planes_map_m_;
+    uint64_t planes_key_ = 0; // hash of both
     double chi_square_to_beat_ = 0; // in a trial
 };
 
@@ -119,17 +129,25 @@ bool Calibrator::is_possible(const Point &trial) const {
                        [this](const auto &changes) { return is_readable(scene_at(problem_, changes)); });
 }
 
-void Calibrator::refresh_planes(const Point &point) {
+// Chooses where the derivatives are taken.
+void Calibrator::aim_planes(const Point &point) {
     const std::vector<double> mean = mean_of(point.instrument);
-    bool stale = planes_ == nullptr;
+    bool stale = planes_at_.empty();
     for (size_t i = 0; i < mean.size() && !stale; i++)
         stale = std::fabs(mean[i] - planes_at_[i]) > kStale * default_sigma(problem_.free[i].parameter);
     if (!stale)
         return;
     planes_ = nullptr; // two at once would need twice the memory
-    planes_ =
-        std::make_unique<Planes>(outline_at(problem_, mean, point.map_m), problem_.parameters(), problem_.capture_px);
     planes_at_ = mean;
+    planes_map_m_ = point.map_m;
+    planes_key_ = fnv1a(planes_map_m_, fnv1a(planes_at_, kFnvOffset));
+}
+
+const Planes &Calibrator::planes() {
+    if (planes_ == nullptr)
+        planes_ = std::make_unique<Planes>(outline_at(problem_, planes_at_, planes_map_m_), problem_.parameters(),
+                                           problem_.capture_px);
+    return *planes_;
 }
 
 double Calibrator::per_freedom(const Linearisation &normal) const noexcept {
@@ -140,8 +158,8 @@ void Calibrator::report(Calibration &out, bool of_map, bool accepted, double lar
     out.point = point_;
     out.goodness.chi_square = per_freedom(normal_);
     if (options_.on_step)
-        options_.on_step(out, {of_map, accepted, out.iterations + out.map_iterations, out.goodness.chi_square, largest,
-                               options_.lack});
+        options_.on_step(out, {of_map, accepted, memo_.recalled(), out.iterations + out.map_iterations,
+                               out.goodness.chi_square, largest, options_.lack});
 }
 
 bool Calibrator::is_complete() const noexcept {
@@ -155,30 +173,48 @@ Linearisation lost() {
     return nothing;
 }
 
+Linearisation Calibrator::linearised(const Point &point, double blend) {
+    return memo_
+        .of<Linearised>(point, {with_bits<uint64_t>(blend), planes_key_},
+                        [&] { return Linearised{linearise(problem_, point, planes(), blend)}; })
+        .normal;
+}
+
 // A scene far from the minimum may be refused, as with a scale at which the frame shows aliases: lost.
-Linearisation Calibrator::linearised_at(const Point &trial, double blend) try {
-    refresh_planes(trial);
-    return linearise(problem_, trial, *planes_, blend);
-} catch (const Error &error) {
-    if (error.status() != Status::scene)
-        throw;
-    refresh_planes(point_);
-    return lost();
+Linearisation Calibrator::linearised_at(const Point &trial, double blend) {
+    aim_planes(trial);
+    Linearised result = memo_.of<Linearised>(trial, {with_bits<uint64_t>(blend), planes_key_}, [&]() -> Linearised {
+        try {
+            return {linearise(problem_, trial, planes(), blend)};
+        } catch (const Error &error) {
+            if (error.status() != Status::scene)
+                throw;
+            return {lost(), true};
+        }
+    });
+    if (result.refused) {
+        planes_at_.clear();
+        aim_planes(point_);
+    }
+    return std::move(result.normal);
 }
 
 // patience: iterations after which chi-square must be below that to beat; 0: any number.
 bool Calibrator::iterate(Calibration &out, int patience) {
     double damping = kFirstDamping, blend = 1;
     const int first = out.iterations;
-    refresh_planes(point_);
-    normal_ = linearise(problem_, point_, *planes_, blend);
+    aim_planes(point_);
+    normal_ = linearised(point_, blend);
     if (!normal_.lost && normal_.used <= unknowns())
         fail(Status::argument,
              "{count} = %zu: frames of %zu pixels that do not saturate: must be more than %zu unknowns",
              problem_.frames.count, normal_.used, unknowns());
     while (out.iterations < options_.most_iterations && !normal_.lost) {
         out.iterations++;
-        const Step step = step_from(problem_, point_, normal_, blend > 0 ? damping : 0);
+        const double damped = blend > 0 ? damping : 0;
+        const Step step = memo_.of<Step>(
+            point_, {with_bits<uint64_t>(damped), with_bits<uint64_t>(blend), with_bits<uint64_t>(normal_.chi_square)},
+            [&] { return step_from(problem_, point_, normal_, damped); });
         const Point trial = step.solvable ? moved(point_, step.change) : point_;
         const bool near = step.solvable && step.largest < kNear && normal_.excess < kGoodFit;
         const double next_blend = near ? 0 : blend;
@@ -196,7 +232,7 @@ bool Calibrator::iterate(Calibration &out, int patience) {
         }
         report(out, false, accepted, step.largest);
         if (!accepted && step.solvable && step.largest < kAtMinimum && normal_.excess > kGoodFit) {
-            normal_ = linearise(problem_, point_, *planes_, 0);
+            normal_ = linearised(point_, 0);
             return !normal_.lost;
         }
         if (!accepted && (blend == 0 || damping > kMostDamping))
@@ -239,7 +275,7 @@ bool Calibrator::iterate_mirrored(Calibration &out, bool found) {
     }
     if (squares < least_nm * least_nm * static_cast<double>(mirrored.instrument.size()))
         return found;
-    const Linearisation there = linearise(problem_, mirrored, *planes_, 0);
+    const Linearisation there = linearised(mirrored, 0);
     if (there.lost || there.chi_square > normal_.chi_square)
         return found;
     const Point before = point_;
@@ -248,8 +284,8 @@ bool Calibrator::iterate_mirrored(Calibration &out, bool found) {
     if (iterate(out, kMirrorTrial) && per_freedom(normal_) < chi_square_to_beat_)
         return true;
     point_ = before;
-    refresh_planes(point_);
-    normal_ = linearise(problem_, point_, *planes_, 0);
+    aim_planes(point_);
+    normal_ = linearised(point_, 0);
     return found && !normal_.lost;
 }
 
@@ -260,14 +296,15 @@ bool Calibrator::iterate_map(Calibration &out) {
         out.map_iterations++;
         MapOptions how;
         how.rms_m = options_.map_rms_m;
-        MapStep step = map_step(problem_, point_, how);
+        MapStep step = memo_.of<MapStep>(point_, {with_bits<uint64_t>(how.rms_m)},
+                                         [&] { return map_step(problem_, point_, how); });
         if (step.lost || !step.solvable)
             return false;
         const double before = per_freedom(normal_);
         bool accepted = false;
         for (int halved = 0; !accepted && halved <= kMostHalvings; halved++, halve(step.change)) {
             const Point trial = moved(point_, step.change);
-            Linearisation next = linearise(problem_, trial, *planes_, 0);
+            Linearisation next = linearised(trial, 0);
             accepted = !next.lost && per_freedom(next) < before;
             if (accepted) {
                 point_ = trial;
@@ -278,9 +315,9 @@ bool Calibrator::iterate_map(Calibration &out) {
         report(out, true, accepted, 1e9 * step.rms_m);
         falls = accepted && before - per_freedom(normal_) >= kSameMap * std::max(1.0, before);
     }
-    planes_ = nullptr; // those with the map
-    refresh_planes(point_);
-    normal_ = linearise(problem_, point_, *planes_, 0);
+    planes_at_.clear(); // those with the map
+    aim_planes(point_);
+    normal_ = linearised(point_, 0);
     return !falls && !normal_.lost;
 }
 
@@ -308,7 +345,8 @@ void Calibrator::choose_sign(const std::vector<bool> &even) {
 bool Calibrator::run(const Point &start, Calibration &out) {
     point_ = start;
     if (point_.own.empty())
-        point_.own = find_frames(problem_, start.instrument[0], start.map_m);
+        point_.own =
+            memo_.of<Own>(start, {}, [&] { return find_frames(problem_, start.instrument[0], start.map_m); });
     out.before = whitened_frame(problem_, point_, 0);
     bool found = iterate(out);
     if (!normal_.lost && !is_complete())
@@ -319,7 +357,9 @@ bool Calibrator::run(const Point &start, Calibration &out) {
     if (options_.map && !iterate_map(out))
         return false;
     if (!point_.map_m.empty() && options_.map)
-        out.map_parameters = map_parameters(problem_, point_, options_.map_rms_m);
+        out.map_parameters = memo_.of<double>(point_, {with_bits<uint64_t>(options_.map_rms_m)}, [&] {
+            return map_parameters(problem_, point_, options_.map_rms_m);
+        });
     judge(problem_, point_, normal_, out);
     return true;
 }

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "base/goodness.hpp"
-#include "calibrate/solve.hpp"
+#include "calibrate/memo.hpp"
 
 namespace toliman::calibrate {
 
@@ -54,7 +54,7 @@ struct Calibration {
 };
 
 struct Report {
-    bool of_map = false, accepted = false;
+    bool of_map = false, accepted = false, recalled = false; // recalled: from the journal
     int iteration = 0;
     double chi_square = 0, largest_step = 0;
     uint32_t lack = 0; // that the attempt adds; 0 = the model as given
@@ -65,6 +65,7 @@ struct Options {
     bool map = false;
     double map_rms_m = 1e-8;
     uint32_t lack = 0, improved = 0; // Lack: of the attempt; all that the nominal scene and the parameters were given
+    Memo *memo = nullptr; // of the results of costly functions; may be NULL
     // Called after each iteration on the caller's thread; it may throw to cancel.
     std::function<void(const Calibration &so_far, const Report &report)> on_step;
 };

@@ -880,13 +880,17 @@ class toliman_bank_plan_info(Sized):
 class toliman_bank_train_options(Sized):
     """Options of a training.
     threads: worker threads, 0 = one per processor
-    progress: may be NULL"""
+    progress: may be NULL
+    journal: file to which each network is appended once it is trained; NULL: none. If the file exists,
+        its networks are not trained again. The caller removes it once the bank is saved. formats.md,
+        "TLMJ". Since 0.2"""
 
     _fields_ = [
         ("struct_size", c_uint32),
         ("threads", c_uint32),
         ("progress", toliman_progress_fn),
         ("progress_data", c_void_p),
+        ("journal", c_char_p),
     ]
 
 
@@ -1125,7 +1129,7 @@ class toliman_calibration_step(Sized):
     largest_step: of a parameter of the instrument, in its standard deviations; of the map: rms in nm
     change: TOLIMAN_CALIBRATION_CHANGE_... that is tried, 0 for the model as given. The numbers of the
         iterations begin with each change. Since 0.2
-    reserved: 0"""
+    recalled: 1: the iteration of an earlier call, from the journal. Since 0.2"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -1135,7 +1139,7 @@ class toliman_calibration_step(Sized):
         ("chi_square", c_double),
         ("largest_step", c_double),
         ("change", c_uint32),
-        ("reserved", c_uint32),
+        ("recalled", c_uint32),
     ]
 
 
@@ -1170,7 +1174,11 @@ class toliman_calibration_options(Sized):
     map_rms_nm: prior of the map: its rms over the open pupil, nm; 0 = 10. Its power spectrum falls
         as frequency^-2.5 above 4 cycles per aperture, and is constant below
     step: may be NULL
-    allocator: for the large arrays of the object; NULL = malloc"""
+    allocator: for the large arrays of the object; NULL = malloc
+    journal: file to which the results of each iteration are appended; NULL: none. If the file exists, the
+        call continues from it and gives the bits of a call that was not interrupted, also with
+        more iterations. It needs 4 KiB per frame and iteration, with a map also 8 bytes per cell
+        and step. The caller removes it once the result is saved. formats.md, "TLMJ". Since 0.2"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -1186,6 +1194,7 @@ class toliman_calibration_options(Sized):
         ("step", toliman_calibration_step_fn),
         ("step_data", c_void_p),
         ("allocator", POINTER(toliman_allocator)),
+        ("journal", c_char_p),
     ]
 
 
@@ -4158,8 +4167,11 @@ TOLIMAN_E_UNSUPPORTED for frames smaller than 256 x 256 or larger than 4096 x 40
         ),
         """Trains the networks of a bank that are not trained yet, in the mode TOLIMAN_CAE_MODE_TIED. If the call is cancelled,
 the networks that were complete remain trained, and a later call, also of a saved and loaded bank, trains the others.
-The weights do not depend on threads or interruptions. fit: as for toliman_bank_encode. options may be NULL.
-Errors: TOLIMAN_E_CANCELLED; TOLIMAN_E_MISMATCH as toliman_bank_encode.""",
+The weights do not depend on threads or interruptions. With a journal, a killed process loses one network per thread at
+most. fit: as for toliman_bank_encode. options may be NULL.
+Errors: TOLIMAN_E_CANCELLED; TOLIMAN_E_MISMATCH as toliman_bank_encode, and for the journal of another bank, whose
+message names what differs; TOLIMAN_E_FORMAT for a file that is no journal of a bank; TOLIMAN_E_STATE if another process
+writes to the journal; TOLIMAN_E_WRITE.""",
     ),
     "toliman_bank_get_info": (
         c_int32, (("bank", POINTER(toliman_bank)), ("out", POINTER(toliman_bank_info))),
@@ -4358,6 +4370,10 @@ Errors:
     not have; for position_angle, roll and wavelength;
   - TOLIMAN_E_MISMATCH if options->start has other pupil cells, aperture, step of the mask, wavelengths, or shape of
     the frames than the nominal scene. Nothing else of it is compared;
+  - TOLIMAN_E_MISMATCH for the journal of a calibration of another scene or other frames, with other free parameters,
+    options or another start; the message names the first that differs;
+  - TOLIMAN_E_FORMAT for a file that is no journal of a calibration, TOLIMAN_E_STATE if another process writes to it,
+    TOLIMAN_E_WRITE;
   - TOLIMAN_E_CANCELLED if step returned a nonzero value.""",
     ),
     "toliman_calibration_destroy": (

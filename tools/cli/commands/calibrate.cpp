@@ -1,5 +1,6 @@
 // toliman calibrate: the parameters of the telescope from frames.
 #include "common/failure.hpp"
+#include "common/job_journal.hpp"
 #include "common/output.hpp"
 #include "common/stop.hpp"
 #include "common/text.hpp"
@@ -31,9 +32,11 @@ void calibrate(Options &options, Progress &progress) {
     inputs.push_back(request.scene);
     check_not_input(request.out, inputs);
     CalibrationOutput output(files);
+    if (!request.resume)
+        remove_journal(files.journal());
     Calibration calibration(request, files, progress);
     calibration.run(progress);
-    output.write(calibration);
+    write_and_remove(files.journal(), [&] { output.write(calibration); });
     output.warn(calibration, progress);
     if (options.as_json)
         print_stdout(output.json());
@@ -90,8 +93,8 @@ void add_calibrate(CLI::App &app, Context &context) {
     command->add_option("--threads", request.options.threads, "worker threads, default one per processor")
         ->check(CLI::Range(1u, 1024u));
     command->add_flag("--resume", request.resume,
-                      "start from the state of a calibration that was stopped or, if there is none, from the scene "
-                      "that --out holds");
+                      "continue the calibration that was stopped or killed; without one, start from the scene that "
+                      "--out holds, if it exists");
     command->add_flag("--json", options->as_json, "print JSON, schema toliman-calibration-result/1");
     set_action(*command, context, options, calibrate,
                [options, free] { options->request.by_free = free->count() > 0; });

@@ -1,12 +1,15 @@
 // toliman train: weights from a scene.
+#include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <tuple>
 
-#include "common/content.hpp"
 #include "common/failure.hpp"
+#include "common/input.hpp"
+#include "common/job_journal.hpp"
 #include "common/library.hpp"
 #include "common/output.hpp"
 #include "common/stop.hpp"
@@ -26,6 +29,7 @@ struct Options {
                             resume, log, bad_pixels;
     std::optional<std::string> bank; // its dates
     std::string free;                // further parameters of the fit of a bank
+    bool resumes = false; // with `resume` or, if that is empty, OUT.part
     uint64_t seed = 1;
     uint32_t steps = 0, epochs = 0, places = 0; // 0: the default
     double spacing = 0;                         // px; 0: the default
@@ -74,21 +78,51 @@ bool get_training(const toliman_cae *cae, toliman_cae_train_options &how) {
     return toliman_cae_get_train_options(cae, &how) == TOLIMAN_OK;
 }
 
-Training resumed_training(const Scene &scene, const Options &options) {
-    toliman::autoencoder cae = load_weights(options.resume);
+// The word of a value.
+std::string word_of(const Names &names, int32_t value) {
+    return std::find_if(names.begin(), names.end(), [=](const auto &name) { return name.second == value; })->first;
+}
+
+// The same command with --resume: the options are those of the file.
+void check_same(const std::string &file, const toliman_cae_info &info, const toliman_cae_train_options &how,
+                const Options &options) {
+    const bool tied = how.mode == TOLIMAN_CAE_MODE_TIED;
+    const std::string seed = std::to_string(info.seed), steps = std::to_string(how.steps);
+    for (const auto &[name, there, given] :
+         {std::tuple("--mode", word_of(kModes, how.mode), options.mode),
+          std::tuple("--layout", std::string(info.layout), options.layout),
+          std::tuple("--input", word_of(kInputs, info.input), options.input),
+          std::tuple("--centre", word_of(kCentres, info.centre), options.centre),
+          std::tuple("--seed", seed, std::to_string(options.seed)),
+          std::tuple("--steps", steps, tied && options.steps != 0 ? std::to_string(options.steps) : steps)})
+        if (there != given)
+            throw Failure(kExitUsage, file + ": was trained with " + name + " " + there +
+                                          ": give the same; without --resume it is replaced");
+}
+
+Training resumed_training(const Scene &scene, const Options &options, const std::string &file) {
+    toliman::autoencoder cae = load_weights(file);
     const auto info = info_from<toliman_cae_info>(toliman_cae_get_info, cae.get());
     if (info.scene_digest != scene.info.scene_digest)
-        throw Failure(kExitUsage, options.resume + ": was trained for another scene, not " + scene.path +
+        throw Failure(kExitUsage, file + ": was trained for another scene, not " + scene.path +
                                       ": give the scene of the first training");
     Training training = {std::move(cae), {}, info.seed};
     if (!get_training(training.cae.get(), training.how))
-        throw Failure(kExitUsage, options.resume + ": contains no training to resume");
+        throw Failure(kExitUsage, file + ": contains no training to resume");
+    if (options.resume.empty())
+        check_same(file, info, training.how, options);
     const uint32_t epochs = options.epochs != 0 ? options.epochs : kEpochs;
     if (training.how.epochs > epochs)
         throw Failure(kExitUsage, "--epochs " + std::to_string(epochs) + ": must be at least " +
-                                      std::to_string(training.how.epochs) + ", the epochs done in " + options.resume);
+                                      std::to_string(training.how.epochs) + ", the epochs done in " + file);
     training.how.epochs = epochs;
     return training;
+}
+
+// The file of the training to resume, "" to begin.
+std::string to_resume(const Options &options) {
+    const std::string part = options.out + kPart;
+    return !options.resume.empty() ? options.resume : options.resumes && exists(part) ? part : "";
 }
 
 // An option that is only for banks is refused, and one that is not for them.
@@ -207,8 +241,9 @@ struct Epochs {
 void train_network(const Options &options, OutputFile &out, Progress &progress) {
     check_network(options);
     const Scene scene(options.scene, progress, options.bad_pixels);
+    const std::string resume = to_resume(options);
     auto [cae, how, seed] =
-        options.resume.empty() ? new_training(scene, options, progress) : resumed_training(scene, options);
+        resume.empty() ? new_training(scene, options, progress) : resumed_training(scene, options, resume);
     const bool tied = how.mode == TOLIMAN_CAE_MODE_TIED;
     check_mode(options, tied);
     if (!tied && scene.info.frames < 2)
@@ -223,11 +258,11 @@ void train_network(const Options &options, OutputFile &out, Progress &progress) 
     how.progress_data = &progress;
     std::optional<Epochs> epochs;
     if (!options.log.empty()) {
-        epochs.emplace(Epochs{{options.log, scene, frames.seed, options.resume.empty() ? 0 : done_in(cae.get())},
+        epochs.emplace(Epochs{{options.log, scene, frames.seed, resume.empty() ? 0 : done_in(cae.get())},
                               options.out != "-" ? options.out + kPart : "",
                               how.epochs != 0 ? how.epochs : kEpochs,
                               nullptr});
-        if (options.resume.empty())
+        if (resume.empty())
             epochs->log.add_untrained(cae.get());
         how.epoch = Epochs::note;
         how.epoch_data = &*epochs;
@@ -253,23 +288,31 @@ void train_network(const Options &options, OutputFile &out, Progress &progress) 
 
 void train_bank(const Options &options, OutputFile &out, Progress &progress) {
     check_bank_mode(options);
-    BankRequest request = {options.scene,      options.free,
-                           options.bad_pixels, options.bank.value_or(""),
-                           options.resume,     toliman::sized<toliman_bank_options>()};
+    BankRequest request = {options.scene,
+                           options.free,
+                           options.bad_pixels,
+                           *options.bank,
+                           options.out != "-" ? options.out + kPart : "",
+                           toliman::sized<toliman_bank_options>()};
     request.options.layout = kLayouts.at(options.layout);
     request.options.spacing_px = options.spacing;
     request.options.places = options.places;
     request.options.steps = options.steps;
     request.options.seed = options.seed;
     request.check();
+    if (!request.journal.empty() && !options.resumes)
+        remove_journal(request.journal);
     BankTraining training(request, progress);
     if (!training.run(progress)) {
-        if (training.trained() > 0 && options.out != "-")
-            save_interrupted(training.bytes(TOLIMAN_CAE_ENCODING_FLOAT32), options, free_text(options.free));
+        if (!request.journal.empty() && exists(request.journal))
+            progress.tell("the same command with --resume continues from " + request.journal);
         stop_if_asked();
     }
     const Bytes bytes = training.bytes(kPayloads.at(options.payload));
-    write(bytes, out);
+    if (request.journal.empty())
+        write(bytes, out);
+    else
+        write_and_remove(request.journal, [&] { write(bytes, out); });
     std::fprintf(stderr, "%s: %s, %s\n", options.out.c_str(), training.result().c_str(),
                  size_text(static_cast<double>(bytes.size())).c_str());
 }
@@ -279,8 +322,7 @@ void train(const Options &options, Progress &progress) {
     OutputFile out(options.out); // before the training: an unwritable path fails at once
     if (options.out != "-")
         check_output(options.out + kPart);
-    const bool resumes_bank = !options.resume.empty() && identify(options.resume).content == Content::bank;
-    if (options.bank || resumes_bank)
+    if (options.bank)
         train_bank(options, out, progress);
     else
         train_network(options, out, progress);
@@ -297,7 +339,9 @@ void add_train(CLI::App &app, Context &context) {
                "weights file to write (.tlmw, a bank .tlmb); - writes to standard output")
         ->required();
     CLI::Option *resume =
-        add_option(command, "--resume", options->resume, "FILE", "weights file with a training to continue");
+        add_option(command, "--resume", options->resume, "[FILE]",
+                   "continue the training that was stopped or killed, or begin; FILE: weights file with a training")
+            ->expected(0, 1);
     add_seed(*command, options->seed, "seed of the initial weights and of the frames' noise, default 1");
     add_choice(command, "--mode", options->mode, kModes, "training: tied (default) or unsupervised");
     add_choice(command, "--layout", options->layout, kLayouts,
@@ -323,9 +367,6 @@ void add_train(CLI::App &app, Context &context) {
         ->check(CLI::Range(0.05, 4.0));
     add_option(command, "--free", options->free, "NAMES",
                "with --bank: further free parameters of the fit, as in encode");
-    for (const char *name :
-         {"--seed", "--mode", "--layout", "--input", "--centre", "--steps", "--bank", "--places", "--spacing"})
-        resume->excludes(command->get_option(name)); // those of the file
     command
         ->add_option("--epochs", options->epochs,
                      "number of epochs of unsupervised training, including those before --resume, default 300")
@@ -335,7 +376,13 @@ void add_train(CLI::App &app, Context &context) {
                "latents");
     add_choice(command, "--payload", options->payload, kPayloads,
                "number format of the file: float32 (default), bf16 or fp16");
-    set_action(*command, context, options, train);
+    set_action(*command, context, options, train, [command, options, resume] {
+        options->resumes = resume->count() > 0;
+        for (const char *name :
+             {"--seed", "--mode", "--layout", "--input", "--centre", "--steps", "--bank", "--places", "--spacing"})
+            if (!options->resume.empty() && command->get_option(name)->count() > 0)
+                throw CLI::ExcludesError("--resume", name); // those of the file
+    });
 }
 
 } // namespace cli

@@ -100,6 +100,7 @@ Identity identify(const std::string &path) {
     for (const auto &[magic, content, name] :
          {std::tuple("TLMW", Content::weights, "toliman weights"),
           std::tuple("TLMB", Content::bank, "a bank of toliman networks"),
+          std::tuple("TLMJ", Content::journal, "the journal of an interrupted computation"),
           std::tuple("TLMP", Content::sums, "a saved state of toliman period"),
           std::tuple("TLML", Content::tracker, "the ledger of a toliman state folder"),
           std::tuple("TLMS", Content::tracker, "the setup of a toliman state folder"),
@@ -145,6 +146,7 @@ bool is_own(const Identity &file) {
     switch (file.content) {
     case Content::weights:
     case Content::bank:
+    case Content::journal:
     case Content::sums:
     case Content::result:
         return true;

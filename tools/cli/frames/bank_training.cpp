@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "common/failure.hpp"
+#include "common/job_journal.hpp"
 #include "common/stop.hpp"
 #include "common/text.hpp"
 #include "scenes/dates.hpp"
@@ -71,33 +72,25 @@ toliman::network_bank new_bank(const BankRequest &request, const SceneFit &of) {
     }
 }
 
-toliman::network_bank resumed_bank(const BankRequest &request, const SceneFit &of) {
-    const StopLimit limit;
-    toliman::network_bank bank = load_bank(request.resume);
-    const auto info = info_from<toliman_bank_info>(toliman_bank_get_info, bank.get());
-    if (info.trained_networks == info.networks)
-        throw Failure(kExitUsage, request.resume + ": contains no training to resume");
-    check_bank(bank, of.fit, request.resume, request.scene, request.free);
-    return bank;
-}
-
 } // namespace
 
 void BankRequest::check() const {
-    if (resume.empty())
-        years_of(dates);
+    years_of(dates);
 }
 
 BankTraining::BankTraining(const BankRequest &request, Progress &progress)
-    : scene_fit_(request.scene, request.free, request.bad_pixels, progress),
-      bank_(request.resume.empty() ? new_bank(request, scene_fit_) : resumed_bank(request, scene_fit_)) {}
+    : request_(request), scene_fit_(request.scene, request.free, request.bad_pixels, progress),
+      bank_(new_bank(request, scene_fit_)) {}
 
 bool BankTraining::run(Progress &progress) {
     auto how = toliman::sized<toliman_bank_train_options>();
     how.progress = Progress::callback;
     how.progress_data = &progress;
+    how.journal = request_.journal.empty() ? nullptr : request_.journal.c_str();
     const toliman_status status = toliman_bank_train(bank_.get(), scene_fit_.fit.get(), &how);
     progress.clear();
+    if (status != TOLIMAN_OK && toliman_last_error_field() == request_.journal)
+        refuse_journal(toliman::error(status));
     if (status != TOLIMAN_E_CANCELLED)
         toliman::check(status);
     return status == TOLIMAN_OK;

@@ -11,19 +11,18 @@ namespace cli {
 struct BankRequest {
     std::string scene, free, bad_pixels;
     std::string dates;                 // DATE:DATE, or "frames": those of the scene's frames
-    std::string resume;                // the file of a bank; dates and options are then those of the file
+    std::string journal;               // file; "" = none
     toliman_bank_options options = {}; // without dates
     void check() const;                // of what needs no file
 };
 
 class BankTraining {
   public:
-    // Makes the fit of the scene, and an untrained bank or the one to resume.
+    // Makes the fit of the scene, and an untrained bank.
     BankTraining(const BankRequest &request, Progress &progress);
 
-    // Trains the networks that are not trained yet. False if a signal stopped it.
+    // Trains the networks that the journal does not have. False if a signal stopped it.
     bool run(Progress &progress);
-    uint32_t trained() const { return info().trained_networks; }
     std::vector<unsigned char> bytes(int32_t encoding) const;
     // Networks, their cosines, and until when the bank can be used.
     std::string result() const;
@@ -31,6 +30,7 @@ class BankTraining {
   private:
     toliman_bank_info info() const { return info_from<toliman_bank_info>(toliman_bank_get_info, bank_.get()); }
 
+    const BankRequest &request_;
     SceneFit scene_fit_;
     toliman::network_bank bank_;
 };

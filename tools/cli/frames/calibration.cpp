@@ -7,6 +7,7 @@
 
 #include "common/failure.hpp"
 #include "common/input.hpp"
+#include "common/job_journal.hpp"
 #include "common/library.hpp"
 #include "common/stop.hpp"
 #include "common/text.hpp"
@@ -26,16 +27,6 @@ constexpr std::pair<const char *, const char *> kOptions[] = {{"options->free", 
                                                               {"options->window_days", "--windows"},
                                                               {"options->capture_px", "--capture"}};
 
-std::optional<Scene> start_of(const CalibrationRequest &request, const CalibrationFiles &files, Progress &progress) {
-    if (!request.resume)
-        return std::nullopt;
-    if (exists(files.part()))
-        return scene_to_calibrate(files.part(), progress);
-    if (!exists(files.out()))
-        throw Failure(kExitUsage, "--resume: neither " + files.part() + " nor " + files.out() + " exists");
-    return scene_to_calibrate(windows_of(files.out())[0].scene, progress);
-}
-
 } // namespace
 
 CalibrationFiles::CalibrationFiles(const std::string &out) : out_(out) {
@@ -46,12 +37,6 @@ CalibrationFiles::CalibrationFiles(const std::string &out) : out_(out) {
 
 std::string CalibrationFiles::scene(size_t window, size_t windows) const {
     return windows == 1 ? out_ : stem_ + "." + std::to_string(window + 1) + kSuffix;
-}
-
-void CalibrationFiles::remove_part() const {
-    std::error_code error;
-    for (const char *suffix : {".part.json", ".part.opd.npy"})
-        std::filesystem::remove(with_suffix(suffix), error);
 }
 
 FrameSet::FrameSet(const FrameOptions &options, const Scene &scene, Progress &progress) {
@@ -86,35 +71,57 @@ Calibration::Calibration(const CalibrationRequest &request, const CalibrationFil
     : request_(request), files_(files), scene_(scene_to_calibrate(request.scene, progress, request.bad_pixels)),
       frames_(request.frames, scene_, progress) {}
 
-// A state that was rejected is not saved: the last one is better. A calibration with windows resumes with the first.
-int32_t Calibration::on_step(const toliman_calibration *so_far, const toliman_calibration_step *step, void *self) {
+// Iterations of the journal have their lines in the earlier output.
+int32_t Calibration::on_step(const toliman_calibration *, const toliman_calibration_step *step, void *self) {
     Calibration &run = *static_cast<Calibration *>(self);
+    const bool resumes = step->recalled == 0 && !run.steps_.empty() && run.steps_.back().recalled != 0;
+    if (resumes)
+        run.progress_->tell(formatted("continues after iteration %d, chi-square %.6g, of %s",
+                                      run.steps_.back().iteration, run.steps_.back().chi_square,
+                                      run.files_.journal().c_str()));
     run.steps_.push_back(*step);
     const std::string change =
         step->change != 0 ? toliman_calibration_change_name(step->change) + std::string(": ") : "";
-    run.progress_->line("calibrate", formatted("%s%s iteration %d: chi-square %.6g, largest step %.3g %s%s",
-                                               change.c_str(), step->map != 0 ? "map" : "parameters", step->iteration,
-                                               step->chi_square, step->largest_step, step->map != 0 ? "nm" : "sigma",
-                                               step->accepted != 0 ? "" : ", rejected"));
-    if (step->accepted != 0 && toliman_calibration_save_file(so_far, 0, run.files_.part().c_str()) != TOLIMAN_OK)
-        run.failure_ = toliman_last_error();
-    return !run.failure_.empty() || stop_signal() != 0 ? 1 : 0;
+    if (step->recalled == 0)
+        run.progress_->line("calibrate",
+                            formatted("%s%s iteration %d: chi-square %.6g, largest step %.3g %s%s", change.c_str(),
+                                      step->map != 0 ? "map" : "parameters", step->iteration, step->chi_square,
+                                      step->largest_step, step->map != 0 ? "nm" : "sigma",
+                                      step->accepted != 0 ? "" : ", rejected"));
+    return stop_signal() != 0 ? 1 : 0;
 }
 
-void Calibration::run(Progress &progress) {
-    // Iterations may take a minute. What they save is replaced atomically.
-    const StopLimit limit("stopped by a signal; if an iteration was complete, --resume continues after it");
-    progress_ = &progress;
-    const std::optional<Scene> start = start_of(request_, files_, progress);
+toliman::scene_calibration Calibration::calibrated(const toliman_sim *start) {
+    const std::string journal = files_.journal();
     toliman_calibration_options options = request_.options;
     options.free = request_.by_free ? request_.free.c_str() : nullptr;
-    options.start = start ? start->sim.get() : nullptr;
+    options.start = start;
+    options.journal = journal.c_str();
     options.step = on_step;
     options.step_data = this;
     const toliman_image image = plain_image(frames_.pixels.data());
+    return toliman::make<toliman::scene_calibration>(toliman_calibrate, scene_.sim.get(), &image, frames_.places.size(),
+                                                     frames_.predictions.data(), &options);
+}
+
+// With --resume a calibration without a journal starts from the scene that --out holds, if there is one. A journal may be
+// that of a calibration that did, or of one without --resume: the library tells by its start.
+void Calibration::run(Progress &progress) {
+    // Iterations may take a minute. Each is in the journal once it is complete.
+    const StopLimit limit("stopped by a signal; if an iteration was complete, --resume continues after it");
+    progress_ = &progress;
+    std::optional<Scene> start;
+    if (request_.resume && exists(files_.out()))
+        start.emplace(scene_to_calibrate(windows_of(files_.out())[0].scene, progress));
+    const bool may_differ = start && exists(files_.journal());
     try {
-        made_ = toliman::make<toliman::scene_calibration>(toliman_calibrate, scene_.sim.get(), &image,
-                                                          frames_.places.size(), frames_.predictions.data(), &options);
+        try {
+            made_ = calibrated(start ? start->sim.get() : nullptr);
+        } catch (const toliman::error &error) {
+            if (!may_differ || error.status() != TOLIMAN_E_MISMATCH || error.field() != files_.journal())
+                throw;
+            made_ = calibrated(nullptr);
+        }
     } catch (const toliman::error &error) {
         refuse(error);
     }
@@ -127,13 +134,13 @@ void Calibration::run(Progress &progress) {
 // An error of the library in terms of files and options.
 void Calibration::refuse(const toliman::error &error) const {
     std::string why = error.what();
-    if (!failure_.empty())
-        throw Failure(kExitOutput, failure_);
     if (error.status() == TOLIMAN_E_CANCELLED) {
-        if (exists(files_.part()))
-            progress_->tell("the state is in " + files_.part() + "; the same command with --resume continues from it");
+        if (exists(files_.journal()))
+            progress_->tell("the same command with --resume continues from " + files_.journal());
         stop_if_asked();
     }
+    if (error.field() == files_.journal())
+        refuse_journal(error);
     for (const auto &[field, option] : kOptions)
         if (error.field() == field)
             why.replace(why.find(field), std::string(field).size(), option);
@@ -154,15 +161,15 @@ bool Calibration::reached_limit(const toliman_calibration_info &info) const {
     return info.iterations >= most || info.map_iterations >= most;
 }
 
-// A state from which more iterations may converge is kept.
+// A journal from which more iterations may converge is kept.
 void Calibration::fail_to_converge(const toliman_calibration_info &info) const {
     std::string why = files_.out() + ": not written: the calibration did not converge: chi-square " +
                       formatted("%.4g", info.chi_square) + " after " +
                       std::to_string(info.iterations + info.map_iterations) + " iterations: ";
-    if (reached_limit(info) && exists(files_.part()))
+    if (reached_limit(info))
         throw Failure(kExitRejected,
-                      why + "the same command with --resume and more --iterations continues from " + files_.part());
-    files_.remove_part();
+                      why + "the same command with --resume and more --iterations continues from " + files_.journal());
+    remove_journal(files_.journal());
     throw Failure(kExitRejected,
                   why + "is the scene that of the frames (times, places of the stars, mask, band, photons)?");
 }

@@ -15,9 +15,8 @@ class CalibrationFiles {
     explicit CalibrationFiles(const std::string &out);
     const std::string &out() const noexcept { return out_; }
     std::string scene(size_t window, size_t windows) const;   // OUT itself if there is one window
-    std::string part() const { return stem_ + ".part.json"; } // the state after the last iteration
+    std::string journal() const { return stem_ + ".part"; }
     std::string with_suffix(const std::string &suffix) const { return stem_ + suffix; }
-    void remove_part() const;
 
   private:
     std::string out_, stem_;
@@ -49,8 +48,8 @@ class Calibration {
     // Reads scene and frames.
     Calibration(const CalibrationRequest &request, const CalibrationFiles &files, Progress &progress);
 
-    // Calibrates; saves the state after each accepted iteration. Throws Failure after a signal, and if the calibration
-    // did not converge.
+    // Calibrates, with a journal of each iteration. Throws Failure after a signal, and if the calibration did not
+    // converge.
     void run(Progress &progress);
 
     const CalibrationRequest &request() const noexcept { return request_; }
@@ -59,6 +58,7 @@ class Calibration {
     const std::vector<toliman_calibration_step> &steps() const noexcept { return steps_; }
 
   private:
+    toliman::scene_calibration calibrated(const toliman_sim *start);
     static int32_t on_step(const toliman_calibration *so_far, const toliman_calibration_step *step, void *self);
     bool reached_limit(const toliman_calibration_info &info) const;
     [[noreturn]] void refuse(const toliman::error &error) const;
@@ -71,7 +71,6 @@ class Calibration {
     toliman::scene_calibration made_;
     std::vector<toliman_calibration_step> steps_;
     Progress *progress_ = nullptr; // during run()
-    std::string failure_;          // of a state that could not be saved
 };
 
 } // namespace cli

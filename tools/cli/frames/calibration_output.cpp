@@ -206,7 +206,7 @@ std::string name_of(const std::string &path) {
 
 // Throws Failure if the scenes cannot be written.
 const CalibrationFiles &checked(const CalibrationFiles &files) {
-    for (const std::string &path : {files.out(), files.part()})
+    for (const std::string &path : {files.out(), files.journal()})
         const OutputFile probe(path, Replaces::scenes);
     return files;
 }
@@ -248,8 +248,6 @@ CalibrationOutput::CalibrationOutput(const CalibrationFiles &files)
 void CalibrationOutput::write(const Calibration &calibration) {
     const toliman_calibration_info info = info_of(calibration);
     const std::vector<Window> windows = windows_of(calibration, info);
-    write_scenes(calibration, windows.size());
-    write_arrays(calibration);
     std::vector<Json> of_windows, of_frames;
     for (size_t i = 0; i < windows.size(); i++)
         of_windows.push_back(json_of(windows[i], name_of(files_.scene(i, windows.size()))));
@@ -274,8 +272,17 @@ void CalibrationOutput::write(const Calibration &calibration) {
              array_of(calibration.steps(), [](const auto &step) { return json_of(step); }));
     json_ = json.text();
     result_.write(json_);
+    write_arrays(calibration);
+    // The files agree: those of which calibration.json tells are complete before it exists.
+    OutputFile *const arrays[] = {&before_, &after_, &chi_map_, &opd_};
+    result_.finish();
+    for (OutputFile *const file : arrays)
+        file->finish();
+    result_.retract();
+    write_scenes(calibration, windows.size());
+    for (OutputFile *const file : arrays)
+        file->commit();
     result_.commit();
-    files_.remove_part();
 }
 
 // With several windows their list is written last, as it implies that their scenes are complete.
@@ -302,10 +309,7 @@ void CalibrationOutput::write_arrays(const Calibration &calibration) {
     const auto rows = static_cast<size_t>(info.rows), cols = static_cast<size_t>(info.cols),
                cells = static_cast<size_t>(info.cells);
     std::vector<double> image(rows * cols), opd(info.windows * cells * cells);
-    const auto write_image = [&](OutputFile &file) {
-        write_npy(file, image, {rows, cols});
-        file.commit();
-    };
+    const auto write_image = [&](OutputFile &file) { write_npy(file, image, {rows, cols}); };
     toliman::check(toliman_calibration_get_residual(made, 0, image.data(), cols));
     write_image(before_);
     toliman::check(toliman_calibration_get_residual(made, 1, image.data(), cols));
@@ -315,7 +319,6 @@ void CalibrationOutput::write_arrays(const Calibration &calibration) {
     for (size_t i = 0; i < info.windows; i++)
         toliman::check(toliman_calibration_get_opd(made, static_cast<int64_t>(i), &opd[i * cells * cells]));
     write_npy(opd_, opd, {info.windows, cells, cells});
-    opd_.commit();
 }
 
 void CalibrationOutput::warn(const Calibration &calibration, Progress &progress) const {
