@@ -24,6 +24,7 @@
 #include "calibrate/calibrate.hpp"
 #include "calibrate/fitted.hpp"
 #include "calibrate/improve.hpp"
+#include "calibrate/memo.hpp"
 #include "calibrate/prior.hpp"
 #include "scene/instrument.hpp"
 
@@ -257,8 +258,9 @@ toliman_status toliman_calibrate(const toliman_sim *sim, const toliman_image *im
         std::optional<Journal> journal;
         if (given.journal != nullptr)
             journal.emplace(given.journal, "CALI", calibrate::inputs_of(problem, outline, start));
-        calibrate::Memo memo(journal ? &*journal : nullptr);
-        how.memo = &memo;
+        std::optional<calibrate::Memo> memo;
+        if (journal)
+            problem.memo = &memo.emplace(*journal);
         made = new toliman_calibration{
             {}, improve ? calibrate::improve(problem, free, start, how) : calibrate::calibrate(problem, start, how)};
     });

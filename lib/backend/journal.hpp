@@ -33,13 +33,19 @@ class Journal {
     const Record *next();
     void take(); // goes on to the record after it
     // Appends a record after those that were taken; all others are dropped. It survives a crash of the process at once,
-    // and a failure of the machine after at most a second. Status::write on failure: the records before remain.
-    void append(uint64_t key, const std::vector<uint8_t> &bytes);
+    // and, if durable, a failure of the machine after at most a second. Status::write on failure: the records before
+    // remain.
+    void append(uint64_t key, const std::vector<uint8_t> &bytes, bool durable = true);
+    // The end of the records that were taken or appended, and the return to an earlier one: the next append replaces all
+    // records after it.
+    uint64_t position() const noexcept { return at_; }
+    void return_to(uint64_t position) noexcept;
 
   private:
     [[noreturn]] void fail_to_write() const;
     void check_header();
     void create();
+    void sync();
     bool read_record(Record &record);
 
     std::string path_, work_;

@@ -18,10 +18,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/bytes.hpp"
 #include "base/hash.hpp"
 #include "calibrate/improve.hpp"
 #include "calibrate/map.hpp"
+#include "calibrate/memo.hpp"
 #include "calibrate/prior.hpp"
 #include "calibrate/start.hpp"
 #include "calibrate/verdict.hpp"
@@ -49,9 +49,9 @@ constexpr int kMirrorTrial = 4;      // iterations, after which the second minim
 
 class Calibrator {
   public:
-    Calibrator(const Problem &problem, const Options &options)
-        : problem_(problem), options_(options), memo_(options.memo != nullptr ? *options.memo : no_memo_) {
-        memo_.begin(problem, options.improved);
+    Calibrator(const Problem &problem, const Options &options) : problem_(problem), options_(options) {
+        if (problem.memo != nullptr)
+            problem.memo->begin(problem, options.improved);
     }
 
     // Returns whether a maximum was found.
@@ -76,7 +76,6 @@ class Calibrator {
 
     const Problem &problem_;
     const Options &options_;
-    Memo no_memo_{nullptr}, &memo_;
     Point point_;
     Linearisation normal_;
     std::unique_ptr<Planes> planes_; // NULL until they are needed
@@ -146,7 +145,7 @@ void Calibrator::aim_planes(const Point &point) {
 const Planes &Calibrator::planes() {
     if (planes_ == nullptr)
         planes_ = std::make_unique<Planes>(outline_at(problem_, planes_at_, planes_map_m_), problem_.parameters(),
-                                           problem_.capture_px);
+                                           problem_.capture_px, problem_.memo, planes_key_);
     return *planes_;
 }
 
@@ -158,7 +157,7 @@ void Calibrator::report(Calibration &out, bool of_map, bool accepted, double lar
     out.point = point_;
     out.goodness.chi_square = per_freedom(normal_);
     if (options_.on_step)
-        options_.on_step(out, {of_map, accepted, memo_.recalled(), out.iterations + out.map_iterations,
+        options_.on_step(out, {of_map, accepted, problem_.memo != nullptr && problem_.memo->recalled(), out.iterations + out.map_iterations,
                                out.goodness.chi_square, largest, options_.lack});
 }
 
@@ -174,29 +173,30 @@ Linearisation lost() {
 }
 
 Linearisation Calibrator::linearised(const Point &point, double blend) {
-    return memo_
-        .of<Linearised>(point, {with_bits<uint64_t>(blend), planes_key_},
-                        [&] { return Linearised{linearise(problem_, point, planes(), blend)}; })
-        .normal;
+    return recalled<Linearisation>(problem_.memo, {hash_of(point), bits_of(blend), planes_key_},
+                                   [&] { return linearise(problem_, point, planes(), blend); });
 }
 
 // A scene far from the minimum may be refused, as with a scale at which the frame shows aliases: lost.
 Linearisation Calibrator::linearised_at(const Point &trial, double blend) {
     aim_planes(trial);
-    Linearised result = memo_.of<Linearised>(trial, {with_bits<uint64_t>(blend), planes_key_}, [&]() -> Linearised {
-        try {
-            return {linearise(problem_, trial, planes(), blend)};
-        } catch (const Error &error) {
-            if (error.status() != Status::scene)
-                throw;
-            return {lost(), true};
-        }
-    });
-    if (result.refused) {
+    Linearisation normal =
+        recalled<Linearisation>(problem_.memo, {hash_of(trial), bits_of(blend), planes_key_}, [&] {
+            try {
+                return linearise(problem_, trial, planes(), blend);
+            } catch (const Error &error) {
+                if (error.status() != Status::scene)
+                    throw;
+                Linearisation refused = lost();
+                refused.refused = true;
+                return refused;
+            }
+        });
+    if (normal.refused) {
         planes_at_.clear();
         aim_planes(point_);
     }
-    return std::move(result.normal);
+    return normal;
 }
 
 // patience: iterations after which chi-square must be below that to beat; 0: any number.
@@ -212,9 +212,9 @@ bool Calibrator::iterate(Calibration &out, int patience) {
     while (out.iterations < options_.most_iterations && !normal_.lost) {
         out.iterations++;
         const double damped = blend > 0 ? damping : 0;
-        const Step step = memo_.of<Step>(
-            point_, {with_bits<uint64_t>(damped), with_bits<uint64_t>(blend), with_bits<uint64_t>(normal_.chi_square)},
-            [&] { return step_from(problem_, point_, normal_, damped); });
+        const Step step =
+            recalled<Step>(problem_.memo, {hash_of(point_), bits_of(damped), bits_of(blend), bits_of(normal_.chi_square)},
+                           [&] { return step_from(problem_, point_, normal_, damped); });
         const Point trial = step.solvable ? moved(point_, step.change) : point_;
         const bool near = step.solvable && step.largest < kNear && normal_.excess < kGoodFit;
         const double next_blend = near ? 0 : blend;
@@ -296,7 +296,7 @@ bool Calibrator::iterate_map(Calibration &out) {
         out.map_iterations++;
         MapOptions how;
         how.rms_m = options_.map_rms_m;
-        MapStep step = memo_.of<MapStep>(point_, {with_bits<uint64_t>(how.rms_m)},
+        MapStep step = recalled<MapStep>(problem_.memo, {hash_of(point_), bits_of(how.rms_m)},
                                          [&] { return map_step(problem_, point_, how); });
         if (step.lost || !step.solvable)
             return false;
@@ -345,9 +345,9 @@ void Calibrator::choose_sign(const std::vector<bool> &even) {
 bool Calibrator::run(const Point &start, Calibration &out) {
     point_ = start;
     if (point_.own.empty())
-        point_.own =
-            memo_.of<Own>(start, {}, [&] { return find_frames(problem_, start.instrument[0], start.map_m); });
-    out.before = whitened_frame(problem_, point_, 0);
+        point_.own = recalled<OwnOfFrames>(problem_.memo, {hash_of(start)}, [&] { return find_frames(problem_, start.instrument[0], start.map_m); });
+    out.before = recalled<Buffer<double>>(problem_.memo, {hash_of(point_)},
+                                          [&] { return whitened_frame(problem_, point_, 0); });
     bool found = iterate(out);
     if (!normal_.lost && !is_complete())
         found = iterate_mirrored(out, found);
@@ -357,9 +357,8 @@ bool Calibrator::run(const Point &start, Calibration &out) {
     if (options_.map && !iterate_map(out))
         return false;
     if (!point_.map_m.empty() && options_.map)
-        out.map_parameters = memo_.of<double>(point_, {with_bits<uint64_t>(options_.map_rms_m)}, [&] {
-            return map_parameters(problem_, point_, options_.map_rms_m);
-        });
+        out.map_parameters = recalled<double>(problem_.memo, {hash_of(point_), bits_of(options_.map_rms_m)},
+                                              [&] { return map_parameters(problem_, point_, options_.map_rms_m); });
     judge(problem_, point_, normal_, out);
     return true;
 }

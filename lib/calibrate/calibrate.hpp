@@ -4,7 +4,7 @@
 #include <string>
 
 #include "base/goodness.hpp"
-#include "calibrate/memo.hpp"
+#include "calibrate/solve.hpp"
 
 namespace toliman::calibrate {
 
@@ -65,7 +65,6 @@ struct Options {
     bool map = false;
     double map_rms_m = 1e-8;
     uint32_t lack = 0, improved = 0; // Lack: of the attempt; all that the nominal scene and the parameters were given
-    Memo *memo = nullptr; // of the results of costly functions; may be NULL
     // Called after each iteration on the caller's thread; it may throw to cancel.
     std::function<void(const Calibration &so_far, const Report &report)> on_step;
 };

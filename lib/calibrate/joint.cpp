@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include "base/workers.hpp"
+#include "calibrate/memo.hpp"
 #include "kernels/normal.hpp"
 
 namespace toliman::calibrate {
@@ -16,6 +17,7 @@ namespace toliman::calibrate {
 namespace {
 
 constexpr size_t kWhitenedAtOnce = 16; // frames
+constexpr size_t kKeptPerWorker = 4;   // frames, after which their blocks are kept
 
 } // namespace
 
@@ -71,10 +73,25 @@ void Joint::linearise(const Planes &planes, double blend, Linearisation &all) co
             all.lost = true;
             return;
         }
-    run_jobs(problem_.settings.workers, window_.frames.size(), [&](size_t i) {
-        const size_t frame = window_.frames[i];
-        in_frame(frame, [&] { all.blocks[frame] = block(frame, planes, blend); });
+    const size_t count = window_.frames.size(),
+                 at_once = problem_.memo != nullptr ? problem_.settings.workers * kKeptPerWorker : count;
+    for (size_t first = 0; first < count; first += at_once) {
+        std::vector<Block> made = recalled<std::vector<Block>>(
+            problem_.memo, {hash_of(point_), bits_of(blend), planes.key(), window_.frames[first], at_once},
+            [&] { return blocks(first, std::min(at_once, count - first), planes, blend); });
+        for (size_t i = 0; i < made.size(); i++)
+            all.blocks[window_.frames[first + i]] = std::move(made[i]);
+    }
+}
+
+// Of `count` frames of the window, from number `first` on.
+std::vector<Block> Joint::blocks(size_t first, size_t count, const Planes &planes, double blend) const {
+    std::vector<Block> blocks(count);
+    run_jobs(problem_.settings.workers, count, [&](size_t i) {
+        const size_t frame = window_.frames[first + i];
+        in_frame(frame, [&] { blocks[i] = block(frame, planes, blend); });
     });
+    return blocks;
 }
 
 void Joint::whiten(const std::vector<size_t> &frames, const std::function<void(const Whitened &)> &on_frame) const {

@@ -22,6 +22,7 @@ struct Linearisation {
     double excess = 1;         // of the variances: chi_square per pixel, if it is above 1
     size_t used = 0;           // pixels
     bool lost = false;         // a star left the model images: nothing else is valid
+    bool refused = false;      // likewise: the scene is not possible
 };
 
 // A frame whitened: residuals over their standard deviations.
@@ -43,6 +44,7 @@ class Joint {
     void whiten(const std::vector<size_t> &frames, const std::function<void(const Whitened &)> &on_frame) const;
 
   private:
+    std::vector<Block> blocks(size_t first, size_t count, const Planes &planes, double blend) const;
     Block block(size_t frame, const Planes &planes, double blend) const;
 
     const Problem &problem_;

@@ -28,8 +28,10 @@
 #include <cmath>
 #include <memory>
 
+#include "base/hash.hpp"
 #include "calibrate/map_frames.hpp"
 #include "calibrate/map_prior.hpp"
+#include "calibrate/memo.hpp"
 #include "calibrate/solve.hpp"
 #include "kernels/poisson.hpp"
 #include "kernels/random.hpp"
@@ -185,7 +187,8 @@ Buffer<double> MapFit::solve(const Buffer<double> &right, MapStep &step) {
     const double goal = options_.tolerance * options_.tolerance * first;
     while (size > goal && step.iterations < options_.most_iterations) {
         step.iterations++;
-        const Buffer<double> image = product(direction);
+        const Buffer<double> image = recalled<Buffer<double>>(
+            problem_.memo, {hash_of(point_), fnv1a(direction, kFnvOffset)}, [&] { return product(direction); });
         const double length = size / dot(direction, image);
         add_scaled(length, direction, x);
         add_scaled(-length, image, rest);

@@ -3,13 +3,18 @@
 // results, which takes milliseconds, up to the first that is missing: damping, phase and choices of the calibration need no
 // state of their own, and the bits are those of an undisturbed one. Each result has as key a hash of what it was computed
 // from. Where the steps differ from those of the earlier process, as with more iterations, no key fits, and the rest of
-// the journal is dropped.
+// the journal is dropped. Long functions keep parts of their result in the same way: derivative images, blocks of some
+// frames, products of the conjugate gradients. The parts are replaced by the result once it is complete.
 // Rejected: to save the parameters, and to start there. Damping, derivatives and the stage of the work then differ, and the
 // result with them.
 #include "calibrate/memo.hpp"
 
-#include "base/bytes.hpp"
+#include <cstring>
+
 #include "base/hash.hpp"
+#include "calibrate/map.hpp"
+#include "calibrate/solve.hpp"
+#include "optics/propagate.hpp"
 #include "sky/prediction.hpp"
 
 namespace toliman::calibrate {
@@ -18,14 +23,6 @@ namespace {
 
 uint64_t hash_of(double value, uint64_t hash) noexcept {
     return fnv1a(with_bits<uint64_t>(value), hash);
-}
-
-uint64_t hash_of(const Point &point, uint64_t hash) noexcept {
-    for (const std::vector<double> &window : point.instrument)
-        hash = fnv1a(window, hash);
-    for (const auto &own : point.own)
-        hash = fnv1a(own, hash);
-    return fnv1a(point.map_m, hash);
 }
 
 uint64_t hash_of(const std::vector<Free> &free) noexcept {
@@ -62,10 +59,13 @@ uint64_t hash_of(const Scene &scene, const optics::Outline &nominal) noexcept {
     return fnv1a(nominal.light.wavelength_m, hash);
 }
 
-// Writes results, and reads them with the same functions. Reading past the end is Status::format.
+// Writes results, and reads them with the same functions. Reading past the end is Status::format. Arrays are copied, as
+// images are large: a journal is of one machine, and little-endian as all for which the library is built.
+static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__);
 struct Writer {
     ByteWriter bytes;
     void number(double &value) { bytes.f64(value); }
+    void numbers(double *values, size_t count) { bytes.raw(values, count * sizeof *values); }
     void size(size_t &value) { bytes.u64(value); }
     void flag(bool &value) { bytes.u8(value ? 1 : 0); }
     template <class List> void length(List &list, size_t) { bytes.u64(list.size()); }
@@ -73,6 +73,10 @@ struct Writer {
 struct Reader {
     ByteReader bytes;
     void number(double &value) { value = bytes.f64(); }
+    void numbers(double *values, size_t count) {
+        if (count > 0)
+            std::memcpy(values, bytes.raw(count * sizeof *values), count * sizeof *values);
+    }
     void size(size_t &value) { value = static_cast<size_t>(bytes.u64()); }
     void flag(bool &value) { value = bytes.u8() != 0; }
     // least: bytes of an element
@@ -90,11 +94,10 @@ template <class Stream> void pass(Stream &stream, double &value) {
 
 template <class Stream, class List> void pass_numbers(Stream &stream, List &list) {
     stream.length(list, 8);
-    for (double &value : list)
-        stream.number(value);
+    stream.numbers(list.data(), list.size());
 }
 
-template <class Stream> void pass(Stream &stream, Own &own) {
+template <class Stream> void pass(Stream &stream, OwnOfFrames &own) {
     stream.length(own, kOwn * sizeof(double));
     for (auto &frame : own)
         for (double &value : frame)
@@ -125,16 +128,19 @@ template <class Stream> void pass(Stream &stream, Block &block) {
     stream.size(block.saturated);
 }
 
-template <class Stream> void pass(Stream &stream, Linearised &result) {
-    Linearisation &normal = result.normal;
-    stream.length(normal.blocks, 8);
-    for (Block &block : normal.blocks)
+template <class Stream> void pass(Stream &stream, std::vector<Block> &blocks) {
+    stream.length(blocks, 8);
+    for (Block &block : blocks)
         pass(stream, block);
+}
+
+template <class Stream> void pass(Stream &stream, Linearisation &normal) {
+    pass(stream, normal.blocks);
     for (double *value : {&normal.chi_square, &normal.inverse_counts, &normal.excess})
         stream.number(*value);
     stream.size(normal.used);
     stream.flag(normal.lost);
-    stream.flag(result.refused);
+    stream.flag(normal.refused);
 }
 
 template <class Stream> void pass(Stream &stream, Step &step) {
@@ -152,14 +158,51 @@ template <class Stream> void pass(Stream &stream, MapStep &step) {
     stream.flag(step.solvable);
 }
 
+template <class Stream> void pass(Stream &stream, Buffer<double> &numbers) {
+    pass_numbers(stream, numbers);
+}
+
+template <class Stream> void pass(Stream &stream, optics::StarImages &images) {
+    stream.length(images.derivatives, 8);
+    for (optics::Derivative &derivative : images.derivatives) {
+        stream.size(derivative.along);
+        stream.size(derivative.across);
+        pass_numbers(stream, derivative.image);
+    }
+    for (Buffer<double> *image :
+         {&images.focus, &images.focus_curve, &images.scale, &images.anisotropy, &images.shear})
+        pass_numbers(stream, *image);
+    stream.length(images.modes, 8);
+    for (Buffer<double> &mode : images.modes)
+        pass_numbers(stream, mode);
+}
+
+template <class Stream> void pass(Stream &stream, std::vector<optics::StarImages> &stars) {
+    stream.length(stars, 8);
+    for (optics::StarImages &images : stars)
+        pass(stream, images);
+}
+
 // Of the function, by its result.
-constexpr uint64_t kind_of(const Own *) noexcept { return 1; }
-constexpr uint64_t kind_of(const Linearised *) noexcept { return 2; }
+constexpr uint64_t kind_of(const OwnOfFrames *) noexcept { return 1; }
+constexpr uint64_t kind_of(const Linearisation *) noexcept { return 2; }
 constexpr uint64_t kind_of(const Step *) noexcept { return 3; }
 constexpr uint64_t kind_of(const MapStep *) noexcept { return 4; }
 constexpr uint64_t kind_of(const double *) noexcept { return 5; }
+constexpr uint64_t kind_of(const std::vector<Block> *) noexcept { return 6; }
+constexpr uint64_t kind_of(const Buffer<double> *) noexcept { return 7; }
+constexpr uint64_t kind_of(const std::vector<optics::StarImages> *) noexcept { return 8; }
 
 } // namespace
+
+uint64_t hash_of(const Point &point) noexcept {
+    uint64_t hash = kFnvOffset;
+    for (const std::vector<double> &window : point.instrument)
+        hash = fnv1a(window, hash);
+    for (const auto &own : point.own)
+        hash = fnv1a(own, hash);
+    return fnv1a(point.map_m, hash);
+}
 
 std::vector<Journal::Input> inputs_of(const Problem &problem, const optics::Outline &nominal, const Point &start) {
     uint64_t options = hash_of(problem.smoothness, hash_of(problem.capture_px, kFnvOffset));
@@ -170,7 +213,7 @@ std::vector<Journal::Input> inputs_of(const Problem &problem, const optics::Outl
             {"other frames", hash_of(problem.frames, detector.rows * detector.cols)},
             {"other free parameters", hash_of(problem.free)},
             {"other windows, smoothness or capture", options},
-            {"another start", hash_of(start, kFnvOffset)}};
+            {"another start", hash_of(start)}};
 }
 
 void Memo::begin(const Problem &problem, uint32_t improved) noexcept {
@@ -178,15 +221,18 @@ void Memo::begin(const Problem &problem, uint32_t improved) noexcept {
 }
 
 template <class Result>
-uint64_t Memo::key_of(const Result *kind, const Point &point, std::initializer_list<uint64_t> numbers) const noexcept {
-    uint64_t hash = hash_of(point, fnv1a(kind_of(kind), model_));
-    for (const uint64_t number : numbers)
+uint64_t Memo::key_of(std::initializer_list<uint64_t> what, const Result *kind) const noexcept {
+    uint64_t hash = fnv1a(kind_of(kind), model_);
+    for (const uint64_t number : what)
         hash = fnv1a(number, hash);
     return hash;
 }
 
-template <class Result> bool Memo::read(const std::vector<uint8_t> &bytes, Result &result) {
-    Reader reader = {ByteReader(bytes.data(), bytes.size(), "journal")};
+template <class Result> bool Memo::take(uint64_t key, Result &result) {
+    const Journal::Record *const next = journal_.next();
+    if (next == nullptr || next->key != key)
+        return false;
+    Reader reader = {ByteReader(next->bytes.data(), next->bytes.size(), "journal")};
     try {
         pass(reader, result);
     } catch (const Error &error) {
@@ -194,24 +240,30 @@ template <class Result> bool Memo::read(const std::vector<uint8_t> &bytes, Resul
             throw;
         return false;
     }
-    return reader.bytes.left() == 0;
+    if (reader.bytes.left() > 0)
+        return false;
+    journal_.take();
+    return true;
 }
 
-template <class Result> std::vector<uint8_t> Memo::bytes_of(const Result &result) {
+template <class Result> void Memo::append(uint64_t key, const Result &result) {
     Writer writer;
     pass(writer, const_cast<Result &>(result)); // only read
-    return writer.bytes.take();
+    journal_.append(key, writer.bytes.take(), depth_ == 0);
 }
 
-#define TOLIMAN_MEMO(Result)                                                                                           \
-    template uint64_t Memo::key_of(const Result *, const Point &, std::initializer_list<uint64_t>) const noexcept;       \
-    template bool Memo::read(const std::vector<uint8_t> &, Result &);                                                  \
-    template std::vector<uint8_t> Memo::bytes_of(const Result &);
-TOLIMAN_MEMO(Own)
-TOLIMAN_MEMO(Linearised)
+#define TOLIMAN_MEMO(...)                                                                                              \
+    template uint64_t Memo::key_of(std::initializer_list<uint64_t>, const __VA_ARGS__ *) const noexcept;               \
+    template bool Memo::take(uint64_t, __VA_ARGS__ &);                                                                 \
+    template void Memo::append(uint64_t, const __VA_ARGS__ &);
+TOLIMAN_MEMO(OwnOfFrames)
+TOLIMAN_MEMO(Linearisation)
 TOLIMAN_MEMO(Step)
 TOLIMAN_MEMO(MapStep)
 TOLIMAN_MEMO(double)
+TOLIMAN_MEMO(std::vector<Block>)
+TOLIMAN_MEMO(Buffer<double>)
+TOLIMAN_MEMO(std::vector<optics::StarImages>)
 #undef TOLIMAN_MEMO
 
 } // namespace toliman::calibrate

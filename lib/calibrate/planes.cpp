@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibrate/memo.hpp"
 #include "optics/derivatives.hpp"
 #include "optics/nodes.hpp"
 #include "optics/reach.hpp"
@@ -55,8 +56,9 @@ std::array<double, 2> reach_of(const optics::Outline &outline, double capture_px
 
 } // namespace
 
-Planes::Planes(const optics::Outline &outline, const std::vector<Parameter> &parameters, double capture_px)
-    : plan_(plan_of(outline)), reach_(reach_of(outline, capture_px)) {
+Planes::Planes(const optics::Outline &outline, const std::vector<Parameter> &parameters, double capture_px, Memo *memo,
+               uint64_t key)
+    : memo_(memo), key_(key), plan_(plan_of(outline)), reach_(reach_of(outline, capture_px)) {
     for (const Parameter parameter : parameters) {
         const size_t place = place_of(parameter.kind);
         entries_.push_back({parameter, {0, 0}, place, parameter.kind == Kind::jitter_xy ? 1 : 0.5});
@@ -110,7 +112,8 @@ std::vector<optics::Planes> Planes::draw(const optics::Outline &outline, const o
         request.modes.clear();
         for (const optics::Mode &change : changes)
             request.modes.push_back(&change);
-        std::vector<optics::StarImages> images = imager.images_of_spectra(samples, spectra, request);
+        std::vector<optics::StarImages> images = recalled<std::vector<optics::StarImages>>(
+            memo_, {key_, first}, [&] { return imager.images_of_spectra(samples, spectra, request); });
         for (size_t star = 0; star < 2; star++) {
             if (first == 0) {
                 planes[star].push_back(std::move(images[star].derivatives[0].image));

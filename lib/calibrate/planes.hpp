@@ -8,13 +8,17 @@
 
 namespace toliman::calibrate {
 
+class Memo;
+
 // Const calls may run on several threads.
 class Planes {
   public:
     // Of the instrument of `outline`, for stars up to `capture_px` from their places over the cadence. The outline is
-    // not needed afterwards.
-    Planes(const optics::Outline &outline, const std::vector<Parameter> &parameters, double capture_px);
+    // not needed afterwards. memo: keeps the images, may be NULL; key: what tells these planes from others there.
+    Planes(const optics::Outline &outline, const std::vector<Parameter> &parameters, double capture_px,
+           Memo *memo = nullptr, uint64_t key = 0);
 
+    uint64_t key() const noexcept { return key_; }
     size_t parameters() const noexcept { return entries_.size(); }
     // The image of each star itself is plane 0.
     const optics::Atlas &atlas() const noexcept { return *atlas_; }
@@ -46,6 +50,8 @@ class Planes {
                                      const optics::Imager &imager, const optics::Light &light);
     void take(size_t entry, size_t star, Buffer<double> &image, optics::Planes &planes);
 
+    Memo *const memo_;
+    const uint64_t key_;
     std::vector<Entry> entries_;
     optics::Plan plan_;
     std::array<double, 2> reach_;

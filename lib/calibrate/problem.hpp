@@ -39,6 +39,8 @@ struct Window {
     std::vector<size_t> frames;
 };
 
+class Memo;
+
 struct Problem {
     Scene nominal;
     optics::Settings settings;
@@ -49,6 +51,7 @@ struct Problem {
     std::vector<Window> windows;
     double smoothness = 0.01; // standard deviation of the change between windows, in those of the priors
     double capture_px = 6;
+    Memo *memo = nullptr; // of the results of costly functions; may be NULL
 
     std::vector<Parameter> parameters() const {
         std::vector<Parameter> all;
@@ -58,11 +61,13 @@ struct Problem {
     }
 };
 
+using OwnOfFrames = std::vector<std::array<double, kOwn>>; // [frame]
+
 // Values of all parameters: changes of the instrument against the nominal scene in each window, and those of each
 // frame.
 struct Point {
     std::vector<std::vector<double>> instrument; // [window][parameter]
-    std::vector<std::array<double, kOwn>> own;   // [frame]
+    OwnOfFrames own;
     Buffer<double> map_m;                        // OPD added to the pupil, [N][N]; empty = none
 };
 

@@ -1,9 +1,12 @@
 /* Tests banks of networks: dates and places, training with interruptions, estimates against the truth of propagated
  * images and against the scatter of noisy ones, predictions of their accuracy, and flags. */
 #include <pthread.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include "bank_scene.h"
 #include "images.h"
+#include "test_folder.h"
 
 enum { SIDE = 256, PIXELS = SIDE * SIDE, FRAMES = 51, STEPS = 60 };
 
@@ -169,6 +172,68 @@ static void interrupted_trainings_give_the_same_bits(void **state) {
     assert_int_equal(size, again_size);
     free(bytes);
     toliman_bank_destroy(whole);
+}
+
+/* A bank whose training was cancelled is made again: its journal has the networks that were complete. */
+static void journals_continue_trainings(void **state) {
+    (void)state;
+    enum { FEW = 10 };
+    char path[300], journal_folder[256];
+    size_t size, again_size;
+    make_folder(journal_folder, sizeof journal_folder);
+    snprintf(path, sizeof path, "%s/b.part", journal_folder);
+    toliman_bank *const whole = bank_of(fit, 1, 1.5, FEW);
+    train_bank(whole, fit, 1);
+    uint8_t *const bytes = bank_bytes(whole, 0, &size);
+    toliman_bank *part = bank_of(fit, 1, 1.5, FEW);
+    int calls = 0;
+    toliman_bank_train_options options = {.struct_size = sizeof options,
+                                          .threads = 1,
+                                          .progress = stop_after_the_first,
+                                          .progress_data = &calls,
+                                          .journal = path};
+    assert_fails(toliman_bank_train(part, fit, &options), TOLIMAN_E_CANCELLED, "");
+    toliman_bank_destroy(part);
+
+    struct {
+        double last_days, spacing_px;
+        uint32_t steps;
+        const char *what;
+    } const others[] = {{0, 1, FEW, "other dates"}, {0, 1.5, FEW + 1, "another number of steps"}};
+    for (size_t i = 0; i < sizeof others / sizeof *others; i++) {
+        part = bank_of(fit, 1, others[i].spacing_px, others[i].steps);
+        assert_fails(toliman_bank_train(part, fit, &options), TOLIMAN_E_MISMATCH, others[i].what);
+        assert_string_equal(toliman_last_error_field(), path);
+        toliman_bank_destroy(part);
+    }
+    part = bank_of(fit, 1, 1.5, FEW);
+    options.progress = NULL;
+    assert_ok(toliman_bank_train(part, fit, &options));
+    uint8_t *again = bank_bytes(part, 0, &again_size);
+    assert_int_equal(size, again_size);
+    assert_memory_equal(bytes, again, size);
+    assert_true(bank_info_of(part).digest == bank_info_of(whole).digest);
+    toliman_bank_destroy(part);
+    free(again);
+
+    /* Only recalled, and with a damaged end. */
+    struct stat file;
+    for (int damaged = 0; damaged < 2; damaged++) {
+        assert_int_equal(stat(path, &file), 0);
+        assert_int_equal(truncate(path, file.st_size - damaged), 0);
+        part = bank_of(fit, 1, 1.5, FEW);
+        calls = 0;
+        options.progress = damaged ? NULL : stop_after_the_first;
+        assert_ok(toliman_bank_train(part, fit, &options));
+        assert_int_equal(calls, damaged ? 0 : 1);
+        again = bank_bytes(part, 0, &again_size);
+        assert_memory_equal(bytes, again, size);
+        toliman_bank_destroy(part);
+        free(again);
+    }
+    free(bytes);
+    toliman_bank_destroy(whole);
+    remove_folder(journal_folder);
 }
 
 /* Frames in one call, on any number of threads and in any order, give the bits of single calls. */
@@ -435,6 +500,7 @@ int main(void) {
         cmocka_unit_test(plans_match_banks),
         cmocka_unit_test(networks_are_listed),
         cmocka_unit_test(interrupted_trainings_give_the_same_bits),
+                                       cmocka_unit_test(journals_continue_trainings),
         cmocka_unit_test(all_calls_give_the_same_bits),
         cmocka_unit_test(calls_of_several_threads_give_the_same_bits),
         cmocka_unit_test(training_needs_exclusive_use),

@@ -130,30 +130,6 @@ static void residuals_are_white_after_the_fit(void **state) {
     assert_close(window.chi_square, calibrate_info_of(whole).chi_square, 0.01, 0);
 }
 
-static void assert_same(const toliman_calibration *one, const toliman_calibration *other) {
-    const toliman_calibration_info info = calibrate_info_of(one), same = calibrate_info_of(other);
-    static double numbers[2][PIXELS];
-    assert_memory_equal(&info, &same, sizeof info);
-    for (int64_t w = 0; w < info.windows; w++) {
-        for (int32_t i = 0; i < (int32_t)info.parameters; i++) {
-            const toliman_calibration_value value = calibrate_value_of(one, w, i),
-                                            equal = calibrate_value_of(other, w, i);
-            assert_memory_equal(&value, &equal, sizeof value);
-        }
-        const size_t size = info.parameters * info.parameters * sizeof(double);
-        assert_ok(toliman_calibration_get_covariance(one, w, numbers[0]));
-        assert_ok(toliman_calibration_get_covariance(other, w, numbers[1]));
-        assert_memory_equal(numbers[0], numbers[1], size);
-    }
-    for (int64_t k = 0; k < info.frames; k++) {
-        const toliman_fit_result result = calibrate_frame_of(one, k), equal = calibrate_frame_of(other, k);
-        assert_memory_equal(&result, &equal, sizeof result);
-    }
-    assert_ok(toliman_calibration_get_chi_map(one, numbers[0], SIDE));
-    assert_ok(toliman_calibration_get_chi_map(other, numbers[1], SIDE));
-    assert_memory_equal(numbers[0], numbers[1], sizeof numbers[0]);
-}
-
 /* Any number of threads, pixels of another type, and times given by the caller. */
 static void all_calls_give_the_same_bits(void **state) {
     (void)state;

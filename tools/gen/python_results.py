@@ -98,7 +98,7 @@ NAMES = {"stages": "names of the modelled stages", "reasons": "reasons against a
 # Integer members that are booleans, in all structs or in one, and the bits of `flags` that become booleans.
 SWITCHES = {"blas_is_slow", "whole_counts", "exact_frames", "trained", "converged", "raw", "weighted", "improved",
             "stopped", "is_free", "is_calibrated", "is_complete", "is_decisive", "toliman_calibration_step.map",
-            "toliman_calibration_step.accepted", "toliman_calibration_attempt.kept"}
+            "toliman_calibration_step.accepted", "toliman_calibration_step.recalled", "toliman_calibration_attempt.kept"}
 FLAGS = {
     "toliman_period_peak": ("TOLIMAN_PERIOD_AT_EDGE", "TOLIMAN_PERIOD_ALIAS", "TOLIMAN_PERIOD_INACCURATE",
                             "TOLIMAN_PERIOD_COARSE", "TOLIMAN_PERIOD_ABOVE_NYQUIST", "TOLIMAN_PERIOD_LONG",

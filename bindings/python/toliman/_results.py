@@ -327,7 +327,7 @@ class CalibrationStep(Result):
     chi_square: float = member("sum of squared residuals over their variances, per degree of freedom")
     largest_step: float = member("of a parameter of the instrument, in its standard deviations; of the map: rms in nm")
     change: int = member("change_... that is tried, 0 for the model as given. The numbers of the iterations begin with each change. Since 0.2")
-    recalled: int = member("1: the iteration of an earlier call, from the journal. Since 0.2")
+    recalled: bool = member("the iteration of an earlier call, from the journal. Since 0.2")
 
 
 @result

@@ -91,15 +91,20 @@ class Bank(Handle):
         info = self.info
         return info.rows, info.cols
 
-    def train(self, *, threads: int = 0, progress: Progress | bool | None = None) -> None:
+    def train(self, *, threads: int = 0, progress: Progress | bool | None = None,
+              journal: str | os.PathLike[str] | None = None) -> None:
         """Trains the networks that are not trained yet.
+
+        journal: file to which each network is appended once it is trained. If it exists, its networks are not trained
+        again: a killed program continues. Remove it once the bank is saved.
 
         Ctrl-C, and a progress function that raises or returns a true value, cancel the training. Networks that were
         trained before remain so; a later call continues. Raises Cancelled.
         """
         with self._exclusive(), Watch(progress) as watch:
             options = options_of(_raw.toliman_bank_train_options, library.toliman_bank_train_options_init,
-                                 threads=whole("threads", threads, 2**32), progress=watch.callback)
+                                 threads=whole("threads", threads, 2**32), progress=watch.callback,
+                                 journal=None if journal is None else file_name(journal))
             watch.check(library.toliman_bank_train(self._c, self.fit._c, ctypes.byref(options)))
 
     def encode_frame(self, frame: ArrayLike, *, time_days: float = 0, shift: tuple[float, float] = (0, 0),

@@ -191,7 +191,8 @@ def calibrate(simulator: Simulator, frames: ArrayLike, *, times_days: ArrayLike 
               shifts: ArrayLike = (0, 0), separations: ArrayLike = 0, position_angles: ArrayLike = 0,
               free: str | typing.Iterable[str] | None = None, map: bool = False, improve: bool = False, start: Simulator | None = None,
               most_iterations: int = 0, capture_px: float = 0, window_days: float = 0, smoothness: float = 0,
-              map_rms_nm: float = 0, threads: int = 0, step: Step | None = None) -> Calibration:
+              map_rms_nm: float = 0, threads: int = 0, step: Step | None = None,
+              journal: str | os.PathLike[str] | None = None) -> Calibration:
     """Determines parameters of the telescope from frames of the binary, by maximum likelihood.
 
         calibration = toliman.calibrate(Simulator("sky.json"), frames, times_days=times)
@@ -215,6 +216,8 @@ def calibrate(simulator: Simulator, frames: ArrayLike, *, times_days: ArrayLike 
     map_rms_nm: prior of the map, rms over the open pupil; 0 means 10.
     step: function of (Calibration, CalibrationStep), called after each iteration; a true return value cancels. The
         Calibration may be saved during the call.
+    journal: file to which the results of each iteration are appended. If it exists, the call continues from it, and
+        gives the bits of a call that was not interrupted. Remove it once the result is saved.
 
     A calibration that does not converge is not an error: see Calibration.verdict. Raises InputError, UnsupportedError
     for a single star or parameters that the scene does not have, Cancelled. Ctrl-C cancels after the iteration.
@@ -234,6 +237,7 @@ def calibrate(simulator: Simulator, frames: ArrayLike, *, times_days: ArrayLike 
             most_iterations=whole("most_iterations", most_iterations, 2**31), threads=whole("threads", threads, 2**32),
             capture_px=real("capture_px", capture_px), window_days=real("window_days", window_days),
             smoothness=real("smoothness", smoothness), map_rms_nm=real("map_rms_nm", map_rms_nm),
+            journal=None if journal is None else file_name(journal),
             step=_raw.toliman_calibration_step_fn(lambda *arguments: watch.run(_report, watch, step, *arguments)))
         if start is not None:
             options.start = of_kind("start", start, Simulator)._c

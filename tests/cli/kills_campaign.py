@@ -1,0 +1,226 @@
+"""Commands that are killed (SIGKILL) at random moments: merge, train --bank, calibrate, calibrate --windows and --map.
+After each kill the output is absent or whole; the same command, with --resume where it has that option, then gives the bits of an undisturbed run and leaves no
+other file. Usage: kills_campaign.py [--scale SHARE_OF_KILLS] [JOB...]; TOLIMAN is the program."""
+import argparse
+import dataclasses
+import json
+import os
+import pathlib
+import random
+import resource
+import shutil
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+import typing
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+from program import PROGRAM, SCENES  # noqa: E402
+from test_fit import SCENE as SMALL  # noqa: E402
+
+FOLDER = pathlib.Path
+TICK = os.sysconf("SC_CLK_TCK")
+
+
+@dataclasses.dataclass(frozen=True)
+class Job:
+    """A command in a folder of inputs; `out` is what it makes, `files` the names of all that it leaves."""
+
+    command: tuple[str, ...]
+    out: str
+    resume: tuple[str, ...]
+    read: typing.Callable[[FOLDER], object]  # the results, for comparison; fails if they are not whole
+
+
+@dataclasses.dataclass
+class Tally:
+    kills: int = 0
+    absent: int = 0  # outputs after a kill
+    whole: int = 0
+    half: int = 0
+    other: int = 0  # runs after a kill that failed, or ended with other bits
+    left: int = 0  # files that remained after them
+    seconds: float = 0  # of processor time, of an undisturbed run
+    after_half: list[float] = dataclasses.field(default_factory=list)  # time to finish after a kill at half of it
+
+    @property
+    def faults(self) -> int:
+        return self.half + self.other + self.left
+
+    def text(self, name: str) -> str:
+        share = f"{statistics.median(self.after_half):.2f}, at most {max(self.after_half):.2f}" if self.after_half else "-"
+        return (f"{name:18} {self.kills:4} kills: {self.absent:3} absent, {self.whole:3} whole, {self.half} half; then "
+                f"{self.other} failed or differ, {self.left} files left; {self.seconds:.2f} s, after a kill at half {share}")
+
+
+def call(folder: FOLDER, *arguments: object) -> str:
+    return subprocess.run([PROGRAM, *map(str, arguments)], cwd=folder, capture_output=True, text=True, check=True).stdout
+
+
+def processor_time(process: "subprocess.Popen[bytes]") -> float:
+    """Seconds so far, of all its threads."""
+    try:
+        fields = pathlib.Path(f"/proc/{process.pid}/stat").read_text().rpartition(")")[2].split()
+    except OSError:
+        return float("inf")
+    return (int(fields[11]) + int(fields[12])) / TICK
+
+
+def run(folder: FOLDER, command: typing.Sequence[str]) -> tuple[bool, float]:
+    """Whether it succeeded, and its processor time."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    done = subprocess.run([PROGRAM, *command], cwd=folder, capture_output=True)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return done.returncode == 0, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
+def kill(folder: FOLDER, command: typing.Sequence[str], seconds: float, wall: bool) -> None:
+    """Starts the command and kills it after that much processor time, or time."""
+    process = subprocess.Popen([PROGRAM, *command], cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    start = time.monotonic()
+    while process.poll() is None and (time.monotonic() - start if wall else processor_time(process)) < seconds:
+        time.sleep(min(0.002, seconds / 50))
+    process.kill()
+    process.wait()
+
+
+def names(folder: FOLDER) -> set[str]:
+    return {path.name for path in folder.iterdir()}
+
+
+def measure(job: Job, inputs: FOLDER, kills: int, at_half: int, seed: int = 1) -> Tally:
+    """Kills at random moments of the whole run, and the time to finish after a kill at half of it."""
+    tally = Tally()
+    with tempfile.TemporaryDirectory() as kept:
+        def fresh(name: str) -> FOLDER:
+            folder = FOLDER(kept) / "work"  # always the same: results may name their folder
+            shutil.rmtree(folder, ignore_errors=True)
+            return FOLDER(shutil.copytree(inputs, folder, copy_function=os.link))
+
+        folder = fresh("whole")
+        start = time.monotonic()
+        ended, tally.seconds = run(folder, job.command)
+        wall = time.monotonic() - start
+        assert ended, job.command
+        result, files = job.read(folder), names(folder)
+        chance, is_short = random.Random(seed), tally.seconds < 50 / TICK
+
+        def finish() -> float:
+            ended, seconds = run(folder, job.command + job.resume)
+            tally.other += not ended or job.read(folder) != result
+            tally.left += len(names(folder) ^ files)
+            return seconds
+
+        for number in range(kills + at_half):
+            folder = fresh("killed")
+            share = chance.uniform(0.02, 1.02) if number < kills else 0.5
+            kill(folder, job.command, share * (wall if is_short else tally.seconds), is_short)
+            tally.kills += 1
+            if not (folder / job.out).exists():
+                tally.absent += 1
+            else:
+                try:
+                    is_whole = job.read(folder) == result
+                except (OSError, ValueError, subprocess.CalledProcessError):
+                    is_whole = False
+                tally.whole += is_whole
+                tally.half += not is_whole
+                if not job.resume:  # such as merge, which refuses a folder that exists
+                    continue
+            seconds = finish()
+            if number >= kills:
+                tally.after_half.append(seconds / tally.seconds)
+    return tally
+
+
+def states(folder: FOLDER, frames: int) -> None:
+    """Two state folders, each with its own session."""
+    scene = {**SMALL, "cadence": {"frames": 2 * frames, "interval_days": 1, "peak_photons": 1e5}}
+    (folder / "s.json").write_text(json.dumps(scene))
+    for half in range(2):
+        call(folder, "simulate", "s.json", "--frames", f"{half * frames}:{(half + 1) * frames}", "--out", "in", "--session",
+             f"n{half}", "--dtype", "u32le")
+        call(folder, "track", "--fit", "s.json", "--state", f"state{half}", "--dtype", "u32le", "--mission-days", "200",
+             f"in/n{half}_meta.jsonl")
+
+
+def bank_scene(pupil_samples: int) -> dict[str, typing.Any]:
+    return {**SMALL, "binary": {"date": 2026, "orbit": "alpha-cen", "moving": True},
+            "cadence": {"frames": 100, "interval_days": 2, "peak_photons": 1e7},
+            "telescope": {**SMALL["telescope"], "pupil_samples": pupil_samples}, "band": {"wavelength_nm": 575},
+            "detector": {"shape": [256, 256], "pixel_scale_arcsec": 0.4}}
+
+
+def sky(folder: FOLDER, frames: int, side: int = 256) -> None:
+    """The scene sky.json, and frames of it with other optics, which the calibration has to find."""
+    for path in SCENES.iterdir():
+        shutil.copy(path, folder)
+    scene = json.loads((folder / "sky.json").read_text())
+    scene["detector"]["shape"] = [side, side]
+    (folder / "sky.json").write_text(json.dumps(scene))
+    scene["telescope"]["aberrations"] = {"zernike_rms_nm": {"5": 8, "6": -12, "7": 5, "8": 10}}
+    (folder / "truth.json").write_text(json.dumps(scene))
+    call(folder, "simulate", "truth.json", "--frames", f"0:{frames}", "--out", "f.npy")
+
+
+def read_state(folder: FOLDER) -> object:
+    call(folder, "status", "merged")
+    return sorted(call(folder, "status", "merged", "--series").splitlines())
+
+
+def read_bank(folder: FOLDER) -> object:
+    return (folder / "b.tlmb").read_bytes()
+
+
+def read_calibration(folder: FOLDER) -> object:
+    """All results but the command. calibration.json tells that the other files are complete."""
+    result = folder / "c.calibration.json"
+    parts = json.loads(result.read_text()) if result.exists() else None
+    if parts is not None:
+        del parts["provenance"]
+    arrays = sorted(folder.glob("c.*.npy")) if parts is not None else []
+    return [json.loads(path.read_text()) for path in sorted(folder.glob("c*.json")) if path != result], parts, [
+        path.read_bytes() for path in arrays]
+
+
+MERGE = Job(("merge", "state0", "state1", "--out", "merged"), "merged", (), read_state)
+BANK = Job(("train", "s.json", "--bank", "frames", "--places", "2", "--out", "b.tlmb"), "b.tlmb", ("--resume",), read_bank)
+CALIBRATE = Job(("calibrate", "sky.json", "f.npy", "--out", "c.json"), "c.calibration.json", ("--resume",), read_calibration)
+
+
+def with_options(job: Job, *options: str) -> Job:
+    return dataclasses.replace(job, command=job.command + options)
+
+
+# Name -> (job, how its inputs are made, kills, kills at half).
+JOBS: dict[str, tuple[Job, typing.Callable[[FOLDER], None], int, int]] = {
+    "merge": (MERGE, lambda folder: states(folder, 20), 160, 0),
+    "train --bank": (BANK, lambda folder: (folder / "s.json").write_text(json.dumps(bank_scene(144))) and None, 60, 5),
+    "calibrate": (with_options(CALIBRATE, "--free", "scale focus zernike_5-8"), lambda folder: sky(folder, 10), 60, 5),
+    "calibrate --windows": (with_options(CALIBRATE, "--free", "scale zernike_5-8", "--windows", "100"),
+                            lambda folder: sky(folder, 10, 64), 20, 5),
+    "calibrate --map": (with_options(CALIBRATE, "--free", "scale focus zernike_5-8", "--map"),
+                        lambda folder: sky(folder, 4, 64), 20, 5),
+}
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("jobs", nargs="*", metavar="JOB", help=", ".join(JOBS))
+    parser.add_argument("--scale", type=float, default=1, help="share of the kills")
+    options = parser.parse_args()
+    faults = 0
+    for name in options.jobs or JOBS:
+        job, make, kills, at_half = JOBS[name]
+        with tempfile.TemporaryDirectory() as inputs:
+            make(FOLDER(inputs))
+            tally = measure(job, FOLDER(inputs), round(options.scale * kills), at_half)
+        print(tally.text(name), flush=True)
+        faults += tally.faults
+    return faults != 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
