@@ -18,6 +18,8 @@ import typing
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 from program import PROGRAM, SCENES  # noqa: E402
+from test_calibrate import SCENE as TELESCOPE  # noqa: E402
+from test_calibrate import with_optics  # noqa: E402
 from test_fit import SCENE as SMALL  # noqa: E402
 
 FOLDER = pathlib.Path
@@ -146,23 +148,26 @@ def states(folder: FOLDER, frames: int) -> None:
              f"in/n{half}_meta.jsonl")
 
 
-def bank_scene(pupil_samples: int) -> dict[str, typing.Any]:
-    return {**SMALL, "binary": {"date": 2026, "orbit": "alpha-cen", "moving": True},
-            "cadence": {"frames": 100, "interval_days": 2, "peak_photons": 1e7},
-            "telescope": {**SMALL["telescope"], "pupil_samples": pupil_samples}, "band": {"wavelength_nm": 575},
-            "detector": {"shape": [256, 256], "pixel_scale_arcsec": 0.4}}
+def bank_scene(folder: FOLDER) -> None:
+    (folder / "s.json").write_text(json.dumps({
+        **SMALL, "binary": {"date": 2026, "orbit": "alpha-cen", "moving": True}, "band": {"wavelength_nm": 575},
+        "cadence": {"frames": 100, "interval_days": 2, "peak_photons": 1e7},
+        "telescope": {**SMALL["telescope"], "pupil_samples": 144},
+        "detector": {"shape": [256, 256], "pixel_scale_arcsec": 0.4}}))
 
 
-def sky(folder: FOLDER, frames: int, side: int = 256) -> None:
-    """The scene sky.json, and frames of it with other optics, which the calibration has to find."""
-    for path in SCENES.iterdir():
-        shutil.copy(path, folder)
-    scene = json.loads((folder / "sky.json").read_text())
-    scene["detector"]["shape"] = [side, side]
-    (folder / "sky.json").write_text(json.dumps(scene))
-    scene["telescope"]["aberrations"] = {"zernike_rms_nm": {"5": 8, "6": -12, "7": 5, "8": 10}}
-    (folder / "truth.json").write_text(json.dumps(scene))
+def calibration(folder: FOLDER, scene: dict[str, typing.Any], frames: int) -> None:
+    """The scene s.json, and frames of it with other optics, which the calibration has to find."""
+    (folder / "s.json").write_text(json.dumps(scene))
+    (folder / "truth.json").write_text(json.dumps(with_optics(scene, zernike_5=8, zernike_6=-12, zernike_7=5, zernike_8=10)))
     call(folder, "simulate", "truth.json", "--frames", f"0:{frames}", "--out", "f.npy")
+
+
+def sky(folder: FOLDER) -> None:
+    """256 x 256 px, ten frames."""
+    for path in SCENES.glob("*.csv"):
+        shutil.copy(path, folder)
+    calibration(folder, json.loads((SCENES / "sky.json").read_text()), 10)
 
 
 def read_state(folder: FOLDER) -> object:
@@ -186,8 +191,8 @@ def read_calibration(folder: FOLDER) -> object:
 
 
 MERGE = Job(("merge", "state0", "state1", "--out", "merged"), "merged", (), read_state)
-BANK = Job(("train", "s.json", "--bank", "frames", "--places", "2", "--out", "b.tlmb"), "b.tlmb", ("--resume",), read_bank)
-CALIBRATE = Job(("calibrate", "sky.json", "f.npy", "--out", "c.json"), "c.calibration.json", ("--resume",), read_calibration)
+BANK = Job(("train", "s.json", "--bank", "frames", "--spacing", "0.3", "--out", "b.tlmb"), "b.tlmb", ("--resume",), read_bank)
+CALIBRATE = Job(("calibrate", "s.json", "f.npy", "--out", "c.json"), "c.calibration.json", ("--resume",), read_calibration)
 
 
 def with_options(job: Job, *options: str) -> Job:
@@ -197,12 +202,12 @@ def with_options(job: Job, *options: str) -> Job:
 # Name -> (job, how its inputs are made, kills, kills at half).
 JOBS: dict[str, tuple[Job, typing.Callable[[FOLDER], None], int, int]] = {
     "merge": (MERGE, lambda folder: states(folder, 20), 160, 0),
-    "train --bank": (BANK, lambda folder: (folder / "s.json").write_text(json.dumps(bank_scene(144))) and None, 60, 5),
-    "calibrate": (with_options(CALIBRATE, "--free", "scale focus zernike_5-8"), lambda folder: sky(folder, 10), 60, 5),
-    "calibrate --windows": (with_options(CALIBRATE, "--free", "scale zernike_5-8", "--windows", "100"),
-                            lambda folder: sky(folder, 10, 64), 20, 5),
-    "calibrate --map": (with_options(CALIBRATE, "--free", "scale focus zernike_5-8", "--map"),
-                        lambda folder: sky(folder, 4, 64), 20, 5),
+    "train --bank": (with_options(BANK, "--places", "3", "--steps", "100"), bank_scene, 60, 10),
+    "calibrate": (CALIBRATE, sky, 60, 10),
+    "calibrate --windows": (with_options(CALIBRATE, "--windows", "60", "--free", "scale zernike_5-8"),
+                            lambda folder: calibration(folder, TELESCOPE, 12), 20, 5),
+    "calibrate --map": (with_options(CALIBRATE, "--map", "--free", "scale zernike_5-8"),
+                        lambda folder: calibration(folder, TELESCOPE, 6), 20, 5),
 }
 
 

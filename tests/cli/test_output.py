@@ -1,8 +1,10 @@
 """Files that the program replaces: stale temporaries, permissions, and which file an error names; the text of JSON."""
+import fcntl
 import json
 import os
 import select
 import subprocess
+import resource
 import unittest
 
 from program import PROGRAM, SCENES, TINY, ProgramTest
@@ -28,14 +30,34 @@ class Output(ProgramTest):
         (self.folder / "scene.json").write_text(json.dumps(TINY))
 
     def test_temporaries_of_writers_that_died(self):
-        for number in range(3):
-            (self.folder / f"x.npy.{number}.tmp").touch()
-        self.succeed("psf", "scene.json", "--out", "x.npy")
-        self.assertGreater((self.folder / "x.npy").stat().st_size, 8 * 64)
-        self.assertFalse((self.folder / "x.npy.3.tmp").exists())
-        for number in range(3, 100):
-            (self.folder / f"x.npy.{number}.tmp").touch()
+        """They are removed; those of living writers, which hold a lock, and files of other names are not."""
+        made = [self.folder / f"x.npy.{number}.tmp" for number in range(100)]
+        for path in (*made[:3], made[99], self.folder / "x.npy.100.tmp", self.folder / "y.npy.0.tmp"):
+            path.touch()
+        with open(made[1], "rb") as living:
+            fcntl.flock(living, fcntl.LOCK_EX)
+            self.succeed("psf", "scene.json", "--out", "x.npy")
+            self.assertGreater((self.folder / "x.npy").stat().st_size, 8 * 64)
+            self.assertEqual({path.name for path in self.folder.glob("*.tmp")}, {"x.npy.1.tmp", "x.npy.100.tmp", "y.npy.0.tmp"})
+            made[1].rename(made[0])
+            self.succeed("psf", "scene.json", "--out", "x.npy")
+            self.assertTrue(made[0].exists())
+        for path in made:
+            path.unlink(missing_ok=True)
+            path.mkdir()
         self.refuse(6, "x.npy: cannot be written: ", "x.npy.99.tmp: ", arguments=("psf", "scene.json", "--out", "x.npy"))
+
+    def test_results_that_agree(self):
+        """On a full disk all earlier files of a result folder remain."""
+        series = "".join(f"{i},{(i * 7919) % 13},1\n" for i in range(200))
+        (self.folder / "s.csv").write_text("t,y,sigma\n" + series)
+        command = ("period", "s.csv", "--f0", "0.01", "--df", "0.001", "--nf", "2000", "--out", "r")
+        self.succeed(*command)
+        before = {path.name: path.read_bytes() for path in (self.folder / "r").iterdir()}
+        (self.folder / "s.csv").write_text("t,y,sigma\n" + series.replace(",1\n", ",2\n"))
+        done = self.run_program(*command, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (20000, 20000)))
+        self.assertEqual(done.returncode, 6, done.stderr)
+        self.assertEqual({path.name: path.read_bytes() for path in (self.folder / "r").iterdir()}, before)
 
     def test_json(self):
         name = 'a"b\\c\x01\t\x7f\u00e9, {[:.json'

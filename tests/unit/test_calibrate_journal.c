@@ -139,7 +139,7 @@ static void others_are_refused(void **state) {
         {nominal, frames, FRAMES - 1, NULL, NULL, 0, NULL, "with other frames: "},
         {nominal, frames, FRAMES, predictions, NULL, 0, NULL, "with other frames: "},
         {nominal, frames, FRAMES, NULL, "focus scale", 0, NULL, "with other free parameters: "},
-        {nominal, frames, FRAMES, NULL, "+scale=2e-2", 0, NULL, "with other free parameters: "},
+        {nominal, frames, FRAMES, NULL, "focus=50", 0, NULL, "with other free parameters: "},
         {nominal, frames, FRAMES, NULL, NULL, 20, NULL, "with other windows, smoothness or capture: "},
         {nominal, frames, FRAMES, NULL, NULL, 0, truth, "with another start: "},
     };
