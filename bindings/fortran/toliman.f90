@@ -575,7 +575,9 @@ module toliman
         integer(c_int32_t) :: struct_size = 48
         integer(c_int32_t) :: reserved = 0 ! 0
         ! further free parameters, names of sim_derivative.h separated by spaces: "scale focus jitter_xx jitter_yy
-        ! jitter_xy". NULL or "": none. Those that move the stars (roll, anisotropy, shear) are not available
+        ! jitter_xy". NULL or "": none. Those that move the stars (roll, anisotropy, shear) are not available. "self"
+        ! stands for the self-calibration: those of jitter_xx, jitter_yy, jitter_xy, focus and zernike_5 to zernike_11
+        ! that a frame of the scene determines to 5 nm and 0.02 px^2. Optics and jitter may then drift
         type(c_ptr) :: free = c_null_ptr
         ! largest shift of both stars from their predicted places along x or y, px; 0 = 15, at most 64. Stars that
         ! moved relative to each other are found up to about 0.5 px from the predicted separation and position angle
@@ -877,9 +879,9 @@ module toliman
         ! parameters to fit, separated by spaces: NAME, NAME=SIGMA or NAME-LAST, such as "scale=1e-3 focus
         ! zernike_5-21=50 mask_rotation", with the standard deviation of the prior in the parameter's unit. NULL: all
         ! that the scene has of "focus zernike_5-21 scale mask_rotation jitter_xx jitter_yy jitter_xy temperature_a
-        ! temperature_b". +NAME: these and NAME, such as "+spectrum_a_1=0.05 +spectrum_b_1". Priors without SIGMA:
-        ! aberrations 100 nm, scale, anisotropy and shear 1e-2, mask_rotation 1 deg, mask shifts 1e-4 m, jitter 0.1
-        ! px^2, temperatures 200 K, spectral modes 0.1
+        ! temperature_b spectrum_a_1-2 spectrum_b_1-2". +NAME: these and NAME, or NAME with another prior, such as
+        ! "+anisotropy +scale=1e-4". Priors without SIGMA: aberrations 100 nm, scale, anisotropy and shear 1e-2,
+        ! mask_rotation 1 deg, mask shifts 1e-4 m, jitter 0.1 px^2, temperatures 200 K, spectral modes 0.1
         type(c_ptr) :: free = c_null_ptr
         ! scene to start from, such as the saved one of a calibration that was interrupted; NULL: the nominal scene.
         ! Priors remain around the nominal scene. With IMPROVE, its mask.edges and pupil_samples replace those of the
@@ -889,9 +891,10 @@ module toliman
         integer(c_int32_t) :: threads = 0 ! worker threads, 0 = one per processor. Results do not depend on them
         ! largest shift of both stars from their predicted places along x or y, px; 0 = 6, at most 64
         real(c_double) :: capture_px = 0.0_c_double
-        ! length of the windows in which the parameters are constant, days; 0: one window for all frames
+        ! length of the windows, days: parameters change linearly from the start of one to that of the next, as images
+        ! do (toliman_fit_create_windows). 0: constant
         real(c_double) :: window_days = 0.0_c_double
-        ! with windows: standard deviation of the change of each parameter from one window to the next, in units of
+        ! with windows: standard deviation of the change of each parameter from one start to the next, in units of
         ! prior_sigma; 0 = 0.01
         real(c_double) :: smoothness = 0.0_c_double
         ! prior of the map: its rms over the open pupil, nm; 0 = 10. Its power spectrum falls as frequency^-2.5 above
@@ -925,8 +928,9 @@ module toliman
         integer(c_int64_t) :: rows = 0 ! shape of the frames
         integer(c_int64_t) :: cols = 0
         integer(c_int64_t) :: cells = 0 ! pupil cells per axis, N
-        integer(c_int32_t) :: parameters = 0 ! number of parameters of the instrument, in each window
-        integer(c_int32_t) :: windows = 0 ! number of windows
+        integer(c_int32_t) :: parameters = 0 ! number of parameters of the instrument, at the start of each window
+        ! number of windows; the last one may have no frames: it starts at the end of one that has
+        integer(c_int32_t) :: windows = 0
         integer(c_int32_t) :: iterations = 0 ! of the parameters, the rejected ones included
         integer(c_int32_t) :: map_iterations = 0
         ! sum of squared residuals over their variances, per degree of freedom: pixels minus parameters,
@@ -1000,12 +1004,13 @@ module toliman
         real(c_double) :: prior_sigma = 0.0_c_double ! that of the prior
     end type
 
-    ! A window of a calibration: first_days <= time < first_days of the next window.
+    ! A window of a calibration: first_days <= time < first_days of the next window. Its parameters are those at
+    ! first_days.
     type, bind(C), public :: toliman_calibration_window
         integer(c_int32_t) :: struct_size = 48 ! in: sizeof(toliman_calibration_window)
         integer(c_int32_t) :: goodness = 0 ! TOLIMAN_GOODNESS_..., of chi_square
-        integer(c_int64_t) :: frames = 0 ! number of its frames
-        ! start, days of scene time; the first window also holds all earlier times
+        integer(c_int64_t) :: frames = 0 ! number of its frames; 0: the other members are those of the window before
+        ! start, days of scene time. Before the first start and after the last one, the parameters are constant
         real(c_double) :: first_days = 0.0_c_double
         real(c_double) :: chi_square = 0.0_c_double ! of its frames, per degree of freedom
         real(c_double) :: chi_square_sigma = 0.0_c_double ! as in toliman_calibration_info
@@ -2958,9 +2963,10 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Creates a fit whose optics change with time, as those of a calibration with windows (calibrate.h) do: frames
-        ! of each window are fitted with its scene. sims [count], the scenes of the windows, not needed afterwards
-        ! first_days [count], the starts of the windows, increasing, days of scene time.
+        ! Creates a fit whose optics change with time, as those of a calibration with windows (calibrate.h) do: model
+        ! images and predicted places are linear in time between the starts of two windows. sims [count], the scenes
+        ! at these starts, not needed afterwards first_days [count], the starts of the windows, increasing, days of
+        ! scene time.
         function toliman_fit_create_windows(sims, first_days, count, options, out) bind(C) result(answer)
             import
             integer(c_size_t), value :: count
@@ -3300,7 +3306,7 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Writes parameter number `index` in a window to *out, whose struct_size must be set.
+        ! Writes parameter number `index` at the start of a window to *out, whose struct_size must be set.
         function toliman_calibration_get_value(calibration, window, index, out) bind(C) result(answer)
             import
             type(c_ptr), value :: calibration
@@ -3310,8 +3316,8 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Writes the covariance of the parameters in a window, with those of the frames free, to covariance[n][n]; n
-        ! is the number of parameters.
+        ! Writes the covariance of the parameters at the start of a window, with those of the frames free, to
+        ! covariance[n][n]; n is the number of parameters.
         function toliman_calibration_get_covariance(calibration, window, covariance) bind(C) result(answer)
             import
             type(c_ptr), value :: calibration
@@ -3340,8 +3346,8 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Writes the change of the OPD (m) against the nominal scene in a window, parameters and map together, to
-        ! opd[N][N]; 0 where the pupil is closed.
+        ! Writes the change of the OPD (m) against the nominal scene at the start of a window, parameters and map
+        ! together, to opd[N][N]; 0 where the pupil is closed.
         function toliman_calibration_get_opd(calibration, window, opd) bind(C) result(answer)
             import
             type(c_ptr), value :: calibration
@@ -3371,8 +3377,8 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Saves the fitted scene of a window at `path`, a name that ends in ".json", and its map, if there is one, in
-        ! the same folder as <name>.opd.npy.
+        ! Saves the fitted scene at the start of a window at `path`, a name that ends in ".json", and its map, if
+        ! there is one, in the same folder as <name>.opd.npy.
         function toliman_calibration_save_file(calibration, window, path) bind(C) result(answer)
             import
             type(c_ptr), value :: calibration
@@ -6526,7 +6532,7 @@ contains
         call conclude(toliman_calibration_get_left_out(self%handle, index, out), stat, errmsg)
     end subroutine
 
-    ! Writes parameter number `index` in a window to *out, whose struct_size must be set.
+    ! Writes parameter number `index` at the start of a window to *out, whose struct_size must be set.
     subroutine scene_calibration_get_value(self, window, index, out, stat, errmsg)
         class(toliman_scene_calibration), intent(in) :: self
         integer(c_int64_t), intent(in) :: window
@@ -6537,8 +6543,8 @@ contains
         call conclude(toliman_calibration_get_value(self%handle, window, index, out), stat, errmsg)
     end subroutine
 
-    ! Writes the covariance of the parameters in a window, with those of the frames free, to covariance[n][n]; n is
-    ! the number of parameters. covariance(parameters, parameters).
+    ! Writes the covariance of the parameters at the start of a window, with those of the frames free, to
+    ! covariance[n][n]; n is the number of parameters. covariance(parameters, parameters).
     subroutine scene_calibration_get_covariance(self, window, covariance, stat, errmsg)
         class(toliman_scene_calibration), intent(in) :: self
         integer(c_int64_t), intent(in) :: window
@@ -6582,8 +6588,8 @@ contains
         call conclude(toliman_calibration_get_window(self%handle, window, out), stat, errmsg)
     end subroutine
 
-    ! Writes the change of the OPD (m) against the nominal scene in a window, parameters and map together, to
-    ! opd[N][N]; 0 where the pupil is closed. opd(cells, cells).
+    ! Writes the change of the OPD (m) against the nominal scene at the start of a window, parameters and map
+    ! together, to opd[N][N]; 0 where the pupil is closed. opd(cells, cells).
     subroutine scene_calibration_get_opd(self, window, opd, stat, errmsg)
         class(toliman_scene_calibration), intent(in) :: self
         integer(c_int64_t), intent(in) :: window
@@ -6634,8 +6640,8 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Saves the fitted scene of a window at `path`, a name that ends in ".json", and its map, if there is one, in the
-    ! same folder as <name>.opd.npy.
+    ! Saves the fitted scene at the start of a window at `path`, a name that ends in ".json", and its map, if there is
+    ! one, in the same folder as <name>.opd.npy.
     subroutine scene_calibration_save_file(self, window, path, stat, errmsg)
         class(toliman_scene_calibration), intent(in) :: self
         integer(c_int64_t), intent(in) :: window

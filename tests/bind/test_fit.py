@@ -36,15 +36,17 @@ class Fits(unittest.TestCase):
         cls.images = numpy.stack([cls.simulator.frame(k) for k in range(5)])
 
     def test_windows(self):
-        """A frame has the numbers of the fit of its window."""
+        """A frame at the start of a window has the numbers of the fit of its scene; others are between."""
         other = toliman.Simulator({**SCENE, "detector": {**SCENE["detector"], "pixel_scale_arcsec": 0.2004}})
         both = toliman.Fit.of_windows([self.simulator, other], [0, 10], free="scale")
         second = toliman.Fit(other, free=["scale"])
-        times = [-3, 0, 9.5, 10, 400]
+        times = [-3, 0, 0, 10, 400]
         expected = [(self.fit if time < 10 else second).frame(image, time_days=time)[0]
                     for time, image in zip(times, self.images)]
         numpy.testing.assert_array_equal(both.frames(self.images, times_days=times)["separation_px"],
                                          [result.separation_px for result in expected])
+        ends = [fit.predict(time_days=5)[1] for fit in (self.fit, second)]
+        numpy.testing.assert_allclose(both.predict(time_days=5)[1], numpy.mean(ends, axis=0), rtol=1e-12, atol=1e-14)
         self.assertEqual(both.shape, (SIDE, SIDE))
         self.assertNotIn(both.info.digest, (self.fit.info.digest, second.info.digest))
         with self.assertRaisesRegex(toliman.InputError, r"first_days\[1\] = 0: must be above first_days\[0\] = 10"):

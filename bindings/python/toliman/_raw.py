@@ -695,7 +695,10 @@ class toliman_fit_options(Sized):
     reserved: 0
     free: further free parameters, names of sim_derivative.h separated by spaces:
         "scale focus jitter_xx jitter_yy jitter_xy". NULL or "": none. Those that
-        move the stars (roll, anisotropy, shear) are not available
+        move the stars (roll, anisotropy, shear) are not available. "self" stands
+        for the self-calibration: those of jitter_xx, jitter_yy, jitter_xy, focus and
+        zernike_5 to zernike_11 that a frame of the scene determines to 5 nm and
+        0.02 px^2. Optics and jitter may then drift
     capture_px: largest shift of both stars from their predicted places along x or y, px;
         0 = 15, at most 64. Stars that moved relative to each other are found up to
         about 0.5 px from the predicted separation and position angle
@@ -1152,10 +1155,10 @@ class toliman_calibration_options(Sized):
     free: parameters to fit, separated by spaces: NAME, NAME=SIGMA or NAME-LAST, such as "scale=1e-3
         focus zernike_5-21=50 mask_rotation", with the standard deviation of the prior in the
         parameter's unit. NULL: all that the scene has of "focus zernike_5-21 scale mask_rotation
-        jitter_xx jitter_yy jitter_xy temperature_a temperature_b". +NAME: these and NAME,
-        such as "+spectrum_a_1=0.05 +spectrum_b_1". Priors without SIGMA: aberrations 100 nm, scale,
-        anisotropy and shear 1e-2, mask_rotation 1 deg, mask shifts 1e-4 m, jitter 0.1 px^2,
-        temperatures 200 K, spectral modes 0.1
+        jitter_xx jitter_yy jitter_xy temperature_a temperature_b spectrum_a_1-2 spectrum_b_1-2".
+        +NAME: these and NAME, or NAME with another prior, such as "+anisotropy +scale=1e-4". Priors
+        without SIGMA: aberrations 100 nm, scale, anisotropy and shear 1e-2, mask_rotation 1 deg, mask
+        shifts 1e-4 m, jitter 0.1 px^2, temperatures 200 K, spectral modes 0.1
     start: scene to start from, such as the saved one of a calibration that was interrupted;
         NULL: the nominal scene. Priors remain around the nominal scene. With IMPROVE, its
         mask.edges and pupil_samples replace those of the nominal scene
@@ -1163,9 +1166,9 @@ class toliman_calibration_options(Sized):
     threads: worker threads, 0 = one per processor. Results do not depend on them
     capture_px: largest shift of both stars from their predicted places along x or y, px;
         0 = 6, at most 64
-    window_days: length of the windows in which the parameters are constant, days; 0: one window
-        for all frames
-    smoothness: with windows: standard deviation of the change of each parameter from one window to
+    window_days: length of the windows, days: parameters change linearly from the start of one to
+        that of the next, as images do (toliman_fit_create_windows). 0: constant
+    smoothness: with windows: standard deviation of the change of each parameter from one start to
         the next, in units of prior_sigma; 0 = 0.01
     map_rms_nm: prior of the map: its rms over the open pupil, nm; 0 = 10. Its power spectrum falls
         as frequency^-2.5 above 4 cycles per aperture, and is constant below
@@ -1211,8 +1214,8 @@ class toliman_calibration_info(Sized):
     rows: shape of the frames
     cols: shape of the frames
     cells: pupil cells per axis, N
-    parameters: number of parameters of the instrument, in each window
-    windows: number of windows
+    parameters: number of parameters of the instrument, at the start of each window
+    windows: number of windows; the last one may have no frames: it starts at the end of one that has
     iterations: of the parameters, the rejected ones included
     chi_square: sum of squared residuals over their variances, per degree of freedom: pixels minus
         parameters, map_parameters included
@@ -1334,11 +1337,13 @@ class toliman_calibration_value(Sized):
 
 
 class toliman_calibration_window(Sized):
-    """A window of a calibration: first_days <= time < first_days of the next window.
+    """A window of a calibration: first_days <= time < first_days of the next window. Its parameters are those at
+    first_days.
     struct_size: in: sizeof(toliman_calibration_window)
     goodness: TOLIMAN_GOODNESS_..., of chi_square
-    frames: number of its frames
-    first_days: start, days of scene time; the first window also holds all earlier times
+    frames: number of its frames; 0: the other members are those of the window before
+    first_days: start, days of scene time. Before the first start and after the last one, the parameters
+        are constant
     chi_square: of its frames, per degree of freedom
     chi_square_sigma: as in toliman_calibration_info
     largest_residual: as in toliman_calibration_info"""
@@ -4038,15 +4043,16 @@ Errors:
             ("options", POINTER(toliman_fit_options)),
             ("out", POINTER(POINTER(toliman_fit))),
         ),
-        """Creates a fit whose optics change with time, as those of a calibration with windows (calibrate.h) do: frames of each
-window are fitted with its scene.
-  sims        [count], the scenes of the windows, not needed afterwards
-  first_days  [count], the starts of the windows, increasing, days of scene time. The time of a frame, that of its
-              prediction, is in the last window that starts at or before it; times before first_days[0] are in the
-              first window
-Each result equals that of a fit with the scene of its window alone. The digest of toliman_fit_info is that of all
-windows and their starts; with one window, that of toliman_fit_create. images is the sum over all windows;
-oversampling, taps and image_error are the largest. A bank needs the fit of one scene: TOLIMAN_E_UNSUPPORTED.
+        """Creates a fit whose optics change with time, as those of a calibration with windows (calibrate.h) do: model images
+and predicted places are linear in time between the starts of two windows.
+  sims        [count], the scenes at these starts, not needed afterwards
+  first_days  [count], the starts of the windows, increasing, days of scene time. At first_days[i] the model is that
+              of sims[i]; before the first start and after the last one it is constant. The time of a frame is that
+              of its prediction
+Interpolated images have an error of second order: about (2 pi d/wavelength)^2/8 of the peak where the OPD changes
+by d from one scene to the next, 1e-5 for 1 nm. The digest of toliman_fit_info is that of all windows and their
+starts; with one window, that of toliman_fit_create. images is the sum over all windows; oversampling, taps and
+image_error are the largest. A bank needs the fit of one scene: TOLIMAN_E_UNSUPPORTED.
 Errors: as toliman_fit_create; TOLIMAN_E_ARGUMENT for count = 0, and starts that are not finite or do not increase;
 TOLIMAN_E_MISMATCH, naming the scene, unless detector.shape, binary and the times of the cadence are the same.""",
     ),
@@ -4393,9 +4399,9 @@ unless 0 <= index < left_out. Since 0.2.""",
             ("index", c_int32),
             ("out", POINTER(toliman_calibration_value)),
         ),
-        """Writes parameter number `index` in a window to *out, whose struct_size must be set. TOLIMAN_E_RANGE unless
-0 <= index < parameters and 0 <= window < windows. With a map, the values exclude the map,
-which adds to their aberrations.""",
+        """Writes parameter number `index` at the start of a window to *out, whose struct_size must be set. TOLIMAN_E_RANGE
+unless 0 <= index < parameters and 0 <= window < windows. With a map, the values exclude the map, which adds to their
+aberrations.""",
     ),
     "toliman_calibration_get_covariance": (
         c_int32, (
@@ -4403,8 +4409,8 @@ which adds to their aberrations.""",
             ("window", c_int64),
             ("covariance", POINTER(c_double)),
         ),
-        """Writes the covariance of the parameters in a window, with those of the frames free, to covariance[n][n]; n is the
-number of parameters. TOLIMAN_E_RANGE as for toliman_calibration_get_value.""",
+        """Writes the covariance of the parameters at the start of a window, with those of the frames free, to covariance[n][n];
+n is the number of parameters. TOLIMAN_E_RANGE as for toliman_calibration_get_value.""",
     ),
     "toliman_calibration_get_frame": (
         c_int32, (
@@ -4431,8 +4437,8 @@ scene.""",
             ("window", c_int64),
             ("opd", POINTER(c_double)),
         ),
-        """Writes the change of the OPD (m) against the nominal scene in a window, parameters and map together, to opd[N][N];
-0 where the pupil is closed. TOLIMAN_E_RANGE as for toliman_calibration_get_window.""",
+        """Writes the change of the OPD (m) against the nominal scene at the start of a window, parameters and map together, to
+opd[N][N]; 0 where the pupil is closed. TOLIMAN_E_RANGE as for toliman_calibration_get_window.""",
     ),
     "toliman_calibration_get_chi_map": (
         c_int32, (
@@ -4455,9 +4461,9 @@ values, 0 = at those from which the calibration started.""",
     ),
     "toliman_calibration_save_file": (
         c_int32, (("calibration", POINTER(toliman_calibration)), ("window", c_int64), ("path", c_char_p)),
-        """Saves the fitted scene of a window at `path`, a name that ends in ".json", and its map, if there is one, in the same
-folder as <name>.opd.npy. Relative file names are rewritten relative to this folder. Replaces
-the files atomically. TOLIMAN_E_UNSUPPORTED if the calibration did not converge; TOLIMAN_E_WRITE.""",
+        """Saves the fitted scene at the start of a window at `path`, a name that ends in ".json", and its map, if there is one,
+in the same folder as <name>.opd.npy. Relative file names are rewritten relative to this folder. Replaces the files
+atomically. TOLIMAN_E_UNSUPPORTED if the calibration did not converge; TOLIMAN_E_WRITE.""",
     ),
     "toliman_components_options_init": (
         None, (("options", POINTER(toliman_components_options)), ("size", c_size_t)),

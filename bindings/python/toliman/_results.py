@@ -337,8 +337,8 @@ class CalibrationInfo(Result):
     rows: int = member("shape of the frames")
     cols: int = member("shape of the frames")
     cells: int = member("pupil cells per axis, N")
-    parameters: int = member("number of parameters of the instrument, in each window")
-    windows: int = member("number of windows")
+    parameters: int = member("number of parameters of the instrument, at the start of each window")
+    windows: int = member("number of windows; the last one may have no frames: it starts at the end of one that has")
     iterations: int = member("of the parameters, the rejected ones included")
     map_iterations: int
     chi_square: float = member("sum of squared residuals over their variances, per degree of freedom: pixels minus parameters, map_parameters included")
@@ -395,11 +395,12 @@ class CalibrationValue(Result):
 
 @result
 class CalibrationWindow(Result):
-    """A window of a calibration: first_days <= time < first_days of the next window."""
+    """A window of a calibration: first_days <= time < first_days of the next window. Its parameters are those at
+    first_days."""
 
     goodness: str = member("... as a word, of chi_square", words="TOLIMAN_GOODNESS")
-    frames: int = member("number of its frames")
-    first_days: float = member("start, days of scene time; the first window also holds all earlier times")
+    frames: int = member("number of its frames; 0: the other members are those of the window before")
+    first_days: float = member("start, days of scene time. Before the first start and after the last one, the parameters are constant")
     chi_square: float = member("of its frames, per degree of freedom")
     chi_square_sigma: float = member("as in toliman_calibration_info")
     largest_residual: float = member("as in toliman_calibration_info")

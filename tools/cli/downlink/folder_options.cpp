@@ -112,7 +112,7 @@ std::string other_estimator(const std::string &folder, Progress &progress) {
                                " of session " + stream.session);
     }
     std::string text = "its frames were measured with another scene, calibration or estimator, or other "
-                       "--bad-pixels: give the same, or ingest all " +
+                       "--free or --bad-pixels: give the same, or ingest all " +
                        std::to_string(frames) + " frames again into a new folder";
     if (!sessions.empty())
         text += ": " + joined(sessions);
@@ -135,6 +135,20 @@ std::string remedy_of(const FolderOptions &given, const toliman_track_options &h
     return other_estimator(given.folder, progress);
 }
 
+// Names the free parameters of a new folder that were not asked for.
+void tell_free(const EstimatorOptions &given, const Estimator &estimator, Progress &progress) {
+    constexpr int32_t kAlways = 7;
+    const int32_t count = given.free.empty() ? toliman_fit_parameter_count(estimator.fit.get()) : 0;
+    std::string names;
+    for (int32_t i = kAlways; i < count; i++) {
+        auto parameter = toliman::sized<toliman_sim_parameter>();
+        toliman::check(toliman_fit_get_parameter(estimator.fit.get(), i, &parameter));
+        names += std::string(names.empty() ? "" : " ") + parameter.name;
+    }
+    if (!names.empty())
+        progress.tell("the scene is calibrated: each frame also fits " + names + " (--free self)");
+}
+
 } // namespace
 
 void FolderOptions::check() const {
@@ -154,8 +168,10 @@ toliman::tracker FolderOptions::open(const std::string &dtype, Estimator &estima
     if (made)
         check_depth(*this, dtype, *made);
     const toliman_track_options how = track_options(*this, dtype, estimator, made, progress);
-    if (!made)
+    if (!made) {
         check_crop(*this, estimator, how);
+        tell_free(estimator_options, estimator, progress);
+    }
     try {
         return open_tracker(how, progress);
     } catch (const toliman::error &error) {
@@ -170,6 +186,7 @@ toliman::tracker FolderOptions::open(const std::string &dtype, Estimator &estima
 }
 
 void FolderOptions::add_to(CLI::App &command) {
+    estimator_options.self_by_default = true;
     estimator_options.add_to(command);
     add_option(&command, "--state", folder, "FOLDER",
                "state folder: ledger, settings and sums; created if it does not exist")

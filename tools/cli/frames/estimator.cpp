@@ -30,8 +30,11 @@ void EstimatorOptions::add_to(CLI::App &command) {
                "instead of --weights: scene file; encode frames by least squares on its derivative image");
     add_option(&command, "--fit", fit, "SCENE",
                "scene file; fit its forward model to each frame, which follows moving stars");
-    add_option(&command, "--free", free, "NAMES",
-               "with --fit: further free parameters, in quotes and separated by spaces, e.g. \"scale jitter_xx\"");
+    const std::string names =
+        std::string("with --fit: further free parameters, in quotes and separated by spaces, e.g. \"scale "
+                    "jitter_xx\"; self: jitter and aberrations that may drift; none; default: ") +
+        (self_by_default ? "self if the scene is calibrated" : "none");
+    add_option(&command, "--free", free, "NAMES", names.c_str());
     add_bad_pixels(command, bad_pixels);
 }
 
@@ -76,7 +79,7 @@ void Estimator::set_fit(const EstimatorOptions &given, Progress &progress) {
     const StopLimit limit;
     if (!given.weights.empty())
         bank = trained_bank(given.weights);
-    SceneFit made(given.fit, given.free, given.bad_pixels, progress);
+    SceneFit made(given.fit, given.free, given.bad_pixels, progress, given.self_by_default && given.weights.empty());
     rows = made.scene.info.rows;
     cols = made.scene.info.cols;
     exposure_s = made.scene.info.exposure_s;

@@ -19,6 +19,7 @@ struct EstimatorOptions {
     void add_to(CLI::App &command);
     void check() const; // of what needs no file
     std::string weights, scene, fit, free, bad_pixels;
+    bool self_by_default = false; // frees "self" with a calibrated scene, unless there are weights
 };
 
 // One of them. It must outlive a tracker that uses it.
