@@ -32,7 +32,7 @@ struct SpiralTerm {
 struct Mask {
     enum class Kind { clear, spiral, file } kind = Kind::clear;
     enum class Quantity { binary, opd_m, phase_rad } quantity = Quantity::binary; // what the file holds
-    enum class Edges { cell, area } edges = Edges::cell; // of a spiral on the cells of the pupil
+    enum class Edges { cell, area } edges = Edges::area; // of a spiral on the cells of the pupil
     double rotation_deg = 0, shift_m[2] = {0, 0}; // of a spiral: about its centre from +x towards +y, then [x, y]
     double opd_nm = 0, height_nm = 0; // of the step, where a spiral's sum is positive or a binary file is 1; one is 0
     double reference_m = 0;           // wavelength of a phase

@@ -2,11 +2,14 @@
 form of drift_campaign.py."""
 import copy
 import logging
+import pathlib
+import sys
 import unittest
 
 import numpy
 
-import toliman
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "bindings" / "python"))
+import toliman  # noqa: E402
 
 SIDE = 48
 SCENE = {

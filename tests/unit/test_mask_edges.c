@@ -154,7 +154,7 @@ static void defaults_change_nothing(void **state) {
     (void)state;
     double plain[PIXELS], named[PIXELS];
     image_with("", plain);
-    image_with("\"edges\": \"cell\", \"rotation_deg\": 0, \"shift_m\": [0, 0], ", named);
+    image_with("\"edges\": \"area\", \"rotation_deg\": 0, \"shift_m\": [0, 0], ", named);
     assert_memory_equal(plain, named, sizeof plain);
 }
 

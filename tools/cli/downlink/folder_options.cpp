@@ -171,6 +171,8 @@ toliman::tracker FolderOptions::open(const std::string &dtype, Estimator &estima
     if (!made) {
         check_crop(*this, estimator, how);
         tell_free(estimator_options, estimator, progress);
+        if (!estimator.lacks.empty())
+            progress.tell(estimator.lacks);
     }
     try {
         return open_tracker(how, progress);

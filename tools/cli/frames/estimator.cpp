@@ -85,6 +85,8 @@ void Estimator::set_fit(const EstimatorOptions &given, Progress &progress) {
     exposure_s = made.scene.info.exposure_s;
     times = Cadence(made.scene).times;
     fit_scene = made.scene.path;
+    if (made.scene.info.calibration == TOLIMAN_SIM_CALIBRATION_NONE)
+        lacks = made.scene.lacks_for_real_frames();
     time_zero_ns = made.scene.info.time_zero_ns;
     pixel_scale_arcsec = made.scene.info.pixel_scale_arcsec;
     moves = made.scene.moves();

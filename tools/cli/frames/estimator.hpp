@@ -36,6 +36,7 @@ struct Estimator {
     double exposure_s = 0;         // of its scene; 0: unknown
     std::vector<double> times;     // days, of the frames of a fit's scene
     std::string fit_scene;         // path of a fit's scene
+    std::string lacks;             // Scene::lacks_for_real_frames() of a fit's scene that is not calibrated
     int64_t time_zero_ns = 0;      // TAI of time 0 of a scene with an observer, else 0
     double pixel_scale_arcsec = 0; // of a fit's scene
     bool moves = false;            // the stars of a fit's scene do
