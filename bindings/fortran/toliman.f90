@@ -1254,7 +1254,7 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_SCALE_GPS = 635
 
     ! Formats of a time in text.
-    ! 2028-03-01, 2028-03-01T12:00:00.5; with a final Z only in UTC
+    ! 2028-03-01, 2028-03-01T12:00:00.5, 2028-061 12:00:00; see parse_time
     integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_FORMAT_ISO = 641
     ! Modified Julian Day, a decimal number ("61831.5")
     integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_FORMAT_MJD = 642
@@ -1271,9 +1271,10 @@ module toliman
     ! Keywords of a FITS header that give the time of its first frame. Each is the text of the header, strings with or
     ! without their quotes; NULL = the keyword is missing or has no value. Since 0.2.
     type, bind(C), public :: toliman_ingest_header
-        integer(c_int32_t) :: struct_size = 72 ! sizeof(toliman_ingest_header)
+        integer(c_int32_t) :: struct_size = 176 ! sizeof(toliman_ingest_header)
         integer(c_int32_t) :: reserved = 0
-        type(c_ptr) :: timesys = c_null_ptr ! UTC, TAI, TT, TDT, IAT or GPS; NULL = UTC
+        ! UTC, TAI, TT, TDT, ET, IAT, TDB, GPS or GMT, also as UTC(NIST); NULL = UTC
+        type(c_ptr) :: timesys = c_null_ptr
         type(c_ptr) :: mjd_avg = c_null_ptr
         type(c_ptr) :: date_avg = c_null_ptr
         type(c_ptr) :: mjd_beg = c_null_ptr
@@ -1281,21 +1282,35 @@ module toliman
         type(c_ptr) :: date_obs = c_null_ptr
         type(c_ptr) :: xposure = c_null_ptr ! length of the exposure in s, 0 to 1e9
         type(c_ptr) :: exptime = c_null_ptr
+        type(c_ptr) :: date_beg = c_null_ptr
+        type(c_ptr) :: mjd_end = c_null_ptr
+        type(c_ptr) :: date_end = c_null_ptr
+        type(c_ptr) :: time_avg = c_null_ptr ! hh:mm:ss, to the dates of the same name
+        type(c_ptr) :: time_beg = c_null_ptr
+        type(c_ptr) :: time_obs = c_null_ptr
+        type(c_ptr) :: time_end = c_null_ptr
+        type(c_ptr) :: utc_obs = c_null_ptr ! hh:mm:ss, to DATE-OBS
+        type(c_ptr) :: ut = c_null_ptr
+        type(c_ptr) :: exposure = c_null_ptr ! as exptime; only with a time in the header
+        type(c_ptr) :: telapse = c_null_ptr ! length from start to end in s, with pauses
+        type(c_ptr) :: timeunit = c_null_ptr ! unit of xposure and telapse; place of the times
+        type(c_ptr) :: trefpos = c_null_ptr
     end type
 
     ! Flags of toliman_ingest_header_time.
-    ! TIMESYS or the exposure is missing: UTC or mid-exposure is assumed
+    ! TIMESYS or the length is missing: UTC or mid-exposure is assumed
     integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_ASSUMED = 1
     ! UTC on the day `expires` or later, whose leap seconds may not be known
     integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_EXPIRED = 2
 
     ! Time of a header. Since 0.2.
     type, bind(C), public :: toliman_ingest_header_time
-        integer(c_int32_t) :: struct_size = 136 ! in: sizeof(toliman_ingest_header_time)
+        integer(c_int32_t) :: struct_size = 144 ! in: sizeof(toliman_ingest_header_time)
         integer(c_int32_t) :: flags = 0 ! TOLIMAN_INGEST_ASSUMED, TOLIMAN_INGEST_EXPIRED
         integer(c_int64_t) :: tai_ns = 0 ! middle of the first exposure, TAI nanoseconds since 1970-01-01T00:00:00 TAI
         ! keywords and scale in words, for messages: "MJD-OBS + EXPTIME/2 in TAI"
         character(kind=c_char) :: rule(120) = c_null_char
+        real(c_double) :: exposure_s = 0.0_c_double ! length of the exposure from start to end; 0 = unknown
     end type
 
     ! Options of an estimator. Since 0.2.
@@ -3564,8 +3579,7 @@ module toliman
         end function
 
         ! Converts text to TAI nanoseconds since 1970-01-01T00:00:00 TAI. text a time from 1958-01-01 to 2099-12-31 of
-        ! its scale, in UTC from 1972-01-01 on; without blanks format TOLIMAN_INGEST_FORMAT_... scale
-        ! TOLIMAN_INGEST_SCALE_... of the text table [count] leap seconds for UTC; NULL if count is 0: those of ERFA.
+        ! its scale, in UTC from 1972-01-01 on.
         function toliman_ingest_parse_time(text, format, scale, table, count, tai_ns) bind(C) result(answer)
             import
             integer(c_int32_t), value :: format, scale
@@ -3590,7 +3604,7 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Reads the time of the first frame from the keywords of a FITS header.
+        ! Reads the time of the first frame from the keywords of a FITS header (FITS Standard 4.0, section 9).
         function toliman_ingest_read_header(header, table, count, expires, time) bind(C) result(answer)
             import
             integer(c_size_t), value :: count
@@ -6857,8 +6871,7 @@ contains
     end subroutine
 
     ! Converts text to TAI nanoseconds since 1970-01-01T00:00:00 TAI. text a time from 1958-01-01 to 2099-12-31 of its
-    ! scale, in UTC from 1972-01-01 on; without blanks format TOLIMAN_INGEST_FORMAT_... scale TOLIMAN_INGEST_SCALE_...
-    ! of the text table [count] leap seconds for UTC; NULL if count is 0: those of ERFA. table(count).
+    ! scale, in UTC from 1972-01-01 on. table(count).
     subroutine pair_reader_parse_time(text, format, scale, tai_ns, table, stat, errmsg)
         character(len=*), intent(in) :: text
         integer(c_int32_t), intent(in) :: format, scale
@@ -6899,7 +6912,8 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Reads the time of the first frame from the keywords of a FITS header. table(count).
+    ! Reads the time of the first frame from the keywords of a FITS header (FITS Standard 4.0, section 9).
+    ! table(count).
     subroutine pair_reader_read_header(header, expires, time, table, stat, errmsg)
         type(toliman_ingest_header), intent(in) :: header
         type(toliman_leap_second), intent(in), optional, contiguous :: table(:)

@@ -451,7 +451,8 @@ class HeaderTime(Result):
 
     tai_ns: int = member("middle of the first exposure, TAI nanoseconds since 1970-01-01T00:00:00 TAI")
     rule: str = member("keywords and scale in words, for messages: \"MJD-OBS + EXPTIME/2 in TAI\"")
-    assumed: bool = member("TIMESYS or the exposure is missing: UTC or mid-exposure is assumed", flag=1)
+    exposure_s: float = member("length of the exposure from start to end; 0 = unknown")
+    assumed: bool = member("TIMESYS or the length is missing: UTC or mid-exposure is assumed", flag=1)
     expired: bool = member("UTC on the day `expires` or later, whose leap seconds may not be known", flag=2)
 
 

@@ -14,10 +14,27 @@ namespace cli {
 namespace {
 
 constexpr std::pair<const char *, const char * toliman_ingest_header::*> kKeys[] = {
-    {"TIMESYS", &toliman_ingest_header::timesys},   {"MJD-AVG", &toliman_ingest_header::mjd_avg},
-    {"DATE-AVG", &toliman_ingest_header::date_avg}, {"MJD-BEG", &toliman_ingest_header::mjd_beg},
-    {"MJD-OBS", &toliman_ingest_header::mjd_obs},   {"DATE-OBS", &toliman_ingest_header::date_obs},
-    {"XPOSURE", &toliman_ingest_header::xposure},   {"EXPTIME", &toliman_ingest_header::exptime}};
+    {"TIMESYS", &toliman_ingest_header::timesys},
+    {"MJD-AVG", &toliman_ingest_header::mjd_avg},
+    {"DATE-AVG", &toliman_ingest_header::date_avg},
+    {"MJD-BEG", &toliman_ingest_header::mjd_beg},
+    {"MJD-OBS", &toliman_ingest_header::mjd_obs},
+    {"DATE-OBS", &toliman_ingest_header::date_obs},
+    {"XPOSURE", &toliman_ingest_header::xposure},
+    {"EXPTIME", &toliman_ingest_header::exptime},
+    {"DATE-BEG", &toliman_ingest_header::date_beg},
+    {"MJD-END", &toliman_ingest_header::mjd_end},
+    {"DATE-END", &toliman_ingest_header::date_end},
+    {"TIME-AVG", &toliman_ingest_header::time_avg},
+    {"TIME-BEG", &toliman_ingest_header::time_beg},
+    {"TIME-OBS", &toliman_ingest_header::time_obs},
+    {"TIME-END", &toliman_ingest_header::time_end},
+    {"UTC-OBS", &toliman_ingest_header::utc_obs},
+    {"UT", &toliman_ingest_header::ut},
+    {"EXPOSURE", &toliman_ingest_header::exposure},
+    {"TELAPSE", &toliman_ingest_header::telapse},
+    {"TIMEUNIT", &toliman_ingest_header::timeunit},
+    {"TREFPOS", &toliman_ingest_header::trefpos}};
 
 // Nothing where the header has no time.
 std::optional<toliman_ingest_header_time> header_time(FrameFile &file, const LeapSeconds &leap_seconds) {
@@ -38,7 +55,7 @@ std::optional<toliman_ingest_header_time> header_time(FrameFile &file, const Lea
     return time;
 }
 
-// XPOSURE, otherwise EXPTIME; 0 without both.
+// Of a header without time: XPOSURE, otherwise EXPTIME; 0 without both.
 double exposure_of(FrameFile &file) {
     constexpr double kLongest = 1e9; // s
     for (const char *key : {"XPOSURE", "EXPTIME"}) {
@@ -73,7 +90,7 @@ std::vector<int64_t> table_of(FrameFile &file) {
 FrameTimes::FrameTimes(FrameFile &file, int64_t number, const std::optional<double> &cadence,
                        const LeapSeconds &leap_seconds)
     : path_(file.path()), header_(header_time(file, leap_seconds)), steps_(table_of(file)), cadence_(cadence),
-      exposure_s_(exposure_of(file)) {
+      exposure_s_(header_ ? header_->exposure_s : exposure_of(file)) {
     const bool by_table = !steps_.empty(), has_more = file.count() > 1;
     if (!by_table && !cadence_ && !is_tai())
         malformed(path_, "tells no time: needs --cadence SECONDS");

@@ -24,7 +24,7 @@ class FrameTimes {
     // number: of the first frame.
     FrameTimes(FrameFile &file, int64_t number, const std::optional<double> &cadence, const LeapSeconds &leap_seconds);
     int64_t at(size_t frame) const;
-    double exposure_s() const noexcept { return exposure_s_; } // of each frame, XPOSURE or EXPTIME; 0: unknown
+    double exposure_s() const noexcept { return exposure_s_; } // of each frame, from start to end; 0: unknown
     // In words, for a message that is a warning if TIMESYS or the exposure is missing.
     const std::string &rule() const noexcept { return rule_; }
     bool is_tai() const noexcept { return header_.has_value(); }
