@@ -270,7 +270,7 @@ module toliman
         integer(c_int32_t) :: bit_depth = 0 ! bits per pixel of the detector; 0 = counts are not rounded
         ! length of an exposure; 0 if the scene has peak_photons instead. Since 0.2
         real(c_double) :: exposure_s = 0.0_c_double
-        ! TAI of binary.date, ns since 1970-01-01T00:00:00 TAI; 0 without an observer. Since 0.2
+        ! TAI of binary.date of moving stars, ns since 1970-01-01T00:00:00 TAI; else 0. Since 0.2
         integer(c_int64_t) :: time_zero_ns = 0
         integer(c_int32_t) :: calibration = 0 ! TOLIMAN_SIM_CALIBRATION_.... Since 0.2
         ! TOLIMAN_GOODNESS_..., of its chi_square; UNKNOWN without a verdict. Since 0.2
@@ -3578,6 +3578,12 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
+        ! Returns the latest day (MJD) of UTC that any function has converted in this process, 0 for none.
+        function toliman_ingest_last_utc_day() bind(C) result(answer)
+            import
+            integer(c_int64_t) :: answer
+        end function
+
         ! Converts text to TAI nanoseconds since 1970-01-01T00:00:00 TAI. text a time from 1958-01-01 to 2099-12-31 of
         ! its scale, in UTC from 1972-01-01 on.
         function toliman_ingest_parse_time(text, format, scale, table, count, tai_ns) bind(C) result(answer)
@@ -4794,6 +4800,7 @@ module toliman
     public :: toliman_ingest_get_info
     public :: toliman_ingest_read_clock
     public :: toliman_ingest_read_leap_seconds
+    public :: toliman_ingest_last_utc_day
     public :: toliman_ingest_parse_time
     public :: toliman_ingest_read_on_target
     public :: toliman_ingest_read_header
@@ -5076,6 +5083,7 @@ module toliman
         procedure :: get_info => pair_reader_get_info
         procedure, nopass :: read_clock => pair_reader_read_clock
         procedure, nopass :: read_leap_seconds => pair_reader_read_leap_seconds
+        procedure, nopass :: last_utc_day => pair_reader_last_utc_day
         procedure, nopass :: parse_time => pair_reader_parse_time
         procedure, nopass :: read_on_target => pair_reader_read_on_target
         procedure, nopass :: read_header => pair_reader_read_header
@@ -6869,6 +6877,12 @@ contains
         status = toliman_ingest_read_leap_seconds(path_of_c, table, of_capacity, count, expires)
         call conclude(status, stat, errmsg)
     end subroutine
+
+    ! Returns the latest day (MJD) of UTC that any function has converted in this process, 0 for none.
+    function pair_reader_last_utc_day() result(answer)
+        integer(c_int64_t) :: answer
+        answer = toliman_ingest_last_utc_day()
+    end function
 
     ! Converts text to TAI nanoseconds since 1970-01-01T00:00:00 TAI. text a time from 1958-01-01 to 2099-12-31 of its
     ! scale, in UTC from 1972-01-01 on. table(count).

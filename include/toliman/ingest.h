@@ -13,7 +13,7 @@
  *   on-target windows     read_on_target -> TAI nanoseconds, for toliman_frame.intervals and sky.h
  *   dates, Julian days    parse_time, convert_times -> TAI nanoseconds
  *   FITS keywords         read_header -> TAI nanoseconds of the first frame
- *   leap-seconds.list     read_leap_seconds -> parse_time, convert_times, read_header, read_on_target
+ *   leap-seconds.list     read_leap_seconds -> parse_time, convert_times, read_header, read_on_target; last_utc_day
  *
  * The mission writes a session as a pair of files: X_frames.bin holds the pixels without header, and X_meta.jsonl, the
  * side file, one JSON object per frame (formats.md, "The mission's pair of files"). Both files grow while the session
@@ -216,14 +216,20 @@ typedef struct toliman_leap_second {
  *   count    becomes the number of rows
  *   expires  becomes the day (MJD) from which on leap seconds may be missing: the expiry of the file, or 1 January of
  *            the first year that ERFA calls dubious; may be NULL
- * A list is refused, with TOLIMAN_E_FORMAT, if the SHA-1 in its line #h is not that of its numbers, if it has a date (#$)
- * but no #h (it is truncated), and if it differs from the table of ERFA up to the last row or the release of that table.
+ * A list is refused, with TOLIMAN_E_FORMAT, if the SHA-1 in its line #h is not that of its numbers, if it has a date
+ * (#$) but no #h (it is truncated), and if it differs from the table of ERFA up to the last row or the release of that
+ * table.
  * Errors: TOLIMAN_E_NOT_FOUND, TOLIMAN_E_FORMAT with file and line, TOLIMAN_E_CAPACITY if capacity is too small.
  * Since 0.2. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_read_leap_seconds(const char *path,
                                                                                toliman_leap_second *table,
                                                                                size_t capacity, size_t *count,
                                                                                int64_t *expires) TOLIMAN_NOEXCEPT;
+
+/* Returns the latest day (MJD) of UTC that any function has converted in this process, 0 for none. From the day
+ * `expires` of toliman_ingest_read_leap_seconds on, leap seconds may be missing: a program compares both at its end,
+ * and warns. Since 0.2. */
+TOLIMAN_API int64_t toliman_ingest_last_utc_day(void) TOLIMAN_NOEXCEPT;
 
 /* Converts text to TAI nanoseconds since 1970-01-01T00:00:00 TAI.
  *   text    a time from 1958-01-01 to 2099-12-31 of its scale, in UTC from 1972-01-01 on. A date is YYYY-MM-DD or
@@ -294,8 +300,8 @@ typedef struct toliman_ingest_header_time {
  *   Middle   MJD-AVG or DATE-AVG. End: MJD-END or DATE-END
  *   Length   TELAPSE, otherwise XPOSURE, EXPTIME or EXPOSURE, otherwise from start to end
  * The middle is used if it is given, otherwise the start, otherwise the end; of several keywords, the one with finer
- * digits. Half of the length is added to a start. A start without length is taken as mid-exposure. All other keywords of
- * these must agree with the result within half an exposure and their last digit; only TELAPSE may exceed the other
+ * digits. Half of the length is added to a start. A start without length is taken as mid-exposure. All other keywords
+ * of these must agree with the result within half an exposure and their last digit; only TELAPSE may exceed the other
  * lengths, by pauses.
  *   table    [count] leap seconds for UTC, as in toliman_ingest_parse_time
  *   expires  day (MJD) from toliman_ingest_read_leap_seconds; ignored if count is 0

@@ -102,6 +102,10 @@ toliman_status toliman_ingest_read_leap_seconds(const char *path, toliman_leap_s
     });
 }
 
+int64_t toliman_ingest_last_utc_day(void) noexcept {
+    return ingest::last_day_of_utc();
+}
+
 toliman_status toliman_ingest_parse_time(const char *text, int32_t format, int32_t scale,
                                          const toliman_leap_second *table, size_t count, int64_t *tai_ns) noexcept {
     return guard([&] {

@@ -16,7 +16,7 @@ namespace {
 
 constexpr int kFirstYear = 1972; // earlier, TAI - UTC was not a whole number of seconds
 constexpr int kLastYear = 2099;
-constexpr int kDubious = 6; // years from the release of a version to the first one that it calls dubious
+constexpr int kDubious = 6;          // years from the release of a version to the first one that it calls dubious
 constexpr double kJ2000 = 2451545.0; // JD
 
 std::vector<LeapSecond> read_rows() {

@@ -1,5 +1,5 @@
-// Method: the text, one bit 1, zeros and the length in bits fill blocks of 64 bytes. Each block changes the five words in
-// 80 rounds. Reference: FIPS 180-4, sections 5.1.1 and 6.1.
+// Method: the text, one bit 1, zeros and the length in bits fill blocks of 64 bytes. Each block changes the five words
+// in 80 rounds. Reference: FIPS 180-4, sections 5.1.1 and 6.1.
 #include "base/sha1.hpp"
 
 #include <string>

@@ -1,11 +1,11 @@
 // Method: every keyword of a time is read, and becomes a statement about the start (MJD-BEG, DATE-BEG, MJD-OBS,
 // DATE-OBS), the middle (MJD-AVG, DATE-AVG) or the end (MJD-END, DATE-END) of the exposure. The length is TELAPSE, from
 // start to end; otherwise XPOSURE, EXPTIME or EXPOSURE; otherwise from the start to the end. One statement gives the
-// time: the first of middle, start and end, of two keywords of one place the one with finer digits. All others must agree
-// with it within half an exposure and their own last digit; otherwise the header is refused, as nobody knows which of
-// them is right. TELAPSE may exceed the other lengths, which do not count pauses. A date without time states only its
-// day. TIMESYS gives the scale, UTC by default; TDB is treated as TT, as everywhere. Reference: FITS Standard 4.0, section
-// 9 (Time coordinates), and tables 30 (scales), 35 (times) and 36 (durations).
+// time: the first of middle, start and end, of two keywords of one place the one with finer digits. All others must
+// agree with it within half an exposure and their own last digit; otherwise the header is refused, as nobody knows
+// which of them is right. TELAPSE may exceed the other lengths, which do not count pauses. A date without time states
+// only its day. TIMESYS gives the scale, UTC by default; TDB is treated as TT, as everywhere. Reference: FITS Standard
+// 4.0, section 9 (Time coordinates), and tables 30 (scales), 35 (times) and 36 (durations).
 #include "ingest/header_time.hpp"
 
 #include <algorithm>
@@ -30,9 +30,9 @@ struct NamedScale {
     const char *name;
     Scale scale;
 };
-constexpr NamedScale kScales[] = {{"UTC", Scale::utc}, {"TAI", Scale::tai}, {"IAT", Scale::tai}, {"TT", Scale::tt},
-                                  {"TDT", Scale::tt},  {"ET", Scale::tt},   {"TDB", Scale::tdb}, {"GPS", Scale::gps},
-                                  {"GMT", Scale::utc}};
+constexpr NamedScale kScales[] = {{"UTC", Scale::utc}, {"TAI", Scale::tai}, {"IAT", Scale::tai},
+                                  {"TT", Scale::tt},   {"TDT", Scale::tt},  {"ET", Scale::tt},
+                                  {"TDB", Scale::tdb}, {"GPS", Scale::gps}, {"GMT", Scale::utc}};
 
 enum class Part { middle, start, end };
 struct Suffix {
@@ -82,7 +82,8 @@ const NamedScale &scale_of(const char *value) {
         if (is_closed && name.substr(0, bracket) == scale.name)
             return scale;
     fail(Status::format,
-         "{TIMESYS} = %.70s: must be UTC, TAI, TT, TDT, ET, IAT, TDB, GPS or GMT, perhaps with a realisation in brackets",
+         "{TIMESYS} = %.70s: must be UTC, TAI, TT, TDT, ET, IAT, TDB, GPS or GMT, perhaps with a realisation in "
+         "brackets",
          value);
 }
 
@@ -92,8 +93,10 @@ void check_references(const Keywords &value_of) {
     const std::string where = place != nullptr ? upper(unquoted(place)) : "";
     for (const char *far : {"BARY", "HELIO", "EMBARY", "GALACT"})
         if (where.rfind(far, 0) == 0)
-            fail(Status::format, "{TREFPOS} = %.70s: must be TOPOCENTER or GEOCENTER: light arrives at others up to 500 s "
-                 "earlier or later", place);
+            fail(Status::format,
+                 "{TREFPOS} = %.70s: must be TOPOCENTER or GEOCENTER: light arrives at others up to 500 s "
+                 "earlier or later",
+                 place);
     if (unit != nullptr && unquoted(unit) != "s" && (value_of("XPOSURE") != nullptr || value_of("TELAPSE") != nullptr))
         fail(Status::format, "{TIMEUNIT} = %.70s: must be 's' with XPOSURE and TELAPSE", unit);
 }
@@ -220,7 +223,8 @@ std::optional<Length> length_of(const std::vector<Statement> &statements, const 
             return std::nullopt;
         const int64_t ns = end->first_ns - start->first_ns;
         if (ns < 0)
-            fail_contradiction(start->key, end->key, "the exposure would end " + seconds_text(-ns) + " before it starts");
+            fail_contradiction(start->key, end->key,
+                               "the exposure would end " + seconds_text(-ns) + " before it starts");
         if (ns > kLongestExposure * kSecond)
             fail_contradiction(start->key, end->key, "the exposure would take more than 1e9 s");
         return Length{end->key + " - " + start->key, ns};
@@ -267,8 +271,9 @@ const Statement &chosen_of(const std::vector<Statement> &statements) {
         if (const Statement *const found = finest(statements, part))
             return *found;
     if (statements.empty())
-        fail(Status::not_found, "{header} has no time: none of MJD-AVG, DATE-AVG, MJD-BEG, DATE-BEG, MJD-OBS, DATE-OBS, "
-                                "MJD-END and DATE-END");
+        fail(Status::not_found,
+             "{header} has no time: none of MJD-AVG, DATE-AVG, MJD-BEG, DATE-BEG, MJD-OBS, DATE-OBS, "
+             "MJD-END and DATE-END");
     fail(Status::format, "{%s} is a date without a time: must be YYYY-MM-DDThh:mm:ss, or have TIME-%s",
          statements[0].key.c_str(), statements[0].key.substr(statements[0].key.size() - 3).c_str());
 }

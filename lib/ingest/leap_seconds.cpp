@@ -1,7 +1,8 @@
 // Method: a list is believed where it agrees with itself and with ERFA. Its hash (#h) is the SHA-1 of its digits: the
 // date of the list (#$), its expiry (#@), and both numbers of each row, without blanks. Official lists have #$ and end
-// with #h, so that one without #h is truncated. ERFA knows every leap second before its release, and those of its table:
-// up to there both must have the same rows; later rows are news. Reference: the comments in leap-seconds.list, IERS.
+// with #h, so that one without #h is truncated. ERFA knows every leap second before its release, and those of its
+// table: up to there both must have the same rows; later rows are news. Reference: the comments in leap-seconds.list,
+// IERS.
 #include "ingest/leap_seconds.hpp"
 
 #include <algorithm>
@@ -82,7 +83,8 @@ void check_hash(const std::string &path, const Seal &seal) {
     if (seal.has_date && !seal.hash)
         fail(Status::format, "{%s}: has a date (#$), but no hash (#h): it is truncated", path.c_str());
     if (seal.hash && *seal.hash != sha1(seal.date + seal.expiry + seal.rows))
-        fail(Status::format, "{%s}: its hash (#h) is not that of its rows, date and expiry: it is damaged, or was edited",
+        fail(Status::format,
+             "{%s}: its hash (#h) is not that of its rows, date and expiry: it is damaged, or was edited",
              path.c_str());
 }
 
@@ -97,7 +99,8 @@ void check_against_erfa(const std::string &path, const LeapSecondRows &rows) {
     for (const erfa::LeapSecond &row : all)
         if (row.day < end && listed.tai_utc(row.day) != built_in.tai_utc(row.day))
             fail(Status::format,
-                 "{%s}: TAI - UTC is %d s on MJD %lld: must be %d s as in the library's own table, whose last leap second "
+                 "{%s}: TAI - UTC is %d s on MJD %lld: must be %d s as in the library's own table, whose last leap "
+                 "second "
                  "is on MJD %lld: the list is old, truncated or damaged",
                  path.c_str(), listed.tai_utc(row.day).value_or(0), static_cast<long long>(row.day),
                  built_in.tai_utc(row.day).value_or(0), static_cast<long long>(known.rows.back().day));

@@ -1,9 +1,11 @@
 // Method: a time is a day (MJD) and nanoseconds of that day. TAI follows by a constant, or for UTC by the seconds that
 // TAI is ahead on that day. A fraction of a day of UTC counts the day's length, 86,401 s if it ends with a leap second,
-// as in SOFA and astropy. TDB is treated as TT: they differ by less than 2 ms. Reference: SOFA Time Scale and Calendar
-// Tools, http://www.iausofa.org.
+// as in SOFA and astropy. The latest day of UTC is kept for the whole process, as every reader converts dates here: a
+// program learns from it that its leap seconds have expired, whichever file the dates came from. TDB is treated as TT:
+// they differ by less than 2 ms. Reference: SOFA Time Scale and Calendar Tools, http://www.iausofa.org.
 #include "ingest/time_scale.hpp"
 
+#include <atomic>
 #include <iterator>
 #include <string>
 
@@ -23,8 +25,17 @@ bool in_range(int64_t day, Scale scale) noexcept {
     return day >= (scale == Scale::utc ? kFirstDayOfUtc : kFirstDay) && day < kEndDay;
 }
 
+std::atomic<int64_t> last_day{0};
+
+void keep_day(int64_t day) noexcept {
+    for (int64_t last = last_day; day > last && !last_day.compare_exchange_weak(last, day);)
+        ;
+}
+
 // day is in range.
 int64_t tai_of(int64_t day, int64_t ns, Scale scale, const LeapSeconds &leap_seconds) noexcept {
+    if (scale == Scale::utc)
+        keep_day(day);
     const int64_t ahead =
         scale == Scale::utc ? leap_seconds.tai_utc(day).value_or(0) * kSecond : kAhead[static_cast<size_t>(scale)];
     return (day - kDayOf1970) * kDay + ns + ahead;
@@ -55,6 +66,10 @@ void check_range(const char *text, int64_t day, Scale scale) {
 }
 
 } // namespace
+
+int64_t last_day_of_utc() noexcept {
+    return last_day;
+}
 
 const char *first_date(Scale scale) noexcept {
     return scale == Scale::utc ? "1972-01-01, when leap seconds began," : "1958-01-01";

@@ -1,6 +1,7 @@
-// Method: all arithmetic is on integers. A day of the year is counted from 1 January. A time in nanoseconds has 19 digits, a double holds 16, so a decimal number is
-// read as a 128-bit integer and a power of ten. The power is kept as a divisor until the length of the day is known,
-// because a day of UTC may have 86,401 s. Reference: ISO 8601; CCSDS 301.0-B, ASCII time codes A and B.
+// Method: all arithmetic is on integers. A day of the year is counted from 1 January. A time in nanoseconds has 19
+// digits, a double holds 16, so a decimal number is read as a 128-bit integer and a power of ten. The power is kept as
+// a divisor until the length of the day is known, because a day of UTC may have 86,401 s. Reference: ISO 8601; CCSDS
+// 301.0-B, ASCII time codes A and B.
 #include "ingest/time_text.hpp"
 
 #include <algorithm>
@@ -150,8 +151,8 @@ bool begins_with_date(std::string_view text) noexcept {
 size_t first_field(std::string_view text) noexcept {
     constexpr const char *kBlanks = " \t\r\v\f";
     const size_t end = std::min(text.find_first_of(kBlanks), text.size());
-    const bool continues = end > 0 && end == date_length(text) && text.substr(end, 1) == " " &&
-                           matches(text.substr(end + 1), "00:00:00");
+    const bool continues =
+        end > 0 && end == date_length(text) && text.substr(end, 1) == " " && matches(text.substr(end + 1), "00:00:00");
     return continues ? std::min(text.find_first_of(kBlanks, end + 1), text.size()) : end;
 }
 

@@ -29,8 +29,8 @@ bool begins_with_date(std::string_view text) noexcept;
 // blank separates are one field.
 size_t first_field(std::string_view text) noexcept;
 
-// The unit of the last digit of a date, of a time or of a number of days, ns: a day, a second, 1e-3 s and so on. Days of
-// fewer than 4 places are taken as exact to 1 s, not as rounded.
+// The unit of the last digit of a date, of a time or of a number of days, ns: a day, a second, 1e-3 s and so on. Days
+// of fewer than 4 places are taken as exact to 1 s, not as rounded.
 int64_t date_resolution(std::string_view text) noexcept;
 int64_t days_resolution(std::string_view text) noexcept;
 

@@ -47,8 +47,8 @@ static toliman_status read_few_windows(attempt *a) {
 
 static toliman_status read_leap_seconds(attempt *a) {
     toliman_leap_second table[LEAP_SECONDS] = {TOLIMAN_LEAP_SECOND_INIT};
-    const toliman_status status =
-        toliman_ingest_read_leap_seconds(in_folder(kList), table, LEAP_SECONDS, (size_t *)a->out, (int64_t *)(a->out + 8));
+    const toliman_status status = toliman_ingest_read_leap_seconds(in_folder(kList), table, LEAP_SECONDS,
+                                                                   (size_t *)a->out, (int64_t *)(a->out + 8));
     must(table[1].tai_utc_s == (status == TOLIMAN_OK ? 11 : 0), "rows of a call that failed");
     return status;
 }
@@ -60,6 +60,11 @@ static toliman_status known_leap_seconds(attempt *a) {
 static toliman_status parse_time(attempt *a) {
     return toliman_ingest_parse_time("2016-12-31T23:59:60.5", TOLIMAN_INGEST_FORMAT_ISO, TOLIMAN_INGEST_SCALE_UTC, NULL,
                                      0, (int64_t *)a->out);
+}
+
+static toliman_status last_utc_day(attempt *a) {
+    must(toliman_ingest_last_utc_day() >= 0 && a != NULL, "last_utc_day");
+    return TOLIMAN_OK;
 }
 
 static toliman_status read_header(attempt *a) {
@@ -93,6 +98,7 @@ static const scenario all[] = {
     {.function = "toliman_ingest_read_leap_seconds", .call = read_leap_seconds, .stage = put_list},
     {.function = "toliman_ingest_read_leap_seconds", .variant = "of ERFA", .call = known_leap_seconds},
     {.function = "toliman_ingest_parse_time", .call = parse_time},
+    {.function = "toliman_ingest_last_utc_day", .call = last_utc_day},
     {.function = "toliman_ingest_read_header", .call = read_header, .struct_size = sizeof(toliman_ingest_header_time)},
     {.function = "toliman_ingest_convert_times", .call = convert_times},
 };

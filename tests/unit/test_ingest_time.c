@@ -197,6 +197,23 @@ static void tables_of_the_caller(void **unused) {
     assert_fails(toliman_ingest_parse_time("2029-12-31", ISO, UTC, table, 1, &ns), TOLIMAN_E_ARGUMENT, "struct_size");
 }
 
+/* Only days of UTC count, also of a table of the caller; the first test of this program. */
+static void latest_day_of_utc(void **unused) {
+    (void)unused;
+    const toliman_leap_second table[1] = {{sizeof table[0], 10, 41317}};
+    int64_t ns = 0, time = (62000 - 40587) * kDay;
+    assert_int_equal(toliman_ingest_last_utc_day(), 0);
+    parsed("88000", MJD, TAI);
+    converted(1, TT);
+    assert_int_equal(toliman_ingest_last_utc_day(), 0);
+    parsed("2028-03-01T23:59:59Z", ISO, UTC);
+    assert_int_equal(toliman_ingest_last_utc_day(), 61831);
+    parsed("60000", MJD, UTC);
+    assert_int_equal(toliman_ingest_last_utc_day(), 61831);
+    assert_ok(toliman_ingest_convert_times(&time, 1, UTC, table, 1, &ns));
+    assert_int_equal(toliman_ingest_last_utc_day(), 62000);
+}
+
 static void malformed_texts(void **unused) {
     (void)unused;
     const struct {
@@ -450,6 +467,7 @@ static void rates_of_clocks(void **unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(latest_day_of_utc),
         cmocka_unit_test(constants),
         cmocka_unit_test(every_nanosecond_is_exact),
         cmocka_unit_test(leap_seconds),

@@ -274,7 +274,7 @@ class toliman_sim_info(Sized):
     unit: TOLIMAN_SIM_UNIT_..., of frames and expected images
     bit_depth: bits per pixel of the detector; 0 = counts are not rounded
     exposure_s: length of an exposure; 0 if the scene has peak_photons instead. Since 0.2
-    time_zero_ns: TAI of binary.date, ns since 1970-01-01T00:00:00 TAI; 0 without an observer. Since 0.2
+    time_zero_ns: TAI of binary.date of moving stars, ns since 1970-01-01T00:00:00 TAI; else 0. Since 0.2
     calibration: TOLIMAN_SIM_CALIBRATION_.... Since 0.2
     calibration_goodness: TOLIMAN_GOODNESS_..., of its chi_square; UNKNOWN without a verdict. Since 0.2
     calibration_chi_square: NaN without a verdict. Since 0.2
@@ -4697,10 +4697,17 @@ TOLIMAN_E_CAPACITY if capacity is too small. Since 0.2.""",
   count    becomes the number of rows
   expires  becomes the day (MJD) from which on leap seconds may be missing: the expiry of the file, or 1 January of
            the first year that ERFA calls dubious; may be NULL
-A list is refused, with TOLIMAN_E_FORMAT, if the SHA-1 in its line #h is not that of its numbers, if it has a date (#$)
-but no #h (it is truncated), and if it differs from the table of ERFA up to the last row or the release of that table.
+A list is refused, with TOLIMAN_E_FORMAT, if the SHA-1 in its line #h is not that of its numbers, if it has a date
+(#$) but no #h (it is truncated), and if it differs from the table of ERFA up to the last row or the release of that
+table.
 Errors: TOLIMAN_E_NOT_FOUND, TOLIMAN_E_FORMAT with file and line, TOLIMAN_E_CAPACITY if capacity is too small.
 Since 0.2.""",
+    ),
+    "toliman_ingest_last_utc_day": (
+        c_int64, (),
+        """Returns the latest day (MJD) of UTC that any function has converted in this process, 0 for none. From the day
+`expires` of toliman_ingest_read_leap_seconds on, leap seconds may be missing: a program compares both at its end,
+and warns. Since 0.2.""",
     ),
     "toliman_ingest_parse_time": (
         c_int32, (
@@ -4758,8 +4765,8 @@ TOLIMAN_E_CAPACITY if capacity is too small; TOLIMAN_E_ARGUMENT for a wrong tabl
   Middle   MJD-AVG or DATE-AVG. End: MJD-END or DATE-END
   Length   TELAPSE, otherwise XPOSURE, EXPTIME or EXPOSURE, otherwise from start to end
 The middle is used if it is given, otherwise the start, otherwise the end; of several keywords, the one with finer
-digits. Half of the length is added to a start. A start without length is taken as mid-exposure. All other keywords of
-these must agree with the result within half an exposure and their last digit; only TELAPSE may exceed the other
+digits. Half of the length is added to a start. A start without length is taken as mid-exposure. All other keywords
+of these must agree with the result within half an exposure and their last digit; only TELAPSE may exceed the other
 lengths, by pauses.
   table    [count] leap seconds for UTC, as in toliman_ingest_parse_time
   expires  day (MJD) from toliman_ingest_read_leap_seconds; ignored if count is 0
