@@ -29,7 +29,7 @@ def parse_time(time: str | bytes | datetime.date | numpy.datetime64, format: str
 
 
 @typing.overload
-def parse_time(time: typing.Sequence[typing.Any] | NDArray[typing.Any], format: str = "iso",
+def parse_time(time: list[typing.Any] | tuple[typing.Any, ...] | NDArray[typing.Any], format: str = "iso",
                scale: str = "utc") -> NDArray[numpy.int64]: ...
 
 
