@@ -270,7 +270,7 @@ module toliman
         integer(c_int32_t) :: bit_depth = 0 ! bits per pixel of the detector; 0 = counts are not rounded
         ! length of an exposure; 0 if the scene has peak_photons instead. Since 0.2
         real(c_double) :: exposure_s = 0.0_c_double
-        ! TAI of binary.date, ns since 1970-01-01T00:00:00 TAI; 0 without an observer. Since 0.2
+        ! TAI of binary.date of moving stars, ns since 1970-01-01T00:00:00 TAI; else 0. Since 0.2
         integer(c_int64_t) :: time_zero_ns = 0
         integer(c_int32_t) :: calibration = 0 ! TOLIMAN_SIM_CALIBRATION_.... Since 0.2
         ! TOLIMAN_GOODNESS_..., of its chi_square; UNKNOWN without a verdict. Since 0.2
@@ -1259,7 +1259,7 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_SCALE_GPS = 635
 
     ! Formats of a time in text.
-    ! 2028-03-01, 2028-03-01T12:00:00.5; with a final Z only in UTC
+    ! 2028-03-01, 2028-03-01T12:00:00.5, 2028-061 12:00:00; see parse_time
     integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_FORMAT_ISO = 641
     ! Modified Julian Day, a decimal number ("61831.5")
     integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_FORMAT_MJD = 642
@@ -1276,9 +1276,10 @@ module toliman
     ! Keywords of a FITS header that give the time of its first frame. Each is the text of the header, strings with or
     ! without their quotes; NULL = the keyword is missing or has no value. Since 0.2.
     type, bind(C), public :: toliman_ingest_header
-        integer(c_int32_t) :: struct_size = 72 ! sizeof(toliman_ingest_header)
+        integer(c_int32_t) :: struct_size = 176 ! sizeof(toliman_ingest_header)
         integer(c_int32_t) :: reserved = 0
-        type(c_ptr) :: timesys = c_null_ptr ! UTC, TAI, TT, TDT, IAT or GPS; NULL = UTC
+        ! UTC, TAI, TT, TDT, ET, IAT, TDB, GPS or GMT, also as UTC(NIST); NULL = UTC
+        type(c_ptr) :: timesys = c_null_ptr
         type(c_ptr) :: mjd_avg = c_null_ptr
         type(c_ptr) :: date_avg = c_null_ptr
         type(c_ptr) :: mjd_beg = c_null_ptr
@@ -1286,21 +1287,35 @@ module toliman
         type(c_ptr) :: date_obs = c_null_ptr
         type(c_ptr) :: xposure = c_null_ptr ! length of the exposure in s, 0 to 1e9
         type(c_ptr) :: exptime = c_null_ptr
+        type(c_ptr) :: date_beg = c_null_ptr
+        type(c_ptr) :: mjd_end = c_null_ptr
+        type(c_ptr) :: date_end = c_null_ptr
+        type(c_ptr) :: time_avg = c_null_ptr ! hh:mm:ss, to the dates of the same name
+        type(c_ptr) :: time_beg = c_null_ptr
+        type(c_ptr) :: time_obs = c_null_ptr
+        type(c_ptr) :: time_end = c_null_ptr
+        type(c_ptr) :: utc_obs = c_null_ptr ! hh:mm:ss, to DATE-OBS
+        type(c_ptr) :: ut = c_null_ptr
+        type(c_ptr) :: exposure = c_null_ptr ! as exptime; only with a time in the header
+        type(c_ptr) :: telapse = c_null_ptr ! length from start to end in s, with pauses
+        type(c_ptr) :: timeunit = c_null_ptr ! unit of xposure and telapse; place of the times
+        type(c_ptr) :: trefpos = c_null_ptr
     end type
 
     ! Flags of toliman_ingest_header_time.
-    ! TIMESYS or the exposure is missing: UTC or mid-exposure is assumed
+    ! TIMESYS or the length is missing: UTC or mid-exposure is assumed
     integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_ASSUMED = 1
     ! UTC on the day `expires` or later, whose leap seconds may not be known
     integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_EXPIRED = 2
 
     ! Time of a header. Since 0.2.
     type, bind(C), public :: toliman_ingest_header_time
-        integer(c_int32_t) :: struct_size = 136 ! in: sizeof(toliman_ingest_header_time)
+        integer(c_int32_t) :: struct_size = 144 ! in: sizeof(toliman_ingest_header_time)
         integer(c_int32_t) :: flags = 0 ! TOLIMAN_INGEST_ASSUMED, TOLIMAN_INGEST_EXPIRED
         integer(c_int64_t) :: tai_ns = 0 ! middle of the first exposure, TAI nanoseconds since 1970-01-01T00:00:00 TAI
         ! keywords and scale in words, for messages: "MJD-OBS + EXPTIME/2 in TAI"
         character(kind=c_char) :: rule(120) = c_null_char
+        real(c_double) :: exposure_s = 0.0_c_double ! length of the exposure from start to end; 0 = unknown
     end type
 
     ! Options of an estimator. Since 0.2.
@@ -3569,9 +3584,14 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
+        ! Returns the latest day (MJD) of UTC that any function has converted in this process, 0 for none.
+        function toliman_ingest_last_utc_day() bind(C) result(answer)
+            import
+            integer(c_int64_t) :: answer
+        end function
+
         ! Converts text to TAI nanoseconds since 1970-01-01T00:00:00 TAI. text a time from 1958-01-01 to 2099-12-31 of
-        ! its scale, in UTC from 1972-01-01 on; without blanks format TOLIMAN_INGEST_FORMAT_... scale
-        ! TOLIMAN_INGEST_SCALE_... of the text table [count] leap seconds for UTC; NULL if count is 0: those of ERFA.
+        ! its scale, in UTC from 1972-01-01 on.
         function toliman_ingest_parse_time(text, format, scale, table, count, tai_ns) bind(C) result(answer)
             import
             integer(c_int32_t), value :: format, scale
@@ -3596,7 +3616,7 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Reads the time of the first frame from the keywords of a FITS header.
+        ! Reads the time of the first frame from the keywords of a FITS header (FITS Standard 4.0, section 9).
         function toliman_ingest_read_header(header, table, count, expires, time) bind(C) result(answer)
             import
             integer(c_size_t), value :: count
@@ -4786,6 +4806,7 @@ module toliman
     public :: toliman_ingest_get_info
     public :: toliman_ingest_read_clock
     public :: toliman_ingest_read_leap_seconds
+    public :: toliman_ingest_last_utc_day
     public :: toliman_ingest_parse_time
     public :: toliman_ingest_read_on_target
     public :: toliman_ingest_read_header
@@ -5068,6 +5089,7 @@ module toliman
         procedure :: get_info => pair_reader_get_info
         procedure, nopass :: read_clock => pair_reader_read_clock
         procedure, nopass :: read_leap_seconds => pair_reader_read_leap_seconds
+        procedure, nopass :: last_utc_day => pair_reader_last_utc_day
         procedure, nopass :: parse_time => pair_reader_parse_time
         procedure, nopass :: read_on_target => pair_reader_read_on_target
         procedure, nopass :: read_header => pair_reader_read_header
@@ -6862,9 +6884,14 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
+    ! Returns the latest day (MJD) of UTC that any function has converted in this process, 0 for none.
+    function pair_reader_last_utc_day() result(answer)
+        integer(c_int64_t) :: answer
+        answer = toliman_ingest_last_utc_day()
+    end function
+
     ! Converts text to TAI nanoseconds since 1970-01-01T00:00:00 TAI. text a time from 1958-01-01 to 2099-12-31 of its
-    ! scale, in UTC from 1972-01-01 on; without blanks format TOLIMAN_INGEST_FORMAT_... scale TOLIMAN_INGEST_SCALE_...
-    ! of the text table [count] leap seconds for UTC; NULL if count is 0: those of ERFA. table(count).
+    ! scale, in UTC from 1972-01-01 on. table(count).
     subroutine pair_reader_parse_time(text, format, scale, tai_ns, table, stat, errmsg)
         character(len=*), intent(in) :: text
         integer(c_int32_t), intent(in) :: format, scale
@@ -6905,7 +6932,8 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Reads the time of the first frame from the keywords of a FITS header. table(count).
+    ! Reads the time of the first frame from the keywords of a FITS header (FITS Standard 4.0, section 9).
+    ! table(count).
     subroutine pair_reader_read_header(header, expires, time, table, stat, errmsg)
         type(toliman_ingest_header), intent(in) :: header
         type(toliman_leap_second), intent(in), optional, contiguous :: table(:)

@@ -111,6 +111,8 @@ struct Cadence {
 double longest_days(const Cadence &cadence) noexcept; // largest |time| of a frame
 double on_target_s(const Cadence &cadence) noexcept;  // total of the intervals
 int64_t tai_of_date(double date) noexcept;            // Julian year of TT
+// TAI of time 0 of moving stars; 0 for stars at rest, and for dates that nanoseconds of 64 bits do not reach.
+int64_t time_zero_ns(const Binary &binary) noexcept;
 
 struct Detector {
     size_t rows = 0, cols = 0;

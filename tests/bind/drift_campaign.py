@@ -92,7 +92,7 @@ def measure(row, seed=1, frames=FRAMES, side=SIDE):
         run("calibrate", f"{folder}/scene.json", f"{folder}/first.npy", "--out", f"{folder}/fitted.json", "--cadence",
             cadence * step, *row[2])
         state = f"{folder}/state"
-        run("track", "--fit", f"{folder}/fitted.json", *row[4], "--state", state, "--cadence", cadence, "--epoch", 0,
+        run("track", "--fit", f"{folder}/fitted.json", *row[4], "--state", state, "--cadence", cadence,
             "--mission-days", DAYS, "--sync", "none", f"{folder}/frames.npy")
         status = json.loads(run("status", state, "--json")[0])
         run("status", state, "--out", f"{folder}/out")

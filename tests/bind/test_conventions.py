@@ -42,7 +42,7 @@ NOT_NEEDED = {"toliman_last_error_copy", "toliman_goodness_name", "toliman_sky_c
               "toliman_components_push", "toliman_load_options_init",
               "toliman_sim_image_name", "toliman_period_push", "toliman_period_push_samples", "toliman_period_retract",
               "toliman_period_retract_samples", "toliman_period_query_fit",
-              "toliman_ingest_read_leap_seconds", "toliman_ingest_reason_name", "toliman_sky_observer_name",
+              "toliman_ingest_read_leap_seconds", "toliman_ingest_last_utc_day", "toliman_ingest_reason_name", "toliman_sky_observer_name",
               "toliman_series_options_init", "toliman_series_create", "toliman_series_destroy", "toliman_series_parse",
               "toliman_series_get_info", "toliman_sky_observer_name"}
 

@@ -274,7 +274,7 @@ class toliman_sim_info(Sized):
     unit: TOLIMAN_SIM_UNIT_..., of frames and expected images
     bit_depth: bits per pixel of the detector; 0 = counts are not rounded
     exposure_s: length of an exposure; 0 if the scene has peak_photons instead. Since 0.2
-    time_zero_ns: TAI of binary.date, ns since 1970-01-01T00:00:00 TAI; 0 without an observer. Since 0.2
+    time_zero_ns: TAI of binary.date of moving stars, ns since 1970-01-01T00:00:00 TAI; else 0. Since 0.2
     calibration: TOLIMAN_SIM_CALIBRATION_.... Since 0.2
     calibration_goodness: TOLIMAN_GOODNESS_..., of its chi_square; UNKNOWN without a verdict. Since 0.2
     calibration_chi_square: NaN without a verdict. Since 0.2
@@ -1700,7 +1700,7 @@ TOLIMAN_INGEST_SCALE_TDB = 634
 TOLIMAN_INGEST_SCALE_GPS = 635
 
 # Formats of a time in text.
-TOLIMAN_INGEST_FORMAT_ISO = 641  # 2028-03-01, 2028-03-01T12:00:00.5; with a final Z only in UTC
+TOLIMAN_INGEST_FORMAT_ISO = 641  # 2028-03-01, 2028-03-01T12:00:00.5, 2028-061 12:00:00; see parse_time
 TOLIMAN_INGEST_FORMAT_MJD = 642  # Modified Julian Day, a decimal number ("61831.5")
 TOLIMAN_INGEST_FORMAT_JD = 643  # Julian Day, a decimal number ("2461832.0")
 
@@ -1722,9 +1722,19 @@ class toliman_ingest_header(Sized):
     """Keywords of a FITS header that give the time of its first frame. Each is the text of the header, strings with or
     without their quotes; NULL = the keyword is missing or has no value. Since 0.2.
     struct_size: sizeof(toliman_ingest_header)
-    timesys: UTC, TAI, TT, TDT, IAT or GPS; NULL = UTC
+    timesys: UTC, TAI, TT, TDT, ET, IAT, TDB, GPS or GMT, also as UTC(NIST); NULL = UTC
     xposure: length of the exposure in s, 0 to 1e9
-    exptime: length of the exposure in s, 0 to 1e9"""
+    exptime: length of the exposure in s, 0 to 1e9
+    time_avg: hh:mm:ss, to the dates of the same name
+    time_beg: hh:mm:ss, to the dates of the same name
+    time_obs: hh:mm:ss, to the dates of the same name
+    time_end: hh:mm:ss, to the dates of the same name
+    utc_obs: hh:mm:ss, to DATE-OBS
+    ut: hh:mm:ss, to DATE-OBS
+    exposure: as exptime; only with a time in the header
+    telapse: length from start to end in s, with pauses
+    timeunit: unit of xposure and telapse; place of the times
+    trefpos: unit of xposure and telapse; place of the times"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -1737,11 +1747,24 @@ class toliman_ingest_header(Sized):
         ("date_obs", c_char_p),
         ("xposure", c_char_p),
         ("exptime", c_char_p),
+        ("date_beg", c_char_p),
+        ("mjd_end", c_char_p),
+        ("date_end", c_char_p),
+        ("time_avg", c_char_p),
+        ("time_beg", c_char_p),
+        ("time_obs", c_char_p),
+        ("time_end", c_char_p),
+        ("utc_obs", c_char_p),
+        ("ut", c_char_p),
+        ("exposure", c_char_p),
+        ("telapse", c_char_p),
+        ("timeunit", c_char_p),
+        ("trefpos", c_char_p),
     ]
 
 
 # Flags of toliman_ingest_header_time.
-TOLIMAN_INGEST_ASSUMED = 1  # TIMESYS or the exposure is missing: UTC or mid-exposure is assumed
+TOLIMAN_INGEST_ASSUMED = 1  # TIMESYS or the length is missing: UTC or mid-exposure is assumed
 TOLIMAN_INGEST_EXPIRED = 2  # UTC on the day `expires` or later, whose leap seconds may not be known
 
 
@@ -1750,13 +1773,15 @@ class toliman_ingest_header_time(Sized):
     struct_size: in: sizeof(toliman_ingest_header_time)
     flags: TOLIMAN_INGEST_ASSUMED, TOLIMAN_INGEST_EXPIRED
     tai_ns: middle of the first exposure, TAI nanoseconds since 1970-01-01T00:00:00 TAI
-    rule: keywords and scale in words, for messages: "MJD-OBS + EXPTIME/2 in TAI" """
+    rule: keywords and scale in words, for messages: "MJD-OBS + EXPTIME/2 in TAI"
+    exposure_s: length of the exposure from start to end; 0 = unknown"""
 
     _fields_ = [
         ("struct_size", c_uint32),
         ("flags", c_uint32),
         ("tai_ns", c_int64),
         ("rule", c_char * 120),
+        ("exposure_s", c_double),
     ]
 
 
@@ -4678,8 +4703,17 @@ TOLIMAN_E_CAPACITY if capacity is too small. Since 0.2.""",
   count    becomes the number of rows
   expires  becomes the day (MJD) from which on leap seconds may be missing: the expiry of the file, or 1 January of
            the first year that ERFA calls dubious; may be NULL
+A list is refused, with TOLIMAN_E_FORMAT, if the SHA-1 in its line #h is not that of its numbers, if it has a date
+(#$) but no #h (it is truncated), and if it differs from the table of ERFA up to the last row or the release of that
+table.
 Errors: TOLIMAN_E_NOT_FOUND, TOLIMAN_E_FORMAT with file and line, TOLIMAN_E_CAPACITY if capacity is too small.
 Since 0.2.""",
+    ),
+    "toliman_ingest_last_utc_day": (
+        c_int64, (),
+        """Returns the latest day (MJD) of UTC that any function has converted in this process, 0 for none. From the day
+`expires` of toliman_ingest_read_leap_seconds on, leap seconds may be missing: a program compares both at its end,
+and warns. Since 0.2.""",
     ),
     "toliman_ingest_parse_time": (
         c_int32, (
@@ -4691,7 +4725,10 @@ Since 0.2.""",
             ("tai_ns", POINTER(c_int64)),
         ),
         """Converts text to TAI nanoseconds since 1970-01-01T00:00:00 TAI.
-  text    a time from 1958-01-01 to 2099-12-31 of its scale, in UTC from 1972-01-01 on; without blanks
+  text    a time from 1958-01-01 to 2099-12-31 of its scale, in UTC from 1972-01-01 on. A date is YYYY-MM-DD or
+          YYYY-DDD (day of the year), alone (0 h) or with T or one blank and hh:mm:ss[.s...]. In UTC the time may end
+          with Z or an offset of 0, +00:00; another offset is refused. All readers of dates accept these forms; those
+          of FITS headers, observer files and on-target windows refuse a date without time
   format  TOLIMAN_INGEST_FORMAT_...
   scale   TOLIMAN_INGEST_SCALE_... of the text
   table   [count] leap seconds for UTC; NULL if count is 0: those of ERFA. The first row is 10 s on MJD 41317
@@ -4729,15 +4766,21 @@ TOLIMAN_E_CAPACITY if capacity is too small; TOLIMAN_E_ARGUMENT for a wrong tabl
             ("expires", c_int64),
             ("time", POINTER(toliman_ingest_header_time)),
         ),
-        """Reads the time of the first frame from the keywords of a FITS header. The first that is present is used: MJD-AVG,
-DATE-AVG, MJD-BEG with XPOSURE, MJD-OBS with EXPTIME, DATE-OBS with EXPTIME. Half of the exposure is added to the
-last three. Without a complete pair, the first of their times is taken as mid-exposure. A date has no final Z.
+        """Reads the time of the first frame from the keywords of a FITS header (FITS Standard 4.0, section 9).
+  Start    MJD-BEG, DATE-BEG, MJD-OBS or DATE-OBS; a DATE-... without time needs TIME-..., UTC-OBS or UT
+  Middle   MJD-AVG or DATE-AVG. End: MJD-END or DATE-END
+  Length   TELAPSE, otherwise XPOSURE, EXPTIME or EXPOSURE, otherwise from start to end
+The middle is used if it is given, otherwise the start, otherwise the end; of several keywords, the one with finer
+digits. Half of the length is added to a start. A start without length is taken as mid-exposure. All other keywords
+of these must agree with the result within half an exposure and their last digit; only TELAPSE may exceed the other
+lengths, by pauses.
   table    [count] leap seconds for UTC, as in toliman_ingest_parse_time
   expires  day (MJD) from toliman_ingest_read_leap_seconds; ignored if count is 0
   time     becomes the time
 Errors: TOLIMAN_E_NOT_FOUND if the header has none of these times; TOLIMAN_E_FORMAT and TOLIMAN_E_RANGE, with the
-keyword, as toliman_ingest_parse_time, for an unknown TIMESYS and for a bad exposure; TOLIMAN_E_ARGUMENT for a wrong
-table. Since 0.2.""",
+keyword, as toliman_ingest_parse_time, for keywords that contradict each other (both are named), for a date without
+time, an unknown TIMESYS, a bad length, and a TREFPOS outside the Earth; TOLIMAN_E_ARGUMENT for a wrong table.
+Since 0.2.""",
     ),
     "toliman_ingest_convert_times": (
         c_int32, (

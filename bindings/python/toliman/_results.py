@@ -64,7 +64,7 @@ class SceneInfo(Result):
     unit: str = member("... as a word, of frames and expected images", words="TOLIMAN_SIM_UNIT")
     bit_depth: int = member("bits per pixel of the detector; 0 = counts are not rounded")
     exposure_s: float = member("length of an exposure; 0 if the scene has peak_photons instead. Since 0.2")
-    time_zero_ns: int = member("TAI of binary.date, ns since 1970-01-01T00:00:00 TAI; 0 without an observer. Since 0.2")
+    time_zero_ns: int = member("TAI of binary.date of moving stars, ns since 1970-01-01T00:00:00 TAI; else 0. Since 0.2")
     calibration: str = member("... as a word. Since 0.2", words="TOLIMAN_SIM_CALIBRATION")
     calibration_goodness: str = member("... as a word, of its chi_square; UNKNOWN without a verdict. Since 0.2", words="TOLIMAN_GOODNESS")
     calibration_chi_square: float = member("NaN without a verdict. Since 0.2")
@@ -452,7 +452,8 @@ class HeaderTime(Result):
 
     tai_ns: int = member("middle of the first exposure, TAI nanoseconds since 1970-01-01T00:00:00 TAI")
     rule: str = member("keywords and scale in words, for messages: \"MJD-OBS + EXPTIME/2 in TAI\"")
-    assumed: bool = member("TIMESYS or the exposure is missing: UTC or mid-exposure is assumed", flag=1)
+    exposure_s: float = member("length of the exposure from start to end; 0 = unknown")
+    assumed: bool = member("TIMESYS or the length is missing: UTC or mid-exposure is assumed", flag=1)
     expired: bool = member("UTC on the day `expires` or later, whose leap seconds may not be known", flag=2)
 
 

@@ -125,6 +125,7 @@ void rebuild(RebuildOptions &options, Progress &progress) {
     if (how.nf == 0)
         options.setup.check_complete(options.folder);
     set_functions(options, how);
+    options.setup.set_leap_seconds(options.leap_seconds);
     options.setup.set(how, progress);
     options.reference.set_leap_seconds(options.leap_seconds);
     if (options.reference.given())

@@ -73,11 +73,15 @@ toliman_track_options track_options(FolderOptions &given, const std::string &dty
     if (!made && !dtype.empty()) { // pairs, whose stamps are those of the mission
         how.bit_depth = dtype == "u16le" ? 12 : 32;
         how.stamp = TOLIMAN_FRAME_STAMP_START;
-        how.exposure_s = estimator.exposure_s;
     }
-    if (!made)
+    if (!made) {
+        how.exposure_s = estimator.scene.exposure_s;
         how.time_offset_ns = estimator.time_zero_ns;
+    }
     given.setup.set(how, progress);
+    if (!made)
+        given.setup.compare(estimator.scene, estimator.time_zero_ns, how, given.notes);
+    given.reference.use_scene(estimator.scene, made, given.notes);
     given.reference.set(how, made, progress);
     if (!made && how.sky == nullptr && estimator.moves && !given.setup.has_trend())
         set_wide_trend(how, kTrendOfMovingStars);
@@ -158,6 +162,7 @@ void FolderOptions::check() const {
 
 toliman::tracker FolderOptions::open(const std::string &dtype, Estimator &estimator, Progress &progress) {
     const Made made = made_with(folder);
+    is_new = !made;
     if (!made && !setup.has_grid())
         throw Failure(kExitUsage, folder + ": is new: give --grid F0:DF:NF or --mission-days N");
     if (made && made->nf == 0)
