@@ -2295,7 +2295,9 @@ class toliman_period_sampling(Sized):
     flags: TOLIMAN_PERIOD_COARSE, _ABOVE_NYQUIST, _NEEDS_DOUBLE_LIMB, _INACCURATE
     baseline: T
     coarsest_df: 1/(5 T), the largest df that resolves every peak; +infinity if all times are equal
-    nyquist: 1/(2 step); +infinity if all times are equal
+    nyquist: last frequency of the grid that toliman_period_suggest suggests for these times, if its number
+        of frequencies were not limited: 1/(2 step) for regular samples; +infinity if all times
+        are equal
     independent: number of independent frequencies: last frequency of the grid times T, at least 1"""
 
     _fields_ = [
@@ -2305,6 +2307,42 @@ class toliman_period_sampling(Sized):
         ("coarsest_df", c_double),
         ("nyquist", c_double),
         ("independent", c_double),
+    ]
+
+
+# Intervals of the sampling that cause aliases.
+TOLIMAN_PERIOD_INTERVAL_SAMPLING = 121  # that of the samples: the longest at which they repeat phases
+TOLIMAN_PERIOD_INTERVAL_SOLAR_DAY = 122  # 1 d, or a fraction of it
+TOLIMAN_PERIOD_INTERVAL_SIDEREAL_DAY = 123  # 0.99726957 d, or a fraction of it
+TOLIMAN_PERIOD_INTERVAL_YEAR = 124  # 365.25 d
+
+
+class toliman_period_alias(Sized):
+    """Alias of a peak of frequency f: samples with an interval 1/g repeat its power at |f - g| and f + g. Since 0.2.
+    struct_size: in: sizeof(toliman_period_alias)
+    interval_kind: TOLIMAN_PERIOD_INTERVAL_...
+    frequency: of the alias
+    period: 1/frequency
+    interval: 1/g, in units of t
+    window: fraction of the power that the sampling repeats: the window function at g, in [0.1, 1]
+    power: highest power within 1/T of the alias; NaN outside the grid
+    equal: 1: the samples do not tell the two frequencies apart: their likelihood ratio is below 1000,
+        or, outside the grid, window is at least 0.5
+    slow: 1: below the grid and below 2.5/T: with equal, a trend or slow change may be the signal
+    parts: interval = day/parts; otherwise 1"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("interval_kind", c_int32),
+        ("frequency", c_double),
+        ("period", c_double),
+        ("interval", c_double),
+        ("window", c_double),
+        ("power", c_double),
+        ("equal", c_int32),
+        ("slow", c_int32),
+        ("parts", c_int32),
+        ("reserved", c_int32),
     ]
 
 
@@ -3477,6 +3515,7 @@ OF_OBJECTS = {
     "toliman_period_query_coefficients": False,
     "toliman_period_query_fit_rows": False,
     "toliman_period_query_sampling": False,
+    "toliman_period_query_aliases": False,
     "toliman_planet_destroy": True,
     "toliman_planet_get_info": False,
     "toliman_planet_get": False,
@@ -5322,8 +5361,27 @@ the mean. Since 0.2.""",
             ("out", POINTER(toliman_period_sampling)),
         ),
         """Writes the sampling diagnostics to *out, whose struct_size must be set. t[n] are the pushed times (only n is
-checked); the step is their median step. If t is NULL, the times are assumed regular with T from their variance;
+checked). If t is NULL, the times are assumed regular with T from their variance;
 nyquist is then too low for grouped samples. Evaluates every frequency, as toliman_period_query_power does.""",
+    ),
+    "toliman_period_interval_name": (
+        c_char_p, (("interval_kind", c_int32),),
+        """Returns the name of an interval: "sampling", "solar day", "sidereal day", "year"; "?" for another number. Static text.
+Since 0.2.""",
+    ),
+    "toliman_period_query_aliases": (
+        c_int32, (
+            ("period", POINTER(toliman_period)),
+            ("frequency", c_double),
+            ("capacity", c_size_t),
+            ("aliases", POINTER(toliman_period_alias)),
+            ("count", POINTER(c_size_t)),
+        ),
+        """Writes the aliases of a peak at `frequency` to aliases[capacity], those of the highest window function first; *count
+becomes their number, at most capacity and at most 16. aliases[0].struct_size must be set. Days and years are those
+of unit_ns. The window function is known from the accumulators, up to twice the last frequency of the grid. If the
+highest peak of the grid is an alias of this one, it is among them. Since 0.2.
+Errors: as toliman_period_query_peak; TOLIMAN_E_ARGUMENT if frequency is outside the grid.""",
     ),
     "toliman_planet_series_init": (
         None, (("series", POINTER(toliman_planet_series)), ("size", c_size_t)),

@@ -600,12 +600,27 @@ class Sampling(Result):
 
     baseline: float = member("T")
     coarsest_df: float = member("1/(5 T), the largest df that resolves every peak; +infinity if all times are equal")
-    nyquist: float = member("1/(2 step); +infinity if all times are equal")
+    nyquist: float = member("last frequency of the grid that toliman_period_suggest suggests for these times, if its number of frequencies were not limited: 1/(2 step) for regular samples; +infinity if all times are equal")
     independent: float = member("number of independent frequencies: last frequency of the grid times T, at least 1")
     coarse: bool = member("Flag: df > 1/(5 T), so that peaks may fall between two grid frequencies. A common cause is a grid in another unit than the times. peak and _peaks derive T from the variance of the times, _fit from the times.", flag=32)
     above_nyquist: bool = member("Flag: the grid exceeds 1/(2 step), where regular samples repeat the power at lower frequencies. peak and _peaks never set it, because the accumulators do not contain the step. fit takes the step from the times; so does _sampling, or, if t is NULL, it assumes regular times.", flag=64)
     needs_double_limb: bool = member("at some frequency above 0, single-limb accumulators may give the power with an error above 1e-9. Use double_limb.", flag=128)
     inaccurate: bool = member("a result: the error bound of the power (see Accuracy above), computed from the accumulators, exceeds 1e-3. For a peak or a model, at its grid point. For toliman_period_sampling, at any frequency above 0 except multiples of 1/(2 step), where cosine and sine of regular samples always coincide. With double_limb it is rare.", flag=16)
+
+
+@result
+class Alias(Result):
+    """Alias of a peak of frequency f: samples with an interval 1/g repeat its power at |f - g| and f + g."""
+
+    interval_kind: str = member("... as a word", words="TOLIMAN_PERIOD_INTERVAL")
+    frequency: float = member("of the alias")
+    period: float = member("1/frequency")
+    interval: float = member("1/g, in units of t")
+    window: float = member("fraction of the power that the sampling repeats: the window function at g, in [0.1, 1]")
+    power: float = member("highest power within 1/T of the alias; NaN outside the grid")
+    equal: bool = member("the samples do not tell the two frequencies apart: their likelihood ratio is below 1000, or, outside the grid, window is at least 0.5")
+    slow: bool = member("below the grid and below 2.5/T: with equal, a trend or slow change may be the signal")
+    parts: int = member("interval = day/parts; otherwise 1")
 
 
 @result
