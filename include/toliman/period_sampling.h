@@ -23,10 +23,10 @@ typedef struct toliman_period_sampling {
     uint32_t flags;       /* TOLIMAN_PERIOD_COARSE, _ABOVE_NYQUIST, _NEEDS_DOUBLE_LIMB, _INACCURATE */
     double baseline;      /* T */
     double coarsest_df;   /* 1/(5 T), the largest df that resolves every peak; +infinity if all times are equal */
-    double nyquist;       /* last frequency of the grid that toliman_period_suggest suggests for these times, if its number
+    double nyquist; /* last frequency of the grid that toliman_period_suggest suggests for these times, if its number
                              of frequencies were not limited: 1/(2 step) for regular samples; +infinity if all times
                              are equal */
-    double independent;   /* number of independent frequencies: last frequency of the grid times T, at least 1 */
+    double independent; /* number of independent frequencies: last frequency of the grid times T, at least 1 */
 } toliman_period_sampling;
 #define TOLIMAN_PERIOD_SAMPLING_INIT TOLIMAN_INIT(toliman_period_sampling)
 
@@ -55,10 +55,10 @@ typedef struct toliman_period_alias {
     double interval;       /* 1/g, in units of t */
     double window;         /* fraction of the power that the sampling repeats: the window function at g, in [0.1, 1] */
     double power;          /* highest power within 1/T of the alias; NaN outside the grid */
-    int32_t equal;         /* 1: the samples do not tell the two frequencies apart: their likelihood ratio is below 1000,
+    int32_t equal; /* 1: the samples do not tell the two frequencies apart: their likelihood ratio is below 1000,
                               or, outside the grid, window is at least 0.5 */
-    int32_t slow;          /* 1: below the grid and below 2.5/T: with equal, a trend or slow change may be the signal */
-    int32_t parts;         /* interval = day/parts; otherwise 1 */
+    int32_t slow;  /* 1: below the grid and below 2.5/T: with equal, a trend or slow change may be the signal */
+    int32_t parts; /* interval = day/parts; otherwise 1 */
     int32_t reserved;
 } toliman_period_alias;
 #define TOLIMAN_PERIOD_ALIAS_INIT TOLIMAN_INIT(toliman_period_alias)

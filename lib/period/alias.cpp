@@ -21,9 +21,9 @@ namespace toliman::period {
 
 namespace {
 
-constexpr double kSideLobes = 2.5; // the window function within 2.5/T of 0 is the shape of each peak
-constexpr double kNamed = 0.1;     // least window function of an alias that is listed
-constexpr double kParabola = 1e-3; // largest error of a power interpolated between grid points 0.1/T apart
+constexpr double kSideLobes = 2.5;              // the window function within 2.5/T of 0 is the shape of each peak
+constexpr double kNamed = 0.1;                  // least window function of an alias that is listed
+constexpr double kParabola = 1e-3;              // largest error of a power interpolated between grid points 0.1/T apart
 constexpr double kEvidence = 6.907755278982137; // ln 1000: samples with this likelihood ratio tell two peaks apart
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
@@ -216,16 +216,18 @@ int64_t prefer_longest(const PowerQuery &query, const Stream &stream, int64_t hi
 size_t find_aliases(const Stream &stream, double frequency, Alias *aliases) {
     const Grid &grid = stream.grid();
     const PowerQuery query(stream);
+    check_meaningful(query, stream, "a peak");
+    query.check();
     const double span = span_of(stream), power = highest_near(query, grid, frequency, span).power;
     size_t count = 0;
     const auto add = [&](const Interval &interval, double alias) {
         const bool is_slow = alias < grid.f0 && alias * span < kSideLobes;
         const double there = is_slow ? kUnknown : highest_near(query, grid, alias, span).power;
-        const bool equal = std::isnan(there)
-                               ? interval.window >= kRepeats
-                               : ln_likelihood_ratio(stream, std::max(power, there), std::min(power, there)) < kEvidence;
-        aliases[count++] = {alias, there, interval.cause, 1 / interval.frequency, interval.parts, interval.window, equal,
-                            is_slow};
+        const bool equal =
+            std::isnan(there) ? interval.window >= kRepeats
+                              : ln_likelihood_ratio(stream, std::max(power, there), std::min(power, there)) < kEvidence;
+        aliases[count++] = {alias,          there,           interval.cause, 1 / interval.frequency,
+                            interval.parts, interval.window, equal,          is_slow};
     };
     const Intervals intervals(stream);
     for (const Interval &interval : intervals) {
@@ -235,8 +237,8 @@ size_t find_aliases(const Stream &stream, double frequency, Alias *aliases) {
     // The highest peak of the grid, where it is an alias by a multiple of these frequencies.
     const double highest = frequency_of(grid, highest_point(query, stream)), gap = std::fabs(highest - frequency);
     const double distance = window(stream, gap) >= window(stream, highest + frequency) ? gap : highest + frequency;
-    const bool is_listed = std::any_of(aliases, aliases + count,
-                                       [&](const Alias &alias) { return std::fabs(alias.frequency - highest) * span < 1; });
+    const bool is_listed = std::any_of(
+        aliases, aliases + count, [&](const Alias &alias) { return std::fabs(alias.frequency - highest) * span < 1; });
     if (gap * span >= kSideLobes && !is_listed && window(stream, distance) >= kNamed)
         add(intervals.multiple(distance), highest);
     std::stable_sort(aliases, aliases + count, [](const Alias &a, const Alias &b) { return a.window > b.window; });

@@ -47,8 +47,8 @@ Cadence cadence_for(const Samples &samples, double mission_span) {
 }
 
 void set_frequencies(Grid &grid, const Cadence &cadence, size_t samples) {
-    const double most = std::clamp(kMaxTerms / static_cast<double>(std::max<size_t>(samples, 1)), kMinFrequencies,
-                                   kMaxFrequencies);
+    const double most =
+        std::clamp(kMaxTerms / static_cast<double>(std::max<size_t>(samples, 1)), kMinFrequencies, kMaxFrequencies);
     grid.f0 = 1.5 / cadence.span;
     grid.df = 0.1 / cadence.span;
     const double count = std::fmax(1, std::floor((0.5 / cadence.finest - grid.f0) / grid.df * kRounding) + 1);

@@ -190,7 +190,8 @@ void add_period(CLI::App &app, Context &context) {
     add_times(*command, options->samples);
     command->add_option("--f0", options->f0, "first frequency in cycles per unit of t, default 1.5/T");
     command->add_option("--df", options->df, "frequency step in cycles per unit of t, default 1/(10 T)");
-    command->add_option("--nf", options->nf, "number of frequencies, default from the differences of the times, at most 131072");
+    command->add_option("--nf", options->nf,
+                        "number of frequencies, default from the differences of the times, at most 131072");
     command->add_flag("--fixed-mean", options->sums.fixed_mean,
                       "subtract the weighted mean once instead of fitting an offset at each frequency");
     options->nuisance.add_to(*command);

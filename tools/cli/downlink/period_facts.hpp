@@ -24,7 +24,7 @@ class PeriodFacts {
     std::string text() const;
     const std::optional<toliman_period_peak> &fit() const noexcept { return fit_; }
     const Coefficients &fitted() const noexcept { return fitted_; } // empty if the mean alone is fitted
-    std::string aliases_text() const;   // a line for each alias of a significant period
+    std::string aliases_text() const;                               // a line for each alias of a significant period
     std::string functions_text() const; // a line for each coefficient; "" if the mean alone is fitted
 
   private:
