@@ -1506,10 +1506,10 @@ module toliman
     ! than the times. toliman_period_query_peak and _peaks derive T from the variance of the times, _fit from the times.
     integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_COARSE = 32
 
-    ! Flag: the grid exceeds 1/(2 step), where regular samples repeat the power at lower frequencies.
-    ! toliman_period_query_peak and _peaks never set it, because the accumulators do not contain the step.
-    ! toliman_period_query_fit takes the step from the times; so does _sampling, or, if t is NULL, it assumes regular
-    ! times.
+    ! Flag: the grid exceeds the frequency at which toliman_period_suggest ends it without a limit of cost: above, regular
+    ! samples repeat the power at lower frequencies. toliman_period_query_peak and _peaks never set it, because the
+    ! accumulators do not contain the differences of the times. toliman_period_query_fit takes them from the times; so does
+    ! _sampling, or, if t is NULL, it assumes regular times.
     integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_ABOVE_NYQUIST = 64
 
     ! Flags of a peak that something other than a planet often causes. query_peak and _peaks derive T from the variance of
@@ -3924,9 +3924,9 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Writes the highest peaks, local maxima of the grid refined as in toliman_period_query_peak, to
-        ! peaks[capacity], highest first; *count becomes their number. capacity is 1 to 64; peaks[0].struct_size must
-        ! be set.
+        ! Writes the peak of toliman_period_query_peak and the highest other local maxima of the grid, refined
+        ! likewise, to peaks[capacity], highest first after peaks[0]; *count becomes their number. capacity is 1 to
+        ! 64; peaks[0].struct_size must be set.
         function toliman_period_query_peaks(period, capacity, peaks, count) bind(C) result(answer)
             import
             type(c_ptr), value :: period
@@ -3936,8 +3936,8 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Refines the highest peak with the samples t[n], y[n], sigma[n], which must be those pushed (only n and the
-        ! bounds of the options are checked).
+        ! Refines the peak of toliman_period_query_peak with the samples t[n], y[n], sigma[n], which must be those
+        ! pushed (only n and the bounds of the options are checked).
         function toliman_period_query_fit(period, t, y, sigma, n, out) bind(C) result(answer)
             import
             type(c_ptr), value :: period
@@ -7339,9 +7339,9 @@ contains
         call conclude(toliman_period_query_peak(self%handle, out), stat, errmsg)
     end subroutine
 
-    ! Writes the highest peaks, local maxima of the grid refined as in toliman_period_query_peak, to peaks[capacity],
-    ! highest first; *count becomes their number. capacity is 1 to 64; peaks[0].struct_size must be set.
-    ! peaks(capacity).
+    ! Writes the peak of toliman_period_query_peak and the highest other local maxima of the grid, refined likewise,
+    ! to peaks[capacity], highest first after peaks[0]; *count becomes their number. capacity is 1 to 64;
+    ! peaks[0].struct_size must be set. peaks(capacity).
     subroutine periodogram_query_peaks(self, peaks, count, stat, errmsg)
         class(toliman_periodogram), intent(in) :: self
         type(toliman_period_peak), intent(inout), contiguous :: peaks(:)
@@ -7355,8 +7355,8 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Refines the highest peak with the samples t[n], y[n], sigma[n], which must be those pushed (only n and the
-    ! bounds of the options are checked). t(n), y(n), sigma(n).
+    ! Refines the peak of toliman_period_query_peak with the samples t[n], y[n], sigma[n], which must be those pushed
+    ! (only n and the bounds of the options are checked). t(n), y(n), sigma(n).
     subroutine periodogram_query_fit(self, t, y, sigma, out, stat, errmsg)
         class(toliman_periodogram), intent(in) :: self
         real(c_double), intent(in), contiguous :: t(:), y(:)

@@ -95,7 +95,8 @@ void warn_of_results(const Periodogram &periodogram, const Series *series, bool 
     uint32_t warned = 0;
     warn_of_grid(periodogram.handle, series, is_default, periodogram.peak.flags, warned, progress);
     const bool has_trend = info_of(periodogram.handle).functions > 1;
-    warn_of_peak(periodogram.peak.flags, has_trend ? "" : ": --trend", progress);
+    warn_of_peak(periodogram.peak.flags, has_trend ? "" : ": --trend", series == nullptr || !series->time_scale.empty(),
+                 progress);
     warn_of_fit(periodogram.peak, progress);
     warn_of_outliers(periodogram.peak.outliers, "", progress);
     if (noise)
