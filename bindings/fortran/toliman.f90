@@ -1506,10 +1506,8 @@ module toliman
     ! than the times. toliman_period_query_peak and _peaks derive T from the variance of the times, _fit from the times.
     integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_COARSE = 32
 
-    ! Flag: the grid exceeds the frequency at which toliman_period_suggest ends it without a limit of cost: above, regular
-    ! samples repeat the power at lower frequencies. toliman_period_query_peak and _peaks never set it, because the
-    ! accumulators do not contain the differences of the times. toliman_period_query_fit takes them from the times; so does
-    ! _sampling, or, if t is NULL, it assumes regular times.
+    ! Flag: the grid exceeds `nyquist` of toliman_period_sampling, where regular samples repeat the power at lower
+    ! frequencies. toliman_period_query_peak and _peaks never set it, because the accumulators do not contain the step.
     integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_ABOVE_NYQUIST = 64
 
     ! Flags of a peak that something other than a planet often causes. query_peak and _peaks derive T from the variance of
@@ -3916,7 +3914,8 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Writes the highest peak of the grid to *out.
+        ! Writes the highest peak of the grid to *out, or a longer period whose alias it is (window function above
+        ! 0.5) and which is as probable (likelihood ratio below the ratio of periods): toliman_period_query_aliases.
         function toliman_period_query_peak(period, out) bind(C) result(answer)
             import
             type(c_ptr), value :: period
@@ -3924,9 +3923,8 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Writes the peak of toliman_period_query_peak and the highest other local maxima of the grid, refined
-        ! likewise, to peaks[capacity], highest first after peaks[0]; *count becomes their number. capacity is 1 to
-        ! 64; peaks[0].struct_size must be set.
+        ! Writes the peak of toliman_period_query_peak, then the highest other local maxima, refined likewise, to
+        ! peaks[capacity]; *count becomes their number. capacity is 1 to 64; peaks[0].struct_size must be set.
         function toliman_period_query_peaks(period, capacity, peaks, count) bind(C) result(answer)
             import
             type(c_ptr), value :: period
@@ -3936,8 +3934,8 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Refines the peak of toliman_period_query_peak with the samples t[n], y[n], sigma[n], which must be those
-        ! pushed (only n and the bounds of the options are checked).
+        ! Refines the peak of query_peak with the samples t[n], y[n], sigma[n], which must be those pushed (only n and
+        ! the bounds are checked).
         function toliman_period_query_fit(period, t, y, sigma, n, out) bind(C) result(answer)
             import
             type(c_ptr), value :: period
@@ -7330,7 +7328,8 @@ contains
         call conclude(toliman_period_query_model(self%handle, k, out), stat, errmsg)
     end subroutine
 
-    ! Writes the highest peak of the grid to *out.
+    ! Writes the highest peak of the grid to *out, or a longer period whose alias it is (window function above 0.5)
+    ! and which is as probable (likelihood ratio below the ratio of periods): toliman_period_query_aliases.
     subroutine periodogram_query_peak(self, out, stat, errmsg)
         class(toliman_periodogram), intent(in) :: self
         type(toliman_period_peak), intent(inout) :: out
@@ -7339,9 +7338,9 @@ contains
         call conclude(toliman_period_query_peak(self%handle, out), stat, errmsg)
     end subroutine
 
-    ! Writes the peak of toliman_period_query_peak and the highest other local maxima of the grid, refined likewise,
-    ! to peaks[capacity], highest first after peaks[0]; *count becomes their number. capacity is 1 to 64;
-    ! peaks[0].struct_size must be set. peaks(capacity).
+    ! Writes the peak of toliman_period_query_peak, then the highest other local maxima, refined likewise, to
+    ! peaks[capacity]; *count becomes their number. capacity is 1 to 64; peaks[0].struct_size must be set.
+    ! peaks(capacity).
     subroutine periodogram_query_peaks(self, peaks, count, stat, errmsg)
         class(toliman_periodogram), intent(in) :: self
         type(toliman_period_peak), intent(inout), contiguous :: peaks(:)
@@ -7355,8 +7354,8 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Refines the peak of toliman_period_query_peak with the samples t[n], y[n], sigma[n], which must be those pushed
-    ! (only n and the bounds of the options are checked). t(n), y(n), sigma(n).
+    ! Refines the peak of query_peak with the samples t[n], y[n], sigma[n], which must be those pushed (only n and the
+    ! bounds are checked). t(n), y(n), sigma(n).
     subroutine periodogram_query_fit(self, t, y, sigma, out, stat, errmsg)
         class(toliman_periodogram), intent(in) :: self
         real(c_double), intent(in), contiguous :: t(:), y(:)

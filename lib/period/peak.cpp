@@ -1,8 +1,8 @@
 // Method: the highest grid point; its frequency is the vertex of the parabola through it and its two neighbours, its
 // width the distance of the half-power points by linear interpolation between grid points. Power and FAP stay those of
 // the grid point: the vertex of a parabola can exceed the power that a pure sinusoid has, and would understate the FAP.
-// Of a peak and its aliases the most probable one is chosen (alias.cpp). A peak counts as an alias of a higher one if that
-// could produce half of its power or more.
+// Of a peak and its aliases the most probable one is chosen (alias.cpp). A peak counts as an alias of a higher one if
+// that could produce half of its power or more.
 #include "period/peak.hpp"
 
 #include <algorithm>

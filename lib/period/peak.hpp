@@ -45,8 +45,8 @@ double highest_log10_residual(const Stream &stream);
 
 constexpr size_t kMaxPeaks = 64;
 
-// Finds the peak of find_peak and the `most` - 1 (at most kMaxPeaks - 1) highest other local maxima of the grid, refined
-// likewise, highest first. Returns their number.
+// Finds the peak of find_peak and the `most` - 1 (at most kMaxPeaks - 1) highest other local maxima of the grid,
+// refined likewise, highest first. Returns their number.
 size_t find_peaks(const Stream &stream, size_t most, Peak *peaks);
 
 constexpr long double kMinResidualRatio =

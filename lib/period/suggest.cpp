@@ -1,10 +1,10 @@
 // Method: peaks of a series of length T are about 1/T wide, so a step of df = 0.1/T samples each peak about ten times
 // (VanderPlas 2018, ApJS 236, 16, section 7.1, recommends five or more). f0 = 1.5/T is the lowest frequency whose
-// sinusoid a floating mean does not absorb. The last frequency follows from the differences of the times (sampling.hpp).
-// The median step alone is no limit for uneven times: one visit every 7 nights hid periods below 14 d, and three exposures
-// a night needed 2.6e6 frequencies. A search takes 7 to 14 ns per sample and frequency: the limits below are 30 MB and
-// about 40 s. References are subtracted so that the fixed-point sums keep their digits, and the
-// bounds leave a margin where further samples are expected: a bound that is too large costs digits, one that is too
+// sinusoid a floating mean does not absorb. The last frequency follows from the differences of the times
+// (sampling.hpp). The median step alone does not suit uneven times: one visit every 7 nights hid periods below 14 d,
+// and three exposures per night needed 2.6e6 frequencies. A search takes 7 to 14 ns per sample and frequency: the
+// limits below are 30 MB and about 40 s. References are subtracted so that the fixed-point sums keep their digits, and
+// the bounds leave a margin where further samples are expected: a bound that is too large costs digits, one that is too
 // small refuses a sample.
 #include "period/suggest.hpp"
 

@@ -92,7 +92,7 @@ class RealVelocities(ProgramTest):
         self.assertRegex(warnings(), r"^toliman: warning: chi-square 404.7 \+- 0.12: poor: [^\n]*\n"
                                      r"toliman: warning: values are correlated [^\n]*\n$")  # by the second companion
         self.assertIn("--df 0.0001 is above 1/(5 T) = 4.96", warnings("--f0", 3e-4, "--df", 1e-4, "--nf", 100))
-        self.assertIn("the grid exceeds 0.3", warnings("--f0", 1e-4, "--df", 2e-4, "--nf", 5000))
+        self.assertIn("the last frequency that the times resolve", warnings("--f0", 1e-4, "--df", 2e-4, "--nf", 20000))
 
     def check_against_45_digits(self, file, t, y, sigma, f0, df):
         self.succeed("period", file, "--f0", f0, "--df", df, "--nf", 4, "--power", "power.npy")

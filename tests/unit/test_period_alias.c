@@ -101,7 +101,7 @@ static void choice_and_list(void **state) {
     }
 }
 
-/* The highest peak is an alias in about half of the missions. Order, state bytes and shards do not change the choice. */
+/* Neither order nor shards change the choice. */
 static void choice_does_not_depend_on_order(void **state) {
     (void)state;
     const int n = sample(3, 0.02, 366, 300, 0);

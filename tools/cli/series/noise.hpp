@@ -26,8 +26,8 @@ void add_noise(CLI::App &command, NoiseOptions &options);
 class Noise {
   public:
     // Searches the series with the model of the options. For white noise a short series is tested only, and nothing is
-    // known if it cannot be: on the part of the grid that takes about 2 s, if it contains `frequency`, that of the peak.
-    // With ar1 and --fap bootstrap, blocks of residuals are resampled.
+    // known if it cannot be: on the part of the grid that takes about 2 s, if this contains `frequency`, that of the
+    // peak. With ar1 and --fap bootstrap, blocks of residuals are resampled.
     Noise(const NoiseOptions &options, const FapOptions &fap, const Series &series, FrequencyGrid grid,
           double frequency, Progress &progress);
     // Warns if white noise was assumed and the series is not white.
