@@ -1520,16 +1520,14 @@ module toliman
     ! Flag of a peak that may be an alias of a higher peak: it is closer than 2.5/T to a higher peak, or a higher peak
     ! explains at least half of its power. The explained power follows from the window function at the difference and at
     ! the sum of the two frequencies, if these are within the grid.
-    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_ALIAS = 8
+    integer(c_int32_t), parameter, public :: TOLIMAN_HEADER_PERIOD_ALIAS = 8
 
     ! Flag: df > 1/(5 T), so that peaks may fall between two grid frequencies. A common cause is a grid in another unit
     ! than the times. toliman_period_query_peak and _peaks derive T from the variance of the times, _fit from the times.
     integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_COARSE = 32
 
-    ! Flag: the grid exceeds 1/(2 step), where regular samples repeat the power at lower frequencies.
-    ! toliman_period_query_peak and _peaks never set it, because the accumulators do not contain the step.
-    ! toliman_period_query_fit takes the step from the times; so does _sampling, or, if t is NULL, it assumes regular
-    ! times.
+    ! Flag: the grid exceeds `nyquist` of toliman_period_sampling, where regular samples repeat the power at lower
+    ! frequencies. toliman_period_query_peak and _peaks never set it, because the accumulators do not contain the step.
     integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_ABOVE_NYQUIST = 64
 
     ! Flags of a peak that something other than a planet often causes. query_peak and _peaks derive T from the variance of
@@ -1696,9 +1694,38 @@ module toliman
         real(c_double) :: baseline = 0.0_c_double ! T
         ! 1/(5 T), the largest df that resolves every peak; +infinity if all times are equal
         real(c_double) :: coarsest_df = 0.0_c_double
-        real(c_double) :: nyquist = 0.0_c_double ! 1/(2 step); +infinity if all times are equal
+        ! last frequency of the grid that toliman_period_suggest suggests for these times, if its number of
+        ! frequencies were not limited: 1/(2 step) for regular samples; +infinity if all times are equal
+        real(c_double) :: nyquist = 0.0_c_double
         ! number of independent frequencies: last frequency of the grid times T, at least 1
         real(c_double) :: independent = 0.0_c_double
+    end type
+
+    ! Intervals of the sampling that cause aliases.
+    ! that of the samples: the longest at which they repeat phases
+    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_INTERVAL_SAMPLING = 121
+    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_INTERVAL_SOLAR_DAY = 122 ! 1 d, or a fraction of it
+    ! 0.99726957 d, or a fraction of it
+    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_INTERVAL_SIDEREAL_DAY = 123
+    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_INTERVAL_YEAR = 124 ! 365.25 d
+
+    ! Alias of a peak of frequency f: samples with an interval 1/g repeat its power at |f - g| and f + g. Since 0.2.
+    type, bind(C), public :: toliman_period_alias
+        integer(c_int32_t) :: struct_size = 64 ! in: sizeof(toliman_period_alias)
+        integer(c_int32_t) :: interval_kind = 0 ! TOLIMAN_PERIOD_INTERVAL_...
+        real(c_double) :: frequency = 0.0_c_double ! of the alias
+        real(c_double) :: period = 0.0_c_double ! 1/frequency
+        real(c_double) :: interval = 0.0_c_double ! 1/g, in units of t
+        ! fraction of the power that the sampling repeats: the window function at g, in [0.1, 1]
+        real(c_double) :: window = 0.0_c_double
+        real(c_double) :: power = 0.0_c_double ! highest power within 1/T of the alias; NaN outside the grid
+        ! 1: the samples do not tell the two frequencies apart: their likelihood ratio is below 1000, or, outside the
+        ! grid, window is at least 0.5
+        integer(c_int32_t) :: equal = 0
+        ! 1: below the grid and below 2.5/T: with equal, a trend or slow change may be the signal
+        integer(c_int32_t) :: slow = 0
+        integer(c_int32_t) :: parts = 0 ! interval = day/parts; otherwise 1
+        integer(c_int32_t) :: reserved = 0
     end type
 
     ! Flags of toliman_planet_options.
@@ -3913,7 +3940,8 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Writes the highest peak of the grid to *out.
+        ! Writes the highest peak of the grid to *out, or a longer period whose alias it is (window function above
+        ! 0.5) and which is as probable (likelihood ratio below the ratio of periods): toliman_period_query_aliases.
         function toliman_period_query_peak(period, out) bind(C) result(answer)
             import
             type(c_ptr), value :: period
@@ -3921,9 +3949,8 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Writes the highest peaks, local maxima of the grid refined as in toliman_period_query_peak, to
-        ! peaks[capacity], highest first; *count becomes their number. capacity is 1 to 64; peaks[0].struct_size must
-        ! be set.
+        ! Writes the peak of toliman_period_query_peak, then the highest other local maxima, refined likewise, to
+        ! peaks[capacity]; *count becomes their number. capacity is 1 to 64; peaks[0].struct_size must be set.
         function toliman_period_query_peaks(period, capacity, peaks, count) bind(C) result(answer)
             import
             type(c_ptr), value :: period
@@ -3933,8 +3960,8 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Refines the highest peak with the samples t[n], y[n], sigma[n], which must be those pushed (only n and the
-        ! bounds of the options are checked).
+        ! Refines the peak of query_peak with the samples t[n], y[n], sigma[n], which must be those pushed (only n and
+        ! the bounds are checked).
         function toliman_period_query_fit(period, t, y, sigma, n, out) bind(C) result(answer)
             import
             type(c_ptr), value :: period
@@ -4143,13 +4170,32 @@ module toliman
         end function
 
         ! Writes the sampling diagnostics to *out, whose struct_size must be set. t[n] are the pushed times (only n is
-        ! checked); the step is their median step.
+        ! checked).
         function toliman_period_query_sampling(period, t, n, out) bind(C) result(answer)
             import
             type(c_ptr), value :: period
             integer(c_size_t), value :: n
             real(c_double), intent(in), optional :: t(*)
             type(toliman_period_sampling), intent(inout) :: out
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Returns the name of an interval: "sampling", "solar day", "sidereal day", "year"; "?" for another number.
+        function toliman_period_interval_name(interval_kind) bind(C) result(answer)
+            import
+            integer(c_int32_t), value :: interval_kind
+            type(c_ptr) :: answer
+        end function
+
+        ! Writes the aliases of a peak at `frequency` to aliases[capacity], those of the highest window function
+        ! first; *count becomes their number, at most capacity and at most 16. aliases[0].struct_size must be set.
+        function toliman_period_query_aliases(period, frequency, capacity, aliases, count) bind(C) result(answer)
+            import
+            type(c_ptr), value :: period
+            real(c_double), value :: frequency
+            integer(c_size_t), value :: capacity
+            type(toliman_period_alias), intent(inout) :: aliases(*)
+            integer(c_size_t), intent(out) :: count
             integer(c_int32_t) :: answer
         end function
 
@@ -4864,6 +4910,8 @@ module toliman
     public :: toliman_period_query_coefficients
     public :: toliman_period_query_fit_rows
     public :: toliman_period_query_sampling
+    public :: toliman_period_interval_name
+    public :: toliman_period_query_aliases
     public :: toliman_planet_series_init
     public :: toliman_planet_options_init
     public :: toliman_planet_search
@@ -5171,6 +5219,8 @@ module toliman
         procedure :: query_coefficients => periodogram_query_coefficients
         procedure :: query_fit_rows => periodogram_query_fit_rows
         procedure :: query_sampling => periodogram_query_sampling
+        procedure, nopass :: interval_name => periodogram_interval_name
+        procedure :: query_aliases => periodogram_query_aliases
         procedure :: destroy => periodogram_destroy
         procedure, private :: periodogram_assign
         generic :: assignment(=) => periodogram_assign
@@ -7312,7 +7362,8 @@ contains
         call conclude(toliman_period_query_model(self%handle, k, out), stat, errmsg)
     end subroutine
 
-    ! Writes the highest peak of the grid to *out.
+    ! Writes the highest peak of the grid to *out, or a longer period whose alias it is (window function above 0.5)
+    ! and which is as probable (likelihood ratio below the ratio of periods): toliman_period_query_aliases.
     subroutine periodogram_query_peak(self, out, stat, errmsg)
         class(toliman_periodogram), intent(in) :: self
         type(toliman_period_peak), intent(inout) :: out
@@ -7321,8 +7372,8 @@ contains
         call conclude(toliman_period_query_peak(self%handle, out), stat, errmsg)
     end subroutine
 
-    ! Writes the highest peaks, local maxima of the grid refined as in toliman_period_query_peak, to peaks[capacity],
-    ! highest first; *count becomes their number. capacity is 1 to 64; peaks[0].struct_size must be set.
+    ! Writes the peak of toliman_period_query_peak, then the highest other local maxima, refined likewise, to
+    ! peaks[capacity]; *count becomes their number. capacity is 1 to 64; peaks[0].struct_size must be set.
     ! peaks(capacity).
     subroutine periodogram_query_peaks(self, peaks, count, stat, errmsg)
         class(toliman_periodogram), intent(in) :: self
@@ -7337,8 +7388,8 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Refines the highest peak with the samples t[n], y[n], sigma[n], which must be those pushed (only n and the
-    ! bounds of the options are checked). t(n), y(n), sigma(n).
+    ! Refines the peak of query_peak with the samples t[n], y[n], sigma[n], which must be those pushed (only n and the
+    ! bounds are checked). t(n), y(n), sigma(n).
     subroutine periodogram_query_fit(self, t, y, sigma, out, stat, errmsg)
         class(toliman_periodogram), intent(in) :: self
         real(c_double), intent(in), contiguous :: t(:), y(:)
@@ -7659,7 +7710,7 @@ contains
     end subroutine
 
     ! Writes the sampling diagnostics to *out, whose struct_size must be set. t[n] are the pushed times (only n is
-    ! checked); the step is their median step. t(n).
+    ! checked). t(n).
     subroutine periodogram_query_sampling(self, out, t, stat, errmsg)
         class(toliman_periodogram), intent(in) :: self
         real(c_double), intent(in), optional, contiguous :: t(:)
@@ -7671,6 +7722,30 @@ contains
         of_n = 0
         if (present(t)) of_n = size(t, 1, c_size_t)
         status = toliman_period_query_sampling(self%handle, t, of_n, out)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Returns the name of an interval: "sampling", "solar day", "sidereal day", "year"; "?" for another number.
+    function periodogram_interval_name(interval_kind) result(answer)
+        integer(c_int32_t), intent(in) :: interval_kind
+        character(len=:), allocatable :: answer
+        answer = toliman_text(toliman_period_interval_name(interval_kind))
+    end function
+
+    ! Writes the aliases of a peak at `frequency` to aliases[capacity], those of the highest window function first;
+    ! *count becomes their number, at most capacity and at most 16. aliases[0].struct_size must be set.
+    ! aliases(capacity).
+    subroutine periodogram_query_aliases(self, frequency, aliases, count, stat, errmsg)
+        class(toliman_periodogram), intent(in) :: self
+        real(c_double), intent(in) :: frequency
+        type(toliman_period_alias), intent(inout), contiguous :: aliases(:)
+        integer(c_size_t), intent(out) :: count
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_capacity
+        integer(c_int32_t) :: status
+        of_capacity = size(aliases, 1, c_size_t)
+        status = toliman_period_query_aliases(self%handle, frequency, of_capacity, aliases, count)
         call conclude(status, stat, errmsg)
     end subroutine
 

@@ -2085,10 +2085,8 @@ TOLIMAN_PERIOD_ALIAS = 8
 # than the times. toliman_period_query_peak and _peaks derive T from the variance of the times, _fit from the times.
 TOLIMAN_PERIOD_COARSE = 32
 
-# Flag: the grid exceeds 1/(2 step), where regular samples repeat the power at lower frequencies.
-# toliman_period_query_peak and _peaks never set it, because the accumulators do not contain the step.
-# toliman_period_query_fit takes the step from the times; so does _sampling, or, if t is NULL, it assumes regular
-# times.
+# Flag: the grid exceeds `nyquist` of toliman_period_sampling, where regular samples repeat the power at lower
+# frequencies. toliman_period_query_peak and _peaks never set it, because the accumulators do not contain the step.
 TOLIMAN_PERIOD_ABOVE_NYQUIST = 64
 
 # Flags of a peak that something other than a planet often causes. query_peak and _peaks derive T from the variance of
@@ -2325,7 +2323,9 @@ class toliman_period_sampling(Sized):
     flags: TOLIMAN_PERIOD_COARSE, _ABOVE_NYQUIST, _NEEDS_DOUBLE_LIMB, _INACCURATE
     baseline: T
     coarsest_df: 1/(5 T), the largest df that resolves every peak; +infinity if all times are equal
-    nyquist: 1/(2 step); +infinity if all times are equal
+    nyquist: last frequency of the grid that toliman_period_suggest suggests for these times, if its number
+        of frequencies were not limited: 1/(2 step) for regular samples; +infinity if all times
+        are equal
     independent: number of independent frequencies: last frequency of the grid times T, at least 1"""
 
     _fields_ = [
@@ -2335,6 +2335,42 @@ class toliman_period_sampling(Sized):
         ("coarsest_df", c_double),
         ("nyquist", c_double),
         ("independent", c_double),
+    ]
+
+
+# Intervals of the sampling that cause aliases.
+TOLIMAN_PERIOD_INTERVAL_SAMPLING = 121  # that of the samples: the longest at which they repeat phases
+TOLIMAN_PERIOD_INTERVAL_SOLAR_DAY = 122  # 1 d, or a fraction of it
+TOLIMAN_PERIOD_INTERVAL_SIDEREAL_DAY = 123  # 0.99726957 d, or a fraction of it
+TOLIMAN_PERIOD_INTERVAL_YEAR = 124  # 365.25 d
+
+
+class toliman_period_alias(Sized):
+    """Alias of a peak of frequency f: samples with an interval 1/g repeat its power at |f - g| and f + g. Since 0.2.
+    struct_size: in: sizeof(toliman_period_alias)
+    interval_kind: TOLIMAN_PERIOD_INTERVAL_...
+    frequency: of the alias
+    period: 1/frequency
+    interval: 1/g, in units of t
+    window: fraction of the power that the sampling repeats: the window function at g, in [0.1, 1]
+    power: highest power within 1/T of the alias; NaN outside the grid
+    equal: 1: the samples do not tell the two frequencies apart: their likelihood ratio is below 1000,
+        or, outside the grid, window is at least 0.5
+    slow: 1: below the grid and below 2.5/T: with equal, a trend or slow change may be the signal
+    parts: interval = day/parts; otherwise 1"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("interval_kind", c_int32),
+        ("frequency", c_double),
+        ("period", c_double),
+        ("interval", c_double),
+        ("window", c_double),
+        ("power", c_double),
+        ("equal", c_int32),
+        ("slow", c_int32),
+        ("parts", c_int32),
+        ("reserved", c_int32),
     ]
 
 
@@ -3507,6 +3543,7 @@ OF_OBJECTS = {
     "toliman_period_query_coefficients": False,
     "toliman_period_query_fit_rows": False,
     "toliman_period_query_sampling": False,
+    "toliman_period_query_aliases": False,
     "toliman_planet_destroy": True,
     "toliman_planet_get_info": False,
     "toliman_planet_get": False,
@@ -4928,14 +4965,16 @@ same double. "" for NULL and after an error. Valid until the mask is destroyed. 
         """Suggests a frequency grid and options for samples t[n], y[n], sigma[n]. y, sigma and options may be NULL;
 options->struct_size must be set.
 
-The grid is f0 = 1.5/T and df = 0.1/T, up to 1/(2 s), with the time span T and the step s. *options receives
-double-limb accumulators, offsets and bounds for the samples. f0, df and nf may be NULL together, for options of
-another grid; then one time suffices.
+The grid is f0 = 1.5/T and df = 0.1/T, with the time span T. The differences of the times give its last frequency:
+1/(2 s) if they are multiples of a step s, otherwise 5/(2 s), where 5 % of them are below s. It has at most 131072
+frequencies, and at most 2^32/n, but at least 1024: 30 MB, and 4.3e9 terms of sums, about 40 s on one processor.
+*options receives double-limb accumulators, offsets and bounds. f0, df and nf may be NULL together; then one time
+suffices.
   mission_span  0: the samples are complete. > 0, in units of t: the samples grow until T = mission_span. The
                 bounds then accept values that spread 2^20 times as far and sigmas 8 times smaller to 4 times
                 larger. With n = 0 the step is 1
-Errors: TOLIMAN_E_ARGUMENT if a number is not finite or sigma <= 0; TOLIMAN_E_STATE if all times are equal;
-TOLIMAN_E_RANGE for more than 2e6 frequencies. Since 0.2.""",
+Errors: TOLIMAN_E_ARGUMENT if a number is not finite or sigma <= 0; TOLIMAN_E_STATE if all times are equal.
+Since 0.2.""",
     ),
     "toliman_period_create": (
         c_int32, (
@@ -5084,8 +5123,9 @@ functions alone.""",
     ),
     "toliman_period_query_peak": (
         c_int32, (("period", POINTER(toliman_period)), ("out", POINTER(toliman_period_peak))),
-        """Writes the highest peak of the grid to *out. The frequency is refined by a parabola; power and FAP are those of the
-highest grid point. They never overstate the peak, and understate its power by up to 1 % if df = 0.1/T.
+        """Writes the highest peak of the grid to *out, or a longer period whose alias it is (window function above 0.5) and
+which is as probable (likelihood ratio below the ratio of periods): toliman_period_query_aliases. The frequency is
+refined by a parabola; power and FAP are those of the grid point: never overstated, at df = 0.1/T up to 1 % low.
 Errors: as toliman_period_query_power; TOLIMAN_E_STATE for fewer than five samples or constant values.""",
     ),
     "toliman_period_query_peaks": (
@@ -5095,10 +5135,9 @@ Errors: as toliman_period_query_power; TOLIMAN_E_STATE for fewer than five sampl
             ("peaks", POINTER(toliman_period_peak)),
             ("count", POINTER(c_size_t)),
         ),
-        """Writes the highest peaks, local maxima of the grid refined as in toliman_period_query_peak, to peaks[capacity],
-highest first; *count becomes their number. capacity is 1 to 64; peaks[0].struct_size must be set. Each peak is
-judged alone: power and FAP of a lower peak still contain the scatter due to higher ones. Errors as
-toliman_period_query_peak.""",
+        """Writes the peak of toliman_period_query_peak, then the highest other local maxima, refined likewise, to
+peaks[capacity]; *count becomes their number. capacity is 1 to 64; peaks[0].struct_size must be set. Each peak is
+judged alone: power and FAP of a lower peak contain the scatter of higher ones. Errors as query_peak.""",
     ),
     "toliman_period_query_fit": (
         c_int32, (
@@ -5109,11 +5148,11 @@ toliman_period_query_peak.""",
             ("n", c_size_t),
             ("out", POINTER(toliman_period_peak)),
         ),
-        """Refines the highest peak with the samples t[n], y[n], sigma[n], which must be those pushed (only n and the bounds
-of the options are checked). For samples pushed with t_ns, give t = time_offset + (t_ns - time_offset_ns)/unit_ns.
-sigma may be NULL. The refinement is a least-squares fit of frequency, amplitude, phase and offset (the offset is
+        """Refines the peak of query_peak with the samples t[n], y[n], sigma[n], which must be those pushed (only n and the
+bounds are checked). For samples pushed with t_ns, give t = time_offset + (t_ns - time_offset_ns)/unit_ns. sigma may
+be NULL. The refinement is a least-squares fit of frequency, amplitude, phase and offset (the offset is
 fixed with TOLIMAN_PERIOD_FIXED_MEAN), computed with 64-bit significands. 1 - power is computed from the residuals,
-accurate down to 1e-31. The result is never worse than the highest grid point. If cosine and sine coincide at every
+accurate down to 1e-31. The result is never worse than its grid point. If cosine and sine coincide at every
 sample (smaller eigenvalue below 1e-17 of the sum of both), as at the Nyquist frequency of regular samples, one of
 them is fitted. TOLIMAN_PERIOD_INACCURATE refers to the grid point from which the fit starts. A trend is fitted with
 the sinusoid; a periodogram with columns needs toliman_period_query_fit_rows.
@@ -5371,8 +5410,27 @@ the mean. Since 0.2.""",
             ("out", POINTER(toliman_period_sampling)),
         ),
         """Writes the sampling diagnostics to *out, whose struct_size must be set. t[n] are the pushed times (only n is
-checked); the step is their median step. If t is NULL, the times are assumed regular with T from their variance;
+checked). If t is NULL, the times are assumed regular with T from their variance;
 nyquist is then too low for grouped samples. Evaluates every frequency, as toliman_period_query_power does.""",
+    ),
+    "toliman_period_interval_name": (
+        c_char_p, (("interval_kind", c_int32),),
+        """Returns the name of an interval: "sampling", "solar day", "sidereal day", "year"; "?" for another number. Static
+text. Since 0.2.""",
+    ),
+    "toliman_period_query_aliases": (
+        c_int32, (
+            ("period", POINTER(toliman_period)),
+            ("frequency", c_double),
+            ("capacity", c_size_t),
+            ("aliases", POINTER(toliman_period_alias)),
+            ("count", POINTER(c_size_t)),
+        ),
+        """Writes the aliases of a peak at `frequency` to aliases[capacity], those of the highest window function first; *count
+becomes their number, at most capacity and at most 16. aliases[0].struct_size must be set. Days and years are those
+of unit_ns. The window function is known from the accumulators, up to twice the last frequency of the grid. If the
+highest peak of the grid is an alias of this one, it is among them. Since 0.2.
+Errors: as toliman_period_query_peak; TOLIMAN_E_ARGUMENT if frequency is outside the grid.""",
     ),
     "toliman_planet_series_init": (
         None, (("series", POINTER(toliman_planet_series)), ("size", c_size_t)),

@@ -559,7 +559,7 @@ class Peak(Result):
     alias: bool = member("a peak that may be an alias of a higher peak: it is closer than 2.5/T to a higher peak, or a higher peak explains at least half of its power. The explained power follows from the window function at the difference and at the sum of the two frequencies, if these are within the grid.", flag=8)
     inaccurate: bool = member("a result: the error bound of the power (see Accuracy above), computed from the accumulators, exceeds 1e-3. For a peak or a model, at its grid point. For toliman_period_sampling, at any frequency above 0 except multiples of 1/(2 step), where cosine and sine of regular samples always coincide. With double_limb it is rare.", flag=16)
     coarse: bool = member("Flag: df > 1/(5 T), so that peaks may fall between two grid frequencies. A common cause is a grid in another unit than the times. peak and _peaks derive T from the variance of the times, _fit from the times.", flag=32)
-    above_nyquist: bool = member("Flag: the grid exceeds 1/(2 step), where regular samples repeat the power at lower frequencies. peak and _peaks never set it, because the accumulators do not contain the step. fit takes the step from the times; so does _sampling, or, if t is NULL, it assumes regular times.", flag=64)
+    above_nyquist: bool = member("Flag: the grid exceeds `nyquist` of toliman_period_sampling, where regular samples repeat the power at lower frequencies. peak and _peaks never set it, because the accumulators do not contain the step.", flag=64)
     long: bool = member("Flags of a peak that something other than a planet often causes. peak and _peaks derive T from the variance of the times, _fit from the times. Since 0.2. LONG its period exceeds T/2: a trend of the instrument or the error of an orbit may cause it ANNUAL |frequency - 1/yr| < 1/T, with 1 yr = 365.25 d in units of unit_ns, for T above half a year: the motion of the Earth, seasons and observing windows may cause it", flag=2048)
     annual: bool = member("", flag=4096)
 
@@ -592,7 +592,7 @@ class NoisePeak(Result):
     rank: int = member("2; 1 or 0 if the functions or each other leave nothing of cosine or sine")
     at_edge: bool = member("a peak at the first or last frequency of the grid. Outside the grid the power may be higher.", flag=4)
     coarse: bool = member("Flag: df > 1/(5 T), so that peaks may fall between two grid frequencies. A common cause is a grid in another unit than the times. peak and _peaks derive T from the variance of the times, _fit from the times.", flag=32)
-    above_nyquist: bool = member("Flag: the grid exceeds 1/(2 step), where regular samples repeat the power at lower frequencies. peak and _peaks never set it, because the accumulators do not contain the step. fit takes the step from the times; so does _sampling, or, if t is NULL, it assumes regular times.", flag=64)
+    above_nyquist: bool = member("Flag: the grid exceeds `nyquist` of toliman_period_sampling, where regular samples repeat the power at lower frequencies. peak and _peaks never set it, because the accumulators do not contain the step.", flag=64)
     long: bool = member("Flags of a peak that something other than a planet often causes. peak and _peaks derive T from the variance of the times, _fit from the times. Since 0.2. LONG its period exceeds T/2: a trend of the instrument or the error of an orbit may cause it ANNUAL |frequency - 1/yr| < 1/T, with 1 yr = 365.25 d in units of unit_ns, for T above half a year: the motion of the Earth, seasons and observing windows may cause it", flag=2048)
 
 
@@ -602,12 +602,27 @@ class Sampling(Result):
 
     baseline: float = member("T")
     coarsest_df: float = member("1/(5 T), the largest df that resolves every peak; +infinity if all times are equal")
-    nyquist: float = member("1/(2 step); +infinity if all times are equal")
+    nyquist: float = member("last frequency of the grid that toliman_period_suggest suggests for these times, if its number of frequencies were not limited: 1/(2 step) for regular samples; +infinity if all times are equal")
     independent: float = member("number of independent frequencies: last frequency of the grid times T, at least 1")
     coarse: bool = member("Flag: df > 1/(5 T), so that peaks may fall between two grid frequencies. A common cause is a grid in another unit than the times. peak and _peaks derive T from the variance of the times, _fit from the times.", flag=32)
-    above_nyquist: bool = member("Flag: the grid exceeds 1/(2 step), where regular samples repeat the power at lower frequencies. peak and _peaks never set it, because the accumulators do not contain the step. fit takes the step from the times; so does _sampling, or, if t is NULL, it assumes regular times.", flag=64)
+    above_nyquist: bool = member("Flag: the grid exceeds `nyquist` of toliman_period_sampling, where regular samples repeat the power at lower frequencies. peak and _peaks never set it, because the accumulators do not contain the step.", flag=64)
     needs_double_limb: bool = member("at some frequency above 0, single-limb accumulators may give the power with an error above 1e-9. Use double_limb.", flag=128)
     inaccurate: bool = member("a result: the error bound of the power (see Accuracy above), computed from the accumulators, exceeds 1e-3. For a peak or a model, at its grid point. For toliman_period_sampling, at any frequency above 0 except multiples of 1/(2 step), where cosine and sine of regular samples always coincide. With double_limb it is rare.", flag=16)
+
+
+@result
+class Alias(Result):
+    """Alias of a peak of frequency f: samples with an interval 1/g repeat its power at |f - g| and f + g."""
+
+    interval_kind: str = member("... as a word", words="TOLIMAN_PERIOD_INTERVAL")
+    frequency: float = member("of the alias")
+    period: float = member("1/frequency")
+    interval: float = member("1/g, in units of t")
+    window: float = member("fraction of the power that the sampling repeats: the window function at g, in [0.1, 1]")
+    power: float = member("highest power within 1/T of the alias; NaN outside the grid")
+    equal: bool = member("the samples do not tell the two frequencies apart: their likelihood ratio is below 1000, or, outside the grid, window is at least 0.5")
+    slow: bool = member("below the grid and below 2.5/T: with equal, a trend or slow change may be the signal")
+    parts: int = member("interval = day/parts; otherwise 1")
 
 
 @result

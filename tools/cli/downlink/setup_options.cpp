@@ -32,14 +32,6 @@ FrequencyGrid grid_of(const std::string &text) {
     return grid;
 }
 
-FrequencyGrid grid_of_mission(double days) {
-    try {
-        return grid_of_days(days);
-    } catch (const Failure &failure) {
-        throw Failure(failure.code(), std::string("--mission-days: ") + failure.what());
-    }
-}
-
 // TAI in ns as a whole number, or a date.
 int64_t epoch_of(const std::string &text, const std::string &leap_seconds) {
     int64_t ns = 0;
@@ -112,7 +104,7 @@ void SetupOptions::add_to(CLI::App &command) {
 
 void SetupOptions::set(toliman_track_options &how, Progress &progress) {
     if (has_grid()) {
-        const FrequencyGrid grid = grid_.empty() ? grid_of_mission(*mission_days_) : grid_of(grid_);
+        const FrequencyGrid grid = grid_.empty() ? grid_of_days(*mission_days_) : grid_of(grid_);
         how.f0 = grid.f0;
         how.df = grid.df;
         how.nf = grid.nf;
