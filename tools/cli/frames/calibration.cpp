@@ -84,10 +84,7 @@ std::string FrameSet::name(size_t i) const {
 
 Calibration::Calibration(const CalibrationRequest &request, const CalibrationFiles &files, Progress &progress)
     : request_(request), files_(files), scene_(scene_to_calibrate(request.scene, progress, request.bad_pixels)),
-      frames_(request.frames, scene_, progress) {
-    if (const std::string lacks = scene_.lacks_for_real_frames(); !lacks.empty())
-        progress.tell(lacks);
-}
+      frames_(request.frames, scene_, progress) {}
 
 // A state that was rejected is not saved: the last one is better. A calibration with windows resumes with the first.
 int32_t Calibration::on_step(const toliman_calibration *so_far, const toliman_calibration_step *step, void *self) {

@@ -83,7 +83,7 @@ void Estimator::set_fit(const EstimatorOptions &given, Progress &progress) {
     rows = made.scene.info.rows;
     cols = made.scene.info.cols;
     times = Cadence(made.scene).times;
-    if (made.scene.info.calibration == TOLIMAN_SIM_CALIBRATION_NONE)
+    if (given.weights.empty() && made.scene.info.calibration == TOLIMAN_SIM_CALIBRATION_NONE)
         lacks = made.scene.lacks_for_real_frames();
     scene = scene_defaults(made.scene.path);
     time_zero_ns = made.scene.info.time_zero_ns;

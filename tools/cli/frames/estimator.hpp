@@ -35,7 +35,7 @@ struct Estimator {
     toliman::network_bank bank;    // fully trained, for the fit, which is also there
     int64_t rows = 0, cols = 0;    // of its images
     std::vector<double> times;     // days, of the frames of a fit's scene
-    std::string lacks;             // Scene::lacks_for_real_frames() of a fit's scene that is not calibrated
+    std::string lacks;             // Scene::lacks_for_real_frames() of a fit's scene, uncalibrated and without a bank
     SceneDefaults scene;           // of the scene of a fit or template
     int64_t time_zero_ns = 0;      // TAI of time 0 of a scene whose stars move, else 0
     double pixel_scale_arcsec = 0; // of a fit's scene
