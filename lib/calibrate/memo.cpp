@@ -207,7 +207,7 @@ uint64_t hash_of(const Point &point) noexcept {
 std::vector<Journal::Input> inputs_of(const Problem &problem, const optics::Outline &nominal, const Point &start) {
     uint64_t options = hash_of(problem.smoothness, hash_of(problem.capture_px, kFnvOffset));
     for (const Window &window : problem.windows)
-        options = hash_of(window.first_days, options);
+        options = fnv1a(window.shares, hash_of(window.first_days, options));
     const Detector &detector = problem.nominal.detector;
     return {{"another scene", hash_of(problem.nominal, nominal)},
             {"other frames", hash_of(problem.frames, detector.rows * detector.cols)},

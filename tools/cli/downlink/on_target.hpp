@@ -16,12 +16,14 @@ class OnTarget {
     // Reads a table of windows.
     OnTarget(const std::string &path, const LeapSeconds &leap_seconds);
     // Converts the windows to the camera clock of a folder. Throws Failure if the length of its exposures is unknown.
-    void set_clock(const toliman_track_options &settings);
+    // scene: whose cadence.exposure_s is that length, without on-target intervals; "": the length is known otherwise.
+    void set_clock(const toliman_track_options &settings, const std::string &scene);
     // Limits the intervals of a frame, by default its exposure, to the windows. `intervals` becomes their memory. False
-    // if nothing remains. Warns of the first exposure in which the table begins or ends.
+    // if nothing remains. Warns of the first exposure in which the table begins or ends. Throws Failure for an exposure
+    // of the scene that is not inside one window.
     bool limit(toliman_frame &frame, std::vector<double> &intervals);
-    // Warns if exposures over several windows often end in a window that continues, and in which no other exposure
-    // begins.
+    // Warns if exposures over several windows often end in a window that continues, or before one that follows after a
+    // usual pause, and no other exposure has the rest of it.
     void conclude(Progress &progress) const;
     // Why nothing remained of a frame.
     std::string complaint(const toliman_frame &frame) const;
@@ -29,13 +31,14 @@ class OnTarget {
   private:
     struct Window {
         int64_t start_ns, end_ns;
-        bool is_cut = false;       // by the end of an exposure over several windows
+        bool is_cut = false;       // by the end of an exposure over several windows, or follows it
         bool is_continued = false; // by another exposure
     };
     void mark_end(const toliman_frame &frame);
     void warn_if_cut(const toliman_frame &frame);
+    void check_length(const toliman_frame &frame) const;
 
-    std::string path_;
+    std::string path_, scene_;
     bool warned_ = false;
     int64_t sums_ = 0;            // exposures over several windows
     std::vector<Window> windows_; // TAI, by the camera clock after set_clock
