@@ -103,8 +103,8 @@ typedef struct toliman_bank_train_options {
     toliman_progress_fn progress; /* may be NULL */
     void *progress_data;
     const char *journal; /* file to which each network is appended once it is trained; NULL: none. If the file exists,
-                            its networks are not trained again. The caller removes it once the bank is saved. formats.md,
-                            "TLMJ". Since 0.2 */
+                            its networks are not trained again. The caller removes it once the bank is saved.
+                            formats.md, "TLMJ". Since 0.2 */
 } toliman_bank_train_options;
 #define TOLIMAN_BANK_TRAIN_OPTIONS_INIT TOLIMAN_INIT(toliman_bank_train_options)
 
@@ -113,11 +113,11 @@ TOLIMAN_API void toliman_bank_train_options_init(toliman_bank_train_options *opt
 
 /* Trains the networks of a bank that are not trained yet, in the mode TOLIMAN_CAE_MODE_TIED. If the call is cancelled,
  * the networks that were complete remain trained, and a later call, also of a saved and loaded bank, trains the others.
- * The weights do not depend on threads or interruptions. With a journal, a killed process loses one network per thread at
- * most. fit: as for toliman_bank_encode. options may be NULL.
+ * The weights do not depend on threads or interruptions. With a journal, a killed process loses at most one network per
+ * thread. fit: as for toliman_bank_encode. options may be NULL.
  * Errors: TOLIMAN_E_CANCELLED; TOLIMAN_E_MISMATCH as toliman_bank_encode, and for the journal of another bank, whose
- * message names what differs; TOLIMAN_E_FORMAT for a file that is no journal of a bank; TOLIMAN_E_STATE if another process
- * writes to the journal; TOLIMAN_E_WRITE. */
+ * message names what differs; TOLIMAN_E_FORMAT for any other file; TOLIMAN_E_STATE if another process writes to the
+ * journal; TOLIMAN_E_WRITE. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_train(
     toliman_bank *bank, const toliman_fit *fit, const toliman_bank_train_options *options) TOLIMAN_NOEXCEPT;
 

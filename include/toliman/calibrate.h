@@ -123,7 +123,8 @@ typedef struct toliman_calibration_options {
     toliman_calibration_step_fn step; /* may be NULL */
     void *step_data;
     const toliman_allocator *allocator; /* for the large arrays of the object; NULL = malloc */
-    const char *journal; /* file to which the results of each iteration are appended; NULL: none. If the file exists, the
+    const char
+        *journal; /* file to which the results of each iteration are appended; NULL: none. If the file exists, the
                             call continues from it and gives the bits of a call that was not interrupted, also with
                             more iterations. It needs 4 KiB per frame and iteration, with a map also 8 bytes per cell
                             and step. The caller removes it once the result is saved. formats.md, "TLMJ". Since 0.2 */
@@ -152,7 +153,7 @@ TOLIMAN_API void toliman_calibration_options_init(toliman_calibration_options *o
  *     the frames than the nominal scene. Nothing else of it is compared;
  *   - TOLIMAN_E_MISMATCH for the journal of a calibration of another scene or other frames, with other free parameters,
  *     options or another start; the message names the first that differs;
- *   - TOLIMAN_E_FORMAT for a file that is no journal of a calibration, TOLIMAN_E_STATE if another process writes to it,
+ *   - TOLIMAN_E_FORMAT for any other file, TOLIMAN_E_STATE if another process writes to it,
  *     TOLIMAN_E_WRITE;
  *   - TOLIMAN_E_CANCELLED if step returned a nonzero value. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibrate(const toliman_sim *sim, const toliman_image *image,

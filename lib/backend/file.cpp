@@ -215,8 +215,7 @@ void replace(const std::string &path, const void *data, size_t size) {
     if (output.get() < 0)
         fail(Status::write, "{%s}: cannot be written: %s: %s", path.c_str(), name.c_str(), std::strerror(errno));
     if ((!exists && !keep_private(output.get(), mode)) || !write_all(output.get(), data, size) ||
-        !set_mode(output.get(), mode) || ::fsync(output.get()) != 0 ||
-        ::rename(name.c_str(), target.c_str()) != 0) {
+        !set_mode(output.get(), mode) || ::fsync(output.get()) != 0 || ::rename(name.c_str(), target.c_str()) != 0) {
         const int reason = errno;
         ::unlink(name.c_str());
         fail(Status::write, "{%s}: cannot be written: %s: %s", path.c_str(), name.c_str(), std::strerror(reason));

@@ -57,11 +57,12 @@ class Reader {
     int descriptor_;
 };
 
-// Replaces a file atomically: writes a temporary file in the same folder (temporary.hpp), calls fsync, renames it over path, or over the target of a symbolic link, and calls fsync on the folder. While it is
-// written, the temporary file is readable by its owner only; it then gets the permissions of the file that it replaces,
-// or those of a new file under the umask. Status::write on any failure, and if path is not a regular file; the old file
-// is then unchanged and the temporary file is removed. If only the last step, the fsync of the folder, fails, the new
-// file is in place, but a power failure may restore the old one.
+// Replaces a file atomically: writes a temporary file in the same folder (temporary.hpp), calls fsync, renames it over
+// path, or over the target of a symbolic link, and calls fsync on the folder. While it is written, the temporary file
+// is readable by its owner only; it then gets the permissions of the file that it replaces, or those of a new file
+// under the umask. Status::write on any failure, and if path is not a regular file; the old file is then unchanged and
+// the temporary file is removed. If only the last step, the fsync of the folder, fails, the new file is in place, but a
+// power failure may restore the old one.
 void replace(const std::string &path, const void *data, size_t size);
 
 // Sets permissions; also true if the file system does not support them.

@@ -1,7 +1,7 @@
 // Method: records are appended, and fdatasync'ed at most once per second, since a sync may take longer than a small
-// result. A record that a kill left incomplete fails its checksum; it and all that follows are overwritten. The checksum
-// takes 8 bytes at a time: a CRC32 of the largest records, 100 MB of images, would take longer than their write. flock
-// keeps out a second process and is released by the kernel when the process dies.
+// result. A record that a kill left incomplete fails its checksum; it and all that follows are overwritten. The
+// checksum takes 8 bytes at a time: a CRC32 of the largest records, 100 MB of images, would take longer than their
+// write. flock keeps out a second process and is released by the kernel when the process dies.
 #include "backend/journal.hpp"
 
 #include <algorithm>
@@ -24,7 +24,7 @@ namespace {
 
 constexpr char kMagic[] = "TLMJ";
 constexpr uint32_t kVersion = 1;
-constexpr size_t kPrefixSize = 24; // of a record: key, size and checksum, before its bytes
+constexpr size_t kPrefixSize = 24;  // of a record: key, size and checksum, before its bytes
 constexpr size_t kChecksumSize = 4; // of the header
 constexpr auto kSyncEvery = std::chrono::seconds(1);
 

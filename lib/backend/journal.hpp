@@ -1,5 +1,5 @@
-// The journal of a long computation: results of its costly parts, from which the same computation continues after it was
-// killed. formats.md, "TLMJ".
+// The journal of a long computation: results of its costly parts, from which the same computation continues after it
+// was killed. formats.md, "TLMJ".
 #pragma once
 #include <chrono>
 #include <cstdint>
@@ -21,9 +21,9 @@ class Journal {
         std::vector<uint8_t> bytes;
     };
 
-    // Opens an existing file and locks it; a new one is created with the first record. work: four letters. Status::format
-    // for a file that is no journal of this work, Status::mismatch for one with other inputs, of which the message names
-    // the first, Status::state if another process writes to it.
+    // Opens an existing file and locks it; a new one is created with the first record. work: four letters.
+    // Status::format for a file that is not a journal of this work, Status::mismatch for one with other inputs, of
+    // which the message names the first, Status::state if another process writes to it.
     Journal(const std::string &path, const char *work, std::vector<Input> inputs);
     ~Journal();
     Journal(const Journal &) = delete;
@@ -36,8 +36,8 @@ class Journal {
     // and, if durable, a failure of the machine after at most a second. Status::write on failure: the records before
     // remain.
     void append(uint64_t key, const std::vector<uint8_t> &bytes, bool durable = true);
-    // The end of the records that were taken or appended, and the return to an earlier one: the next append replaces all
-    // records after it.
+    // The end of the records that were taken or appended, and the return to an earlier one: the next append replaces
+    // all records after it.
     uint64_t position() const noexcept { return at_; }
     void return_to(uint64_t position) noexcept;
 

@@ -72,8 +72,8 @@ class Bank {
     Bank(const Options &options, size_t rows, size_t cols, uint64_t fit_digest, std::vector<Date> dates,
          std::vector<Network> networks);
 
-    // Trains the networks that are not trained yet; those trained before a cancellation remain. journal: gets each network
-    // once it is trained, and gives those of an earlier call; may be NULL.
+    // Trains the networks that are not trained yet; those trained before a cancellation remain. journal: gets each
+    // network once it is trained, and gives those of an earlier call; may be NULL.
     void train(const fit::Fit &fit, unsigned workers, const Progress &progress, Journal *journal);
     std::vector<Journal::Input> inputs() const; // of the journal
 

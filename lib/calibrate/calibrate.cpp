@@ -81,7 +81,7 @@ class Calibrator {
     std::unique_ptr<Planes> planes_; // NULL until they are needed
     std::vector<double> planes_at_;
     Buffer<double> planes_map_m_;
-    uint64_t planes_key_ = 0; // hash of both
+    uint64_t planes_key_ = 0;       // hash of both
     double chi_square_to_beat_ = 0; // in a trial
 };
 
@@ -157,8 +157,8 @@ void Calibrator::report(Calibration &out, bool of_map, bool accepted, double lar
     out.point = point_;
     out.goodness.chi_square = per_freedom(normal_);
     if (options_.on_step)
-        options_.on_step(out, {of_map, accepted, problem_.memo != nullptr && problem_.memo->recalled(), out.iterations + out.map_iterations,
-                               out.goodness.chi_square, largest, options_.lack});
+        options_.on_step(out, {of_map, accepted, problem_.memo != nullptr && problem_.memo->recalled(),
+                               out.iterations + out.map_iterations, out.goodness.chi_square, largest, options_.lack});
 }
 
 bool Calibrator::is_complete() const noexcept {
@@ -180,18 +180,17 @@ Linearisation Calibrator::linearised(const Point &point, double blend) {
 // A scene far from the minimum may be refused, as with a scale at which the frame shows aliases: lost.
 Linearisation Calibrator::linearised_at(const Point &trial, double blend) {
     aim_planes(trial);
-    Linearisation normal =
-        recalled<Linearisation>(problem_.memo, {hash_of(trial), bits_of(blend), planes_key_}, [&] {
-            try {
-                return linearise(problem_, trial, planes(), blend);
-            } catch (const Error &error) {
-                if (error.status() != Status::scene)
-                    throw;
-                Linearisation refused = lost();
-                refused.refused = true;
-                return refused;
-            }
-        });
+    Linearisation normal = recalled<Linearisation>(problem_.memo, {hash_of(trial), bits_of(blend), planes_key_}, [&] {
+        try {
+            return linearise(problem_, trial, planes(), blend);
+        } catch (const Error &error) {
+            if (error.status() != Status::scene)
+                throw;
+            Linearisation refused = lost();
+            refused.refused = true;
+            return refused;
+        }
+    });
     if (normal.refused) {
         planes_at_.clear();
         aim_planes(point_);
@@ -212,9 +211,9 @@ bool Calibrator::iterate(Calibration &out, int patience) {
     while (out.iterations < options_.most_iterations && !normal_.lost) {
         out.iterations++;
         const double damped = blend > 0 ? damping : 0;
-        const Step step =
-            recalled<Step>(problem_.memo, {hash_of(point_), bits_of(damped), bits_of(blend), bits_of(normal_.chi_square)},
-                           [&] { return step_from(problem_, point_, normal_, damped); });
+        const Step step = recalled<Step>(
+            problem_.memo, {hash_of(point_), bits_of(damped), bits_of(blend), bits_of(normal_.chi_square)},
+            [&] { return step_from(problem_, point_, normal_, damped); });
         const Point trial = step.solvable ? moved(point_, step.change) : point_;
         const bool near = step.solvable && step.largest < kNear && normal_.excess < kGoodFit;
         const double next_blend = near ? 0 : blend;
@@ -345,9 +344,10 @@ void Calibrator::choose_sign(const std::vector<bool> &even) {
 bool Calibrator::run(const Point &start, Calibration &out) {
     point_ = start;
     if (point_.own.empty())
-        point_.own = recalled<OwnOfFrames>(problem_.memo, {hash_of(start)}, [&] { return find_frames(problem_, start.instrument[0], start.map_m); });
-    out.before = recalled<Buffer<double>>(problem_.memo, {hash_of(point_)},
-                                          [&] { return whitened_frame(problem_, point_, 0); });
+        point_.own = recalled<OwnOfFrames>(problem_.memo, {hash_of(start)},
+                                           [&] { return find_frames(problem_, start.instrument[0], start.map_m); });
+    out.before =
+        recalled<Buffer<double>>(problem_.memo, {hash_of(point_)}, [&] { return whitened_frame(problem_, point_, 0); });
     bool found = iterate(out);
     if (!normal_.lost && !is_complete())
         found = iterate_mirrored(out, found);

@@ -1,12 +1,12 @@
-// Method: a calibration is a function of its inputs, and nearly all of its time is spent in five functions. Their results
-// are appended to a journal as they are computed. After an interruption the same steps are taken again with the recalled
-// results, which takes milliseconds, up to the first that is missing: damping, phase and choices of the calibration need no
-// state of their own, and the bits are those of an undisturbed one. Each result has as key a hash of what it was computed
-// from. Where the steps differ from those of the earlier process, as with more iterations, no key fits, and the rest of
-// the journal is dropped. Long functions keep parts of their result in the same way: derivative images, blocks of some
-// frames, products of the conjugate gradients. The parts are replaced by the result once it is complete.
-// Rejected: to save the parameters, and to start there. Damping, derivatives and the stage of the work then differ, and the
-// result with them.
+// Method: a calibration is a function of its inputs, and nearly all of its time is spent in five functions. Their
+// results are appended to a journal as they are computed. After an interruption the same steps are taken again with the
+// recalled results, which takes milliseconds, up to the first that is missing: damping, phase and choices of the
+// calibration need no state of their own, and the bits are those of an undisturbed one. Each result has as key a hash
+// of what it was computed from. Where the steps differ from those of the earlier process, as with more iterations, no
+// key fits, and the rest of the journal is dropped. Long functions keep parts of their result in the same way:
+// derivative images, blocks of some frames, products of the conjugate gradients. The parts are replaced by the result
+// once it is complete. Rejected: to save the parameters, and to start there. Damping, derivatives and the stage of the
+// work then differ, and the result with them.
 #include "calibrate/memo.hpp"
 
 #include <cstring>
@@ -169,8 +169,7 @@ template <class Stream> void pass(Stream &stream, optics::StarImages &images) {
         stream.size(derivative.across);
         pass_numbers(stream, derivative.image);
     }
-    for (Buffer<double> *image :
-         {&images.focus, &images.focus_curve, &images.scale, &images.anisotropy, &images.shear})
+    for (Buffer<double> *image : {&images.focus, &images.focus_curve, &images.scale, &images.anisotropy, &images.shear})
         pass_numbers(stream, *image);
     stream.length(images.modes, 8);
     for (Buffer<double> &mode : images.modes)
@@ -184,14 +183,30 @@ template <class Stream> void pass(Stream &stream, std::vector<optics::StarImages
 }
 
 // Of the function, by its result.
-constexpr uint64_t kind_of(const OwnOfFrames *) noexcept { return 1; }
-constexpr uint64_t kind_of(const Linearisation *) noexcept { return 2; }
-constexpr uint64_t kind_of(const Step *) noexcept { return 3; }
-constexpr uint64_t kind_of(const MapStep *) noexcept { return 4; }
-constexpr uint64_t kind_of(const double *) noexcept { return 5; }
-constexpr uint64_t kind_of(const std::vector<Block> *) noexcept { return 6; }
-constexpr uint64_t kind_of(const Buffer<double> *) noexcept { return 7; }
-constexpr uint64_t kind_of(const std::vector<optics::StarImages> *) noexcept { return 8; }
+constexpr uint64_t kind_of(const OwnOfFrames *) noexcept {
+    return 1;
+}
+constexpr uint64_t kind_of(const Linearisation *) noexcept {
+    return 2;
+}
+constexpr uint64_t kind_of(const Step *) noexcept {
+    return 3;
+}
+constexpr uint64_t kind_of(const MapStep *) noexcept {
+    return 4;
+}
+constexpr uint64_t kind_of(const double *) noexcept {
+    return 5;
+}
+constexpr uint64_t kind_of(const std::vector<Block> *) noexcept {
+    return 6;
+}
+constexpr uint64_t kind_of(const Buffer<double> *) noexcept {
+    return 7;
+}
+constexpr uint64_t kind_of(const std::vector<optics::StarImages> *) noexcept {
+    return 8;
+}
 
 } // namespace
 
@@ -220,8 +235,7 @@ void Memo::begin(const Problem &problem, uint32_t improved) noexcept {
     model_ = fnv1a(uint64_t{improved}, fnv1a(uint64_t{problem.nominal.telescope.pupil_samples}, hash_of(problem.free)));
 }
 
-template <class Result>
-uint64_t Memo::key_of(std::initializer_list<uint64_t> what, const Result *kind) const noexcept {
+template <class Result> uint64_t Memo::key_of(std::initializer_list<uint64_t> what, const Result *kind) const noexcept {
     uint64_t hash = fnv1a(kind_of(kind), model_);
     for (const uint64_t number : what)
         hash = fnv1a(number, hash);

@@ -25,10 +25,9 @@ class Memo {
     // What the next calls are for: results of another model are not taken. improved: the changes of the scene.
     void begin(const Problem &problem, uint32_t improved) noexcept;
 
-    // The result of an earlier process, if it is the next one in the journal and has this key; or that of compute(), which
-    // is appended. Results of calls within compute() are kept until then, and those on the disk only by chance.
-    template <class Result, class Compute>
-    Result of(std::initializer_list<uint64_t> what, const Compute &compute) {
+    // The result of an earlier process, if it is the next one in the journal and has this key; or that of compute(),
+    // which is appended. Results of calls within compute() are kept until then, and those on the disk only by chance.
+    template <class Result, class Compute> Result of(std::initializer_list<uint64_t> what, const Compute &compute) {
         const uint64_t key = key_of(what, static_cast<const Result *>(nullptr));
         Result result;
         recalled_ = take(key, result);

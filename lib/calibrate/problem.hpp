@@ -89,7 +89,7 @@ using OwnOfFrames = std::vector<std::array<double, kOwn>>; // [frame]
 struct Point {
     std::vector<std::vector<double>> instrument; // [window][parameter]
     OwnOfFrames own;
-    Buffer<double> map_m;                        // OPD added to the pupil, [N][N]; empty = none
+    Buffer<double> map_m; // OPD added to the pupil, [N][N]; empty = none
 };
 
 // The mean over the windows.

@@ -134,11 +134,13 @@ class Train(Bank):
             ("--spacing 9: must be in [0.05, 4]", "--bank", "frames", "--spacing", "9"),
             ("--places 9: must be in [1, 8]", "--bank", "frames", "--places", "9"),
             ('--free: "scal": must be the name of a parameter; did you mean "scale"?', "--bank", "frames", "--free", "scal"),
-            ("b.tlmb: is a bank of toliman networks, not", "--resume", "b.tlmb"),
             ("--resume excludes --bank", "--resume", "b.tlmb", "--bank", "frames"),
         ):
             with self.subTest(text):
                 self.refuse(2, text, arguments=("train", "s.json", "--out", "x", *arguments))
+        done = self.run_program("train", "s.json", "--out", "x", "--resume", "b.tlmb")
+        self.assertEqual(done.returncode, 3)
+        self.assertIn("b.tlmb: is a bank of toliman networks, not toliman weights\n", done.stderr)
 
 
 class Stops(Bank):
@@ -168,7 +170,7 @@ class Stops(Bank):
                 self.assertEqual(errors[-2], "toliman: the same command with --resume continues from parts.part")
                 self.refuse(3, "parts.part: is the journal of an interrupted computation, not ",
                             arguments=("encode", "--weights", "parts.part", "--fit", "s.json", "--free", "scale", "f.npy"))
-                for other, what in ((("--free", "focus"), "another scene or other free parameters"),
+                for other, what in ((("--free", "shear"), "another scene or other free parameters"),
                                     (("--seed", "2"), "another seed"), (("--steps", "61"), "another number of steps"),
                                     (("--bank", "2026:2026.2"), "other dates or another spacing")):
                     how = [*self.HOW, "--seed", "1"]

@@ -126,7 +126,7 @@ class Stops(ProgramTest):
         code = """
 import os, signal, sys
 from toliman.report import __main__, page
-owner, name = {"_temporary": page, "replace": os}[sys.argv[1]], sys.argv[1]
+owner, name = {"_Temporary": page, "replace": os}[sys.argv[1]], sys.argv[1]
 work = getattr(owner, name)
 def interrupted(*arguments):
     os.kill(os.getpid(), signal.SIGTERM)
@@ -134,7 +134,7 @@ def interrupted(*arguments):
 setattr(owner, name, interrupted)
 sys.exit(__main__.main(["b"]))
 """
-        for moment, left in (("_temporary", before), ("replace", whole)):
+        for moment, left in (("_Temporary", before), ("replace", whole)):
             with self.subTest(moment):
                 shutil.rmtree(self.work / "b" / "report", ignore_errors=True)
                 done = subprocess.run([sys.executable, "-c", code, moment], cwd=self.work, capture_output=True, text=True,

@@ -500,7 +500,7 @@ int main(void) {
         cmocka_unit_test(plans_match_banks),
         cmocka_unit_test(networks_are_listed),
         cmocka_unit_test(interrupted_trainings_give_the_same_bits),
-                                       cmocka_unit_test(journals_continue_trainings),
+        cmocka_unit_test(journals_continue_trainings),
         cmocka_unit_test(all_calls_give_the_same_bits),
         cmocka_unit_test(calls_of_several_threads_give_the_same_bits),
         cmocka_unit_test(training_needs_exclusive_use),

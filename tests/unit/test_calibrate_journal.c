@@ -1,5 +1,5 @@
-/* Tests journals of calibrations: after any interruption, damage and with more iterations the bits of an undisturbed call;
- * what is refused. */
+/* Tests journals of calibrations: after any interruption, damage and with more iterations the bits of an undisturbed
+ * call; what is refused. */
 #include <sys/stat.h>
 
 #include "calibrate_group.h"
@@ -21,6 +21,7 @@ static int32_t watch(const toliman_calibration *so_far, const toliman_calibratio
 
 static toliman_status run(steps *all, int32_t most_iterations, toliman_calibration **made) {
     const toliman_calibration_options options = {.struct_size = sizeof options,
+                                                 .free = kKnown,
                                                  .journal = path,
                                                  .step = watch,
                                                  .step_data = all,
@@ -116,7 +117,8 @@ static void others_are_refused(void **state) {
     toliman_calibration *made = NULL;
     steps all = {.cancel_at = 1};
     begin();
-    toliman_calibration_options options = {.struct_size = sizeof options, .journal = path, .step = call_again};
+    toliman_calibration_options options = {
+        .struct_size = sizeof options, .free = kKnown, .journal = path, .step = call_again};
     assert_fails(toliman_calibrate(nominal, PLAIN_IMAGE(frames), FRAMES, NULL, &options, &made), TOLIMAN_E_CANCELLED,
                  "");
     memcpy(changed, frames, sizeof changed);
@@ -147,7 +149,7 @@ static void others_are_refused(void **state) {
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         options = (toliman_calibration_options){.struct_size = sizeof options,
                                                 .journal = path,
-                                                .free = cases[i].free,
+                                                .free = cases[i].free != NULL ? cases[i].free : kKnown,
                                                 .window_days = cases[i].window_days,
                                                 .start = cases[i].start,
                                                 .step = watch,

@@ -885,8 +885,8 @@ class toliman_bank_train_options(Sized):
     threads: worker threads, 0 = one per processor
     progress: may be NULL
     journal: file to which each network is appended once it is trained; NULL: none. If the file exists,
-        its networks are not trained again. The caller removes it once the bank is saved. formats.md,
-        "TLMJ". Since 0.2"""
+        its networks are not trained again. The caller removes it once the bank is saved.
+        formats.md, "TLMJ". Since 0.2"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -4235,11 +4235,11 @@ TOLIMAN_E_UNSUPPORTED for frames smaller than 256 x 256 or larger than 4096 x 40
         ),
         """Trains the networks of a bank that are not trained yet, in the mode TOLIMAN_CAE_MODE_TIED. If the call is cancelled,
 the networks that were complete remain trained, and a later call, also of a saved and loaded bank, trains the others.
-The weights do not depend on threads or interruptions. With a journal, a killed process loses one network per thread at
-most. fit: as for toliman_bank_encode. options may be NULL.
+The weights do not depend on threads or interruptions. With a journal, a killed process loses at most one network per
+thread. fit: as for toliman_bank_encode. options may be NULL.
 Errors: TOLIMAN_E_CANCELLED; TOLIMAN_E_MISMATCH as toliman_bank_encode, and for the journal of another bank, whose
-message names what differs; TOLIMAN_E_FORMAT for a file that is no journal of a bank; TOLIMAN_E_STATE if another process
-writes to the journal; TOLIMAN_E_WRITE.""",
+message names what differs; TOLIMAN_E_FORMAT for any other file; TOLIMAN_E_STATE if another process writes to the
+journal; TOLIMAN_E_WRITE.""",
     ),
     "toliman_bank_get_info": (
         c_int32, (("bank", POINTER(toliman_bank)), ("out", POINTER(toliman_bank_info))),
@@ -4440,7 +4440,7 @@ Errors:
     the frames than the nominal scene. Nothing else of it is compared;
   - TOLIMAN_E_MISMATCH for the journal of a calibration of another scene or other frames, with other free parameters,
     options or another start; the message names the first that differs;
-  - TOLIMAN_E_FORMAT for a file that is no journal of a calibration, TOLIMAN_E_STATE if another process writes to it,
+  - TOLIMAN_E_FORMAT for any other file, TOLIMAN_E_STATE if another process writes to it,
     TOLIMAN_E_WRITE;
   - TOLIMAN_E_CANCELLED if step returned a nonzero value.""",
     ),

@@ -76,8 +76,8 @@ void check_different(const std::vector<std::string> &folders) {
     }
 }
 
-// A new state folder. It is made beside its name, and gets the name when it is complete. Removed again without commit();
-// the next merge into the same folder removes one that a killed process left.
+// A new state folder. It is made under a temporary name, and gets its own when it is complete. Removed again without
+// commit(); the next merge into the same folder removes one that a killed process left.
 class NewFolder {
   public:
     explicit NewFolder(const std::string &path) : path_(path) {

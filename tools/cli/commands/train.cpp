@@ -29,7 +29,7 @@ struct Options {
                             resume, log, bad_pixels;
     std::optional<std::string> bank; // its dates
     std::string free;                // further parameters of the fit of a bank
-    bool resumes = false; // with `resume` or, if that is empty, OUT.part
+    bool resumes = false;            // with `resume` or, if that is empty, OUT.part
     uint64_t seed = 1;
     uint32_t steps = 0, epochs = 0, places = 0; // 0: the default
     double spacing = 0;                         // px; 0: the default

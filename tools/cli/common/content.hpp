@@ -6,7 +6,22 @@
 
 namespace cli {
 
-enum class Content { unknown, empty, folder, weights, bank, journal, sums, tracker, fits, npy, scene, result, json, text };
+enum class Content {
+    unknown,
+    empty,
+    folder,
+    weights,
+    bank,
+    journal,
+    sums,
+    tracker,
+    fits,
+    npy,
+    scene,
+    result,
+    json,
+    text
+};
 
 struct Identity {
     Content content = Content::unknown; // also if there is no file or it cannot be read

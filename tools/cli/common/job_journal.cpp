@@ -14,7 +14,8 @@ void remove_journal(const std::string &path) {
     if (journal < 0 && errno == ENOENT)
         return;
     if (journal < 0 && errno == EEXIST)
-        throw Failure(kExitOutput, path + ": another process is writing to it: wait until it ends, or give another --out");
+        throw Failure(kExitOutput,
+                      path + ": another process is writing to it: wait until it ends, or give another --out");
     const int reason = ::unlink(path.c_str()) == 0 ? 0 : errno;
     ::close(journal);
     if (reason != 0)
@@ -42,8 +43,7 @@ void write_and_remove(const std::string &journal, const std::function<void()> &w
     try {
         write();
     } catch (const Failure &failure) {
-        throw Failure(failure.code(),
-                      failure.what() + (": the same command with --resume continues from " + journal));
+        throw Failure(failure.code(), failure.what() + (": the same command with --resume continues from " + journal));
     }
     remove_journal(journal);
 }

@@ -1,6 +1,6 @@
 // Method: an output is written to a temporary file in the same folder, fsync'ed and renamed, so that a reader sees the
 // old or the new file and never a part. While it is written it is readable by its owner only, and locked, by which the
-// next writer of this output knows that its writer lives. Files that must agree are first all brought to the disk. Then
+// next writer of this output knows that its writer lives. Files that must agree are first all fsync'ed. Then
 // the one that implies the others is removed, the others are renamed, and it is renamed last. Standard output is
 // written by poll(2) and write(2) of at most PIPE_BUF bytes, so that a signal can end the wait for a slow reader.
 #include "common/output.hpp"

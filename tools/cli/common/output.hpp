@@ -16,11 +16,11 @@ enum class Replaces { results, scenes };
 // --force: from now on every output may replace any file.
 void replace_anything() noexcept;
 
-// Written as `path`.0.tmp, or with the next free number; commit() renames it, destruction without commit removes it, and
-// the next OutputFile of this path removes what a killed process left.
-// The target of a symbolic link is replaced, not the link. "-" (standard output), a pipe or a device is written
-// directly; only scenes, which are text, may go to a terminal. Until commit() only the owner can access the temporary
-// file; then it gets the permissions of the file that it replaces, or those of a new file of this process.
+// Written as `path`.0.tmp, or with the next free number; commit() renames it, destruction without commit removes it,
+// and the next OutputFile of this path removes what a killed process left. The target of a symbolic link is replaced,
+// not the link. "-" (standard output), a pipe or a device is written directly; only scenes, which are text, may go to a
+// terminal. Until commit() only the owner can access the temporary file; then it gets the permissions of the file that
+// it replaces, or those of a new file of this process.
 class OutputFile {
   public:
     explicit OutputFile(const std::string &path, Replaces what = Replaces::results);

@@ -104,8 +104,8 @@ toliman::scene_calibration Calibration::calibrated(const toliman_sim *start) {
                                                      frames_.predictions.data(), &options);
 }
 
-// With --resume a calibration without a journal starts from the scene that --out holds, if there is one. A journal may be
-// that of a calibration that did, or of one without --resume: the library tells by its start.
+// With --resume a calibration without a journal starts from the scene that --out holds, if there is one. A journal may
+// be that of a calibration that did, or of one without --resume: the library tells by its start.
 void Calibration::run(Progress &progress) {
     // Iterations may take a minute. Each is in the journal once it is complete.
     const StopLimit limit("stopped by a signal; if an iteration was complete, --resume continues after it");
