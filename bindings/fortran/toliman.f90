@@ -577,7 +577,7 @@ module toliman
         ! further free parameters, names of sim_derivative.h separated by spaces: "scale focus jitter_xx jitter_yy
         ! jitter_xy". NULL or "": none. Those that move the stars (roll, anisotropy, shear) are not available. "self"
         ! stands for the self-calibration: those of jitter_xx, jitter_yy, jitter_xy, focus and zernike_5 to zernike_11
-        ! that a frame of the scene determines to 5 nm and 0.02 px^2. Optics and jitter may then drift
+        ! that a frame of the (first) scene determines to 5 nm and 0.02 px^2. Optics and jitter may then drift
         type(c_ptr) :: free = c_null_ptr
         ! largest shift of both stars from their predicted places along x or y, px; 0 = 15, at most 64. Stars that
         ! moved relative to each other are found up to about 0.5 px from the predicted separation and position angle
@@ -3619,7 +3619,7 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Returns the latest day (MJD) of UTC that any function has converted in this process, 0 for none.
+        ! Returns the latest day (MJD) of UTC that any function has converted on this thread, 0 for none.
         function toliman_ingest_last_utc_day() bind(C) result(answer)
             import
             integer(c_int64_t) :: answer
@@ -6942,7 +6942,7 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Returns the latest day (MJD) of UTC that any function has converted in this process, 0 for none.
+    ! Returns the latest day (MJD) of UTC that any function has converted on this thread, 0 for none.
     function pair_reader_last_utc_day() result(answer)
         integer(c_int64_t) :: answer
         answer = toliman_ingest_last_utc_day()

@@ -48,8 +48,8 @@ typedef struct toliman_fit_options {
                                            "scale focus jitter_xx jitter_yy jitter_xy". NULL or "": none. Those that
                                            move the stars (roll, anisotropy, shear) are not available. "self" stands
                                            for the self-calibration: those of jitter_xx, jitter_yy, jitter_xy, focus and
-                                           zernike_5 to zernike_11 that a frame of the scene determines to 5 nm and
-                                           0.02 px^2. Optics and jitter may then drift */
+                                           zernike_5 to zernike_11 that a frame of the (first) scene determines to 5 nm
+                                           and 0.02 px^2. Optics and jitter may then drift */
     double capture_px;                  /* largest shift of both stars from their predicted places along x or y, px;
                                            0 = 15, at most 64. Stars that moved relative to each other are found up to
                                            about 0.5 px from the predicted separation and position angle */

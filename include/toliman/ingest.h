@@ -226,7 +226,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_read_leap_seconds(c
                                                                                size_t capacity, size_t *count,
                                                                                int64_t *expires) TOLIMAN_NOEXCEPT;
 
-/* Returns the latest day (MJD) of UTC that any function has converted in this process, 0 for none. From the day
+/* Returns the latest day (MJD) of UTC that any function has converted on this thread, 0 for none. From the day
  * `expires` of toliman_ingest_read_leap_seconds on, leap seconds may be missing: a program compares both at its end,
  * and warns. Since 0.2. */
 TOLIMAN_API int64_t toliman_ingest_last_utc_day(void) TOLIMAN_NOEXCEPT;

@@ -5,7 +5,7 @@
 // they differ by less than 2 ms. Reference: SOFA Time Scale and Calendar Tools, http://www.iausofa.org.
 #include "ingest/time_scale.hpp"
 
-#include <atomic>
+#include <algorithm>
 #include <iterator>
 #include <string>
 
@@ -25,17 +25,12 @@ bool in_range(int64_t day, Scale scale) noexcept {
     return day >= (scale == Scale::utc ? kFirstDayOfUtc : kFirstDay) && day < kEndDay;
 }
 
-std::atomic<int64_t> last_day{0};
-
-void keep_day(int64_t day) noexcept {
-    for (int64_t last = last_day; day > last && !last_day.compare_exchange_weak(last, day);)
-        ;
-}
+thread_local int64_t last_day = 0;
 
 // day is in range.
 int64_t tai_of(int64_t day, int64_t ns, Scale scale, const LeapSeconds &leap_seconds) noexcept {
     if (scale == Scale::utc)
-        keep_day(day);
+        last_day = std::max(last_day, day);
     const int64_t ahead =
         scale == Scale::utc ? leap_seconds.tai_utc(day).value_or(0) * kSecond : kAhead[static_cast<size_t>(scale)];
     return (day - kDayOf1970) * kDay + ns + ahead;

@@ -1,5 +1,6 @@
 /* Tests dates, Julian days, leap seconds and clock tables against constants of astropy, long division and gmtime. */
 #include <inttypes.h>
+#include <pthread.h>
 #include <time.h>
 
 #include <toliman/ingest.h>
@@ -197,6 +198,15 @@ static void tables_of_the_caller(void **unused) {
     assert_fails(toliman_ingest_parse_time("2029-12-31", ISO, UTC, table, 1, &ns), TOLIMAN_E_ARGUMENT, "struct_size");
 }
 
+/* A thread has the days that it converted itself. */
+static void *convert_alone(void *unused) {
+    int64_t ns = 0;
+    assert_int_equal(toliman_ingest_last_utc_day(), 0);
+    assert_ok(toliman_ingest_parse_time("70000", MJD, UTC, NULL, 0, &ns));
+    assert_int_equal(toliman_ingest_last_utc_day(), 70000);
+    return unused;
+}
+
 /* Only days of UTC count, also of a table of the caller; the first test of this program. */
 static void latest_day_of_utc(void **unused) {
     (void)unused;
@@ -211,6 +221,10 @@ static void latest_day_of_utc(void **unused) {
     parsed("60000", MJD, UTC);
     assert_int_equal(toliman_ingest_last_utc_day(), 61831);
     assert_ok(toliman_ingest_convert_times(&time, 1, UTC, table, 1, &ns));
+    assert_int_equal(toliman_ingest_last_utc_day(), 62000);
+    pthread_t thread;
+    assert_int_equal(pthread_create(&thread, NULL, convert_alone, NULL), 0);
+    assert_int_equal(pthread_join(thread, NULL), 0);
     assert_int_equal(toliman_ingest_last_utc_day(), 62000);
 }
 

@@ -697,8 +697,8 @@ class toliman_fit_options(Sized):
         "scale focus jitter_xx jitter_yy jitter_xy". NULL or "": none. Those that
         move the stars (roll, anisotropy, shear) are not available. "self" stands
         for the self-calibration: those of jitter_xx, jitter_yy, jitter_xy, focus and
-        zernike_5 to zernike_11 that a frame of the scene determines to 5 nm and
-        0.02 px^2. Optics and jitter may then drift
+        zernike_5 to zernike_11 that a frame of the (first) scene determines to 5 nm
+        and 0.02 px^2. Optics and jitter may then drift
     capture_px: largest shift of both stars from their predicted places along x or y, px;
         0 = 15, at most 64. Stars that moved relative to each other are found up to
         about 0.5 px from the predicted separation and position angle
@@ -4764,7 +4764,7 @@ Since 0.2.""",
     ),
     "toliman_ingest_last_utc_day": (
         c_int64, (),
-        """Returns the latest day (MJD) of UTC that any function has converted in this process, 0 for none. From the day
+        """Returns the latest day (MJD) of UTC that any function has converted on this thread, 0 for none. From the day
 `expires` of toliman_ingest_read_leap_seconds on, leap seconds may be missing: a program compares both at its end,
 and warns. Since 0.2.""",
     ),
