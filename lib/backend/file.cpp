@@ -53,7 +53,9 @@ std::string target_of(const std::string &path) {
 // Creates a new file in target's folder with these permissions, less the umask, and stores its name in `path`. Negative
 // with errno on failure. Names of other writers are skipped.
 int open_temporary(const std::string &target, std::string &path, mode_t mode) {
-    temporary::remove_stale(target, temporary::Kind::file);
+    path = target;
+    if (!temporary::remove_stale(target, temporary::Kind::file))
+        return -1;
     int descriptor = -1;
     for (int i = 0; i < temporary::kMost; i++) {
         path = temporary::name(target, i);

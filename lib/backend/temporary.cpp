@@ -83,11 +83,16 @@ int lock(const std::string &path) noexcept {
     return locked(open_existing(path.c_str()), path.c_str());
 }
 
-void remove_stale(const std::string &target, Kind kind) {
-    const int reason = errno;
-    for (int number = 0; number < kMost; number++)
-        remove_if_stale(name(target, number), kind);
-    errno = reason;
+bool remove_stale(const std::string &target, Kind kind) {
+    struct stat status = {};
+    for (int number = 0; number < kMost; number++) {
+        const std::string path = name(target, number);
+        if (::lstat(path.c_str(), &status) == 0)
+            remove_if_stale(path, kind);
+        else if (errno != ENOENT)
+            return false;
+    }
+    return true;
 }
 
 } // namespace toliman::temporary

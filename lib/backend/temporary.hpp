@@ -19,8 +19,8 @@ int create_folder(const std::string &path) noexcept;
 int lock(const std::string &path) noexcept;
 
 // Removes the temporary files, or folders of files, of a target that are not locked: their writers have died. Never one
-// of a living writer. On a file system without locks all remain.
+// of a living writer. On a file system without locks all remain. False with errno if the folder cannot be searched.
 enum class Kind { file, folder };
-void remove_stale(const std::string &target, Kind kind);
+bool remove_stale(const std::string &target, Kind kind);
 
 } // namespace toliman::temporary

@@ -9,7 +9,9 @@
 // counts it. A rebuild that reduces the frames again replaces ledger and setup as one (setup.cpp).
 #include <algorithm>
 #include <cmath>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "base/error.hpp"
 #include "track/rewrite.hpp"
@@ -31,9 +33,12 @@ void check_not_lost(Store &store) {
 
 // What a writer that was killed has left. Only the holder of the lock calls it.
 void discard_temporaries(Store &store) {
-    store.discard(Setup::kNewName); // of a rebuild without its ledger
+    std::vector<std::string> names = {Setup::kNewName}; // of a rebuild without its ledger
     for (const char *name : {LedgerFile::kName, Checkpoint::kName, Setup::kName, Setup::kNewName, Names::kName})
-        store.discard(temporary_of(name));
+        names.push_back(temporary_of(name));
+    for (const std::string &name : names)
+        if (store.size(name) >= 0)
+            store.discard(name);
 }
 
 } // namespace

@@ -170,7 +170,7 @@ class Stops(Bank):
                 self.assertEqual(errors[-2], "toliman: the same command with --resume continues from parts.part")
                 self.refuse(3, "parts.part: is the journal of an interrupted computation, not ",
                             arguments=("encode", "--weights", "parts.part", "--fit", "s.json", "--free", "scale", "f.npy"))
-                for other, what in ((("--free", "shear"), "another scene or other free parameters"),
+                for other, what in ((("--free", "jitter_xx"), "another scene or other free parameters"),
                                     (("--seed", "2"), "another seed"), (("--steps", "61"), "another number of steps"),
                                     (("--bank", "2026:2026.2"), "other dates or another spacing")):
                     how = [*self.HOW, "--seed", "1"]

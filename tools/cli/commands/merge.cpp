@@ -83,8 +83,8 @@ class NewFolder {
     explicit NewFolder(const std::string &path) : path_(path) {
         if (exists(path_))
             fail("exists: give a new folder to merge into");
-        temporary::remove_stale(path_, temporary::Kind::folder);
-        for (int i = 0; i < temporary::kMost && lock_ < 0; i++) {
+        const bool is_clean = temporary::remove_stale(path_, temporary::Kind::folder);
+        for (int i = 0; i < temporary::kMost && is_clean && lock_ < 0; i++) {
             temporary_ = temporary::name(path_, i);
             lock_ = temporary::create_folder(temporary_);
             if (lock_ < 0 && errno != EEXIST)

@@ -93,7 +93,8 @@ int OutputFile::open_temporary(bool replaces, Replaces what) {
         fail(error.message());
     if (replaces)
         check_own(path_, what);
-    temporary::remove_stale(target_, temporary::Kind::file);
+    if (!temporary::remove_stale(target_, temporary::Kind::file))
+        return -1;
     int descriptor = -1;
     for (int i = 0; i < temporary::kMost; i++) {
         temporary_ = temporary::name(target_, i);
