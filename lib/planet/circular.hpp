@@ -1,0 +1,38 @@
+// Which series a search calls a planet's, from circular orbits alone.
+#pragma once
+#include <cstddef>
+#include <vector>
+
+#include "planet/detection.hpp"
+
+namespace toliman::planet {
+
+// A search on circular orbits of some frequencies, which needs of a series only its products with their shapes.
+class CircularSearch {
+  public:
+    // threshold: log10 of the Bayes factor that a planet needs. The detection must outlive the object.
+    CircularSearch(const Detection &detection, double threshold, const Frequencies &frequencies);
+
+    // Number of products of a series with the shapes.
+    size_t numbers() const noexcept { return moments_.size() * size_; }
+    // Number of products of a series, with the shapes and then the functions.
+    size_t all_numbers() const noexcept { return numbers() + detection_.design().functions(); }
+    // Writes the products of two whitened series to along [all_numbers()][2].
+    void set_products(const double *x, const double *y, double *along) const noexcept;
+    // Whether a search calls the series with these products with the shapes a planet's. square: of what the functions
+    // leave of it.
+    bool is_planet(const double *right, double square) const;
+
+  private:
+    double cell(size_t i, double from, double to) const noexcept;
+    bool is_clear(const std::vector<double> &masses) const noexcept;
+
+    const Detection &detection_;
+    double threshold_;
+    Frequencies frequencies_;
+    size_t size_;                  // amplitudes of a signal
+    std::vector<Moments> moments_; // of each frequency; `right` is not used
+    Buffer<double> shapes_;        // [frequencies][size_][rows], whitened, without the functions
+};
+
+} // namespace toliman::planet
