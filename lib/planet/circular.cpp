@@ -21,21 +21,24 @@ namespace toliman::planet {
 
 namespace {
 
-constexpr double kCut = 24; // of the gain, below the highest
+constexpr double kCut = 20; // of the gain, below the highest
 constexpr double kShareOfCircular = 0.5;
 
 } // namespace
 
 CircularSearch::CircularSearch(const Detection &detection, double threshold, const Frequencies &frequencies)
     : detection_(detection), threshold_(threshold), frequencies_(frequencies),
-      size_(detection.problem().series.amplitudes()), moments_(frequencies.count),
-      shapes_(frequencies.count * size_ * detection.problem().series.rows) {
+      size_(detection.problem().series.amplitudes()), scales_(detection.problem().prior.scales.size()),
+      moments_(frequencies.count), shapes_(frequencies.count * size_ * detection.problem().series.rows) {
     const Series &series = detection.problem().series;
     const Design &design = detection.design();
     ShapeWork work(series);
     for (size_t i = 0; i < frequencies.count; i++) {
         const Orbit orbit = {frequencies.at(i), 0, 0};
         moments_[i] = work.moments(series, design, orbit);
+        std::fill(std::begin(moments_[i].right), std::end(moments_[i].right), 0.0);
+        for (const double scale : detection.problem().prior.scales)
+            fits_.push_back(fit_amplitudes(moments_[i], scale));
         double *const shapes = &shapes_[i * size_ * series.rows];
         set_shapes(series, orbit, shapes);
         for (size_t j = 0; j < size_; j++) {
@@ -71,14 +74,29 @@ bool CircularSearch::is_planet(const double *right, double square) const {
     for (size_t i = 0; i < gains.size(); i++) {
         if (gains[i] < highest - kCut)
             continue;
-        Moments moments = moments_[i];
-        std::copy(right + i * size_, right + (i + 1) * size_, moments.right);
-        const double logarithm = log_bayes(moments, prior.scales, nullptr) - highest / 2;
-        masses[i] = std::exp(logarithm) / frequencies_.at(i);
+        masses[i] = bayes(i, right + i * size_, highest / 2) / frequencies_.at(i);
         sum += masses[i] * cell(i, prior.frequency_min, prior.frequency_max);
     }
     const double log_range = std::log(prior.frequency_max / prior.frequency_min);
     return highest / 2 + std::log(sum / log_range) >= threshold_ * std::log(10.0) && is_clear(masses);
+}
+
+// The Bayes factor at a frequency, times exp(-least): as in marginal.cpp, with factors that are known.
+double CircularSearch::bayes(size_t i, const double *right, double least) const noexcept {
+    double sum = 0;
+    for (size_t k = i * scales_; k < (i + 1) * scales_; k++) {
+        const AmplitudeFit &fit = fits_[k];
+        double solved[kMostAmplitudes], square = 0;
+        for (size_t j = 0; j < size_; j++) {
+            double rest = right[j];
+            for (size_t l = 0; l < j; l++)
+                rest -= fit.factor[j][l] * solved[l];
+            solved[j] = rest / fit.factor[j][j];
+            square += solved[j] * solved[j];
+        }
+        sum += std::exp(square / 2 + fit.log_bayes - least);
+    }
+    return sum / static_cast<double>(scales_);
 }
 
 // Length of the cell of a frequency between two others. Those at the ends of the prior end there.
