@@ -2124,7 +2124,7 @@ module toliman
 
     ! Outcome of a pushed frame.
     type, bind(C), public :: toliman_track_outcome
-        integer(c_int32_t) :: struct_size = 88 ! in: sizeof(toliman_track_outcome)
+        integer(c_int32_t) :: struct_size = 96 ! in: sizeof(toliman_track_outcome)
         integer(c_int32_t) :: verdict = 0 ! TOLIMAN_TRACK_VERDICT_...
         integer(c_int32_t) :: reason = 0 ! TOLIMAN_TRACK_REASON_... of a rejected or unreduced frame
         integer(c_int32_t) :: reserved = 0
@@ -2141,6 +2141,8 @@ module toliman
         real(c_double) :: largest_residual = 0.0_c_double
         integer(c_int32_t) :: goodness = 0 ! TOLIMAN_GOODNESS_...
         integer(c_int32_t) :: bad_pixels = 0 ! pixels that were found damaged and left out of the estimate
+        ! these frames: standard deviation of the value; 0 for others. Since 0.2
+        real(c_double) :: sigma = 0.0_c_double
     end type
 
     abstract interface
@@ -2332,7 +2334,8 @@ module toliman
         integer(c_int64_t) :: committed = 0
         integer(c_int64_t) :: capacity = 0
         integer(c_int64_t) :: estimator_id = 0
-        real(c_double) :: sigma = 0.0_c_double ! standard deviation of a value
+        ! that of the options: of values whose frame and estimator give none, and the least of others
+        real(c_double) :: sigma = 0.0_c_double
         real(c_double) :: value_limit = 0.0_c_double
         integer(c_int64_t) :: unreduced = 0 ! frames that are not reduced. Since 0.2
         real(c_double) :: plate_scale_arcsec = 0.0_c_double ! of the reduction; 0 = frames are not reduced. Since 0.2

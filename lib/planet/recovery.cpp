@@ -1,8 +1,8 @@
 // Method: circular orbits of one period and amplitude A are recovered with a probability that is counted in simulated
 // series, whose phases are equal steps. They are the same for each amplitude and period, so that the count hardly
 // scatters between them. As all that CircularSearch needs is linear in the series, or quadratic, the products of the
-// noises and of a cosine and a sine of amplitude 1 serve all amplitudes. Frequencies farther from that of the orbit than
-// 1.5/span hold none of its power, and are left out: time and memory do not depend on the range of periods.
+// noises and of a cosine and a sine of amplitude 1 serve all amplitudes. Frequencies farther than 1.5/span from that of
+// the orbit have none of its power, and are left out: time and memory do not depend on the range of periods.
 //
 // Tried: the probability that the power of a sinusoid is significant and its period right within 10 %, by theory. It
 // asked for an amplitude four times that of a search where a trend describes most of the signal, as its period is then

@@ -2936,8 +2936,11 @@ class toliman_track_outcome(Sized):
     value: accepted, outlier, misfit: reduced if the folder has a system; unreduced: the estimate
     tai_ns: these frames: time in TAI
     chi_square: These frames: goodness of fit (goodness.h); NaN and UNKNOWN without a model. Since 0.2.
+    chi_square_sigma: These frames: goodness of fit (goodness.h); NaN and UNKNOWN without a model. Since 0.2.
+    largest_residual: These frames: goodness of fit (goodness.h); NaN and UNKNOWN without a model. Since 0.2.
     goodness: TOLIMAN_GOODNESS_...
-    bad_pixels: pixels that were found damaged and left out of the estimate"""
+    bad_pixels: pixels that were found damaged and left out of the estimate
+    sigma: these frames: standard deviation of the value; 0 for others. Since 0.2"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -2954,6 +2957,7 @@ class toliman_track_outcome(Sized):
         ("largest_residual", c_double),
         ("goodness", c_int32),
         ("bad_pixels", c_uint32),
+        ("sigma", c_double),
     ]
 
 
@@ -3174,7 +3178,7 @@ class toliman_track_info(Sized):
     sessions: number of pairs of session and region
     records: records of the ledger; in memory, of accepted and unreduced frames and outliers
     committed: committed records; with READ_ONLY, records that the files show to be committed
-    sigma: standard deviation of a value
+    sigma: that of the options: of values whose frame and estimator give none, and the least of others
     unreduced: frames that are not reduced. Since 0.2
     plate_scale_arcsec: of the reduction; 0 = frames are not reduced. Since 0.2
     system: of the reduction, JSON text that toliman_sky_create takes; NULL = frames are not reduced.

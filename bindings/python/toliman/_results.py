@@ -767,10 +767,11 @@ class Outcome(Result):
     value: float = member("accepted, outlier, misfit: reduced if the folder has a system; unreduced: the estimate")
     tai_ns: int = member("these frames: time in TAI")
     chi_square: float = member("These frames: goodness of fit (goodness.h); NaN and UNKNOWN without a model. Since 0.2.")
-    chi_square_sigma: float
-    largest_residual: float
+    chi_square_sigma: float = member("These frames: goodness of fit (goodness.h); NaN and UNKNOWN without a model. Since 0.2.")
+    largest_residual: float = member("These frames: goodness of fit (goodness.h); NaN and UNKNOWN without a model. Since 0.2.")
     goodness: str = member("... as a word", words="TOLIMAN_GOODNESS")
     bad_pixels: int = member("pixels that were found damaged and left out of the estimate")
+    sigma: float = member("these frames: standard deviation of the value; 0 for others. Since 0.2")
 
 
 @result
@@ -793,7 +794,7 @@ class TrackInfo(Result):
     committed: int = member("committed records; with READ_ONLY, records that the files show to be committed")
     capacity: int
     estimator_id: int
-    sigma: float = member("standard deviation of a value")
+    sigma: float = member("that of the options: of values whose frame and estimator give none, and the least of others")
     value_limit: float
     unreduced: int = member("frames that are not reduced. Since 0.2")
     plate_scale_arcsec: float = member("of the reduction; 0 = frames are not reduced. Since 0.2")

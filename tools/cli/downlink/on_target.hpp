@@ -18,10 +18,10 @@ class OnTarget {
     // Converts the windows to the camera clock of a folder. Throws Failure if the length of its exposures is unknown.
     void set_clock(const toliman_track_options &settings);
     // Limits the intervals of a frame, by default its exposure, to the windows. `intervals` becomes their memory. False
-    // if nothing remains. Warns of the first exposure in which the table begins or ends.
+    // if nothing remains.
     bool limit(toliman_frame &frame, std::vector<double> &intervals);
     // Warns if exposures over several windows often end in a window that continues, and in which no other exposure
-    // begins.
+    // begins, and if the table begins or ends in an exposure of which it has less time than of the others.
     void conclude(Progress &progress) const;
     // Why nothing remained of a frame.
     std::string complaint(const toliman_frame &frame) const;
@@ -33,10 +33,14 @@ class OnTarget {
         bool is_continued = false; // by another exposure
     };
     void mark_end(const toliman_frame &frame);
-    void warn_if_cut(const toliman_frame &frame);
+    void mark_cut(const toliman_frame &frame);
+    void warn_of_cut(Progress &progress) const;
 
     std::string path_;
-    bool warned_ = false;
+    std::string cut_;             // warning of the first exposure in which the table begins or ends
+    double cut_s_ = 0;            // its time in the windows
+    double others_s_ = 0;         // that of all other frames
+    int64_t others_ = 0;          // with some time in the windows
     int64_t sums_ = 0;            // exposures over several windows
     std::vector<Window> windows_; // TAI, by the camera clock after set_clock
     double exposure_s_ = 0;       // of frames that do not state their own
