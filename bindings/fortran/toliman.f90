@@ -1205,7 +1205,7 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_REASON_SHORT_FILE = 623
     ! DAMAGE: position in the file unknown, after a damaged line
     integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_REASON_PLACE_UNKNOWN = 624
-    ! WARNING: time goes back, stops, or skips 1000 median steps
+    ! WARNING: time stops, skips 1000 median steps, or goes back while the frame id does not
     integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_REASON_CLOCK_JUMP = 625
     ! WARNING: camera clock and host clock drift apart; only once
     integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_REASON_CLOCKS_DIFFER = 626
@@ -1847,11 +1847,11 @@ module toliman
         integer(c_int32_t) :: struct_size = 64 ! in: sizeof(toliman_planet_limit)
         integer(c_int32_t) :: reserved = 0
         real(c_double) :: period = 0.0_c_double
-        ! amplitude below which the posterior probability is `probability`, with a uniform prior of the amplitude,
-        ! from the residuals of the planets; units of y. +infinity if the functions leave nothing of this period
+        ! amplitude that the residuals of the planets exclude; units of y. +infinity if the functions leave nothing of
+        ! this period
         real(c_double) :: upper = 0.0_c_double
-        ! amplitude that a search detects with `probability`, averaged over phase and noise; +infinity if there is
-        ! none
+        ! amplitude of an orbit that a search calls a planet with `probability`, averaged over phase and noise;
+        ! +infinity if there is none
         real(c_double) :: detectable = 0.0_c_double
         real(c_double) :: upper_mass_a = 0.0_c_double ! Earth masses, times g or sin i
         real(c_double) :: upper_mass_b = 0.0_c_double
@@ -4230,9 +4230,9 @@ module toliman
         end function
 
         ! Computes limits of one planet more. periods [count], in units of t, within the prior probability in (0, 1),
-        ! for example 0.95 limits [count], with the struct_size of limits[0] set A planet is detected if the highest
-        ! power on the grid of frequencies, 1/(10 T) apart from 1/period_max to 1/period_min, has a FAP (Baluev) of at
-        ! most detection_fap and is within 10 % of its period; T is the last minus the first time.
+        ! for example 0.95 limits [count], with the struct_size of limits[0] set Excluded: of planets of this
+        ! amplitude, with a random phase, noise gives to the share `probability` a larger gain (reduction of chi-
+        ! square by a sinusoid of this period) than that of the series.
         function toliman_planet_get_limits(planets, periods, count, probability, limits) bind(C) result(answer)
             import
             type(c_ptr), value :: planets
@@ -7756,10 +7756,9 @@ contains
     end subroutine
 
     ! Computes limits of one planet more. periods [count], in units of t, within the prior probability in (0, 1), for
-    ! example 0.95 limits [count], with the struct_size of limits[0] set A planet is detected if the highest power on
-    ! the grid of frequencies, 1/(10 T) apart from 1/period_max to 1/period_min, has a FAP (Baluev) of at most
-    ! detection_fap and is within 10 % of its period; T is the last minus the first time. periods(count),
-    ! limits(count).
+    ! example 0.95 limits [count], with the struct_size of limits[0] set Excluded: of planets of this amplitude, with
+    ! a random phase, noise gives to the share `probability` a larger gain (reduction of chi-square by a sinusoid of
+    ! this period) than that of the series. periods(count), limits(count).
     subroutine planet_set_get_limits(self, periods, probability, limits, stat, errmsg)
         class(toliman_planet_set), intent(in) :: self
         real(c_double), intent(in), contiguous :: periods(:)

@@ -660,8 +660,8 @@ class PlanetLimit(Result):
     """Limits at one period, for circular orbits."""
 
     period: float
-    upper: float = member("amplitude below which the posterior probability is `probability`, with a uniform prior of the amplitude, from the residuals of the planets; units of y. +infinity if the functions leave nothing of this period")
-    detectable: float = member("amplitude that a search detects with `probability`, averaged over phase and noise; +infinity if there is none")
+    upper: float = member("amplitude that the residuals of the planets exclude; units of y. +infinity if the functions leave nothing of this period")
+    detectable: float = member("amplitude of an orbit that a search calls a planet with `probability`, averaged over phase and noise; +infinity if there is none")
     upper_mass_a: float = member("Earth masses, times g or sin i")
     upper_mass_b: float = member("Earth masses, times g or sin i")
     detectable_mass_a: float = member("Earth masses, times g or sin i")

@@ -49,6 +49,12 @@ std::string rejection_text(const toliman_track_outcome &outcome, const toliman_t
     }
 }
 
+std::string outlier_text(const toliman_track_outcome &outcome, const toliman_track_options &settings) {
+    const Apart size = apart(std::fabs(outcome.value), settings.value_limit, 4);
+    return "outlier: a value of " + (outcome.value < 0 ? "-" : "") + size.value + " px, beyond the " + size.limit +
+           formatted(" px of --value-limit, chi-square %.4g: not in the periodogram", outcome.chi_square);
+}
+
 // The verdict on a frame that is not accepted, and its reason.
 std::string verdict_text(const toliman_frame &frame, const toliman_track_outcome &outcome,
                          const toliman_track_options &settings) {
@@ -56,10 +62,7 @@ std::string verdict_text(const toliman_frame &frame, const toliman_track_outcome
         return "quarantined: frame " + std::to_string(frame.frame_id) + " of session " + frame.session +
                " arrived before with other pixels, time or count of drops; neither copy counts, nor does any later one";
     if (outcome.verdict == TOLIMAN_TRACK_VERDICT_OUTLIER)
-        return formatted(
-            "outlier: a value of %.4g px, beyond the %.4g px of --value-limit, chi-square %.4g: not in the "
-            "periodogram",
-            outcome.value, settings.value_limit, outcome.chi_square);
+        return outlier_text(outcome, settings);
     if (outcome.verdict == TOLIMAN_TRACK_VERDICT_MISFIT)
         return formatted("misfit: a chi-square of %.4g, largest residual %.3g sigma: damaged, or not a frame of the "
                          "scene: not in the periodogram",

@@ -92,10 +92,10 @@ std::string PlanetReport::candidate_text() const {
     if (search.fitted() == search.candidates.size())
         return "";
     const toliman_planet &next = search.candidates.back();
-    return formatted("candidate   period %.6g d, log10 Bayes factor %.2f below the threshold %.4g: not a planet; log10 "
-                     "FAP %.2f\n",
-                     next.period[1], std::floor(100 * next.log10_bayes) / 100, search.options.threshold,
-                     next.log10_fap);
+    const Apart bayes = apart(next.log10_bayes, search.options.threshold, 3);
+    return formatted("candidate   period %.6g d, log10 Bayes factor %s below the threshold %s: not a planet; log10 FAP "
+                     "%.2f\n",
+                     next.period[1], bayes.value.c_str(), bayes.limit.c_str(), next.log10_fap);
 }
 
 std::string PlanetReport::axis_text() const {
