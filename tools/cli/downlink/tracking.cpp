@@ -51,8 +51,8 @@ std::string rejection_text(const toliman_track_outcome &outcome, const toliman_t
 
 std::string outlier_text(const toliman_track_outcome &outcome, const toliman_track_options &settings) {
     const Apart size = apart(std::fabs(outcome.value), settings.value_limit, 4);
-    return "outlier: a value of " + (outcome.value < 0 ? "-" : "") + size.value + " px, beyond the " + size.limit +
-           formatted(" px of --value-limit, chi-square %.4g: not in the periodogram", outcome.chi_square);
+    return std::string("outlier: a value of ") + (outcome.value < 0 ? "-" : "") + size.value + " px, beyond the " +
+           size.limit + formatted(" px of --value-limit, chi-square %.4g: not in the periodogram", outcome.chi_square);
 }
 
 // The verdict on a frame that is not accepted, and its reason.
