@@ -39,6 +39,7 @@ CircularSearch::CircularSearch(const Detection &detection, double threshold, con
         std::fill(std::begin(moments_[i].right), std::end(moments_[i].right), 0.0);
         for (const double scale : detection.problem().prior.scales)
             fits_.push_back(fit_amplitudes(moments_[i], scale));
+        set_cell(i);
         double *const shapes = &shapes_[i * size_ * series.rows];
         set_shapes(series, orbit, shapes);
         for (size_t j = 0; j < size_; j++) {
@@ -59,26 +60,31 @@ void CircularSearch::set_products(const double *x, const double *y, double *alon
 }
 
 bool CircularSearch::is_planet(const double *right, double square) const {
-    std::vector<double> gains(moments_.size()), masses(moments_.size());
+    std::vector<double> gains(moments_.size());
     for (size_t i = 0; i < gains.size(); i++) {
         CircularPair pair = circular_pair(moments_[i]);
         pair.right[0] = right[i * size_];
         pair.right[1] = right[i * size_ + 1];
         gains[i] = pair.gain();
     }
-    const double highest = *std::max_element(gains.begin(), gains.end());
-    if (std::log10(std::max(1 - highest / square, 1e-300)) > detection_.log10_threshold())
+    const auto best = static_cast<size_t>(std::max_element(gains.begin(), gains.end()) - gains.begin());
+    if (std::log10(std::max(1 - gains[best] / square, 1e-300)) > detection_.log10_threshold())
         return false;
     const Prior &prior = detection_.problem().prior;
-    double sum = 0;
-    for (size_t i = 0; i < gains.size(); i++) {
-        if (gains[i] < highest - kCut)
-            continue;
-        masses[i] = bayes(i, right + i * size_, highest / 2) / frequencies_.at(i);
-        sum += masses[i] * cell(i, prior.frequency_min, prior.frequency_max);
-    }
     const double log_range = std::log(prior.frequency_max / prior.frequency_min);
-    return highest / 2 + std::log(sum / log_range) >= threshold_ * std::log(10.0) && is_clear(masses);
+    const double needed = std::exp(threshold_ * std::log(10.0) - gains[best] / 2) * log_range;
+    const auto mass = [&](size_t i) {
+        return bayes(i, right + i * size_, gains[best] / 2) / frequencies_.at(i) * whole_[i];
+    };
+    double all = mass(best), edges = all * edge_[best];
+    for (size_t i = 0; i < gains.size() && (all < needed || has_edge_); i++) {
+        if (i == best || gains[i] < gains[best] - kCut)
+            continue;
+        const double one = mass(i);
+        all += one;
+        edges += one * edge_[i];
+    }
+    return all >= needed && edges <= kShareOfCircular * kMostAtEdge * all;
 }
 
 // The Bayes factor at a frequency, times exp(-least): as in marginal.cpp, with factors that are known.
@@ -99,22 +105,17 @@ double CircularSearch::bayes(size_t i, const double *right, double least) const 
     return sum / static_cast<double>(scales_);
 }
 
-// Length of the cell of a frequency between two others. Those at the ends of the prior end there.
-double CircularSearch::cell(size_t i, double from, double to) const noexcept {
-    const double step = frequencies_.step, at = frequencies_.at(i), most = detection_.problem().prior.frequency_max;
-    const double end = at + step > most ? most : at + step / 2;
-    return std::max(std::min(end, to) - std::max(at - step / 2, from), 0.0);
-}
-
-// Whether little of the posterior is at the edges of the prior.
-bool CircularSearch::is_clear(const std::vector<double> &masses) const noexcept {
-    const double least = detection_.problem().prior.frequency_min, most = detection_.problem().prior.frequency_max;
-    double all = 0, edges = 0;
-    for (size_t i = 0; i < masses.size(); i++) {
-        all += masses[i] * cell(i, least, most);
-        edges += masses[i] * (cell(i, least, kNearEdge * least) + cell(i, most / kNearEdge, most));
-    }
-    return edges <= kShareOfCircular * kMostAtEdge * all;
+// The cell of a frequency; those at the ends of the prior end there.
+void CircularSearch::set_cell(size_t i) {
+    const Prior &prior = detection_.problem().prior;
+    const double least = prior.frequency_min, most = prior.frequency_max, at = frequencies_.at(i);
+    const double from = std::max(at - frequencies_.step / 2, least);
+    const double to = at + frequencies_.step > most ? most : at + frequencies_.step / 2;
+    const double edges =
+        std::max(std::min(to, kNearEdge * least) - from, 0.0) + std::max(to - std::max(from, most / kNearEdge), 0.0);
+    whole_[i] = to - from;
+    edge_[i] = std::min(edges / (to - from), 1.0);
+    has_edge_ = has_edge_ || edges > 0;
 }
 
 } // namespace toliman::planet

@@ -25,16 +25,17 @@ class CircularSearch {
 
   private:
     double bayes(size_t i, const double *right, double least) const noexcept;
-    double cell(size_t i, double from, double to) const noexcept;
-    bool is_clear(const std::vector<double> &masses) const noexcept;
+    void set_cell(size_t i);
 
     const Detection &detection_;
     double threshold_;
     Frequencies frequencies_;
-    size_t size_, scales_;           // amplitudes of a signal, and their scales in the prior
-    std::vector<Moments> moments_;   // of each frequency, of a series of zeros
-    std::vector<AmplitudeFit> fits_; // the same, of each frequency and scale
-    Buffer<double> shapes_;          // [frequencies][size_][rows], whitened, without the functions
+    size_t size_, scales_;             // amplitudes of a signal, and their scales in the prior
+    std::vector<Moments> moments_;     // of each frequency, of a series of zeros
+    std::vector<AmplitudeFit> fits_;   // the same, of each frequency and scale
+    std::vector<double> whole_, edge_; // length of the cell of each frequency; its share at the edges of the prior
+    bool has_edge_ = false;            // whether a cell has such a share
+    Buffer<double> shapes_;            // [frequencies][size_][rows], whitened, without the functions
 };
 
 } // namespace toliman::planet

@@ -103,21 +103,18 @@ class Trials {
     }
 
     double share(double amplitude) const {
-        std::vector<double> right(search_.numbers());
         size_t recovered = 0;
-        for (size_t k = 0; k < trials_.size(); k++) {
-            const Trial &trial = trials_[k];
-            const double phase = 2 * kPi * (static_cast<double>(k) + 0.5) / static_cast<double>(trials_.size());
-            const double size[] = {amplitude * std::cos(phase), amplitude * std::sin(phase)};
-            for (size_t i = 0; i < right.size(); i++)
-                right[i] = trial.right[i] + size[0] * signal_[0].right[i] + size[1] * signal_[1].right[i];
-            double square = trial.square;
-            for (size_t i = 0; i < 2; i++)
-                square +=
-                    2 * size[i] * trial.cross[i] + size[i] * (size[0] * squares_[i][0] + size[1] * squares_[i][1]);
-            recovered += search_.is_planet(right.data(), square);
-        }
+        for (size_t k = 0; k < trials_.size(); k++)
+            recovered += is_recovered(k, amplitude);
         return static_cast<double>(recovered) / static_cast<double>(trials_.size());
+    }
+
+    // Whether at least this share is recovered; ends when that is known.
+    bool reaches(double amplitude, double probability) const {
+        double most_lost = (1 - probability) * static_cast<double>(trials_.size()) + 1e-9;
+        for (size_t k = 0; k < trials_.size() && most_lost >= 0; k++)
+            most_lost -= is_recovered(k, amplitude) ? 0 : 1;
+        return most_lost >= 0;
     }
 
   private:
@@ -125,6 +122,19 @@ class Trials {
         std::vector<double> right;
         double cross[2], square;
     };
+
+    bool is_recovered(size_t k, double amplitude) const {
+        std::vector<double> right(search_.numbers());
+        const Trial &trial = trials_[k];
+        const double phase = 2 * kPi * (static_cast<double>(k) + 0.5) / static_cast<double>(trials_.size());
+        const double size[] = {amplitude * std::cos(phase), amplitude * std::sin(phase)};
+        for (size_t i = 0; i < right.size(); i++)
+            right[i] = trial.right[i] + size[0] * signal_[0].right[i] + size[1] * signal_[1].right[i];
+        double square = trial.square;
+        for (size_t i = 0; i < 2; i++)
+            square += 2 * size[i] * trial.cross[i] + size[i] * (size[0] * squares_[i][0] + size[1] * squares_[i][1]);
+        return search_.is_planet(right.data(), square);
+    }
 
     void add(const Buffer<double> &first, const Buffer<double> &second) {
         const std::vector<Products> both = reduced(first, second);
@@ -161,14 +171,14 @@ double Recovery::recoverable(double frequency, double probability) const {
     double high = trials.unit(), low = 0;
     if (!std::isfinite(high))
         return HUGE_VAL;
-    for (int i = 0; trials.share(high) < probability; i++, high *= 2) {
+    for (int i = 0; !trials.reaches(high, probability); i++, high *= 2) {
         if (i == kMostDoublings)
             return HUGE_VAL;
         low = high;
     }
     while (high - low > kAccuracy * high) {
         const double middle = (low + high) / 2;
-        (trials.share(middle) < probability ? low : high) = middle;
+        (trials.reaches(middle, probability) ? high : low) = middle;
     }
     return high;
 }
