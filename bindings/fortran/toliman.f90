@@ -270,7 +270,7 @@ module toliman
         integer(c_int32_t) :: bit_depth = 0 ! bits per pixel of the detector; 0 = counts are not rounded
         ! length of an exposure; 0 if the scene has peak_photons instead. Since 0.2
         real(c_double) :: exposure_s = 0.0_c_double
-        ! TAI of binary.date, ns since 1970-01-01T00:00:00 TAI; 0 without an observer. Since 0.2
+        ! TAI of binary.date of moving stars, ns since 1970-01-01T00:00:00 TAI; else 0. Since 0.2
         integer(c_int64_t) :: time_zero_ns = 0
         integer(c_int32_t) :: calibration = 0 ! TOLIMAN_SIM_CALIBRATION_.... Since 0.2
         ! TOLIMAN_GOODNESS_..., of its chi_square; UNKNOWN without a verdict. Since 0.2
@@ -575,7 +575,9 @@ module toliman
         integer(c_int32_t) :: struct_size = 48
         integer(c_int32_t) :: reserved = 0 ! 0
         ! further free parameters, names of sim_derivative.h separated by spaces: "scale focus jitter_xx jitter_yy
-        ! jitter_xy". NULL or "": none. Those that move the stars (roll, anisotropy, shear) are not available
+        ! jitter_xy". NULL or "": none. Those that move the stars (roll, anisotropy, shear) are not available. "self"
+        ! stands for the self-calibration: those of jitter_xx, jitter_yy, jitter_xy, focus and zernike_5 to zernike_11
+        ! that a frame of the (first) scene determines to 5 nm and 0.02 px^2. Optics and jitter may then drift
         type(c_ptr) :: free = c_null_ptr
         ! largest shift of both stars from their predicted places along x or y, px; 0 = 15, at most 64. Stars that
         ! moved relative to each other are found up to about 0.5 px from the predicted separation and position angle
@@ -877,9 +879,9 @@ module toliman
         ! parameters to fit, separated by spaces: NAME, NAME=SIGMA or NAME-LAST, such as "scale=1e-3 focus
         ! zernike_5-21=50 mask_rotation", with the standard deviation of the prior in the parameter's unit. NULL: all
         ! that the scene has of "focus zernike_5-21 scale mask_rotation jitter_xx jitter_yy jitter_xy temperature_a
-        ! temperature_b". +NAME: these and NAME, such as "+spectrum_a_1=0.05 +spectrum_b_1". Priors without SIGMA:
-        ! aberrations 100 nm, scale, anisotropy and shear 1e-2, mask_rotation 1 deg, mask shifts 1e-4 m, jitter 0.1
-        ! px^2, temperatures 200 K, spectral modes 0.1
+        ! temperature_b spectrum_a_1-2 spectrum_b_1-2". +NAME: these and NAME, or NAME with another prior, such as
+        ! "+anisotropy +scale=1e-4". Priors without SIGMA: aberrations 100 nm, scale, anisotropy and shear 1e-2,
+        ! mask_rotation 1 deg, mask shifts 1e-4 m, jitter 0.1 px^2, temperatures 200 K, spectral modes 0.1
         type(c_ptr) :: free = c_null_ptr
         ! scene to start from, such as the saved one of a calibration that was interrupted; NULL: the nominal scene.
         ! Priors remain around the nominal scene. With IMPROVE, its mask.edges and pupil_samples replace those of the
@@ -889,9 +891,10 @@ module toliman
         integer(c_int32_t) :: threads = 0 ! worker threads, 0 = one per processor. Results do not depend on them
         ! largest shift of both stars from their predicted places along x or y, px; 0 = 6, at most 64
         real(c_double) :: capture_px = 0.0_c_double
-        ! length of the windows in which the parameters are constant, days; 0: one window for all frames
+        ! length of the windows, days: parameters change linearly from the start of one to that of the next, as images
+        ! do (toliman_fit_create_windows). 0: constant
         real(c_double) :: window_days = 0.0_c_double
-        ! with windows: standard deviation of the change of each parameter from one window to the next, in units of
+        ! with windows: standard deviation of the change of each parameter from one start to the next, in units of
         ! prior_sigma; 0 = 0.01
         real(c_double) :: smoothness = 0.0_c_double
         ! prior of the map: its rms over the open pupil, nm; 0 = 10. Its power spectrum falls as frequency^-2.5 above
@@ -925,8 +928,9 @@ module toliman
         integer(c_int64_t) :: rows = 0 ! shape of the frames
         integer(c_int64_t) :: cols = 0
         integer(c_int64_t) :: cells = 0 ! pupil cells per axis, N
-        integer(c_int32_t) :: parameters = 0 ! number of parameters of the instrument, in each window
-        integer(c_int32_t) :: windows = 0 ! number of windows
+        integer(c_int32_t) :: parameters = 0 ! number of parameters of the instrument, at the start of each window
+        ! number of windows; the last one may have no frames: it starts at the end of one that has
+        integer(c_int32_t) :: windows = 0
         integer(c_int32_t) :: iterations = 0 ! of the parameters, the rejected ones included
         integer(c_int32_t) :: map_iterations = 0
         ! sum of squared residuals over their variances, per degree of freedom: pixels minus parameters,
@@ -1000,12 +1004,13 @@ module toliman
         real(c_double) :: prior_sigma = 0.0_c_double ! that of the prior
     end type
 
-    ! A window of a calibration: first_days <= time < first_days of the next window.
+    ! A window of a calibration: first_days <= time < first_days of the next window. Its parameters are those at
+    ! first_days.
     type, bind(C), public :: toliman_calibration_window
         integer(c_int32_t) :: struct_size = 48 ! in: sizeof(toliman_calibration_window)
         integer(c_int32_t) :: goodness = 0 ! TOLIMAN_GOODNESS_..., of chi_square
-        integer(c_int64_t) :: frames = 0 ! number of its frames
-        ! start, days of scene time; the first window also holds all earlier times
+        integer(c_int64_t) :: frames = 0 ! number of its frames; 0: the other members are those of the window before
+        ! start, days of scene time. Before the first start and after the last one, the parameters are constant
         real(c_double) :: first_days = 0.0_c_double
         real(c_double) :: chi_square = 0.0_c_double ! of its frames, per degree of freedom
         real(c_double) :: chi_square_sigma = 0.0_c_double ! as in toliman_calibration_info
@@ -1254,7 +1259,7 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_SCALE_GPS = 635
 
     ! Formats of a time in text.
-    ! 2028-03-01, 2028-03-01T12:00:00.5; with a final Z only in UTC
+    ! 2028-03-01, 2028-03-01T12:00:00.5, 2028-061 12:00:00; see parse_time
     integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_FORMAT_ISO = 641
     ! Modified Julian Day, a decimal number ("61831.5")
     integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_FORMAT_MJD = 642
@@ -1271,9 +1276,10 @@ module toliman
     ! Keywords of a FITS header that give the time of its first frame. Each is the text of the header, strings with or
     ! without their quotes; NULL = the keyword is missing or has no value. Since 0.2.
     type, bind(C), public :: toliman_ingest_header
-        integer(c_int32_t) :: struct_size = 72 ! sizeof(toliman_ingest_header)
+        integer(c_int32_t) :: struct_size = 176 ! sizeof(toliman_ingest_header)
         integer(c_int32_t) :: reserved = 0
-        type(c_ptr) :: timesys = c_null_ptr ! UTC, TAI, TT, TDT, IAT or GPS; NULL = UTC
+        ! UTC, TAI, TT, TDT, ET, IAT, TDB, GPS or GMT, also as UTC(NIST); NULL = UTC
+        type(c_ptr) :: timesys = c_null_ptr
         type(c_ptr) :: mjd_avg = c_null_ptr
         type(c_ptr) :: date_avg = c_null_ptr
         type(c_ptr) :: mjd_beg = c_null_ptr
@@ -1281,21 +1287,35 @@ module toliman
         type(c_ptr) :: date_obs = c_null_ptr
         type(c_ptr) :: xposure = c_null_ptr ! length of the exposure in s, 0 to 1e9
         type(c_ptr) :: exptime = c_null_ptr
+        type(c_ptr) :: date_beg = c_null_ptr
+        type(c_ptr) :: mjd_end = c_null_ptr
+        type(c_ptr) :: date_end = c_null_ptr
+        type(c_ptr) :: time_avg = c_null_ptr ! hh:mm:ss, to the dates of the same name
+        type(c_ptr) :: time_beg = c_null_ptr
+        type(c_ptr) :: time_obs = c_null_ptr
+        type(c_ptr) :: time_end = c_null_ptr
+        type(c_ptr) :: utc_obs = c_null_ptr ! hh:mm:ss, to DATE-OBS
+        type(c_ptr) :: ut = c_null_ptr
+        type(c_ptr) :: exposure = c_null_ptr ! as exptime; only with a time in the header
+        type(c_ptr) :: telapse = c_null_ptr ! length from start to end in s, with pauses
+        type(c_ptr) :: timeunit = c_null_ptr ! unit of xposure and telapse; place of the times
+        type(c_ptr) :: trefpos = c_null_ptr
     end type
 
     ! Flags of toliman_ingest_header_time.
-    ! TIMESYS or the exposure is missing: UTC or mid-exposure is assumed
+    ! TIMESYS or the length is missing: UTC or mid-exposure is assumed
     integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_ASSUMED = 1
     ! UTC on the day `expires` or later, whose leap seconds may not be known
     integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_EXPIRED = 2
 
     ! Time of a header. Since 0.2.
     type, bind(C), public :: toliman_ingest_header_time
-        integer(c_int32_t) :: struct_size = 136 ! in: sizeof(toliman_ingest_header_time)
+        integer(c_int32_t) :: struct_size = 144 ! in: sizeof(toliman_ingest_header_time)
         integer(c_int32_t) :: flags = 0 ! TOLIMAN_INGEST_ASSUMED, TOLIMAN_INGEST_EXPIRED
         integer(c_int64_t) :: tai_ns = 0 ! middle of the first exposure, TAI nanoseconds since 1970-01-01T00:00:00 TAI
         ! keywords and scale in words, for messages: "MJD-OBS + EXPTIME/2 in TAI"
         character(kind=c_char) :: rule(120) = c_null_char
+        real(c_double) :: exposure_s = 0.0_c_double ! length of the exposure from start to end; 0 = unknown
     end type
 
     ! Options of an estimator. Since 0.2.
@@ -1500,16 +1520,14 @@ module toliman
     ! Flag of a peak that may be an alias of a higher peak: it is closer than 2.5/T to a higher peak, or a higher peak
     ! explains at least half of its power. The explained power follows from the window function at the difference and at
     ! the sum of the two frequencies, if these are within the grid.
-    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_ALIAS = 8
+    integer(c_int32_t), parameter, public :: TOLIMAN_HEADER_PERIOD_ALIAS = 8
 
     ! Flag: df > 1/(5 T), so that peaks may fall between two grid frequencies. A common cause is a grid in another unit
     ! than the times. toliman_period_query_peak and _peaks derive T from the variance of the times, _fit from the times.
     integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_COARSE = 32
 
-    ! Flag: the grid exceeds 1/(2 step), where regular samples repeat the power at lower frequencies.
-    ! toliman_period_query_peak and _peaks never set it, because the accumulators do not contain the step.
-    ! toliman_period_query_fit takes the step from the times; so does _sampling, or, if t is NULL, it assumes regular
-    ! times.
+    ! Flag: the grid exceeds `nyquist` of toliman_period_sampling, where regular samples repeat the power at lower
+    ! frequencies. toliman_period_query_peak and _peaks never set it, because the accumulators do not contain the step.
     integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_ABOVE_NYQUIST = 64
 
     ! Flags of a peak that something other than a planet often causes. query_peak and _peaks derive T from the variance of
@@ -1676,9 +1694,38 @@ module toliman
         real(c_double) :: baseline = 0.0_c_double ! T
         ! 1/(5 T), the largest df that resolves every peak; +infinity if all times are equal
         real(c_double) :: coarsest_df = 0.0_c_double
-        real(c_double) :: nyquist = 0.0_c_double ! 1/(2 step); +infinity if all times are equal
+        ! last frequency of the grid that toliman_period_suggest suggests for these times, if its number of
+        ! frequencies were not limited: 1/(2 step) for regular samples; +infinity if all times are equal
+        real(c_double) :: nyquist = 0.0_c_double
         ! number of independent frequencies: last frequency of the grid times T, at least 1
         real(c_double) :: independent = 0.0_c_double
+    end type
+
+    ! Intervals of the sampling that cause aliases.
+    ! that of the samples: the longest at which they repeat phases
+    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_INTERVAL_SAMPLING = 121
+    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_INTERVAL_SOLAR_DAY = 122 ! 1 d, or a fraction of it
+    ! 0.99726957 d, or a fraction of it
+    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_INTERVAL_SIDEREAL_DAY = 123
+    integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_INTERVAL_YEAR = 124 ! 365.25 d
+
+    ! Alias of a peak of frequency f: samples with an interval 1/g repeat its power at |f - g| and f + g. Since 0.2.
+    type, bind(C), public :: toliman_period_alias
+        integer(c_int32_t) :: struct_size = 64 ! in: sizeof(toliman_period_alias)
+        integer(c_int32_t) :: interval_kind = 0 ! TOLIMAN_PERIOD_INTERVAL_...
+        real(c_double) :: frequency = 0.0_c_double ! of the alias
+        real(c_double) :: period = 0.0_c_double ! 1/frequency
+        real(c_double) :: interval = 0.0_c_double ! 1/g, in units of t
+        ! fraction of the power that the sampling repeats: the window function at g, in [0.1, 1]
+        real(c_double) :: window = 0.0_c_double
+        real(c_double) :: power = 0.0_c_double ! highest power within 1/T of the alias; NaN outside the grid
+        ! 1: the samples do not tell the two frequencies apart: their likelihood ratio is below 1000, or, outside the
+        ! grid, window is at least 0.5
+        integer(c_int32_t) :: equal = 0
+        ! 1: below the grid and below 2.5/T: with equal, a trend or slow change may be the signal
+        integer(c_int32_t) :: slow = 0
+        integer(c_int32_t) :: parts = 0 ! interval = day/parts; otherwise 1
+        integer(c_int32_t) :: reserved = 0
     end type
 
     ! Flags of toliman_planet_options.
@@ -2961,9 +3008,10 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Creates a fit whose optics change with time, as those of a calibration with windows (calibrate.h) do: frames
-        ! of each window are fitted with its scene. sims [count], the scenes of the windows, not needed afterwards
-        ! first_days [count], the starts of the windows, increasing, days of scene time.
+        ! Creates a fit whose optics change with time, as those of a calibration with windows (calibrate.h) do: model
+        ! images and predicted places are linear in time between the starts of two windows. sims [count], the scenes
+        ! at these starts, not needed afterwards first_days [count], the starts of the windows, increasing, days of
+        ! scene time.
         function toliman_fit_create_windows(sims, first_days, count, options, out) bind(C) result(answer)
             import
             integer(c_size_t), value :: count
@@ -3303,7 +3351,7 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Writes parameter number `index` in a window to *out, whose struct_size must be set.
+        ! Writes parameter number `index` at the start of a window to *out, whose struct_size must be set.
         function toliman_calibration_get_value(calibration, window, index, out) bind(C) result(answer)
             import
             type(c_ptr), value :: calibration
@@ -3313,8 +3361,8 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Writes the covariance of the parameters in a window, with those of the frames free, to covariance[n][n]; n
-        ! is the number of parameters.
+        ! Writes the covariance of the parameters at the start of a window, with those of the frames free, to
+        ! covariance[n][n]; n is the number of parameters.
         function toliman_calibration_get_covariance(calibration, window, covariance) bind(C) result(answer)
             import
             type(c_ptr), value :: calibration
@@ -3343,8 +3391,8 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Writes the change of the OPD (m) against the nominal scene in a window, parameters and map together, to
-        ! opd[N][N]; 0 where the pupil is closed.
+        ! Writes the change of the OPD (m) against the nominal scene at the start of a window, parameters and map
+        ! together, to opd[N][N]; 0 where the pupil is closed.
         function toliman_calibration_get_opd(calibration, window, opd) bind(C) result(answer)
             import
             type(c_ptr), value :: calibration
@@ -3374,8 +3422,8 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Saves the fitted scene of a window at `path`, a name that ends in ".json", and its map, if there is one, in
-        ! the same folder as <name>.opd.npy.
+        ! Saves the fitted scene at the start of a window at `path`, a name that ends in ".json", and its map, if
+        ! there is one, in the same folder as <name>.opd.npy.
         function toliman_calibration_save_file(calibration, window, path) bind(C) result(answer)
             import
             type(c_ptr), value :: calibration
@@ -3566,9 +3614,14 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
+        ! Returns the latest day (MJD) of UTC that any function has converted on this thread, 0 for none.
+        function toliman_ingest_last_utc_day() bind(C) result(answer)
+            import
+            integer(c_int64_t) :: answer
+        end function
+
         ! Converts text to TAI nanoseconds since 1970-01-01T00:00:00 TAI. text a time from 1958-01-01 to 2099-12-31 of
-        ! its scale, in UTC from 1972-01-01 on; without blanks format TOLIMAN_INGEST_FORMAT_... scale
-        ! TOLIMAN_INGEST_SCALE_... of the text table [count] leap seconds for UTC; NULL if count is 0: those of ERFA.
+        ! its scale, in UTC from 1972-01-01 on.
         function toliman_ingest_parse_time(text, format, scale, table, count, tai_ns) bind(C) result(answer)
             import
             integer(c_int32_t), value :: format, scale
@@ -3593,7 +3646,7 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Reads the time of the first frame from the keywords of a FITS header.
+        ! Reads the time of the first frame from the keywords of a FITS header (FITS Standard 4.0, section 9).
         function toliman_ingest_read_header(header, table, count, expires, time) bind(C) result(answer)
             import
             integer(c_size_t), value :: count
@@ -3890,7 +3943,8 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Writes the highest peak of the grid to *out.
+        ! Writes the highest peak of the grid to *out, or a longer period whose alias it is (window function above
+        ! 0.5) and which is as probable (likelihood ratio below the ratio of periods): toliman_period_query_aliases.
         function toliman_period_query_peak(period, out) bind(C) result(answer)
             import
             type(c_ptr), value :: period
@@ -3898,9 +3952,8 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Writes the highest peaks, local maxima of the grid refined as in toliman_period_query_peak, to
-        ! peaks[capacity], highest first; *count becomes their number. capacity is 1 to 64; peaks[0].struct_size must
-        ! be set.
+        ! Writes the peak of toliman_period_query_peak, then the highest other local maxima, refined likewise, to
+        ! peaks[capacity]; *count becomes their number. capacity is 1 to 64; peaks[0].struct_size must be set.
         function toliman_period_query_peaks(period, capacity, peaks, count) bind(C) result(answer)
             import
             type(c_ptr), value :: period
@@ -3910,8 +3963,8 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Refines the highest peak with the samples t[n], y[n], sigma[n], which must be those pushed (only n and the
-        ! bounds of the options are checked).
+        ! Refines the peak of query_peak with the samples t[n], y[n], sigma[n], which must be those pushed (only n and
+        ! the bounds are checked).
         function toliman_period_query_fit(period, t, y, sigma, n, out) bind(C) result(answer)
             import
             type(c_ptr), value :: period
@@ -4120,13 +4173,32 @@ module toliman
         end function
 
         ! Writes the sampling diagnostics to *out, whose struct_size must be set. t[n] are the pushed times (only n is
-        ! checked); the step is their median step.
+        ! checked).
         function toliman_period_query_sampling(period, t, n, out) bind(C) result(answer)
             import
             type(c_ptr), value :: period
             integer(c_size_t), value :: n
             real(c_double), intent(in), optional :: t(*)
             type(toliman_period_sampling), intent(inout) :: out
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Returns the name of an interval: "sampling", "solar day", "sidereal day", "year"; "?" for another number.
+        function toliman_period_interval_name(interval_kind) bind(C) result(answer)
+            import
+            integer(c_int32_t), value :: interval_kind
+            type(c_ptr) :: answer
+        end function
+
+        ! Writes the aliases of a peak at `frequency` to aliases[capacity], those of the highest window function
+        ! first; *count becomes their number, at most capacity and at most 16. aliases[0].struct_size must be set.
+        function toliman_period_query_aliases(period, frequency, capacity, aliases, count) bind(C) result(answer)
+            import
+            type(c_ptr), value :: period
+            real(c_double), value :: frequency
+            integer(c_size_t), value :: capacity
+            type(toliman_period_alias), intent(inout) :: aliases(*)
+            integer(c_size_t), intent(out) :: count
             integer(c_int32_t) :: answer
         end function
 
@@ -4783,6 +4855,7 @@ module toliman
     public :: toliman_ingest_get_info
     public :: toliman_ingest_read_clock
     public :: toliman_ingest_read_leap_seconds
+    public :: toliman_ingest_last_utc_day
     public :: toliman_ingest_parse_time
     public :: toliman_ingest_read_on_target
     public :: toliman_ingest_read_header
@@ -4840,6 +4913,8 @@ module toliman
     public :: toliman_period_query_coefficients
     public :: toliman_period_query_fit_rows
     public :: toliman_period_query_sampling
+    public :: toliman_period_interval_name
+    public :: toliman_period_query_aliases
     public :: toliman_planet_series_init
     public :: toliman_planet_options_init
     public :: toliman_planet_search
@@ -5065,6 +5140,7 @@ module toliman
         procedure :: get_info => pair_reader_get_info
         procedure, nopass :: read_clock => pair_reader_read_clock
         procedure, nopass :: read_leap_seconds => pair_reader_read_leap_seconds
+        procedure, nopass :: last_utc_day => pair_reader_last_utc_day
         procedure, nopass :: parse_time => pair_reader_parse_time
         procedure, nopass :: read_on_target => pair_reader_read_on_target
         procedure, nopass :: read_header => pair_reader_read_header
@@ -5146,6 +5222,8 @@ module toliman
         procedure :: query_coefficients => periodogram_query_coefficients
         procedure :: query_fit_rows => periodogram_query_fit_rows
         procedure :: query_sampling => periodogram_query_sampling
+        procedure, nopass :: interval_name => periodogram_interval_name
+        procedure :: query_aliases => periodogram_query_aliases
         procedure :: destroy => periodogram_destroy
         procedure, private :: periodogram_assign
         generic :: assignment(=) => periodogram_assign
@@ -6529,7 +6607,7 @@ contains
         call conclude(toliman_calibration_get_left_out(self%handle, index, out), stat, errmsg)
     end subroutine
 
-    ! Writes parameter number `index` in a window to *out, whose struct_size must be set.
+    ! Writes parameter number `index` at the start of a window to *out, whose struct_size must be set.
     subroutine scene_calibration_get_value(self, window, index, out, stat, errmsg)
         class(toliman_scene_calibration), intent(in) :: self
         integer(c_int64_t), intent(in) :: window
@@ -6540,8 +6618,8 @@ contains
         call conclude(toliman_calibration_get_value(self%handle, window, index, out), stat, errmsg)
     end subroutine
 
-    ! Writes the covariance of the parameters in a window, with those of the frames free, to covariance[n][n]; n is
-    ! the number of parameters. covariance(parameters, parameters).
+    ! Writes the covariance of the parameters at the start of a window, with those of the frames free, to
+    ! covariance[n][n]; n is the number of parameters. covariance(parameters, parameters).
     subroutine scene_calibration_get_covariance(self, window, covariance, stat, errmsg)
         class(toliman_scene_calibration), intent(in) :: self
         integer(c_int64_t), intent(in) :: window
@@ -6585,8 +6663,8 @@ contains
         call conclude(toliman_calibration_get_window(self%handle, window, out), stat, errmsg)
     end subroutine
 
-    ! Writes the change of the OPD (m) against the nominal scene in a window, parameters and map together, to
-    ! opd[N][N]; 0 where the pupil is closed. opd(cells, cells).
+    ! Writes the change of the OPD (m) against the nominal scene at the start of a window, parameters and map
+    ! together, to opd[N][N]; 0 where the pupil is closed. opd(cells, cells).
     subroutine scene_calibration_get_opd(self, window, opd, stat, errmsg)
         class(toliman_scene_calibration), intent(in) :: self
         integer(c_int64_t), intent(in) :: window
@@ -6637,8 +6715,8 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Saves the fitted scene of a window at `path`, a name that ends in ".json", and its map, if there is one, in the
-    ! same folder as <name>.opd.npy.
+    ! Saves the fitted scene at the start of a window at `path`, a name that ends in ".json", and its map, if there is
+    ! one, in the same folder as <name>.opd.npy.
     subroutine scene_calibration_save_file(self, window, path, stat, errmsg)
         class(toliman_scene_calibration), intent(in) :: self
         integer(c_int64_t), intent(in) :: window
@@ -6859,9 +6937,14 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
+    ! Returns the latest day (MJD) of UTC that any function has converted on this thread, 0 for none.
+    function pair_reader_last_utc_day() result(answer)
+        integer(c_int64_t) :: answer
+        answer = toliman_ingest_last_utc_day()
+    end function
+
     ! Converts text to TAI nanoseconds since 1970-01-01T00:00:00 TAI. text a time from 1958-01-01 to 2099-12-31 of its
-    ! scale, in UTC from 1972-01-01 on; without blanks format TOLIMAN_INGEST_FORMAT_... scale TOLIMAN_INGEST_SCALE_...
-    ! of the text table [count] leap seconds for UTC; NULL if count is 0: those of ERFA. table(count).
+    ! scale, in UTC from 1972-01-01 on. table(count).
     subroutine pair_reader_parse_time(text, format, scale, tai_ns, table, stat, errmsg)
         character(len=*), intent(in) :: text
         integer(c_int32_t), intent(in) :: format, scale
@@ -6902,7 +6985,8 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Reads the time of the first frame from the keywords of a FITS header. table(count).
+    ! Reads the time of the first frame from the keywords of a FITS header (FITS Standard 4.0, section 9).
+    ! table(count).
     subroutine pair_reader_read_header(header, expires, time, table, stat, errmsg)
         type(toliman_ingest_header), intent(in) :: header
         type(toliman_leap_second), intent(in), optional, contiguous :: table(:)
@@ -7281,7 +7365,8 @@ contains
         call conclude(toliman_period_query_model(self%handle, k, out), stat, errmsg)
     end subroutine
 
-    ! Writes the highest peak of the grid to *out.
+    ! Writes the highest peak of the grid to *out, or a longer period whose alias it is (window function above 0.5)
+    ! and which is as probable (likelihood ratio below the ratio of periods): toliman_period_query_aliases.
     subroutine periodogram_query_peak(self, out, stat, errmsg)
         class(toliman_periodogram), intent(in) :: self
         type(toliman_period_peak), intent(inout) :: out
@@ -7290,8 +7375,8 @@ contains
         call conclude(toliman_period_query_peak(self%handle, out), stat, errmsg)
     end subroutine
 
-    ! Writes the highest peaks, local maxima of the grid refined as in toliman_period_query_peak, to peaks[capacity],
-    ! highest first; *count becomes their number. capacity is 1 to 64; peaks[0].struct_size must be set.
+    ! Writes the peak of toliman_period_query_peak, then the highest other local maxima, refined likewise, to
+    ! peaks[capacity]; *count becomes their number. capacity is 1 to 64; peaks[0].struct_size must be set.
     ! peaks(capacity).
     subroutine periodogram_query_peaks(self, peaks, count, stat, errmsg)
         class(toliman_periodogram), intent(in) :: self
@@ -7306,8 +7391,8 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Refines the highest peak with the samples t[n], y[n], sigma[n], which must be those pushed (only n and the
-    ! bounds of the options are checked). t(n), y(n), sigma(n).
+    ! Refines the peak of query_peak with the samples t[n], y[n], sigma[n], which must be those pushed (only n and the
+    ! bounds are checked). t(n), y(n), sigma(n).
     subroutine periodogram_query_fit(self, t, y, sigma, out, stat, errmsg)
         class(toliman_periodogram), intent(in) :: self
         real(c_double), intent(in), contiguous :: t(:), y(:)
@@ -7628,7 +7713,7 @@ contains
     end subroutine
 
     ! Writes the sampling diagnostics to *out, whose struct_size must be set. t[n] are the pushed times (only n is
-    ! checked); the step is their median step. t(n).
+    ! checked). t(n).
     subroutine periodogram_query_sampling(self, out, t, stat, errmsg)
         class(toliman_periodogram), intent(in) :: self
         real(c_double), intent(in), optional, contiguous :: t(:)
@@ -7640,6 +7725,30 @@ contains
         of_n = 0
         if (present(t)) of_n = size(t, 1, c_size_t)
         status = toliman_period_query_sampling(self%handle, t, of_n, out)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Returns the name of an interval: "sampling", "solar day", "sidereal day", "year"; "?" for another number.
+    function periodogram_interval_name(interval_kind) result(answer)
+        integer(c_int32_t), intent(in) :: interval_kind
+        character(len=:), allocatable :: answer
+        answer = toliman_text(toliman_period_interval_name(interval_kind))
+    end function
+
+    ! Writes the aliases of a peak at `frequency` to aliases[capacity], those of the highest window function first;
+    ! *count becomes their number, at most capacity and at most 16. aliases[0].struct_size must be set.
+    ! aliases(capacity).
+    subroutine periodogram_query_aliases(self, frequency, aliases, count, stat, errmsg)
+        class(toliman_periodogram), intent(in) :: self
+        real(c_double), intent(in) :: frequency
+        type(toliman_period_alias), intent(inout), contiguous :: aliases(:)
+        integer(c_size_t), intent(out) :: count
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_capacity
+        integer(c_int32_t) :: status
+        of_capacity = size(aliases, 1, c_size_t)
+        status = toliman_period_query_aliases(self%handle, frequency, of_capacity, aliases, count)
         call conclude(status, stat, errmsg)
     end subroutine
 

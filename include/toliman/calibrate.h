@@ -13,7 +13,8 @@
  *   fitted scene, for all other uses     save_file, get_window
  *                                        destroy
  *
- * Parameters of the instrument, which have the same value in all frames of a window, as in sim_derivative.h:
+ * Parameters of the instrument, constant or, with windows, linear in time between the starts of these. They are, as in
+ * sim_derivative.h:
  *
  *   scale, anisotropy, shear   focus, zernike_5 ... _36   mask_rotation, mask_shift_x, _y   jitter_xx, _yy, _xy
  *   temperature_a, _b   spectrum_a_1 ... _11, spectrum_b_1 ... _11
@@ -102,10 +103,10 @@ typedef struct toliman_calibration_options {
     const char *free; /* parameters to fit, separated by spaces: NAME, NAME=SIGMA or NAME-LAST, such as "scale=1e-3
                          focus zernike_5-21=50 mask_rotation", with the standard deviation of the prior in the
                          parameter's unit. NULL: all that the scene has of "focus zernike_5-21 scale mask_rotation
-                         jitter_xx jitter_yy jitter_xy temperature_a temperature_b". +NAME: these and NAME,
-                         such as "+spectrum_a_1=0.05 +spectrum_b_1". Priors without SIGMA: aberrations 100 nm, scale,
-                         anisotropy and shear 1e-2, mask_rotation 1 deg, mask shifts 1e-4 m, jitter 0.1 px^2,
-                         temperatures 200 K, spectral modes 0.1 */
+                         jitter_xx jitter_yy jitter_xy temperature_a temperature_b spectrum_a_1-2 spectrum_b_1-2".
+                         +NAME: these and NAME, or NAME with another prior, such as "+anisotropy +scale=1e-4". Priors
+                         without SIGMA: aberrations 100 nm, scale, anisotropy and shear 1e-2, mask_rotation 1 deg, mask
+                         shifts 1e-4 m, jitter 0.1 px^2, temperatures 200 K, spectral modes 0.1 */
     const toliman_sim *start; /* scene to start from, such as the saved one of a calibration that was interrupted;
                                  NULL: the nominal scene. Priors remain around the nominal scene. With IMPROVE, its
                                  mask.edges and pupil_samples replace those of the nominal scene */
@@ -113,9 +114,9 @@ typedef struct toliman_calibration_options {
     uint32_t threads;         /* worker threads, 0 = one per processor. Results do not depend on them */
     double capture_px;        /* largest shift of both stars from their predicted places along x or y, px;
                                  0 = 6, at most 64 */
-    double window_days;       /* length of the windows in which the parameters are constant, days; 0: one window
-                                 for all frames */
-    double smoothness;        /* with windows: standard deviation of the change of each parameter from one window to
+    double window_days;       /* length of the windows, days: parameters change linearly from the start of one to
+                                 that of the next, as images do (toliman_fit_create_windows). 0: constant */
+    double smoothness;        /* with windows: standard deviation of the change of each parameter from one start to
                                  the next, in units of prior_sigma; 0 = 0.01 */
     double map_rms_nm;        /* prior of the map: its rms over the open pupil, nm; 0 = 10. Its power spectrum falls
                                  as frequency^-2.5 above 4 cycles per aperture, and is constant below */
@@ -176,8 +177,8 @@ typedef struct toliman_calibration_info {
     int64_t frames;       /* frames that were calibrated */
     int64_t rows, cols;   /* shape of the frames */
     int64_t cells;        /* pupil cells per axis, N */
-    uint32_t parameters;  /* number of parameters of the instrument, in each window */
-    uint32_t windows;     /* number of windows */
+    uint32_t parameters;  /* number of parameters of the instrument, at the start of each window */
+    uint32_t windows;     /* number of windows; the last one may have no frames: it starts at the end of one that has */
     int32_t iterations;   /* of the parameters, the rejected ones included */
     int32_t map_iterations;
     double chi_square;       /* sum of squared residuals over their variances, per degree of freedom: pixels minus
@@ -259,15 +260,15 @@ typedef struct toliman_calibration_value {
 } toliman_calibration_value;
 #define TOLIMAN_CALIBRATION_VALUE_INIT TOLIMAN_INIT(toliman_calibration_value)
 
-/* Writes parameter number `index` in a window to *out, whose struct_size must be set. TOLIMAN_E_RANGE unless
- * 0 <= index < parameters and 0 <= window < windows. With a map, the values exclude the map,
- * which adds to their aberrations. */
+/* Writes parameter number `index` at the start of a window to *out, whose struct_size must be set. TOLIMAN_E_RANGE
+ * unless 0 <= index < parameters and 0 <= window < windows. With a map, the values exclude the map, which adds to their
+ * aberrations. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
 toliman_calibration_get_value(const toliman_calibration *calibration, int64_t window, int32_t index,
                               toliman_calibration_value *out) TOLIMAN_NOEXCEPT;
 
-/* Writes the covariance of the parameters in a window, with those of the frames free, to covariance[n][n]; n is the
- * number of parameters. TOLIMAN_E_RANGE as for toliman_calibration_get_value. */
+/* Writes the covariance of the parameters at the start of a window, with those of the frames free, to covariance[n][n];
+ * n is the number of parameters. TOLIMAN_E_RANGE as for toliman_calibration_get_value. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_covariance(const toliman_calibration *calibration,
                                                                                  int64_t window,
                                                                                  double *covariance) TOLIMAN_NOEXCEPT;
@@ -280,12 +281,14 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_frame(cons
                                                                             int64_t index,
                                                                             toliman_fit_result *out) TOLIMAN_NOEXCEPT;
 
-/* A window of a calibration: first_days <= time < first_days of the next window. */
+/* A window of a calibration: first_days <= time < first_days of the next window. Its parameters are those at
+ * first_days. */
 typedef struct toliman_calibration_window {
     uint32_t struct_size; /* in: sizeof(toliman_calibration_window) */
     int32_t goodness;     /* TOLIMAN_GOODNESS_..., of chi_square */
-    int64_t frames;       /* number of its frames */
-    double first_days;    /* start, days of scene time; the first window also holds all earlier times */
+    int64_t frames;       /* number of its frames; 0: the other members are those of the window before */
+    double first_days;    /* start, days of scene time. Before the first start and after the last one, the parameters
+                             are constant */
     double chi_square;    /* of its frames, per degree of freedom */
     double chi_square_sigma, largest_residual; /* as in toliman_calibration_info */
 } toliman_calibration_window;
@@ -296,8 +299,8 @@ typedef struct toliman_calibration_window {
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_window(
     const toliman_calibration *calibration, int64_t window, toliman_calibration_window *out) TOLIMAN_NOEXCEPT;
 
-/* Writes the change of the OPD (m) against the nominal scene in a window, parameters and map together, to opd[N][N];
- * 0 where the pupil is closed. TOLIMAN_E_RANGE as for toliman_calibration_get_window. */
+/* Writes the change of the OPD (m) against the nominal scene at the start of a window, parameters and map together, to
+ * opd[N][N]; 0 where the pupil is closed. TOLIMAN_E_RANGE as for toliman_calibration_get_window. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_opd(const toliman_calibration *calibration,
                                                                           int64_t window, double *opd) TOLIMAN_NOEXCEPT;
 
@@ -313,9 +316,9 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_residual(c
                                                                                int32_t fitted, double *image,
                                                                                size_t stride) TOLIMAN_NOEXCEPT;
 
-/* Saves the fitted scene of a window at `path`, a name that ends in ".json", and its map, if there is one, in the same
- * folder as <name>.opd.npy. Relative file names are rewritten relative to this folder. Replaces
- * the files atomically. TOLIMAN_E_UNSUPPORTED if the calibration did not converge; TOLIMAN_E_WRITE. */
+/* Saves the fitted scene at the start of a window at `path`, a name that ends in ".json", and its map, if there is one,
+ * in the same folder as <name>.opd.npy. Relative file names are rewritten relative to this folder. Replaces the files
+ * atomically. TOLIMAN_E_UNSUPPORTED if the calibration did not converge; TOLIMAN_E_WRITE. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_save_file(const toliman_calibration *calibration,
                                                                             int64_t window,
                                                                             const char *path) TOLIMAN_NOEXCEPT;

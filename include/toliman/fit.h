@@ -46,7 +46,10 @@ typedef struct toliman_fit_options {
     uint32_t reserved;                  /* 0 */
     const char *free;                   /* further free parameters, names of sim_derivative.h separated by spaces:
                                            "scale focus jitter_xx jitter_yy jitter_xy". NULL or "": none. Those that
-                                           move the stars (roll, anisotropy, shear) are not available */
+                                           move the stars (roll, anisotropy, shear) are not available. "self" stands
+                                           for the self-calibration: those of jitter_xx, jitter_yy, jitter_xy, focus and
+                                           zernike_5 to zernike_11 that a frame of the (first) scene determines to 5 nm
+                                           and 0.02 px^2. Optics and jitter may then drift */
     double capture_px;                  /* largest shift of both stars from their predicted places along x or y, px;
                                            0 = 15, at most 64. Stars that moved relative to each other are found up to
                                            about 0.5 px from the predicted separation and position angle */
@@ -72,15 +75,16 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_fit_create(const toliman_s
                                                                  const toliman_fit_options *options,
                                                                  toliman_fit **out) TOLIMAN_NOEXCEPT;
 
-/* Creates a fit whose optics change with time, as those of a calibration with windows (calibrate.h) do: frames of each
- * window are fitted with its scene.
- *   sims        [count], the scenes of the windows, not needed afterwards
- *   first_days  [count], the starts of the windows, increasing, days of scene time. The time of a frame, that of its
- *               prediction, is in the last window that starts at or before it; times before first_days[0] are in the
- *               first window
- * Each result equals that of a fit with the scene of its window alone. The digest of toliman_fit_info is that of all
- * windows and their starts; with one window, that of toliman_fit_create. images is the sum over all windows;
- * oversampling, taps and image_error are the largest. A bank needs the fit of one scene: TOLIMAN_E_UNSUPPORTED.
+/* Creates a fit whose optics change with time, as those of a calibration with windows (calibrate.h) do: model images
+ * and predicted places are linear in time between the starts of two windows.
+ *   sims        [count], the scenes at these starts, not needed afterwards
+ *   first_days  [count], the starts of the windows, increasing, days of scene time. At first_days[i] the model is that
+ *               of sims[i]; before the first start and after the last one it is constant. The time of a frame is that
+ *               of its prediction
+ * Interpolated images have an error of second order: about (2 pi d/wavelength)^2/8 of the peak where the OPD changes
+ * by d from one scene to the next, 1e-5 for 1 nm. The digest of toliman_fit_info is that of all windows and their
+ * starts; with one window, that of toliman_fit_create. images is the sum over all windows; oversampling, taps and
+ * image_error are the largest. A bank needs the fit of one scene: TOLIMAN_E_UNSUPPORTED.
  * Errors: as toliman_fit_create; TOLIMAN_E_ARGUMENT for count = 0, and starts that are not finite or do not increase;
  * TOLIMAN_E_MISMATCH, naming the scene, unless detector.shape, binary and the times of the cadence are the same. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_fit_create_windows(const toliman_sim *const *sims,

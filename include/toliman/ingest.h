@@ -13,7 +13,7 @@
  *   on-target windows     read_on_target -> TAI nanoseconds, for toliman_frame.intervals and sky.h
  *   dates, Julian days    parse_time, convert_times -> TAI nanoseconds
  *   FITS keywords         read_header -> TAI nanoseconds of the first frame
- *   leap-seconds.list     read_leap_seconds -> parse_time, convert_times, read_header, read_on_target
+ *   leap-seconds.list     read_leap_seconds -> parse_time, convert_times, read_header, read_on_target; last_utc_day
  *
  * The mission writes a session as a pair of files: X_frames.bin holds the pixels without header, and X_meta.jsonl, the
  * side file, one JSON object per frame (formats.md, "The mission's pair of files"). Both files grow while the session
@@ -200,7 +200,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_read_clock(const ch
 #define TOLIMAN_INGEST_SCALE_GPS 635
 
 /* Formats of a time in text. */
-#define TOLIMAN_INGEST_FORMAT_ISO 641 /* 2028-03-01, 2028-03-01T12:00:00.5; with a final Z only in UTC */
+#define TOLIMAN_INGEST_FORMAT_ISO 641 /* 2028-03-01, 2028-03-01T12:00:00.5, 2028-061 12:00:00; see parse_time */
 #define TOLIMAN_INGEST_FORMAT_MJD 642 /* Modified Julian Day, a decimal number ("61831.5") */
 #define TOLIMAN_INGEST_FORMAT_JD 643  /* Julian Day, a decimal number ("2461832.0") */
 
@@ -218,6 +218,9 @@ typedef struct toliman_leap_second {
  *   count    becomes the number of rows
  *   expires  becomes the day (MJD) from which on leap seconds may be missing: the expiry of the file, or 1 January of
  *            the first year that ERFA calls dubious; may be NULL
+ * A list is refused, with TOLIMAN_E_FORMAT, if the SHA-1 in its line #h is not that of its numbers, if it has a date
+ * (#$) but no #h (it is truncated), and if it differs from the table of ERFA up to the last row or the release of that
+ * table.
  * Errors: TOLIMAN_E_NOT_FOUND, TOLIMAN_E_FORMAT with file and line, TOLIMAN_E_CAPACITY if capacity is too small.
  * Since 0.2. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_read_leap_seconds(const char *path,
@@ -225,8 +228,16 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_read_leap_seconds(c
                                                                                size_t capacity, size_t *count,
                                                                                int64_t *expires) TOLIMAN_NOEXCEPT;
 
+/* Returns the latest day (MJD) of UTC that any function has converted on this thread, 0 for none. From the day
+ * `expires` of toliman_ingest_read_leap_seconds on, leap seconds may be missing: a program compares both at its end,
+ * and warns. Since 0.2. */
+TOLIMAN_API int64_t toliman_ingest_last_utc_day(void) TOLIMAN_NOEXCEPT;
+
 /* Converts text to TAI nanoseconds since 1970-01-01T00:00:00 TAI.
- *   text    a time from 1958-01-01 to 2099-12-31 of its scale, in UTC from 1972-01-01 on; without blanks
+ *   text    a time from 1958-01-01 to 2099-12-31 of its scale, in UTC from 1972-01-01 on. A date is YYYY-MM-DD or
+ *           YYYY-DDD (day of the year), alone (0 h) or with T or one blank and hh:mm:ss[.s...]. In UTC the time may end
+ *           with Z or an offset of 0, +00:00; another offset is refused. All readers of dates accept these forms; those
+ *           of FITS headers, observer files and on-target windows refuse a date without time
  *   format  TOLIMAN_INGEST_FORMAT_...
  *   scale   TOLIMAN_INGEST_SCALE_... of the text
  *   table   [count] leap seconds for UTC; NULL if count is 0: those of ERFA. The first row is 10 s on MJD 41317
@@ -260,14 +271,20 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_read_on_target(cons
 typedef struct toliman_ingest_header {
     uint32_t struct_size; /* sizeof(toliman_ingest_header) */
     uint32_t reserved;
-    const char *timesys; /* UTC, TAI, TT, TDT, IAT or GPS; NULL = UTC */
+    const char *timesys; /* UTC, TAI, TT, TDT, ET, IAT, TDB, GPS or GMT, also as UTC(NIST); NULL = UTC */
     const char *mjd_avg, *date_avg, *mjd_beg, *mjd_obs, *date_obs;
     const char *xposure, *exptime; /* length of the exposure in s, 0 to 1e9 */
+    const char *date_beg, *mjd_end, *date_end;
+    const char *time_avg, *time_beg, *time_obs, *time_end; /* hh:mm:ss, to the dates of the same name */
+    const char *utc_obs, *ut;                              /* hh:mm:ss, to DATE-OBS */
+    const char *exposure;                                  /* as exptime; only with a time in the header */
+    const char *telapse;                                   /* length from start to end in s, with pauses */
+    const char *timeunit, *trefpos;                        /* unit of xposure and telapse; place of the times */
 } toliman_ingest_header;
 #define TOLIMAN_INGEST_HEADER_INIT TOLIMAN_INIT(toliman_ingest_header)
 
 /* Flags of toliman_ingest_header_time. */
-#define TOLIMAN_INGEST_ASSUMED 1u /* TIMESYS or the exposure is missing: UTC or mid-exposure is assumed */
+#define TOLIMAN_INGEST_ASSUMED 1u /* TIMESYS or the length is missing: UTC or mid-exposure is assumed */
 #define TOLIMAN_INGEST_EXPIRED 2u /* UTC on the day `expires` or later, whose leap seconds may not be known */
 
 /* Time of a header. Since 0.2. */
@@ -276,18 +293,25 @@ typedef struct toliman_ingest_header_time {
     uint32_t flags;       /* TOLIMAN_INGEST_ASSUMED, TOLIMAN_INGEST_EXPIRED */
     int64_t tai_ns;       /* middle of the first exposure, TAI nanoseconds since 1970-01-01T00:00:00 TAI */
     char rule[120];       /* keywords and scale in words, for messages: "MJD-OBS + EXPTIME/2 in TAI" */
+    double exposure_s;    /* length of the exposure from start to end; 0 = unknown */
 } toliman_ingest_header_time;
 #define TOLIMAN_INGEST_HEADER_TIME_INIT TOLIMAN_INIT(toliman_ingest_header_time)
 
-/* Reads the time of the first frame from the keywords of a FITS header. The first that is present is used: MJD-AVG,
- * DATE-AVG, MJD-BEG with XPOSURE, MJD-OBS with EXPTIME, DATE-OBS with EXPTIME. Half of the exposure is added to the
- * last three. Without a complete pair, the first of their times is taken as mid-exposure. A date has no final Z.
+/* Reads the time of the first frame from the keywords of a FITS header (FITS Standard 4.0, section 9).
+ *   Start    MJD-BEG, DATE-BEG, MJD-OBS or DATE-OBS; a DATE-... without time needs TIME-..., UTC-OBS or UT
+ *   Middle   MJD-AVG or DATE-AVG. End: MJD-END or DATE-END
+ *   Length   TELAPSE, otherwise XPOSURE, EXPTIME or EXPOSURE, otherwise from start to end
+ * The middle is used if it is given, otherwise the start, otherwise the end; of several keywords, the one with finer
+ * digits. Half of the length is added to a start. A start without length is taken as mid-exposure. All other keywords
+ * of these must agree with the result within half an exposure and their last digit; only TELAPSE may exceed the other
+ * lengths, by pauses.
  *   table    [count] leap seconds for UTC, as in toliman_ingest_parse_time
  *   expires  day (MJD) from toliman_ingest_read_leap_seconds; ignored if count is 0
  *   time     becomes the time
  * Errors: TOLIMAN_E_NOT_FOUND if the header has none of these times; TOLIMAN_E_FORMAT and TOLIMAN_E_RANGE, with the
- * keyword, as toliman_ingest_parse_time, for an unknown TIMESYS and for a bad exposure; TOLIMAN_E_ARGUMENT for a wrong
- * table. Since 0.2. */
+ * keyword, as toliman_ingest_parse_time, for keywords that contradict each other (both are named), for a date without
+ * time, an unknown TIMESYS, a bad length, and a TREFPOS outside the Earth; TOLIMAN_E_ARGUMENT for a wrong table.
+ * Since 0.2. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
 toliman_ingest_read_header(const toliman_ingest_header *header, const toliman_leap_second *table, size_t count,
                            int64_t expires, toliman_ingest_header_time *time) TOLIMAN_NOEXCEPT;

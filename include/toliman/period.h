@@ -97,14 +97,16 @@ TOLIMAN_API void toliman_period_options_init(toliman_period_options *options, si
 /* Suggests a frequency grid and options for samples t[n], y[n], sigma[n]. y, sigma and options may be NULL;
  * options->struct_size must be set.
  *
- * The grid is f0 = 1.5/T and df = 0.1/T, up to 1/(2 s), with the time span T and the step s. *options receives
- * double-limb accumulators, offsets and bounds for the samples. f0, df and nf may be NULL together, for options of
- * another grid; then one time suffices.
+ * The grid is f0 = 1.5/T and df = 0.1/T, with the time span T. The differences of the times give its last frequency:
+ * 1/(2 s) if they are multiples of a step s, otherwise 5/(2 s), where 5 % of them are below s. It has at most 131072
+ * frequencies, and at most 2^32/n, but at least 1024: 30 MB, and 4.3e9 terms of sums, about 40 s on one processor.
+ * *options receives double-limb accumulators, offsets and bounds. f0, df and nf may be NULL together; then one time
+ * suffices.
  *   mission_span  0: the samples are complete. > 0, in units of t: the samples grow until T = mission_span. The
  *                 bounds then accept values that spread 2^20 times as far and sigmas 8 times smaller to 4 times
  *                 larger. With n = 0 the step is 1
- * Errors: TOLIMAN_E_ARGUMENT if a number is not finite or sigma <= 0; TOLIMAN_E_STATE if all times are equal;
- * TOLIMAN_E_RANGE for more than 2e6 frequencies. Since 0.2. */
+ * Errors: TOLIMAN_E_ARGUMENT if a number is not finite or sigma <= 0; TOLIMAN_E_STATE if all times are equal.
+ * Since 0.2. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_suggest(const double *t, const double *y,
                                                                      const double *sigma, size_t n, double mission_span,
                                                                      double *f0, double *df, int64_t *nf,
@@ -299,10 +301,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_model(const t
  * than the times. toliman_period_query_peak and _peaks derive T from the variance of the times, _fit from the times. */
 #define TOLIMAN_PERIOD_COARSE 32u
 
-/* Flag: the grid exceeds 1/(2 step), where regular samples repeat the power at lower frequencies.
- * toliman_period_query_peak and _peaks never set it, because the accumulators do not contain the step.
- * toliman_period_query_fit takes the step from the times; so does _sampling, or, if t is NULL, it assumes regular
- * times. */
+/* Flag: the grid exceeds `nyquist` of toliman_period_sampling, where regular samples repeat the power at lower
+ * frequencies. toliman_period_query_peak and _peaks never set it, because the accumulators do not contain the step. */
 #define TOLIMAN_PERIOD_ABOVE_NYQUIST 64u
 
 /* Flags of a peak that something other than a planet often causes. query_peak and _peaks derive T from the variance of
@@ -343,25 +343,25 @@ typedef struct toliman_period_peak {
 } toliman_period_peak;
 #define TOLIMAN_PERIOD_PEAK_INIT TOLIMAN_INIT(toliman_period_peak)
 
-/* Writes the highest peak of the grid to *out. The frequency is refined by a parabola; power and FAP are those of the
- * highest grid point. They never overstate the peak, and understate its power by up to 1 % if df = 0.1/T.
+/* Writes the highest peak of the grid to *out, or a longer period whose alias it is (window function above 0.5) and
+ * which is as probable (likelihood ratio below the ratio of periods): toliman_period_query_aliases. The frequency is
+ * refined by a parabola; power and FAP are those of the grid point: never overstated, at df = 0.1/T up to 1 % low.
  * Errors: as toliman_period_query_power; TOLIMAN_E_STATE for fewer than five samples or constant values. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_peak(const toliman_period *period,
                                                                         toliman_period_peak *out) TOLIMAN_NOEXCEPT;
 
-/* Writes the highest peaks, local maxima of the grid refined as in toliman_period_query_peak, to peaks[capacity],
- * highest first; *count becomes their number. capacity is 1 to 64; peaks[0].struct_size must be set. Each peak is
- * judged alone: power and FAP of a lower peak still contain the scatter due to higher ones. Errors as
- * toliman_period_query_peak. */
+/* Writes the peak of toliman_period_query_peak, then the highest other local maxima, refined likewise, to
+ * peaks[capacity]; *count becomes their number. capacity is 1 to 64; peaks[0].struct_size must be set. Each peak is
+ * judged alone: power and FAP of a lower peak contain the scatter of higher ones. Errors as query_peak. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_peaks(const toliman_period *period, size_t capacity,
                                                                          toliman_period_peak *peaks,
                                                                          size_t *count) TOLIMAN_NOEXCEPT;
 
-/* Refines the highest peak with the samples t[n], y[n], sigma[n], which must be those pushed (only n and the bounds
- * of the options are checked). For samples pushed with t_ns, give t = time_offset + (t_ns - time_offset_ns)/unit_ns.
- * sigma may be NULL. The refinement is a least-squares fit of frequency, amplitude, phase and offset (the offset is
+/* Refines the peak of query_peak with the samples t[n], y[n], sigma[n], which must be those pushed (only n and the
+ * bounds are checked). For samples pushed with t_ns, give t = time_offset + (t_ns - time_offset_ns)/unit_ns. sigma may
+ * be NULL. The refinement is a least-squares fit of frequency, amplitude, phase and offset (the offset is
  * fixed with TOLIMAN_PERIOD_FIXED_MEAN), computed with 64-bit significands. 1 - power is computed from the residuals,
- * accurate down to 1e-31. The result is never worse than the highest grid point. If cosine and sine coincide at every
+ * accurate down to 1e-31. The result is never worse than its grid point. If cosine and sine coincide at every
  * sample (smaller eigenvalue below 1e-17 of the sum of both), as at the Nyquist frequency of regular samples, one of
  * them is fitted. TOLIMAN_PERIOD_INACCURATE refers to the grid point from which the fit starts. A trend is fitted with
  * the sinusoid; a periodogram with columns needs toliman_period_query_fit_rows.

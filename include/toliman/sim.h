@@ -196,7 +196,7 @@ typedef struct toliman_sim_info {
     int32_t unit;          /* TOLIMAN_SIM_UNIT_..., of frames and expected images */
     int32_t bit_depth;     /* bits per pixel of the detector; 0 = counts are not rounded */
     double exposure_s;     /* length of an exposure; 0 if the scene has peak_photons instead. Since 0.2 */
-    int64_t time_zero_ns;  /* TAI of binary.date, ns since 1970-01-01T00:00:00 TAI; 0 without an observer. Since 0.2 */
+    int64_t time_zero_ns;  /* TAI of binary.date of moving stars, ns since 1970-01-01T00:00:00 TAI; else 0. Since 0.2 */
     int32_t calibration;   /* TOLIMAN_SIM_CALIBRATION_.... Since 0.2 */
     int32_t calibration_goodness; /* TOLIMAN_GOODNESS_..., of its chi_square; UNKNOWN without a verdict. Since 0.2 */
     double calibration_chi_square, calibration_chi_square_sigma; /* NaN without a verdict. Since 0.2 */

@@ -65,22 +65,26 @@ Scene with_photons(const optics::Simulator &simulator) {
     return scene;
 }
 
-// Windows of `days`, each from the first time on, without empty ones.
+// Windows of `days` from the first time on: those with frames, and those whose start is the end of one with frames.
 std::vector<calibrate::Window> windows_of(const std::vector<fit::Prediction> &predictions, double days) {
     const double first = std::min_element(predictions.begin(), predictions.end(), [](const auto &a, const auto &b) {
                              return a.days < b.days;
                          })->days;
-    std::map<double, calibrate::Window> windows;
+    std::map<double, calibrate::Window> windows; // by their number
     for (size_t k = 0; k < predictions.size(); k++) {
-        double start = days > 0 ? first + days * std::floor((predictions[k].days - first) / days) : first;
-        if (start > predictions[k].days) // rounded up
-            start -= days;
-        windows[start].first_days = start;
-        windows[start].frames.push_back(k);
+        const double elapsed = predictions[k].days - first, number = days > 0 ? std::floor(elapsed / days) : 0,
+                     share = days > 0 ? std::clamp(elapsed / days - number, 0.0, 1.0) : 0;
+        windows[number].frames.push_back(k);
+        windows[number].shares.push_back(share);
+        if (share > 0)
+            windows[number + 1];
     }
     std::vector<calibrate::Window> all;
-    for (auto &[start, window] : windows) {
-        window.elapsed = all.empty() ? 1 : std::round((start - all.back().first_days) / days);
+    double before = -1;
+    for (auto &[number, window] : windows) {
+        window.first_days = days > 0 ? first + number * days : first;
+        window.elapsed = number - before;
+        before = number;
         all.push_back(std::move(window));
     }
     return all;

@@ -22,6 +22,7 @@
 #include "api/track_estimators.hpp"
 #include "base/estimates.hpp"
 #include "base/text.hpp"
+#include "fit/self.hpp"
 
 using namespace toliman;
 using namespace toliman::api;
@@ -45,12 +46,21 @@ struct FitSettings {
         const toliman_fit_options known = accept(options, toliman_fit_options{}, "options");
         if (known.reserved != 0)
             fail(Status::argument, "{options->reserved} = %u: must be 0", known.reserved);
-        free = parameters_of(known.free, "options->free");
+        free = parameters_of(known.free, "options->free", &self);
         capture_px = capture_of(known);
         memory = memory_of(known.allocator);
         progress = {known.progress, known.progress_data};
     }
-    std::vector<Parameter> free;
+    // All free parameters of fits of which this is the first scene.
+    std::vector<Parameter> free_of(const optics::Simulator &simulator) const {
+        std::vector<Parameter> all = free;
+        if (self)
+            for (const Parameter parameter : fit::self_parameters(simulator, free))
+                all.push_back(parameter);
+        return all;
+    }
+    std::vector<Parameter> free; // those that are named
+    bool self = false;
     double capture_px;
     Memory memory;
     Progress progress;
@@ -81,10 +91,11 @@ toliman_fit *make_fit(const std::vector<const optics::Simulator *> &simulators, 
     std::vector<optics::AtlasPlan> atlases;
     for (const optics::Simulator *simulator : simulators)
         atlases.push_back(simulator->plan().atlas);
-    return new toliman_fit{{},
-                           fit::Windows(simulators, first_days, settings.free, settings.capture_px, settings.progress),
-                           std::move(atlases),
-                           fit_source};
+    return new toliman_fit{
+        {},
+        fit::Windows(simulators, first_days, settings.free_of(*simulators[0]), settings.capture_px, settings.progress),
+        std::move(atlases),
+        fit_source};
 }
 
 // The numbers of a frame that was not fitted are NaN.

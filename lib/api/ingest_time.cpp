@@ -25,10 +25,27 @@ void check_capacity(size_t capacity, size_t count, const char *what) {
 }
 
 constexpr std::pair<const char *, const char * toliman_ingest_header::*> kHeaderKeys[] = {
-    {"TIMESYS", &toliman_ingest_header::timesys},   {"MJD-AVG", &toliman_ingest_header::mjd_avg},
-    {"DATE-AVG", &toliman_ingest_header::date_avg}, {"MJD-BEG", &toliman_ingest_header::mjd_beg},
-    {"MJD-OBS", &toliman_ingest_header::mjd_obs},   {"DATE-OBS", &toliman_ingest_header::date_obs},
-    {"XPOSURE", &toliman_ingest_header::xposure},   {"EXPTIME", &toliman_ingest_header::exptime}};
+    {"TIMESYS", &toliman_ingest_header::timesys},
+    {"MJD-AVG", &toliman_ingest_header::mjd_avg},
+    {"DATE-AVG", &toliman_ingest_header::date_avg},
+    {"MJD-BEG", &toliman_ingest_header::mjd_beg},
+    {"MJD-OBS", &toliman_ingest_header::mjd_obs},
+    {"DATE-OBS", &toliman_ingest_header::date_obs},
+    {"XPOSURE", &toliman_ingest_header::xposure},
+    {"EXPTIME", &toliman_ingest_header::exptime},
+    {"DATE-BEG", &toliman_ingest_header::date_beg},
+    {"MJD-END", &toliman_ingest_header::mjd_end},
+    {"DATE-END", &toliman_ingest_header::date_end},
+    {"TIME-AVG", &toliman_ingest_header::time_avg},
+    {"TIME-BEG", &toliman_ingest_header::time_beg},
+    {"TIME-OBS", &toliman_ingest_header::time_obs},
+    {"TIME-END", &toliman_ingest_header::time_end},
+    {"UTC-OBS", &toliman_ingest_header::utc_obs},
+    {"UT", &toliman_ingest_header::ut},
+    {"EXPOSURE", &toliman_ingest_header::exposure},
+    {"TELAPSE", &toliman_ingest_header::telapse},
+    {"TIMEUNIT", &toliman_ingest_header::timeunit},
+    {"TREFPOS", &toliman_ingest_header::trefpos}};
 
 } // namespace
 
@@ -85,6 +102,10 @@ toliman_status toliman_ingest_read_leap_seconds(const char *path, toliman_leap_s
     });
 }
 
+int64_t toliman_ingest_last_utc_day(void) noexcept {
+    return ingest::last_day_of_utc();
+}
+
 toliman_status toliman_ingest_parse_time(const char *text, int32_t format, int32_t scale,
                                          const toliman_leap_second *table, size_t count, int64_t *tai_ns) noexcept {
     return guard([&] {
@@ -114,6 +135,7 @@ toliman_status toliman_ingest_read_header(const toliman_ingest_header *header, c
         result.flags = (found.assumed ? TOLIMAN_INGEST_ASSUMED : 0) | (found.expired ? TOLIMAN_INGEST_EXPIRED : 0);
         result.tai_ns = found.tai_ns;
         put_text(found.rule, result.rule);
+        result.exposure_s = static_cast<double>(found.length_ns) / 1e9;
         deliver(result, time, "time");
     });
 }

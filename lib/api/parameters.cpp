@@ -37,13 +37,18 @@ std::string suggestion_for(const std::string &name) {
     return nearest.empty() ? "" : "; did you mean \"" + nearest + "\"?";
 }
 
-std::vector<Parameter> parameters_of(const char *names, const char *field) {
+std::vector<Parameter> parameters_of(const char *names, const char *field, bool *self) {
     constexpr char kBetween[] = " ,";
     std::vector<Parameter> parameters;
     const std::string text = names != nullptr ? names : "";
     for (size_t at = text.find_first_not_of(kBetween); at != std::string::npos;) {
         const size_t end = std::min(text.find_first_of(kBetween, at), text.size());
         const std::string name = text.substr(at, end - at);
+        at = text.find_first_not_of(kBetween, end);
+        if (self != nullptr && name == "self") {
+            *self = true;
+            continue;
+        }
         const std::optional<Parameter> parameter = parameter_named(name);
         if (!parameter)
             fail(Status::argument, "{%s}: \"%s\": must be the name of a parameter%s", field, name.substr(0, 40).c_str(),
@@ -51,7 +56,6 @@ std::vector<Parameter> parameters_of(const char *names, const char *field) {
         if (std::find(parameters.begin(), parameters.end(), *parameter) != parameters.end())
             fail(Status::argument, "{%s}: \"%s\": must be named once", field, name.c_str());
         parameters.push_back(*parameter);
-        at = text.find_first_not_of(kBetween, end);
     }
     return parameters;
 }

@@ -16,7 +16,8 @@ toliman_sim_parameter public_parameter(Parameter parameter);
 std::string suggestion_for(const std::string &name);
 
 // The parameters of a list of names, separated by spaces or commas; none for NULL. Status::argument for another name
-// and for one that is given twice; field: where the list is given ("options->free").
-std::vector<Parameter> parameters_of(const char *names, const char *field);
+// and for one that is given twice; field: where the list is given ("options->free"). self: whether the word "self" is
+// among them; NULL: the word is unknown.
+std::vector<Parameter> parameters_of(const char *names, const char *field, bool *self = nullptr);
 
 } // namespace toliman::api

@@ -15,7 +15,7 @@ namespace toliman::api {
 // Flags that compare the grid with the samples' cadence: steps too coarse, frequencies above Nyquist.
 inline uint32_t grid_flags(const period::Grid &grid, const period::Cadence &cadence) noexcept {
     const bool coarse = grid.df * 5 * cadence.span > period::kRounding;
-    const bool past = grid.last() * 2 * cadence.step > period::kRounding;
+    const bool past = grid.last() * 2 * cadence.finest > period::kRounding;
     return (coarse ? TOLIMAN_PERIOD_COARSE : 0u) | (past ? TOLIMAN_PERIOD_ABOVE_NYQUIST : 0u);
 }
 

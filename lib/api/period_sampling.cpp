@@ -3,14 +3,38 @@
 
 #include <toliman/period_sampling.h>
 
+#include "api/choice.hpp"
 #include "api/guard.hpp"
 #include "api/handles.hpp"
 #include "api/peak.hpp"
+#include "api/struct_array.hpp"
+#include "period/alias.hpp"
 #include "period/power.hpp"
 #include "period/sampling.hpp"
 
 using namespace toliman;
 using namespace toliman::api;
+
+namespace {
+
+constexpr Choice<period::Cause> kIntervals = {TOLIMAN_PERIOD_INTERVAL_SAMPLING, TOLIMAN_PERIOD_INTERVAL_YEAR,
+                                              "TOLIMAN_PERIOD_INTERVAL_..."};
+
+toliman_period_alias public_alias(const period::Alias &alias) noexcept {
+    toliman_period_alias out = {};
+    out.interval_kind = kIntervals.to_constant(alias.cause);
+    out.frequency = alias.frequency;
+    out.period = 1 / alias.frequency;
+    out.interval = alias.interval;
+    out.window = alias.window;
+    out.power = alias.power;
+    out.equal = alias.equal ? 1 : 0;
+    out.slow = alias.slow ? 1 : 0;
+    out.parts = alias.parts;
+    return out;
+}
+
+} // namespace
 
 extern "C" {
 
@@ -24,7 +48,7 @@ toliman_status toliman_period_query_sampling(const toliman_period *period, const
         toliman_period_sampling sampling = {};
         sampling.baseline = cadence.span;
         sampling.coarsest_df = 1 / (5 * cadence.span);
-        sampling.nyquist = 1 / (2 * cadence.step);
+        sampling.nyquist = 1 / (2 * cadence.finest);
         sampling.independent = std::max(1.0, grid.last() * cadence.span);
         const period::PowerQuery query(stream);
         const double nyquist = t != nullptr ? sampling.nyquist : 1 / (2 * period::even_step(stream));
@@ -32,6 +56,28 @@ toliman_status toliman_period_query_sampling(const toliman_period *period, const
                          (query.needs_double_limb() ? TOLIMAN_PERIOD_NEEDS_DOUBLE_LIMB : 0) |
                          (query.any_inaccurate(nyquist) ? TOLIMAN_PERIOD_INACCURATE : 0);
         deliver(sampling, out, "out");
+    });
+}
+
+const char *toliman_period_interval_name(int32_t interval_kind) noexcept {
+    constexpr const char *kNames[] = {"sampling", "solar day", "sidereal day", "year"};
+    return kIntervals.contains(interval_kind) ? kNames[interval_kind - kIntervals.first] : "?";
+}
+
+toliman_status toliman_period_query_aliases(const toliman_period *period, double frequency, size_t capacity,
+                                            toliman_period_alias *aliases, size_t *count) noexcept {
+    return guard([&] {
+        const Use use(period, "period");
+        const period::Stream &stream = use->stream;
+        const StructArray<toliman_period_alias> results(aliases, "aliases");
+        required(count, "count");
+        const period::Grid &grid = stream.grid();
+        if (!(frequency >= grid.f0 && frequency <= grid.last()))
+            fail(Status::argument, "{frequency} = %g: must be in the grid, [%g, %g]", frequency, grid.f0, grid.last());
+        period::Alias found[period::kMaxAliases];
+        *count = std::min(capacity, period::find_aliases(stream, frequency, found));
+        for (size_t i = 0; i < *count; i++)
+            results.put(i, public_alias(found[i]));
     });
 }
 

@@ -166,7 +166,7 @@ toliman_sim_info info_of(const optics::Simulator &simulator) {
     info.bit_depth = static_cast<int32_t>(scene.detector.bit_depth);
     info.exposure_s = scene.cadence.exposure_s;
     info.bad_pixels = static_cast<int64_t>(scene.detector.bad_pixels.size());
-    info.time_zero_ns = scene.binary.sky ? toliman::tai_of_date(scene.binary.date) : 0;
+    info.time_zero_ns = toliman::time_zero_ns(scene.binary);
     set_calibration(scene.calibration, info);
     info.peak_counts = simulator.detector().counts_of(*std::max_element(both.begin(), both.end()));
     return info;

@@ -74,6 +74,7 @@ constexpr StructSize kStructSizes[] = {
     {"toliman_period_noise", sizeof(toliman_period_noise)},
     {"toliman_period_noise_bootstrap_options", sizeof(toliman_period_noise_bootstrap_options)},
     {"toliman_period_sampling", sizeof(toliman_period_sampling)},
+    {"toliman_period_alias", sizeof(toliman_period_alias)},
     {"toliman_planet_series", sizeof(toliman_planet_series)},
     {"toliman_planet_options", sizeof(toliman_planet_options)},
     {"toliman_planet_info", sizeof(toliman_planet_info)},

@@ -16,6 +16,7 @@ namespace {
 
 constexpr int kFirstYear = 1972; // earlier, TAI - UTC was not a whole number of seconds
 constexpr int kLastYear = 2099;
+constexpr int kDubious = 6;          // years from the release of a version to the first one that it calls dubious
 constexpr double kJ2000 = 2451545.0; // JD
 
 std::vector<LeapSecond> read_rows() {
@@ -28,11 +29,11 @@ std::vector<LeapSecond> read_rows() {
     return table;
 }
 
-int64_t first_dubious_day() noexcept {
+int first_dubious_year() noexcept {
     int year = kFirstYear;
     for (double seconds = 0; year <= kLastYear && eraDat(year, 1, 1, 0, &seconds) == 0;)
         year++;
-    return *day_of(year, 1, 1);
+    return year;
 }
 
 } // namespace
@@ -45,7 +46,8 @@ std::optional<int64_t> day_of(int year, int month, int day) noexcept {
 }
 
 const LeapSecondTable &leap_seconds() {
-    static const LeapSecondTable table = {read_rows(), first_dubious_day()};
+    static const int dubious = first_dubious_year();
+    static const LeapSecondTable table = {read_rows(), *day_of(dubious, 1, 1), *day_of(dubious - kDubious, 1, 1)};
     return table;
 }
 

@@ -18,6 +18,7 @@ struct LeapSecond {
 struct LeapSecondTable {
     std::vector<LeapSecond> rows; // from 1972 on
     int64_t expires;              // first day of the years that ERFA calls dubious: leap seconds may be missing
+    int64_t complete;             // before this day no leap second is missing
 };
 
 // The table that is built into ERFA, read at the first call. eraSetLeapSeconds does not change it afterwards.

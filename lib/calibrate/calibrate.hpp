@@ -28,12 +28,12 @@ struct Attempt {
 struct Calibration {
     Scene nominal;
     std::vector<Free> free;
-    std::vector<double> first_days;           // of the windows
+    std::vector<double> first_days;           // starts of the windows
     std::vector<std::vector<size_t>> windows; // their frames
     Point point;
     Uncertainty uncertainty;
     std::vector<fit::Result> frames;       // of each frame
-    std::vector<Goodness> goodness_of;     // of each window
+    std::vector<Goodness> goodness_of;     // of each window; without frames, that of the one before
     std::vector<bool> even;                // parameters without a sign
     Buffer<double> amplitude;              // of the nominal pupil, [N][N]
     std::vector<double> nominal_map_m;     // of the nominal scene's OPD file, [N][N]; empty without one
@@ -72,10 +72,10 @@ struct Options {
 // From a start, whose frames are found first if it has none.
 Calibration calibrate(const Problem &problem, const Point &start, const Options &options);
 
-// The fitted scene of a window.
+// The fitted scene at the start of a window.
 Scene fitted_scene(const Calibration &calibration, size_t window);
 
-// The change of the OPD (m) in a window against the nominal scene, [N][N].
+// The change of the OPD (m) at the start of a window against the nominal scene, [N][N].
 Buffer<double> opd_change(const Calibration &calibration, size_t window);
 
 } // namespace toliman::calibrate

@@ -19,15 +19,30 @@ constexpr size_t kWhitenedAtOnce = 16; // frames
 
 } // namespace
 
-Joint::Joint(const Problem &problem, const Point &point, size_t window)
-    : problem_(problem), point_(point), window_(problem.windows[window]),
-      simulator_(outline_at(problem, point.instrument[window], point.map_m), problem.settings),
-      fit_(simulator_, {}, problem.capture_px, {}) {}
+Joint::Joint(const Problem &problem, const Point &point, size_t window, const Joint *before)
+    : problem_(problem), point_(point), window_(problem.windows[window]) {
+    const auto fit_at = [&](size_t start) {
+        const optics::Simulator simulator(outline_at(problem, point.instrument[start], point.map_m), problem.settings);
+        return std::make_shared<const fit::Fit>(simulator, std::vector<Parameter>(), problem.capture_px, Progress());
+    };
+    if (window_.frames.empty())
+        return;
+    first_ = before != nullptr && before->next_ != nullptr ? before->next_ : fit_at(window);
+    if (std::any_of(window_.shares.begin(), window_.shares.end(), [](double share) { return share > 0; }))
+        next_ = fit_at(window + 1);
+}
+
+std::shared_ptr<const fit::Fit> Joint::fit_of(size_t frame) const {
+    const auto found = std::find(window_.frames.begin(), window_.frames.end(), frame) - window_.frames.begin();
+    const double share = window_.shares.empty() ? 0 : window_.shares[static_cast<size_t>(found)];
+    return share > 0 ? std::make_shared<const fit::Fit>(*first_, *next_, share) : first_;
+}
 
 Block Joint::block(size_t frame, const Planes &planes, double blend) const {
-    const size_t cols = fit_.cols(), n = planes.parameters(), size = kOwn + n;
+    const std::shared_ptr<const fit::Fit> fit = fit_of(frame);
+    const size_t rows = fit->rows(), cols = fit->cols(), n = planes.parameters(), size = kOwn + n;
     const double *const values = point_.own[frame].data();
-    Buffer<double> counts(fit_.rows() * cols), lines(n * cols), scratch(planes.scratch_size()), products(cols),
+    Buffer<double> counts(rows * cols), lines(n * cols), scratch(planes.scratch_size()), products(cols),
         sums((size + 1) * (size + 1) * kernels::kNormalLanes);
     problem_.frames.read(frame, counts.data());
     std::vector<double *> own_lines;
@@ -39,9 +54,9 @@ Block Joint::block(size_t frame, const Planes &planes, double blend) const {
     columns.push_back(nullptr); // residual
     Planes::Places places;
     planes.place(values, places);
-    fit::Work work = fit_.model().work();
-    const ImageView<const double> view = {counts.data(), fit_.rows(), cols, cols};
-    fit_.model().visit(&view, values, blend, work, [&](const fit::Model::Row &row) {
+    fit::Work work = fit->model().work();
+    const ImageView<const double> view = {counts.data(), rows, cols, cols};
+    fit->model().visit(&view, values, blend, work, [&](const fit::Model::Row &row) {
         planes.row(values, places, row.row, own_lines.data(), scratch.data());
         for (size_t i = 0; i < kOwn; i++)
             columns[i] = row.derivatives[i];
@@ -67,7 +82,7 @@ Block Joint::block(size_t frame, const Planes &planes, double blend) const {
 
 void Joint::linearise(const Planes &planes, double blend, Linearisation &all) const {
     for (const size_t frame : window_.frames)
-        if (!fit_.model().covers(point_.own[frame].data()) || !planes.covers(point_.own[frame].data())) {
+        if (!fit_of(frame)->model().covers(point_.own[frame].data()) || !planes.covers(point_.own[frame].data())) {
             all.lost = true;
             return;
         }
@@ -78,7 +93,7 @@ void Joint::linearise(const Planes &planes, double blend, Linearisation &all) co
 }
 
 void Joint::whiten(const std::vector<size_t> &frames, const std::function<void(const Whitened &)> &on_frame) const {
-    const size_t cols = fit_.cols(), pixels = fit_.rows() * cols;
+    const size_t rows = problem_.nominal.detector.rows, cols = problem_.nominal.detector.cols, pixels = rows * cols;
     for (size_t first = 0; first < frames.size(); first += kWhitenedAtOnce) {
         const size_t count = std::min(kWhitenedAtOnce, frames.size() - first);
         Buffer<double> residuals(count * pixels);
@@ -86,9 +101,10 @@ void Joint::whiten(const std::vector<size_t> &frames, const std::function<void(c
             const size_t frame = frames[first + i];
             Buffer<double> counts(pixels);
             problem_.frames.read(frame, counts.data());
-            fit::Work work = fit_.model().work();
-            const ImageView<const double> view = {counts.data(), fit_.rows(), cols, cols};
-            fit_.model().visit(&view, point_.own[frame].data(), 0, work, [&](const fit::Model::Row &row) {
+            const std::shared_ptr<const fit::Fit> fit = fit_of(frames[first + i]);
+            fit::Work work = fit->model().work();
+            const ImageView<const double> view = {counts.data(), rows, cols, cols};
+            fit->model().visit(&view, point_.own[frame].data(), 0, work, [&](const fit::Model::Row &row) {
                 for (size_t x = 0; x < cols; x++)
                     residuals[i * pixels + row.row * cols + x] = std::sqrt(row.weight[x]) * row.residual[x];
             });
@@ -101,8 +117,11 @@ void Joint::whiten(const std::vector<size_t> &frames, const std::function<void(c
 Linearisation linearise(const Problem &problem, const Point &point, const Planes &planes, double blend) {
     Linearisation all;
     all.blocks.resize(problem.frames.count);
-    for (size_t window = 0; window < problem.windows.size() && !all.lost; window++)
-        Joint(problem, point, window).linearise(planes, blend, all);
+    std::unique_ptr<Joint> joint;
+    for (size_t window = 0; window < problem.windows.size() && !all.lost; window++) {
+        joint = std::make_unique<Joint>(problem, point, window, joint.get());
+        joint->linearise(planes, blend, all);
+    }
     for (const Block &block : all.blocks) {
         all.chi_square += block.chi_square;
         all.inverse_counts += block.inverse_counts;

@@ -30,12 +30,15 @@ struct Whitened {
     const double *residual; // [rows][cols], 0 where a pixel saturates
 };
 
-// The fit of one window at a point; frames are distributed over the workers.
+// The fits of the frames of one window at a point; frames are distributed over the workers.
 class Joint {
   public:
-    Joint(const Problem &problem, const Point &point, size_t window);
+    // before: that of the window before, whose last fit is the first of this one; NULL makes both.
+    Joint(const Problem &problem, const Point &point, size_t window, const Joint *before = nullptr);
 
-    const fit::Fit &fit() const noexcept { return fit_; }
+    const std::vector<size_t> &frames() const noexcept { return window_.frames; }
+    const fit::Fit &first() const noexcept { return *first_; } // at the start of a window with frames
+    std::shared_ptr<const fit::Fit> fit_of(size_t frame) const;
     // blend: weight of the counts in the variances, as in fit::Model::linearise(). Adds the blocks of the window's
     // frames to `all`.
     void linearise(const Planes &planes, double blend, Linearisation &all) const;
@@ -48,8 +51,7 @@ class Joint {
     const Problem &problem_;
     const Point &point_;
     const Window &window_;
-    optics::Simulator simulator_;
-    fit::Fit fit_;
+    std::shared_ptr<const fit::Fit> first_, next_; // at both ends of the window, where its frames need them
 };
 
 // About a point, with the derivatives of `planes`.

@@ -108,7 +108,7 @@ class MapFit {
     const optics::Outline outline_; // of the mean of the windows
     const Planes planes_;
     const MapImages images_;
-    const Joint first_; // window
+    const Joint first_; // window, which weighs the pixels of all frames
     const MapFrames frames_;
     Linearisation matrices_;
     std::unique_ptr<Solver> solver_;
@@ -122,19 +122,21 @@ MapFit::MapFit(const Problem &problem, const Point &point, const MapOptions &opt
       part_point_(without_aberrations(problem, point)),
       outline_(outline_at(problem, mean_of(point.instrument), point.map_m)),
       planes_(outline_, part_.parameters(), problem.capture_px), images_(outline_, planes_), first_(problem, point, 0),
-      frames_(part_, part_point_, first_.fit().model(), planes_), prior_(outline_.pupil.samples, options.rms_m) {}
+      frames_(part_, part_point_, first_.first().model(), planes_), prior_(outline_.pupil.samples, options.rms_m) {}
 
 // Residuals about the point, window by window, and the normal equations without the map. False if a star is outside
 // the model images.
 bool MapFit::prepare(MapFrames::Residuals &sum) {
+    std::unique_ptr<Joint> later;
     for (size_t window = 0; window < problem_.windows.size(); window++) {
-        const auto later = window == 0 ? nullptr : std::make_unique<Joint>(problem_, point_, window);
-        const fit::Model &model = (later ? *later : first_).fit().model();
-        const std::vector<size_t> &frames = problem_.windows[window].frames;
-        for (const size_t frame : frames)
-            if (!planes_.covers(point_.own[frame].data()) || !model.covers(point_.own[frame].data()))
+        if (window > 0)
+            later = std::make_unique<Joint>(problem_, point_, window, later ? later.get() : &first_);
+        const Joint &joint = later ? *later : first_;
+        for (const size_t frame : joint.frames())
+            if (!planes_.covers(point_.own[frame].data()) ||
+                !joint.fit_of(frame)->model().covers(point_.own[frame].data()))
                 return false;
-        frames_.add_residuals(model, frames, sum);
+        frames_.add_residuals(joint, sum);
     }
     matrices_ = frames_.matrices();
     matrices_.excess = excess_ = std::max(1.0, sum.chi_square / static_cast<double>(sum.used));

@@ -166,10 +166,10 @@ std::vector<Buffer<double>> MapFrames::project(const StarSamples &images) const 
 
 StarSamples MapFrames::gather(const StarSamples *images, const Point &change) const {
     std::vector<StarSamples> parts(std::min(problem_.frames.count, kChunks));
-    std::vector<size_t> window_of(problem_.frames.count);
-    for (size_t window = 0; window < problem_.windows.size(); window++)
-        for (const size_t frame : problem_.windows[window].frames)
-            window_of[frame] = window;
+    std::vector<std::vector<double>> instrument(problem_.frames.count);
+    problem_.for_frames([&](size_t frame, const std::vector<Part> &of_frame) {
+        instrument[frame] = sum_of(change.instrument, of_frame);
+    });
     for_chunks([&](size_t chunk, size_t frame) {
         if (parts[chunk][0].empty())
             parts[chunk] = samples();
@@ -180,7 +180,7 @@ StarSamples MapFrames::gather(const StarSamples *images, const Point &change) co
                 rows.change(*images, r);
             else
                 std::fill_n(rows.residual(), planes_.atlas().cols(), 0.0);
-            rows.subtract(change.own[frame].data(), change.instrument[window_of[frame]].data());
+            rows.subtract(change.own[frame].data(), instrument[frame].data());
             rows.gather(r, parts[chunk]);
         }
     });
@@ -189,7 +189,8 @@ StarSamples MapFrames::gather(const StarSamples *images, const Point &change) co
     return std::move(parts[0]);
 }
 
-void MapFrames::add_residuals(const fit::Model &model, const std::vector<size_t> &frames, Residuals &sum) const {
+void MapFrames::add_residuals(const Joint &joint, Residuals &sum) const {
+    const std::vector<size_t> &frames = joint.frames();
     const size_t rows = problem_.nominal.detector.rows, cols = planes_.atlas().cols();
     std::vector<StarSamples> parts(std::min(frames.size(), kChunks));
     std::vector<double> chi_square(frames.size());
@@ -198,14 +199,15 @@ void MapFrames::add_residuals(const fit::Model &model, const std::vector<size_t>
     run_jobs(problem_.settings.workers, parts.size(), [&](size_t chunk) {
         parts[chunk] = samples();
         Buffer<double> counts(rows * cols);
-        fit::Work work = model.work();
         for (size_t i = chunk; i < frames.size(); i += kChunks) {
             const size_t frame = frames[i];
             in_frame(frame, [&] {
                 problem_.frames.read(frame, counts.data());
+                const std::shared_ptr<const fit::Fit> fit = joint.fit_of(frame);
+                fit::Work work = fit->model().work();
                 Rows of(*this, frame);
                 const ImageView<const double> view = {counts.data(), rows, cols, cols};
-                model.visit(&view, point_.own[frame].data(), 0, work, [&](const fit::Model::Row &row) {
+                fit->model().visit(&view, point_.own[frame].data(), 0, work, [&](const fit::Model::Row &row) {
                     of.compute(row.row);
                     std::copy_n(row.weight, cols, of.weight());
                     std::copy_n(row.residual, cols, of.residual());

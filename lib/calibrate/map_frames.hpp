@@ -28,7 +28,7 @@ class MapFrames {
         double chi_square = 0;
         size_t used = 0; // pixels
     };
-    void add_residuals(const fit::Model &model, const std::vector<size_t> &frames, Residuals &sum) const;
+    void add_residuals(const Joint &joint, Residuals &sum) const;
 
   private:
     class Rows;

@@ -110,7 +110,7 @@ void add(const std::string &text, const Item &item, const Scene &scene, const op
 } // namespace
 
 const char *const kDefaultParameters = "focus zernike_5-21 scale mask_rotation jitter_xx jitter_yy jitter_xy "
-                                       "temperature_a temperature_b";
+                                       "temperature_a temperature_b spectrum_a_1-2 spectrum_b_1-2";
 
 double default_sigma(Parameter parameter) noexcept {
     switch (parameter.kind) {
@@ -144,11 +144,19 @@ std::vector<Free> free_of(const std::string &text, const Scene &scene, const opt
     const bool adds = std::all_of(items.begin(), items.end(), is_added); // also if there are none
     if (!adds && std::any_of(items.begin(), items.end(), is_added))
         refuse(text, "all names or none begin with +, which adds to the default parameters");
-    std::vector<Free> all;
+    std::vector<Free> all, added;
     for (const std::string &item : adds ? items_of(kDefaultParameters) : items)
         add(item, parse(item), scene, plan, !adds, all, left_out);
     for (size_t i = 0; adds && i < items.size(); i++)
-        add(items[i], parse(items[i].substr(1)), scene, plan, true, all, left_out);
+        add(items[i], parse(items[i].substr(1)), scene, plan, true, added, left_out);
+    for (const Free &one : added) { // one of the default parameters gets another prior
+        const auto same =
+            std::find_if(all.begin(), all.end(), [&](const Free &other) { return other.parameter == one.parameter; });
+        if (same != all.end())
+            same->sigma = one.sigma;
+        else
+            all.push_back(one);
+    }
     return all;
 }
 

@@ -14,6 +14,14 @@ std::vector<double> mean_of(const std::vector<std::vector<double>> &windows) {
     return mean;
 }
 
+std::vector<double> sum_of(const std::vector<std::vector<double>> &windows, const std::vector<Part> &parts) {
+    std::vector<double> sum(windows[0].size());
+    for (const Part &part : parts)
+        for (size_t i = 0; i < sum.size(); i++)
+            sum[i] += part.share * windows[part.window][i];
+    return sum;
+}
+
 double rms_of(const Buffer<double> &map_m, const Buffer<double> &amplitude) noexcept {
     double square = 0, open = 0;
     for (size_t cell = 0; cell < map_m.size(); cell++) {

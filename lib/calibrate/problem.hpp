@@ -32,11 +32,18 @@ struct Frames {
     std::vector<fit::Prediction> predictions;
 };
 
-// Frames of a window have the same instrument.
+// The instrument changes linearly from the start of a window to that of the next; after the last start it is constant.
 struct Window {
     double first_days = 0;
     double elapsed = 1; // windows since the one before, those without frames included
     std::vector<size_t> frames;
+    std::vector<double> shares; // of each frame: weight of the values at the next start, 0 to 1; empty: 0
+};
+
+// The weight of the values at the start of a window.
+struct Part {
+    size_t window;
+    double share;
 };
 
 struct Problem {
@@ -47,9 +54,23 @@ struct Problem {
     double peak_photons = 0; // of the brightest pixel of the nominal scene's frames
     Frames frames;
     std::vector<Window> windows;
-    double smoothness = 0.01; // standard deviation of the change between windows, in those of the priors
+    double smoothness = 0.01; // standard deviation of the change from start to start, in those of the priors
     double capture_px = 6;
 
+    // Calls visit(frame, parts) for all frames of a window, then of the next. The values of a frame are the sum of the
+    // parts, one or two.
+    template <class Visit> void for_frames(const Visit &visit) const {
+        for (size_t window = 0; window < windows.size(); window++)
+            for (size_t i = 0; i < windows[window].frames.size(); i++)
+                visit(windows[window].frames[i], parts_of(window, i));
+    }
+    std::vector<Part> parts_of(size_t window, size_t i) const {
+        const std::vector<double> &shares = windows[window].shares;
+        const double share = shares.empty() ? 0 : shares[i];
+        if (share == 0)
+            return {{window, 1}};
+        return {{window, 1 - share}, {window + 1, share}};
+    }
     std::vector<Parameter> parameters() const {
         std::vector<Parameter> all;
         for (const Free &one : free)
@@ -58,8 +79,8 @@ struct Problem {
     }
 };
 
-// Values of all parameters: changes of the instrument against the nominal scene in each window, and those of each
-// frame.
+// Values of all parameters: changes of the instrument against the nominal scene at the start of each window, and those
+// of each frame.
 struct Point {
     std::vector<std::vector<double>> instrument; // [window][parameter]
     std::vector<std::array<double, kOwn>> own;   // [frame]
@@ -68,6 +89,9 @@ struct Point {
 
 // The mean over the windows.
 std::vector<double> mean_of(const std::vector<std::vector<double>> &windows);
+
+// The values of a frame.
+std::vector<double> sum_of(const std::vector<std::vector<double>> &windows, const std::vector<Part> &parts);
 
 // The rms of a map over the open pupil.
 double rms_of(const Buffer<double> &map_m, const Buffer<double> &amplitude) noexcept;

@@ -6,7 +6,9 @@
 // Where the model does not fit yet, its error acts as noise: all variances are multiplied by chi-square per pixel, so
 // that the priors count. Otherwise the first steps from 100 nm of aberrations lead to impossible spectra and jitter.
 // Damping l multiplies the diagonals of A and of sum D + P by 1 + l (Marquardt 1963).
-// Prior: each parameter is normal around 0 in the first window, and its change from one window to the next is normal
+// With windows, the instrument's values q of a frame are interpolated between those at two starts, q = T (q_1 q_2): D,
+// B and d of these are T'DT, BT and T'd.
+// Prior: each parameter is normal around 0 at the first start, and its change from one start to the next is normal
 // around 0 with `smoothness` times the standard deviation (random walk).
 // Covariance: S^-1 of the instrument, and A^-1 + T S^-1 T' with T = A^-1 B of a frame.
 // Reference: Triggs et al. 2000, Bundle Adjustment - A Modern Synthesis, LNCS 1883, 298.
@@ -54,27 +56,32 @@ bool eliminate(const Block &block, size_t n, double damping, Eliminated &out) {
 
 // The instrument's normal equations in all windows.
 struct Reduced {
-    size_t n = 0, size = 0;        // parameters; times windows
+    size_t n = 0, size = 0;        // parameters; times starts of windows
     Buffer<double> matrix, vector; // [size][size], [size]
     Buffer<double> diagonal;       // of the equations before elimination, [size]
     std::vector<Eliminated> frames;
     bool solvable = false;
 };
 
-void add_frame(const Block &block, const Eliminated &frame, size_t at, double weight, Reduced &sum) {
+void add_frame(const Block &block, const Eliminated &frame, const std::vector<Part> &parts, double weight,
+               Reduced &sum) {
     const size_t n = sum.n, size = kOwn + n;
     for (size_t i = 0; i < n; i++) {
         const double *const own = &block.matrix[(kOwn + i) * size]; // B'
         double gradient = block.gradient[kOwn + i];
         for (size_t k = 0; k < kOwn; k++)
             gradient -= own[k] * frame.step[k];
-        sum.vector[at + i] += weight * gradient;
-        sum.diagonal[at + i] += weight * own[kOwn + i];
+        for (const Part &a : parts) {
+            sum.vector[a.window * n + i] += weight * a.share * gradient;
+            sum.diagonal[a.window * n + i] += weight * a.share * a.share * own[kOwn + i];
+        }
         for (size_t j = 0; j < n; j++) {
             double value = own[kOwn + j];
             for (size_t k = 0; k < kOwn; k++)
                 value -= own[k] * frame.gain[k * n + j];
-            sum.matrix[(at + i) * sum.size + at + j] += weight * value;
+            for (const Part &a : parts)
+                for (const Part &b : parts)
+                    sum.matrix[(a.window * n + i) * sum.size + b.window * n + j] += weight * a.share * b.share * value;
         }
     }
 }
@@ -125,14 +132,13 @@ Reduced reduced(const Problem &problem, const Point *point, const Linearisation 
     sum.vector.resize(sum.size);
     sum.diagonal.resize(sum.size);
     sum.frames.resize(normal.blocks.size());
-    for (size_t window = 0; window < problem.windows.size(); window++)
-        for (const size_t frame : problem.windows[window].frames) {
-            if (!eliminate(normal.blocks[frame], sum.n, damping, sum.frames[frame]))
-                return sum;
-            add_frame(normal.blocks[frame], sum.frames[frame], window * sum.n, 1 / excess, sum);
-        }
-    add_prior(problem, point, sum);
     sum.solvable = true;
+    problem.for_frames([&](size_t frame, const std::vector<Part> &parts) {
+        sum.solvable = sum.solvable && eliminate(normal.blocks[frame], sum.n, damping, sum.frames[frame]);
+        if (sum.solvable)
+            add_frame(normal.blocks[frame], sum.frames[frame], parts, 1 / excess, sum);
+    });
+    add_prior(problem, point, sum);
     return sum;
 }
 
@@ -191,6 +197,15 @@ bool hold_jitter(const Problem &problem, const Point &point, std::vector<double>
     return any;
 }
 
+// Of the parameters j and i of a frame with these parts, from the inverse in place of the matrix.
+double covariance_of(const Reduced &sum, const std::vector<Part> &parts, size_t j, size_t i) noexcept {
+    double covariance = 0;
+    for (const Part &a : parts)
+        for (const Part &b : parts)
+            covariance += a.share * b.share * sum.matrix[(a.window * sum.n + j) * sum.size + b.window * sum.n + i];
+    return covariance;
+}
+
 } // namespace
 
 double prior_cost(const Problem &problem, const Point &point) {
@@ -219,17 +234,17 @@ Step step_from(const Problem &problem, const Point &point, const Linearisation &
         return step;
     step.change.instrument.resize(problem.windows.size());
     step.change.own.resize(problem.frames.count);
-    for (size_t window = 0; window < problem.windows.size(); window++) {
-        const double *const of_window = &change[window * sum.n];
-        step.change.instrument[window].assign(of_window, of_window + sum.n);
-        for (const size_t frame : problem.windows[window].frames)
-            for (size_t k = 0; k < kOwn; k++) {
-                double value = sum.frames[frame].step[k];
-                for (size_t i = 0; i < sum.n; i++)
-                    value -= sum.frames[frame].gain[k * sum.n + i] * of_window[i];
-                step.change.own[frame][k] = value;
-            }
-    }
+    for (size_t window = 0; window < problem.windows.size(); window++)
+        step.change.instrument[window].assign(&change[window * sum.n], &change[window * sum.n] + sum.n);
+    problem.for_frames([&](size_t frame, const std::vector<Part> &parts) {
+        const std::vector<double> of_frame = sum_of(step.change.instrument, parts);
+        for (size_t k = 0; k < kOwn; k++) {
+            double value = sum.frames[frame].step[k];
+            for (size_t i = 0; i < sum.n; i++)
+                value -= sum.frames[frame].gain[k * sum.n + i] * of_frame[i];
+            step.change.own[frame][k] = value;
+        }
+    });
     for (size_t i = 0; i < sum.size; i++)
         step.largest = std::max(step.largest, std::fabs(change[i]) / std::sqrt(covariance[i * sum.size + i]));
     for (size_t frame = 0; frame < sum.frames.size(); frame++)
@@ -273,27 +288,29 @@ Point Solver::solve(const std::vector<Buffer<double>> &gradients, const Point *p
     Point change;
     change.own.resize(gradients.size());
     change.instrument.assign(problem_.windows.size(), std::vector<double>(n));
-    for (size_t window = 0; window < problem_.windows.size(); window++)
-        for (const size_t frame : problem_.windows[window].frames)
-            for (size_t i = 0; i < n; i++) { // B' A^-1 is the transpose of the gain
-                double gradient = gradients[frame][kOwn + i];
-                for (size_t k = 0; k < kOwn; k++)
-                    gradient -= sum.frames[frame].gain[k * n + i] * gradients[frame][k];
-                vector[window * n + i] += gradient / equations_->excess;
-            }
+    problem_.for_frames([&](size_t frame, const std::vector<Part> &parts) {
+        for (size_t i = 0; i < n; i++) { // B' A^-1 is the transpose of the gain
+            double gradient = gradients[frame][kOwn + i];
+            for (size_t k = 0; k < kOwn; k++)
+                gradient -= sum.frames[frame].gain[k * n + i] * gradients[frame][k];
+            for (const Part &part : parts)
+                vector[part.window * n + i] += part.share * gradient / equations_->excess;
+        }
+    });
     for (size_t i = 0; i < sum.size; i++)
         for (size_t j = 0; j < sum.size; j++)
             change.instrument[i / n][i % n] += sum.matrix[i * sum.size + j] * vector[j];
-    for (size_t window = 0; window < problem_.windows.size(); window++)
-        for (const size_t frame : problem_.windows[window].frames)
-            for (size_t k = 0; k < kOwn; k++) {
-                double value = 0;
-                for (size_t l = 0; l < kOwn; l++)
-                    value += sum.frames[frame].inverse[k * kOwn + l] * gradients[frame][l];
-                for (size_t i = 0; i < n; i++)
-                    value -= sum.frames[frame].gain[k * n + i] * change.instrument[window][i];
-                change.own[frame][k] = value;
-            }
+    problem_.for_frames([&](size_t frame, const std::vector<Part> &parts) {
+        const std::vector<double> of_frame = sum_of(change.instrument, parts);
+        for (size_t k = 0; k < kOwn; k++) {
+            double value = 0;
+            for (size_t l = 0; l < kOwn; l++)
+                value += sum.frames[frame].inverse[k * kOwn + l] * gradients[frame][l];
+            for (size_t i = 0; i < n; i++)
+                value -= sum.frames[frame].gain[k * n + i] * of_frame[i];
+            change.own[frame][k] = value;
+        }
+    });
     return change;
 }
 
@@ -304,20 +321,18 @@ Uncertainty uncertainty_of(const Problem &problem, const Linearisation &normal) 
         return result;
     result.alone.resize(problem.frames.count);
     result.whole.resize(problem.frames.count);
-    for (size_t window = 0; window < problem.windows.size(); window++)
-        for (const size_t frame : problem.windows[window].frames) {
-            const Eliminated &of = sum.frames[frame];
-            result.alone[frame] = result.whole[frame] = of.inverse;
-            for (size_t k = 0; k < kOwn; k++)
-                for (size_t i = 0; i < sum.n; i++) {
-                    double row = 0; // T S^-1
-                    for (size_t j = 0; j < sum.n; j++)
-                        row +=
-                            of.gain[k * sum.n + j] * sum.matrix[(window * sum.n + j) * sum.size + window * sum.n + i];
-                    for (size_t l = 0; l < kOwn; l++)
-                        result.whole[frame][k * kOwn + l] += row * of.gain[l * sum.n + i];
-                }
-        }
+    problem.for_frames([&](size_t frame, const std::vector<Part> &parts) {
+        const Eliminated &of = sum.frames[frame];
+        result.alone[frame] = result.whole[frame] = of.inverse;
+        for (size_t k = 0; k < kOwn; k++)
+            for (size_t i = 0; i < sum.n; i++) {
+                double row = 0; // T S^-1
+                for (size_t j = 0; j < sum.n; j++)
+                    row += of.gain[k * sum.n + j] * covariance_of(sum, parts, j, i);
+                for (size_t l = 0; l < kOwn; l++)
+                    result.whole[frame][k * kOwn + l] += row * of.gain[l * sum.n + i];
+            }
+    });
     result.instrument = std::move(sum.matrix);
     result.solvable = true;
     return result;

@@ -91,13 +91,14 @@ double median_of(std::vector<double> values) {
 
 // Results of the frames of a window, with both uncertainties of their separation.
 void describe_frames(const Joint &joint, const Problem &problem, const Point &point, const Linearisation &normal,
-                     size_t window, Calibration &out, std::vector<double> &alone, std::vector<double> &added) {
-    for (const size_t frame : problem.windows[window].frames) {
+                     Calibration &out, std::vector<double> &alone, std::vector<double> &added) {
+    for (const size_t frame : joint.frames()) {
         fit::Result &result = out.frames[frame], known;
         const Block &block = normal.blocks[frame];
-        const fit::Fit::Start start = joint.fit().start_of(problem.frames.predictions[frame]);
-        joint.fit().describe(point.own[frame].data(), out.uncertainty.alone[frame].data(), known);
-        joint.fit().describe(point.own[frame].data(), out.uncertainty.whole[frame].data(), result);
+        const std::shared_ptr<const fit::Fit> fit = joint.fit_of(frame);
+        const fit::Fit::Start start = fit->start_of(problem.frames.predictions[frame]);
+        fit->describe(point.own[frame].data(), out.uncertainty.alone[frame].data(), known);
+        fit->describe(point.own[frame].data(), out.uncertainty.whole[frame].data(), result);
         result.displacement_px = result.values[0] - start.separation_px;
         const auto pixels = static_cast<double>(block.used);
         const double freedom = pixels - static_cast<double>(kOwn);
@@ -120,7 +121,7 @@ Buffer<double> whitened_frame(const Problem &problem, const Point &point, size_t
         if (std::find(frames.begin(), frames.end(), frame) == frames.end())
             continue;
         const Joint joint(problem, point, window);
-        const size_t pixels = joint.fit().rows() * joint.fit().cols();
+        const size_t pixels = problem.nominal.detector.rows * problem.nominal.detector.cols;
         joint.whiten({frame}, [&](const Whitened &whitened) {
             image.resize(pixels);
             std::copy_n(whitened.residual, pixels, image.data());
@@ -144,11 +145,12 @@ void judge(const Problem &problem, const Point &point, const Linearisation &norm
     Correlation correlation;
     Residuals all;
     Buffer<double> counted(rows * cols);
+    std::unique_ptr<Joint> joint;
     for (size_t window = 0; window < problem.windows.size(); window++) {
-        const Joint joint(problem, point, window);
-        describe_frames(joint, problem, point, normal, window, out, alone, added);
+        joint = std::make_unique<Joint>(problem, point, window, joint.get());
+        describe_frames(*joint, problem, point, normal, out, alone, added);
         Residuals residuals;
-        joint.whiten(problem.windows[window].frames, [&](const Whitened &whitened) {
+        joint->whiten(problem.windows[window].frames, [&](const Whitened &whitened) {
             correlation.add(whitened.residual, rows, cols);
             for (size_t i = 0; i < rows * cols; i++) {
                 residuals.largest = std::max(residuals.largest, std::fabs(whitened.residual[i]));
@@ -163,7 +165,9 @@ void judge(const Problem &problem, const Point &point, const Linearisation &norm
         });
         const double share =
             static_cast<double>(problem.windows[window].frames.size()) / static_cast<double>(problem.frames.count);
-        out.goodness_of.push_back(residuals.judged(static_cast<double>(n), share * out.map_parameters));
+        const bool is_seen = residuals.used > 0 || window == 0;
+        out.goodness_of.push_back(is_seen ? residuals.judged(static_cast<double>(n), share * out.map_parameters)
+                                          : out.goodness_of.back());
         all.add(residuals);
     }
     for (size_t i = 0; i < rows * cols; i++)

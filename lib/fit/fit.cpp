@@ -89,6 +89,25 @@ Fit::Fit(const optics::Simulator &simulator, const std::vector<Parameter> &free,
     digest_ = digest_of_all();
 }
 
+Fit::Fit(const Fit &first, const Fit &next, double share)
+    : scene_(first.scene_), light_(first.light_), parameters_(first.parameters_),
+      model_(first.model_, next.model_, share), capture_px_(first.capture_px_), share_a_(first.share_a_),
+      sigma_px_(first.sigma_px_) {
+    const auto blend = [share](double &number, double other) { number += share * (other - number); };
+    const Detector &other = next.scene_.detector;
+    blend(scene_.detector.pixel_scale_arcsec, other.pixel_scale_arcsec);
+    blend(scene_.detector.rotation_deg, other.rotation_deg);
+    blend(scene_.detector.scale_anisotropy, other.scale_anisotropy);
+    blend(scene_.detector.shear, other.shear);
+    blend(share_a_, next.share_a_);
+    for (size_t axis = 0; axis < 2; axis++) {
+        centre_[axis] = first.centre_[axis];
+        blend(centre_[axis], next.centre_[axis]);
+        for (size_t star = 0; star < 2; star++)
+            blend(light_.offset_px[star][axis], next.light_.offset_px[star][axis]);
+    }
+}
+
 FitWork Fit::work() const {
     return {model_.work(), Search(rows(), cols(), capture_px_), Buffer<double>(rows() * cols()), {}};
 }

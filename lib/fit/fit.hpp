@@ -54,6 +54,9 @@ class Fit {
     Fit(const optics::Simulator &simulator, const std::vector<Parameter> &free, double capture_px,
         const Progress &progress);
 
+    // The fit between two of the same parameters: as Model. Predicted places are interpolated, too.
+    Fit(const Fit &first, const Fit &next, double share);
+
     FitWork work() const;
     // Fits counts of rows() x cols(). The result depends on the arguments only.
     void frame(ImageView<const double> counts, const Prediction &prediction, FitWork &work, Result &result) const;

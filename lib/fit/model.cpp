@@ -2,8 +2,9 @@
 //     m = sum over stars of (1 + flux) S(pixel - place; q) + background,   S = S_0 + sum over k of q_k S_k + ...,
 // where S_0 and the derivatives S_k by the parameters q of the optics are planes of the atlas, defocus also with its
 // second derivative (masks leave it no first-order effect), and covariances of the jitter are half the second
-// derivatives by the place. The detector makes m R + dark electrons of them, with variance V. Derivatives by places,
-// fluxes and q are rows of the atlas, too. With J_i = dm/da_i, the Fisher matrix and gradient are
+// derivatives by the place. Between two models, S is interpolated linearly. The detector makes m R + dark electrons of
+// them, with variance V. Derivatives by places, fluxes and q are rows of the atlas, too. With J_i = dm/da_i, the Fisher
+// matrix and gradient are
 //     F_ij = sum over pixels of J_i J_j R^2/V,   g_i = sum of J_i R (electrons - m R - dark)/V,
 // accumulated row by row, so that no image of the frame's size is kept. Pixels that saturate are left out.
 #include "fit/model.hpp"
@@ -14,6 +15,7 @@
 #include "base/hash.hpp"
 #include "kernels/shift.hpp"
 #include "optics/derivatives.hpp"
+#include "optics/nodes.hpp"
 #include "optics/reach.hpp"
 
 namespace toliman::fit {
@@ -68,29 +70,31 @@ bool changes_star(Kind kind, size_t star) noexcept {
     return star == 0 ? !b : !a;
 }
 
-// Farthest places of the stars over the cadence, plus `capture_px`.
+// Farthest place of either star over the cadence, plus `capture_px`.
 optics::Offsets reach_of(const Scene &scene, const optics::Light &light, double capture_px) {
-    optics::Offsets reach = optics::farthest_on_orbit(scene, light).offset_px;
-    for (auto &place : reach)
-        for (double &coordinate : place)
-            coordinate = std::fabs(coordinate) + capture_px + optics::max_signal_px(scene.signal);
-    return reach;
+    const optics::Offsets places = optics::farthest_on_orbit(scene, light).offset_px;
+    std::array<double, 2> reach = {};
+    for (size_t axis = 0; axis < 2; axis++)
+        reach[axis] = std::max(std::fabs(places[0][axis]), std::fabs(places[1][axis])) + capture_px +
+                      optics::max_signal_px(scene.signal);
+    return {reach, reach};
 }
 
 } // namespace
 
 Model::Model(const optics::Simulator &simulator, const std::vector<Parameter> &free, double capture_px,
-             const Progress &progress)
+             const Progress &progress, Effects effects)
     : rows_(simulator.scene().detector.rows), cols_(simulator.scene().detector.cols), pitch_((cols_ + 7) / 8 * 8),
-      scene_(simulator.scene()), pupil_(simulator.pupil()), response_(rows_ * cols_, 1.0) {
+      response_(rows_ * cols_, 1.0) {
+    const Scene &scene = simulator.scene();
     if (simulator.plan().atlas.oversampling == 0)
-        fail(Status::unsupported, "%s: {accuracy} = %g: must be at least %g for a fit", scene_.source.c_str(),
-             scene_.accuracy, optics::kRounding);
+        fail(Status::unsupported, "%s: {accuracy} = %g: must be at least %g for a fit", scene.source.c_str(),
+             scene.accuracy, optics::kRounding);
     const optics::DetectorStages &detector = simulator.detector();
     const Buffer<double> &both = simulator.images().both();
     detector.apply_response(response_);
     usable_ = response_;
-    for (const size_t pixel : scene_.detector.bad_pixels)
+    for (const size_t pixel : scene.detector.bad_pixels)
         usable_[pixel] = 0;
     tail_ = kBadPixelTail / *std::min_element(response_.begin(), response_.end());
     how_ = {detector.e_per_count(),
@@ -100,25 +104,34 @@ Model::Model(const optics::Simulator &simulator, const std::vector<Parameter> &f
             kVarianceFloor * *std::max_element(both.begin(), both.end()),
             detector.saturation_e()};
     for (const Parameter parameter : free) {
-        if (const char *const why = optics::why_no_derivative(scene_, simulator.plan(), parameter))
-            fail(Status::unsupported, "%s: {options->free}: \"%s\": %s", scene_.source.c_str(),
+        if (const char *const why = optics::why_no_derivative(scene, simulator.plan(), parameter))
+            fail(Status::unsupported, "%s: {options->free}: \"%s\": %s", scene.source.c_str(),
                  name_of(parameter).c_str(), why);
         const size_t place = place_of(parameter.kind);
         extras_.push_back({parameter, {0, 0}, {0, 0}, place, parameter.kind == Kind::jitter_xy ? 1 : 0.5});
         if (place != 0)
             orders_ = 3;
     }
-    atlas_ = std::make_unique<optics::Atlas>(
-        scene_, pupil_, simulator.plan(), simulator.light(), reach_of(scene_, simulator.light(), capture_px),
+    std::vector<optics::Planes> drawn; // with those of A
+    atlas_ = std::make_shared<optics::Atlas>(
+        scene, simulator.pupil(), simulator.plan(), simulator.light(), reach_of(scene, simulator.light(), capture_px),
         [&](const optics::Plan &plan, const optics::Imager &imager, const optics::Light &light, size_t star) {
-            return draw(plan, imager, light, star, progress);
+            if (star == 0)
+                drawn = draw(simulator, plan, imager, light, progress);
+            return std::move(drawn[star]);
         });
-    check_planes();
+    if (effects == Effects::first_order)
+        check_planes(scene);
+}
+
+Model::Model(const Model &first, const Model &next, double share) : Model(first) {
+    next_ = next.atlas_;
+    share_ = share;
 }
 
 // The planes of a parameter are not rounding alone: Zernike polynomials of even order do not change, in first order,
 // the image of a pupil with b(-x) = 1 - b(x), that of a spiral mask with odd m and without struts.
-void Model::check_planes() const {
+void Model::check_planes(const Scene &scene) const {
     for (const Extra &extra : extras_) {
         double change = 0, peak = 0;
         for (size_t star = 0; star < 2; star++) {
@@ -129,39 +142,58 @@ void Model::check_planes() const {
         }
         if (extra.place == 0 && change < kLeastChange * peak)
             fail(Status::scene, "%s: {options->free}: \"%s\": does not change a frame of this scene in first order",
-                 scene_.source.c_str(), name_of(extra.parameter).c_str());
+                 scene.source.c_str(), name_of(extra.parameter).c_str());
     }
 }
 
-// The image of a star and its derivatives; numbers them in extras_.
-optics::Planes Model::draw(const optics::Plan &plan, const optics::Imager &imager, const optics::Light &light,
-                           size_t star, const Progress &progress) {
+// Images of both stars at the centre, which have their transforms in common, with the derivatives that these give.
+std::vector<optics::StarImages> Model::images(const optics::Simulator &simulator, const optics::Plan &plan,
+                                              const optics::Imager &imager, const optics::Light &light,
+                                              const Progress &progress) const {
     const auto wants = [this](Kind kind) {
         return std::any_of(extras_.begin(), extras_.end(),
                            [kind](const Extra &extra) { return extra.parameter.kind == kind; });
     };
     const bool shape = wants(Kind::focus) || wants(Kind::scale);
-    optics::StarImages images =
-        imager.images(light, star, 0, {0, shape ? size_t{1} : 0, shape, wants(Kind::focus)}, [&](double fraction) {
-            progress.report("model images", 0.5 * (static_cast<double>(star) + fraction));
-        });
-    optics::Planes planes;
-    planes.push_back(std::move(images.derivatives[0].image));
-    const auto number = [&planes](Buffer<double> &image) {
-        planes.push_back(std::move(image));
-        return planes.size() - 1;
-    };
-    for (Extra &extra : extras_) {
-        if (extra.place != 0 || !changes_star(extra.parameter.kind, star))
-            continue;
-        if (extra.parameter.kind == Kind::scale) {
-            extra.plane[star] = number(images.scale);
-        } else if (extra.parameter.kind == Kind::focus) {
-            extra.plane[star] = number(images.focus);
-            extra.curve[star] = number(images.focus_curve);
-        } else {
-            extra.plane[star] =
-                number(optics::derivatives(scene_, pupil_, plan, imager, only(light, star), {extra.parameter})[0]);
+    optics::ImageRequest request = {0, shape ? size_t{1} : 0, shape, wants(Kind::focus)};
+    std::vector<optics::Mode> modes;
+    for (const Extra &extra : extras_)
+        if (optics::is_mode(extra.parameter.kind))
+            modes.push_back(optics::mode_of(simulator.scene(), simulator.pupil(), extra.parameter));
+    for (const optics::Mode &mode : modes)
+        request.modes.push_back(&mode);
+    const optics::Light samples = plan.nodes ? optics::project_on_nodes(light, plan.wavelengths) : light;
+    return imager.images_of_spectra(samples, {samples.photons[0], samples.photons[1]}, request,
+                                    [&](double fraction) { progress.report("model images", fraction); });
+}
+
+// The images of both stars and their derivatives; numbers them in extras_.
+std::vector<optics::Planes> Model::draw(const optics::Simulator &simulator, const optics::Plan &plan,
+                                        const optics::Imager &imager, const optics::Light &light,
+                                        const Progress &progress) {
+    std::vector<optics::StarImages> stars = images(simulator, plan, imager, light, progress);
+    std::vector<optics::Planes> planes(2);
+    for (size_t star = 0; star < 2; star++) {
+        planes[star].push_back(std::move(stars[star].derivatives[0].image));
+        const auto number = [&](Buffer<double> &image) {
+            planes[star].push_back(std::move(image));
+            return planes[star].size() - 1;
+        };
+        auto next_mode = stars[star].modes.begin();
+        for (Extra &extra : extras_) {
+            if (extra.place != 0 || !changes_star(extra.parameter.kind, star))
+                continue;
+            if (extra.parameter.kind == Kind::scale) {
+                extra.plane[star] = number(stars[star].scale);
+            } else if (extra.parameter.kind == Kind::focus) {
+                extra.plane[star] = number(stars[star].focus);
+                extra.curve[star] = number(stars[star].focus_curve);
+            } else if (optics::is_mode(extra.parameter.kind)) {
+                extra.plane[star] = number(*next_mode++);
+            } else {
+                extra.plane[star] = number(optics::derivatives(simulator.scene(), simulator.pupil(), plan, imager,
+                                                               only(light, star), {extra.parameter})[0]);
+            }
         }
     }
     return planes;
@@ -175,11 +207,15 @@ size_t Model::shared(size_t line) const noexcept {
     return 2 * kPlaceLines + atlas_->planes(0) + atlas_->planes(1) + line;
 }
 
+size_t Model::spare() const noexcept {
+    return shared(first_extra + extras_.size());
+}
+
 Work Model::work() const {
-    const size_t n = parameters(), lines = shared(first_extra + extras_.size());
+    const size_t n = parameters(), lines = spare() + kPlaceLines;
     Work work;
     work.lines.resize(lines * pitch_);
-    work.scratch.resize(atlas_->scratch_size());
+    work.scratch.resize(std::max(atlas_->scratch_size(), next_ ? next_->scratch_size() : 0));
     work.sums.resize((n + 1) * (n + 1) * kernels::kNormalLanes);
     work.matrix.resize(n * n);
     std::fill_n(work.lines.data() + shared(ones) * pitch_, pitch_, 1.0);
@@ -193,7 +229,10 @@ Work Model::work() const {
 }
 
 bool Model::covers(const double *values) const noexcept {
-    return atlas_->covers(0, values[x_a], values[y_a]) && atlas_->covers(1, values[x_b], values[y_b]);
+    const auto covered = [values](const optics::Atlas &atlas) {
+        return atlas.covers(0, values[x_a], values[y_a]) && atlas.covers(1, values[x_b], values[y_b]);
+    };
+    return covered(*atlas_) && (next_ == nullptr || covered(*next_));
 }
 
 // Without further parameters, the image of a star is the first plane itself.
@@ -202,8 +241,27 @@ size_t Model::image(size_t star) const noexcept {
 }
 
 void Model::prepare(const double *values, size_t orders, Places &places) const noexcept {
-    for (size_t star = 0; star < 2; star++)
-        places[star] = atlas_->place(star, values[2 * star], values[2 * star + 1], orders);
+    for (size_t star = 0; star < 2; star++) {
+        const double x = values[2 * star], y = values[2 * star + 1];
+        places.first[star] = atlas_->place(star, x, y, orders);
+        if (next_ != nullptr)
+            places.next[star] = next_->place(star, x, y, orders);
+    }
+}
+
+// A row of a plane and its derivatives by the star's place.
+void Model::read_row(size_t star, size_t plane, const Places &places, size_t r, size_t orders, double *const *out,
+                     Work &work) const noexcept {
+    atlas_->row(star, plane, places.first[star], r, orders, out, work.scratch.data());
+    if (next_ == nullptr)
+        return;
+    double *other[kPlaceLines];
+    for (size_t i = 0; i < kPlaceLines; i++)
+        other[i] = work.lines.data() + (spare() + i) * pitch_;
+    next_->row(star, plane, places.next[star], r, orders, other, work.scratch.data());
+    for (size_t i = 0; i < orders * (orders + 1) / 2; i++)
+        for (size_t x = 0; x < cols_; x++)
+            out[i][x] += share_ * (other[i][x] - out[i][x]);
 }
 
 // Lines of both stars and of the light; with all orders of the places, those of the further parameters, too.
@@ -215,10 +273,10 @@ void Model::compute_row(const double *values, const Places &places, size_t order
         double *out[kPlaceLines];
         for (size_t i = 0; i < kPlaceLines; i++)
             out[i] = line(line_of(star, 0) + i);
-        atlas_->row(star, 0, places[star], r, orders, out, work.scratch.data());
+        read_row(star, 0, places, r, orders, out, work);
         for (size_t plane = 1; plane < atlas_->planes(star); plane++) {
             out[0] = line(line_of(star, plane));
-            atlas_->row(star, plane, places[star], r, 1, out, work.scratch.data());
+            read_row(star, plane, places, r, 1, out, work);
         }
         if (extras_.empty())
             continue;

@@ -19,9 +19,14 @@ constexpr size_t kMostParameters = 32;
 // fluxes, background (photons per pixel), then those that the caller frees.
 enum Index : size_t { x_a, y_a, x_b, y_b, flux_a, flux_b, background, always };
 
+// Where the pixels of a frame are among the samples of both stars, in the atlas of a model and in that of the next one.
+struct Places {
+    optics::Atlas::Place first[2], next[2];
+};
+
 // Working memory of one thread.
 struct Work {
-    optics::Atlas::Place places[2] = {}, predicted[2] = {};
+    Places places = {}, predicted = {};
     Buffer<double> lines, scratch;                         // rows of images; of the atlas
     std::vector<const double *> columns;                   // lines of the derivatives, then the residual
     Buffer<double> sums, matrix;                           // Fisher matrix [n][n]
@@ -38,8 +43,15 @@ class Model {
     // Stars are up to `capture_px` from their places in the scene over its cadence. The simulator is not needed
     // afterwards. Status::unsupported for parameters that the scene lacks, Status::scene for those that do not change a
     // frame in first order.
+    // With Effects::any, the latter are accepted: their derivatives are 0.
+    enum class Effects { first_order, any };
     Model(const optics::Simulator &simulator, const std::vector<Parameter> &free, double capture_px,
-          const Progress &progress);
+          const Progress &progress, Effects effects = Effects::first_order);
+
+    // The model between two of the same parameters and detector: images are (1 - share) those of `first` plus share
+    // those of `next`, 0 <= share <= 1. For a parameter of the optics that changes by d from one to the other, its
+    // error is at most 1/8 d^2 times the second derivative of the image.
+    Model(const Model &first, const Model &next, double share);
 
     size_t parameters() const noexcept { return always + extras_.size(); }
     const optics::Atlas &atlas() const noexcept { return *atlas_; }
@@ -105,16 +117,22 @@ class Model {
         double factor;             // of that
     };
 
-    optics::Planes draw(const optics::Plan &plan, const optics::Imager &imager, const optics::Light &light, size_t star,
-                        const Progress &progress);
+    std::vector<optics::Planes> draw(const optics::Simulator &simulator, const optics::Plan &plan,
+                                     const optics::Imager &imager, const optics::Light &light,
+                                     const Progress &progress);
+    std::vector<optics::StarImages> images(const optics::Simulator &simulator, const optics::Plan &plan,
+                                           const optics::Imager &imager, const optics::Light &light,
+                                           const Progress &progress) const;
     size_t line_of(size_t star, size_t plane) const noexcept;
     size_t image(size_t star) const noexcept;
     size_t shared(size_t line) const noexcept;
-    void check_planes() const;
-    using Places = optics::Atlas::Place[2];
+    size_t spare() const noexcept; // first line for the rows of `next`
+    void check_planes(const Scene &scene) const;
     void prepare(const double *values, size_t orders, Places &places) const noexcept;
     void begin(const double *values, Work &work) const noexcept;
     Row row(const ImageView<const double> *counts, const double *values, double blend, size_t r, Work &work) const;
+    void read_row(size_t star, size_t plane, const Places &places, size_t r, size_t orders, double *const *out,
+                  Work &work) const noexcept;
     void compute_row(const double *values, const Places &places, size_t orders, size_t r, Work &work) const noexcept;
     void weigh_row(const ImageView<const double> *counts, size_t r, double blend, Work &work) const;
     void leave_out(size_t r, double *weight, double *residual, Work &work) const noexcept;
@@ -122,15 +140,14 @@ class Model {
     [[noreturn]] void refuse(const double *counts, size_t r) const;
 
     size_t rows_, cols_, pitch_; // of a line: columns, rounded up
-    Scene scene_;
-    optics::Pupil pupil_;
-    Buffer<double> response_; // electrons per photon
-    Buffer<double> usable_;   // the same, 0 for the scene's bad pixels
-    double tail_;             // kBadPixelTail over the least response: excess_of() of electrons from photons
+    Buffer<double> response_;    // electrons per photon
+    Buffer<double> usable_;      // the same, 0 for the scene's bad pixels
+    double tail_;                // kBadPixelTail over the least response: excess_of() of electrons from photons
     kernels::CountModel how_;
     std::vector<Extra> extras_;
-    size_t orders_ = 2; // of the atlas' rows
-    std::unique_ptr<optics::Atlas> atlas_;
+    size_t orders_ = 2;                                 // of the atlas' rows
+    std::shared_ptr<const optics::Atlas> atlas_, next_; // next: of a model between two, otherwise none
+    double share_ = 0;                                  // of next
 };
 
 } // namespace toliman::fit

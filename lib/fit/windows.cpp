@@ -1,6 +1,7 @@
-// Method: frames of a window are fitted with its scene as they would be without other windows, so that the values of a
-// frame do not depend on them. Optics are not interpolated between windows: where they drift faster than windows
-// resolve, shorter windows are needed.
+// Method: at time t in window i, which starts at t_i, the model is
+//     (1 - w) m_i + w m_(i+1),   w = (t - t_i)/(t_(i+1) - t_i),
+// with m_i the model of scene i. Images, derivatives and predicted places are continuous in time: a model that changed
+// in steps at the starts of windows would put the period of the steps into the separations.
 #include "fit/windows.hpp"
 
 #include <algorithm>
@@ -70,13 +71,17 @@ Windows::Windows(const std::vector<const optics::Simulator *> &simulators, const
         check_same(simulators[0]->scene(), simulators[i]->scene(), i);
     for (size_t i = 0; i < simulators.size(); i++) {
         Part part = {progress, i, simulators.size()};
-        fits_.push_back(std::make_unique<Fit>(*simulators[i], free, capture_px, Progress{Part::call, &part}));
+        fits_.push_back(std::make_shared<Fit>(*simulators[i], free, capture_px, Progress{Part::call, &part}));
     }
 }
 
-const Fit &Windows::at(double days) const noexcept {
-    const auto next = std::upper_bound(first_days_.begin() + 1, first_days_.end(), days);
-    return *fits_[static_cast<size_t>(next - first_days_.begin()) - 1];
+std::shared_ptr<const Fit> Windows::at(double days) const {
+    const auto later = std::upper_bound(first_days_.begin() + 1, first_days_.end(), days);
+    const size_t next = static_cast<size_t>(later - first_days_.begin()), i = next - 1;
+    if (next == fits_.size() || days <= first_days_[i])
+        return fits_[i];
+    const double share = (days - first_days_[i]) / (first_days_[next] - first_days_[i]);
+    return std::make_shared<Fit>(*fits_[i], *fits_[next], share);
 }
 
 // The lines of the work depend on the parameters, which are the same; its scratch memory depends on the atlas.
@@ -97,7 +102,7 @@ size_t Windows::images() const noexcept {
 uint64_t Windows::digest() const noexcept {
     uint64_t hash = first().digest();
     for (size_t i = 1; i < fits_.size(); i++)
-        hash = fnv1a(fits_[i]->digest(), fnv1a(std::array<double, 1>{first_days_[i]}, hash));
+        hash = fnv1a(fits_[i]->digest(), fnv1a(std::array<double, 2>{first_days_[i - 1], first_days_[i]}, hash));
     return hash;
 }
 

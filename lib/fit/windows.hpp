@@ -1,4 +1,4 @@
-// A fit whose optics change with time: the fit of a scene for each window of time.
+// A fit whose optics change with time: that of a scene at the start of each window, and of their interpolation between.
 #pragma once
 #include <memory>
 #include <vector>
@@ -15,18 +15,19 @@ class Windows {
     Windows(const std::vector<const optics::Simulator *> &simulators, const double *first_days,
             const std::vector<Parameter> &free, double capture_px, const Progress &progress);
 
-    // The fit of frames at this time: that of the last window that has begun. The first one has also begun before.
-    const Fit &at(double days) const noexcept;
+    // The fit of frames at this time: between those of the windows that start before and after it; before the first
+    // start and after the last one, that of the window which starts there.
+    std::shared_ptr<const Fit> at(double days) const;
     const Fit &first() const noexcept { return *fits_.front(); }
     const Fit &window(size_t i) const noexcept { return *fits_[i]; }
     size_t count() const noexcept { return fits_.size(); }
 
     FitWork work() const; // for all windows
     void frame(ImageView<const double> counts, const Prediction &prediction, FitWork &work, Result &result) const {
-        at(prediction.days).frame(counts, prediction, work, result);
+        at(prediction.days)->frame(counts, prediction, work, result);
     }
     void predict(const Prediction &prediction, const ImageView<double> *counts, FitWork &work, Result &result) const {
-        at(prediction.days).predict(prediction, counts, work, result);
+        at(prediction.days)->predict(prediction, counts, work, result);
     }
 
     // What all windows have in common.
@@ -39,7 +40,7 @@ class Windows {
 
   private:
     std::vector<double> first_days_;
-    std::vector<std::unique_ptr<Fit>> fits_; // as frames of several threads refer to them
+    std::vector<std::shared_ptr<const Fit>> fits_;
 };
 
 } // namespace toliman::fit

@@ -1,14 +1,11 @@
-// Method: a date with the day of the year is rewritten with month and day, then parsed as all dates are. The calendar
-// date of a day counts from 0000-03-01, so that a leap day is the last day of a year. Reference: CCSDS 301.0-B, ASCII
-// time codes A and B.
+// Method: the calendar date of a day counts from 0000-03-01, so that a leap day is the last day of a year.
 #include "ingest/epoch.hpp"
 
 #include <optional>
 
-#include "backend/erfa.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
-#include "ingest/text_lines.hpp"
+#include "ingest/time_text.hpp"
 
 namespace toliman::ingest {
 
@@ -35,33 +32,17 @@ std::string calendar_date(int64_t day) {
     return text;
 }
 
-// The same time with month and day; another text, or a day that does not exist, is unchanged.
-std::string with_month(std::string_view text) {
-    constexpr size_t kEnd = 8; // of YYYY-DDD
-    if (text.size() <= kEnd || text[4] != '-' || text[kEnd] != 'T')
-        return std::string(text);
-    const std::optional<int64_t> year = integer_of(text.substr(0, 4));
-    const std::optional<int64_t> day = integer_of(text.substr(5, 3));
-    if (!year || !day || *year < 0 || *day < 1)
-        return std::string(text);
-    const auto first = erfa::day_of(static_cast<int>(*year), 1, 1),
-               next = erfa::day_of(static_cast<int>(*year) + 1, 1, 1);
-    if (!first || !next || *first + *day > *next)
-        return std::string(text);
-    return calendar_date(*first + *day - 1) + std::string(text.substr(kEnd));
-}
-
 } // namespace
 
 int64_t parse_epoch(std::string_view text, Scale scale, const LeapSeconds &leap_seconds, const TextPlace &place,
                     const char *name) {
-    constexpr size_t kLongest = 64, kTime = 10;
-    const std::string shown(text.substr(0, kLongest)), date = with_month(shown);
+    constexpr size_t kLongest = 64;
+    const std::string shown(text.substr(0, kLongest));
+    const std::optional<DayTime> date = text.size() < kLongest ? parse_date(text) : std::nullopt;
     Status status = Status::format;
-    const bool is_whole = text.size() < kLongest && text.find('\0') == std::string_view::npos;
-    if (is_whole && date.size() > kTime && date[kTime] == 'T') {
+    if (date && date->has_time) {
         try {
-            return parse_time(date.c_str(), TimeFormat::iso, scale, leap_seconds);
+            return parse_time(shown.c_str(), TimeFormat::iso, scale, leap_seconds);
         } catch (const Error &error) {
             status = error.status();
         }
@@ -71,7 +52,7 @@ int64_t parse_epoch(std::string_view text, Scale scale, const LeapSeconds &leap_
              shown.c_str(), first_date(scale));
     fail(Status::format,
          "{%s}:%d: %s = \"%s\": must be an existing time YYYY-MM-DDThh:mm:ss.s or YYYY-DDDThh:mm:ss.s, with a final Z "
-         "in UTC only",
+         "or +00:00 in UTC only",
          place.path, place.line, name, shown.c_str());
 }
 

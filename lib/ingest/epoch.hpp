@@ -14,8 +14,8 @@ struct TextPlace {
     int line;
 };
 
-// YYYY-MM-DDThh:mm:ss[.s...] or YYYY-DDDThh:mm:ss[.s...], with a final Z in UTC only, to nanoseconds of TAI. name: of
-// the keyword or column. Status::format with place and name.
+// A date of parse_date with its time, with a zone in UTC only, to nanoseconds of TAI. name: of the keyword or column.
+// Status::format with place and name.
 int64_t parse_epoch(std::string_view text, Scale scale, const LeapSeconds &leap_seconds, const TextPlace &place,
                     const char *name);
 

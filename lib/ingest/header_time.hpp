@@ -11,13 +11,15 @@ namespace toliman::ingest {
 using Keywords = std::function<const char *(const char *key)>;
 
 struct HeaderTime {
-    int64_t tai_ns;   // middle of the exposure, if its length is known
-    bool assumed;     // TIMESYS or the exposure is missing
-    bool expired;     // in UTC, on the day `expires` or later
-    std::string rule; // in words
+    int64_t tai_ns;    // middle of the exposure, if its length is known
+    int64_t length_ns; // of the exposure, from its start to its end; 0: unknown
+    bool assumed;      // TIMESYS or the exposure is missing
+    bool expired;      // in UTC, on the day `expires` or later
+    std::string rule;  // in words
 };
 
-// expires: MJD. Status::not_found without a time, Status::format and Status::range, with the keyword, for a bad one.
+// expires: MJD. Status::not_found without a time, Status::format and Status::range, with the keyword, for a bad one and
+// for two that contradict each other.
 HeaderTime header_time(const Keywords &value_of, const LeapSeconds &leap_seconds, int64_t expires);
 
 } // namespace toliman::ingest

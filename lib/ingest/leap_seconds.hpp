@@ -27,7 +27,8 @@ class LeapSeconds {
     LeapSecondRows rows_;
 };
 
-// Reads a leap-seconds.list of the IERS. Status::not_found, Status::format with file and line.
+// Reads a leap-seconds.list of the IERS. Status::not_found, Status::format with file and line, also for a list that
+// differs from the table of ERFA where both know the leap seconds, and for one that its own hash does not confirm.
 erfa::LeapSecondTable read_leap_seconds(const std::string &path);
 
 } // namespace toliman::ingest

@@ -13,6 +13,7 @@
 
 #include "base/error.hpp"
 #include "base/text.hpp"
+#include "ingest/time_text.hpp"
 
 namespace toliman::ingest {
 
@@ -35,10 +36,16 @@ std::string trimmed(std::string_view text) {
     return std::string(quoted ? text.substr(1, text.size() - 2) : text);
 }
 
+// The length of the first word of a line: up to a blank, but for quotes, and for a date with its time.
+size_t word_length(std::string_view line) noexcept {
+    const size_t quote = line[0] == '"' ? line.find('"', 1) : std::string_view::npos;
+    return quote != std::string_view::npos ? quote + 1 : first_field(line);
+}
+
 std::vector<std::string> words_of(std::string_view line) {
     std::vector<std::string> words;
     for (size_t start = line.find_first_not_of(kSpace); start != std::string_view::npos;) {
-        const size_t end = line.find_first_of(kSpace, start);
+        const size_t end = start + word_length(line.substr(start));
         words.push_back(trimmed(line.substr(start, end - start)));
         start = line.find_first_not_of(kSpace, end);
     }
@@ -112,17 +119,6 @@ bool is_name(const std::string &field) {
 
 bool is_day_name(const std::string &name) noexcept {
     return std::find(std::begin(kDayNames), std::end(kDayNames), name) != std::end(kDayNames);
-}
-
-// Whether the text begins as YYYY-MM-DD.
-bool is_date(const std::string &text) noexcept {
-    constexpr char kPattern[] = "0000-00-00";
-    for (size_t i = 0; i + 1 < sizeof kPattern; i++) {
-        const bool fits = kPattern[i] == '-' ? text[i] == '-' : text[i] >= '0' && text[i] <= '9';
-        if (!fits) // also at the zero byte at the end
-            return false;
-    }
-    return true;
 }
 
 // The name of the time column by default; has(name): whether there is a column of this name.
@@ -302,7 +298,7 @@ void Series::use_times(const std::string &column, const std::string &first) {
     format_ = options_.format;
     if (format_ || options_.plain_times)
         return;
-    if (is_date(first))
+    if (begins_with_date(first))
         format_ = TimeFormat::iso;
     else if (is_day_name(column))
         format_ = column.size() == 2 ? TimeFormat::jd : TimeFormat::mjd;

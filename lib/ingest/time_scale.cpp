@@ -1,10 +1,13 @@
 // Method: a time is a day (MJD) and nanoseconds of that day. TAI follows by a constant, or for UTC by the seconds that
 // TAI is ahead on that day. A fraction of a day of UTC counts the day's length, 86,401 s if it ends with a leap second,
-// as in SOFA and astropy. TDB is treated as TT: they differ by less than 2 ms. Reference: SOFA Time Scale and Calendar
-// Tools, http://www.iausofa.org.
+// as in SOFA and astropy. The latest day of UTC is kept for the whole process, as every reader converts dates here: a
+// program learns from it that its leap seconds have expired, whichever file the dates came from. TDB is treated as TT:
+// they differ by less than 2 ms. Reference: SOFA Time Scale and Calendar Tools, http://www.iausofa.org.
 #include "ingest/time_scale.hpp"
 
+#include <algorithm>
 #include <iterator>
+#include <string>
 
 #include "base/error.hpp"
 #include "ingest/time_text.hpp"
@@ -22,8 +25,12 @@ bool in_range(int64_t day, Scale scale) noexcept {
     return day >= (scale == Scale::utc ? kFirstDayOfUtc : kFirstDay) && day < kEndDay;
 }
 
+thread_local int64_t last_day = 0;
+
 // day is in range.
 int64_t tai_of(int64_t day, int64_t ns, Scale scale, const LeapSeconds &leap_seconds) noexcept {
+    if (scale == Scale::utc)
+        last_day = std::max(last_day, day);
     const int64_t ahead =
         scale == Scale::utc ? leap_seconds.tai_utc(day).value_or(0) * kSecond : kAhead[static_cast<size_t>(scale)];
     return (day - kDayOf1970) * kDay + ns + ahead;
@@ -31,10 +38,21 @@ int64_t tai_of(int64_t day, int64_t ns, Scale scale, const LeapSeconds &leap_sec
 
 // Describes the error.
 [[noreturn]] void fail_format(const char *text, TimeFormat format) {
-    constexpr const char *kRules[] = {"YYYY-MM-DD or YYYY-MM-DDThh:mm:ss[.s...], with a final Z in UTC only",
+    constexpr const char *kRules[] = {"YYYY-MM-DD or YYYY-DDD, alone or with Thh:mm:ss[.s...] (T or a blank), with a "
+                                      "final Z or +00:00 in UTC only",
                                       "a Modified Julian Day, a decimal number such as 61831.5",
                                       "a Julian Day, a decimal number such as 2461832.0"};
     fail(Status::format, "{text} = \"%.60s\": must be %s", text, kRules[static_cast<size_t>(format)]);
+}
+
+// A time whose offset from UTC is not 0 is refused, not converted: the scale of the others would be in doubt.
+[[noreturn]] void fail_date(const char *text) {
+    const std::string given = text;
+    const std::string offset(offset_of(given));
+    if (offset.empty() || !parse_date(std::string_view(given).substr(0, given.size() - offset.size())))
+        fail_format(text, TimeFormat::iso);
+    fail(Status::format, "{text} = \"%.60s\": is %s from UTC: must be a time of UTC, with Z or +00:00, or without both",
+         text, offset.c_str());
 }
 
 void check_range(const char *text, int64_t day, Scale scale) {
@@ -44,6 +62,10 @@ void check_range(const char *text, int64_t day, Scale scale) {
 
 } // namespace
 
+int64_t last_day_of_utc() noexcept {
+    return last_day;
+}
+
 const char *first_date(Scale scale) noexcept {
     return scale == Scale::utc ? "1972-01-01, when leap seconds began," : "1958-01-01";
 }
@@ -52,19 +74,18 @@ int64_t parse_time(const char *text, TimeFormat format, Scale scale, const LeapS
     const auto length_of = [&](int64_t day) {
         return (scale == Scale::utc ? leap_seconds.seconds_of(day) : 86400) * kSecond;
     };
-    std::string_view given = text;
     if (format == TimeFormat::iso) {
-        if (scale == Scale::utc && given.size() > 10 && given.back() == 'Z')
-            given.remove_suffix(1);
-        const std::optional<DayTime> date = parse_date(given);
+        const std::optional<DayTime> date = parse_date(text);
         if (!date)
+            fail_date(text);
+        if (date->has_zone && scale != Scale::utc)
             fail_format(text, format);
         check_range(text, date->day, scale);
         if (date->ns >= length_of(date->day))
             fail(Status::format, "{text} = \"%.60s\": that day has no such second", text);
         return tai_of(date->day, date->ns, scale, leap_seconds);
     }
-    const std::optional<Days> parsed = Days::parse(given);
+    const std::optional<Days> parsed = Days::parse(text);
     if (!parsed)
         fail_format(text, format);
     const Days days = format == TimeFormat::jd ? parsed->plus_half() : *parsed;

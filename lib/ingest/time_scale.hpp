@@ -20,4 +20,7 @@ int64_t parse_time(const char *text, TimeFormat format, Scale scale, const LeapS
 // these years.
 std::optional<int64_t> to_tai(int64_t ns, Scale scale, const LeapSeconds &leap_seconds) noexcept;
 
+// The latest day (MJD) of UTC that this thread has converted; 0 for none.
+int64_t last_day_of_utc() noexcept;
+
 } // namespace toliman::ingest

@@ -1,7 +1,11 @@
-// Method: all arithmetic is on integers. A time in nanoseconds has 19 digits, a double holds 16, so a decimal number is
-// read as a 128-bit integer and a power of ten. The power is kept as a divisor until the length of the day is known,
-// because a day of UTC may have 86,401 s.
+// Method: all arithmetic is on integers. A day of the year is counted from 1 January. A time in nanoseconds has 19
+// digits, a double holds 16, so a decimal number is read as a 128-bit integer and a power of ten. The power is kept as
+// a divisor until the length of the day is known, because a day of UTC may have 86,401 s. Reference: ISO 8601; CCSDS
+// 301.0-B, ASCII time codes A and B.
 #include "ingest/time_text.hpp"
+
+#include <algorithm>
+#include <iterator>
 
 #include "backend/erfa.hpp"
 
@@ -13,7 +17,7 @@ constexpr int kDigits = 24; // of a number; further ones are ignored
 constexpr int kPlaces =
     23; // after the point: part_ and scale_, below 2e23, times the length of a day fit into 128 bits
 constexpr int kMostExponent = 9999;
-constexpr int64_t kSecond = 1000000000;
+constexpr int64_t kSecond = 1000000000, kDay = 86400 * kSecond;
 
 bool is_digit(char c) noexcept {
     return c >= '0' && c <= '9';
@@ -36,18 +40,51 @@ int digits_at(std::string_view text, size_t at, size_t size) noexcept {
     return value;
 }
 
-// Nanoseconds of ".5", "." or ""; empty for other texts.
-std::optional<int64_t> fraction_of(std::string_view text) noexcept {
+constexpr size_t kClock = 8, kOrdinal = 8, kCalendar = 10; // lengths of hh:mm:ss, YYYY-DDD and YYYY-MM-DD
+constexpr std::string_view kDigitSet = "0123456789";
+
+// The length of the date at the beginning; 0 for none.
+size_t date_length(std::string_view text) noexcept {
+    if (matches(text, "0000-00-00"))
+        return kCalendar;
+    return matches(text, "0000-000") && !(text.size() > kOrdinal && is_digit(text[kOrdinal])) ? kOrdinal : 0;
+}
+
+// The day of a text of that length. The day of the year is counted from 1 January.
+std::optional<int64_t> day_of(std::string_view date) noexcept {
+    const int year = digits_at(date, 0, 4);
+    if (date.size() == kCalendar)
+        return erfa::day_of(year, digits_at(date, 5, 2), digits_at(date, 8, 2));
+    const auto first = erfa::day_of(year, 1, 1), last = erfa::day_of(year, 12, 31);
+    const int day = digits_at(date, 5, 3);
+    if (!first || day < 1 || *first + day - 1 > *last)
+        return std::nullopt;
+    return *first + day - 1;
+}
+
+// Removes ".5", "." or nothing from the beginning; nanoseconds.
+int64_t take_fraction(std::string_view &text) noexcept {
     int64_t ns = 0, unit = kSecond;
-    for (size_t i = 0; i < text.size(); i++) {
-        if (i == 0 ? text[i] != '.' : !is_digit(text[i]))
-            return std::nullopt;
-        if (i > 0) {
-            unit /= 10;
-            ns += unit * (text[i] - '0');
-        }
+    if (text.empty() || text[0] != '.')
+        return 0;
+    text.remove_prefix(1);
+    for (; !text.empty() && is_digit(text[0]); text.remove_prefix(1)) {
+        unit /= 10;
+        ns += unit * (text[0] - '0');
     }
     return ns;
+}
+
+bool is_utc(std::string_view zone) noexcept {
+    constexpr std::string_view kZones[] = {"Z", "+00:00", "-00:00", "+0000", "-0000", "+00", "-00"};
+    return std::find(std::begin(kZones), std::end(kZones), zone) != std::end(kZones);
+}
+
+int64_t power_of_ten(int exponent) noexcept {
+    int64_t power = 1;
+    for (; exponent > 0; exponent--)
+        power *= 10;
+    return power;
 }
 
 // Removes a leading + or -; true for -.
@@ -79,19 +116,63 @@ std::optional<int> exponent_of(std::string_view text) noexcept {
 } // namespace
 
 std::optional<DayTime> parse_date(std::string_view text) noexcept {
-    if (!matches(text, "0000-00-00"))
+    const size_t length = date_length(text);
+    const auto day = length > 0 ? day_of(text.substr(0, length)) : std::nullopt;
+    if (!day || text.size() == length)
+        return day ? std::optional<DayTime>({*day, 0, false, false}) : std::nullopt;
+    std::string_view time = text.substr(length + 1);
+    if ((text[length] != 'T' && text[length] != ' ') || !matches(time, "00:00:00"))
         return std::nullopt;
-    const auto day = erfa::day_of(digits_at(text, 0, 4), digits_at(text, 5, 2), digits_at(text, 8, 2));
-    if (!day || text.size() == 10)
-        return day ? std::optional<DayTime>({*day, 0}) : std::nullopt;
-    if (!matches(text.substr(10), "T00:00:00"))
-        return std::nullopt;
-    const int hour = digits_at(text, 11, 2), minute = digits_at(text, 14, 2), second = digits_at(text, 17, 2);
-    const std::optional<int64_t> fraction = fraction_of(text.substr(19));
+    const int hour = digits_at(time, 0, 2), minute = digits_at(time, 3, 2), second = digits_at(time, 6, 2);
+    time.remove_prefix(kClock);
+    const int64_t fraction = take_fraction(time);
     const bool last_minute = hour == 23 && minute == 59;
-    if (!fraction || hour > 23 || minute > 59 || second > (last_minute ? 60 : 59))
+    if (hour > 23 || minute > 59 || second > (last_minute ? 60 : 59) || !(time.empty() || is_utc(time)))
         return std::nullopt;
-    return DayTime{*day, ((hour * 60 + minute) * 60 + second) * kSecond + *fraction};
+    return DayTime{*day, ((hour * 60 + minute) * 60 + second) * kSecond + fraction, true, !time.empty()};
+}
+
+std::string_view offset_of(std::string_view text) noexcept {
+    const size_t sign = text.find_last_of("+-");
+    if (sign == std::string_view::npos || sign < kOrdinal + kClock || !matches(text.substr(sign + 1), "00"))
+        return {};
+    return text.substr(sign);
+}
+
+bool is_bare_date(std::string_view text) noexcept {
+    const auto date = parse_date(text);
+    return date && !date->has_time;
+}
+
+bool begins_with_date(std::string_view text) noexcept {
+    return date_length(text) > 0;
+}
+
+size_t first_field(std::string_view text) noexcept {
+    constexpr const char *kBlanks = " \t\r\v\f";
+    const size_t end = std::min(text.find_first_of(kBlanks), text.size());
+    const bool continues =
+        end > 0 && end == date_length(text) && text.substr(end, 1) == " " && matches(text.substr(end + 1), "00:00:00");
+    return continues ? std::min(text.find_first_of(kBlanks, end + 1), text.size()) : end;
+}
+
+int64_t date_resolution(std::string_view text) noexcept {
+    if (text.find(':') == std::string_view::npos)
+        return kDay;
+    const size_t point = text.find('.');
+    if (point == std::string_view::npos)
+        return kSecond;
+    const size_t end = std::min(text.find_first_not_of(kDigitSet, point + 1), text.size());
+    return kSecond / power_of_ten(static_cast<int>(std::min<size_t>(end - point - 1, 9)));
+}
+
+int64_t days_resolution(std::string_view text) noexcept {
+    constexpr int kFewest = 4, kMost = 14; // digits of a day in ns
+    const size_t mark = std::min(text.find_first_of("eEdD"), text.size());
+    const size_t point = std::min(text.find('.'), mark);
+    const int digits = static_cast<int>(std::min<size_t>(mark - std::min(point + 1, mark), kMostExponent));
+    const int places = digits - exponent_of(text.substr(mark)).value_or(0);
+    return places < kFewest ? kSecond : std::max<int64_t>(1, kDay / power_of_ten(std::min(places, kMost)));
 }
 
 std::optional<Days> Days::parse(std::string_view text) noexcept {

@@ -50,11 +50,13 @@ StarImages Imager::images_of_samples(const Light &light, size_t star, double dis
 }
 
 std::vector<StarImages> Imager::images_of_spectra(const Light &light, const std::vector<std::vector<double>> &spectra,
-                                                  const ImageRequest &request) const {
+                                                  const ImageRequest &request,
+                                                  const std::function<void(double)> &on_progress) const {
     const auto finer = static_cast<double>(plan_.filter.oversampling);
     const Engine engine = [this](const Grid &grid, size_t fields) { return transform(grid, fields); };
-    std::vector<StarImages> all = propagate(engine, on_finer_grid(light, finer),
-                                            sampling_grid(plan_.pixels, plan_.filter), spectra, request, workers_);
+    std::vector<StarImages> all =
+        propagate(engine, on_finer_grid(light, finer), sampling_grid(plan_.pixels, plan_.filter), spectra, request,
+                  workers_, on_progress);
     for (StarImages &images : all)
         to_pixels(images);
     return all;

@@ -21,7 +21,8 @@ class Imager {
     // The images that star 0 would have with each of these spectra, [spectrum][wavelength] in photons, at the
     // wavelengths of `light`.
     std::vector<StarImages> images_of_spectra(const Light &light, const std::vector<std::vector<double>> &spectra,
-                                              const ImageRequest &request) const;
+                                              const ImageRequest &request,
+                                              const std::function<void(double)> &on_progress = nullptr) const;
 
     // The derivative of sum over pixels of weights [rows][cols] times images().at(0, 0), without displacement, by the
     // OPD of each pupil cell (m), [N][N]. Matrix DFT only.

@@ -293,9 +293,9 @@ StarImages propagate(const Engine &engine, const Light &light, const Grid &grid,
 
 std::vector<StarImages> propagate(const Engine &engine, const Light &light, const Grid &grid,
                                   const std::vector<std::vector<double>> &spectra, const ImageRequest &request,
-                                  unsigned workers) {
+                                  unsigned workers, const std::function<void(double)> &on_progress) {
     const long double offset[2] = {light.offset_px[0][0], light.offset_px[0][1]};
-    return propagate_at(engine, light, grid, spectra, offset, request, workers, nullptr);
+    return propagate_at(engine, light, grid, spectra, offset, request, workers, on_progress);
 }
 
 } // namespace toliman::optics

@@ -52,6 +52,6 @@ StarImages propagate(const Engine &engine, const Light &light, const Grid &grid,
 // they have their transforms in common.
 std::vector<StarImages> propagate(const Engine &engine, const Light &light, const Grid &grid,
                                   const std::vector<std::vector<double>> &spectra, const ImageRequest &request,
-                                  unsigned workers);
+                                  unsigned workers, const std::function<void(double)> &on_progress = nullptr);
 
 } // namespace toliman::optics

@@ -40,7 +40,7 @@ double highest_of(const Grid &grid, const Samples &samples, uint64_t seed) {
         stream.push(sample);
     }
     const PowerQuery query(stream); // not meaningful if one value was drawn every time
-    return query.meaningful() && query.resolved() ? find_peak(stream).log10_residual : 0;
+    return query.meaningful() && query.resolved() ? highest_log10_residual(stream) : 0;
 }
 
 } // namespace

@@ -1,8 +1,8 @@
 // Method: the highest grid point; its frequency is the vertex of the parabola through it and its two neighbours, its
 // width the distance of the half-power points by linear interpolation between grid points. Power and FAP stay those of
 // the grid point: the vertex of a parabola can exceed the power that a pure sinusoid has, and would understate the FAP.
-// Aliases: the sampling repeats a sinusoid of frequency f at f +- g with the power of the window function at g (Deeming
-// 1975, Ap&SS 36, 137). A peak counts as an alias of a higher one if that could produce half of its power or more.
+// Of a peak and its aliases the most probable one is chosen (alias.cpp). A peak counts as an alias of a higher one if
+// that could produce half of its power or more.
 #include "period/peak.hpp"
 
 #include <algorithm>
@@ -10,6 +10,7 @@
 #include <limits>
 
 #include "kernels/power.hpp"
+#include "period/alias.hpp"
 #include "period/power.hpp"
 
 namespace toliman::period {
@@ -77,21 +78,6 @@ Peak refined(const PowerQuery &query, const Grid &grid, int64_t top) noexcept {
     return peak;
 }
 
-// Fraction of a sinusoid's power that the sampling repeats at a distance of `gap`: the window function
-// (C1^2 + S1^2)/W^2. It is known at the frequencies of the grid only; 1 within the width of a peak, 0 elsewhere.
-double window(const Stream &stream, double gap) noexcept {
-    const Grid &grid = stream.grid();
-    const double span = std::sqrt(12 * static_cast<double>(stream.time_variance())); // T of evenly spaced times
-    if (gap * span < 2.5)
-        return 1;
-    const double k = std::nearbyint((gap - grid.f0) / grid.df);
-    if (!(k >= 0 && k < static_cast<double>(grid.nf)))
-        return 0;
-    const SumsAt<long double> sums = stream.sums<long double>(static_cast<int64_t>(k));
-    const auto weight = static_cast<long double>(stream.weight());
-    return static_cast<double>((sums.c1 * sums.c1 + sums.s1 * sums.s1) / (weight * weight));
-}
-
 // Returns whether the sampling alone could produce half of a peak's power or more from a higher peak.
 bool is_alias(const Stream &stream, const Peak &higher, const Peak &peak) noexcept {
     const double gap = std::fabs(peak.frequency - higher.frequency), sum = peak.frequency + higher.frequency;
@@ -134,10 +120,7 @@ void check_meaningful(const PowerQuery &query, const Stream &stream, const char 
          what, count, stream.grid().value_bound);
 }
 
-Peak find_peak(const Stream &stream) {
-    const PowerQuery query(stream);
-    check_meaningful(query, stream, "a peak");
-    query.check();
+int64_t highest_point(const PowerQuery &query, const Stream &stream) {
     int64_t top = 0;
     double highest = -1;
     each_range(query, stream.grid().nf, [&](int64_t first, const double *powers, int64_t count) {
@@ -149,8 +132,34 @@ Peak find_peak(const Stream &stream) {
             top = first + (most - powers);
         }
     });
-    return refined(query, stream.grid(), top);
+    return top;
 }
+
+Peak find_peak(const Stream &stream) {
+    const PowerQuery query(stream);
+    check_meaningful(query, stream, "a peak");
+    query.check();
+    return refined(query, stream.grid(), prefer_longest(query, stream, highest_point(query, stream)));
+}
+
+double highest_log10_residual(const Stream &stream) {
+    const PowerQuery query(stream);
+    return refined(query, stream.grid(), highest_point(query, stream)).log10_residual;
+}
+
+namespace {
+
+// Moves the peak to the front; if it is not among them, it replaces the last.
+void put_first(const Peak &peak, Peak *peaks, size_t count) {
+    Peak *const last = peaks + count;
+    Peak *place =
+        std::find_if(peaks, last, [&](const Peak &other) { return other.grid_frequency == peak.grid_frequency; });
+    if (place == last)
+        *--place = peak;
+    std::rotate(peaks, place, place + 1);
+}
+
+} // namespace
 
 size_t find_peaks(const Stream &stream, size_t most, Peak *peaks) {
     const PowerQuery query(stream);
@@ -185,6 +194,7 @@ size_t find_peaks(const Stream &stream, size_t most, Peak *peaks) {
     for (size_t i = 0; i < count; i++)
         peaks[i] = refined(query, stream.grid(), tops[i].k);
     std::sort(peaks, peaks + count, [](const Peak &a, const Peak &b) { return a.power > b.power; });
+    put_first(refined(query, stream.grid(), prefer_longest(query, stream, highest_point(query, stream))), peaks, count);
     for (size_t i = 0; i < count; i++)
         for (size_t j = 0; j < i && !peaks[i].alias; j++)
             peaks[i].alias = is_alias(stream, peaks[j], peaks[i]);

@@ -33,13 +33,20 @@ class PowerQuery;
 // Fails with Status::state unless query.meaningful(). what: "a peak".
 void check_meaningful(const PowerQuery &query, const Stream &stream, const char *what);
 
-// Returns the highest grid point; its frequency is refined by a parabola through the neighbours. Does not allocate.
+// Returns the grid point of the highest power.
+int64_t highest_point(const PowerQuery &query, const Stream &stream);
+
+// Returns the highest peak, or that of the longest period of which it may be an alias (alias.hpp); its frequency is
+// refined by a parabola through the neighbours. Does not allocate.
 Peak find_peak(const Stream &stream);
+
+// log10(1 - power) of the highest grid point.
+double highest_log10_residual(const Stream &stream);
 
 constexpr size_t kMaxPeaks = 64;
 
-// Finds the `most` (at most kMaxPeaks) highest local maxima of the grid, refined likewise, highest first. Returns their
-// number.
+// Finds the peak of find_peak and the `most` - 1 (at most kMaxPeaks - 1) highest other local maxima of the grid,
+// refined likewise, highest first. Returns their number.
 size_t find_peaks(const Stream &stream, size_t most, Peak *peaks);
 
 constexpr long double kMinResidualRatio =

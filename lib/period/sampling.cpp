@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 #include <vector>
 
+#include "base/constants.hpp"
 #include "base/error.hpp"
 #include "period/projection.hpp"
 
@@ -21,9 +23,9 @@ Cadence cadence_of(const Stream &stream) noexcept {
 
 Cadence cadence_of(const Sampling &sampling) noexcept {
     if (sampling.count == 0)
-        return {0, 0};
-    const double span = baseline(sampling.time_variance);
-    return {span, span / static_cast<double>(sampling.count)};
+        return {0, 0, 0};
+    const double span = baseline(sampling.time_variance), step = span / static_cast<double>(sampling.count);
+    return {span, step, step};
 }
 
 double even_step(const Stream &stream) noexcept {
@@ -45,12 +47,32 @@ Cadence cadence_of(std::vector<double> times) {
     std::sort(times.begin(), times.end());
     times.erase(std::unique(times.begin(), times.end()), times.end());
     if (times.size() < 2)
-        return {0, 0};
+        return {0, 0, 0};
     const double span = times.back() - times.front();
     std::adjacent_difference(times.begin(), times.end(), times.begin());
     const auto middle = times.begin() + static_cast<std::ptrdiff_t>((times.size() + 1) / 2);
     std::nth_element(times.begin() + 1, middle, times.end());
-    return {span + *middle, *middle};
+    const double step = *middle;
+    times.erase(times.begin());
+    return {span + step, step, finest_step(std::move(times))};
+}
+
+double finest_step(std::vector<double> gaps) {
+    constexpr double kShare = 0.05, kRegular = 0.95, kFinest = 5; // cos of 5 % of a cycle; as astropy's nyquist_factor
+    const auto nth = [](std::vector<double> &values, double share) {
+        const auto place = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+        std::nth_element(values.begin(), place, values.end());
+        return *place;
+    };
+    const double shortest = nth(gaps, kShare);
+    std::vector<double> steps;
+    for (const double gap : gaps)
+        steps.push_back(gap / std::fmax(1, std::nearbyint(gap / shortest)));
+    const double step = nth(steps, 0.5);
+    double sum = 0;
+    for (const double gap : gaps)
+        sum += std::cos(2 * kPi * std::remainder(gap, step) / step);
+    return sum >= kRegular * static_cast<double>(gaps.size()) ? step : shortest / kFinest;
 }
 
 } // namespace toliman::period

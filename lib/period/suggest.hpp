@@ -7,8 +7,8 @@ namespace toliman::period {
 
 // Returns a grid for the samples (y and sigma may be NULL) and for further ones like them up to a time span of
 // mission_span; 0: there are no further ones. Without samples the step is 1. Status::argument for samples that are not
-// finite; Status::state for fewer than two distinct times without mission_span; Status::range for more than 2e6
-// frequencies or a ratio of sigmas that one periodogram does not support.
+// finite; Status::state for fewer than two distinct times without mission_span; Status::range for a ratio of sigmas
+// that one periodogram does not support.
 Grid suggest(const Samples &samples, double mission_span);
 
 // The offsets and bounds alone, with any valid frequencies; one time suffices.

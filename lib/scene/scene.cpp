@@ -183,6 +183,11 @@ int64_t tai_of_date(double date) noexcept {
            std::llround((days - whole) * static_cast<double>(sky::kNsPerDay)) + sky::kJ2000Ns - sky::kTtMinusTaiNs;
 }
 
+int64_t time_zero_ns(const Binary &binary) noexcept {
+    constexpr double kFirst = 1700, kLast = 2250;
+    return binary.moving && binary.date >= kFirst && binary.date <= kLast ? tai_of_date(binary.date) : 0;
+}
+
 std::string with_bad_pixels(const std::string &json, const std::string &source, const std::string &path) {
     json::Value tree = json::parse(json, source);
     if (tree.find("detector") != nullptr && tree.member("detector").kind == json::Value::Kind::object)

@@ -32,7 +32,7 @@ struct SpiralTerm {
 struct Mask {
     enum class Kind { clear, spiral, file } kind = Kind::clear;
     enum class Quantity { binary, opd_m, phase_rad } quantity = Quantity::binary; // what the file holds
-    enum class Edges { cell, area } edges = Edges::cell; // of a spiral on the cells of the pupil
+    enum class Edges { cell, area } edges = Edges::area; // of a spiral on the cells of the pupil
     double rotation_deg = 0, shift_m[2] = {0, 0}; // of a spiral: about its centre from +x towards +y, then [x, y]
     double opd_nm = 0, height_nm = 0; // of the step, where a spiral's sum is positive or a binary file is 1; one is 0
     double reference_m = 0;           // wavelength of a phase
@@ -111,6 +111,8 @@ struct Cadence {
 double longest_days(const Cadence &cadence) noexcept; // largest |time| of a frame
 double on_target_s(const Cadence &cadence) noexcept;  // total of the intervals
 int64_t tai_of_date(double date) noexcept;            // Julian year of TT
+// TAI of time 0 of moving stars; 0 for stars at rest, and for dates that nanoseconds of 64 bits do not reach.
+int64_t time_zero_ns(const Binary &binary) noexcept;
 
 struct Detector {
     size_t rows = 0, cols = 0;

@@ -15,6 +15,7 @@
 #include "base/error.hpp"
 #include "base/nearest_word.hpp"
 #include "ingest/epoch.hpp"
+#include "ingest/time_text.hpp"
 #include "sky/segment_builder.hpp"
 
 namespace toliman::sky {
@@ -272,7 +273,7 @@ class OemReader {
         std::array<std::string_view, kMost> fields;
         size_t count = 0;
         for (std::string_view rest = line_; !rest.empty(); count++) {
-            const size_t end = std::min(rest.find_first_of(" \t"), rest.size());
+            const size_t end = ingest::first_field(rest);
             if (count < kMost)
                 fields[count] = rest.substr(0, end);
             rest = TextLines::trimmed(rest.substr(end));

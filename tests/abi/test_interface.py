@@ -91,11 +91,11 @@ class Headers(Tree):
         self.refuses((BASE, "    int32_t odd;\n", "    int32_t odd, even;\n"), "even at 60: int32_t, within the 64 bytes")
 
     def test_array_with_another_length(self):
-        self.refuses(("include/toliman/track.h", "char session[72]", "char session[80]"),
+        self.refuses(("include/toliman/track_records.h", "char session[72]", "char session[80]"),
                      "toliman_track_stream.session at ")
 
     def test_structs_that_may_not_grow(self):
-        last = "    const toliman_allocator *allocator; /* for the large arrays of the object; NULL = malloc */\n"
+        last = "    const char *bad_pixels; /* file that replaces detector.bad_pixels of the scene; NULL: none does. Since 0.2 */\n"
         self.change(SIM, "toliman_sim_options_init(toliman_sim_options *options, size_t size)",
                     "toliman_sim_options_init(toliman_sim_options *options)")
         self.write(RECORD, interface.describe(self.top))

@@ -42,7 +42,7 @@ def scene_of(scale, n, band, accuracy, pixel, side, samples):
     return {
         "schema": "toliman-scene/1", "name": "blur",
         "telescope": {"aperture_m": 0.125, "secondary_m": 0.03, "pupil_samples": samples,
-                      "mask": {"kind": "spiral", "opd_nm": 275, "terms": [{"a": 1, "f": 2, "m": 3, "p": 1}]}},
+                      "mask": {"kind": "spiral", "edges": "cell", "opd_nm": 275, "terms": [{"a": 1, "f": 2, "m": 3, "p": 1}]}},
         "band": {"wavelength_nm": band[0]} if band[0] == band[1] else {"min_nm": band[0], "max_nm": band[1], "step_nm": 10},
         "stars": {"A": {"spectrum": {"kind": "blackbody", "temperature_k": 5790}, "photons_per_s": 1e6}},
         "binary": {"offsets_px": {"A": [n * x for x in STAR]}},

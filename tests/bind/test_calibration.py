@@ -100,7 +100,7 @@ class Calibrations(unittest.TestCase):
         found = toliman.calibrate(toliman.Simulator(nominal), self.frames, improve=True)
         (name, attempt), = found.attempts
         self.assertEqual((name, attempt.kept, attempt.goodness, attempt.cells), ("mask edges", True, "good", CELLS))
-        self.assertEqual((found.flags, found.changes, found.lacks, found.left_out), ((), ("mask edges",), (), {}))
+        self.assertEqual((found.flags, found.changes, found.lacks, found.left_out), (("held",), ("mask edges",), (), {}))
         self.assertIn("; added to the model: mask edges", found.verdict)
         with tempfile.TemporaryDirectory() as folder:
             path = pathlib.Path(folder) / "fitted.json"
@@ -190,7 +190,7 @@ class Calibrations(unittest.TestCase):
         self.assertTrue(numpy.isnan(failed.values()["focus"].value) and numpy.isnan(failed.frames["separation_px"]).all())
         self.assertEqual(failed.verdict, "not converged: no maximum of the likelihood was found")
         windows = toliman.calibrate(self.nominal, self.nominal.frames(), free=["focus=1e-5", "zernike_7"], window_days=30)
-        self.assertEqual(([window.frames for window in windows.windows], windows.flags), ([2, 2], ("held",)))
+        self.assertEqual(([window.frames for window in windows.windows], windows.flags), ([2, 2, 0], ("held",)))
         self.assertTrue(windows.verdict.endswith("; held by its prior: focus"))
         self.assertTrue(windows.values(1)["focus"].held and not windows.values(1)["zernike_7"].held)
 

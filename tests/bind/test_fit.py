@@ -14,7 +14,7 @@ SIDE = 64
 SCENE = {
     "schema": "toliman-scene/1",
     "telescope": {"aperture_m": 0.125, "secondary_m": 0.01875, "pupil_samples": 96,
-                  "mask": {"kind": "spiral", "opd_nm": 297.5, "terms": [{"a": 0.819, "f": 2.918, "m": -7, "p": 4.874},
+                  "mask": {"kind": "spiral", "edges": "cell", "opd_nm": 297.5, "terms": [{"a": 0.819, "f": 2.918, "m": -7, "p": 4.874},
                                                                      {"a": 0.93, "f": 1.829, "m": 5}]}},
     "band": {"min_nm": 550, "max_nm": 600, "step_nm": 12.5},
     "stars": {"A": {"spectrum": {"kind": "blackbody", "temperature_k": 5790}, "relative_flux": 3},
@@ -36,15 +36,17 @@ class Fits(unittest.TestCase):
         cls.images = numpy.stack([cls.simulator.frame(k) for k in range(5)])
 
     def test_windows(self):
-        """A frame has the numbers of the fit of its window."""
+        """A frame at the start of a window has the numbers of the fit of its scene; others are between."""
         other = toliman.Simulator({**SCENE, "detector": {**SCENE["detector"], "pixel_scale_arcsec": 0.2004}})
         both = toliman.Fit.of_windows([self.simulator, other], [0, 10], free="scale")
         second = toliman.Fit(other, free=["scale"])
-        times = [-3, 0, 9.5, 10, 400]
+        times = [-3, 0, 0, 10, 400]
         expected = [(self.fit if time < 10 else second).frame(image, time_days=time)[0]
                     for time, image in zip(times, self.images)]
         numpy.testing.assert_array_equal(both.frames(self.images, times_days=times)["separation_px"],
                                          [result.separation_px for result in expected])
+        ends = [fit.predict(time_days=5)[1] for fit in (self.fit, second)]
+        numpy.testing.assert_allclose(both.predict(time_days=5)[1], numpy.mean(ends, axis=0), rtol=1e-12, atol=1e-14)
         self.assertEqual(both.shape, (SIDE, SIDE))
         self.assertNotIn(both.info.digest, (self.fit.info.digest, second.info.digest))
         with self.assertRaisesRegex(toliman.InputError, r"first_days\[1\] = 0: must be above first_days\[0\] = 10"):

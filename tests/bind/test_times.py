@@ -1,4 +1,5 @@
 """Dates, quantities, clock tables and times in text, in the Python package, against astropy (ERFA)."""
+import datetime
 import pathlib
 import pickle
 import subprocess
@@ -44,6 +45,10 @@ class Headers(unittest.TestCase):
         exact = toliman.read_header({"MJD-AVG": 60000.25, "TIMESYS": "TAI"})
         self.assertEqual((exact.tai_ns, exact.assumed, exact.expired), ((60000 - 40587) * 86400 * 10**9 + 21600 * 10**9,
                                                                        False, False))
+        begun = toliman.read_header({"DATE-OBS": "2028-03-01", "TIME-OBS": "12:00:00", "EXPOSURE": 3600, "TIMESYS": "UTC(NIST)"})
+        self.assertEqual((begun.tai_ns, begun.exposure_s), ((1835524837 + 1800) * 10**9, 3600))
+        with self.assertRaisesRegex(toliman.Error, "DATE-END contradicts|contradicts DATE-END"):
+            toliman.read_header({"DATE-BEG": "2028-03-01T12:00:00", "DATE-END": "2028-03-01T11:00:00"})
         with self.assertRaises(toliman.NotFoundError):
             toliman.read_header({"TIMESYS": "TAI"})
         with self.assertRaises(toliman.Error) as raised:
@@ -63,6 +68,31 @@ class Dates(unittest.TestCase):
             numpy.testing.assert_array_equal(plain_times("t", list(dates[:5])), found[:5])
         numpy.testing.assert_array_equal(plain_times("t", dates[::-2]), found[::-2])
         numpy.testing.assert_array_equal(plain_times("t", dates.astype(">M8[s]")), found)
+
+    def test_datetime(self):
+        """Without time zone as UTC, with one converted; in lists, tuples and arrays, as numbers and as TAI."""
+        naive = [datetime.datetime(2028, 3, 1, 12, 0, k, 250000) for k in range(3)]
+        expected = [1835524837250000000 + k * 10**9 for k in range(3)]
+        zone = datetime.timezone(datetime.timedelta(hours=5, minutes=30))
+        aware = [date.replace(tzinfo=datetime.timezone.utc).astimezone(zone) for date in naive]
+        for dates in (naive, aware, tuple(naive), numpy.array(naive), numpy.array(aware), numpy.array(naive, "M8[us]"),
+                      [str(date) for date in naive], [date.isoformat() + "+00:00" for date in naive]):
+            found = toliman.parse_time(dates)
+            self.assertEqual((found.tolist(), found.dtype), (expected, "int64"))
+            if not isinstance(dates[0], str):
+                numpy.testing.assert_allclose(plain_times("t", dates), 40587 + numpy.array(expected) / 86400e9, rtol=0, atol=ULP)
+        for date in (naive[1], aware[1], numpy.datetime64(naive[1])):
+            self.assertEqual(toliman.parse_time(date), expected[1])
+            self.assertIs(type(toliman.parse_time(date)), int)
+        self.assertEqual(toliman.parse_time(datetime.date(2028, 3, 1)), toliman.parse_time("2028-03-01"))
+        self.assertEqual(toliman.parse_time(numpy.array(naive).reshape(3, 1)).shape, (3, 1))
+        self.assertEqual(toliman.period(DATES.tolist(), Y, SIGMA), toliman.period(DATES, Y, SIGMA))
+        for bad, error, why in (([naive[0], None], TypeError, "NoneType"), (5, TypeError, "must be text"),
+                                ([5], TypeError, "must be text"), ([datetime.datetime(1971, 1, 1)], ValueError, "before 1972")):
+            with self.assertRaisesRegex(error, why):
+                toliman.parse_time(bad)
+        with self.assertRaisesRegex(ValueError, "scale='tai': must not be given for datetime"):
+            toliman.parse_time(naive, scale="tai")
 
     def test_leap_second(self):
         second = 1 / 86400

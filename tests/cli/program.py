@@ -1,4 +1,5 @@
 """Runs the program the way a user does. TOLIMAN is the program, CMake sets it for the tests."""
+import hashlib
 import json
 import os
 import pathlib
@@ -24,6 +25,20 @@ TINY = {
     "cadence": {"frames": 10, "peak_photons": 1e6},
     "detector": {"shape": [8, 8], "pixel_scale_arcsec": 0.2},
 }
+
+
+# Days of steps of TAI - UTC from 1972 on, MJD, as the IERS publishes them.
+LEAP_DAYS = (41317, 41499, 41683, 42048, 42413, 42778, 43144, 43509, 43874, 44239, 44786, 45151, 45516, 46247, 47161, 47892,
+             48257, 48804, 49169, 49534, 50083, 50630, 51179, 53736, 54832, 56109, 57204, 57754)
+
+
+def leap_seconds(*more, expires=66000):
+    """A leap-seconds.list with its hash; more: days (MJD) of further leap seconds."""
+    ntp = lambda day: str((day - 15020) * 86400)
+    rows = [(ntp(day), str(10 + k)) for k, day in enumerate((*LEAP_DAYS, *more))]
+    digits = hashlib.sha1("".join((ntp(61000), ntp(expires), *("".join(row) for row in rows))).encode()).hexdigest()
+    text = f"#\tupdated\n#$\t{ntp(61000)}\n#@\t{ntp(expires)}\n" + "".join(f"{a}\t{b}\t# step\n" for a, b in rows)
+    return text + "#h\t" + " ".join(digits[k:k + 8] for k in range(0, 40, 8)) + "\n"
 
 
 def one_wavelength():

@@ -28,6 +28,7 @@ def mission():
     """The shipped mission in 2028.0, stars placed in px so that a difference moves what it names. Short form: fewer
     wavelengths, pupil samples and pixels."""
     scene = json.loads((SCENES / "mission.json").read_text())
+    scene["telescope"]["mask"]["edges"] = "cell"
     scene["binary"] = {"offsets_px": PLACES}
     if not FULL:
         scene["telescope"]["pupil_samples"] = 96
@@ -48,6 +49,7 @@ def small():
 def dated():
     """The mission scene of 2028.0."""
     scene = json.loads((SCENES / "mission.json").read_text())
+    scene["telescope"]["mask"]["edges"] = "cell"
     scene["binary"] = {"orbit": "alpha-cen", "date": 2028.0, "centre": "barycentre"}
     return scene
 

@@ -153,13 +153,15 @@ class Results(Calibrate):
                          r"peak, photon noise \S+\), spectral modes \(.*\), a map \(--map\); --improve tries them in this order\n")
 
     def test_names_are_added(self):
-        """+NAME: to the default parameters that the scene has."""
+        """+NAME: to the default parameters that the scene has, or another prior of one of these."""
         lists = []
         for free in ((), ("--free", "+spectrum_a_1=0.05 +anisotropy")):
             done = self.run_program("calibrate", "truth.json", "f.fits", "--out", "fitted.json", *free)
             self.assertIn(done.returncode, (0, 4), done.stderr)
             lists.append([(one["name"], one["prior_sigma"]) for one in self.result()["windows"][0]["parameters"]])
-        self.assertEqual(lists[1], lists[0] + [("spectrum_a_1", 0.05), ("anisotropy", 0.01)])
+        self.assertIn(("spectrum_a_1", 0.1), lists[0])
+        wanted = [(name, 0.05 if name == "spectrum_a_1" else sigma) for name, sigma in lists[0]]
+        self.assertEqual(lists[1], wanted + [("anisotropy", 0.01)])
 
     def test_the_verdict_travels(self):
         """Each command that uses the scene of an incomplete calibration warns once; a complete one is used without a word."""
@@ -281,27 +283,29 @@ class Resume(Calibrate):
 
 class Windows(Calibrate):
     def test_list_of_scenes(self):
-        """Optics that change: each half of the frames is fitted with its own."""
-        self.write("late.json", with_optics(SCENE, zernike_8=9, zernike_9=-3))
-        self.write("early.json", with_optics(SCENE, zernike_8=5, zernike_9=2))
-        self.simulate("early.json", "0:4", "early.fits")
-        self.simulate("late.json", "6:10", "late.fits")
-        done = self.run_program("calibrate", "s.json", "early.fits", "late.fits", "--out", "fitted.json", "--free",
-                                "zernike_7-10", "--windows", 100, "--smoothness", 1)
+        """Optics that change linearly from one start of a window to the next."""
+        ends = {0: {"zernike_8": 5, "zernike_9": 2}, 100: {"zernike_8": 6, "zernike_9": 1}}
+        for k in range(6):
+            share = k / 5
+            self.write("now.json", with_optics(SCENE, **{name: (1 - share) * ends[0][name] + share * ends[100][name]
+                                                         for name in ends[0]}))
+            self.simulate("now.json", f"{k}:{k + 1}", f"{k}.npy")
+        numpy.save(self.folder / "all.npy", numpy.concatenate([numpy.load(self.folder / f"{k}.npy") for k in range(6)]))
+        done = self.run_program("calibrate", "s.json", "all.npy", "--out", "fitted.json", "--free", "zernike_7-10", "--windows",
+                                100, "--smoothness", 1)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(json.loads((self.folder / "fitted.json").read_text()),
                          {"schema": "toliman-calibration/1", "windows": [{"first_days": 0, "scene": "fitted.1.json"},
                                                                          {"first_days": 100, "scene": "fitted.2.json"}]})
-        windows = self.result()["windows"]
-        self.assertEqual([window["scene"] for window in windows], ["fitted.1.json", "fitted.2.json"])
-        for window, truth in zip(windows, ({"zernike_8": 5, "zernike_9": 2}, {"zernike_8": 9, "zernike_9": -3})):
+        result = self.result()
+        self.assertEqual([window["scene"] for window in result["windows"]], ["fitted.1.json", "fitted.2.json"])
+        for window, truth in zip(result["windows"], ends.values()):
             for one in window["parameters"]:
                 self.assertLess(abs(one["value"] - truth.get(one["name"], 0)), 4.5 * one["sigma"])
-        text = self.succeed("encode", "--fit", "fitted.json", "early.fits", "late.fits").splitlines()
-        both = self.succeed("encode", "--fit", "fitted.1.json", "early.fits").splitlines()[1:]
-        both += self.succeed("encode", "--fit", "fitted.2.json", "late.fits").splitlines()[1:]
-        self.assertEqual(text[1:], both)
+        text = self.succeed("encode", "--fit", "fitted.json", "all.npy").splitlines()
         self.assertNotIn("outlier", "".join(text))
+        for k, scene in ((0, "fitted.1.json"), (5, "fitted.2.json")):  # at the starts
+            self.assertEqual(text[1 + k], self.succeed("encode", "--fit", scene, "all.npy").splitlines()[1 + k])
 
     def test_a_tracker_refuses_a_new_calibration(self):
         self.calibrate("--windows", 100)
@@ -314,6 +318,21 @@ class Windows(Calibrate):
         self.assertEqual(done.returncode, 2)
         self.assertIn("its frames were measured with another scene, calibration or estimator", done.stderr)
         self.assertIn("ingest all 8 frames again into a new folder", done.stderr)
+
+    def test_frames_calibrate_themselves(self):
+        """The default of track with a calibrated scene: named once, the same with --free self, another estimator with none."""
+        self.take_finished()
+        track = ("track", "--state", "st", "--fit", "fitted.json", "--mission-days", 300, "f.fits")
+        told = self.run_program(*track).stderr
+        self.assertIn("toliman: the scene is calibrated: each frame also fits jitter_xx jitter_yy jitter_xy focus zernike_5 zernike_6 "
+                      "zernike_7 zernike_8 zernike_9 zernike_10 zernike_11 (--free self)\n", told)
+        again = self.run_program(*track, "--free", "self")
+        self.assertEqual((again.returncode, "calibrated" in again.stderr), (0, False), again.stderr)
+        other = self.run_program(*track, "--free", "none")
+        self.assertEqual(other.returncode, 2)
+        self.assertIn("its frames were measured with another scene, calibration or estimator, or other --free", other.stderr)
+        plain = self.run_program("track", "--state", "plain", *track[3:], "--free", "none")
+        self.assertEqual((plain.returncode, "calibrated" in plain.stderr), (0, False), plain.stderr)
 
     def test_damaged_lists(self):
         one = {"first_days": 0, "scene": "s.json"}
@@ -354,7 +373,7 @@ class Refusals(Calibrate):
             (3, "one.npy: has 1 frame: a calibration needs at least 2", "one.npy", *out),
             (2, '--free: "scal": must be the name of a parameter; did you mean "scale"?', "f.fits", *out, "--free", "scal"),
             (2, '--free: "shift_x"', "f.fits", *out, "--free", "shift_x"),
-            (2, "must be named once", "f.fits", *out, "--free", "+zernike_5"),
+            (2, "must be named once", "f.fits", *out, "--free", "+spectrum_a_1 +spectrum_a_1"),
             (2, "all names or none begin with +", "f.fits", *out, "--free", "scale +spectrum_a_1"),
             (2, "--map-rms 3: needs --map", "f.fits", *out, "--map-rms", "3"),
             (2, "--smoothness 1: needs --windows", "f.fits", *out, "--smoothness", "1"),

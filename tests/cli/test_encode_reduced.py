@@ -9,7 +9,7 @@ import unittest
 import numpy
 from astropy.io import fits
 from observed import DAY, SECOND, toliman, write_orbit
-from program import ProgramTest
+from program import ROOT, ProgramTest
 from test_fit import COLUMNS, SCENE
 
 SCALE = 0.4
@@ -25,11 +25,11 @@ def setUpModule():
 
 
 class Reduced(ProgramTest):
-    def rows(self, scene, *arguments, warning=None, frames="0:4"):
+    def rows(self, scene, *arguments, warning=None, frames="0:4", file="f.fits"):
         (self.folder / "s.json").write_text(json.dumps(scene))
-        made = self.run_program("simulate", "s.json", "--frames", frames, "--out", "f.fits", "--force")
+        made = self.run_program("simulate", "s.json", "--frames", frames, "--out", file, "--force")
         self.assertEqual(made.returncode, 0, made.stderr)
-        done = self.run_program("encode", "--fit", "s.json", "f.fits", *arguments)
+        done = self.run_program("encode", "--fit", "s.json", file, *arguments)
         self.assertEqual(done.returncode, 0, done.stderr)
         if warning is not None:
             self.assertIn(warning, done.stderr)
@@ -62,16 +62,29 @@ class Reduced(ProgramTest):
                    [[-3600, -3000], [2400, 3400.5]], toliman.Sky(altitude_km=600))
 
     def test_epoch(self):
-        """Of a scene without an observer."""
-        scene = copy.deepcopy(OBSERVED)
+        """Of frames whose times are those of the scene; by default its date. One that differs is reported."""
+        scene, sky = copy.deepcopy(OBSERVED), toliman.Sky(altitude_km=600)
         del scene["binary"]["observer"]
-        self.check(self.rows(scene, *LOW, "--epoch", "2027-03-01T06:00:00"),
-                   toliman.parse_time("2027-03-01T06:00:00"), [[-60, 60]], toliman.Sky(altitude_km=600))
-        for epoch in (toliman.parse_time("2027-03-01T06:00:00"), "61465.25"):
-            self.check(self.rows(scene, *LOW, "--epoch", epoch), toliman.parse_time("2027-03-01T06:00:00"), [[-60, 60]],
-                       toliman.Sky(altitude_km=600))
-        self.refuse(2, "s.json: has no binary.observer, so the date of its time 0 is not exact: give it by --epoch",
-                    arguments=("encode", "--fit", "s.json", "f.fits", *LOW))
+        for epoch in ("2027-03-01T06:00:00", "2027-060 06:00:00+00:00", toliman.parse_time("2027-03-01T06:00:00"), "61465.25"):
+            rows = self.rows(scene, *LOW, "--epoch", epoch, file="f.npy",
+                             warning=f"--epoch {epoch}: instead of binary.date of s.json, 2027-01-01T05:59:27.816 TAI")
+            self.check(rows, toliman.parse_time("2027-03-01T06:00:00"), [[-60, 60]], sky)
+        self.check(self.rows(scene, *LOW, file="f.npy"), toliman.parse_time("2461406.75", "jd", "tt"), [[-60, 60]], sky)
+
+    def test_defaults_of_the_scene(self):
+        """A scene with a system and an observer needs no option, and gives what the options give."""
+        write_orbit(self.folder / "low.csv", toliman.parse_time("2461406.75", "jd", "tt") - 3600 * SECOND, 120)
+        for observer, options in (({"altitude_km": 600}, LOW), ({"file": "low.csv"}, (*LOW[:2], "--observer", "low.csv")),
+                                  ({"altitude_km": 700, "node_hours": 6}, (*LOW[:2], "--altitude", 700, "--node", 6))):
+            scene = copy.deepcopy(OBSERVED)
+            scene["binary"]["observer"] = observer
+            given = self.rows(scene, *options, frames="0:1")
+            self.assertEqual(self.rows(scene, frames="0:1"), given)
+            self.assertEqual(self.rows(scene, *options[2:], frames="0:1"), given)
+            self.rows(scene, *LOW[:2], "--altitude", 650, frames="0:1", warning="instead of binary.observer of s.json, ")
+        (self.folder / "same.json").write_text((ROOT / "examples" / "systems" / "alpha-cen.json").read_text())
+        self.rows(OBSERVED, "--system", "same.json", frames="0:1",
+                  warning="--system same.json: instead of binary.orbit of s.json, alpha-cen")
 
     def test_times_of_headers(self):
         """A FITS header with a time is where the frame was taken, as in track: here 3 days after the scene's frame 0."""
@@ -143,17 +156,21 @@ class Reduced(ProgramTest):
         undated = copy.deepcopy(OBSERVED)
         del undated["binary"]["observer"]
         (self.folder / "undated.json").write_text(json.dumps(undated))
+        elements = copy.deepcopy(undated)
+        elements["binary"]["orbit"] = {"period_years": 80, "epoch": 2035, "semi_major_arcsec": 17.5, "eccentricity": 0.52,
+                                       "inclination_deg": 79, "node_deg": 25, "periastron_deg": 232}
+        (self.folder / "elements.json").write_text(json.dumps(elements))
         undated["cadence"].update(times_days=[30])
         for name in ("frames", "interval_days"):
             del undated["cadence"][name]
         (self.folder / "later.json").write_text(json.dumps(undated))
         for code, message, scene, arguments in (
-                (2, "--epoch 2027-01-01: the scene has a date", "s", (*LOW, "--epoch", "2027-01-01")),
                 (2, "--plate-scale -1: must be above 0 arcsec per px and finite", "s", (*LOW, "--plate-scale", -1)),
                 (3, "long.json: cadence.exposure_s = 900: must be in (0, 600] s for an observer in orbit, or with "
                  "cadence.on_target_s", "long", LOW),
                 (3, "instant.json: cadence.exposure_s = 0: must be in (0, 600] s for an observer in orbit", "instant", LOW),
-                (2, "--altitude requires --system", "s", LOW[2:]),
+                (2, "--observer and --altitude: need --system, or --fit with a scene whose binary.orbit is a system", "elements",
+                 LOW[2:]),
                 (3, "its exposure must be within 64 bits", "undated", (*LOW, "--epoch", 2**63 - 1)),
                 (3, "a frame at 30 days: must be within 100,000 days of time 0", "later", (*LOW, "--epoch", 2**63 - 10**15)),
                 (2, "--epoch : must be YYYY-MM-DD", "undated", (*LOW, "--epoch", "")),
@@ -161,6 +178,11 @@ class Reduced(ProgramTest):
                 (3, "missing.json: No such file", "s", ("--system", "missing.json", "--altitude", 600))):
             frames = "f.npy" if "its exposure" in message or scene == "later" else "f.fits"  # without a time in its header
             with self.subTest(message):
+                if scene == "later" or frames == "f.npy":  # the epoch is reported before the frames are read
+                    done = self.run_program("encode", "--fit", f"{scene}.json", frames, *arguments)
+                    self.assertEqual((done.returncode, done.stdout), (code, ""), done.stderr)
+                    self.assertIn(message, done.stderr.splitlines()[1])
+                    continue
                 self.refuse(code, message, arguments=("encode", "--fit", f"{scene}.json", frames, *arguments))
         self.refuse(2, "--system requires --fit", arguments=("encode", "--template", "s.json", "f.fits", *LOW))
 

@@ -25,7 +25,7 @@ def tiny_scene():
         "telescope": {
             "aperture_m": 0.125,
             "pupil_samples": 64,
-            "mask": {"kind": "spiral", "opd_nm": 288, "terms": [{"a": 1, "f": 2, "m": 3}, {"a": 0.5, "f": 5, "p": 1}]},
+            "mask": {"kind": "spiral", "edges": "cell", "opd_nm": 288, "terms": [{"a": 1, "f": 2, "m": 3}, {"a": 0.5, "f": 5, "p": 1}]},
         },
         "stars": {"A": {**star, "photons_per_s": 2e7}, "B": {**star, "photons_per_s": 1e7}},
         "binary": {"offsets_px": PLACES},

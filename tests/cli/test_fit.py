@@ -10,7 +10,7 @@ from program import PROGRAM, ProgramTest
 SCENE = {
     "schema": "toliman-scene/1",
     "telescope": {"aperture_m": 0.125, "secondary_m": 0.01875, "pupil_samples": 96,
-                  "mask": {"kind": "spiral", "opd_nm": 297.5, "terms": [{"a": 0.819, "f": 2.918, "m": -7, "p": 4.874},
+                  "mask": {"kind": "spiral", "edges": "cell", "opd_nm": 297.5, "terms": [{"a": 0.819, "f": 2.918, "m": -7, "p": 4.874},
                                                                      {"a": 0.93, "f": 1.829, "m": 5}]}},
     "band": {"min_nm": 550, "max_nm": 600, "step_nm": 12.5},
     "stars": {"A": {"spectrum": {"kind": "blackbody", "temperature_k": 5790}, "relative_flux": 3},

@@ -46,6 +46,7 @@ class ObserverFrames(ProgramTest):
     def track(self, state, name, *more):
         done = self.run_program("track", "--fit", "scene.json", "--state", state, "--dtype", "u32le", *GRID, *map(str, more), name)
         self.assertEqual(done.returncode, 0, done.stderr)
+        self.errors = done.stderr
         return [line for line in map(json.loads, done.stdout.splitlines()) if line["schema"] == "toliman-frame/2"]
 
     def test_times_are_tai(self):
@@ -100,23 +101,33 @@ class ObserverFrames(ProgramTest):
         done = self.run_program("track", "--fit", "scene.json", "--state", "bad", *GRID, name)
         self.assertIn(text, done.stderr)
 
-    def test_times_by_cadence_begin_at_0(self):
+    def test_times_by_cadence_begin_at_time_0(self):
+        """That of the scene, or of --epoch, which is reported."""
         self.simulate()
         self.succeed("simulate", "scene.json", "--out", "day.npy", "--frames", "0:2")
-        lines = self.track("n", "day.npy", "--cadence", DAY // 4 // 10**9, "--epoch", 0)
-        self.assertEqual([line["tai_ns"] for line in lines], [0, DAY // 4])
+        later = self.track("e", "day.npy", "--cadence", DAY // 4 // 10**9, "--epoch", ZERO + 5)
+        self.assertEqual([line["tai_ns"] for line in later], [ZERO + 5, ZERO + 5 + DAY // 4])
+        self.assertIn(f"toliman: --epoch {ZERO + 5}: instead of binary.date of scene.json, 2027-01-01T05:59:27.816 TAI\n", self.errors)
+        lines = self.track("n", "day.npy", "--cadence", DAY // 4 // 10**9)
+        self.assertNotIn("instead of", self.errors)
+        self.assertEqual([line["tai_ns"] for line in lines], [ZERO, ZERO + DAY // 4])
         self.assertEqual([line["value"] for line in lines], [line["value"] for line in self.track("a", "in")][:2])
 
-    def test_without_an_observer_times_are_those_of_the_cadence(self):
+    def test_time_0_of_moving_stars_is_their_date(self):
+        """Also without an observer; stars at rest have no date."""
         scene = json.loads(json.dumps(SCENE))
         del scene["binary"]["observer"]
         (self.folder / "scene.json").write_text(json.dumps(scene))
         lines = self.simulate()
-        self.assertEqual([line["timestamp_ns"] for line in lines], [round(day * DAY) - 30 * 10**9 for day in TIMES])
-        header = fits.getheader(self.folder / "day.fits")
+        self.assertEqual([line["timestamp_ns"] for line in lines], [middle(day) - 30 * 10**9 for day in TIMES])
+        self.assertIn("DATE-AVG", fits.getheader(self.folder / "day.fits"))
+        self.assertEqual([line["tai_ns"] for line in self.track("a", "day.fits")], [middle(day) for day in TIMES])
+        del scene["binary"]["moving"]
+        (self.folder / "rest.json").write_text(json.dumps(scene))
+        self.succeed("simulate", "rest.json", "--out", "rest.fits")
+        header = fits.getheader(self.folder / "rest.fits")
         self.assertNotIn("DATE-AVG", header)
         self.assertNotIn("TIMESYS", header)
-        self.assertEqual([line["tai_ns"] for line in self.track("a", "day.fits")], [round(day * DAY) for day in TIMES])
 
 
 if __name__ == "__main__":

@@ -44,7 +44,7 @@ class Plan(ProgramTest):
         self.assertTrue(rows["pupil"].endswith("  > accuracy: see below"))
         note = " ".join(self.succeed("plan", "a.json").partition("              The pupil error ")[2].split())
         for words in ("periods in its frames are not disturbed", "the image of a real mask differs by this error",
-                      "telescope.pupil_samples (at most 2048) reduces it. set-up "):
+                      "telescope.pupil_samples (at most 2048) reduce it. set-up "):
             self.assertIn(words, note)
         finer = self.rows(self.scene("b.json", telescope={"pupil_samples": 512}))
         error = [float(re.search(r"\d\.\de[-+]\d+", row["pupil"]).group()) for row in (rows, finer)]

@@ -7,7 +7,7 @@ import sys
 import unittest
 
 import numpy
-from program import PROGRAM, ROOT, ProgramTest
+from program import PROGRAM, ROOT, ProgramTest, leap_seconds
 
 os.environ.setdefault("TOLIMAN_LIBRARY", str(pathlib.Path(PROGRAM).parents[1] / "lib" / "libtoliman.so"))
 sys.path.insert(0, str(ROOT / "bindings" / "python"))
@@ -73,9 +73,31 @@ class Predict(ProgramTest):
         # days of UTC, one of which has a leap second
         rows = self.predictions(*LOW, "--from", "2016-12-31", "--to", "2017-01-02")["predictions"]
         self.assertEqual(numpy.diff([row["tai_ns"] for row in rows]).tolist(), [86401 * 10**9, 86400 * 10**9])
-        (self.folder / "leap-seconds.list").write_text("#@ 3928521600\n2272060800 10\n2287785600 11\n")
-        old = self.predictions(*LOW, "--times", "2027-01-01", "--leap-seconds", "leap-seconds.list")
-        self.assertEqual(old["predictions"][0]["tai_ns"], utc - 26 * 10**9)
+        (self.folder / "leap-seconds.list").write_text(leap_seconds(61300, 61400))
+        new = self.predictions(*LOW, "--times", "2027-01-01", "--leap-seconds", "leap-seconds.list")
+        self.assertEqual(new["predictions"][0]["tai_ns"], utc + 2 * 10**9)
+
+    def test_expired_leap_seconds(self):
+        """Told once, whatever brings the dates: times, an observer file; not for other scales."""
+        (self.folder / "new.list").write_text(leap_seconds())
+        (self.folder / "old.list").write_text(leap_seconds(expires=61400))
+        known = "dates of UTC up to 2031-01-01 were converted, but leap seconds are known only before "
+        for more, text in (((), known), (("--leap-seconds", "old.list"), known + "2026-12-26: --leap-seconds FILE reads"),
+                           (("--leap-seconds", "new.list"), ""), (("--scale", "tai"), "")):
+            done = self.run_program(*LOW, "--times", "2030-01-01,2031-01-01", *more)
+            self.assertEqual((done.returncode, done.stderr.count("\n")), (0, 1 if text else 0), done.stderr)
+            self.assertIn(text, done.stderr)
+        rows = ["t_utc,x_km,y_km,z_km,vx_km_s,vy_km_s,vz_km_s"]
+        for minute in range(12):
+            c, s = numpy.cos(0.0646806 * minute), numpy.sin(0.0646806 * minute)
+            rows.append(f"2031-001 00:{minute:02d}:00,{7000 * c},{7000 * s},0,{-7.54607 * s},{7.54607 * c},0")
+        (self.folder / "far.csv").write_text("\n".join(rows))
+        done = self.run_program("predict", "alpha-cen", "--observer", "far.csv", "--times", "2031-01-01T00:05:40",
+                                "--scale", "tai")
+        self.assertIn(known, done.stderr)
+        (self.folder / "bad.list").write_text(leap_seconds().replace("#$\t", "#$\t1"))
+        self.refuse(3, "bad.list: its hash (#h) is not that of its rows",
+                    arguments=(*LOW, "--times", "2027-01-01", "--leap-seconds", "bad.list"))
 
     def test_times_of_a_file(self):
         (self.folder / "times.csv").write_text("date,y\n# a comment\n\n2027-01-01T00:00:00.25,5\n  61500 7\n")
@@ -84,6 +106,13 @@ class Predict(ProgramTest):
         (self.folder / "marked.csv").write_bytes(b"\xef\xbb\xbf2027-01-01T00:00:00.25\n61500\n")  # by some editors
         self.assertEqual(self.succeed(*LOW, "--times-file", "marked.csv"), expected)
         self.assertEqual(self.succeed(*LOW, "--times-file", "-", input="2027-01-01T00:00:00.25\n61500"), expected)
+        plain = self.predictions(*LOW, "--times", "2027-01-01T00:00:00.25,61500")["predictions"]
+        for form in ("2027-01-01 00:00:00.25", "2027-001T00:00:00.25Z", "2027-001 00:00:00.25+00:00"):
+            (self.folder / "times.csv").write_text(f"{form} 5\n61500 7\n")
+            for times in (("--times-file", "times.csv"), ("--times", form + ",61500")):
+                found = self.predictions(*LOW, *times)["predictions"]
+                self.assertEqual([row["tai_ns"] for row in found], [row["tai_ns"] for row in plain])
+        self.refuse(2, "is +02:00 from UTC", arguments=(*LOW, "--times", "2027-01-01T00:00:00+02:00"))
 
     def test_fractions_of_seconds(self):
         _, table = self.columns(*LOW, "--from", "2027-01-01T00:00:00.5", "--to", "2027-01-01T00:00:01", "--every",
@@ -138,7 +167,7 @@ class Predict(ProgramTest):
         for code, text, arguments in (
             (2, "give times: --times, --times-file, or --from and --to", ()),
             (2, f"--times 2027.5: {must}", ("--times", "2027.5")),
-            (2, "--times noon: must be YYYY-MM-DD or YYYY-MM-DDThh:mm:ss", ("--times", "noon")),
+            (2, "--times noon: must be YYYY-MM-DD or YYYY-DDD, alone or with Thh:mm:ss", ("--times", "noon")),
             (2, "--times 1850-01-01: must be from 1972-01-01", ("--times", "1850-01-01")),
             (2, "--from requires --to", ("--from", "2027-01-01")),
             (2, "--to 2027-01-01: must not be before --from 2027-02-01", ("--from", "2027-02-01", "--to", "2027-01-01")),

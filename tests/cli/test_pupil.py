@@ -20,7 +20,7 @@ def tiny_scene():
             "aperture_m": 0.125,
             "secondary_m": 0.02,
             "pupil_samples": 64,
-            "mask": {"kind": "spiral", "height_nm": 144, "terms": [{"a": 1, "f": 2, "m": 3}, {"a": 0.5, "f": 5, "p": 1}]},
+            "mask": {"kind": "spiral", "edges": "cell", "height_nm": 144, "terms": [{"a": 1, "f": 2, "m": 3}, {"a": 0.5, "f": 5, "p": 1}]},
         },
         "band": {"min_nm": 550, "max_nm": 600, "step_nm": 16.666666666666668},
         "stars": {

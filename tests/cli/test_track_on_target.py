@@ -5,7 +5,7 @@ import json
 import struct
 import unittest
 
-from program import HEADER, LINE
+from program import HEADER, LINE, leap_seconds
 from test_track import FRAMES
 from test_track_stamps import DAY, EXPOSURE, GRID, HALF, Exposed
 
@@ -117,9 +117,10 @@ class Windows(OnTarget):
         off = lines.pop(4)
         self.assertEqual((off["verdict"], off["reason"], off["camera_ns"], off["value"], off["input"]),
                          ("rejected", "off target", 4 * DAY, None, "bare/x_meta.jsonl:5"))
-        self.assertEqual(self.errors.splitlines()[0],
-                         "toliman: warning: bare/x_meta.jsonl:5: rejected: off target: no window of w.csv contains on-target "
-                         f"time of frame 4, exposed from {4 * DAY - HALF} to {4 * DAY + HALF} ns of camera time")
+        self.assertEqual(self.errors.splitlines()[:2],
+                         ["toliman: --on-target: instead of cadence.on_target_s of the scene",
+                          "toliman: warning: bare/x_meta.jsonl:5: rejected: off target: no window of w.csv contains on-target "
+                         f"time of frame 4, exposed from {4 * DAY - HALF} to {4 * DAY + HALF} ns of camera time"])
         self.assertEqual({line["verdict"] for line in lines.values()}, {"accepted"})
         columns = self.columns("s")
         self.assertEqual(sorted(columns), [k for k in range(FRAMES) if k != 4])
@@ -200,19 +201,20 @@ class Windows(OnTarget):
         self.assertEqual({line["verdict"] for line in lines.values()}, {"accepted"})
 
     def test_windows_in_utc(self):
+        """About the leap second at the end of 1972-06, and a further one at the end of 2027-05-31, MJD 61556."""
         bare = self.without_intervals()
-        day = "1972-06-30T"
-        zero = 78796800 * SECOND - 13 * DAY + 10 * SECOND  # frame 13 is at 0 h of 1972-07-01 minus the leap second
-        (self.folder / "clock.csv").write_text(f"0,{zero}\n")
-        (self.folder / "w.csv").write_text(f"start_utc,end_utc\n{day}23:59:30,{day}23:59:60.5Z\n")
-        (self.folder / "list").write_text("#@ 3928521600\n2272060800 10\n")
-        for name, seconds in (("known", None), ("given", ("--leap-seconds", "list"))):
-            if seconds:
-                (self.folder / "w.csv").write_text(f"start_utc,end_utc\n{day}23:59:30,1972-07-01T00:00:00.5Z\n")
-            self.follow(name, "--clock", "clock.csv", "--on-target", "w.csv", *(seconds or ()), inputs=bare)
-            columns = self.columns(name)
-            self.assertEqual(list(columns), [13])
-            self.check(columns, [(13 * DAY - 30 * SECOND, 13 * DAY + SECOND // 2)])
+        (self.folder / "list").write_text(leap_seconds(61557))
+        for name, day, first, seconds in (("known", "1972-06-30 ", "1972-183T", ()),
+                                          ("given", "2027-05-31T", "2027-152 ", ("--leap-seconds", "list"))):
+            ahead = 10 if name == "known" else 37
+            zero = ((41499 if name == "known" else 61557) - 40587) * DAY - 13 * DAY + ahead * SECOND
+            (self.folder / "clock.csv").write_text(f"0,{zero}\n")  # frame 13 is at 0 h minus the leap second
+            for k, end in enumerate((day + "23:59:60.5Z", first.replace("183", "182").replace("152", "151") + "23:59:60.5+00:00")):
+                (self.folder / "w.csv").write_text(f"start_utc,end_utc\n{day}23:59:30,{end}\n")
+                self.follow(f"{name}{k}", "--clock", "clock.csv", "--on-target", "w.csv", *seconds, inputs=bare)
+                columns = self.columns(f"{name}{k}")
+                self.assertEqual(list(columns), [13])
+                self.check(columns, [(13 * DAY - 30 * SECOND, 13 * DAY + SECOND // 2)])
 
     def test_fits_frames_have_the_exposure_of_the_folder(self):
         self.succeed("simulate", "scene.json", "--out", "day.fits")

@@ -182,6 +182,80 @@ class Reduced(ProgramTest):
         self.succeed("rebuild", "plain", *other)
         self.assertGreater(abs(self.records("plain")[3]["value"]) * SCALE, 4e-4)
 
+    def begin_orbit_earlier(self):
+        """At time 0 of a scene with this observer, half of an exposure is before it."""
+        write_orbit(self.folder / "definitive.csv", self.zero - 13 * 3600 * SECOND, 75 * 60)
+
+    def test_defaults_of_the_scene(self):
+        """Epoch, system, observer, exposure and on-target intervals of the scene give what the options give."""
+        self.begin_orbit_earlier()
+        self.simulate()
+        given = ("--system", "alpha-cen", "--observer", "definitive.csv", "--epoch", self.zero, "--exposure", "60")
+        command = ("track", "--dtype", "u32le", *GRID, "--fit")
+        for state, more in (("given", given), ("scene", ()), ("some", given[4:])):
+            done = self.run_program(*command, "scene.json", "--state", state, *more, "in")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertNotIn("instead of", done.stderr)
+            self.assertEqual(self.sums(state), self.sums("given"), state)
+        again = self.run_program(*command, "scene.json", "--state", "given", "in")  # the observer of a resumed folder
+        self.assertEqual((again.returncode, again.stdout.count("duplicate")), (0, 24), again.stderr)
+        other = ("--observer", "predicted.csv", "--epoch", self.zero + 1, "--exposure", "61", "--system", "same.json")
+        (self.folder / "same.json").write_text(SYSTEM.read_text())
+        done = self.run_program(*command, "scene.json", "--state", "other", *other, "in")
+        for text in ("observer: predicted.csv instead of binary.observer of scene.json, ./definitive.csv",
+                     f"--epoch {self.zero + 1}: instead of binary.date of scene.json, 2027-01-01T05:59:27.816 TAI",
+                     "--exposure 61: instead of cadence.exposure_s of scene.json, 60 s",
+                     "--system same.json: instead of binary.orbit of scene.json, alpha-cen"):
+            self.assertEqual(done.stderr.count("toliman: " + text), 1, done.stderr)
+
+    def test_on_target_intervals_of_the_scene(self):
+        """Of frames that state none: pairs of the mission, FITS files."""
+        self.begin_orbit_earlier()
+        self.write_scene("scene.json", {"file": "definitive.csv"}, times_days=[0.5, 1.5], exposure_s=86400.0, rate=0.5,
+                         on_target_s=[second for arc in ARCS for second in arc])
+        self.simulate()
+        self.succeed("simulate", "scene.json", "--out", "two.fits")
+        side = self.folder / "in/s_meta.jsonl"
+        lines = [json.loads(line) for line in side.read_text().splitlines()]
+        command = ("track", "--fit", "scene.json", *GRID, "--state")
+        self.succeed(*command, "own", "--dtype", "u32le", "in")
+        self.assertEqual([line.pop("on_target_s") for line in lines], [[second for arc in ARCS for second in arc]] * 2)
+        side.write_text("".join(json.dumps(line) + "\n" for line in lines))
+        for state, inputs in (("bare", ("--dtype", "u32le", "in")), ("cube", ("two.fits",))):
+            out = self.succeed(*command, state, *inputs)
+            self.assertEqual(out.count('"verdict":"accepted"'), 2)
+            for frame, record in self.records(state).items():  # the counts of the pair are rounded
+                self.assertAlmostEqual(record["value"], self.records("own")[frame]["value"], delta=1e-8)
+
+    def test_length_of_exposures_over_windows(self):
+        """An exposure of the scene that windows interrupt may be the time on target alone: its length is demanded."""
+        self.begin_orbit_earlier()
+        total = sum(end - start for start, end in ARCS)
+        self.write_scene("scene.json", {"file": "definitive.csv"}, times_days=[0.5, 1.5], exposure_s=86400.0, rate=0.5,
+                         on_target_s=[second for arc in ARCS for second in arc])
+        self.simulate()
+        self.write_scene("net.json", {"file": "definitive.csv"}, times_days=[0.5, 1.5], exposure_s=total, rate=0.5)
+        begin = [self.zero + k * DAY for k in range(2)]
+        (self.folder / "w.csv").write_text("start_tai_ns,end_tai_ns\n" + "".join(
+            f"{start + int(a * SECOND)},{start + int(b * SECOND)}\n" for start in begin for a, b in ARCS))
+        side = self.folder / "in/s_meta.jsonl"
+        lines = [json.loads(line) for line in side.read_text().splitlines()]
+        for line in lines:
+            del line["on_target_s"]
+        side.write_text("".join(json.dumps(line) + "\n" for line in lines))
+        command = ("track", "--dtype", "u32le", *GRID, "--on-target", "w.csv", "--fit")
+        done = self.run_program(*command, "net.json", "--state", "net", "in")
+        self.assertEqual(done.returncode, 2, done.stderr)
+        self.assertIn(f"--on-target w.csv: the exposure of frame 0, {total:g} s by cadence.exposure_s of net.json, is not inside "
+                      "one window: give a new folder with --exposure SECONDS", done.stderr)
+        self.assertFalse((self.folder / "net").exists())
+        for state, model, more in (("given", "net.json", ("--exposure", "86400")), ("scene", "scene.json", ())):
+            done = self.run_program(*command, model, "--state", state, *more, "in")
+            self.assertEqual((done.returncode, done.stdout.count('"verdict":"accepted"')), (0, 2), done.stderr)
+            self.assertNotIn("is --exposure right", done.stderr)
+        done = self.run_program(*command, "net.json", "--state", "short", "--exposure", str(total), "in")
+        self.assertIn("still points at the stars after the end of 2 of 2 exposures: is --exposure right?", done.stderr)
+
     def test_mistakes(self):
         self.simulate()
         self.track("s", *ORBIT)
@@ -190,7 +264,6 @@ class Reduced(ProgramTest):
         new = ("--state", "new", *GRID)
         for text, more in (
                 ("s: its separations are reduced: give the orbit of the spacecraft, --observer FILE", ("--state", "s")),
-                ("--observer and --altitude: need --system", (*new, "--observer", "definitive.csv")),
                 ("--plate-scale: need --system", (*new, "--plate-scale", "1")),
                 ("--plate-scale -1: must be above 0 arcsec per px", (*new, "--system", "alpha-cen", "--plate-scale", "-1")),
                 ("has a plate scale of 0.75 arcsec per px, not 0.5", ("--state", "s", "--observer", "definitive.csv",

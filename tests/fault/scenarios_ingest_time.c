@@ -1,9 +1,10 @@
 /* ingest.h: clock tables, on-target windows, leap seconds, dates */
 #include <string.h>
 
+#include "leap_second_rows.h"
 #include "scenario.h"
 
-enum { ROWS = 2 };
+enum { ROWS = 2, LEAP_SECONDS = 28 };
 
 static const char kClock[] = "clock", kList[] = "list", kWindows[] = "windows";
 
@@ -19,7 +20,7 @@ static void put_windows(void) {
 }
 
 static void put_list(void) {
-    static const char text[] = "#@ 3928521600\n2272060800 10\n2287785600 11\n";
+    static const char text[] = "#@ 3928521600\n" LEAP_SECOND_ROWS LAST_LEAP_SECOND;
     write_file(kList, text, sizeof text - 1);
 }
 
@@ -45,9 +46,9 @@ static toliman_status read_few_windows(attempt *a) {
 }
 
 static toliman_status read_leap_seconds(attempt *a) {
-    toliman_leap_second table[ROWS] = {TOLIMAN_LEAP_SECOND_INIT};
-    const toliman_status status =
-        toliman_ingest_read_leap_seconds(in_folder(kList), table, ROWS, (size_t *)a->out, (int64_t *)(a->out + 8));
+    toliman_leap_second table[LEAP_SECONDS] = {TOLIMAN_LEAP_SECOND_INIT};
+    const toliman_status status = toliman_ingest_read_leap_seconds(in_folder(kList), table, LEAP_SECONDS,
+                                                                   (size_t *)a->out, (int64_t *)(a->out + 8));
     must(table[1].tai_utc_s == (status == TOLIMAN_OK ? 11 : 0), "rows of a call that failed");
     return status;
 }
@@ -61,9 +62,15 @@ static toliman_status parse_time(attempt *a) {
                                      0, (int64_t *)a->out);
 }
 
+static toliman_status last_utc_day(attempt *a) {
+    must(toliman_ingest_last_utc_day() >= 0 && a != NULL, "last_utc_day");
+    return TOLIMAN_OK;
+}
+
 static toliman_status read_header(attempt *a) {
     toliman_ingest_header header = TOLIMAN_INGEST_HEADER_INIT;
-    header.date_obs = "'2016-12-31T23:59:60.5'";
+    header.date_obs = "'2016-12-31'";
+    header.time_obs = "'23:59:60.5'";
     header.exptime = "2.5";
     header.timesys = "'UTC'";
     return toliman_ingest_read_header(&header, NULL, 0, 0, (void *)a->out);
@@ -91,6 +98,7 @@ static const scenario all[] = {
     {.function = "toliman_ingest_read_leap_seconds", .call = read_leap_seconds, .stage = put_list},
     {.function = "toliman_ingest_read_leap_seconds", .variant = "of ERFA", .call = known_leap_seconds},
     {.function = "toliman_ingest_parse_time", .call = parse_time},
+    {.function = "toliman_ingest_last_utc_day", .call = last_utc_day},
     {.function = "toliman_ingest_read_header", .call = read_header, .struct_size = sizeof(toliman_ingest_header_time)},
     {.function = "toliman_ingest_convert_times", .call = convert_times},
 };

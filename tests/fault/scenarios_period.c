@@ -272,6 +272,13 @@ static toliman_status query_bootstrap(attempt *a) {
 static toliman_status query_sampling(attempt *a) {
     return toliman_period_query_sampling(samples(), t, SAMPLES, (void *)a->out);
 }
+static toliman_status query_aliases(attempt *a) {
+    return toliman_period_query_aliases(samples(), F0, PEAKS, (void *)a->out, (size_t *)(a->out + 8192));
+}
+static toliman_status interval_name(attempt *a) {
+    (void)a;
+    return toliman_period_interval_name(TOLIMAN_PERIOD_INTERVAL_YEAR)[0] == 'y' ? TOLIMAN_OK : TOLIMAN_E_STATE;
+}
 
 static toliman_status batch_with(size_t n, int64_t nf, double tolerance, uint32_t threads, double *power) {
     toliman_period_batch_options options;
@@ -382,6 +389,8 @@ static const scenario all[] = {
     QUERIES(query_threshold, 0),
     QUERIES(query_bootstrap, 0),
     QUERIES(query_sampling, sizeof(toliman_period_sampling)),
+    QUERIES(query_aliases, sizeof(toliman_period_alias)),
+    {.function = "toliman_period_interval_name", .call = interval_name},
     {.function = "toliman_period_batch", "direct", batch_direct, .stage = put_states},
     {.function = "toliman_period_batch", "FFT", batch_fft, .stage = put_states},
     {.function = "toliman_period_batch", "threads", batch_threads, .stage = put_states},

@@ -50,8 +50,10 @@ void read_times(const std::string &text) {
 } // namespace
 
 std::vector<Bytes> fuzz::seeds() {
-    return seeds_of({"MJD-AVG=60000.25\nTIMESYS='TAI'\ndays=0.5\n", "DATE-OBS='2016-12-31T23:59:60.5'\nEXPTIME=2.5E0\n",
-                     "MJD-BEG=57753.99\nXPOSURE=1\nTIMESYS='GPS'\n"});
+    return seeds_of(
+        {"MJD-AVG=60000.25\nTIMESYS='TAI'\ndays=0.5\n", "DATE-OBS='2016-12-31T23:59:60.5'\nEXPTIME=2.5E0\n",
+         "MJD-BEG=57753.99\nXPOSURE=1\nTIMESYS='GPS'\n",
+         "DATE-OBS='2028-03-01'\nTIME-OBS='12:00:00'\nDATE-END='2028-061 13:00:00'\nTIMESYS='UTC(NIST)'\n"});
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {

@@ -3,6 +3,7 @@
 #include <toliman/ingest.h>
 
 #include "fuzz.hpp"
+#include "leap_second_rows.h"
 #include "memory_file.hpp"
 
 using namespace fuzz;
@@ -81,8 +82,9 @@ std::vector<Bytes> fuzz::seeds() {
     return seeds_of({"wstart_tai_ns,end_tai_ns\n1,2 # comment\n2,1000000002\n",
                      "wend_utc,start_utc\n2028-03-01T12:00:00Z,2028-060T12:00:00\n",
                      "ccamera_ns,tai_ns\n1,2 # comment\n1000000001,1000000002\n",
-                     "l#@ 3928521600\n2272060800 10\n2287785600 11 # 1\n", "t2016-12-31T23:59:60.5",
-                     "t2028-03-01T12:00:00Z", "t60000.25", "t2460000.5", "t+577539.9e-1", "t1.5D+4"});
+                     "l#@ 3928521600\n" LEAP_SECOND_ROWS LAST_LEAP_SECOND, "t2016-12-31T23:59:60.5",
+                     "t2028-03-01T12:00:00Z", "t2028-061 12:00:00+00:00", "t60000.25", "t2460000.5", "t+577539.9e-1",
+                     "t1.5D+4"});
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {

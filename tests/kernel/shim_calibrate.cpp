@@ -11,7 +11,8 @@ using namespace toliman::calibrate;
 
 namespace {
 
-// Frames alternate between the windows, window w of which is w + 1 window lengths after the one before.
+// Frames alternate between the windows, window w of which is w + 1 window lengths after the one before. Frame k depends
+// on the values at the next start with the weight k / frames, unless its window is the last.
 Problem problem_of(size_t windows, size_t frames, size_t n, const double *sigma, double smoothness) {
     Problem problem;
     for (size_t i = 0; i < n; i++)
@@ -21,8 +22,11 @@ Problem problem_of(size_t windows, size_t frames, size_t n, const double *sigma,
         problem.windows[w].elapsed = static_cast<double>(w + 1);
     problem.frames.count = frames;
     problem.smoothness = smoothness;
-    for (size_t k = 0; k < frames; k++)
-        problem.windows[k % windows].frames.push_back(k);
+    for (size_t k = 0; k < frames; k++) {
+        Window &window = problem.windows[k % windows];
+        window.frames.push_back(k);
+        window.shares.push_back(k % windows + 1 < windows ? static_cast<double>(k) / static_cast<double>(frames) : 0);
+    }
     return problem;
 }
 

@@ -45,7 +45,7 @@ struct Parts {
     explicit Parts(const Case &made)
         : problem(made.problem), outline(outline_at(problem, made.truth.instrument[0], made.truth.map_m)),
           planes(outline, problem.parameters(), problem.capture_px), images(outline, planes),
-          joint(made.problem, made.truth, 0), frames(problem, made.truth, joint.fit().model(), planes) {}
+          joint(made.problem, made.truth, 0), frames(problem, made.truth, joint.first().model(), planes) {}
     Problem problem;
     optics::Outline outline;
     Planes planes;
@@ -241,6 +241,8 @@ extern "C" void shim_map_step(const void *made, size_t windows, double *map_m, d
     problem.windows.assign(windows, {});
     for (size_t k = 0; k < problem.frames.count; k++)
         problem.windows[k * windows / problem.frames.count].frames.push_back(k);
+    for (size_t w = 0; w + 1 < windows; w++)
+        problem.windows[w].shares.assign(problem.windows[w].frames.size(), 0.25);
     MapOptions options;
     options.most_iterations = 20;
     const MapStep step = map_step(problem, point, options);

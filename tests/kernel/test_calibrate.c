@@ -42,17 +42,29 @@ static void make_blocks(void) {
         values[i] = 0.1 * uniform_signed(&seed);
 }
 
-/* The whole system: parameters of the instrument in each window, then those of the frames. */
+/* The row of parameter i of frame k in the whole system, and its weight: the frame's own, or that of the instrument at
+ * the start of the frame's window (next = 0), or at the next start. */
+static size_t row_of(size_t windows, size_t k, size_t i, size_t next, long double *weight) {
+    const size_t window = k % windows;
+    const long double share = window + 1 < windows ? (long double)k / FRAMES : 0;
+    *weight = i < OWN ? (next == 0) : next == 0 ? 1 - share : share;
+    return i < OWN ? windows * N + k * OWN + i : (window + (*weight > 0 ? next : 0)) * N + i - OWN;
+}
+
+/* The whole system: parameters of the instrument at each start of a window, then those of the frames. */
 static size_t assemble(size_t windows, double damping) {
     const size_t all = windows * N, size = all + FRAMES * OWN;
     memset(whole, 0, sizeof whole);
     memset(right, 0, sizeof right);
     for (size_t k = 0; k < FRAMES; k++)
-        for (size_t i = 0; i < SIZE; i++) {
-            const size_t row = i < OWN ? all + k * OWN + i : k % windows * N + i - OWN;
-            right[row] += gradients[k][i];
-            for (size_t j = 0; j < SIZE; j++)
-                whole[row][j < OWN ? all + k * OWN + j : k % windows * N + j - OWN] += matrices[k][i][j];
+        for (size_t i = 0; i < 2 * SIZE; i++) {
+            long double of_row, of_col;
+            const size_t row = row_of(windows, k, i / 2, i % 2, &of_row);
+            right[row] += of_row * gradients[k][i / 2];
+            for (size_t j = 0; j < 2 * SIZE; j++) {
+                const size_t col = row_of(windows, k, j / 2, j % 2, &of_col);
+                whole[row][col] += of_row * of_col * matrices[k][i / 2][j / 2];
+            }
         }
     for (size_t w = 0; w < windows; w++)
         for (size_t i = 0; i < N; i++) {

@@ -13,7 +13,8 @@ enum { N = 64, CELLS = N * N, PLACES = 2, NONE = 0, ODD = 2 };
 static const char *const kScene =
     "{\"schema\": \"toliman-scene/1\","
     " \"telescope\": {\"aperture_m\": 0.125, \"secondary_m\": 0.02, \"pupil_samples\": 64,"
-    "  \"mask\": {\"kind\": \"spiral\", \"opd_nm\": 292.5, \"terms\": [{\"a\": 1, \"f\": 1.2, \"m\": -5, \"p\": 1}]}},"
+    "  \"mask\": {\"kind\": \"spiral\", \"edges\": \"cell\", \"opd_nm\": 292.5, \"terms\": [{\"a\": 1, \"f\": 1.2, "
+    "\"m\": -5, \"p\": 1}]}},"
     " \"band\": {\"min_nm\": 550, \"max_nm\": 620, \"step_nm\": 10},"
     " \"stars\": {\"A\": {\"spectrum\": {\"kind\": \"blackbody\", \"temperature_k\": 5790}, \"photons_per_s\": 7e11},"
     "  \"B\": {\"spectrum\": {\"kind\": \"blackbody\", \"temperature_k\": 5260}, \"photons_per_s\": 3e11}},"

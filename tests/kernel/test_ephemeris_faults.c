@@ -158,7 +158,7 @@ static void malformed_messages(void **state) {
         {12, "START_TIME = 2028-01-01", ":12: START_TIME = \"2028-01-01\": must be an existing time"},
         {12, "START_TIME = 2028-001T00:00:00Z",
          ":12: START_TIME = \"2028-001T00:00:00Z\": must be an existing time "
-         "YYYY-MM-DDThh:mm:ss.s or YYYY-DDDThh:mm:ss.s, with a final Z in UTC only"},
+         "YYYY-MM-DDThh:mm:ss.s or YYYY-DDDThh:mm:ss.s, with a final Z or +00:00 in UTC only"},
         {12, "START_TIME = 2027-366T00:00:00", ":12: START_TIME = \"2027-366T00:00:00\": must be an existing time"},
         {12, "START_TIME = 1957-12-31T00:00:00",
          ":12: START_TIME = \"1957-12-31T00:00:00\": must be from 1958-01-01 to "

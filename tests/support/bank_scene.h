@@ -21,7 +21,7 @@ static inline toliman_sim *bank_sim(int rows, int cols, const char *binary) {
         json, sizeof json,
         "{\"schema\": \"toliman-scene/1\", \"name\": \"bank\","
         " \"telescope\": {\"aperture_m\": 0.125, \"secondary_m\": 0.01875, \"pupil_samples\": 96,"
-        "  \"mask\": {\"kind\": \"spiral\", \"opd_nm\": 297.5,"
+        "  \"mask\": {\"kind\": \"spiral\", \"edges\": \"cell\", \"opd_nm\": 297.5,"
         "   \"terms\": [{\"a\": 0.819, \"f\": 2.918, \"m\": -7, \"p\": 4.874}, {\"a\": 0.93, \"f\": 1.829, \"m\": "
         "5}]}},"
         " \"band\": {\"min_nm\": 570, \"max_nm\": 590, \"step_nm\": 10},"

@@ -20,7 +20,7 @@ static inline size_t write_scene(char *json, size_t capacity, int rows, int cols
         json, capacity,
         "{\"schema\": \"toliman-scene/1\", \"name\": \"cae-test\","
         "\"telescope\": {\"aperture_m\": 0.125, \"secondary_m\": 0.01875, \"pupil_samples\": 128,"
-        "  \"mask\": {\"kind\": \"spiral\", \"opd_nm\": 297.5, \"terms\": ["
+        "  \"mask\": {\"kind\": \"spiral\", \"edges\": \"cell\", \"opd_nm\": 297.5, \"terms\": ["
         "    {\"a\": 0.819, \"f\": 2.918, \"l\": 0, \"m\": -27, \"p\": 4.874},"
         "    {\"a\": 0.93, \"f\": 1.829, \"l\": 0, \"m\": 25, \"p\": 5.967},"
         "    {\"a\": 0.702, \"f\": 9.468, \"l\": 10.905, \"m\": -27, \"p\": 4.193}]}},"

@@ -5,11 +5,23 @@
 #include "calibrate_scene.h"
 #include "test_folder.h"
 
-enum { SIDE = CALIBRATE_SIDE, PIXELS = CALIBRATE_PIXELS, FRAMES = CALIBRATE_FRAMES, ALL = 8, CELLS = 32, DEFAULT = 25 };
+enum {
+    SIDE = CALIBRATE_SIDE,
+    PIXELS = CALIBRATE_PIXELS,
+    FRAMES = CALIBRATE_FRAMES,
+    ALL = 8,
+    CELLS = 32,
+    DEFAULT = 29,
+    KNOWN = 25
+};
+
+/* The default parameters that three wavelengths determine. */
+static const char kKnown[] = "focus zernike_5-21 scale mask_rotation jitter_xx jitter_yy jitter_xy temperature_a "
+                             "temperature_b";
 
 static toliman_sim *nominal, *truth;
 static double frames[ALL * PIXELS];
-static toliman_calibration *whole; /* FRAMES frames, all defaults */
+static toliman_calibration *whole; /* FRAMES frames, kKnown free */
 static char folder[300];
 
 static toliman_calibration *calibrated(const toliman_sim *sim, const double *of, size_t count,
@@ -24,7 +36,8 @@ static int set_up(void **unused) {
     nominal = calibrate_sim(NULL);
     truth = calibrate_sim(&kTrueChange);
     assert_ok(toliman_sim_frame_many(truth, NULL, 3, 0, ALL, 0, frames));
-    whole = calibrated(nominal, frames, FRAMES, NULL);
+    const toliman_calibration_options options = {.struct_size = sizeof options, .free = kKnown};
+    whole = calibrated(nominal, frames, FRAMES, &options);
     make_folder(folder, sizeof folder);
     return 0;
 }

@@ -146,7 +146,7 @@ static void bad_arguments_of_results_are_refused(void **state) {
     assert_fails(toliman_calibration_get_info(whole, &info), TOLIMAN_E_ARGUMENT, "out->struct_size = 8");
     assert_fails(toliman_calibration_get_info(whole, NULL), TOLIMAN_E_ARGUMENT, "out is NULL");
     assert_fails(toliman_calibration_get_info(NULL, &info), TOLIMAN_E_ARGUMENT, "calibration is NULL");
-    assert_fails(toliman_calibration_get_value(whole, 0, DEFAULT, &value), TOLIMAN_E_RANGE,
+    assert_fails(toliman_calibration_get_value(whole, 0, KNOWN, &value), TOLIMAN_E_RANGE,
                  "index = 25: must be in [0, 24]");
     assert_fails(toliman_calibration_get_value(whole, 0, -1, &value), TOLIMAN_E_RANGE,
                  "index = -1: must be in [0, 24]");
@@ -211,12 +211,12 @@ static void without_convergence_every_value_is_nan(void **state) {
     assert_int_equal(info.flags, TOLIMAN_CALIBRATION_NOT_CONVERGED);
     assert_true(isnan(info.chi_square_sigma) && isnan(info.structure) && isnan(info.separation_sigma_px));
     assert_true(isnan(info.calibration_sigma_px) && info.iterations == 1);
-    for (int32_t i = 0; i < DEFAULT; i++) {
+    for (int32_t i = 0; i < KNOWN; i++) {
         const toliman_calibration_value value = calibrate_value_of(made, 0, i);
         assert_true(isnan(value.value) && isnan(value.sigma) && value.prior_sigma > 0);
     }
     assert_ok(toliman_calibration_get_covariance(made, 0, numbers));
-    for (int i = 0; i < DEFAULT * DEFAULT; i++)
+    for (int i = 0; i < KNOWN * KNOWN; i++)
         assert_true(isnan(numbers[i]));
     assert_ok(toliman_calibration_get_opd(made, 0, numbers));
     assert_true(isnan(numbers[CELLS * CELLS / 2 + 5]));

@@ -154,13 +154,13 @@ static void missing_default_parameters_are_named(void **state) {
     (void)state;
     static const struct {
         const char *from, *to;
-        const char *names[4], *reason;
+        const char *names[5], *reason;
     } cases[] = {
         {"\"seed\": 7", "\"seed\": 8", {NULL}, ""},
         {"\"area\"", "\"cell\"", {"mask_rotation"}, "needs a spiral mask with mask.edges = \"area\""},
         {"{\"kind\": \"blackbody\", \"temperature_k\": 5260}",
          "{\"kind\": \"lines\", \"wavelength_nm\": [570, 600], \"weight\": [1, 1]}",
-         {"temperature_b"},
+         {"temperature_b", "spectrum_b_1", "spectrum_b_2"},
          "the spectrum consists of lines"},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
@@ -226,7 +226,8 @@ static void a_model_is_completed(void **state) {
 /* A complete model is left as it is. */
 static void nothing_is_tried_without_need(void **state) {
     (void)state;
-    const toliman_calibration_options options = {.struct_size = sizeof options, .flags = TOLIMAN_CALIBRATION_IMPROVE};
+    const toliman_calibration_options options = {
+        .struct_size = sizeof options, .flags = TOLIMAN_CALIBRATION_IMPROVE, .free = kKnown};
     toliman_calibration *const made = calibrated(nominal, frames, FRAMES, &options);
     const toliman_calibration_info info = calibrate_info_of(made), without = calibrate_info_of(whole);
     assert_memory_equal(&info, &without, sizeof info);

@@ -219,7 +219,8 @@ static void malformed_tables(void **state) {
          "day1:2: "},
         {UTC "1971-03-01T12:00:00,1973-02-20T12:00:00\n",
          "must be from 1972-01-01, when leap seconds began, to 2099-12-31", "day1:2: "},
-        {"start_gps,end_gps\n2028-03-01T12:00:00,2028-03-01T12:00:01Z\n", "with a final Z in UTC only", "day1:2: "},
+        {"start_gps,end_gps\n2028-03-01T12:00:00,2028-03-01T12:00:01Z\n", "with a final Z or +00:00 in UTC only",
+         "day1:2: "},
     };
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
         size_t count = 77;

@@ -1,9 +1,11 @@
 /* Tests dates, Julian days, leap seconds and clock tables against constants of astropy, long division and gmtime. */
 #include <inttypes.h>
+#include <pthread.h>
 #include <time.h>
 
 #include <toliman/ingest.h>
 
+#include "leap_second_rows.h"
 #include "test_folder.h"
 #include "uniform.h"
 
@@ -64,6 +66,15 @@ static void constants(void **unused) {
     } cases[] = {
         {"2028-03-01T12:00:00", ISO, UTC, 1835524837000000000},
         {"2028-03-01T12:00:00Z", ISO, UTC, 1835524837000000000},
+        {"2028-03-01T12:00:00+00:00", ISO, UTC, 1835524837000000000},
+        {"2028-03-01T12:00:00-00:00", ISO, UTC, 1835524837000000000},
+        {"2028-03-01 12:00:00+0000", ISO, UTC, 1835524837000000000},
+        {"2028-03-01 12:00:00.000-00", ISO, UTC, 1835524837000000000},
+        {"2028-03-01 12:00:00", ISO, UTC, 1835524837000000000},
+        {"2028-061T12:00:00", ISO, UTC, 1835524837000000000},
+        {"2028-061 12:00:00.Z", ISO, UTC, 1835524837000000000},
+        {"2028-061", ISO, TAI, 1835481600000000000},
+        {"2016-366T23:59:60", ISO, UTC, 1483228836000000000},
         {"2028-03-01T12:00:00", ISO, TAI, 1835524800000000000},
         {"2028-03-01T12:00:00", ISO, TT, 1835524767816000000},
         {"2028-03-01T12:00:00", ISO, TDB, 1835524767816000000},
@@ -187,6 +198,36 @@ static void tables_of_the_caller(void **unused) {
     assert_fails(toliman_ingest_parse_time("2029-12-31", ISO, UTC, table, 1, &ns), TOLIMAN_E_ARGUMENT, "struct_size");
 }
 
+/* A thread has the days that it converted itself. */
+static void *convert_alone(void *unused) {
+    int64_t ns = 0;
+    assert_int_equal(toliman_ingest_last_utc_day(), 0);
+    assert_ok(toliman_ingest_parse_time("70000", MJD, UTC, NULL, 0, &ns));
+    assert_int_equal(toliman_ingest_last_utc_day(), 70000);
+    return unused;
+}
+
+/* Only days of UTC count, also of a table of the caller; the first test of this program. */
+static void latest_day_of_utc(void **unused) {
+    (void)unused;
+    const toliman_leap_second table[1] = {{sizeof table[0], 10, 41317}};
+    int64_t ns = 0, time = (62000 - 40587) * kDay;
+    assert_int_equal(toliman_ingest_last_utc_day(), 0);
+    parsed("88000", MJD, TAI);
+    converted(1, TT);
+    assert_int_equal(toliman_ingest_last_utc_day(), 0);
+    parsed("2028-03-01T23:59:59Z", ISO, UTC);
+    assert_int_equal(toliman_ingest_last_utc_day(), 61831);
+    parsed("60000", MJD, UTC);
+    assert_int_equal(toliman_ingest_last_utc_day(), 61831);
+    assert_ok(toliman_ingest_convert_times(&time, 1, UTC, table, 1, &ns));
+    assert_int_equal(toliman_ingest_last_utc_day(), 62000);
+    pthread_t thread;
+    assert_int_equal(pthread_create(&thread, NULL, convert_alone, NULL), 0);
+    assert_int_equal(pthread_join(thread, NULL), 0);
+    assert_int_equal(toliman_ingest_last_utc_day(), 62000);
+}
+
 static void malformed_texts(void **unused) {
     (void)unused;
     const struct {
@@ -196,10 +237,15 @@ static void malformed_texts(void **unused) {
         {ISO,
          UTC,
          {"", "2028", "2028-3-1", "2028-13-01", "2027-02-29", "1900-02-29", "2028-00-01", "2028-01-00", "31/12/99",
-          "2028-01-01T12:00", "2028-01-01T24:00:00", "2028-01-01T12:60:00", "2028-01-01 12:00:00",
+          "2028-01-01T12:00", "2028-01-01T24:00:00", "2028-01-01T12:60:00", "2028-01-01  12:00:00",
           "2028-01-01T12:00:61", "2016-12-31T22:59:60", "2017-12-31T23:59:60", "2028-01-01T12:00:00.1.2",
           "2028-01-01T12:00:00,5", "2028-01-01T12:00:00ZZ"}},
-        {ISO, TAI, {"2016-12-31T23:59:60", "2028-01-01T12:00:00Z", "2028-01-01Z", "Z"}},
+        {ISO, TAI, {"2016-12-31T23:59:60", "2028-01-01T12:00:00Z", "2028-01-01Z", "Z", "2028-01-01T12:00:00+00:00"}},
+        {ISO,
+         UTC,
+         {"2027-366", "2028-367", "2028-000", "2028-0611", "2028-61T12:00:00", "2028-061t12:00:00", "2028-061T",
+          "2028-03-01T12:00:00+01:00", "2028-03-01T12:00:00+00:0", "2028-03-01+00:00", "2028-03-01T12:00:00 UTC",
+          "2028-03-01T12:00:00z", "2028-03-01\t12:00:00", "2028-03-01 ", "2028-03-01T12:00:00Z+00:00"}},
         {MJD,
          TAI,
          {"", ".", "-", "NaN", "inf", "60000,5", "60000.5.5", "60000E", "60000e+", "60000e1x", " 60000", "0x10"}},
@@ -214,6 +260,17 @@ static void malformed_texts(void **unused) {
                 fail_msg("\"%s\" is accepted", cases[i].texts[k]);
             assert_string_equal(toliman_last_error_field(), "text");
         }
+}
+
+/* A time of another zone is refused, and the message names its offset. */
+static void offsets_from_utc(void **unused) {
+    (void)unused;
+    int64_t tai_ns = -7;
+    assert_fails(toliman_ingest_parse_time("2028-03-01T12:00:00+01:00", ISO, UTC, NULL, 0, &tai_ns), TOLIMAN_E_FORMAT,
+                 "is +01:00 from UTC");
+    assert_fails(toliman_ingest_parse_time("2028-061 12:00:00.5-0530", ISO, UTC, NULL, 0, &tai_ns), TOLIMAN_E_FORMAT,
+                 "is -0530 from UTC");
+    assert_int_equal(tai_ns, -7);
 }
 
 static void range_ends(void **unused) {
@@ -279,36 +336,60 @@ static void wrong_arguments(void **unused) {
     assert_fails(toliman_ingest_read_clock("x", NULL, 0, NULL, NULL, NULL), TOLIMAN_E_ARGUMENT, "points");
 }
 
-#define LIST "#@ 3928521600 # expiry\n\n# comment\n2272060800\t10 # 1 Jan 1972\r\n 2287785600 11\n"
+#define ROWS LEAP_SECOND_ROWS
+#define LIST "#@ 3991593600 # expiry\n\n# comment\n" ROWS "\r\n3692217600\t37 # 1 Jan 2017"
+/* The hash of these numbers by hashlib. */
+#define SEALED "#$\t3960835200\n#@\t3991593600\n#hash of what follows\n" ROWS "3692217600 37\n"
+#define HASH "#h 49db2447 571e5e1b 2f002a53 9c8da8e4 39b8e49e"
 
 static void leap_second_files(void **unused) {
     (void)unused;
-    toliman_leap_second table[2] = {TOLIMAN_LEAP_SECOND_INIT};
+    const char *const good[] = {LIST, LIST "\n", SEALED HASH};
+    toliman_leap_second table[30] = {TOLIMAN_LEAP_SECOND_INIT};
     size_t count = 0;
     int64_t expires = 0;
-    write_file(LIST);
-    assert_ok(toliman_ingest_read_leap_seconds(path, table, 2, &count, &expires));
-    assert_true(count == 2 && table[0].mjd == 41317 && table[1].mjd == 41499 && table[1].tai_utc_s == 11);
-    assert_int_equal(expires, 15020 + 3928521600 / 86400);
+    for (size_t i = 0; i < 3; i++) {
+        write_file(good[i]);
+        assert_ok(toliman_ingest_read_leap_seconds(path, table, 30, &count, &expires));
+        assert_true(count == 28 && table[0].mjd == 41317 && table[1].mjd == 41499 && table[1].tai_utc_s == 11);
+        assert_true(table[27].mjd == 57754 && table[27].tai_utc_s == 37);
+        assert_int_equal(expires, 15020 + 3991593600 / 86400);
+    }
+    write_file(LIST "\n3976214400 38\n"); /* 2026-01-01, after the release of the table */
+    assert_ok(toliman_ingest_read_leap_seconds(path, table, 30, &count, NULL));
+    assert_true(count == 29 && table[28].mjd == 61041 && table[28].tai_utc_s == 38);
     const char *const bad[][2] = {
         {"", "is empty"},
         {"# nothing\n", "contains no leap seconds"},
         {"2272060800 10\n", "expiry"},
         {"#@ 2272060800\n2272060800 10\n", "expiry"},
         {"#@ x\n2272060800 10\n", "table:1: must begin with the seconds"},
-        {LIST "x\n", "table:6: must begin with the seconds"},
-        {LIST "2303683201 12\n", "table:6: must begin with the seconds"},
-        {LIST "-9223372036854775808 12\n", "table:6: must begin with the seconds"},
-        {LIST "99999999999999999999 12\n", "table:6: must begin with the seconds"},
-        {LIST "2303683200\n", "table:6: must be the seconds since 1900-01-01 and TAI - UTC"},
-        {LIST "2303683200 12 13\n", "table:6: must be the seconds"},
-        {LIST "2303683200 12x\n", "table:6: must be the seconds"},
-        {LIST "2303683200 99999999999\n", "table:6: must be the seconds"},
-        {LIST "2303683200 13\n", "table:6: must be 10 s on MJD 41317 (1972-01-01) in the first row"},
-        {LIST "2303683200 11\n", "table:6: must be"},
-        {LIST "2287785600 12\n", "table:6: must be"},
+        {LIST "\nx\n", "table:33: must begin with the seconds"},
+        {LIST "\n3724012801 12\n", "table:33: must begin with the seconds"},
+        {LIST "\n-9223372036854775808 12\n", "table:33: must begin with the seconds"},
+        {LIST "\n99999999999999999999 12\n", "table:33: must begin with the seconds"},
+        {LIST "\n3724012800\n", "table:33: must be the seconds since 1900-01-01 and TAI - UTC"},
+        {LIST "\n3724012800 38 39\n", "table:33: must be the seconds"},
+        {LIST "\n3724012800 38x\n", "table:33: must be the seconds"},
+        {LIST "\n3724012800 99999999999\n", "table:33: must be the seconds"},
+        {LIST "\n3724012800 39\n", "table:33: must be 10 s on MJD 41317 (1972-01-01) in the first row"},
+        {LIST "\n3724012800 37\n", "table:33: must be"},
+        {LIST "\n3692217600 38\n", "table:33: must be"},
         {"2272060800 9\n", "table:1: must be 10 s on MJD 41317"},
         {"2287785600 10\n", "table:1: must be 10 s on MJD 41317"},
+        {"#@ 3991593600\n" ROWS "3692217600 3", "table:29: must be"}, /* truncated in its last number */
+        {"#@ 3991593600\n" ROWS, "TAI - UTC is 36 s on MJD 57754: must be 37 s"},
+        {"#@ 3991593600\n" ROWS "3692217600 35\n", "TAI - UTC is 35 s on MJD 57754: must be 37 s"},
+        {"#@ 3991593600\n" ROWS "3692304000 37\n", "TAI - UTC is 36 s on MJD 57754: must be 37 s"},
+        {LIST "\n3724012800 38\n", "TAI - UTC is 38 s on MJD 58122: must be 37 s"},
+        {"#@ 3928521600\n2272060800 10\n2287785600 11\n", "TAI - UTC is 11 s on MJD 41683: must be 12 s"},
+        {SEALED, "has a date (#$), but no hash (#h): it is truncated"},
+        {SEALED "3976214400 38\n" HASH, "its hash (#h) is not that of its rows"},
+        {"#$ 3960835201\n" LIST "\n" HASH, "its hash (#h) is not that"},
+        {LIST "\n" HASH, "its hash (#h) is not that"},
+        {SEALED "#h 49db2447 571e5e1b 2f002a53 9c8da8e4", "table:32: must be #h and the five words"},
+        {SEALED "#h 49db2447 571e5e1b 2f002a53 9c8da8e4 39b8e49g", "table:32: must be #h and the five words"},
+        {SEALED HASH " 1", "table:32: has more than the five words"},
     };
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
         write_file(bad[i][0]);
@@ -380,118 +461,6 @@ static void clock_tables(void **unused) {
                  "/none/clock.csv");
 }
 
-static toliman_ingest_header_time time_of(const toliman_ingest_header *header) {
-    toliman_ingest_header_time time = TOLIMAN_INGEST_HEADER_TIME_INIT;
-    assert_ok(toliman_ingest_read_header(header, NULL, 0, 0, &time));
-    return time;
-}
-
-/* Each keyword goes before those after it, and half of its exposure is added; times of astropy 5.2. */
-static void times_of_headers(void **unused) {
-    (void)unused;
-    toliman_ingest_header header = TOLIMAN_INGEST_HEADER_INIT;
-    header.date_obs = "'2029-05-05T00:00:00'";
-    header.mjd_obs = "57753.25";
-    header.mjd_beg = "57753.5";
-    header.date_avg = "2028-03-01T12:00:00";
-    header.mjd_avg = "+5.775325D4";
-    header.xposure = "1.0D1";
-    header.exptime = "0.3";
-    header.timesys = "' tai'";
-    toliman_ingest_header_time time = TOLIMAN_INGEST_HEADER_TIME_INIT;
-    assert_fails(toliman_ingest_read_header(&header, NULL, 0, 0, &time), TOLIMAN_E_FORMAT, "TIMESYS");
-    header.timesys = "'tai     '";
-    const struct {
-        const char **spent; /* keyword that the next case lacks */
-        const char *rule;
-        int64_t tai_ns;
-    } cases[] = {
-        {&header.mjd_avg, "MJD-AVG in TAI", 1483164000000000000},
-        {&header.date_avg, "DATE-AVG in TAI", 1835524800000000000},
-        {&header.xposure, "MJD-BEG + XPOSURE/2 in TAI", 1483185605000000000},
-        {&header.mjd_obs, "MJD-OBS + EXPTIME/2 in TAI", 1483164000150000000},
-        {&header.exptime, "DATE-OBS + EXPTIME/2 in TAI", 1872633600150000000},
-        {&header.mjd_beg, "MJD-BEG, taken as mid-exposure as XPOSURE is missing, in TAI", 1483185600000000000},
-        {&header.date_obs, "DATE-OBS, taken as mid-exposure as EXPTIME is missing, in TAI", 1872633600000000000},
-    };
-    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-        time = time_of(&header);
-        assert_string_equal(time.rule, cases[i].rule);
-        assert_int_equal(time.tai_ns, cases[i].tai_ns);
-        assert_int_equal(time.flags, i < 5 ? 0 : TOLIMAN_INGEST_ASSUMED);
-        *cases[i].spent = NULL;
-    }
-    assert_fails(toliman_ingest_read_header(&header, NULL, 0, 0, &time), TOLIMAN_E_NOT_FOUND, "has no time");
-    assert_fails(toliman_ingest_read_header(NULL, NULL, 0, 0, &time), TOLIMAN_E_ARGUMENT, "header");
-    header.mjd_avg = "57753";
-    assert_fails(toliman_ingest_read_header(&header, NULL, 0, 0, NULL), TOLIMAN_E_ARGUMENT, "time");
-}
-
-/* TIMESYS is UTC if it is missing; from `expires` on leap seconds are not known. */
-static void scales_of_headers(void **unused) {
-    (void)unused;
-    const toliman_leap_second table[1] = {{sizeof table[0], 10, 41317}};
-    toliman_ingest_header header = TOLIMAN_INGEST_HEADER_INIT;
-    toliman_ingest_header_time time = TOLIMAN_INGEST_HEADER_TIME_INIT;
-    header.date_avg = "'2017-01-01'";
-    time = time_of(&header);
-    assert_int_equal(time.tai_ns, 1483228837000000000);
-    assert_int_equal(time.flags, TOLIMAN_INGEST_ASSUMED);
-    assert_string_equal(time.rule, "DATE-AVG in UTC, as TIMESYS is missing");
-    header.timesys = "UTC";
-    for (int64_t expires = 57754; expires <= 57755; expires++) { /* the day itself, and the next one */
-        assert_ok(toliman_ingest_read_header(&header, table, 1, expires, &time));
-        assert_int_equal(time.tai_ns, 1483228810000000000);
-        assert_int_equal(time.flags, expires == 57754 ? TOLIMAN_INGEST_EXPIRED : 0);
-    }
-    header.date_avg = "2016-12-31T23:59:59.999999999";
-    assert_ok(toliman_ingest_read_header(&header, table, 1, 57754, &time));
-    assert_int_equal(time.flags, 0);
-    const struct {
-        const char *name;
-        int64_t behind; /* TAI - scale, ns */
-    } scales[] = {
-        {"IAT", 0}, {"tt", -32184000000}, {"TT(TAI)", -32184000000}, {"TDT", -32184000000}, {"'GPS'", 19000000000}};
-    header.date_avg = "2028-03-01T12:00:00";
-    for (size_t i = 0; i < sizeof scales / sizeof *scales; i++) {
-        header.timesys = scales[i].name;
-        assert_ok(toliman_ingest_read_header(&header, table, 1, 41318, &time));
-        assert_int_equal(time.tai_ns, 1835524800000000000 + scales[i].behind);
-        assert_int_equal(time.flags, 0); /* only UTC has leap seconds */
-    }
-}
-
-static void bad_headers(void **unused) {
-    (void)unused;
-    const struct {
-        toliman_ingest_header header;
-        toliman_status status;
-        const char *field, *text;
-    } cases[] = {
-        {{.mjd_avg = "NaN"}, TOLIMAN_E_FORMAT, "MJD-AVG", "a Modified Julian Day"},
-        {{.mjd_avg = "2460000.5"}, TOLIMAN_E_RANGE, "MJD-AVG", "to 2099-12-31"},
-        {{.mjd_avg = "'60000'"}, TOLIMAN_E_FORMAT, "MJD-AVG", "a Modified Julian Day"},
-        {{.date_avg = "'2028-03-01Z'"}, TOLIMAN_E_FORMAT, "DATE-AVG", "YYYY-MM-DD"},
-        {{.date_avg = "2028-03-01T12:00:00Z"}, TOLIMAN_E_FORMAT, "DATE-AVG", "without a Z"},
-        {{.date_avg = ""}, TOLIMAN_E_FORMAT, "DATE-AVG", "YYYY-MM-DD"},
-        {{.date_avg = "''"}, TOLIMAN_E_FORMAT, "DATE-AVG", "YYYY-MM-DD"},
-        {{.mjd_beg = "60000", .xposure = "-1E-9"}, TOLIMAN_E_FORMAT, "XPOSURE", "from 0 to 1e9 s"},
-        {{.mjd_beg = "60000", .xposure = "1000000000.1"}, TOLIMAN_E_FORMAT, "XPOSURE", "from 0 to 1e9 s"},
-        {{.mjd_beg = "60000", .xposure = "1e300"}, TOLIMAN_E_FORMAT, "XPOSURE", "from 0 to 1e9 s"},
-        {{.date_obs = "2028-03-01", .exptime = "NaN"}, TOLIMAN_E_FORMAT, "EXPTIME", "from 0 to 1e9 s"},
-        {{.mjd_avg = "60000", .timesys = "'TDB'"}, TOLIMAN_E_FORMAT, "TIMESYS", "UTC, TAI, TT, TDT, IAT or GPS"},
-        {{.mjd_avg = "60000", .timesys = ""}, TOLIMAN_E_FORMAT, "TIMESYS", "UTC, TAI, TT, TDT, IAT or GPS"},
-    };
-    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-        toliman_ingest_header header = cases[i].header;
-        toliman_ingest_header_time time = TOLIMAN_INGEST_HEADER_TIME_INIT;
-        header.struct_size = sizeof header;
-        assert_fails(toliman_ingest_read_header(&header, NULL, 0, 0, &time), cases[i].status, cases[i].text);
-        assert_string_equal(toliman_last_error_field(), cases[i].field);
-        assert_int_equal(time.tai_ns, 0);
-    }
-}
-
 static void rates_of_clocks(void **unused) {
     (void)unused;
     const struct {
@@ -512,16 +481,15 @@ static void rates_of_clocks(void **unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(latest_day_of_utc),
         cmocka_unit_test(constants),
         cmocka_unit_test(every_nanosecond_is_exact),
         cmocka_unit_test(leap_seconds),
         cmocka_unit_test(tables_of_the_caller),
         cmocka_unit_test(malformed_texts),
+        cmocka_unit_test(offsets_from_utc),
         cmocka_unit_test(range_ends),
         cmocka_unit_test(wrong_arguments),
-        cmocka_unit_test(times_of_headers),
-        cmocka_unit_test(scales_of_headers),
-        cmocka_unit_test(bad_headers),
         cmocka_unit_test_setup_teardown(leap_second_files, set_up, tear_down),
         cmocka_unit_test_setup_teardown(clock_tables, set_up, tear_down),
         cmocka_unit_test_setup_teardown(rates_of_clocks, set_up, tear_down),

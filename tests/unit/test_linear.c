@@ -15,7 +15,7 @@ static toliman_sim *make_scene(double shift_x, double shift_y, const char *proje
     static const char *const format =
         "{\"schema\": \"toliman-scene/1\", \"name\": \"small\","
         " \"telescope\": {\"aperture_m\": 0.125, \"secondary_m\": 0.02, \"pupil_samples\": 64,"
-        "   \"mask\": {\"kind\": \"spiral\", \"opd_nm\": 290,"
+        "   \"mask\": {\"kind\": \"spiral\", \"edges\": \"cell\", \"opd_nm\": 290,"
         "     \"terms\": [{\"a\": 1, \"f\": 2, \"l\": 3, \"m\": 5, \"p\": 0.4}]}},"
         " \"band\": {\"min_nm\": 570, \"max_nm\": 590, \"step_nm\": 5},"
         " \"stars\": {\"A\": {\"spectrum\": {\"kind\": \"blackbody\", \"temperature_k\": 5790}, \"relative_flux\": 2},"

@@ -7,7 +7,7 @@
 enum { SIDE = 64, PIXELS = SIDE * SIDE, WAVELENGTHS = 5, SAMPLES = 96, CELLS = SAMPLES * SAMPLES };
 
 static const char kMask[] =
-    "{\"kind\": \"spiral\", \"opd_nm\": 297.5,"
+    "{\"kind\": \"spiral\", \"edges\": \"cell\", \"opd_nm\": 297.5,"
     "   \"terms\": [{\"a\": 0.819, \"f\": 2.918, \"m\": -7, \"p\": 4.874}, {\"a\": 0.93, \"f\": 1.829, \"m\": 5}]}";
 
 static toliman_mask_design_options options_of(uint64_t seed, uint32_t iterations, uint32_t threads) {
@@ -227,8 +227,9 @@ static void scenes_with_other_masks(void **state) {
     write_npy("surface.npy", "<f8", "(96, 96)", opd_m, sizeof opd_m);
     assert_step("{\"kind\": \"clear\"}", "{\"kind\": \"file\", \"file\": \"mask.npy\", \"quantity\": \"binary\", "
                                          "\"opd_nm\": 287.5}");
-    assert_step("{\"kind\": \"spiral\", \"opd_nm\": 250.3, \"terms\": [{\"a\": 1, \"f\": 2, \"m\": 1}]}",
-                "\"opd_nm\": 250.3}");
+    assert_step(
+        "{\"kind\": \"spiral\", \"edges\": \"cell\", \"opd_nm\": 250.3, \"terms\": [{\"a\": 1, \"f\": 2, \"m\": 1}]}",
+        "\"opd_nm\": 250.3}");
     assert_step("{\"kind\": \"file\", \"file\": \"other.npy\", \"quantity\": \"binary\", \"opd_nm\": 250.3}",
                 "\"opd_nm\": 250.3}");
     assert_step("{\"kind\": \"file\", \"file\": \"other.npy\", \"quantity\": \"binary\", \"height_nm\": 144}",

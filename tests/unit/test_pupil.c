@@ -165,7 +165,7 @@ static void everything_adds(void **state) {
     write_map("surface.npy", surface_height);
     const char *const optics =
         "\"amplitude\": {\"file\": \"amplitude.npy\"},"
-        " \"mask\": {\"kind\": \"spiral\", \"height_nm\": 80, \"terms\": [{\"a\": 1, \"m\": 1}]},"
+        " \"mask\": {\"kind\": \"spiral\", \"edges\": \"cell\", \"height_nm\": 80, \"terms\": [{\"a\": 1, \"m\": 1}]},"
         " \"aberrations\": {\"zernike_rms_nm\": {\"6\": 25, \"9\": -10, \"11\": 5},"
         " \"opd_file\": \"surface.npy\"}, ";
     toliman_sim *const sim = star_with(optics, -2.5, 1.25), *const plain = star_with("", 0, 0);
@@ -205,8 +205,8 @@ static void everything_adds(void **state) {
 /* A stepped mirror of height h equals a mask of OPD 2 h. */
 static void mirror_heights_count_twice(void **state) {
     (void)state;
-    const char *const mask =
-        "\"mask\": {\"kind\": \"spiral\", \"%s\": %s, \"terms\": [{\"a\": 1, \"f\": 3, \"m\": 2}]}, ";
+    const char *const mask = "\"mask\": {\"kind\": \"spiral\", \"edges\": \"cell\", \"%s\": %s, \"terms\": [{\"a\": 1, "
+                             "\"f\": 3, \"m\": 2}]}, ";
     char step[200], mirror[200];
     snprintf(step, sizeof step, mask, "opd_nm", "275");
     snprintf(mirror, sizeof mirror, mask, "height_nm", "137.5");

@@ -332,7 +332,7 @@ static void extremely_small_numbers(void **state) {
 }
 
 static const char *const kSpiral =
-    "{\"kind\": \"spiral\", \"opd_nm\": 297.5,   \"terms\": [{\"a\": 0.819, \"f\": 2.918, "
+    "{\"kind\": \"spiral\", \"edges\": \"cell\", \"opd_nm\": 297.5,   \"terms\": [{\"a\": 0.819, \"f\": 2.918, "
     "\"m\": -7, \"p\": 4.874}, {\"a\": 0.93, \"f\": 1.829, \"m\": 5}]}";
 
 /* The mask's OPD sampled on the pupil, compared with expected[i] = scale * pattern(i). */

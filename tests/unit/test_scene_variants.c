@@ -15,7 +15,7 @@ static void keys_of_other_variants(void **state) {
          "binary.centre: not allowed with offsets_px"},
         {"\"min_nm\": 550", "\"wavelength_nm\": 550", "scene: band.max_nm: not allowed with wavelength_nm"},
         {"\"opd_nm\": 297.5", "\"opd_nm\": 297.5, \"file\": \"x.npy\"", "telescope.mask.file: needs kind \"file\""},
-        {"\"kind\": \"spiral\"", "\"kind\": \"clear\"", "telescope.mask.terms: needs kind \"spiral\""},
+        {"\"kind\": \"spiral\"", "\"kind\": \"clear\"", "telescope.mask.edges: needs kind \"spiral\""},
         {kelvin, "\"kind\": \"lines\", \"temperature_k\": 5790",
          "stars.A.spectrum.temperature_k: needs kind \"blackbody\""},
         {kelvin, "\"kind\": \"blackbody\", \"file\": \"x.csv\"", "stars.A.spectrum.file: needs kind \"table\""},

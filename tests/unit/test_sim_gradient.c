@@ -33,6 +33,8 @@ static toliman_sim *sim_of_variant(const variant *v, const char *zernike, const 
     char *text = replaced(kBinaryScene, "\"pupil_samples\": 96", keys);
     snprintf(keys, sizeof keys, "%s\"shape\": [%d, %d]", v->detector, v->rows, v->cols);
     text = replaced_again(text, "\"shape\": [64, 64]", keys);
+    if (strstr(v->mask, "edges") != NULL)
+        text = replaced_again(text, "\"edges\": \"cell\", ", "");
     snprintf(keys, sizeof keys, "%s\"terms\"", v->mask);
     text = replaced_again(text, "\"terms\"", keys);
     snprintf(keys, sizeof keys, "%s\"signal\"", v->systematics);

@@ -55,7 +55,7 @@ static void bounds_match_the_fisher_matrix(void **state) {
 static void bounds_do_not_depend_on_the_accuracy(void **state) {
     (void)state;
     char *const clear = replaced(kBinaryScene,
-                                 ",  \"mask\": {\"kind\": \"spiral\", \"opd_nm\": 297.5,"
+                                 ",  \"mask\": {\"kind\": \"spiral\", \"edges\": \"cell\", \"opd_nm\": 297.5,"
                                  "   \"terms\": [{\"a\": 0.819, \"f\": 2.918, \"m\": -7, \"p\": 4.874}, "
                                  "{\"a\": 0.93, \"f\": 1.829, \"m\": 5}]}",
                                  ""),

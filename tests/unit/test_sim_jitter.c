@@ -3,7 +3,7 @@
 
 enum { SIDE = 32, PIXELS = SIDE * SIDE };
 
-static const char *const kMask = "\"mask\": {\"kind\": \"spiral\", \"opd_nm\": 275, \"terms\":"
+static const char *const kMask = "\"mask\": {\"kind\": \"spiral\", \"edges\": \"cell\", \"opd_nm\": 275, \"terms\":"
                                  " [{\"a\": 1, \"f\": 2, \"m\": 3, \"p\": 1}]}, \"aperture_m\"";
 
 /* The image of a star at (x, y) px with these keys of the detector and of the systematics, 1e6 photons. */

@@ -36,9 +36,9 @@ typedef struct {
 } variation;
 
 static char *scene_of(const variation *v, int samples) {
-    static const char mask[] =
-        ", \"mask\": {\"kind\": \"spiral\", \"opd_nm\": 297.5, \"terms\": [{\"a\": 0.819, \"f\": 2.918, \"m\": -7, "
-        "\"p\": 4.874}, {\"a\": 0.93, \"f\": 1.829, \"m\": 5}]}";
+    static const char mask[] = ", \"mask\": {\"kind\": \"spiral\", \"edges\": \"cell\", \"opd_nm\": 297.5, \"terms\": "
+                               "[{\"a\": 0.819, \"f\": 2.918, \"m\": -7, "
+                               "\"p\": 4.874}, {\"a\": 0.93, \"f\": 1.829, \"m\": 5}]}";
     char *const text = malloc(4096);
     assert_non_null(text);
     snprintf(text, 4096,
@@ -447,7 +447,7 @@ static void bad_plans_are_refused(void **state) {
     plan.struct_size = 4;
     assert_fails(toliman_sim_plan_file(chapter, NULL, &plan), TOLIMAN_E_ARGUMENT, "struct_size");
     toliman_sim *sim = NULL;
-    char *const text = replaced(kBinaryScene, "\"kind\": \"spiral\", \"opd_nm\": 297.5,",
+    char *const text = replaced(kBinaryScene, "\"kind\": \"spiral\", \"edges\": \"cell\", \"opd_nm\": 297.5,",
                                 "\"kind\": \"file\", \"file\": \"x.npy\", \"quantity\": \"opd_m\"}}, \"x\": {\"y\": {");
     assert_fails(toliman_sim_create_json(text, strlen(text), NULL, &options, &sim), TOLIMAN_E_SCENE, "x: unknown key");
     free(text);

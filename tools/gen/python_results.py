@@ -47,6 +47,7 @@ RESULTS = {
     "toliman_period_info": "PeriodogramInfo",
     "toliman_period_model": "Model",
     "toliman_period_peak": "Peak",
+    "toliman_period_alias": "Alias",
     "toliman_period_sampling": "Sampling",
     "toliman_period_noise": "NoisePeak",
     "toliman_planet_info": "PlanetInfo",
@@ -87,6 +88,7 @@ WORDS = {
     "calibration": "TOLIMAN_SIM_CALIBRATION",
     "calibration_goodness": "TOLIMAN_GOODNESS",
     "cause": "TOLIMAN_SKY_CAUSE",
+    "interval_kind": "TOLIMAN_PERIOD_INTERVAL",
 }
 
 # Prefixes between TOLIMAN_ and a constant's word that are longer than the module's name.
@@ -97,7 +99,7 @@ NAMES = {"stages": "names of the modelled stages", "reasons": "reasons against a
 
 # Integer members that are booleans, in all structs or in one, and the bits of `flags` that become booleans.
 SWITCHES = {"blas_is_slow", "whole_counts", "exact_frames", "trained", "converged", "raw", "weighted", "improved",
-            "stopped", "is_free", "is_calibrated", "is_complete", "is_decisive", "toliman_calibration_step.map",
+            "stopped", "is_free", "equal", "slow", "is_calibrated", "is_complete", "is_decisive", "toliman_calibration_step.map",
             "toliman_calibration_step.accepted", "toliman_calibration_attempt.kept"}
 FLAGS = {
     "toliman_period_peak": ("TOLIMAN_PERIOD_AT_EDGE", "TOLIMAN_PERIOD_ALIAS", "TOLIMAN_PERIOD_INACCURATE",

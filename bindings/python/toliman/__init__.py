@@ -22,9 +22,10 @@ Conventions
     Results are frozen dataclasses; print() and notebooks show them as tables.
 
 Dates and units
-    Times may be datetime64 of numpy, in UTC, or Time of astropy, in any scale: they become Modified Julian Days (MJD) of
-    TAI, in days, which resolve 0.6 us. A Quantity of astropy becomes days. astropy.time.Time(mjd, format="mjd",
-    scale="tai") converts back. datetime64 has no leap seconds: the second 23:59:60 equals the second after it.
+    Times may be datetime, datetime64 of numpy, both in UTC, or Time of astropy, in any scale: they become Modified Julian
+    Days (MJD) of TAI, in days, which resolve 0.6 us. A datetime without time zone is taken as UTC. A Quantity of astropy
+    becomes days. astropy.time.Time(mjd, format="mjd", scale="tai") converts back. datetime and datetime64 have no leap
+    seconds: the second 23:59:60 equals the second after it.
     Values may be a Quantity, then their sigma too. period() and batch() compute in the unit of the values, a Periodogram in
     that of its first sample, in which results are. Frequencies are cycles per day then.
 

@@ -274,7 +274,7 @@ class toliman_sim_info(Sized):
     unit: TOLIMAN_SIM_UNIT_..., of frames and expected images
     bit_depth: bits per pixel of the detector; 0 = counts are not rounded
     exposure_s: length of an exposure; 0 if the scene has peak_photons instead. Since 0.2
-    time_zero_ns: TAI of binary.date, ns since 1970-01-01T00:00:00 TAI; 0 without an observer. Since 0.2
+    time_zero_ns: TAI of binary.date of moving stars, ns since 1970-01-01T00:00:00 TAI; else 0. Since 0.2
     calibration: TOLIMAN_SIM_CALIBRATION_.... Since 0.2
     calibration_goodness: TOLIMAN_GOODNESS_..., of its chi_square; UNKNOWN without a verdict. Since 0.2
     calibration_chi_square: NaN without a verdict. Since 0.2
@@ -695,7 +695,10 @@ class toliman_fit_options(Sized):
     reserved: 0
     free: further free parameters, names of sim_derivative.h separated by spaces:
         "scale focus jitter_xx jitter_yy jitter_xy". NULL or "": none. Those that
-        move the stars (roll, anisotropy, shear) are not available
+        move the stars (roll, anisotropy, shear) are not available. "self" stands
+        for the self-calibration: those of jitter_xx, jitter_yy, jitter_xy, focus and
+        zernike_5 to zernike_11 that a frame of the (first) scene determines to 5 nm
+        and 0.02 px^2. Optics and jitter may then drift
     capture_px: largest shift of both stars from their predicted places along x or y, px;
         0 = 15, at most 64. Stars that moved relative to each other are found up to
         about 0.5 px from the predicted separation and position angle
@@ -1152,10 +1155,10 @@ class toliman_calibration_options(Sized):
     free: parameters to fit, separated by spaces: NAME, NAME=SIGMA or NAME-LAST, such as "scale=1e-3
         focus zernike_5-21=50 mask_rotation", with the standard deviation of the prior in the
         parameter's unit. NULL: all that the scene has of "focus zernike_5-21 scale mask_rotation
-        jitter_xx jitter_yy jitter_xy temperature_a temperature_b". +NAME: these and NAME,
-        such as "+spectrum_a_1=0.05 +spectrum_b_1". Priors without SIGMA: aberrations 100 nm, scale,
-        anisotropy and shear 1e-2, mask_rotation 1 deg, mask shifts 1e-4 m, jitter 0.1 px^2,
-        temperatures 200 K, spectral modes 0.1
+        jitter_xx jitter_yy jitter_xy temperature_a temperature_b spectrum_a_1-2 spectrum_b_1-2".
+        +NAME: these and NAME, or NAME with another prior, such as "+anisotropy +scale=1e-4". Priors
+        without SIGMA: aberrations 100 nm, scale, anisotropy and shear 1e-2, mask_rotation 1 deg, mask
+        shifts 1e-4 m, jitter 0.1 px^2, temperatures 200 K, spectral modes 0.1
     start: scene to start from, such as the saved one of a calibration that was interrupted;
         NULL: the nominal scene. Priors remain around the nominal scene. With IMPROVE, its
         mask.edges and pupil_samples replace those of the nominal scene
@@ -1163,9 +1166,9 @@ class toliman_calibration_options(Sized):
     threads: worker threads, 0 = one per processor. Results do not depend on them
     capture_px: largest shift of both stars from their predicted places along x or y, px;
         0 = 6, at most 64
-    window_days: length of the windows in which the parameters are constant, days; 0: one window
-        for all frames
-    smoothness: with windows: standard deviation of the change of each parameter from one window to
+    window_days: length of the windows, days: parameters change linearly from the start of one to
+        that of the next, as images do (toliman_fit_create_windows). 0: constant
+    smoothness: with windows: standard deviation of the change of each parameter from one start to
         the next, in units of prior_sigma; 0 = 0.01
     map_rms_nm: prior of the map: its rms over the open pupil, nm; 0 = 10. Its power spectrum falls
         as frequency^-2.5 above 4 cycles per aperture, and is constant below
@@ -1211,8 +1214,8 @@ class toliman_calibration_info(Sized):
     rows: shape of the frames
     cols: shape of the frames
     cells: pupil cells per axis, N
-    parameters: number of parameters of the instrument, in each window
-    windows: number of windows
+    parameters: number of parameters of the instrument, at the start of each window
+    windows: number of windows; the last one may have no frames: it starts at the end of one that has
     iterations: of the parameters, the rejected ones included
     chi_square: sum of squared residuals over their variances, per degree of freedom: pixels minus
         parameters, map_parameters included
@@ -1334,11 +1337,13 @@ class toliman_calibration_value(Sized):
 
 
 class toliman_calibration_window(Sized):
-    """A window of a calibration: first_days <= time < first_days of the next window.
+    """A window of a calibration: first_days <= time < first_days of the next window. Its parameters are those at
+    first_days.
     struct_size: in: sizeof(toliman_calibration_window)
     goodness: TOLIMAN_GOODNESS_..., of chi_square
-    frames: number of its frames
-    first_days: start, days of scene time; the first window also holds all earlier times
+    frames: number of its frames; 0: the other members are those of the window before
+    first_days: start, days of scene time. Before the first start and after the last one, the parameters
+        are constant
     chi_square: of its frames, per degree of freedom
     chi_square_sigma: as in toliman_calibration_info
     largest_residual: as in toliman_calibration_info"""
@@ -1697,7 +1702,7 @@ TOLIMAN_INGEST_SCALE_TDB = 634
 TOLIMAN_INGEST_SCALE_GPS = 635
 
 # Formats of a time in text.
-TOLIMAN_INGEST_FORMAT_ISO = 641  # 2028-03-01, 2028-03-01T12:00:00.5; with a final Z only in UTC
+TOLIMAN_INGEST_FORMAT_ISO = 641  # 2028-03-01, 2028-03-01T12:00:00.5, 2028-061 12:00:00; see parse_time
 TOLIMAN_INGEST_FORMAT_MJD = 642  # Modified Julian Day, a decimal number ("61831.5")
 TOLIMAN_INGEST_FORMAT_JD = 643  # Julian Day, a decimal number ("2461832.0")
 
@@ -1719,9 +1724,19 @@ class toliman_ingest_header(Sized):
     """Keywords of a FITS header that give the time of its first frame. Each is the text of the header, strings with or
     without their quotes; NULL = the keyword is missing or has no value. Since 0.2.
     struct_size: sizeof(toliman_ingest_header)
-    timesys: UTC, TAI, TT, TDT, IAT or GPS; NULL = UTC
+    timesys: UTC, TAI, TT, TDT, ET, IAT, TDB, GPS or GMT, also as UTC(NIST); NULL = UTC
     xposure: length of the exposure in s, 0 to 1e9
-    exptime: length of the exposure in s, 0 to 1e9"""
+    exptime: length of the exposure in s, 0 to 1e9
+    time_avg: hh:mm:ss, to the dates of the same name
+    time_beg: hh:mm:ss, to the dates of the same name
+    time_obs: hh:mm:ss, to the dates of the same name
+    time_end: hh:mm:ss, to the dates of the same name
+    utc_obs: hh:mm:ss, to DATE-OBS
+    ut: hh:mm:ss, to DATE-OBS
+    exposure: as exptime; only with a time in the header
+    telapse: length from start to end in s, with pauses
+    timeunit: unit of xposure and telapse; place of the times
+    trefpos: unit of xposure and telapse; place of the times"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -1734,11 +1749,24 @@ class toliman_ingest_header(Sized):
         ("date_obs", c_char_p),
         ("xposure", c_char_p),
         ("exptime", c_char_p),
+        ("date_beg", c_char_p),
+        ("mjd_end", c_char_p),
+        ("date_end", c_char_p),
+        ("time_avg", c_char_p),
+        ("time_beg", c_char_p),
+        ("time_obs", c_char_p),
+        ("time_end", c_char_p),
+        ("utc_obs", c_char_p),
+        ("ut", c_char_p),
+        ("exposure", c_char_p),
+        ("telapse", c_char_p),
+        ("timeunit", c_char_p),
+        ("trefpos", c_char_p),
     ]
 
 
 # Flags of toliman_ingest_header_time.
-TOLIMAN_INGEST_ASSUMED = 1  # TIMESYS or the exposure is missing: UTC or mid-exposure is assumed
+TOLIMAN_INGEST_ASSUMED = 1  # TIMESYS or the length is missing: UTC or mid-exposure is assumed
 TOLIMAN_INGEST_EXPIRED = 2  # UTC on the day `expires` or later, whose leap seconds may not be known
 
 
@@ -1747,13 +1775,15 @@ class toliman_ingest_header_time(Sized):
     struct_size: in: sizeof(toliman_ingest_header_time)
     flags: TOLIMAN_INGEST_ASSUMED, TOLIMAN_INGEST_EXPIRED
     tai_ns: middle of the first exposure, TAI nanoseconds since 1970-01-01T00:00:00 TAI
-    rule: keywords and scale in words, for messages: "MJD-OBS + EXPTIME/2 in TAI" """
+    rule: keywords and scale in words, for messages: "MJD-OBS + EXPTIME/2 in TAI"
+    exposure_s: length of the exposure from start to end; 0 = unknown"""
 
     _fields_ = [
         ("struct_size", c_uint32),
         ("flags", c_uint32),
         ("tai_ns", c_int64),
         ("rule", c_char * 120),
+        ("exposure_s", c_double),
     ]
 
 
@@ -2057,10 +2087,8 @@ TOLIMAN_PERIOD_ALIAS = 8
 # than the times. toliman_period_query_peak and _peaks derive T from the variance of the times, _fit from the times.
 TOLIMAN_PERIOD_COARSE = 32
 
-# Flag: the grid exceeds 1/(2 step), where regular samples repeat the power at lower frequencies.
-# toliman_period_query_peak and _peaks never set it, because the accumulators do not contain the step.
-# toliman_period_query_fit takes the step from the times; so does _sampling, or, if t is NULL, it assumes regular
-# times.
+# Flag: the grid exceeds `nyquist` of toliman_period_sampling, where regular samples repeat the power at lower
+# frequencies. toliman_period_query_peak and _peaks never set it, because the accumulators do not contain the step.
 TOLIMAN_PERIOD_ABOVE_NYQUIST = 64
 
 # Flags of a peak that something other than a planet often causes. query_peak and _peaks derive T from the variance of
@@ -2297,7 +2325,9 @@ class toliman_period_sampling(Sized):
     flags: TOLIMAN_PERIOD_COARSE, _ABOVE_NYQUIST, _NEEDS_DOUBLE_LIMB, _INACCURATE
     baseline: T
     coarsest_df: 1/(5 T), the largest df that resolves every peak; +infinity if all times are equal
-    nyquist: 1/(2 step); +infinity if all times are equal
+    nyquist: last frequency of the grid that toliman_period_suggest suggests for these times, if its number
+        of frequencies were not limited: 1/(2 step) for regular samples; +infinity if all times
+        are equal
     independent: number of independent frequencies: last frequency of the grid times T, at least 1"""
 
     _fields_ = [
@@ -2307,6 +2337,42 @@ class toliman_period_sampling(Sized):
         ("coarsest_df", c_double),
         ("nyquist", c_double),
         ("independent", c_double),
+    ]
+
+
+# Intervals of the sampling that cause aliases.
+TOLIMAN_PERIOD_INTERVAL_SAMPLING = 121  # that of the samples: the longest at which they repeat phases
+TOLIMAN_PERIOD_INTERVAL_SOLAR_DAY = 122  # 1 d, or a fraction of it
+TOLIMAN_PERIOD_INTERVAL_SIDEREAL_DAY = 123  # 0.99726957 d, or a fraction of it
+TOLIMAN_PERIOD_INTERVAL_YEAR = 124  # 365.25 d
+
+
+class toliman_period_alias(Sized):
+    """Alias of a peak of frequency f: samples with an interval 1/g repeat its power at |f - g| and f + g. Since 0.2.
+    struct_size: in: sizeof(toliman_period_alias)
+    interval_kind: TOLIMAN_PERIOD_INTERVAL_...
+    frequency: of the alias
+    period: 1/frequency
+    interval: 1/g, in units of t
+    window: fraction of the power that the sampling repeats: the window function at g, in [0.1, 1]
+    power: highest power within 1/T of the alias; NaN outside the grid
+    equal: 1: the samples do not tell the two frequencies apart: their likelihood ratio is below 1000,
+        or, outside the grid, window is at least 0.5
+    slow: 1: below the grid and below 2.5/T: with equal, a trend or slow change may be the signal
+    parts: interval = day/parts; otherwise 1"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("interval_kind", c_int32),
+        ("frequency", c_double),
+        ("period", c_double),
+        ("interval", c_double),
+        ("window", c_double),
+        ("power", c_double),
+        ("equal", c_int32),
+        ("slow", c_int32),
+        ("parts", c_int32),
+        ("reserved", c_int32),
     ]
 
 
@@ -3482,6 +3548,7 @@ OF_OBJECTS = {
     "toliman_period_query_coefficients": False,
     "toliman_period_query_fit_rows": False,
     "toliman_period_query_sampling": False,
+    "toliman_period_query_aliases": False,
     "toliman_planet_destroy": True,
     "toliman_planet_get_info": False,
     "toliman_planet_get": False,
@@ -4043,15 +4110,16 @@ Errors:
             ("options", POINTER(toliman_fit_options)),
             ("out", POINTER(POINTER(toliman_fit))),
         ),
-        """Creates a fit whose optics change with time, as those of a calibration with windows (calibrate.h) do: frames of each
-window are fitted with its scene.
-  sims        [count], the scenes of the windows, not needed afterwards
-  first_days  [count], the starts of the windows, increasing, days of scene time. The time of a frame, that of its
-              prediction, is in the last window that starts at or before it; times before first_days[0] are in the
-              first window
-Each result equals that of a fit with the scene of its window alone. The digest of toliman_fit_info is that of all
-windows and their starts; with one window, that of toliman_fit_create. images is the sum over all windows;
-oversampling, taps and image_error are the largest. A bank needs the fit of one scene: TOLIMAN_E_UNSUPPORTED.
+        """Creates a fit whose optics change with time, as those of a calibration with windows (calibrate.h) do: model images
+and predicted places are linear in time between the starts of two windows.
+  sims        [count], the scenes at these starts, not needed afterwards
+  first_days  [count], the starts of the windows, increasing, days of scene time. At first_days[i] the model is that
+              of sims[i]; before the first start and after the last one it is constant. The time of a frame is that
+              of its prediction
+Interpolated images have an error of second order: about (2 pi d/wavelength)^2/8 of the peak where the OPD changes
+by d from one scene to the next, 1e-5 for 1 nm. The digest of toliman_fit_info is that of all windows and their
+starts; with one window, that of toliman_fit_create. images is the sum over all windows; oversampling, taps and
+image_error are the largest. A bank needs the fit of one scene: TOLIMAN_E_UNSUPPORTED.
 Errors: as toliman_fit_create; TOLIMAN_E_ARGUMENT for count = 0, and starts that are not finite or do not increase;
 TOLIMAN_E_MISMATCH, naming the scene, unless detector.shape, binary and the times of the cadence are the same.""",
     ),
@@ -4398,9 +4466,9 @@ unless 0 <= index < left_out. Since 0.2.""",
             ("index", c_int32),
             ("out", POINTER(toliman_calibration_value)),
         ),
-        """Writes parameter number `index` in a window to *out, whose struct_size must be set. TOLIMAN_E_RANGE unless
-0 <= index < parameters and 0 <= window < windows. With a map, the values exclude the map,
-which adds to their aberrations.""",
+        """Writes parameter number `index` at the start of a window to *out, whose struct_size must be set. TOLIMAN_E_RANGE
+unless 0 <= index < parameters and 0 <= window < windows. With a map, the values exclude the map, which adds to their
+aberrations.""",
     ),
     "toliman_calibration_get_covariance": (
         c_int32, (
@@ -4408,8 +4476,8 @@ which adds to their aberrations.""",
             ("window", c_int64),
             ("covariance", POINTER(c_double)),
         ),
-        """Writes the covariance of the parameters in a window, with those of the frames free, to covariance[n][n]; n is the
-number of parameters. TOLIMAN_E_RANGE as for toliman_calibration_get_value.""",
+        """Writes the covariance of the parameters at the start of a window, with those of the frames free, to covariance[n][n];
+n is the number of parameters. TOLIMAN_E_RANGE as for toliman_calibration_get_value.""",
     ),
     "toliman_calibration_get_frame": (
         c_int32, (
@@ -4436,8 +4504,8 @@ scene.""",
             ("window", c_int64),
             ("opd", POINTER(c_double)),
         ),
-        """Writes the change of the OPD (m) against the nominal scene in a window, parameters and map together, to opd[N][N];
-0 where the pupil is closed. TOLIMAN_E_RANGE as for toliman_calibration_get_window.""",
+        """Writes the change of the OPD (m) against the nominal scene at the start of a window, parameters and map together, to
+opd[N][N]; 0 where the pupil is closed. TOLIMAN_E_RANGE as for toliman_calibration_get_window.""",
     ),
     "toliman_calibration_get_chi_map": (
         c_int32, (
@@ -4460,9 +4528,9 @@ values, 0 = at those from which the calibration started.""",
     ),
     "toliman_calibration_save_file": (
         c_int32, (("calibration", POINTER(toliman_calibration)), ("window", c_int64), ("path", c_char_p)),
-        """Saves the fitted scene of a window at `path`, a name that ends in ".json", and its map, if there is one, in the same
-folder as <name>.opd.npy. Relative file names are rewritten relative to this folder. Replaces
-the files atomically. TOLIMAN_E_UNSUPPORTED if the calibration did not converge; TOLIMAN_E_WRITE.""",
+        """Saves the fitted scene at the start of a window at `path`, a name that ends in ".json", and its map, if there is one,
+in the same folder as <name>.opd.npy. Relative file names are rewritten relative to this folder. Replaces the files
+atomically. TOLIMAN_E_UNSUPPORTED if the calibration did not converge; TOLIMAN_E_WRITE.""",
     ),
     "toliman_components_options_init": (
         None, (("options", POINTER(toliman_components_options)), ("size", c_size_t)),
@@ -4677,8 +4745,17 @@ TOLIMAN_E_CAPACITY if capacity is too small. Since 0.2.""",
   count    becomes the number of rows
   expires  becomes the day (MJD) from which on leap seconds may be missing: the expiry of the file, or 1 January of
            the first year that ERFA calls dubious; may be NULL
+A list is refused, with TOLIMAN_E_FORMAT, if the SHA-1 in its line #h is not that of its numbers, if it has a date
+(#$) but no #h (it is truncated), and if it differs from the table of ERFA up to the last row or the release of that
+table.
 Errors: TOLIMAN_E_NOT_FOUND, TOLIMAN_E_FORMAT with file and line, TOLIMAN_E_CAPACITY if capacity is too small.
 Since 0.2.""",
+    ),
+    "toliman_ingest_last_utc_day": (
+        c_int64, (),
+        """Returns the latest day (MJD) of UTC that any function has converted on this thread, 0 for none. From the day
+`expires` of toliman_ingest_read_leap_seconds on, leap seconds may be missing: a program compares both at its end,
+and warns. Since 0.2.""",
     ),
     "toliman_ingest_parse_time": (
         c_int32, (
@@ -4690,7 +4767,10 @@ Since 0.2.""",
             ("tai_ns", POINTER(c_int64)),
         ),
         """Converts text to TAI nanoseconds since 1970-01-01T00:00:00 TAI.
-  text    a time from 1958-01-01 to 2099-12-31 of its scale, in UTC from 1972-01-01 on; without blanks
+  text    a time from 1958-01-01 to 2099-12-31 of its scale, in UTC from 1972-01-01 on. A date is YYYY-MM-DD or
+          YYYY-DDD (day of the year), alone (0 h) or with T or one blank and hh:mm:ss[.s...]. In UTC the time may end
+          with Z or an offset of 0, +00:00; another offset is refused. All readers of dates accept these forms; those
+          of FITS headers, observer files and on-target windows refuse a date without time
   format  TOLIMAN_INGEST_FORMAT_...
   scale   TOLIMAN_INGEST_SCALE_... of the text
   table   [count] leap seconds for UTC; NULL if count is 0: those of ERFA. The first row is 10 s on MJD 41317
@@ -4728,15 +4808,21 @@ TOLIMAN_E_CAPACITY if capacity is too small; TOLIMAN_E_ARGUMENT for a wrong tabl
             ("expires", c_int64),
             ("time", POINTER(toliman_ingest_header_time)),
         ),
-        """Reads the time of the first frame from the keywords of a FITS header. The first that is present is used: MJD-AVG,
-DATE-AVG, MJD-BEG with XPOSURE, MJD-OBS with EXPTIME, DATE-OBS with EXPTIME. Half of the exposure is added to the
-last three. Without a complete pair, the first of their times is taken as mid-exposure. A date has no final Z.
+        """Reads the time of the first frame from the keywords of a FITS header (FITS Standard 4.0, section 9).
+  Start    MJD-BEG, DATE-BEG, MJD-OBS or DATE-OBS; a DATE-... without time needs TIME-..., UTC-OBS or UT
+  Middle   MJD-AVG or DATE-AVG. End: MJD-END or DATE-END
+  Length   TELAPSE, otherwise XPOSURE, EXPTIME or EXPOSURE, otherwise from start to end
+The middle is used if it is given, otherwise the start, otherwise the end; of several keywords, the one with finer
+digits. Half of the length is added to a start. A start without length is taken as mid-exposure. All other keywords
+of these must agree with the result within half an exposure and their last digit; only TELAPSE may exceed the other
+lengths, by pauses.
   table    [count] leap seconds for UTC, as in toliman_ingest_parse_time
   expires  day (MJD) from toliman_ingest_read_leap_seconds; ignored if count is 0
   time     becomes the time
 Errors: TOLIMAN_E_NOT_FOUND if the header has none of these times; TOLIMAN_E_FORMAT and TOLIMAN_E_RANGE, with the
-keyword, as toliman_ingest_parse_time, for an unknown TIMESYS and for a bad exposure; TOLIMAN_E_ARGUMENT for a wrong
-table. Since 0.2.""",
+keyword, as toliman_ingest_parse_time, for keywords that contradict each other (both are named), for a date without
+time, an unknown TIMESYS, a bad length, and a TREFPOS outside the Earth; TOLIMAN_E_ARGUMENT for a wrong table.
+Since 0.2.""",
     ),
     "toliman_ingest_convert_times": (
         c_int32, (
@@ -4884,14 +4970,16 @@ same double. "" for NULL and after an error. Valid until the mask is destroyed. 
         """Suggests a frequency grid and options for samples t[n], y[n], sigma[n]. y, sigma and options may be NULL;
 options->struct_size must be set.
 
-The grid is f0 = 1.5/T and df = 0.1/T, up to 1/(2 s), with the time span T and the step s. *options receives
-double-limb accumulators, offsets and bounds for the samples. f0, df and nf may be NULL together, for options of
-another grid; then one time suffices.
+The grid is f0 = 1.5/T and df = 0.1/T, with the time span T. The differences of the times give its last frequency:
+1/(2 s) if they are multiples of a step s, otherwise 5/(2 s), where 5 % of them are below s. It has at most 131072
+frequencies, and at most 2^32/n, but at least 1024: 30 MB, and 4.3e9 terms of sums, about 40 s on one processor.
+*options receives double-limb accumulators, offsets and bounds. f0, df and nf may be NULL together; then one time
+suffices.
   mission_span  0: the samples are complete. > 0, in units of t: the samples grow until T = mission_span. The
                 bounds then accept values that spread 2^20 times as far and sigmas 8 times smaller to 4 times
                 larger. With n = 0 the step is 1
-Errors: TOLIMAN_E_ARGUMENT if a number is not finite or sigma <= 0; TOLIMAN_E_STATE if all times are equal;
-TOLIMAN_E_RANGE for more than 2e6 frequencies. Since 0.2.""",
+Errors: TOLIMAN_E_ARGUMENT if a number is not finite or sigma <= 0; TOLIMAN_E_STATE if all times are equal.
+Since 0.2.""",
     ),
     "toliman_period_create": (
         c_int32, (
@@ -5040,8 +5128,9 @@ functions alone.""",
     ),
     "toliman_period_query_peak": (
         c_int32, (("period", POINTER(toliman_period)), ("out", POINTER(toliman_period_peak))),
-        """Writes the highest peak of the grid to *out. The frequency is refined by a parabola; power and FAP are those of the
-highest grid point. They never overstate the peak, and understate its power by up to 1 % if df = 0.1/T.
+        """Writes the highest peak of the grid to *out, or a longer period whose alias it is (window function above 0.5) and
+which is as probable (likelihood ratio below the ratio of periods): toliman_period_query_aliases. The frequency is
+refined by a parabola; power and FAP are those of the grid point: never overstated, at df = 0.1/T up to 1 % low.
 Errors: as toliman_period_query_power; TOLIMAN_E_STATE for fewer than five samples or constant values.""",
     ),
     "toliman_period_query_peaks": (
@@ -5051,10 +5140,9 @@ Errors: as toliman_period_query_power; TOLIMAN_E_STATE for fewer than five sampl
             ("peaks", POINTER(toliman_period_peak)),
             ("count", POINTER(c_size_t)),
         ),
-        """Writes the highest peaks, local maxima of the grid refined as in toliman_period_query_peak, to peaks[capacity],
-highest first; *count becomes their number. capacity is 1 to 64; peaks[0].struct_size must be set. Each peak is
-judged alone: power and FAP of a lower peak still contain the scatter due to higher ones. Errors as
-toliman_period_query_peak.""",
+        """Writes the peak of toliman_period_query_peak, then the highest other local maxima, refined likewise, to
+peaks[capacity]; *count becomes their number. capacity is 1 to 64; peaks[0].struct_size must be set. Each peak is
+judged alone: power and FAP of a lower peak contain the scatter of higher ones. Errors as query_peak.""",
     ),
     "toliman_period_query_fit": (
         c_int32, (
@@ -5065,11 +5153,11 @@ toliman_period_query_peak.""",
             ("n", c_size_t),
             ("out", POINTER(toliman_period_peak)),
         ),
-        """Refines the highest peak with the samples t[n], y[n], sigma[n], which must be those pushed (only n and the bounds
-of the options are checked). For samples pushed with t_ns, give t = time_offset + (t_ns - time_offset_ns)/unit_ns.
-sigma may be NULL. The refinement is a least-squares fit of frequency, amplitude, phase and offset (the offset is
+        """Refines the peak of query_peak with the samples t[n], y[n], sigma[n], which must be those pushed (only n and the
+bounds are checked). For samples pushed with t_ns, give t = time_offset + (t_ns - time_offset_ns)/unit_ns. sigma may
+be NULL. The refinement is a least-squares fit of frequency, amplitude, phase and offset (the offset is
 fixed with TOLIMAN_PERIOD_FIXED_MEAN), computed with 64-bit significands. 1 - power is computed from the residuals,
-accurate down to 1e-31. The result is never worse than the highest grid point. If cosine and sine coincide at every
+accurate down to 1e-31. The result is never worse than its grid point. If cosine and sine coincide at every
 sample (smaller eigenvalue below 1e-17 of the sum of both), as at the Nyquist frequency of regular samples, one of
 them is fitted. TOLIMAN_PERIOD_INACCURATE refers to the grid point from which the fit starts. A trend is fitted with
 the sinusoid; a periodogram with columns needs toliman_period_query_fit_rows.
@@ -5327,8 +5415,27 @@ the mean. Since 0.2.""",
             ("out", POINTER(toliman_period_sampling)),
         ),
         """Writes the sampling diagnostics to *out, whose struct_size must be set. t[n] are the pushed times (only n is
-checked); the step is their median step. If t is NULL, the times are assumed regular with T from their variance;
+checked). If t is NULL, the times are assumed regular with T from their variance;
 nyquist is then too low for grouped samples. Evaluates every frequency, as toliman_period_query_power does.""",
+    ),
+    "toliman_period_interval_name": (
+        c_char_p, (("interval_kind", c_int32),),
+        """Returns the name of an interval: "sampling", "solar day", "sidereal day", "year"; "?" for another number. Static
+text. Since 0.2.""",
+    ),
+    "toliman_period_query_aliases": (
+        c_int32, (
+            ("period", POINTER(toliman_period)),
+            ("frequency", c_double),
+            ("capacity", c_size_t),
+            ("aliases", POINTER(toliman_period_alias)),
+            ("count", POINTER(c_size_t)),
+        ),
+        """Writes the aliases of a peak at `frequency` to aliases[capacity], those of the highest window function first; *count
+becomes their number, at most capacity and at most 16. aliases[0].struct_size must be set. Days and years are those
+of unit_ns. The window function is known from the accumulators, up to twice the last frequency of the grid. If the
+highest peak of the grid is an alias of this one, it is among them. Since 0.2.
+Errors: as toliman_period_query_peak; TOLIMAN_E_ARGUMENT if frequency is outside the grid.""",
     ),
     "toliman_planet_series_init": (
         None, (("series", POINTER(toliman_planet_series)), ("size", c_size_t)),

@@ -64,7 +64,7 @@ class SceneInfo(Result):
     unit: str = member("... as a word, of frames and expected images", words="TOLIMAN_SIM_UNIT")
     bit_depth: int = member("bits per pixel of the detector; 0 = counts are not rounded")
     exposure_s: float = member("length of an exposure; 0 if the scene has peak_photons instead. Since 0.2")
-    time_zero_ns: int = member("TAI of binary.date, ns since 1970-01-01T00:00:00 TAI; 0 without an observer. Since 0.2")
+    time_zero_ns: int = member("TAI of binary.date of moving stars, ns since 1970-01-01T00:00:00 TAI; else 0. Since 0.2")
     calibration: str = member("... as a word. Since 0.2", words="TOLIMAN_SIM_CALIBRATION")
     calibration_goodness: str = member("... as a word, of its chi_square; UNKNOWN without a verdict. Since 0.2", words="TOLIMAN_GOODNESS")
     calibration_chi_square: float = member("NaN without a verdict. Since 0.2")
@@ -337,8 +337,8 @@ class CalibrationInfo(Result):
     rows: int = member("shape of the frames")
     cols: int = member("shape of the frames")
     cells: int = member("pupil cells per axis, N")
-    parameters: int = member("number of parameters of the instrument, in each window")
-    windows: int = member("number of windows")
+    parameters: int = member("number of parameters of the instrument, at the start of each window")
+    windows: int = member("number of windows; the last one may have no frames: it starts at the end of one that has")
     iterations: int = member("of the parameters, the rejected ones included")
     map_iterations: int
     chi_square: float = member("sum of squared residuals over their variances, per degree of freedom: pixels minus parameters, map_parameters included")
@@ -395,11 +395,12 @@ class CalibrationValue(Result):
 
 @result
 class CalibrationWindow(Result):
-    """A window of a calibration: first_days <= time < first_days of the next window."""
+    """A window of a calibration: first_days <= time < first_days of the next window. Its parameters are those at
+    first_days."""
 
     goodness: str = member("... as a word, of chi_square", words="TOLIMAN_GOODNESS")
-    frames: int = member("number of its frames")
-    first_days: float = member("start, days of scene time; the first window also holds all earlier times")
+    frames: int = member("number of its frames; 0: the other members are those of the window before")
+    first_days: float = member("start, days of scene time. Before the first start and after the last one, the parameters are constant")
     chi_square: float = member("of its frames, per degree of freedom")
     chi_square_sigma: float = member("as in toliman_calibration_info")
     largest_residual: float = member("as in toliman_calibration_info")
@@ -451,7 +452,8 @@ class HeaderTime(Result):
 
     tai_ns: int = member("middle of the first exposure, TAI nanoseconds since 1970-01-01T00:00:00 TAI")
     rule: str = member("keywords and scale in words, for messages: \"MJD-OBS + EXPTIME/2 in TAI\"")
-    assumed: bool = member("TIMESYS or the exposure is missing: UTC or mid-exposure is assumed", flag=1)
+    exposure_s: float = member("length of the exposure from start to end; 0 = unknown")
+    assumed: bool = member("TIMESYS or the length is missing: UTC or mid-exposure is assumed", flag=1)
     expired: bool = member("UTC on the day `expires` or later, whose leap seconds may not be known", flag=2)
 
 
@@ -557,7 +559,7 @@ class Peak(Result):
     alias: bool = member("a peak that may be an alias of a higher peak: it is closer than 2.5/T to a higher peak, or a higher peak explains at least half of its power. The explained power follows from the window function at the difference and at the sum of the two frequencies, if these are within the grid.", flag=8)
     inaccurate: bool = member("a result: the error bound of the power (see Accuracy above), computed from the accumulators, exceeds 1e-3. For a peak or a model, at its grid point. For toliman_period_sampling, at any frequency above 0 except multiples of 1/(2 step), where cosine and sine of regular samples always coincide. With double_limb it is rare.", flag=16)
     coarse: bool = member("Flag: df > 1/(5 T), so that peaks may fall between two grid frequencies. A common cause is a grid in another unit than the times. peak and _peaks derive T from the variance of the times, _fit from the times.", flag=32)
-    above_nyquist: bool = member("Flag: the grid exceeds 1/(2 step), where regular samples repeat the power at lower frequencies. peak and _peaks never set it, because the accumulators do not contain the step. fit takes the step from the times; so does _sampling, or, if t is NULL, it assumes regular times.", flag=64)
+    above_nyquist: bool = member("Flag: the grid exceeds `nyquist` of toliman_period_sampling, where regular samples repeat the power at lower frequencies. peak and _peaks never set it, because the accumulators do not contain the step.", flag=64)
     long: bool = member("Flags of a peak that something other than a planet often causes. peak and _peaks derive T from the variance of the times, _fit from the times. Since 0.2. LONG its period exceeds T/2: a trend of the instrument or the error of an orbit may cause it ANNUAL |frequency - 1/yr| < 1/T, with 1 yr = 365.25 d in units of unit_ns, for T above half a year: the motion of the Earth, seasons and observing windows may cause it", flag=2048)
     annual: bool = member("", flag=4096)
 
@@ -590,7 +592,7 @@ class NoisePeak(Result):
     rank: int = member("2; 1 or 0 if the functions or each other leave nothing of cosine or sine")
     at_edge: bool = member("a peak at the first or last frequency of the grid. Outside the grid the power may be higher.", flag=4)
     coarse: bool = member("Flag: df > 1/(5 T), so that peaks may fall between two grid frequencies. A common cause is a grid in another unit than the times. peak and _peaks derive T from the variance of the times, _fit from the times.", flag=32)
-    above_nyquist: bool = member("Flag: the grid exceeds 1/(2 step), where regular samples repeat the power at lower frequencies. peak and _peaks never set it, because the accumulators do not contain the step. fit takes the step from the times; so does _sampling, or, if t is NULL, it assumes regular times.", flag=64)
+    above_nyquist: bool = member("Flag: the grid exceeds `nyquist` of toliman_period_sampling, where regular samples repeat the power at lower frequencies. peak and _peaks never set it, because the accumulators do not contain the step.", flag=64)
     long: bool = member("Flags of a peak that something other than a planet often causes. peak and _peaks derive T from the variance of the times, _fit from the times. Since 0.2. LONG its period exceeds T/2: a trend of the instrument or the error of an orbit may cause it ANNUAL |frequency - 1/yr| < 1/T, with 1 yr = 365.25 d in units of unit_ns, for T above half a year: the motion of the Earth, seasons and observing windows may cause it", flag=2048)
 
 
@@ -600,12 +602,27 @@ class Sampling(Result):
 
     baseline: float = member("T")
     coarsest_df: float = member("1/(5 T), the largest df that resolves every peak; +infinity if all times are equal")
-    nyquist: float = member("1/(2 step); +infinity if all times are equal")
+    nyquist: float = member("last frequency of the grid that toliman_period_suggest suggests for these times, if its number of frequencies were not limited: 1/(2 step) for regular samples; +infinity if all times are equal")
     independent: float = member("number of independent frequencies: last frequency of the grid times T, at least 1")
     coarse: bool = member("Flag: df > 1/(5 T), so that peaks may fall between two grid frequencies. A common cause is a grid in another unit than the times. peak and _peaks derive T from the variance of the times, _fit from the times.", flag=32)
-    above_nyquist: bool = member("Flag: the grid exceeds 1/(2 step), where regular samples repeat the power at lower frequencies. peak and _peaks never set it, because the accumulators do not contain the step. fit takes the step from the times; so does _sampling, or, if t is NULL, it assumes regular times.", flag=64)
+    above_nyquist: bool = member("Flag: the grid exceeds `nyquist` of toliman_period_sampling, where regular samples repeat the power at lower frequencies. peak and _peaks never set it, because the accumulators do not contain the step.", flag=64)
     needs_double_limb: bool = member("at some frequency above 0, single-limb accumulators may give the power with an error above 1e-9. Use double_limb.", flag=128)
     inaccurate: bool = member("a result: the error bound of the power (see Accuracy above), computed from the accumulators, exceeds 1e-3. For a peak or a model, at its grid point. For toliman_period_sampling, at any frequency above 0 except multiples of 1/(2 step), where cosine and sine of regular samples always coincide. With double_limb it is rare.", flag=16)
+
+
+@result
+class Alias(Result):
+    """Alias of a peak of frequency f: samples with an interval 1/g repeat its power at |f - g| and f + g."""
+
+    interval_kind: str = member("... as a word", words="TOLIMAN_PERIOD_INTERVAL")
+    frequency: float = member("of the alias")
+    period: float = member("1/frequency")
+    interval: float = member("1/g, in units of t")
+    window: float = member("fraction of the power that the sampling repeats: the window function at g, in [0.1, 1]")
+    power: float = member("highest power within 1/T of the alias; NaN outside the grid")
+    equal: bool = member("the samples do not tell the two frequencies apart: their likelihood ratio is below 1000, or, outside the grid, window is at least 0.5")
+    slow: bool = member("below the grid and below 2.5/T: with equal, a trend or slow change may be the signal")
+    parts: int = member("interval = day/parts; otherwise 1")
 
 
 @result

@@ -29,8 +29,8 @@ class Calibration(Handle):
         print(calibration.values()["zernike_7"].value, calibration.values()["zernike_7"].sigma)
         calibration.save("fitted.json")                            # the scene for all further estimates
 
-    window: number of a window of constant parameters, 0 if there is only one. The numbers of a calibration that did not
-    converge are NaN.
+    window: number of a window, whose parameters are those at its start; 0 if there is only one. The numbers of a
+    calibration that did not converge are NaN.
     """
 
     _kind, _destroy = _raw.toliman_calibration, "toliman_calibration_destroy"
@@ -94,7 +94,7 @@ class Calibration(Handle):
 
     @property
     def windows(self) -> list[CalibrationWindow]:
-        """The windows of constant parameters: first day, number of frames, goodness of fit."""
+        """The windows: first day, number of frames, goodness of fit."""
         found = []
         for number in range(self.info.windows):
             window = _raw.toliman_calibration_window()
@@ -210,8 +210,8 @@ def calibrate(simulator: Simulator, frames: ArrayLike, *, times_days: ArrayLike 
     start: Simulator of the scene to start from, such as that of a saved Calibration; None: the nominal scene.
     most_iterations: of the parameters, and again of the map; 0 means 30.
     capture_px: largest shift of the stars from their predicted places; 0 means 6.
-    window_days: length of the windows in which the parameters are constant; 0: one window for all frames.
-    smoothness: change of each parameter from one window to the next, in standard deviations of its prior; 0 means 0.01.
+    window_days: length of the windows: parameters change linearly from start to start; 0: they are constant.
+    smoothness: change of each parameter from one start to the next, in standard deviations of its prior; 0 means 0.01.
     map_rms_nm: prior of the map, rms over the open pupil; 0 means 10.
     step: function of (Calibration, CalibrationStep), called after each iteration; a true return value cancels. The
         Calibration may be saved during the call.

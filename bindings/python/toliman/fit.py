@@ -54,8 +54,8 @@ class Fit(Handle):
     @classmethod
     def of_windows(cls, simulators: typing.Sequence[Simulator], first_days: ArrayLike, *, free: typing.Iterable[str] = (),
                    capture_px: float = 0, progress: Progress | bool | None = None) -> Fit:
-        """Returns a fit whose optics change with time, such as those of a calibration with windows: frames from
-        first_days[i] on are fitted with the scene of simulators[i]. Arguments otherwise as those of Fit."""
+        """Returns a fit whose optics change with time, such as those of a calibration with windows: at first_days[i] the
+        model is that of simulators[i], and in between it is linear in time. Arguments otherwise as those of Fit."""
         sims = list(simulators)
         for simulator in sims:
             of_kind("simulators", simulator, Simulator)

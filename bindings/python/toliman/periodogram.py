@@ -17,7 +17,7 @@ from ._arguments import (INT64, Doubles, array_of, file_name, of_kind, options_o
                          whole, whole_float, within)
 from ._handle import Handle
 from ._progress import Progress, Watch
-from ._results import Model, PeriodogramInfo, Sampling
+from ._results import Alias, Model, PeriodogramInfo, Sampling
 from ._result_base import result
 from ._words import number
 from .times import plain_times, plain_values, unit_of
@@ -115,16 +115,17 @@ class Grid(typing.NamedTuple):
 
 
 def suited_grid(t: ArrayLike, mission_span: float = 0.0) -> Grid:
-    """Suggests a frequency grid for the times t that misses no peak.
+    """Suggests a frequency grid for the times t.
 
         grid = suited_grid(t)
         with Periodogram(*grid) as periodogram: ...
 
-    The grid runs from 1.5/T in steps of 0.1/T up to 1/(2 s), where s is the median step between different times and T
-    the time span plus one step. mission_span: the final T, in units of t, if more samples are to come; 0: t is
-    complete.
+    The grid runs from 1.5/T in steps of 0.1/T, where T is the time span plus one median step. The differences of the
+    times give its end: 1/(2 s) if they are multiples of a step s, otherwise 5/(2 s), where 5 % of them are below s. It
+    has at most 131,072 frequencies, and at most 2^32 divided by the number of samples. mission_span: the final T, in
+    units of t, if more samples are to come; 0: t is complete.
 
-    Raises StateError if all times are equal, InputError for more than 2e6 frequencies.
+    Raises StateError if all times are equal.
     """
     return _suggested(plain("t", plain_times("t", t)), None, None, plain_times("mission_span", mission_span))[0]
 
@@ -148,12 +149,13 @@ def period(t: ArrayLike, y: ArrayLike, dy: ArrayLike | None = None) -> Peak:
     Takes times t, values y and standard errors dy (None: unweighted), searches the grid of suited_grid(t) for the
     highest peak, and refines it by least squares against the samples. Returns the Peak: period, amplitude, their
     standard errors, and the false alarm probability, in the units of t and y, in days for dates and quantities of time.
+    Of periods that the samples do not tell apart, this is the longest: Periodogram.aliases.
     """
     times, values, sigmas = _series(t, y, dy, unit_of(y))
     grid, options = _suggested(times, values, sigmas, 0.0)
     with Periodogram(*grid, time_offset=options.time_offset, value_offset=options.value_offset,
                      value_bound=options.value_bound, sigma_floor=options.sigma_floor,
-                     sigma_ceiling=options.sigma_ceiling, double_limb=True) as periodogram:
+                     sigma_ceiling=options.sigma_ceiling, double_limb=True, unit_ns=86400e9) as periodogram:
         periodogram.push_many(times, values, sigmas)
         return periodogram.fit(times, values, sigmas)
 
@@ -229,20 +231,29 @@ class View(Handle):
         return power
 
     def peak(self) -> Peak:
-        """Returns the highest peak of the grid. The frequency is refined by a parabola; power and FAP are those of the
-        highest grid point. Raises StateError with fewer than five samples or constant values."""
+        """Returns the highest peak of the grid, or that of the longest period that the sampling does not tell from it.
+        The frequency is refined by a parabola; power and FAP are those of the grid point. Raises StateError with fewer
+        than five samples or constant values."""
         peak = self._read(library.toliman_period_query_peak, _raw.toliman_period_peak, Peak)
         warn_if_inaccurate(peak.inaccurate)
         return peak
 
     def peaks(self, most: int = 10) -> list[Peak]:
-        """Returns up to `most` <= 64 local maxima, highest first. `alias` marks peaks that the sampling could produce
+        """Returns peak() and the other local maxima, highest first, up to `most` <= 64. `alias` marks peaks that the sampling could produce
         from a higher one. Power and FAP of each peak assume that it is the only signal."""
         found, count = array_of(_raw.toliman_period_peak, whole("most", most, 65)), ctypes.c_size_t()
         check(library.toliman_period_query_peaks(self._c, most, found, ctypes.byref(count)))
         peaks = [Peak._of(peak) for peak in found[:count.value]]
         warn_if_inaccurate(any(peak.inaccurate for peak in peaks))
         return peaks
+
+    def aliases(self, frequency: float) -> list[Alias]:
+        """Returns the aliases of a peak at `frequency`: the frequencies at which the sampling repeats it, with interval
+        and power. `equal` marks those that the samples do not tell from the peak."""
+        found, count = array_of(_raw.toliman_period_alias, 16), ctypes.c_size_t()
+        check(library.toliman_period_query_aliases(self._c, real("frequency", frequency), len(found), found,
+                                                   ctypes.byref(count)))
+        return [Alias._of(alias) for alias in found[:count.value]]
 
     def model(self, k: int) -> Model:
         """Returns the least-squares sinusoid at frequency f0 + k df: amplitude, phase (rad) and offset with standard

@@ -5,6 +5,7 @@ astropy is never imported: its objects are recognised by their attributes and co
 from __future__ import annotations
 
 import ctypes
+import datetime
 import os
 import typing
 
@@ -23,13 +24,41 @@ _MJD_1970 = 40587
 _int64 = ctypes.POINTER(ctypes.c_int64)
 
 
-def parse_time(time: str, format: str = "iso", scale: str = "utc") -> int:
-    """Converts a time in text to TAI nanoseconds since 1970-01-01T00:00:00 TAI, exact to the nanosecond.
+@typing.overload
+def parse_time(time: str | bytes | datetime.date | numpy.datetime64, format: str = "iso", scale: str = "utc") -> int: ...
+
+
+@typing.overload
+def parse_time(time: list[typing.Any] | tuple[typing.Any, ...] | NDArray[typing.Any], format: str = "iso",
+               scale: str = "utc") -> NDArray[numpy.int64]: ...
+
+
+def parse_time(time: typing.Any, format: str = "iso", scale: str = "utc") -> typing.Any:
+    """Converts a time to TAI nanoseconds since 1970-01-01T00:00:00 TAI, text exact to the nanosecond; a list or an array
+    of times to an array.
 
         Tracker(..., time_offset_ns=toliman.parse_time("2028-03-01"))
 
-    format: "iso" (2028-03-01T12:00:00), "mjd" or "jd". scale: "utc", "tai", "tt", "tdb" or "gps".
+    time: text, datetime or datetime64. The last two are UTC: a datetime without time zone is taken as UTC, as numpy does,
+    and one with a time zone is converted.
+    format: of text, "iso" (2028-03-01T12:00:00, 2028-061 12:00:00+00:00), "mjd" or "jd". scale: "utc", "tai", "tt",
+    "tdb" or "gps".
     """
+    if isinstance(time, (str, bytes)):
+        return _parse_text(time, format, scale)
+    dates = _datetimes(time)
+    if dates is not None:
+        if scale != "utc" or format != "iso":
+            raise ValueError(f"format={format!r}, scale={scale!r}: must not be given for datetime, which is UTC")
+        refuse_lost("time", time)
+        tai = _tai_of_utc("time", dates)
+        return tai if tai.ndim else int(tai)
+    if not isinstance(time, (list, tuple, numpy.ndarray)):
+        raise TypeError(f"time is a {type(time).__name__}: must be text, datetime or datetime64, or a list of them")
+    return numpy.array([parse_time(one, format, scale) for one in time], numpy.int64)
+
+
+def _parse_text(time: str | bytes, format: str, scale: str) -> int:
     tai_ns = ctypes.c_int64()
     check(library.toliman_ingest_parse_time(
         text("time", time), number("format", format, "TOLIMAN_INGEST_FORMAT"),
@@ -41,10 +70,11 @@ def read_header(header: typing.Mapping[str, typing.Any]) -> HeaderTime:
     """Reads the time of the first frame from the keywords of a FITS header, a dict or astropy's Header. Leap seconds
     are those of ERFA. NotFoundError if the header has no time."""
     given = _raw.toliman_ingest_header()
-    for key in ("TIMESYS", "MJD-AVG", "DATE-AVG", "MJD-BEG", "MJD-OBS", "DATE-OBS", "XPOSURE", "EXPTIME"):
-        value = header.get(key)
+    for name, kind in given._fields_:
+        key = name.upper().replace("_", "-")
+        value = header.get(key) if kind is ctypes.c_char_p else None
         if isinstance(value, (str, int, float)):  # astropy has an object for a keyword without value
-            setattr(given, key.lower().replace("-", "_"), text(key, str(value)))
+            setattr(given, name, text(key, str(value)))
     found = _raw.toliman_ingest_header_time()
     check(library.toliman_ingest_read_header(ctypes.byref(given), None, 0, 0, ctypes.byref(found)))
     return HeaderTime._of(found)
@@ -73,21 +103,51 @@ def read_on_target(path: str | os.PathLike[str]) -> NDArray[numpy.int64]:
 
 
 def plain_times(name: str, times: typing.Any) -> typing.Any:
-    """Returns times without date or unit: numpy's datetime64 (UTC) and astropy's Time as Modified Julian Days of TAI,
-    a Quantity in days, anything else as it is."""
+    """Returns times without date or unit: datetime, numpy's datetime64 (both UTC) and astropy's Time as Modified Julian
+    Days of TAI, a Quantity in days, anything else as it is."""
     if hasattr(times, "jd1") and hasattr(times, "mjd"):
         return times.tai.mjd
     if hasattr(times, "unit") and hasattr(times, "to_value"):
         return times.to_value("d")
-    if isinstance(times, (list, tuple)) and times and isinstance(times[0], numpy.datetime64):
-        times = numpy.asarray(times)
-    if getattr(getattr(times, "dtype", None), "kind", "") != "M":
+    dates = _datetimes(times)
+    if dates is None:
         return times
     refuse_lost(name, times)
-    return _mjd_of_utc(name, numpy.asarray(times))
+    tai = _tai_of_utc(name, dates)
+    return _MJD_1970 + tai // _DAY + tai % _DAY / _DAY
 
 
-def _mjd_of_utc(name: str, times: NDArray[numpy.datetime64]) -> typing.Any:
+def _datetimes(times: typing.Any) -> NDArray[numpy.datetime64] | None:
+    """Returns datetime and datetime64, also in lists, arrays and columns, as datetime64 of UTC; None for other values."""
+    if getattr(getattr(times, "dtype", None), "kind", "") == "M":
+        array = numpy.asarray(times)
+        return array if array.dtype.kind == "M" else _datetimes(array)  # pandas has a type with a time zone
+    if isinstance(times, datetime.date):
+        return numpy.asarray(_datetime64(times))
+    first = times[0] if isinstance(times, (list, tuple)) and times else None
+    if isinstance(times, numpy.ndarray) and times.dtype == object and times.size > 0:
+        first = times.flat[0]
+    if isinstance(first, numpy.datetime64):
+        return numpy.asarray(times)
+    if not isinstance(first, datetime.date):
+        return None
+    array = numpy.empty(len(times) if isinstance(times, (list, tuple)) else times.shape, object)
+    array[...] = times
+    return numpy.array([_datetime64(one) for one in array.flat], "M8[ns]").reshape(array.shape)
+
+
+def _datetime64(time: typing.Any) -> numpy.datetime64:
+    if hasattr(time, "to_datetime64"):  # of pandas, to the nanosecond
+        return typing.cast(numpy.datetime64, time.to_datetime64())
+    if isinstance(time, datetime.datetime) and time.tzinfo is not None:
+        time = time.astimezone(datetime.timezone.utc).replace(tzinfo=None)
+    if not isinstance(time, (datetime.date, numpy.datetime64)):
+        raise TypeError(f"a list of datetime contains a {type(time).__name__}: must be datetime")
+    return numpy.datetime64(time)
+
+
+def _tai_of_utc(name: str, times: NDArray[numpy.datetime64]) -> NDArray[numpy.int64]:
+    """Returns nanoseconds of TAI."""
     years = times.astype("M8[Y]").astype(numpy.int64) + 1970
     if numpy.isnat(times).any() or ((years < 1972) | (years > 2099)).any():
         raise ValueError(f"{name} has NaT, or a date before 1972 or after 2099")
@@ -95,7 +155,7 @@ def _mjd_of_utc(name: str, times: NDArray[numpy.datetime64]) -> typing.Any:
     tai = numpy.empty_like(ns)
     check(library.toliman_ingest_convert_times(ns.ctypes.data_as(_int64), ns.size, _raw.TOLIMAN_INGEST_SCALE_UTC, None,
                                                0, tai.ctypes.data_as(_int64)))
-    return _MJD_1970 + tai // _DAY + tai % _DAY / _DAY
+    return tai
 
 
 def unit_of(values: typing.Any) -> typing.Any:

@@ -71,12 +71,11 @@ void add_calibrate(CLI::App &app, Context &context) {
         ->check(CLI::Range(1e-3, 1e4));
     command
         ->add_option("--windows", request.options.window_days,
-                     "length in days of windows, in each of which the parameters have their own values; default: one "
-                     "window for all frames")
+                     "length in days of windows: parameters change linearly from start to start; default: constant")
         ->check(CLI::Range(1e-6, 1e6));
     command
         ->add_option("--smoothness", request.options.smoothness,
-                     "with --windows: standard deviation of the change of a parameter from one window to the next, in "
+                     "with --windows: standard deviation of the change of a parameter from start to start, in "
                      "units of that of its prior, default 0.01")
         ->check(CLI::Range(1e-9, 1e3));
     command

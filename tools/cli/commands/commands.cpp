@@ -3,9 +3,11 @@
 
 #include <toliman/toliman.hpp>
 
+#include "common/failure.hpp"
 #include "common/output.hpp"
 #include "options/command.hpp"
 #include "options/help.hpp"
+#include "scenes/leap_seconds.hpp"
 
 namespace cli {
 
@@ -42,6 +44,17 @@ std::string help_text(const std::string &command) {
 
 CLI::App *add_command(CLI::App &app, const std::string &name) {
     return app.add_subcommand(name, help_text(name));
+}
+
+void run_work(const CLI::App &command, Progress &progress, const std::function<void()> &work) {
+    try {
+        work();
+    } catch (const Failure &failure) { // results may have been printed before
+        if (failure.code() != kExitUsage && failure.code() != kExitInput)
+            warn_of_expiry(command, progress);
+        throw;
+    }
+    warn_of_expiry(command, progress);
 }
 
 void add_system(CLI::App &command, std::string &name) {

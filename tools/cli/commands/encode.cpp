@@ -89,24 +89,31 @@ class Batch {
     std::exception_ptr failure_;
 };
 
-std::unique_ptr<Encoder> encoder_of(const EncodeOptions &options, const Estimator &estimator, Progress &progress) {
-    FrameClock clock = {options.frames.cadence, {}, LeapSeconds(options.reduction.observer.leap_seconds())};
-    if (options.reduction.system)
-        clock.time_zero_ns = time_zero_of(options.reduction, estimator);
-    else if (estimator.time_zero_ns != 0)
-        clock.time_zero_ns = estimator.time_zero_ns;
+std::unique_ptr<Encoder> encoder_of(const EncodeOptions &options, const FrameReductionOptions &reduction,
+                                    const Estimator &estimator, Progress &progress) {
+    const FrameClock clock = {options.frames.cadence, reduction.time_zero_ns,
+                              LeapSeconds(reduction.observer.leap_seconds())};
     auto encoder = make_encoder(estimator, Batch::kMost, clock, progress);
-    if (!options.reduction.system)
+    if (!reduction.system)
         return encoder;
-    return make_reducing_encoder(std::move(encoder), options.reduction, estimator, progress);
+    return make_reducing_encoder(std::move(encoder), reduction, estimator, progress);
+}
+
+FrameReductionOptions with_scene(FrameReductionOptions options, const Estimator &estimator, Notes &notes) {
+    options.use_scene(estimator, notes);
+    return options;
 }
 
 class Encoding {
   public:
     Encoding(const EncodeOptions &options, Progress &progress)
         : options_(options), progress_(progress), estimator_(options.estimator_options, progress),
-          encoder_(encoder_of(options, estimator_, progress)), doubts_(progress),
-          head_(std::string("file,frame,") + encoder_->columns() + "\n") {}
+          reduction_(with_scene(options.reduction, estimator_, notes_)),
+          encoder_(encoder_of(options, reduction_, estimator_, progress)), doubts_(progress),
+          head_(std::string("file,frame,") + encoder_->columns() + "\n") {
+        for (const std::string &note : notes_)
+            progress.tell(note);
+    }
 
     void encode_file(const std::string &path);
     void end() {
@@ -123,6 +130,8 @@ class Encoding {
     const EncodeOptions &options_;
     Progress &progress_;
     Estimator estimator_;
+    Notes notes_;                     // options that differ from the scene
+    FrameReductionOptions reduction_; // with the defaults of the scene
     std::unique_ptr<Encoder> encoder_;
     Warnings doubts_;
     // Printed together with the first line: a failure on the first frame leaves standard output empty.

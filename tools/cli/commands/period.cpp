@@ -90,12 +90,13 @@ void write_power(const Options &options, const Periodogram &periodogram) {
     out.commit();
 }
 
-void warn_of_results(const Periodogram &periodogram, const Series *series, const std::optional<Noise> &noise,
-                     Progress &progress) {
+void warn_of_results(const Periodogram &periodogram, const Series *series, bool is_default,
+                     const std::optional<Noise> &noise, Progress &progress) {
     uint32_t warned = 0;
-    warn_of_grid(periodogram.handle, series, periodogram.peak.flags, warned, progress);
+    warn_of_grid(periodogram.handle, series, is_default, periodogram.peak.flags, warned, progress);
     const bool has_trend = info_of(periodogram.handle).functions > 1;
-    warn_of_peak(periodogram.peak.flags, has_trend ? "" : ": --trend", progress);
+    warn_of_peak(periodogram.peak.flags, has_trend ? "" : ": --trend", series == nullptr || !series->time_scale.empty(),
+                 progress);
     warn_of_fit(periodogram.peak, progress);
     warn_of_outliers(periodogram.peak.outliers, "", progress);
     if (noise)
@@ -111,7 +112,8 @@ void write_results(const Options &options, const Series *series, const Reduction
     const toliman_period_info info = info_of(periodogram.handle);
     std::optional<Noise> noise;
     if (series != nullptr)
-        noise.emplace(options.noise, options.fap, *series, FrequencyGrid{info.f0, info.df, info.nf}, progress);
+        noise.emplace(options.noise, options.fap, *series, FrequencyGrid{info.f0, info.df, info.nf},
+                      periodogram.peak.frequency, progress);
     std::optional<Coefficients> fitted = fitted_of(options, series, periodogram, progress);
     if (fitted && noise && noise->is_ar1())
         noise->set(fitted->all);
@@ -119,9 +121,10 @@ void write_results(const Options &options, const Series *series, const Reduction
                                  info.count,  peaks_of(periodogram, options.peaks),
                                  fap,         series != nullptr ? series->time_scale : given,
                                  reduced,     noise ? &*noise : nullptr,
-                                 fitted};
+                                 fitted,      aliases_of(periodogram.handle.get(), periodogram.peak.frequency)};
     progress.clear();
-    warn_of_results(periodogram, series, noise, progress);
+    warn_of_results(periodogram, series, !options.f0, noise, progress);
+    warn_of_aliases(report.aliases, info.functions > 1 ? "" : ": --trend", progress);
     write_power(options, periodogram);
     if (folder != nullptr)
         folder->write(report, *series, residual_of(options, *series, report, progress));
@@ -188,7 +191,8 @@ void add_period(CLI::App &app, Context &context) {
     add_times(*command, options->samples);
     command->add_option("--f0", options->f0, "first frequency in cycles per unit of t, default 1.5/T");
     command->add_option("--df", options->df, "frequency step in cycles per unit of t, default 1/(10 T)");
-    command->add_option("--nf", options->nf, "number of frequencies, default up to the frequency 1/(2 median dt)");
+    command->add_option("--nf", options->nf,
+                        "number of frequencies, default from the differences of the times, at most 131072");
     command->add_flag("--fixed-mean", options->sums.fixed_mean,
                       "subtract the weighted mean once instead of fitting an offset at each frequency");
     options->nuisance.add_to(*command);

@@ -42,8 +42,9 @@ void print_pupil_note(const toliman_sim_plan_info &plan) {
         std::printf(
             "              The pupil error compares the mask drawn on these cells with the ideal mask. Frames,\n"
             "              template and network of a scene use the same cells, so periods in its frames are not\n"
-            "              disturbed, but the image of a real mask differs by this error. A larger\n"
-            "              telescope.pupil_samples (at most 2048) reduces it.\n");
+            "              disturbed, but the image of a real mask differs by this error. Frames of a real mask\n"
+            "              need an error below their photon noise: telescope.mask.edges \"area\" and more\n"
+            "              telescope.pupil_samples (at most 2048) reduce it.\n");
 }
 
 // The bank of networks for the scene's frames: its plan, or why there can be none.

@@ -82,7 +82,7 @@ std::string sessions_text(const std::vector<toliman_track_stream> &streams) {
 void print(const toliman::tracker &tracker, const toliman_track_options &how, const PeriodFacts &period, bool as_json) {
     if (as_json)
         return print_stdout(status_json(tracker, how, period).text());
-    print_stdout(how.folder + ("\n  " + period.text() + "\n") + counts_text(tracker) +
+    print_stdout(how.folder + ("\n  " + period.text() + "\n") + indented(period.aliases_text()) + counts_text(tracker) +
                  goodness_text(goodness_of(tracker)) + settings_text(how, info_of(tracker), median_sigma(tracker)) +
                  indented(period.functions_text()) + sessions_text(streams_of(tracker)));
 }
@@ -127,6 +127,7 @@ void rebuild(RebuildOptions &options, Progress &progress) {
     if (how.nf == 0)
         options.setup.check_complete(options.folder);
     set_functions(options, how);
+    options.setup.set_leap_seconds(options.leap_seconds);
     options.setup.set(how, progress);
     options.reference.set_leap_seconds(options.leap_seconds);
     if (options.reference.given())

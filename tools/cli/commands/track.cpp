@@ -36,6 +36,7 @@ void track(Options &options, Progress &progress) {
     input.frames = frame_ids(options.frames);
     input.dated.leap_seconds = LeapSeconds(options.leap_seconds);
     options.folder.reference.set_leap_seconds(options.leap_seconds);
+    options.folder.setup.set_leap_seconds(options.leap_seconds);
     std::optional<OnTarget> on_target;
     if (!options.on_target.empty())
         on_target.emplace(options.on_target, input.dated.leap_seconds);
@@ -43,14 +44,21 @@ void track(Options &options, Progress &progress) {
     Estimator estimator;
     const size_t jobs = options.folder.jobs == 0 ? 64 : options.folder.jobs;
     toliman::tracker tracker = options.folder.open(input.dtype, estimator, progress);
+    for (const std::string &note : options.folder.notes)
+        progress.tell(note);
     if (const std::string orbit = options.folder.reference.orbit(); !orbit.empty())
         progress.tell(orbit);
     const std::optional<std::string> renewal = estimator.bank ? std::make_optional(estimator.renewal) : std::nullopt;
-    Tracking tracking(std::move(tracker), {options.every, jobs, unused, renewal, options.folder.reference.coverage()},
+    const SceneDefaults &scene = estimator.scene;
+    input.dated.begins_at_epoch = estimator.time_zero_ns != 0;
+    Tracking tracking(std::move(tracker),
+                      {options.every, jobs, unused, renewal, options.folder.reference.coverage(), scene.exposure_s,
+                       scene.on_target_s},
                       options.folder.realigner, progress);
+    const bool by_scene = options.folder.is_new && !options.folder.setup.has_exposure() && scene.on_target_s.empty();
     try {
         if (on_target)
-            tracking.set_on_target(std::move(*on_target));
+            tracking.set_on_target(std::move(*on_target), by_scene ? scene.path : "");
         Downlink(input, tracking).read();
     } catch (...) {
         tracking.rescue();

@@ -104,19 +104,16 @@ DatedFiles::Span DatedFiles::span_of(FrameFile &file) {
 }
 
 FrameTimes DatedFiles::times_of(FrameFile &file, const Span &span) {
-    FrameTimes times(file, span.first_id, options_.cadence, options_.leap_seconds);
+    const int64_t time_zero_ns = options_.begins_at_epoch ? tracking_.settings().time_offset_ns : 0;
+    FrameTimes times(file, span.first_id, options_.cadence, options_.leap_seconds, time_zero_ns);
     const std::string &path = file.path();
     if (times.is_tai() && tracking_.settings().clock_points > 0)
         throw Failure(kExitUsage,
                       path + ": its time (" + times.rule() +
                           ") is TAI, but the state folder has a clock table: give a folder without --clock");
     if (is_fits(path))
-        tracking_.report(times.has_flag(TOLIMAN_INGEST_ASSUMED) ? Severity::warning : Severity::note, "time", path,
+        tracking_.report(times.is_assumed() ? Severity::warning : Severity::note, "time", path,
                          "time by " + times.rule());
-    if (times.has_flag(TOLIMAN_INGEST_EXPIRED) && !std::exchange(warned_of_expiry_, true))
-        tracking_.report(Severity::warning, "time", path,
-                         "leap seconds are known up to MJD " + std::to_string(options_.leap_seconds.expires) +
-                             " only: --leap-seconds FILE reads a newer leap-seconds.list of the IERS");
     if (times.by_cadence())
         warn_of_overlap(span, times);
     return times;

@@ -14,6 +14,7 @@ struct DatedFileOptions {
     std::optional<double> cadence; // seconds
     std::string session;           // empty: the name of the file
     LeapSeconds leap_seconds;
+    bool begins_at_epoch = false; // times by the cadence or the table FRAMES count from time 0 of the folder
 };
 
 bool is_dated_file(const std::string &path); // by its suffix
@@ -37,9 +38,8 @@ class DatedFiles {
 
     const DatedFileOptions &options_;
     Tracking &tracking_;
-    std::string unnumbered_;        // the file without FRAME1 that had --session
-    std::vector<Span> spans_;       // with times by the cadence
-    bool warned_of_expiry_ = false; // of the table of leap seconds
+    std::string unnumbered_;  // the file without FRAME1 that had --session
+    std::vector<Span> spans_; // with times by the cadence
 };
 
 } // namespace cli

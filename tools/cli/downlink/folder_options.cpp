@@ -73,11 +73,15 @@ toliman_track_options track_options(FolderOptions &given, const std::string &dty
     if (!made && !dtype.empty()) { // pairs, whose stamps are those of the mission
         how.bit_depth = dtype == "u16le" ? 12 : 32;
         how.stamp = TOLIMAN_FRAME_STAMP_START;
-        how.exposure_s = estimator.exposure_s;
     }
-    if (!made)
+    if (!made) {
+        how.exposure_s = estimator.scene.exposure_s;
         how.time_offset_ns = estimator.time_zero_ns;
+    }
     given.setup.set(how, progress);
+    if (!made)
+        given.setup.compare(estimator.scene, estimator.time_zero_ns, how, given.notes);
+    given.reference.use_scene(estimator.scene, made, given.notes);
     given.reference.set(how, made, progress);
     if (!made && how.sky == nullptr && estimator.moves && !given.setup.has_trend())
         set_wide_trend(how, kTrendOfMovingStars);
@@ -112,7 +116,7 @@ std::string other_estimator(const std::string &folder, Progress &progress) {
                                " of session " + stream.session);
     }
     std::string text = "its frames were measured with another scene, calibration or estimator, or other "
-                       "--bad-pixels: give the same, or ingest all " +
+                       "--free or --bad-pixels: give the same, or ingest all " +
                        std::to_string(frames) + " frames again into a new folder";
     if (!sessions.empty())
         text += ": " + joined(sessions);
@@ -135,6 +139,20 @@ std::string remedy_of(const FolderOptions &given, const toliman_track_options &h
     return other_estimator(given.folder, progress);
 }
 
+// Names the free parameters of a new folder that were not asked for.
+void tell_free(const EstimatorOptions &given, const Estimator &estimator, Progress &progress) {
+    constexpr int32_t kAlways = 7;
+    const int32_t count = given.free.empty() ? toliman_fit_parameter_count(estimator.fit.get()) : 0;
+    std::string names;
+    for (int32_t i = kAlways; i < count; i++) {
+        auto parameter = toliman::sized<toliman_sim_parameter>();
+        toliman::check(toliman_fit_get_parameter(estimator.fit.get(), i, &parameter));
+        names += std::string(names.empty() ? "" : " ") + parameter.name;
+    }
+    if (!names.empty())
+        progress.tell("the scene is calibrated: each frame also fits " + names + " (--free self)");
+}
+
 } // namespace
 
 void FolderOptions::check() const {
@@ -144,6 +162,7 @@ void FolderOptions::check() const {
 
 toliman::tracker FolderOptions::open(const std::string &dtype, Estimator &estimator, Progress &progress) {
     const Made made = made_with(folder);
+    is_new = !made;
     if (!made && !setup.has_grid())
         throw Failure(kExitUsage, folder + ": is new: give --grid F0:DF:NF or --mission-days N");
     if (made && made->nf == 0)
@@ -154,8 +173,12 @@ toliman::tracker FolderOptions::open(const std::string &dtype, Estimator &estima
     if (made)
         check_depth(*this, dtype, *made);
     const toliman_track_options how = track_options(*this, dtype, estimator, made, progress);
-    if (!made)
+    if (!made) {
         check_crop(*this, estimator, how);
+        tell_free(estimator_options, estimator, progress);
+        if (!estimator.lacks.empty())
+            progress.tell(estimator.lacks);
+    }
     try {
         return open_tracker(how, progress);
     } catch (const toliman::error &error) {
@@ -170,6 +193,7 @@ toliman::tracker FolderOptions::open(const std::string &dtype, Estimator &estima
 }
 
 void FolderOptions::add_to(CLI::App &command) {
+    estimator_options.self_by_default = true;
     estimator_options.add_to(command);
     add_option(&command, "--state", folder, "FOLDER",
                "state folder: ledger, settings and sums; created if it does not exist")

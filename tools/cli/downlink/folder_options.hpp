@@ -26,6 +26,9 @@ struct FolderOptions {
     std::optional<uint32_t> bit_depth;
     std::optional<int64_t> bin, capacity;
     unsigned jobs = 1;
+    // After open():
+    bool is_new = false; // the folder
+    Notes notes;         // options that differ from the scene
     Realigner realigner; // of the tracker
 };
 

@@ -12,6 +12,7 @@
 
 #include "common/failure.hpp"
 #include "common/terminal.hpp"
+#include "common/text.hpp"
 
 namespace cli {
 
@@ -78,8 +79,9 @@ OnTarget::OnTarget(const std::string &path, const LeapSeconds &leap_seconds) : p
         windows_[i] = {times[2 * i], times[2 * i + 1], false, false};
 }
 
-void OnTarget::set_clock(const toliman_track_options &settings) {
+void OnTarget::set_clock(const toliman_track_options &settings, const std::string &scene) {
     exposure_s_ = settings.exposure_s;
+    scene_ = scene;
     if (!(exposure_s_ > 0))
         throw Failure(kExitUsage, "--on-target " + path_ +
                                       ": needs the length of an exposure: give a new folder with --exposure SECONDS");
@@ -122,11 +124,35 @@ void OnTarget::mark_end(const toliman_frame &frame) {
     const auto last = std::lower_bound(windows_.begin(), windows_.end(), end, before);
     if (first != windows_.end() && first->start_ns < start)
         first->is_continued = true;
-    if (first == last || (first + 1 == last && !(last != windows_.end() && last->start_ns < end)))
+    for (auto window = first; window != last; ++window)
+        window->is_continued = window->is_continued || window->start_ns >= start;
+    const bool ends_inside = last != windows_.end() && last->start_ns < end;
+    if (last - first + (ends_inside ? 1 : 0) < 2)
         return; // one window
     sums_++;
-    if (last != windows_.end() && last->start_ns < end)
+    if (last == windows_.end())
+        return;
+    Wide pause = 0;
+    for (auto window = first + 1; window != last; ++window)
+        pause = std::max(pause, Wide{window->start_ns} - (window - 1)->end_ns);
+    if (ends_inside || Wide{last->start_ns} - (last - 1)->end_ns <= pause)
         last->is_cut = true;
+}
+
+// The exposure of a scene without on-target intervals may be the time on target alone, which is shorter than the time
+// from start to end: such an exposure is accepted only without any pause.
+void OnTarget::check_length(const toliman_frame &frame) const {
+    const Wide start = start_of(frame), end = end_of(frame);
+    const auto inside = [&](const Window &window) { return window.start_ns <= start && window.end_ns >= end; };
+    const auto touches = [&](const Window &window) { return window.start_ns < end && window.end_ns > start; };
+    if (std::any_of(windows_.begin(), windows_.end(), inside) ||
+        std::none_of(windows_.begin(), windows_.end(), touches))
+        return;
+    throw Failure(kExitUsage,
+                  "--on-target " + path_ + ": the exposure of frame " + std::to_string(frame.frame_id) +
+                      formatted(", %g s by cadence.exposure_s of ", frame.exposure_s) + scene_ +
+                      ", is not inside one window: give a new folder with --exposure SECONDS, the time from "
+                      "the start to the end of an exposure, or a scene with cadence.on_target_s");
 }
 
 void OnTarget::conclude(Progress &progress) const {
@@ -141,6 +167,8 @@ void OnTarget::conclude(Progress &progress) const {
 bool OnTarget::limit(toliman_frame &frame, std::vector<double> &intervals) {
     if (!(frame.exposure_s > 0))
         frame.exposure_s = exposure_s_;
+    if (!scene_.empty() && frame.exposure_s == exposure_s_ && frame.interval_count == 0)
+        check_length(frame);
     mark_end(frame);
     const double whole[] = {0, frame.exposure_s};
     const double *const own = frame.interval_count > 0 ? frame.intervals : whole;

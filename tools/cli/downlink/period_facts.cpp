@@ -65,8 +65,10 @@ PeriodFacts::PeriodFacts(const toliman::tracker &tracker, Fit fit, Progress &pro
         fit_ = peak_of([&](toliman_period_peak *peak) { return toliman_track_query_fit(tracker.get(), peak); });
     if (fit_ && !std::isfinite(fit_->period))
         fit_.reset();
+    if (fit != Fit::none)
+        aliases_ = aliases_of(period, fit_ ? fit_->frequency : peak_->frequency);
     if (fit == Fit::tested) {
-        const Noise noise({}, {}, tracked_series(tracker), {info.f0, info.df, info.nf}, progress);
+        const Noise noise({}, {}, tracked_series(tracker), {info.f0, info.df, info.nf}, peak_->frequency, progress);
         if (noise.known())
             log10_p_white_ = noise.log10_p_white();
     }
@@ -81,11 +83,16 @@ void PeriodFacts::add_to(Json &json) const {
     json.set("log10_fap_sequential", sequential_, "at_edge", peak_ && (peak_->flags & TOLIMAN_PERIOD_AT_EDGE) != 0,
              "fit", std::move(fit));
     set_flags(peak_ ? peak_->flags : 0, json);
-    json.set("log10_p_white", log10_p_white_, "functions", if_known(!fitted_.all.empty(), json_of(fitted_)));
+    json.set("log10_p_white", log10_p_white_, "functions", if_known(!fitted_.all.empty(), json_of(fitted_)), "aliases",
+             if_known(aliases_.has_value(), json_of(aliases_.value_or(Aliases{}))));
 }
 
 std::string PeriodFacts::functions_text() const {
     return fitted_.all.empty() ? "" : text_of(fitted_);
+}
+
+std::string PeriodFacts::aliases_text() const {
+    return aliases_ && sequential_ <= kSignificant ? text_of(*aliases_) : "";
 }
 
 std::string PeriodFacts::text() const {

@@ -8,6 +8,7 @@
 
 #include "common/json.hpp"
 #include "common/terminal.hpp"
+#include "series/aliases.hpp"
 #include "series/coefficients.hpp"
 
 namespace cli {
@@ -23,6 +24,7 @@ class PeriodFacts {
     std::string text() const;
     const std::optional<toliman_period_peak> &fit() const noexcept { return fit_; }
     const Coefficients &fitted() const noexcept { return fitted_; } // empty if the mean alone is fitted
+    std::string aliases_text() const;                               // a line for each alias of a significant period
     std::string functions_text() const; // a line for each coefficient; "" if the mean alone is fitted
 
   private:
@@ -31,6 +33,7 @@ class PeriodFacts {
     std::string unit_; // of time
     std::optional<toliman_period_peak> peak_, fit_;
     Coefficients fitted_;
+    std::optional<Aliases> aliases_; // unknown with Fit::none
     std::optional<double> log10_p_white_;
 };
 

@@ -36,6 +36,16 @@ void ReferenceOptions::check() const {
         plate_scale_of(plate_scale_, 0);
 }
 
+void ReferenceOptions::use_scene(const SceneDefaults &scene, const std::optional<toliman_track_options> &made,
+                                 Notes &notes) {
+    const bool is_reduced = made && made->plate_scale_arcsec > 0;
+    if (!given() && made && !is_reduced)
+        return;
+    observer_.use_scene(scene, notes);
+    has_observer_ = scene.has_observer;
+    system_ = system_or_that_of(scene, system_, !is_reduced && (observer_.given() || has_observer_), notes);
+}
+
 void ReferenceOptions::set(toliman_track_options &how, const std::optional<toliman_track_options> &made,
                            Progress &progress) {
     const bool is_reduced = made && made->plate_scale_arcsec > 0;
@@ -46,7 +56,7 @@ void ReferenceOptions::set(toliman_track_options &how, const std::optional<tolim
                                    : plate_scale_    ? "--plate-scale"
                                                      : "--scale-sigma") +
                                       std::string(": need --system"));
-    if (system_.empty() && !observer_.given())
+    if (system_.empty() && !observer_.given() && !has_observer_)
         throw Failure(kExitUsage,
                       std::string(how.folder) +
                           ": its separations are reduced: give the orbit of the spacecraft, --observer FILE");

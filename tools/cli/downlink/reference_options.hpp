@@ -20,6 +20,9 @@ class ReferenceOptions {
     void check() const; // of what needs no file
     bool given() const { return !system_.empty() || observer_.given() || plate_scale_ || scale_sigma_; }
     bool has_system() const { return !system_.empty(); }
+    // Takes what is not given from the scene: the observer, and for a new folder the system of an observer that is
+    // known.
+    void use_scene(const SceneDefaults &scene, const std::optional<toliman_track_options> &made, Notes &notes);
     // Opens the system for the observer, and sets both and the plate scale. made: the settings of the folder if it
     // exists; a folder with a system provides it. The predictor remains in this object.
     void set(toliman_track_options &how, const std::optional<toliman_track_options> &made, Progress &progress);
@@ -33,6 +36,7 @@ class ReferenceOptions {
 
   private:
     std::string system_;
+    bool has_observer_ = false; // of the scene
     ObserverOptions observer_;
     std::optional<double> plate_scale_, scale_sigma_;
     toliman::sky_predictor sky_;

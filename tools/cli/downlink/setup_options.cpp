@@ -10,6 +10,7 @@
 #include "common/text.hpp"
 #include "downlink/state_folder.hpp"
 #include "options/command.hpp"
+#include "scenes/dates.hpp"
 #include "scenes/leap_seconds.hpp"
 #include "scenes/sky_times.hpp"
 #include "series/periodogram.hpp"
@@ -31,16 +32,8 @@ FrequencyGrid grid_of(const std::string &text) {
     return grid;
 }
 
-FrequencyGrid grid_of_mission(double days) {
-    try {
-        return grid_of_days(days);
-    } catch (const Failure &failure) {
-        throw Failure(failure.code(), std::string("--mission-days: ") + failure.what());
-    }
-}
-
 // TAI in ns as a whole number, or a date.
-int64_t epoch_of(const std::string &text) {
+int64_t epoch_of(const std::string &text, const std::string &leap_seconds) {
     int64_t ns = 0;
     double number = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), ns);
@@ -48,7 +41,7 @@ int64_t epoch_of(const std::string &text) {
         return ns;
     if (number_of(text, number))
         throw Failure(kExitUsage, "--epoch " + text + ": must be a whole number, TAI in ns, or a date of UTC");
-    return read_time("--epoch", text, TOLIMAN_INGEST_SCALE_UTC, LeapSeconds().rows);
+    return read_time("--epoch", text, TOLIMAN_INGEST_SCALE_UTC, LeapSeconds(leap_seconds).rows);
 }
 
 double chi_limit_of(const std::string &text) {
@@ -111,7 +104,7 @@ void SetupOptions::add_to(CLI::App &command) {
 
 void SetupOptions::set(toliman_track_options &how, Progress &progress) {
     if (has_grid()) {
-        const FrequencyGrid grid = grid_.empty() ? grid_of_mission(*mission_days_) : grid_of(grid_);
+        const FrequencyGrid grid = grid_.empty() ? grid_of_days(*mission_days_) : grid_of(grid_);
         how.f0 = grid.f0;
         how.df = grid.df;
         how.nf = grid.nf;
@@ -122,7 +115,7 @@ void SetupOptions::set(toliman_track_options &how, Progress &progress) {
     if (!chi_limit_.empty())
         how.chi_limit = chi_limit_of(chi_limit_);
     if (epoch_)
-        how.time_offset_ns = epoch_of(*epoch_);
+        how.time_offset_ns = epoch_of(*epoch_, leap_seconds_);
     for (const int32_t stamp : {TOLIMAN_FRAME_STAMP_START, TOLIMAN_FRAME_STAMP_MIDDLE, TOLIMAN_FRAME_STAMP_END})
         if (stamp_ == stamp_name(stamp))
             how.stamp = stamp;
@@ -130,6 +123,16 @@ void SetupOptions::set(toliman_track_options &how, Progress &progress) {
     pairs_ = read_clock(clock_, progress);
     how.clock = pairs_.data();
     how.clock_points = pairs_.size() / 2;
+}
+
+void SetupOptions::compare(const SceneDefaults &scene, int64_t time_zero_ns, const toliman_track_options &how,
+                           Notes &notes) const {
+    if (epoch_ && time_zero_ns != 0 && how.time_offset_ns != time_zero_ns)
+        notes.push_back("--epoch " + *epoch_ + ": instead of binary.date of " + scene.path + ", " +
+                        date_text(time_zero_ns) + " TAI");
+    if (exposure_s_ && scene.exposure_s > 0 && *exposure_s_ != scene.exposure_s)
+        notes.push_back(formatted("--exposure %g: instead of cadence.exposure_s of ", *exposure_s_) + scene.path +
+                        formatted(", %g s", scene.exposure_s));
 }
 
 void set_trend(toliman_track_options &how, int32_t order) {

@@ -7,6 +7,7 @@
 #include <toliman/track.h>
 
 #include "common/terminal.hpp"
+#include "scenes/scene_defaults.hpp"
 
 namespace CLI {
 class App;
@@ -20,6 +21,8 @@ void set_trend(toliman_track_options &how, int32_t order);
 class SetupOptions {
   public:
     void add_to(CLI::App &command);
+    // The path of a leap-seconds.list for --epoch; empty: the table of the library.
+    void set_leap_seconds(const std::string &path) { leap_seconds_ = path; }
     bool has_grid() const { return !grid_.empty() || mission_days_; }
     bool has_clock() const { return !clock_.empty(); }
     bool has_timing() const { return !stamp_.empty() || exposure_s_; }
@@ -29,13 +32,17 @@ class SetupOptions {
     bool is_complete() const { return has_grid() && has_clock() && !stamp_.empty(); }
     // Sets what was given. The pairs of the clock remain in this object. Warnings about the clock go to `progress`.
     void set(toliman_track_options &how, Progress &progress);
+    // Reports an epoch and an exposure that differ from those of the scene, 0 for none.
+    void compare(const SceneDefaults &scene, int64_t time_zero_ns, const toliman_track_options &how,
+                 Notes &notes) const;
+    bool has_exposure() const { return exposure_s_.has_value(); }
     // Throws Failure if the options are not complete, for a folder whose setup is lost.
     void check_complete(const std::string &folder) const;
     // Grid, epoch and clock as they were given: " --grid 1e-3:1e-5:5000 --clock clock.csv".
     std::string text() const;
 
   private:
-    std::string grid_, clock_, stamp_, chi_limit_;
+    std::string grid_, clock_, stamp_, chi_limit_, leap_seconds_;
     std::optional<std::string> epoch_;
     std::optional<double> mission_days_, exposure_s_;
     std::optional<int32_t> trend_;

@@ -143,8 +143,8 @@ Tracking::Tracking(toliman::tracker &&tracker, const TrackingOptions &options, R
         bank_.emplace(records_, *options.renewal);
 }
 
-void Tracking::set_on_target(OnTarget windows) {
-    windows.set_clock(settings_);
+void Tracking::set_on_target(OnTarget windows, const std::string &scene) {
+    windows.set_clock(settings_, scene);
     on_target_ = std::move(windows);
 }
 
@@ -165,7 +165,7 @@ void Tracking::take(const std::shared_ptr<FrameSource> &source, const toliman_fr
         note_unknown_exposure(place);
     toliman_frame frame = given;
     std::vector<double> intervals;
-    if (on_target_ && !on_target_->limit(frame, intervals))
+    if (!set_intervals(frame, intervals))
         return reject(frame, true, place, "off target", on_target_->complaint(frame));
     frames_.push_back(frame);
     origins_.push_back({source, event.offset, place, std::move(intervals)}); // does not move the numbers
@@ -174,6 +174,25 @@ void Tracking::take(const std::shared_ptr<FrameSource> &source, const toliman_fr
         flush();
         print_acknowledged();
     }
+}
+
+// The intervals of --on-target, or else those of the scene, for exposures of its length that state none. False if no
+// time on target remains.
+bool Tracking::set_intervals(toliman_frame &frame, std::vector<double> &intervals) {
+    const std::vector<double> &of_scene = options_.on_target_s;
+    if (on_target_) {
+        if (!of_scene.empty() && frame.interval_count == 0 && !std::exchange(noted_intervals_, true))
+            progress_.tell("--on-target: instead of cadence.on_target_s of the scene");
+        return on_target_->limit(frame, intervals);
+    }
+    const double exposure_s = frame.exposure_s > 0 ? frame.exposure_s : settings_.exposure_s;
+    if (of_scene.empty() || frame.interval_count > 0 || exposure_s != options_.scene_exposure_s)
+        return true;
+    intervals = of_scene;
+    frame.exposure_s = exposure_s;
+    frame.intervals = intervals.data();
+    frame.interval_count = intervals.size() / 2;
+    return true;
 }
 
 void Tracking::note_unknown_exposure(const std::string &place) {

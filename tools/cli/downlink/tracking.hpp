@@ -25,6 +25,8 @@ struct TrackingOptions {
     std::string new_folder;             // the folder, if it is new: it is removed again if no frame arrives
     std::optional<std::string> renewal; // of the bank that measures the frames, if there is one
     std::string coverage;               // of the observer file, if there is one
+    double scene_exposure_s = 0;        // of the scene of the estimator; 0: unknown
+    std::vector<double> on_target_s;    // of the exposures of the scene; empty: none
 };
 
 // Of a message about an input. `damage` counts for --strict.
@@ -38,8 +40,8 @@ class Tracking {
     const toliman_track_options &settings() const noexcept { return settings_; } // of the folder
     size_t batch() const noexcept { return batch_; } // frames of a source that must stay valid at the same time
 
-    // Limits the frames that follow to the windows.
-    void set_on_target(OnTarget windows);
+    // Limits the frames that follow to the windows. scene: as OnTarget::set_clock.
+    void set_on_target(OnTarget windows, const std::string &scene);
     // Takes what source->next() delivered, and keeps the source as long as the frame is needed.
     void take(const std::shared_ptr<FrameSource> &source, const toliman_frame &frame,
               const toliman_ingest_event &event);
@@ -72,6 +74,7 @@ class Tracking {
                 const std::string &text);
     void warn_if_far(const std::string &place, double value, double sigma);
     void note_unknown_exposure(const std::string &place);
+    bool set_intervals(toliman_frame &frame, std::vector<double> &intervals);
     PeriodFacts update(Fit fit); // prints it
     std::string summary(const PeriodFacts &period) const;
     bool remove_unused();
@@ -96,7 +99,7 @@ class Tracking {
     int64_t records_ = 0, saved_ = 0;              // of the ledger; at the last checkpoint
     std::optional<BankWatch> bank_;
     std::optional<OnTarget> on_target_;
-    bool noted_exposure_ = false;
+    bool noted_exposure_ = false, noted_intervals_ = false;
     std::string shift_; // file and shift of the last frame that was not at its place
     // Counts of this run.
     int64_t accepted_ = 0, refused_ = 0;   // refused: rejected, or outliers

@@ -30,8 +30,11 @@ void EstimatorOptions::add_to(CLI::App &command) {
                "instead of --weights: scene file; encode frames by least squares on its derivative image");
     add_option(&command, "--fit", fit, "SCENE",
                "scene file; fit its forward model to each frame, which follows moving stars");
-    add_option(&command, "--free", free, "NAMES",
-               "with --fit: further free parameters, in quotes and separated by spaces, e.g. \"scale jitter_xx\"");
+    const std::string names =
+        std::string("with --fit: further free parameters, in quotes and separated by spaces, e.g. \"scale "
+                    "jitter_xx\"; self: jitter and aberrations that may drift; none; default: ") +
+        (self_by_default ? "self if the scene is calibrated" : "none");
+    add_option(&command, "--free", free, "NAMES", names.c_str());
     add_bad_pixels(command, bad_pixels);
 }
 
@@ -63,25 +66,26 @@ Estimator::Estimator(const EstimatorOptions &given, Progress &progress) {
         return;
     }
     const StopLimit limit;
-    const Scene scene(given.scene, progress, given.bad_pixels);
-    rows = scene.info.rows;
-    cols = scene.info.cols;
-    exposure_s = scene.info.exposure_s;
-    time_zero_ns = scene.info.time_zero_ns;
+    const Scene made(given.scene, progress, given.bad_pixels);
+    rows = made.info.rows;
+    cols = made.info.cols;
+    scene = scene_defaults(made.path);
+    time_zero_ns = made.info.time_zero_ns;
     const auto options = with_warnings<toliman_linear_options>(progress);
-    linear = toliman::make<toliman::linear_estimator>(toliman_linear_create, scene.sim.get(), &options);
+    linear = toliman::make<toliman::linear_estimator>(toliman_linear_create, made.sim.get(), &options);
 }
 
 void Estimator::set_fit(const EstimatorOptions &given, Progress &progress) {
     const StopLimit limit;
     if (!given.weights.empty())
         bank = trained_bank(given.weights);
-    SceneFit made(given.fit, given.free, given.bad_pixels, progress);
+    SceneFit made(given.fit, given.free, given.bad_pixels, progress, given.self_by_default && given.weights.empty());
     rows = made.scene.info.rows;
     cols = made.scene.info.cols;
-    exposure_s = made.scene.info.exposure_s;
     times = Cadence(made.scene).times;
-    fit_scene = made.scene.path;
+    if (given.weights.empty() && made.scene.info.calibration == TOLIMAN_SIM_CALIBRATION_NONE)
+        lacks = made.scene.lacks_for_real_frames();
+    scene = scene_defaults(made.scene.path);
     time_zero_ns = made.scene.info.time_zero_ns;
     pixel_scale_arcsec = made.scene.info.pixel_scale_arcsec;
     moves = made.scene.moves();

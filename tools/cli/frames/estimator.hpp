@@ -8,6 +8,7 @@
 #include "common/terminal.hpp"
 #include "frames/bank.hpp"
 #include "frames/network.hpp"
+#include "scenes/scene_defaults.hpp"
 
 namespace CLI {
 class App;
@@ -19,6 +20,7 @@ struct EstimatorOptions {
     void add_to(CLI::App &command);
     void check() const; // of what needs no file
     std::string weights, scene, fit, free, bad_pixels;
+    bool self_by_default = false; // frees "self" with a calibrated scene, unless there are weights
 };
 
 // One of them. It must outlive a tracker that uses it.
@@ -32,10 +34,10 @@ struct Estimator {
     toliman::frame_fit fit;
     toliman::network_bank bank;    // fully trained, for the fit, which is also there
     int64_t rows = 0, cols = 0;    // of its images
-    double exposure_s = 0;         // of its scene; 0: unknown
     std::vector<double> times;     // days, of the frames of a fit's scene
-    std::string fit_scene;         // path of a fit's scene
-    int64_t time_zero_ns = 0;      // TAI of time 0 of a scene with an observer, else 0
+    std::string lacks;             // Scene::lacks_for_real_frames() of a fit's scene, uncalibrated and without a bank
+    SceneDefaults scene;           // of the scene of a fit or template
+    int64_t time_zero_ns = 0;      // TAI of time 0 of a scene whose stars move, else 0
     double pixel_scale_arcsec = 0; // of a fit's scene
     bool moves = false;            // the stars of a fit's scene do
     std::string renewal;           // until when the bank can be used and how to train the next; "" if stars do not move

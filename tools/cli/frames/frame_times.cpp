@@ -14,10 +14,27 @@ namespace cli {
 namespace {
 
 constexpr std::pair<const char *, const char * toliman_ingest_header::*> kKeys[] = {
-    {"TIMESYS", &toliman_ingest_header::timesys},   {"MJD-AVG", &toliman_ingest_header::mjd_avg},
-    {"DATE-AVG", &toliman_ingest_header::date_avg}, {"MJD-BEG", &toliman_ingest_header::mjd_beg},
-    {"MJD-OBS", &toliman_ingest_header::mjd_obs},   {"DATE-OBS", &toliman_ingest_header::date_obs},
-    {"XPOSURE", &toliman_ingest_header::xposure},   {"EXPTIME", &toliman_ingest_header::exptime}};
+    {"TIMESYS", &toliman_ingest_header::timesys},
+    {"MJD-AVG", &toliman_ingest_header::mjd_avg},
+    {"DATE-AVG", &toliman_ingest_header::date_avg},
+    {"MJD-BEG", &toliman_ingest_header::mjd_beg},
+    {"MJD-OBS", &toliman_ingest_header::mjd_obs},
+    {"DATE-OBS", &toliman_ingest_header::date_obs},
+    {"XPOSURE", &toliman_ingest_header::xposure},
+    {"EXPTIME", &toliman_ingest_header::exptime},
+    {"DATE-BEG", &toliman_ingest_header::date_beg},
+    {"MJD-END", &toliman_ingest_header::mjd_end},
+    {"DATE-END", &toliman_ingest_header::date_end},
+    {"TIME-AVG", &toliman_ingest_header::time_avg},
+    {"TIME-BEG", &toliman_ingest_header::time_beg},
+    {"TIME-OBS", &toliman_ingest_header::time_obs},
+    {"TIME-END", &toliman_ingest_header::time_end},
+    {"UTC-OBS", &toliman_ingest_header::utc_obs},
+    {"UT", &toliman_ingest_header::ut},
+    {"EXPOSURE", &toliman_ingest_header::exposure},
+    {"TELAPSE", &toliman_ingest_header::telapse},
+    {"TIMEUNIT", &toliman_ingest_header::timeunit},
+    {"TREFPOS", &toliman_ingest_header::trefpos}};
 
 // Nothing where the header has no time.
 std::optional<toliman_ingest_header_time> header_time(FrameFile &file, const LeapSeconds &leap_seconds) {
@@ -38,7 +55,7 @@ std::optional<toliman_ingest_header_time> header_time(FrameFile &file, const Lea
     return time;
 }
 
-// XPOSURE, otherwise EXPTIME; 0 without both.
+// Of a header without time: XPOSURE, otherwise EXPTIME; 0 without both.
 double exposure_of(FrameFile &file) {
     constexpr double kLongest = 1e9; // s
     for (const char *key : {"XPOSURE", "EXPTIME"}) {
@@ -71,9 +88,9 @@ std::vector<int64_t> table_of(FrameFile &file) {
 } // namespace
 
 FrameTimes::FrameTimes(FrameFile &file, int64_t number, const std::optional<double> &cadence,
-                       const LeapSeconds &leap_seconds)
+                       const LeapSeconds &leap_seconds, int64_t time_zero_ns)
     : path_(file.path()), header_(header_time(file, leap_seconds)), steps_(table_of(file)), cadence_(cadence),
-      exposure_s_(exposure_of(file)) {
+      exposure_s_(header_ ? header_->exposure_s : exposure_of(file)) {
     const bool by_table = !steps_.empty(), has_more = file.count() > 1;
     if (!by_table && !cadence_ && !is_tai())
         malformed(path_, "tells no time: needs --cadence SECONDS");
@@ -83,6 +100,8 @@ FrameTimes::FrameTimes(FrameFile &file, int64_t number, const std::optional<doub
     for (int64_t &step : steps_)
         step -= start;
     first_ = is_tai() ? header_->tai_ns : start;
+    if (!is_tai() && __builtin_add_overflow(start, time_zero_ns, &first_))
+        malformed(path_, "its first time is beyond 64 bits");
     by_cadence_ = !by_table && (!is_tai() || has_more);
     number_ = by_table || is_tai() ? 0 : number;
     const std::string step = by_table ? "its table FRAMES" : number_ != 0 ? "FRAME1 and --cadence" : "--cadence";
@@ -101,15 +120,14 @@ std::optional<FrameTimes> FrameTimes::of_header(FrameFile &file, const std::opti
 
 int64_t FrameTimes::at(size_t frame) const {
     constexpr double kMost = 4e18; // ns, so that sums of times fit
-    if (!steps_.empty())
-        return first_ + steps_[frame];
-    const int64_t steps = number_ + static_cast<int64_t>(frame);
-    if (steps == 0)
-        return first_;
-    const double step = static_cast<double>(steps) * *cadence_ * 1e9;
+    const int64_t number = number_ + static_cast<int64_t>(frame);
+    const double step = steps_.empty() && number != 0 ? static_cast<double>(number) * *cadence_ * 1e9 : 0;
     if (!(std::fabs(step) < kMost))
-        malformed(path_, "frame " + std::to_string(steps) + " is more than 4e9 s from frame 0");
-    return first_ + std::llround(step);
+        malformed(path_, "frame " + std::to_string(number) + " is more than 4e9 s from frame 0");
+    int64_t time = 0;
+    if (__builtin_add_overflow(first_, steps_.empty() ? std::llround(step) : steps_[frame], &time))
+        malformed(path_, "the time of frame " + std::to_string(number) + " is beyond 64 bits");
+    return time;
 }
 
 } // namespace cli

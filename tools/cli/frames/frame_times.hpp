@@ -13,7 +13,7 @@ namespace cli {
 
 // What a file states of its times goes before the cadence (s):
 // - frame 0 has the TAI of the header's keywords; without keywords its time in the table FRAMES of `toliman simulate`,
-//   by the camera's clock, or else its number times the cadence;
+//   or else its number times the cadence, both from time 0 on, by the camera's clock;
 // - the others follow as the table says, or else by the cadence.
 // A Failure for a file that has no times, or bad ones.
 class FrameTimes {
@@ -21,15 +21,16 @@ class FrameTimes {
     // Nothing for a file whose header has no time.
     static std::optional<FrameTimes> of_header(FrameFile &file, const std::optional<double> &cadence,
                                                const LeapSeconds &leap_seconds);
-    // number: of the first frame.
-    FrameTimes(FrameFile &file, int64_t number, const std::optional<double> &cadence, const LeapSeconds &leap_seconds);
+    // number: of the first frame. time_zero_ns: time 0 of the table and the cadence.
+    FrameTimes(FrameFile &file, int64_t number, const std::optional<double> &cadence, const LeapSeconds &leap_seconds,
+               int64_t time_zero_ns = 0);
     int64_t at(size_t frame) const;
-    double exposure_s() const noexcept { return exposure_s_; } // of each frame, XPOSURE or EXPTIME; 0: unknown
+    double exposure_s() const noexcept { return exposure_s_; } // of each frame, from start to end; 0: unknown
     // In words, for a message that is a warning if TIMESYS or the exposure is missing.
     const std::string &rule() const noexcept { return rule_; }
+    bool is_assumed() const noexcept { return header_ && (header_->flags & TOLIMAN_INGEST_ASSUMED) != 0; }
     bool is_tai() const noexcept { return header_.has_value(); }
     bool by_cadence() const noexcept { return by_cadence_; } // frame 0, or those behind it
-    bool has_flag(uint32_t flag) const noexcept { return header_ && (header_->flags & flag) != 0; }
 
   private:
     std::string path_, rule_;

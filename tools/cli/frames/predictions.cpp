@@ -26,8 +26,8 @@ void Predictions::open(FrameFile &frames) {
     dated_.reset();
     if (clock_.time_zero_ns && is_fits(path_))
         dated_ = FrameTimes::of_header(frames, clock_.cadence, clock_.leap_seconds);
-    if (dated_)
-        warn_of(*dated_);
+    if (dated_ && dated_->is_assumed())
+        progress_.warn(path_ + ": time by " + dated_->rule());
     if (frames.counted())
         check_times(frames.count());
 }
@@ -57,14 +57,6 @@ std::optional<int64_t> Predictions::tai_ns(size_t i) const {
     if (dated_)
         return dated_->at(first_ + i);
     return clock_.time_zero_ns ? frame_time(days(i), *clock_.time_zero_ns) : std::nullopt;
-}
-
-void Predictions::warn_of(const FrameTimes &times) {
-    if (times.has_flag(TOLIMAN_INGEST_ASSUMED))
-        progress_.warn(path_ + ": time by " + times.rule());
-    if (times.has_flag(TOLIMAN_INGEST_EXPIRED) && !std::exchange(warned_of_expiry_, true))
-        progress_.warn(path_ + ": leap seconds are known up to MJD " + std::to_string(clock_.leap_seconds.expires) +
-                       " only: --leap-seconds FILE reads a newer leap-seconds.list of the IERS");
 }
 
 } // namespace cli

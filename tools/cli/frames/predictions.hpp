@@ -38,7 +38,6 @@ class Predictions {
     const std::vector<double> &times() const { return file_times_.empty() ? scene_times_ : file_times_; }
     void check_times(size_t frames) const;
     double days_of(size_t frame) const;
-    void warn_of(const FrameTimes &times);
 
     const std::vector<double> &scene_times_;
     FrameClock clock_;
@@ -46,7 +45,6 @@ class Predictions {
     std::string path_;
     std::optional<FrameTimes> dated_; // of the file, if its header has a time
     size_t first_ = 0;                // frame of the last call
-    bool warned_of_expiry_ = false;   // of the table of leap seconds
     std::vector<double> file_times_;  // days, of the table FRAMES; empty without one
     std::vector<toliman_fit_prediction> predictions_;
 };

@@ -8,8 +8,8 @@
 #include "common/failure.hpp"
 #include "common/text.hpp"
 #include "options/command.hpp"
+#include "scenes/dates.hpp"
 #include "scenes/leap_seconds.hpp"
-#include "scenes/scene_json.hpp"
 #include "scenes/sky_times.hpp"
 
 namespace cli {
@@ -31,14 +31,14 @@ int64_t ns_of(double seconds) {
     return std::llround(seconds * 1e9);
 }
 
-// Of the scene's cadence; a whole exposure if it has no on_target_s, an instant if it has no exposure_s.
-std::vector<Interval> intervals_of(const cJSON *on_target, double exposure_s) {
-    const int64_t length = ns_of(exposure_s), start = -(length / 2);
-    if (on_target == nullptr)
+// A whole exposure if the scene has no on_target_s, an instant if it has no exposure_s.
+std::vector<Interval> intervals_of(const SceneDefaults &scene) {
+    const int64_t length = ns_of(scene.exposure_s), start = -(length / 2);
+    if (scene.on_target_s.empty())
         return {{start, start + length}};
     std::vector<Interval> intervals;
-    for (const cJSON *item = on_target->child; item != nullptr && item->next != nullptr; item = item->next->next)
-        intervals.push_back({start + ns_of(item->valuedouble), start + ns_of(item->next->valuedouble)});
+    for (size_t i = 0; i + 1 < scene.on_target_s.size(); i += 2)
+        intervals.push_back({start + ns_of(scene.on_target_s[i]), start + ns_of(scene.on_target_s[i + 1])});
     return intervals;
 }
 
@@ -46,15 +46,13 @@ class ReducingEncoder final : public Encoder {
   public:
     ReducingEncoder(std::unique_ptr<Encoder> encoder, const FrameReductionOptions &options, const Estimator &estimator,
                     Progress &progress)
-        : encoder_(std::move(encoder)), options_(options), scene_(estimator.fit_scene),
+        : encoder_(std::move(encoder)), options_(options), scene_(estimator.scene.path),
           plate_scale_(plate_scale_of(options.plate_scale, estimator.pixel_scale_arcsec)),
           sky_(options.observer.predictor(*options.system, 0, progress)),
           columns_(std::string(encoder_->columns()) + ",mjd,factor,geometric_arcsec,reduced_px"),
-          exposure_s_(estimator.exposure_s) {
-        const JsonTree tree = read_scene_json(scene_);
-        const cJSON *const on_target = item_of(item_of(tree.get(), "cadence"), "on_target_s");
-        on_target_ = on_target != nullptr;
-        intervals_ = intervals_of(on_target, exposure_s_);
+          exposure_s_(estimator.scene.exposure_s) {
+        on_target_ = !estimator.scene.on_target_s.empty();
+        intervals_ = intervals_of(estimator.scene);
     }
 
     const char *columns() const override { return columns_.c_str(); }
@@ -156,27 +154,46 @@ class ReducingEncoder final : public Encoder {
 void FrameReductionOptions::add_to(CLI::App &command) {
     CLI::Option *const chosen =
         add_option(&command, "--system", system, "SYSTEM",
-                   "with --fit: reduce separations to the orbit of this binary: alpha-cen, or a system file");
+                   "with --fit: reduce separations to the orbit of this binary: alpha-cen, or a system file; default: "
+                   "binary.orbit of a scene with binary.observer");
     observer.add_to(command);
     add_option(&command, "--plate-scale", plate_scale, "ARCSEC_PER_PX",
-               "with --system: size of a pixel, default that of the scene");
+               "size of a pixel in the reduction, default that of the scene");
     add_option(&command, "--epoch", epoch, "TIME",
-               "with --system: time 0 of a scene without binary.observer, a date of UTC or TAI in ns");
+               "time 0 of the scene, a date of UTC or TAI in ns; default: binary.date of the scene");
     chosen->needs(command.get_option("--fit"));
-    for (const char *name : {"--observer", "--altitude", "--leap-seconds", "--plate-scale", "--epoch"})
-        command.get_option(name)->needs(chosen);
 }
 
-int64_t time_zero_of(const FrameReductionOptions &options, const Estimator &estimator) {
-    if (options.epoch && estimator.time_zero_ns != 0)
-        throw Failure(kExitUsage, "--epoch " + *options.epoch + ": the scene has a date, that of binary.observer");
-    if (options.epoch)
-        return read_epoch("--epoch", *options.epoch, LeapSeconds(options.observer.leap_seconds()).rows);
-    if (estimator.time_zero_ns == 0)
-        throw Failure(kExitUsage, estimator.fit_scene +
-                                      ": has no binary.observer, so the date of its time 0 is not exact: "
-                                      "give it by --epoch");
-    return estimator.time_zero_ns;
+namespace {
+
+// The exposures of a scene that an observer in orbit cannot reduce.
+bool is_too_long(const SceneDefaults &scene) {
+    constexpr double kLongest = 600;
+    const bool in_orbit = !scene.observer_file.empty() || scene.altitude_km;
+    return in_orbit && scene.on_target_s.empty() && !(scene.exposure_s > 0 && scene.exposure_s <= kLongest);
+}
+
+} // namespace
+
+void FrameReductionOptions::use_scene(const Estimator &estimator, Notes &notes) {
+    const SceneDefaults &scene = estimator.scene;
+    if (epoch)
+        time_zero_ns = read_epoch("--epoch", *epoch, LeapSeconds(observer.leap_seconds()).rows);
+    else if (estimator.time_zero_ns != 0)
+        time_zero_ns = estimator.time_zero_ns;
+    if (epoch && estimator.time_zero_ns != 0 && time_zero_ns != estimator.time_zero_ns)
+        notes.push_back("--epoch " + *epoch + ": instead of binary.date of " + scene.path + ", " +
+                        date_text(estimator.time_zero_ns) + " TAI");
+    const bool is_asked = observer.given(), is_known = is_asked || (scene.has_observer && !is_too_long(scene));
+    observer.use_scene(scene, notes);
+    if (const std::string chosen = system_or_that_of(scene, system.value_or(""), is_known && !system, notes);
+        !chosen.empty())
+        system = chosen;
+    if (!system && (is_asked || plate_scale))
+        throw Failure(kExitUsage, std::string(is_asked ? "--observer and --altitude: need" : "--plate-scale: needs") +
+                                      " --system, or --fit with a scene whose binary.orbit is a system");
+    if (system && !time_zero_ns)
+        throw Failure(kExitUsage, scene.path + ": has no moving stars with a binary.date: give time 0 by --epoch");
 }
 
 std::unique_ptr<Encoder> make_reducing_encoder(std::unique_ptr<Encoder> encoder, const FrameReductionOptions &options,

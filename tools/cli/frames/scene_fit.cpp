@@ -80,6 +80,14 @@ toliman::frame_fit make_fit(const std::string &list, const Scene &first, const s
     return make_fit(list, scenes, starts, free, progress);
 }
 
+bool is_calibrated(const Scene &scene) {
+    return scene.info.calibration != TOLIMAN_SIM_CALIBRATION_NONE;
+}
+
+std::string free_of(const std::string &given, bool self_by_default) {
+    return given == "none" ? "" : given.empty() && self_by_default ? "self" : given;
+}
+
 } // namespace
 
 Scene scene_to_fit(const std::string &file, Progress &progress, const std::string &bad_pixels) {
@@ -90,12 +98,14 @@ Scene scene_to_calibrate(const std::string &file, Progress &progress, const std:
     return scene_with(log_news, file, progress, bad_pixels);
 }
 
-SceneFit::SceneFit(const std::string &file, const std::string &free, const std::string &bad_pixels, Progress &progress)
-    : SceneFit(file, windows_of(file), free, bad_pixels, progress) {}
+SceneFit::SceneFit(const std::string &file, const std::string &free, const std::string &bad_pixels, Progress &progress,
+                   bool self_by_default)
+    : SceneFit(file, windows_of(file), free, bad_pixels, progress, self_by_default) {}
 
 SceneFit::SceneFit(const std::string &file, const std::vector<WindowScene> &windows, const std::string &free,
-                   const std::string &bad_pixels, Progress &progress)
+                   const std::string &bad_pixels, Progress &progress, bool self_by_default)
     : scene(scene_to_fit(windows[0].scene, progress, bad_pixels)),
-      fit(make_fit(file, scene, windows, free, bad_pixels, progress)) {}
+      fit(make_fit(file, scene, windows, free_of(free, self_by_default && is_calibrated(scene)), bad_pixels,
+                   progress)) {}
 
 } // namespace cli

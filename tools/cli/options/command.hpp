@@ -35,16 +35,19 @@ CLI::Option *add_choice(CLI::App *command, const char *name, std::string &value,
     return command->add_option(name, value, what)->check(CLI::IsMember(names));
 }
 
+// Runs the work of a command, then warns of expired leap seconds, also if it was stopped or rejected its results.
+void run_work(const CLI::App &command, Progress &progress, const std::function<void()> &work);
+
 // Stores work(*options, progress) as the action of a command; `check` is called after parsing and may throw.
 template <class Options, class Work>
 void set_action(
     CLI::App &command, Context &context, const std::shared_ptr<Options> &options, Work work,
     const std::function<void()> &check = [] {}) {
-    command.callback([&context, options, work, check] {
+    command.callback([&command, &context, options, work, check] {
         check();
-        context.action = [&context, options, work] {
+        context.action = [&command, &context, options, work] {
             Progress progress(context.style());
-            work(*options, progress);
+            run_work(command, progress, [&] { work(*options, progress); });
         };
     });
 }

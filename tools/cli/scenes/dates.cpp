@@ -6,6 +6,8 @@
 #include <cstdio>
 #include <ctime>
 
+#include <toliman/ingest.h>
+
 #include "common/text.hpp"
 #include "scenes/scene_json.hpp"
 
@@ -30,13 +32,11 @@ std::optional<double> year_of(const std::string &text) {
     double year = 0;
     if (number_of(text, year))
         return std::isfinite(year) ? std::optional(year) : std::nullopt;
-    std::tm day = {};
-    const char *const end = ::strptime(text.c_str(), "%Y-%m-%d", &day);
-    const int given = day.tm_mday;
-    const std::time_t seconds = ::timegm(&day); // changes the 31st of June to the 1st of July
-    if (end == nullptr || *end != '\0' || day.tm_mday != given)
+    int64_t ns = 0;
+    if (toliman_ingest_parse_time(text.c_str(), TOLIMAN_INGEST_FORMAT_ISO, TOLIMAN_INGEST_SCALE_TAI, nullptr, 0, &ns) !=
+        TOLIMAN_OK)
         return std::nullopt;
-    return kEpochYear + (static_cast<double>(seconds) / kDay - kEpochDay) / kDaysPerYear;
+    return kEpochYear + (static_cast<double>(ns) / (kDay * 1e9) - kEpochDay) / kDaysPerYear;
 }
 
 std::string day_text(double zero, double days) {

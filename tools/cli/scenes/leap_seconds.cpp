@@ -1,6 +1,11 @@
 #include "scenes/leap_seconds.hpp"
 
+#include <CLI/App.hpp>
+#include <utility>
+
 #include <toliman/toliman.hpp>
+
+#include "scenes/dates.hpp"
 
 namespace cli {
 
@@ -11,6 +16,32 @@ LeapSeconds::LeapSeconds(const std::string &path) {
     rows.assign(count, toliman::sized<toliman_leap_second>());
     toliman::check(toliman_ingest_read_leap_seconds(name, rows.data(), count, &count, &expires));
     rows.resize(count);
+}
+
+namespace {
+
+// "2029-01-01" of a Modified Julian Day.
+std::string day_of(int64_t mjd) {
+    constexpr int64_t kDay = 86400000000000, kMjdOf1970 = 40587;
+    return date_text((mjd - kMjdOf1970) * kDay).substr(0, sizeof "2029-01-01" - 1);
+}
+
+} // namespace
+
+void warn_of_expiry(const CLI::App &command, Progress &progress) {
+    static bool warned = false;
+    const CLI::Option *const option = command.get_option_no_throw("--leap-seconds");
+    const std::string file = option != nullptr && option->count() > 0 ? option->as<std::string>() : "";
+    const int64_t last = toliman_ingest_last_utc_day();
+    if (last == 0 || warned)
+        return;
+    const int64_t expires = LeapSeconds(file).expires;
+    if (last < expires || std::exchange(warned, true))
+        return;
+    progress.warn("dates of UTC up to " + day_of(last) + " were converted, but leap seconds are known only before " +
+                  day_of(expires) + ": " +
+                  (option != nullptr ? "--leap-seconds FILE reads a newer leap-seconds.list of the IERS"
+                                     : "a newer version of ERFA has newer ones"));
 }
 
 } // namespace cli

@@ -6,6 +6,12 @@
 
 #include <toliman/ingest.h>
 
+#include "common/terminal.hpp"
+
+namespace CLI {
+class App;
+}
+
 namespace cli {
 
 // A leap-seconds.list, or the table of the library for "".
@@ -14,5 +20,9 @@ struct LeapSeconds {
     std::vector<toliman_leap_second> rows;
     int64_t expires = 0; // MJD
 };
+
+// Warns once in a process if dates of UTC were converted that the leap seconds of the command do not cover: those of
+// its option --leap-seconds, or of the library.
+void warn_of_expiry(const CLI::App &command, Progress &progress);
 
 } // namespace cli

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <filesystem>
 
 #include "common/failure.hpp"
 #include "common/library.hpp"
@@ -46,6 +47,27 @@ void ObserverOptions::add_file_to(CLI::App &command) {
     add_option(&command, "--observer", file_, "FILE", "describe the orbit in this file: CCSDS OEM or CSV");
     add_option(&command, "--leap-seconds", leap_seconds_, "FILE",
                "leap-seconds.list of the IERS, default the table of ERFA");
+}
+
+void ObserverOptions::use_scene(const SceneDefaults &scene, Notes &notes) {
+    if (!scene.has_observer)
+        return;
+    ObserverOptions of_scene;
+    if (!scene.observer_file.empty())
+        of_scene.file_ = scene.observer_file;
+    of_scene.altitude_ = scene.altitude_km;
+    of_scene.node_ = scene.node_hours;
+    std::error_code none;
+    const bool is_same = file_ && of_scene.file_ ? std::filesystem::equivalent(*file_, *of_scene.file_, none)
+                                                 : text() == of_scene.text();
+    if (given() && !is_same)
+        notes.push_back("observer: " + text() + " instead of binary.observer of " + scene.path + ", " +
+                        of_scene.text());
+    if (given())
+        return;
+    file_ = of_scene.file_;
+    altitude_ = of_scene.altitude_;
+    node_ = of_scene.node_;
 }
 
 void ObserverOptions::check() const {

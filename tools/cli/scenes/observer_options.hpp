@@ -7,6 +7,7 @@
 
 #include "common/json.hpp"
 #include "common/terminal.hpp"
+#include "scenes/scene_defaults.hpp"
 
 namespace CLI {
 class App;
@@ -27,6 +28,8 @@ class ObserverOptions {
     void add_to(CLI::App &command, Times times = Times::own);
     void add_file_to(CLI::App &command); // --observer and --leap-seconds only
     void set_leap_seconds(const std::string &path) { leap_seconds_ = path; }
+    // Where no observer is given, that of the scene becomes the observer; one that differs from it is reported.
+    void use_scene(const SceneDefaults &scene, Notes &notes);
     // False for the Earth's centre.
     bool given() const noexcept { return altitude_ || file_; }
     bool is_file() const noexcept { return file_.has_value(); }

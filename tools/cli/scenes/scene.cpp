@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <filesystem>
 
 #include "common/content.hpp"
@@ -9,6 +10,7 @@
 #include "common/input.hpp"
 #include "common/library.hpp"
 #include "common/stop.hpp"
+#include "common/text.hpp"
 #include "options/suggest.hpp"
 #include "scenes/scene_json.hpp"
 
@@ -103,6 +105,18 @@ std::vector<double> Scene::wavelengths() const {
 
 bool Scene::has(const char *stage) const {
     return has_stage(info_from<toliman_sim_plan_info>(toliman_sim_get_plan, sim.get()), stage);
+}
+
+std::string Scene::lacks_for_real_frames() const {
+    const auto plan = info_from<toliman_sim_plan_info>(toliman_sim_get_plan, sim.get());
+    const double noise = 1 / std::sqrt(info.peak_photons);
+    if (!(plan.pupil_error > noise))
+        return "";
+    return formatted(
+        "%s: the expected error of its %lld x %lld pupil cells, %.1e of the peak, exceeds the photon noise of "
+        "a frame, %.1e: frames of a real mask need telescope.mask.edges \"area\" and more pupil_samples",
+        path.c_str(), static_cast<long long>(plan.pupil_samples), static_cast<long long>(plan.pupil_samples),
+        plan.pupil_error, noise);
 }
 
 Cadence::Cadence(const Scene &scene) : times(static_cast<size_t>(scene.info.frames)), displacements(times.size()) {

@@ -43,6 +43,9 @@ struct Scene {
     bool has(const char *stage) const;       // whether the scene models the stage of that name
     // Whether orbit, pointing or roll move the stars, so that only the fit and a bank follow them.
     bool moves() const { return has("moving stars"); }
+    // What frames of a real mask need, where the expected error of the pupil cells exceeds the photon noise of a frame;
+    // "" otherwise.
+    std::string lacks_for_real_frames() const;
 };
 
 // Times (days) and true displacements (px) of all frames.

@@ -85,7 +85,17 @@ std::vector<SkyTime> times_of_range(const SkyTimeOptions &options,
     return times;
 }
 
-// The first word of every line; a first line that begins with a letter contains names.
+// The first field of a line: up to a blank or a separator, but a date and a time that one blank separates are one
+// field.
+std::string field_of(const std::string &line, size_t start) {
+    constexpr char kEnds[] = " \t\r\n,;";
+    const size_t end = std::min(line.find_first_of(kEnds, start), line.size());
+    const bool continues = line.size() > end + 3 && line[end] == ' ' && line[end + 3] == ':' &&
+                           line.find('-', start) < end && line.find(':', start) > end;
+    return line.substr(start, (continues ? std::min(line.find_first_of(kEnds, end + 1), line.size()) : end) - start);
+}
+
+// The first field of every line; a first line that begins with a letter contains names.
 std::vector<SkyTime> times_of_file(const SkyTimeOptions &options,
                                    const std::vector<toliman_leap_second> &leap_seconds) {
     LineSource source(options.file, stop_if_asked);
@@ -98,9 +108,7 @@ std::vector<SkyTime> times_of_file(const SkyTimeOptions &options,
         const size_t start = line.find_first_not_of(" \t\r\n");
         if (start == std::string::npos || line[start] == '#')
             continue;
-        const std::string text = line.substr(start, line.find_first_of(" \t\r\n,;", start) - start);
-        if (text.size() == 10 && line.size() > start + 13 && line[start + 13] == ':')
-            malformed(source.name(), "line " + std::to_string(number) + ": date and time: must be joined by T");
+        const std::string text = field_of(line, start);
         if (std::exchange(is_first, false) && std::isalpha(static_cast<unsigned char>(text[0])) != 0)
             continue;
         try {

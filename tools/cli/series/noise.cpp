@@ -1,6 +1,7 @@
 #include "series/noise.hpp"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 
 #include "common/failure.hpp"
 #include "common/text.hpp"
@@ -52,11 +53,14 @@ void add_noise(CLI::App &command, NoiseOptions &options) {
         ->check(CLI::IsMember({"white", kAr1}));
 }
 
-Noise::Noise(const NoiseOptions &options, const FapOptions &fap, const Series &series, const FrequencyGrid &grid,
-             Progress &progress)
+Noise::Noise(const NoiseOptions &options, const FapOptions &fap, const Series &series, FrequencyGrid grid,
+             double frequency, Progress &progress)
     : model_(options.model) {
-    if (!is_ar1() && static_cast<double>(series.t.size()) * static_cast<double>(grid.nf) > kMostUnasked)
-        return;
+    if (!is_ar1()) {
+        grid.nf = std::min(grid.nf, static_cast<int64_t>(kMostUnasked / static_cast<double>(series.t.size())));
+        if (grid.f0 + grid.df * static_cast<double>(grid.nf) < frequency)
+            return;
+    }
     const NoiseInput input(series);
     try {
         search(input, grid, progress);

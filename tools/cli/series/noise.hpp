@@ -26,9 +26,10 @@ void add_noise(CLI::App &command, NoiseOptions &options);
 class Noise {
   public:
     // Searches the series with the model of the options. For white noise a short series is tested only, and nothing is
-    // known if it cannot be. With ar1 and --fap bootstrap, blocks of residuals are resampled.
-    Noise(const NoiseOptions &options, const FapOptions &fap, const Series &series, const FrequencyGrid &grid,
-          Progress &progress);
+    // known if it cannot be: on the part of the grid that takes about 2 s, if this contains `frequency`, that of the
+    // peak. With ar1 and --fap bootstrap, blocks of residuals are resampled.
+    Noise(const NoiseOptions &options, const FapOptions &fap, const Series &series, FrequencyGrid grid,
+          double frequency, Progress &progress);
     // Warns if white noise was assumed and the series is not white.
     void warn(Progress &progress) const;
     void print() const;

@@ -13,6 +13,7 @@ std::string flags_text(uint32_t flags);
 // Sets long_period and annual.
 void set_flags(uint32_t flags, Json &json);
 // One sentence for each flag. hint: option that fits a trend, ": --trend"; "" if there is one.
-void warn_of_peak(uint32_t flags, const std::string &hint, Progress &progress);
+// is_dated: the times are dates; plain numbers are taken as days.
+void warn_of_peak(uint32_t flags, const std::string &hint, bool is_dated, Progress &progress);
 
 } // namespace cli

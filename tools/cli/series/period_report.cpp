@@ -65,6 +65,7 @@ void PeriodReport::print() const {
         std::printf("residuals   %s\n", fit_text(peak).c_str());
     if (peak.outliers > 0)
         std::printf("outliers    %u\n", peak.outliers);
+    std::fputs(text_of(aliases).c_str(), stdout);
     if (noise != nullptr)
         noise->print();
     for (size_t i = 1; i < peaks.size(); i++)
@@ -86,7 +87,7 @@ void PeriodReport::print() const {
 Json PeriodReport::json() const {
     Json json("schema", "toliman-period/2", "n", samples, "time_scale", text_or_null(time_scale), "peak",
               peak_json(*this), "fap_method", fap.method(), "grid", Json("f0", grid.f0, "df", grid.df, "nf", grid.nf),
-              "searched", Json("shortest", shortest(), "longest", longest()));
+              "searched", Json("shortest", shortest(), "longest", longest()), "aliases", cli::json_of(aliases));
     if (peaks.size() > 1)
         json.set("peaks", array_of(peaks, [this](const toliman_period_peak &peak) { return listed_json(peak, fap); }));
     if (fitted)

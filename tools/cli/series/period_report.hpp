@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "series/aliases.hpp"
 #include "series/coefficients.hpp"
 #include "series/fap.hpp"
 #include "series/noise.hpp"
@@ -21,12 +22,13 @@ struct PeriodReport {
     const Periodogram &periodogram;
     FrequencyGrid grid;
     int64_t samples;
-    std::vector<toliman_period_peak> peaks; // the highest first
+    std::vector<toliman_period_peak> peaks; // that of the report, then the others, the highest first
     const Fap &fap;
     std::string time_scale;             // of Modified Julian Days; empty for plain numbers
     const ReductionNote *reduced;       // NULL if the samples are not reduced
     const Noise *noise;                 // NULL from sums alone
     std::optional<Coefficients> fitted; // of nuisance functions; empty if the mean alone is fitted
+    Aliases aliases;                    // of the peak
 
     double shortest() const { return 1 / (grid.f0 + grid.df * static_cast<double>(grid.nf - 1)); }
     double longest() const { return 1 / grid.f0; } // infinite if the grid begins at 0

@@ -149,7 +149,7 @@ class Stream {
     void report(double t, const std::string &time_scale) {
         if (count() >= kFewest && print_update(periodogram_, t, time_scale))
             printed_ = true;
-        warn_of_grid(periodogram_, nullptr, 0, warned_, progress_);
+        warn_of_grid(periodogram_, nullptr, false, 0, warned_, progress_);
     }
 
     // False at the end of the input.

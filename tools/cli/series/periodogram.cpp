@@ -23,12 +23,8 @@ constexpr double kNsPerDay = 86400e9;
 
 FrequencyGrid suggested(const std::vector<double> &times, double mission_span) {
     FrequencyGrid grid = {};
-    const toliman_status status = toliman_period_suggest(times.data(), nullptr, nullptr, times.size(), mission_span,
-                                                         &grid.f0, &grid.df, &grid.nf, nullptr);
-    if (status == TOLIMAN_E_RANGE)
-        throw Failure(kExitUsage, std::string(toliman_last_error()) +
-                                      "; `toliman period` accepts another grid by --f0, --df and --nf");
-    toliman::check(status);
+    toliman::check(toliman_period_suggest(times.data(), nullptr, nullptr, times.size(), mission_span, &grid.f0,
+                                          &grid.df, &grid.nf, nullptr));
     return grid;
 }
 
@@ -49,11 +45,7 @@ FrequencyGrid default_grid(const Series &series) {
     if (different.size() < 5)
         malformed(series.name,
                   "has " + std::to_string(different.size()) + " different times: a periodogram needs at least five");
-    try {
-        return suggested(different, 0);
-    } catch (const Failure &failure) {
-        throw Failure(failure.code(), series.name + ": " + failure.what());
-    }
+    return suggested(series.t, 0);
 }
 
 toliman_period_options options_for(const Series &series, const SumOptions &sums) {
@@ -62,8 +54,7 @@ toliman_period_options options_for(const Series &series, const SumOptions &sums)
     toliman::check(toliman_period_suggest(series.t.data(), series.y.data(), sigmas_of(series), series.t.size(),
                                           mission_span, nullptr, nullptr, nullptr, &options));
     series.nuisance.set(options);
-    if (!series.time_scale.empty())
-        options.unit_ns = kNsPerDay;
+    options.unit_ns = kNsPerDay; // plain numbers are taken as days where days and years are named
     options.flags |= sums.fixed_mean ? TOLIMAN_PERIOD_FIXED_MEAN : 0;
     options.value_bound = sums.value_bound.value_or(options.value_bound);
     options.sigma_floor = sums.sigma_floor.value_or(options.sigma_floor);
@@ -194,8 +185,8 @@ std::vector<double> power_of(const toliman_period *periodogram, int64_t nf, int3
     return power;
 }
 
-void warn_of_grid(const toliman::periodogram &periodogram, const Series *series, uint32_t peak_flags, uint32_t &warned,
-                  Progress &progress) {
+void warn_of_grid(const toliman::periodogram &periodogram, const Series *series, bool is_default, uint32_t peak_flags,
+                  uint32_t &warned, Progress &progress) {
     if ((~warned & (TOLIMAN_PERIOD_COARSE | TOLIMAN_PERIOD_INACCURATE)) == 0)
         return;
     auto sampling = toliman::sized<toliman_period_sampling>();
@@ -219,8 +210,13 @@ void warn_of_grid(const toliman::periodogram &periodogram, const Series *series,
                            : "the sums of the state lack TOLIMAN_PERIOD_DOUBLE_LIMB"));
     if (series != nullptr && (fresh & TOLIMAN_PERIOD_ABOVE_NYQUIST) != 0)
         progress.warn(
-            formatted("the grid exceeds 1/(2 median dt) = %g: evenly spaced samples repeat lower frequencies there",
+            formatted("the grid exceeds %g, the last frequency that the times resolve: above, the samples repeat lower "
+                      "frequencies",
                       sampling.nyquist));
+    if (is_default && info.f0 + info.df * static_cast<double>(info.nf) < sampling.nyquist)
+        progress.warn(formatted("periods below %.6g are not searched, to limit the time of the default grid; the times "
+                                "resolve periods from %.6g on (--f0, --df, --nf)",
+                                1 / (info.f0 + info.df * static_cast<double>(info.nf - 1)), 1 / sampling.nyquist));
     warned |= fresh;
 }
 

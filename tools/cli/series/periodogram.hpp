@@ -66,9 +66,9 @@ std::vector<double> power_of(const toliman_period *periodogram, int64_t nf,
                              int32_t normalisation = TOLIMAN_PERIOD_POWER_STANDARD);
 
 // Warns of a grid step above 1/(5 T), of inaccurate powers, of a peak at the edge and, if the series is known, of
-// frequencies above 1/(2 median dt). series: NULL if only the sums are known. peak_flags: of the highest peak, 0 for
-// none. warned: flags that were reported and are not reported again.
-void warn_of_grid(const toliman::periodogram &periodogram, const Series *series, uint32_t peak_flags, uint32_t &warned,
-                  Progress &progress);
+// frequencies that the times do not resolve, or that the default grid omits. series: NULL if only the sums are known.
+// peak_flags: of the highest peak, 0 for none. warned: flags that were reported and are not reported again.
+void warn_of_grid(const toliman::periodogram &periodogram, const Series *series, bool is_default, uint32_t peak_flags,
+                  uint32_t &warned, Progress &progress);
 
 } // namespace cli
