@@ -29,7 +29,8 @@ constexpr double kShareOfCircular = 0.5;
 CircularSearch::CircularSearch(const Detection &detection, double threshold, const Frequencies &frequencies)
     : detection_(detection), threshold_(threshold), frequencies_(frequencies),
       size_(detection.problem().series.amplitudes()), scales_(detection.problem().prior.scales.size()),
-      moments_(frequencies.count), shapes_(frequencies.count * size_ * detection.problem().series.rows) {
+      moments_(frequencies.count), whole_(frequencies.count), edge_(frequencies.count),
+      shapes_(frequencies.count * size_ * detection.problem().series.rows) {
     const Series &series = detection.problem().series;
     const Design &design = detection.design();
     ShapeWork work(series);
