@@ -1218,7 +1218,7 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_REASON_SHORT_FILE = 623
     ! DAMAGE: position in the file unknown, after a damaged line
     integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_REASON_PLACE_UNKNOWN = 624
-    ! WARNING: time goes back, stops, or skips 1000 median steps
+    ! WARNING: time stops, skips 1000 median steps, or goes back while the frame id does not
     integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_REASON_CLOCK_JUMP = 625
     ! WARNING: camera clock and host clock drift apart; only once
     integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_REASON_CLOCKS_DIFFER = 626
@@ -1902,11 +1902,11 @@ module toliman
         integer(c_int32_t) :: struct_size = 64 ! in: sizeof(toliman_planet_limit)
         integer(c_int32_t) :: reserved = 0
         real(c_double) :: period = 0.0_c_double
-        ! amplitude below which the posterior probability is `probability`, with a uniform prior of the amplitude,
-        ! from the residuals of the planets; units of y. +infinity if the functions leave nothing of this period
+        ! amplitude that the residuals of the planets exclude; units of y. +infinity if the functions leave nothing of
+        ! this period
         real(c_double) :: upper = 0.0_c_double
-        ! amplitude that a search detects with `probability`, averaged over phase and noise; +infinity if there is
-        ! none
+        ! amplitude of an orbit that a search calls a planet with `probability`, averaged over phase and noise;
+        ! +infinity if there is none
         real(c_double) :: detectable = 0.0_c_double
         real(c_double) :: upper_mass_a = 0.0_c_double ! Earth masses, times g or sin i
         real(c_double) :: upper_mass_b = 0.0_c_double
@@ -2179,7 +2179,7 @@ module toliman
 
     ! Outcome of a pushed frame.
     type, bind(C), public :: toliman_track_outcome
-        integer(c_int32_t) :: struct_size = 88 ! in: sizeof(toliman_track_outcome)
+        integer(c_int32_t) :: struct_size = 96 ! in: sizeof(toliman_track_outcome)
         integer(c_int32_t) :: verdict = 0 ! TOLIMAN_TRACK_VERDICT_...
         integer(c_int32_t) :: reason = 0 ! TOLIMAN_TRACK_REASON_... of a rejected or unreduced frame
         integer(c_int32_t) :: reserved = 0
@@ -2196,6 +2196,8 @@ module toliman
         real(c_double) :: largest_residual = 0.0_c_double
         integer(c_int32_t) :: goodness = 0 ! TOLIMAN_GOODNESS_...
         integer(c_int32_t) :: bad_pixels = 0 ! pixels that were found damaged and left out of the estimate
+        ! these frames: standard deviation of the value; 0 for others. Since 0.2
+        real(c_double) :: sigma = 0.0_c_double
     end type
 
     abstract interface
@@ -2387,7 +2389,8 @@ module toliman
         integer(c_int64_t) :: committed = 0
         integer(c_int64_t) :: capacity = 0
         integer(c_int64_t) :: estimator_id = 0
-        real(c_double) :: sigma = 0.0_c_double ! standard deviation of a value
+        ! that of the options: of values whose frame and estimator give none, and the least of others
+        real(c_double) :: sigma = 0.0_c_double
         real(c_double) :: value_limit = 0.0_c_double
         integer(c_int64_t) :: unreduced = 0 ! frames that are not reduced. Since 0.2
         real(c_double) :: plate_scale_arcsec = 0.0_c_double ! of the reduction; 0 = frames are not reduced. Since 0.2
@@ -4307,9 +4310,9 @@ module toliman
         end function
 
         ! Computes limits of one planet more. periods [count], in units of t, within the prior probability in (0, 1),
-        ! for example 0.95 limits [count], with the struct_size of limits[0] set A planet is detected if the highest
-        ! power on the grid of frequencies, 1/(10 T) apart from 1/period_max to 1/period_min, has a FAP (Baluev) of at
-        ! most detection_fap and is within 10 % of its period; T is the last minus the first time.
+        ! for example 0.95 limits [count], with the struct_size of limits[0] set Excluded: of planets of this
+        ! amplitude, with a random phase, noise gives to the share `probability` a larger gain (reduction of chi-
+        ! square by a sinusoid of this period) than that of the series.
         function toliman_planet_get_limits(planets, periods, count, probability, limits) bind(C) result(answer)
             import
             type(c_ptr), value :: planets
@@ -7870,10 +7873,9 @@ contains
     end subroutine
 
     ! Computes limits of one planet more. periods [count], in units of t, within the prior probability in (0, 1), for
-    ! example 0.95 limits [count], with the struct_size of limits[0] set A planet is detected if the highest power on
-    ! the grid of frequencies, 1/(10 T) apart from 1/period_max to 1/period_min, has a FAP (Baluev) of at most
-    ! detection_fap and is within 10 % of its period; T is the last minus the first time. periods(count),
-    ! limits(count).
+    ! example 0.95 limits [count], with the struct_size of limits[0] set Excluded: of planets of this amplitude, with
+    ! a random phase, noise gives to the share `probability` a larger gain (reduction of chi-square by a sinusoid of
+    ! this period) than that of the series. periods(count), limits(count).
     subroutine planet_set_get_limits(self, periods, probability, limits, stat, errmsg)
         class(toliman_planet_set), intent(in) :: self
         real(c_double), intent(in), contiguous :: periods(:)

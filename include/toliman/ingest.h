@@ -75,7 +75,9 @@ TOLIMAN_API void toliman_ingest_destroy(toliman_ingest *ingest) TOLIMAN_NOEXCEPT
 #define TOLIMAN_INGEST_REASON_BAD_LINE 622      /* DAMAGE: malformed line of the side file */
 #define TOLIMAN_INGEST_REASON_SHORT_FILE 623    /* DAMAGE: the file of pixels ends before this frame */
 #define TOLIMAN_INGEST_REASON_PLACE_UNKNOWN 624 /* DAMAGE: position in the file unknown, after a damaged line */
-#define TOLIMAN_INGEST_REASON_CLOCK_JUMP 625    /* WARNING: time goes back, stops, or skips 1000 median steps */
+#define TOLIMAN_INGEST_REASON_CLOCK_JUMP                                                                               \
+    625                                         /* WARNING: time stops, skips 1000 median steps, or goes
+                                                   back while the frame id does not */
 #define TOLIMAN_INGEST_REASON_CLOCKS_DIFFER 626 /* WARNING: camera clock and host clock drift apart; only once */
 #define TOLIMAN_INGEST_REASON_EXTRA_BYTES 627   /* WARNING: pixels without a line, after those of the last frame */
 #define TOLIMAN_INGEST_REASON_OVERLAP 628       /* WARNING: exposures of successive frames overlap; only once */

@@ -115,10 +115,10 @@ typedef struct toliman_track_outcome {
     double value;     /* accepted, outlier, misfit: reduced if the folder has a system; unreduced: the estimate */
     int64_t tai_ns;   /* these frames: time in TAI */
     /* These frames: goodness of fit (goodness.h); NaN and UNKNOWN without a model. Since 0.2. */
-    double chi_square;
-    double chi_square_sigma, largest_residual;
+    double chi_square, chi_square_sigma, largest_residual;
     int32_t goodness;    /* TOLIMAN_GOODNESS_... */
     uint32_t bad_pixels; /* pixels that were found damaged and left out of the estimate */
+    double sigma;        /* these frames: standard deviation of the value; 0 for others. Since 0.2 */
 } toliman_track_outcome;
 #define TOLIMAN_TRACK_OUTCOME_INIT TOLIMAN_INIT(toliman_track_outcome)
 
@@ -348,7 +348,7 @@ typedef struct toliman_track_info {
     int64_t committed;   /* committed records; with READ_ONLY, records that the files show to be committed */
     int64_t capacity;
     uint64_t estimator_id;
-    double sigma; /* standard deviation of a value */
+    double sigma; /* that of the options: of values whose frame and estimator give none, and the least of others */
     double value_limit;
     int64_t unreduced;         /* frames that are not reduced. Since 0.2 */
     double plate_scale_arcsec; /* of the reduction; 0 = frames are not reduced. Since 0.2 */

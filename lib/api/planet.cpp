@@ -12,6 +12,7 @@
 #include "api/option.hpp"
 #include "api/struct_array.hpp"
 #include "base/constants.hpp"
+#include "base/workers.hpp"
 #include "planet/recovery.hpp"
 #include "planet/search.hpp"
 
@@ -25,16 +26,11 @@ struct toliman_planets : Handle<toliman_planets> {
     const planet::Result result;
 
     const planet::Detection &detection() const noexcept { return detection_; }
-    // Made by the first call, as it needs memory for all frequencies.
-    const planet::Recovery &recovery() const {
-        std::call_once(once_, [this] { recovery_ = std::make_unique<planet::Recovery>(detection_); });
-        return *recovery_;
-    }
+    const planet::Recovery &recovery() const noexcept { return recovery_; }
 
   private:
     planet::Detection detection_{*result.rest, *result.design, result.settings.fap};
-    mutable std::once_flag once_;
-    mutable std::unique_ptr<planet::Recovery> recovery_;
+    planet::Recovery recovery_{detection_, result.settings.threshold};
 };
 
 namespace {
@@ -411,8 +407,10 @@ toliman_status toliman_planet_get_limits(const toliman_planets *planets, const d
         const planet::Recovery &recovery = use->recovery();
         const planet::Units &units = result.settings.units;
         std::vector<toliman_planet_limit> made(count);
-        for (size_t i = 0; i < count; i++) {
-            const double frequency = 1 / checked_period(result, "periods", periods[i]);
+        for (size_t i = 0; i < count; i++)
+            checked_period(result, "periods", periods[i]);
+        run_jobs(worker_count(result.settings.threads), count, [&](size_t i) {
+            const double frequency = 1 / periods[i];
             const double upper = detection.upper(frequency, probability);
             const double detectable = recovery.recoverable(frequency, probability);
             made[i] = {0,
@@ -424,7 +422,7 @@ toliman_status toliman_planet_get_limits(const toliman_planets *planets, const d
                        units.mass(1, periods[i], 0, upper),
                        units.mass(0, periods[i], 0, detectable),
                        units.mass(1, periods[i], 0, detectable)};
-        }
+        });
         for (size_t i = 0; i < count; i++)
             out.put(i, made[i]);
     });

@@ -40,6 +40,7 @@ inline toliman_track_outcome public_outcome(const track::Outcome &outcome) noexc
         outcome.verdict == track::Verdict::outlier || outcome.verdict == track::Verdict::misfit) {
         out.value = outcome.value;
         out.tai_ns = outcome.tai_ns;
+        out.sigma = outcome.sigma;
     }
     set_goodness(outcome.goodness, out);
     out.bad_pixels = outcome.bad_pixels;

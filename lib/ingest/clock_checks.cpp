@@ -1,6 +1,7 @@
 // Method: the usual step is the median of the steps between neighbouring valid lines, which a few jumps do not change.
-// A jump is a step back, a repeated time, or a step over kLargestStep usual ones per line. The host clock has a delay
-// of up to kLargestDelay and its own rate; a larger difference between both clocks shows a wrong unit or a restart.
+// A jump is a step back, a repeated time, or a step over kLargestStep usual ones per line. A frame that arrives after a
+// later one of its session steps back in time and number, and is left out. The host clock has a delay of up to
+// kLargestDelay and its own rate; a larger difference between both clocks shows a wrong unit or a restart.
 #include "ingest/clock_checks.hpp"
 
 #include <algorithm>
@@ -26,6 +27,11 @@ double step_ns(const SideLine &before, const SideLine &after) noexcept {
 bool repeats(const SideLine &before, const SideLine &line) noexcept {
     return before.stamp_ns == line.stamp_ns && before.frame_id != line.frame_id && before.session == line.session &&
            before.roi == line.roi;
+}
+
+// A frame that arrives after a later one.
+bool is_late(const SideLine &before, const SideLine &line) noexcept {
+    return before.session == line.session && line.frame_id < before.frame_id && line.stamp_ns < before.stamp_ns;
 }
 
 template <class... Numbers> std::string text_of(const char *format, Numbers... numbers) {
@@ -54,7 +60,7 @@ void ClockChecks::count(const SideLine &line) {
 }
 
 std::string ClockChecks::jump(const SideLine &line, int64_t number) const {
-    if (!last_)
+    if (!last_ || is_late(last_->line, line))
         return "";
     const double step = step_ns(last_->line, line), usual = steps_.value();
     if (step < 0)
@@ -89,6 +95,8 @@ std::string ClockChecks::overlap(const SideLine &line, double exposure_s) const 
 }
 
 void ClockChecks::pass(const SideLine &line, int64_t number) {
+    if (last_ && is_late(last_->line, line))
+        return;
     last_stands_ = last_ && repeats(last_->line, line);
     last_ = {line, number};
     if (!first_)

@@ -7,14 +7,16 @@
 
 namespace toliman::planet {
 
-// The grid of frequencies of a search: 1/(10 span) apart.
-struct DetectionGrid {
+// Frequencies with equal steps.
+struct Frequencies {
     double first, step;
     size_t count;
 
-    DetectionGrid(const Series &series, const Prior &prior) noexcept;
     double at(size_t i) const noexcept { return first + step * static_cast<double>(i); }
 };
+
+// Those of the search for the highest power: 1/(10 span) apart.
+Frequencies detection_grid(const Series &series, const Prior &prior) noexcept;
 
 // Normal equations of a circular orbit along the mean axis.
 struct CircularPair {
@@ -32,7 +34,7 @@ struct CircularPair {
 CircularPair circular_pair(const Moments &moments) noexcept;
 
 // Of a series whose functions are those of the design.
-period::Sampling sampling_of(const Series &series, const Design &design, const DetectionGrid &grid) noexcept;
+period::Sampling sampling_of(const Series &series, const Design &design, const Frequencies &grid) noexcept;
 
 class Detection {
   public:
@@ -41,20 +43,20 @@ class Detection {
 
     const Problem &problem() const noexcept { return problem_; }
     const Design &design() const noexcept { return design_; }
-    const DetectionGrid &grid() const noexcept { return grid_; }
+    const Frequencies &grid() const noexcept { return grid_; }
     // log10 of 1 - power at the threshold.
     double log10_threshold() const noexcept { return log10_threshold_; }
     CircularPair pair_at(double frequency) const;
 
     // log10 of the false alarm probability of the highest power.
     double log10_fap() const;
-    // Amplitude below which the posterior of a circular orbit has this probability, with a uniform prior.
+    // Amplitude of which this share of circular orbits would give a larger gain than the series; infinity if none is.
     double upper(double frequency, double probability) const;
 
   private:
     const Problem &problem_;
     const Design &design_;
-    DetectionGrid grid_;
+    Frequencies grid_;
     double log10_threshold_;
 };
 

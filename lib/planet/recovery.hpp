@@ -1,10 +1,12 @@
-// Which planets a search recovers: by theory, and by injection.
+// Which planets a search recovers: of one orbit, by simulated series, and of a range of orbits, by injection.
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <memory>
+#include <mutex>
 
 #include "kernels/random.hpp"
-#include "planet/detection.hpp"
+#include "planet/circular.hpp"
 #include "planet/mass.hpp"
 
 namespace toliman::planet {
@@ -18,13 +20,11 @@ struct InjectionCell {
     uint64_t seed;
 };
 
-// A planet is recovered if the highest power reaches the threshold, within kPeriodTolerance of its period.
-constexpr double kPeriodTolerance = 0.1;
-
+// A planet is recovered if CircularSearch calls its series a planet's. Several threads may use an object.
 class Recovery {
   public:
-    // The detection must outlive the object.
-    explicit Recovery(const Detection &detection);
+    // threshold: log10 of the Bayes factor that a planet needs. The detection must outlive the object.
+    Recovery(const Detection &detection, double threshold) : detection_(detection), threshold_(threshold) {}
 
     // Probability that a circular orbit is recovered, in the mean of phases and noises.
     double efficiency(double frequency, double amplitude) const;
@@ -34,14 +34,13 @@ class Recovery {
     size_t inject(const InjectionCell &cell, const Units &units) const;
 
   private:
-    struct Target;
-    struct Injected;
-    Target target_at(double frequency) const;
-    double efficiency(const Target &target, double amplitude) const;
-    Injected injected(const InjectionCell &cell, const Units &units, size_t index, kernels::Rng &rng) const;
+    Buffer<double> injected(const InjectionCell &cell, const Units &units, size_t index, kernels::Rng &rng) const;
+    const CircularSearch &whole() const;
 
     const Detection &detection_;
-    Buffer<double> directions_; // [2 frequencies][rows]: what is left of cosine and sine, whitened and orthonormal
+    double threshold_;
+    mutable std::once_flag once_;
+    mutable std::unique_ptr<CircularSearch> whole_; // of all frequencies, as it needs much memory
 };
 
 } // namespace toliman::planet

@@ -26,7 +26,6 @@ constexpr double kShapes = 20;
 constexpr double kMargin = 10;             // of the sum of squares: 2 ln of the number of frequencies
 constexpr double kFrequencyStep = 0.1;     // of 1/span
 constexpr double kMostFrequencies = 50000; // outside the prior
-constexpr double kNear = 1.01, kMostAtEdge = 0.01;
 constexpr double kLeastDistance = 1.05, kMostApart = 0.05;
 
 // Median step between different times.
@@ -75,7 +74,7 @@ double log10_fap_of_orbit(const Squares &squares, const Series &series, const De
     const double left = squares.without > 0 ? squares.with / squares.without : 1;
     const double log10_left =
         std::clamp(left > 0 ? std::log10(left) : period::kMinLogResidual, period::kMinLogResidual, 0.0);
-    const period::Sampling sampling = sampling_of(series, design, DetectionGrid(series, prior));
+    const period::Sampling sampling = sampling_of(series, design, detection_grid(series, prior));
     const double freedom = static_cast<double>(sampling.count - sampling.functions);
     const double z = freedom * (1 - left) / 2;
     return std::min(0.0, period::log10_fap(period::Fap::baluev, sampling, log10_left) +
@@ -101,7 +100,7 @@ bool is_better_outside(const Squares &squares, const Series &series, const Desig
 bool is_at_edge(const std::vector<PosteriorSample> &samples, const Orbit &best, const Prior &prior) {
     const auto is_near = [&](const PosteriorSample &sample) {
         const Orbit &orbit = sample.planet.orbit;
-        return orbit.frequency < kNear * prior.frequency_min || orbit.frequency > prior.frequency_max / kNear ||
+        return orbit.frequency < kNearEdge * prior.frequency_min || orbit.frequency > prior.frequency_max / kNearEdge ||
                orbit.eccentricity > 0.99 * prior.eccentricity_max;
     };
     const auto count = std::count_if(samples.begin(), samples.end(), is_near);

@@ -44,6 +44,7 @@ double log10_fap_of_orbit(const Squares &squares, const Series &series, const De
 // the functions and values without the orbit.
 bool is_better_outside(const Squares &squares, const Series &series, const Design &design, const Prior &prior);
 
+constexpr double kNearEdge = 1.01, kMostAtEdge = 0.01;
 // Whether more than 1 % of the posterior, or the best fit, is within 1 % of an end of the prior, or outside.
 bool is_at_edge(const std::vector<PosteriorSample> &samples, const Orbit &best, const Prior &prior);
 

@@ -325,6 +325,7 @@ Outcome Tracker::outcome_of(const Record &record) const {
         return outcome;
     outcome.goodness = goodness_.goodness(record.cells);
     outcome.bad_pixels = goodness_.bad_pixels(record.cells);
+    outcome.sigma = record.sigma;
     if (const double value = value_of(record); std::isfinite(value))
         outcome.value = value;
     switch (index_.find(key_of(record))->state()) {

@@ -46,6 +46,7 @@ struct Outcome {
     double value = 0;        // frames with a value: reduced if frames are; unreduced frames: that of the estimator
     Goodness goodness;       // of these frames
     uint32_t bad_pixels = 0; // left out of the estimate
+    double sigma = 0;        // of the value
 };
 
 // Result of an estimator for one image.

@@ -13,7 +13,8 @@ sbc     Series whose planet is drawn from the priors of the header. If posterior
 null    Series without a planet: the share with a Bayes factor above 10.
 pair    A giant of 340 uas with an eccentricity of 0.4 and 750 d, and an Earth of 1.2 uas and 226 d: both periods within
         1.5 % in all of 20 series, and the Earth's mass within two half widths of its central 68 % in 17 at least.
-limits  Probabilities of detection against injections, and these against a search in numpy, at 20 periods and amplitudes.
+limits  At seven periods, also beyond half the span: the share of planets that are there and are excluded, 5 %; and of
+        those of the detectable amplitude that a search and injections call planets, 95 %.
 
 Without a mode all four run. The exit status is 1 if a figure is missed."""
 import functools
@@ -36,7 +37,8 @@ PERIODS, AMPLITUDES = (60, 1000), (0.05e-6 / SCALE, 5e-6 / SCALE)  # d; px
 NAMES = "period", "eccentricity", "amplitude", "mass_a"
 GIANT = {"period": 750, "e": 0.4, "amplitude": 340e-6 / SCALE}
 EARTH = {"period": 226, "e": 0.0, "amplitude": 1.2e-6 / SCALE}
-DRAWS, LEAST_P, INJECTIONS = 1000, 0.01, 2000
+DRAWS, LEAST_P, INJECTIONS = 1000, 0.01, 4000
+LIMIT_PERIODS = 120, 250, 364, 500, 600, 800, 900
 LONGITUDES = 40, 130  # degrees from the node to periastron, of the pair
 
 
@@ -189,43 +191,62 @@ def pair(pool, sets, seed):
 
 
 @functools.cache
-def empty():
-    """A result without planets, and the same search in numpy."""
-    days, angles, rows, sigma, priors = observations(1)
-    functions, precisions = numpy.column_stack([numpy.ones(len(days)), rows]), [0, *priors**-2.0]
-    return (search(1, without_planet(1, numpy.random.default_rng(1)), samples=100),
-            model.Recovery(days, sigma, functions, precisions, PERIODS, angles))
+def limits_of(period):
+    """Limits at a period, px, of a series without a planet, and the result with it."""
+    found = search(1, without_planet(1, numpy.random.default_rng(1)), samples=100)
+    return found.limits([period])[0], found
+
+
+def with_planet(period, amplitude, seed):
+    """The search of a series with a circular orbit in the plane of the binary, of random phase."""
+    random = numpy.random.default_rng([seed, 4])
+    anomaly = random.uniform(0, 2 * math.pi)
+    return search(1, without_planet(1, random) + signal(1, period, 0, anomaly, coplanar(1, amplitude, 0)), samples=100)
+
+
+def exclude(task):
+    """Whether the upper limit excludes a planet that is there."""
+    period, factor, seed = task
+    amplitude = factor * limits_of(period)[0]["upper"]
+    return with_planet(period, amplitude, seed).limits([period])["upper"][0] < amplitude
 
 
 def detect(task):
-    """Period, amplitude (uas), probability of detection, shares of injections that are detected, also in numpy."""
-    period, amplitude, count = task
-    found, reference = empty()
-    size = amplitude * 1e-6 / SCALE
-    detected = found.inject((period, period), (size, size), count, circular=True, seed=int(period)) / count
-    expected = reference.share(period, size, count, numpy.random.default_rng(int(period)))
-    return period, amplitude, found.efficiency(period, size), detected, expected
+    """Whether a search calls a planet of the detectable amplitude a planet."""
+    period, seed = task
+    return len(with_planet(period, limits_of(period)[0]["detectable"], seed).planets) > 0
 
 
-def limits(pool, count):
+def limits(pool, count, seed, periods=LIMIT_PERIODS):
+    """Shares of planets that are excluded although they are there (5 %), and that are found at the detectable amplitude
+    (95 %), by searches and by injection."""
     wrong = []
-    print("| period | amplitude | probability | injections | numpy |\n|---|---|---|---|---|")
-    error = 0.03 * math.sqrt(INJECTIONS / count)
-    tasks = [(period, amplitude, count) for period, largest in ((80, 0.12), (150, 0.12), (250, 0.12), (450, 0.24), (800, 1.2))
-             for amplitude in largest * numpy.array([0.55, 0.65, 0.8, 1])]
-    for period, amplitude, theory, found, expected in pool.map(detect, tasks, chunksize=1):
-        print(f"| {period} d | {amplitude:.3f} uas | {theory:.3f} | {found:.3f} | {expected:.3f} |")
-        if abs(theory - found) > error or abs(expected - found) > 1.5 * error:  # the latter are both random
-            wrong.append(f"{period} d, {amplitude:.3f} uas: probability {theory:.3f}, {found:.3f} of {count}, in numpy "
-                         f"{expected:.3f}")
+    print("| period | upper | excluded 1.01 times that | 1.5 times | detectable | planets by search | by injection |\n"
+          "|---|---|---|---|---|---|---|")
+    for period in periods:
+        limit, empty = limits_of(period)
+        seeds = range(seed * 10**6, seed * 10**6 + count)
+        small, large = (sum(pool.map(exclude, [(period, factor, k) for k in seeds], chunksize=1)) / count for factor in (1.01, 1.5))
+        by_search = sum(pool.map(detect, [(period, k) for k in seeds], chunksize=1)) / count
+        size = limit["detectable"]
+        by_injection = empty.inject((period, period), (size, size), INJECTIONS, circular=True, seed=int(period)) / INJECTIONS
+        print(f"| {period} d | {limit['upper'] * SCALE * 1e6:.3f} uas | {100 * small:.1f} % | {100 * large:.1f} % | "
+              f"{size * SCALE * 1e6:.3f} uas | {100 * by_search:.1f} % | {100 * by_injection:.1f} % |", flush=True)
+        error = math.sqrt(0.05 * 0.95 / count)
+        # A planet that is found is not excluded, and counts among the 5 %.
+        wrong += [f"{period} d: {100 * share:.1f} % of planets are excluded" for share in (small, large) if share > 0.05 + 3.3 * error]
+        wrong += [f"{period} d: {100 * small:.1f} % of planets are excluded: must be 5 %"] * (small < 0.05 - 3.3 * error)
+        for share, name, most in ((by_search, "by search", 0.03 + 2.5 * error), (by_injection, "by injection", 0.03)):
+            if abs(share - 0.95) > most:
+                wrong.append(f"{period} d: {100 * share:.1f} % of planets are found {name}: must be 95 %")
     return wrong
 
 
 MODES = {"sbc": lambda pool, given: sbc(pool, given.sets, given.seed),
          "null": lambda pool, given: null(pool, given.sets, given.seed),
          "pair": lambda pool, given: pair(pool, max(given.sets // 25, 1), given.seed),
-         "limits": lambda pool, given: limits(pool, INJECTIONS)}
+         "limits": lambda pool, given: limits(pool, given.sets, given.seed)}
 
 
 if __name__ == "__main__":
-    sys.exit(campaign.run(__doc__, MODES, 500, "number of series of sbc and null; one in 25 for pair"))
+    sys.exit(campaign.run(__doc__, MODES, 500, "number of series of sbc, null and limits; one in 25 for pair"))

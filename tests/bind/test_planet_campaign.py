@@ -50,7 +50,8 @@ class Campaign(unittest.TestCase):
         self.assertGreater(abs(truth).max(), 300e-6 / campaign.SCALE)
 
     def test_limits(self):
-        self.assertEqual(run(campaign.limits, 100)[0], [])
+        wrong, rows = run(campaign.limits, 6, 1, (250, 800))
+        self.assertEqual((wrong, len(rows)), ([], 2))
 
 
 class Figures(unittest.TestCase):

@@ -138,12 +138,12 @@ class Circular(unittest.TestCase):
         limits = self.found.limits(periods)
         numpy.testing.assert_array_equal(limits["period"], periods)
         for i in numpy.ndindex(periods.shape):
-            self.assertAlmostEqual(self.found.efficiency(periods[i], limits["detectable"][i]), 0.95, delta=1e-3)
+            self.assertAlmostEqual(self.found.efficiency(periods[i], limits["detectable"][i]), 0.95, delta=4e-3)
             for kind in ("upper", "detectable"):
                 for star, name in enumerate("ab"):
                     mass = model.mass_of_separation(limits[kind][i], periods[i], STARS[star], PARALLAX)
                     self.assertAlmostEqual(limits[f"{kind}_mass_{name}"][i] / mass, 1, delta=2e-5)
-        lower = self.found.limits(periods, 0.5)
+        lower = self.found.limits(periods, 0.85)
         self.assertTrue((lower["upper"] < limits["upper"]).all())
         self.assertTrue((lower["detectable"] < limits["detectable"]).all())
         self.assertEqual(self.found.limits([]).shape, (0,))
@@ -169,20 +169,24 @@ class Circular(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, r"position_angle_deg has the shape \(2,\): must be \(1\)"):
             self.found.signal(0, [0.0], [1, 2])
 
-    def test_upper_limit_is_the_posterior_of_the_residuals(self):
-        """Without a planet: the posterior of the amplitude of a sinusoid, with the mean marginalised."""
-        y = SIGMA * noise(9)
-        found = toliman.planets(self.t, y, SIGMA, samples=100, **KNOWN)
-        self.assertEqual((found.planets, len(found.candidates)), ([], 1))
-        period, phase = 170, model.midpoints(0, 2 * math.pi, 90)[:, None]
-        amplitude = model.midpoints(0, 2, 2000)[:, None, None]
-        wave = numpy.cos(2 * math.pi * self.t / period - phase)
-        wave -= wave.mean(1)[:, None]
-        logs = amplitude[..., 0] * (wave @ y) / SIGMA - amplitude[..., 0]**2 * (wave**2).sum(1) / 2
-        density = numpy.exp(logs - logs.max()).sum(1)
-        total = numpy.cumsum(density) / density.sum()
-        upper = numpy.interp(0.9, total, amplitude[:, 0, 0] + 0.0005) * SIGMA
-        self.assertAlmostEqual(found.limits([period], 0.9)["upper"][0] / upper, 1, delta=0.005)
+    def test_upper_limit(self):
+        """Without a planet: of planets of the limit with random phases, noise gives a smaller gain to 10 %; if the noise has
+        hardly any power of this period, that of its 16 % point counts."""
+        wave = numpy.exp(2j * math.pi * self.t / 170)
+        shapes = numpy.linalg.qr(numpy.column_stack([numpy.ones(N), wave.real, wave.imag]))[0][:, 1:]
+        left = shapes.T @ (numpy.stack([wave.real, wave.imag]) / SIGMA).T
+        random, draws = numpy.random.default_rng(3), 400000
+        phases = random.uniform(0, 2 * math.pi, draws)
+        signals, errors = left @ [numpy.cos(phases), numpy.sin(phases)], random.normal(size=(2, draws))
+        for part in (1, 0.01):
+            y = SIGMA * noise(9)
+            y -= (1 - part) * shapes @ (shapes.T @ y)
+            found = toliman.planets(self.t, y, SIGMA, samples=100, **KNOWN)
+            self.assertEqual((found.planets, len(found.candidates)), ([], 1))
+            gain = max(((shapes.T @ y / SIGMA)**2).sum(), -2 * math.log(0.84))
+            upper = found.limits([170], 0.9)["upper"][0]
+            share = (((upper * signals + errors)**2).sum(0) < gain).mean()
+            self.assertAlmostEqual(share, 0.1, delta=0.002)
 
 
 class Eccentric(unittest.TestCase):

@@ -212,6 +212,14 @@ class Track(Fit):
         record = json.loads(self.succeed("status", "st", "--records").splitlines()[0])
         self.assertGreater(record["sigma"], 0)
 
+    def test_status_shows_the_sigma_of_the_frames(self):
+        """Not the bound of stars at rest, without the numbers that the fit determines."""
+        self.track("--fit", "s.json", "--state", "st", "f.npy")
+        sigmas = sorted(json.loads(line)["sigma"] for line in self.succeed("status", "st", "--records").splitlines())
+        sigma = json.loads(self.succeed("status", "st", "--json"))["sigma"]
+        self.assertEqual(sigma, sigmas[3])
+        self.assertIn(f", median sigma of the frames {sigma:.3g} px, values beyond", self.succeed("status", "st"))
+
     def test_another_scene_is_refused(self):
         self.track("--fit", "s.json", "--state", "st", "f.npy")
         self.write("other.json", {**SCENE, "cadence": {**SCENE["cadence"], "peak_photons": 1.1e5}})

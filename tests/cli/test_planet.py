@@ -2,6 +2,7 @@
 import json
 import logging
 import os
+import re
 import unittest
 
 import numpy
@@ -100,6 +101,31 @@ class Results(Planet):
         self.assertRegex(text, r"\nresiduals   rms .*, chi-square .* \+- .* per degree of freedom: good, largest residual .* sigma\n")
         self.write_uas(0)
         self.assertTrue(self.succeed("planet", "s.csv", *UAS).startswith("no planet\ncandidate   period "))
+
+    def test_numbers_on_both_sides_of_a_limit_differ(self):
+        self.write_uas()
+        odds = self.planet("s.csv", *UAS)["candidates"][0]["log10_bayes"]
+        text = self.succeed("planet", "s.csv", *UAS, "--threshold", odds + 1e-6)
+        value, limit = re.search(r"log10 Bayes factor (\S+) below the threshold (\S+): not a planet", text).groups()
+        self.assertLess(float(value), float(limit))
+
+    def test_amplitudes_in_microarcsec(self):
+        """Those of all lists, of a series in px; null for a unit that is not known."""
+        days, y = self.write_uas()
+        write_series(self.folder / "px.csv", days, y * 1e-6 / 0.375, 0.3e-6 / 0.375, "t")
+        for names, known in ((("px.csv", "--unit", "px", "--plate-scale", 0.375, "--limits"), True), (("px.csv", "--limits"), False)):
+            found = self.planet(*names)
+            (one, *_), limits, prior = found["candidates"], found["limits"]["periods"], found["prior"]
+            pairs = [(found["rms"], found["rms_uas"]), (prior["amplitude_min"], prior["amplitude_min_uas"]),
+                     (prior["amplitude_max"], prior["amplitude_max_uas"]), (one["best"]["amplitude"], one["best"]["amplitude_uas"]),
+                     (one["best_error"]["amplitude"], one["best_error"]["amplitude_uas"]),
+                     *((one["amplitude"][k], (one["amplitude_uas"] or [None] * 3)[k]) for k in range(3)),
+                     *((limit[name], limit[name + "_uas"]) for limit in limits for name in ("upper", "detectable"))]
+            for pixels, uas in pairs:
+                if known and pixels is not None:
+                    self.assertAlmostEqual(uas / (pixels * 0.375e6), 1, places=12)
+                else:
+                    self.assertIsNone(uas)
 
     def test_candidates_that_are_no_planets(self):
         """Exit code 4, the reason in text, JSON and message; the result is printed and written all the same."""

@@ -2,6 +2,7 @@
 import json
 import os
 import random
+import re
 import signal
 import subprocess
 import time
@@ -214,6 +215,10 @@ class Damage(Track):
         out = self.track("far", "in", "--value-limit", "1e-12")
         self.assertEqual(out[0]["verdict"], "outlier")
         self.assertIn(f"a value of {out[0]['value']:.4g} px, beyond the 1e-12 px of --value-limit", self.errors)
+        limit = abs(out[0]["value"]) * (1 - 1e-7)  # equal in six digits
+        self.track("near", "in", "--value-limit", repr(limit))
+        size, told = re.search(r"a value of -?(\S+) px, beyond the (\S+) px of --value-limit", self.errors).groups()
+        self.assertGreater(float(size), float(told))
 
     def test_strict(self):
         self.track("good", "all", "--strict")

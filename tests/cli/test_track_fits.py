@@ -210,8 +210,8 @@ class Times(Fits):
         for name, (cards, text) in zip(names, cases):
             self.assertEqual(issued[name]["warning"], "unreadable input", cards)
             self.assertIn(text, issued[name]["text"])
-            self.assertEqual(self.errors.count(name + ":"), 1, self.errors)
-        self.assertEqual(self.errors.count("\n"), len(cases) + 2)  # and that no folder is left, and the leap seconds
+            self.assertEqual(self.errors.count(name + ":"), name in names[:10], self.errors)
+        self.assertEqual(self.errors.count("\n"), 10 + 3)  # their number, no folder is left, leap seconds
         self.assertEqual(self.counts(self.out)["unreadable_inputs"], len(cases))
         self.read(names[:1], "--strict", code=4)
 

@@ -186,7 +186,7 @@ class Pixels(Mistakes):
         self.pair("in/y", self.lines[3:4], self.frames[3:4])
         for _ in range(2):  # also when they are known
             self.track("s", "in", "--bit-depth", "31")
-            self.assertEqual(self.errors.count("rejected"), 3)
+            self.assertEqual(self.errors.count("rejected"), 2)
             self.assertNotIn("none of", self.errors)
 
     def test_values_that_noise_does_not_reach(self):
@@ -234,9 +234,40 @@ class Pixels(Mistakes):
         out = self.track("s", "in")
         short = [line["camera_ns"] for line in out if line.get("reason") == "short file"]
         self.assertEqual(short, [json.loads(line)["timestamp_ns"] for line in self.lines[10:]])
-        self.assertEqual(self.errors.count("ends before this frame"), 10)
-        self.assertIn("in/x_meta.jsonl:21 and more of this file: see the lines on standard output\n", self.errors)
-        self.assertTrue(self.errors.endswith(f"in/x_meta.jsonl: {FRAMES - 10} warnings, of which 10 were shown\n"), self.errors)
+        self.assertEqual(self.errors.count("ends before this frame"), 1)
+        self.assertIn("in/x_meta.jsonl:11: rejected: short file: ", self.errors)
+        self.assertTrue(self.errors.endswith(f"rejected: short file: {FRAMES - 10} times, of which the first was told; the "
+                                             "lines on standard output have all\n"), self.errors)
+
+    def test_each_kind_of_warning_is_told_once(self):
+        """Two kinds of rejections, clock jumps and outliers, in two files; then files that cannot be read."""
+        early = [self.side(k, timestamp_ns=k // 2) for k in range(1, 9)]  # three times twice
+        empty = numpy.zeros_like(self.frames[0])
+        for name, first in (("x", 0), ("y", 30)):
+            lines = [*self.lines[first:first + 8], *("{}" for _ in range(8))]
+            self.pair(f"in/{name}", lines, [self.frames[first], *[empty] * 7, *self.frames[first:first + 8]])
+        self.pair("in/z", early, self.frames[1:9])
+        for k in range(14):
+            self.pair(f"half/{k:02}", self.lines[:1], self.frames[:1])
+            (self.folder / f"half/{k:02}_frames.bin").unlink()
+        out = self.track("s", "in", "half")
+        told = [line for line in self.errors.splitlines() if "warning: " in line]
+        for text, count, shown in (("rejected: zero run", 14, 1), ("rejected: bad line", 16, 1), ("clock jump", 3, 1),
+                                   ("unreadable input", 14, 10)):
+            named = [line for line in out if text.endswith(str(line.get("reason") or line.get("warning")))]
+            self.assertEqual(len(named), count, text)  # standard output has all
+            ends = [line for line in told if f" {text}: {count} times, of which the first" in line]
+            self.assertEqual(len(ends), 1, (text, told))
+        self.assertEqual(sum("_frames.bin: No such file" in line for line in told), 10)
+        self.assertEqual(len(told), 4 + 10 + 4, told)  # clocks differ: once
+
+    def test_frames_that_arrive_late(self):
+        """Frames of one file in another order are no fault of the clock; a time that goes back between frame ids is."""
+        order = [*range(0, 20, 2), *range(19, 0, -2), 5, 30, 31]
+        self.pair("in/x", [self.lines[k] for k in order], [self.frames[k] for k in order])
+        out = self.track("s", "in", "--strict")
+        self.assertNotIn("warning", self.errors)
+        self.assertEqual((self.counts(out)["clock_jumps"], self.counts(out)["accepted"]), (0, 22))
 
     def test_what_quarantine_means(self):
         self.pair("in/x", [self.lines[0], self.side(0, timestamp_ns=5)], [self.frames[0]] * 2)

@@ -177,7 +177,9 @@ class Windows(OnTarget):
                  "first window counts as off target"),
                 ("ends", [(-DAY, 7 * DAY + 1)], "w.csv: ends in the exposure of frame 7 of session day: the time after its last "
                  "window counts as off target"),
-                ("gaps", self.windows(), None)):
+                ("gaps", self.windows(), None),
+                # The last exposure ends after its arc, as all others do.
+                ("arcs", [(k * DAY - HALF // 2, k * DAY + HALF // 2) for k in range(-1, len(self.lines))], None)):
             self.follow(name, *self.put(windows), inputs=bare)
             warnings = [line for line in self.errors.splitlines() if " the exposure of frame " in line]
             self.assertEqual(warnings, [f"toliman: warning: {text}"] if text else [])

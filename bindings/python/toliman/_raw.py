@@ -1637,7 +1637,9 @@ TOLIMAN_INGEST_REASON_NONE = 621
 TOLIMAN_INGEST_REASON_BAD_LINE = 622  # DAMAGE: malformed line of the side file
 TOLIMAN_INGEST_REASON_SHORT_FILE = 623  # DAMAGE: the file of pixels ends before this frame
 TOLIMAN_INGEST_REASON_PLACE_UNKNOWN = 624  # DAMAGE: position in the file unknown, after a damaged line
-TOLIMAN_INGEST_REASON_CLOCK_JUMP = 625  # WARNING: time goes back, stops, or skips 1000 median steps
+# WARNING: time stops, skips 1000 median steps, or goes
+# back while the frame id does not
+TOLIMAN_INGEST_REASON_CLOCK_JUMP = 625
 TOLIMAN_INGEST_REASON_CLOCKS_DIFFER = 626  # WARNING: camera clock and host clock drift apart; only once
 TOLIMAN_INGEST_REASON_EXTRA_BYTES = 627  # WARNING: pixels without a line, after those of the last frame
 TOLIMAN_INGEST_REASON_OVERLAP = 628  # WARNING: exposures of successive frames overlap; only once
@@ -2613,11 +2615,10 @@ class toliman_planet(Sized):
 class toliman_planet_limit(Sized):
     """Limits at one period, for circular orbits. Since 0.2.
     struct_size: in: sizeof(toliman_planet_limit)
-    upper: amplitude below which the posterior probability is `probability`, with a uniform prior of the
-        amplitude, from the residuals of the planets; units of y. +infinity if the functions leave
-        nothing of this period
-    detectable: amplitude that a search detects with `probability`, averaged over phase and noise; +infinity
-        if there is none
+    upper: amplitude that the residuals of the planets exclude; units of y. +infinity if the functions
+        leave nothing of this period
+    detectable: amplitude of an orbit that a search calls a planet with `probability`, averaged over phase
+        and noise; +infinity if there is none
     upper_mass_a: Earth masses, times g or sin i
     upper_mass_b: Earth masses, times g or sin i
     detectable_mass_a: Earth masses, times g or sin i
@@ -3011,8 +3012,11 @@ class toliman_track_outcome(Sized):
     value: accepted, outlier, misfit: reduced if the folder has a system; unreduced: the estimate
     tai_ns: these frames: time in TAI
     chi_square: These frames: goodness of fit (goodness.h); NaN and UNKNOWN without a model. Since 0.2.
+    chi_square_sigma: These frames: goodness of fit (goodness.h); NaN and UNKNOWN without a model. Since 0.2.
+    largest_residual: These frames: goodness of fit (goodness.h); NaN and UNKNOWN without a model. Since 0.2.
     goodness: TOLIMAN_GOODNESS_...
-    bad_pixels: pixels that were found damaged and left out of the estimate"""
+    bad_pixels: pixels that were found damaged and left out of the estimate
+    sigma: these frames: standard deviation of the value; 0 for others. Since 0.2"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -3029,6 +3033,7 @@ class toliman_track_outcome(Sized):
         ("largest_residual", c_double),
         ("goodness", c_int32),
         ("bad_pixels", c_uint32),
+        ("sigma", c_double),
     ]
 
 
@@ -3249,7 +3254,7 @@ class toliman_track_info(Sized):
     sessions: number of pairs of session and region
     records: records of the ledger; in memory, of accepted and unreduced frames and outliers
     committed: committed records; with READ_ONLY, records that the files show to be committed
-    sigma: standard deviation of a value
+    sigma: that of the options: of values whose frame and estimator give none, and the least of others
     unreduced: frames that are not reduced. Since 0.2
     plate_scale_arcsec: of the reduction; 0 = frames are not reduced. Since 0.2
     system: of the reduction, JSON text that toliman_sky_create takes; NULL = frames are not reduced.
@@ -5544,11 +5549,17 @@ TOLIMAN_E_ARGUMENT if count is not info.outliers. Since 0.2.""",
   periods      [count], in units of t, within the prior
   probability  in (0, 1), for example 0.95
   limits       [count], with the struct_size of limits[0] set
-A planet is detected if the highest power on the grid of frequencies, 1/(10 T) apart from 1/period_max to
-1/period_min, has a FAP (Baluev) of at most detection_fap and is within 10 % of its period; T is the last minus the
-first time. Its amplitude is along the mean axis. `detectable` agrees with toliman_planet_inject within 0.03 in
-probability. The first call needs 16 n bytes per frequency for the lifetime of *planets. Errors: TOLIMAN_E_ARGUMENT
-for bad numbers and periods outside the prior. Since 0.2.""",
+Excluded: of planets of this amplitude, with a random phase, noise gives to the share `probability` a larger gain
+(reduction of chi-square by a sinusoid of this period) than that of the series. A planet that is there is excluded
+with a probability of 1 - probability, at all periods. A gain below the 16 % point of noise counts as that point; a
+limit is 0 only for a probability below 0.84.
+Detected: log10_bayes, summed over circular orbits alone, reaches the threshold, log10_fap of the sinusoid is at
+most log10 of detection_fap, and the posterior is not at the edges of the prior: what toliman_planet_search needs
+for a planet. The period that is found may differ: that of a planet near period_max is drawn towards shorter ones by
+the prior of the amplitude. Amplitudes are along the mean axis. `detectable` is that of 400 simulated series, within
+5 % in amplitude, and agrees with toliman_planet_inject within 0.03 in probability. 0.02 to 0.1 s of processor time
+per period with 200 to 1,100 samples; worker threads as for the search. Errors: TOLIMAN_E_ARGUMENT for bad numbers
+and periods outside the prior. Since 0.2.""",
     ),
     "toliman_planet_get_efficiency": (
         c_int32, (
@@ -5570,9 +5581,11 @@ for bad numbers and periods outside the prior. Since 0.2.""",
   cell      the planets; periastron and epoch are uniform, the amplitude across the mean axis is 0
   detected  receives the number of detections, as defined in toliman_planet_get_limits
 The series also have errors of the functions with a prior, drawn from it, those of the planets that were found among
-them. Each search fits these functions as the search of the series does. Runs in the calling thread, 0.05 ms per
-injection with the default periods. The same `planets` and `cell` give the same number. Errors: TOLIMAN_E_ARGUMENT
-for bad numbers, and for masses if unit, parallax or the mass of the star is unknown. Since 0.2.""",
+them. Each search fits these functions as the search of the series does. Runs in the calling thread, 0.1 ms per
+injection with the default periods. The first call needs 16 n bytes per frequency, 32 n if the axis turns, of those
+1/(10 T) apart, for the lifetime of *planets; T is the last minus the first time. The same `planets` and `cell` give
+the same number. Errors: TOLIMAN_E_ARGUMENT for bad numbers, and for masses if unit, parallax or the mass of the
+star is unknown. Since 0.2.""",
     ),
     "toliman_series_options_init": (
         None, (("options", POINTER(toliman_series_options)), ("size", c_size_t)),

@@ -678,8 +678,8 @@ class PlanetLimit(Result):
     """Limits at one period, for circular orbits."""
 
     period: float
-    upper: float = member("amplitude below which the posterior probability is `probability`, with a uniform prior of the amplitude, from the residuals of the planets; units of y. +infinity if the functions leave nothing of this period")
-    detectable: float = member("amplitude that a search detects with `probability`, averaged over phase and noise; +infinity if there is none")
+    upper: float = member("amplitude that the residuals of the planets exclude; units of y. +infinity if the functions leave nothing of this period")
+    detectable: float = member("amplitude of an orbit that a search calls a planet with `probability`, averaged over phase and noise; +infinity if there is none")
     upper_mass_a: float = member("Earth masses, times g or sin i")
     upper_mass_b: float = member("Earth masses, times g or sin i")
     detectable_mass_a: float = member("Earth masses, times g or sin i")
@@ -785,10 +785,11 @@ class Outcome(Result):
     value: float = member("accepted, outlier, misfit: reduced if the folder has a system; unreduced: the estimate")
     tai_ns: int = member("these frames: time in TAI")
     chi_square: float = member("These frames: goodness of fit (goodness.h); NaN and UNKNOWN without a model. Since 0.2.")
-    chi_square_sigma: float
-    largest_residual: float
+    chi_square_sigma: float = member("These frames: goodness of fit (goodness.h); NaN and UNKNOWN without a model. Since 0.2.")
+    largest_residual: float = member("These frames: goodness of fit (goodness.h); NaN and UNKNOWN without a model. Since 0.2.")
     goodness: str = member("... as a word", words="TOLIMAN_GOODNESS")
     bad_pixels: int = member("pixels that were found damaged and left out of the estimate")
+    sigma: float = member("these frames: standard deviation of the value; 0 for others. Since 0.2")
 
 
 @result
@@ -811,7 +812,7 @@ class TrackInfo(Result):
     committed: int = member("committed records; with READ_ONLY, records that the files show to be committed")
     capacity: int
     estimator_id: int
-    sigma: float = member("standard deviation of a value")
+    sigma: float = member("that of the options: of values whose frame and estimator give none, and the least of others")
     value_limit: float
     unreduced: int = member("frames that are not reduced. Since 0.2")
     plate_scale_arcsec: float = member("of the reduction; 0 = frames are not reduced. Since 0.2")

@@ -114,7 +114,8 @@ class Planets(Handle):
         """Returns limits of one planet more, on circular orbits: a structured array of the shape of `periods` with the
         members of PlanetLimit.
 
-        probability: that an amplitude is below `upper`, and that a search detects `detectable`."""
+        probability: that a planet of the amplitude `upper` is not excluded, and that a search calls one of the amplitude
+            `detectable` a planet."""
         given = plain("periods", periods)
         made = array_of(_raw.toliman_planet_limit, given.size)
         check(library.toliman_planet_get_limits(self._c, pointer(given), given.size, real("probability", probability),

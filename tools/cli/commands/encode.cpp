@@ -10,6 +10,7 @@
 #include "common/output.hpp"
 #include "common/stop.hpp"
 #include "common/text.hpp"
+#include "common/warnings.hpp"
 #include "frames/encoder.hpp"
 #include "frames/frame_options.hpp"
 #include "frames/reducing_encoder.hpp"
@@ -88,25 +89,6 @@ class Batch {
     std::exception_ptr failure_;
 };
 
-// The first doubt of each kind is a warning at once, all of them are counted at the end.
-class Doubts {
-  public:
-    explicit Doubts(Progress &progress) : progress_(progress) {}
-    void add(const Doubt &doubt, const std::string &place, const std::string &hint) {
-        if (counts_[doubt.kind]++ == 0)
-            progress_.warn(place + ": " + doubt.text + hint);
-    }
-    void end(size_t frames) {
-        for (const auto &[kind, count] : counts_)
-            if (count > 1)
-                progress_.warn(formatted("%zu of %zu frames %s", count, frames, kind.c_str()));
-    }
-
-  private:
-    Progress &progress_;
-    std::map<std::string, size_t> counts_;
-};
-
 std::unique_ptr<Encoder> encoder_of(const EncodeOptions &options, const FrameReductionOptions &reduction,
                                     const Estimator &estimator, Progress &progress) {
     const FrameClock clock = {options.frames.cadence, reduction.time_zero_ns,
@@ -135,7 +117,9 @@ class Encoding {
 
     void encode_file(const std::string &path);
     void end() {
-        doubts_.end(frames_);
+        doubts_.end([&](const std::string &kind, int64_t count, int64_t) {
+            return formatted("%lld of %zu frames ", static_cast<long long>(count), frames_) + kind;
+        });
         encoder_->end(progress_);
     }
 
@@ -149,7 +133,7 @@ class Encoding {
     Notes notes_;                     // options that differ from the scene
     FrameReductionOptions reduction_; // with the defaults of the scene
     std::unique_ptr<Encoder> encoder_;
-    Doubts doubts_;
+    Warnings doubts_;
     // Printed together with the first line: a failure on the first frame leaves standard output empty.
     std::string head_;
     size_t frames_ = 0;
@@ -159,7 +143,7 @@ class Encoding {
 void Encoding::print(FrameFile &frames, size_t number, size_t i, const std::string &path) {
     const std::string place = frames.path() + ": frame " + std::to_string(number);
     for (const Doubt &doubt : encoder_->doubts(i))
-        doubts_.add(doubt, place, other_width(options_, frames));
+        doubts_.warn(doubt.kind, place + ": " + doubt.text + other_width(options_, frames));
     print_stdout(std::exchange(head_, "") + path + "," + std::to_string(number) + "," + encoder_->line(i) + "\n");
     frames_++;
 }

@@ -36,7 +36,8 @@ std::string name_of_system(const char *system) {
 }
 
 // The settings that the folder was created with.
-std::string settings_text(const toliman_track_options &how, const toliman_track_info &info) {
+std::string settings_text(const toliman_track_options &how, const toliman_track_info &info,
+                          const std::optional<double> &sigma) {
     const auto number = [](int64_t value) { return static_cast<long long>(value); };
     std::string text = formatted("  grid        %.6g + k %.6g per day, %lld frequencies; time 0 at TAI %lld ns\n",
                                  how.f0, how.df, number(how.nf), number(how.time_offset_ns));
@@ -52,8 +53,9 @@ std::string settings_text(const toliman_track_options &how, const toliman_track_
     if (info.system != nullptr)
         text += formatted("\n  reduction   to the orbit of %s, plate scale %.9g arcsec per px",
                           name_of_system(info.system).c_str(), info.plate_scale_arcsec);
-    return text + formatted("\n  estimator   %016llx, sigma %.3g px, values beyond %.3g px are outliers\n",
-                            static_cast<unsigned long long>(how.estimator_id), how.sigma, how.value_limit);
+    return text + formatted("\n  estimator   %016llx", static_cast<unsigned long long>(how.estimator_id)) +
+           (sigma ? formatted(", median sigma of the frames %.3g px", *sigma) : "") +
+           formatted(", values beyond %.3g px are outliers\n", how.value_limit);
 }
 
 std::string indented(const std::string &lines) {
@@ -81,7 +83,7 @@ void print(const toliman::tracker &tracker, const toliman_track_options &how, co
     if (as_json)
         return print_stdout(status_json(tracker, how, period).text());
     print_stdout(how.folder + ("\n  " + period.text() + "\n") + indented(period.aliases_text()) + counts_text(tracker) +
-                 goodness_text(goodness_of(tracker)) + settings_text(how, info_of(tracker)) +
+                 goodness_text(goodness_of(tracker)) + settings_text(how, info_of(tracker), median_sigma(tracker)) +
                  indented(period.functions_text()) + sessions_text(streams_of(tracker)));
 }
 

@@ -69,6 +69,12 @@ int decimals_of(double error) {
     return std::isfinite(error) && error > 0 ? std::clamp(1 - exponent_of(error), 0, 15) : 2;
 }
 
+Apart apart(double value, double limit, int digits) {
+    constexpr int kExact = 17;
+    Apart made = {formatted("%.*g", digits, value), formatted("%.*g", digits, limit)};
+    return made.value != made.limit || value == limit || digits >= kExact ? made : apart(value, limit, digits + 1);
+}
+
 std::string text_with_error(double value, double error) {
     constexpr int plain = 5, most = 15; // decimal exponents below -plain or above `most` are printed as such
     if (std::isnan(error) || !std::isfinite(value))

@@ -32,6 +32,12 @@ std::string size_text(double bytes);
 // error is unknown.
 int decimals_of(double error);
 
+// A value and a limit on different sides of which it is printed: with `digits` digits, or as many as distinguish them.
+struct Apart {
+    std::string value, limit;
+};
+Apart apart(double value, double limit, int digits);
+
 // "363.1 +- 3.1", "3.012e-07 +- 4.0e-09". The value has six digits if the error is 0, infinite or NaN; a NaN error is
 // left out.
 std::string text_with_error(double value, double error);

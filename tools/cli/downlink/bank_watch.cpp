@@ -42,11 +42,11 @@ void BankWatch::read(const toliman::tracker &tracker, Progress &progress) {
         const double efficiency = std::sqrt(bounds[i]) / records[i].sigma;
         const auto of_bank = static_cast<uint32_t>(flags[i]) / TOLIMAN_TRACK_BANK_FLAGS;
         least_ = std::min(least_, efficiency);
-        if ((of_bank & TOLIMAN_BANK_LOW_EFFICIENCY) != 0 && low_++ == 0)
-            progress.warn(frame_text(records[i]) +
-                          formatted(": the networks' efficiency of %.3f is below %g: its sigma is %.3g times that of "
-                                    "the fit",
-                                    efficiency, kLeastEfficiency, 1 / efficiency));
+        if ((of_bank & TOLIMAN_BANK_LOW_EFFICIENCY) != 0 && low_++ == 0) {
+            const Apart both = apart(efficiency, kLeastEfficiency, 3);
+            progress.warn(frame_text(records[i]) + ": the networks' efficiency of " + both.value + " is below " +
+                          both.limit + formatted(": its sigma is %.3g times that of the fit", 1 / efficiency));
+        }
         if ((of_bank & TOLIMAN_BANK_OUTSIDE) != 0 && outside_++ == 0)
             progress.warn(frame_text(records[i]) + ": its time is outside the dates of the bank: is --epoch time 0 of "
                                                    "the scene?");

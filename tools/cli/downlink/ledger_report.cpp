@@ -170,12 +170,25 @@ void print_missing(const toliman::tracker &tracker) {
     }
 }
 
+std::optional<double> median_sigma(const toliman::tracker &tracker) {
+    std::vector<double> sigmas;
+    each_line(tracker, [&](const toliman_track_record &line, std::string &) {
+        if (line.verdict == TOLIMAN_TRACK_VERDICT_ACCEPTED || line.verdict == TOLIMAN_TRACK_VERDICT_UNREDUCED)
+            sigmas.push_back(line.sigma);
+    });
+    if (sigmas.empty())
+        return std::nullopt;
+    const auto middle = sigmas.begin() + static_cast<std::ptrdiff_t>(sigmas.size() / 2);
+    std::nth_element(sigmas.begin(), middle, sigmas.end());
+    return *middle;
+}
+
 Json status_json(const toliman::tracker &tracker, const toliman_track_options &how, const PeriodFacts &period) {
     const toliman_track_info info = info_of(tracker);
     Json json("schema", "toliman-track-status/2", "folder", how.folder);
     period.add_to(json);
     add_counts(tracker, json);
-    json.set("records", info.records, "sigma", info.sigma, "grid",
+    json.set("records", info.records, "sigma", median_sigma(tracker), "grid",
              Json("f0", how.f0, "df", how.df, "nf", how.nf, "time_offset_ns", how.time_offset_ns), "plate_scale_arcsec",
              if_known(info.system != nullptr, info.plate_scale_arcsec), "clock", how.clock_points > 0, "streams",
              array_of(streams_of(tracker), session_json), "goodness", goodness_json(goodness_of(tracker)));

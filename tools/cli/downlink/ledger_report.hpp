@@ -1,6 +1,7 @@
 // Prints and writes what a state folder contains: records of its ledger, status, results.
 #pragma once
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,9 @@ void print_series(const toliman::tracker &tracker, const toliman_track_options &
                   const std::function<void(const std::string &text)> &print);
 // CSV session,roi,first,last of missing frame ids.
 void print_missing(const toliman::tracker &tracker);
+
+// Median sigma of the frames with a value, as their estimator gave them; nothing if there are none.
+std::optional<double> median_sigma(const toliman::tracker &tracker);
 
 // Schema toliman-track-status/2.
 Json status_json(const toliman::tracker &tracker, const toliman_track_options &how, const PeriodFacts &period);

@@ -20,7 +20,8 @@ namespace {
 
 __extension__ using Wide = __int128;
 
-constexpr double kMostCut = 0.2; // of exposures, whose successors may be lost
+constexpr double kMostCut = 0.2;   // of exposures, whose successors may be lost
+constexpr double kLeastTime = 0.8; // of the mean time of an exposure in the windows
 
 struct ClockPair {
     int64_t camera_ns, tai_ns;
@@ -91,16 +92,29 @@ void OnTarget::set_clock(const toliman_track_options &settings, const std::strin
         window = {camera_time(window.start_ns, clock), camera_time(window.end_ns, clock), false, false};
 }
 
-void OnTarget::warn_if_cut(const toliman_frame &frame) {
+// Frames come with the time that the windows leave them.
+void OnTarget::mark_cut(const toliman_frame &frame) {
     const Wide start = start_of(frame), end = end_of(frame);
     const bool begins = windows_.front().start_ns > start && windows_.front().start_ns < end;
     const bool ends = windows_.back().end_ns > start && windows_.back().end_ns < end;
-    if ((!begins && !ends) || std::exchange(warned_, true))
+    double seconds = 0;
+    for (size_t i = 0; i < frame.interval_count; i++)
+        seconds += frame.intervals[2 * i + 1] - frame.intervals[2 * i];
+    if ((!begins && !ends) || !cut_.empty()) {
+        others_s_ += seconds;
+        others_ += seconds > 0;
         return;
-    Progress(Progress::Style::none)
-        .warn(path_ + (begins ? ": begins" : ": ends") + " in the exposure of frame " + std::to_string(frame.frame_id) +
-              " of session " + frame.session + ": the time " + (begins ? "before its first" : "after its last") +
-              " window counts as off target");
+    }
+    cut_s_ = seconds;
+    cut_ = path_ + (begins ? ": begins" : ": ends") + " in the exposure of frame " + std::to_string(frame.frame_id) +
+           " of session " + frame.session + ": the time " + (begins ? "before its first" : "after its last") +
+           " window counts as off target";
+}
+
+// The telescope need not point at the stars until the end of the last exposure.
+void OnTarget::warn_of_cut(Progress &progress) const {
+    if (!cut_.empty() && cut_s_ * static_cast<double>(others_) < kLeastTime * others_s_)
+        progress.warn(cut_);
 }
 
 void OnTarget::mark_end(const toliman_frame &frame) {
@@ -142,6 +156,7 @@ void OnTarget::check_length(const toliman_frame &frame) const {
 }
 
 void OnTarget::conclude(Progress &progress) const {
+    warn_of_cut(progress);
     const auto cut = std::count_if(windows_.begin(), windows_.end(),
                                    [](const Window &window) { return window.is_cut && !window.is_continued; });
     if (static_cast<double>(cut) > kMostCut * static_cast<double>(sums_))
@@ -154,7 +169,6 @@ bool OnTarget::limit(toliman_frame &frame, std::vector<double> &intervals) {
         frame.exposure_s = exposure_s_;
     if (!scene_.empty() && frame.exposure_s == exposure_s_ && frame.interval_count == 0)
         check_length(frame);
-    warn_if_cut(frame);
     mark_end(frame);
     const double whole[] = {0, frame.exposure_s};
     const double *const own = frame.interval_count > 0 ? frame.intervals : whole;
@@ -171,6 +185,7 @@ bool OnTarget::limit(toliman_frame &frame, std::vector<double> &intervals) {
     }
     frame.intervals = intervals.data();
     frame.interval_count = intervals.size() / 2;
+    mark_cut(frame);
     return !intervals.empty();
 }
 

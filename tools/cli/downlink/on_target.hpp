@@ -19,11 +19,10 @@ class OnTarget {
     // scene: whose cadence.exposure_s is that length, without on-target intervals; "": the length is known otherwise.
     void set_clock(const toliman_track_options &settings, const std::string &scene);
     // Limits the intervals of a frame, by default its exposure, to the windows. `intervals` becomes their memory. False
-    // if nothing remains. Warns of the first exposure in which the table begins or ends. Throws Failure for an exposure
-    // of the scene that is not inside one window.
+    // if nothing remains. Throws Failure for an exposure of the scene that is not inside one window.
     bool limit(toliman_frame &frame, std::vector<double> &intervals);
-    // Warns if exposures over several windows often end in a window that continues, or before one that follows after a
-    // usual pause, and no other exposure has the rest of it.
+    // Warns if exposures over several windows often end in a window that continues, and in which no other exposure
+    // begins, and if the table begins or ends in an exposure of which it has less time than of the others.
     void conclude(Progress &progress) const;
     // Why nothing remained of a frame.
     std::string complaint(const toliman_frame &frame) const;
@@ -35,11 +34,16 @@ class OnTarget {
         bool is_continued = false; // by another exposure
     };
     void mark_end(const toliman_frame &frame);
-    void warn_if_cut(const toliman_frame &frame);
+    void mark_cut(const toliman_frame &frame);
+    void warn_of_cut(Progress &progress) const;
+
     void check_length(const toliman_frame &frame) const;
 
     std::string path_, scene_;
-    bool warned_ = false;
+    std::string cut_;             // warning of the first exposure in which the table begins or ends
+    double cut_s_ = 0;            // its time in the windows
+    double others_s_ = 0;         // that of all other frames
+    int64_t others_ = 0;          // with some time in the windows
     int64_t sums_ = 0;            // exposures over several windows
     std::vector<Window> windows_; // TAI, by the camera clock after set_clock
     double exposure_s_ = 0;       // of frames that do not state their own

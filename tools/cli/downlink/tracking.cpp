@@ -21,7 +21,6 @@ using toliman::check;
 constexpr size_t kBatch = 64;                // frames that are estimated together, at most
 constexpr int64_t kCheckpoint = 4096;        // records of the ledger
 constexpr std::chrono::seconds kPatience(1); // of lines that wait for the disk
-constexpr int64_t kMostWarnings = 10;        // per file; standard output has all of them
 constexpr double kFar = 20;                  // sigma, beyond the reach of noise
 
 // "in/x_meta.jsonl:7": where a frame or message comes from.
@@ -50,6 +49,12 @@ std::string rejection_text(const toliman_track_outcome &outcome, const toliman_t
     }
 }
 
+std::string outlier_text(const toliman_track_outcome &outcome, const toliman_track_options &settings) {
+    const Apart size = apart(std::fabs(outcome.value), settings.value_limit, 4);
+    return std::string("outlier: a value of ") + (outcome.value < 0 ? "-" : "") + size.value + " px, beyond the " +
+           size.limit + formatted(" px of --value-limit, chi-square %.4g: not in the periodogram", outcome.chi_square);
+}
+
 // The verdict on a frame that is not accepted, and its reason.
 std::string verdict_text(const toliman_frame &frame, const toliman_track_outcome &outcome,
                          const toliman_track_options &settings) {
@@ -57,15 +62,29 @@ std::string verdict_text(const toliman_frame &frame, const toliman_track_outcome
         return "quarantined: frame " + std::to_string(frame.frame_id) + " of session " + frame.session +
                " arrived before with other pixels, time or count of drops; neither copy counts, nor does any later one";
     if (outcome.verdict == TOLIMAN_TRACK_VERDICT_OUTLIER)
-        return formatted(
-            "outlier: a value of %.4g px, beyond the %.4g px of --value-limit, chi-square %.4g: not in the "
-            "periodogram",
-            outcome.value, settings.value_limit, outcome.chi_square);
+        return outlier_text(outcome, settings);
     if (outcome.verdict == TOLIMAN_TRACK_VERDICT_MISFIT)
         return formatted("misfit: a chi-square of %.4g, largest residual %.3g sigma: damaged, or not a frame of the "
                          "scene: not in the periodogram",
                          outcome.chi_square, outcome.largest_residual);
     return std::string("rejected: ") + toliman_track_reason_name(outcome.reason) + rejection_text(outcome, settings);
+}
+
+std::string rejected_as(const std::string &reason) {
+    return "rejected: " + reason;
+}
+
+// Of warnings that are told once.
+std::string kind_of(const toliman_track_outcome &outcome) {
+    return outcome.verdict == TOLIMAN_TRACK_VERDICT_REJECTED ? rejected_as(toliman_track_reason_name(outcome.reason))
+                                                             : toliman_track_verdict_name(outcome.verdict);
+}
+
+// The rule of the times is told once for each rule, that an input is back for each input.
+std::string kind_of(Severity severity, const std::string &warning, const std::string &input, const std::string &text) {
+    if (warning == "time")
+        return text;
+    return severity == Severity::note ? warning + " " + input : warning;
 }
 
 bool has_value(const toliman_track_outcome &outcome) noexcept {
@@ -118,7 +137,7 @@ const char *advice_after(const std::exception &error) {
 
 Tracking::Tracking(toliman::tracker &&tracker, const TrackingOptions &options, Realigner &realigner, Progress &progress)
     : tracker_(std::move(tracker)), settings_(settings_of(tracker_)), options_(options), realigner_(realigner),
-      progress_(progress), batch_(options.jobs > 1 ? std::min(kBatch, options.every) : 1),
+      progress_(progress), warnings_(progress), batch_(options.jobs > 1 ? std::min(kBatch, options.every) : 1),
       records_(info_of(tracker_).records), saved_(records_) {
     if (options.renewal)
         bank_.emplace(records_, *options.renewal);
@@ -237,24 +256,25 @@ void Tracking::settle(const toliman_frame &frame, const std::string &place, cons
     refused_ += is_rejected || verdict == TOLIMAN_TRACK_VERDICT_OUTLIER || verdict == TOLIMAN_TRACK_VERDICT_MISFIT;
     outside_clock_ += has_value(outcome) && is_outside_clock(settings_, frame.camera_ns);
     if (!is_good && verdict != TOLIMAN_TRACK_VERDICT_DUPLICATE && verdict != TOLIMAN_TRACK_VERDICT_UNREDUCED)
-        warn(place, verdict_text(frame, outcome, settings_));
+        warn(kind_of(outcome), place, verdict_text(frame, outcome, settings_));
     if (is_good)
-        warn_if_far(place, outcome.value);
+        warn_if_far(place, outcome.value, outcome.sigma);
 }
 
 // A strong signal takes most values that far from 0, damage takes few.
-void Tracking::warn_if_far(const std::string &place, double value) {
-    const double sigmas = std::fabs(value) / settings_.sigma;
+void Tracking::warn_if_far(const std::string &place, double value, double sigma) {
+    const double sigmas = std::fabs(value) / sigma;
     const bool has_orbit_error = settings_.plate_scale_arcsec > 0; // of the reference, far above the noise
     if (sigmas <= kFar || has_orbit_error)
         return;
     far_++;
     if (10 * far_ <= accepted_ + 10)
-        progress_.warn(place +
-                       formatted(": accepted, but its value of %.4g px is %.3g sigma: a strong signal, or damage "
-                                 "that hides the period; a new folder with --value-limit excludes such frames, and "
-                                 "`toliman rebuild --chi-limit` those that are damaged",
-                                 value, sigmas));
+        warnings_.warn("accepted, but far from 0",
+                       place +
+                           formatted(": accepted, but its value of %.4g px is %.3g sigma: a strong signal, or damage "
+                                     "that hides the period; a new folder with --value-limit excludes such frames, and "
+                                     "`toliman rebuild --chi-limit` those that are damaged",
+                                     value, sigmas));
 }
 
 // Frames that follow one that was found elsewhere are read there.
@@ -264,25 +284,22 @@ void Tracking::note_shift(const std::string &place, int64_t shift, bool is_good)
     realigned_++;
     const std::string now = place.substr(0, place.rfind(':')) + " " + std::to_string(shift);
     if (now != std::exchange(shift_, now))
-        warn(place, formatted("realigned: the frame is %lld bytes %s its place: the file has %s bytes before it",
-                              static_cast<long long>(std::llabs(shift)), shift > 0 ? "after" : "before",
-                              shift > 0 ? "gained" : "lost"));
+        warn("realigned", place,
+             formatted("realigned: the frame is %lld bytes %s its place: the file has %s bytes before it",
+                       static_cast<long long>(std::llabs(shift)), shift > 0 ? "after" : "before",
+                       shift > 0 ? "gained" : "lost"));
 }
 
-void Tracking::warn(const std::string &place, const std::string &text) {
+void Tracking::warn(const std::string &kind, const std::string &place, const std::string &text, int64_t most) {
     damaged_++;
-    const int64_t before = warnings_[place.substr(0, place.rfind(':'))]++;
-    if (before < kMostWarnings)
-        progress_.warn(place + ": " + text);
-    else if (before == kMostWarnings)
-        progress_.tell(place + " and more of this file: see the lines on standard output");
+    warnings_.warn(kind, place + ": " + text, most);
 }
 
 void Tracking::reject(const toliman_frame &frame, bool has_key, const std::string &place, const char *reason,
                       const std::string &text) {
     flush();
     refused_++;
-    warn(place, std::string("rejected: ") + reason + ": " + text);
+    warn(rejected_as(reason), place, rejected_as(reason) + ": " + text);
     auto outcome = toliman::sized<toliman_track_outcome>();
     outcome.verdict = TOLIMAN_TRACK_VERDICT_REJECTED;
     outcome.chi_square = outcome.chi_square_sigma = outcome.largest_residual = NAN;
@@ -293,10 +310,13 @@ void Tracking::report(Severity severity, const std::string &warning, const std::
                       const std::string &text) {
     flush();
     unreadable_ += warning == "unreadable input";
+    const std::string kind = kind_of(severity, warning, input, text);
+    const int64_t most = warning == "unreadable input" ? kMostInputs : 1;
     if (severity == Severity::damage)
-        warn(input, text);
+        warn(kind, input, text, most);
     else
-        severity == Severity::warning ? progress_.warn(input + ": " + text) : progress_.tell(input + ": " + text);
+        severity == Severity::warning ? warnings_.warn(kind, input + ": " + text, most)
+                                      : warnings_.tell(kind, input + ": " + text);
     say(Json("schema", "toliman-track-warning/1", "warning", warning, "input", input, "text", text).line());
 }
 
@@ -322,10 +342,11 @@ std::string Tracking::summary(const PeriodFacts &period) const {
 
 // Messages about the run as a whole.
 void Tracking::conclude() {
-    for (const auto &[file, count] : warnings_)
-        if (count > kMostWarnings)
-            progress_.warn(file + formatted(": %lld warnings, of which %lld were shown", static_cast<long long>(count),
-                                            static_cast<long long>(kMostWarnings)));
+    warnings_.end([](const std::string &kind, int64_t count, int64_t told) {
+        return kind + formatted(": %lld times, of which the first%s told; the lines on standard output have all",
+                                static_cast<long long>(count),
+                                told == 1 ? " was" : formatted(" %lld were", static_cast<long long>(told)).c_str());
+    });
     if (outside_clock_ > 0)
         progress_.warn("frames outside the clock table: " + std::to_string(outside_clock_) +
                        "; their times are extrapolated: is there a newer table?");

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/terminal.hpp"
+#include "common/warnings.hpp"
 #include "downlink/bank_watch.hpp"
 #include "downlink/frame_source.hpp"
 #include "downlink/on_target.hpp"
@@ -71,7 +72,7 @@ class Tracking {
     // has_key: session, roi and frame_id are known. reason: in a word or two.
     void reject(const toliman_frame &frame, bool has_key, const std::string &place, const char *reason,
                 const std::string &text);
-    void warn_if_far(const std::string &place, double value);
+    void warn_if_far(const std::string &place, double value, double sigma);
     void note_unknown_exposure(const std::string &place);
     bool set_intervals(toliman_frame &frame, std::vector<double> &intervals);
     PeriodFacts update(Fit fit); // prints it
@@ -80,7 +81,7 @@ class Tracking {
     void conclude();
     void say(std::string text);
     void print_acknowledged();
-    void warn(const std::string &place, const std::string &text);
+    void warn(const std::string &kind, const std::string &place, const std::string &text, int64_t most = 1);
     void note_shift(const std::string &place, int64_t shift, bool is_good);
 
     toliman::tracker tracker_;
@@ -88,6 +89,7 @@ class Tracking {
     TrackingOptions options_;
     Realigner &realigner_;
     Progress &progress_;
+    Warnings warnings_;
     size_t batch_;
     std::vector<toliman_frame> frames_; // that wait for the estimator, with their origins
     std::vector<Origin> origins_;
@@ -105,8 +107,7 @@ class Tracking {
     std::map<int32_t, int64_t> unreduced_; // TOLIMAN_TRACK_REASON_...
     int64_t realigned_ = 0;                // frames that were not at their places
     int64_t outside_clock_ = 0, far_ = 0, skipped_ = 0, damaged_ = 0, unreadable_ = 0;
-    std::map<int32_t, int64_t> reasons_;      // TOLIMAN_INGEST_REASON_...
-    std::map<std::string, int64_t> warnings_; // by file
+    std::map<int32_t, int64_t> reasons_; // TOLIMAN_INGEST_REASON_...
 };
 
 } // namespace cli

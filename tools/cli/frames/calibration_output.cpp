@@ -60,9 +60,11 @@ std::string chi_square_of(const toliman_calibration_info &info) {
 
 // Why the model is incomplete.
 std::string excess_of(const toliman_calibration_info &info) {
-    if (info.structure > info.structure_limit && info.goodness != TOLIMAN_GOODNESS_POOR)
-        return formatted("residuals of neighbouring pixels are correlated: %.3g, at most %g without structure",
-                         info.structure, info.structure_limit);
+    if (info.structure > info.structure_limit && info.goodness != TOLIMAN_GOODNESS_POOR) {
+        const Apart structure = apart(info.structure, info.structure_limit, 3);
+        return "residuals of neighbouring pixels are correlated: " + structure.value + ", at most " + structure.limit +
+               " without structure";
+    }
     return chi_square_of(info);
 }
 

@@ -116,11 +116,12 @@ class BankEncoder final : public Encoder {
 
     std::vector<Doubt> doubts(size_t i) const override {
         std::vector<Doubt> doubts = fit_doubts(fits_[i]);
+        const Apart efficiency = apart(results_[i].efficiency, kLeastEfficiency, 3);
         if ((results_[i].flags & TOLIMAN_BANK_LOW_EFFICIENCY) != 0)
-            doubts.push_back({"have a low efficiency",
-                              formatted("an efficiency of %.3g is below %g: the stars are far from the places of the "
-                                        "networks, or these have too few steps of training",
-                                        results_[i].efficiency, kLeastEfficiency)});
+            doubts.push_back({"have a low efficiency", "an efficiency of " + efficiency.value + " is below " +
+                                                           efficiency.limit +
+                                                           ": the stars are far from the places of the networks, or "
+                                                           "these have too few steps of training"});
         return doubts;
     }
 

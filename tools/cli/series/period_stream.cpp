@@ -11,6 +11,7 @@
 #include "common/output.hpp"
 #include "common/stop.hpp"
 #include "common/text.hpp"
+#include "common/warnings.hpp"
 #include "series/periodogram.hpp"
 
 namespace cli {
@@ -43,7 +44,8 @@ bool print_update(const toliman::periodogram &periodogram, double t, const std::
 
 class Stream {
   public:
-    Stream(const StreamOptions &options, Progress &progress) : options_(options), progress_(progress) {
+    Stream(const StreamOptions &options, Progress &progress)
+        : options_(options), progress_(progress), warnings_(progress) {
         if (!options.from_state.empty()) {
             periodogram_ = load_state(options.from_state);
             check_columns();
@@ -161,7 +163,7 @@ class Stream {
             if (!options_.follow)
                 throw;
             skipped_++;
-            progress_.warn(std::string(bad.what()) + ": skipped");
+            warnings_.warn("skipped", std::string(bad.what()) + ": skipped", kMostInputs);
             return true;
         }
         if (options_.follow)
@@ -206,6 +208,7 @@ class Stream {
 
     const StreamOptions &options_;
     Progress &progress_;
+    Warnings warnings_;                // of lines
     toliman::periodogram periodogram_; // empty before the first sample
     double sigma_floor_ = 0;           // sigma of samples without one; 0 before the first sample
     std::string name_;                 // of the input

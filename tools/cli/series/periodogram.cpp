@@ -197,9 +197,11 @@ void warn_of_grid(const toliman::periodogram &periodogram, const Series *series,
     if ((fresh & TOLIMAN_PERIOD_AT_EDGE) != 0)
         progress.warn("the peak is at the edge of the frequency grid; the period may lie beyond: give another grid "
                       "(--f0, --df, --nf)");
-    if ((fresh & TOLIMAN_PERIOD_COARSE) != 0)
-        progress.warn(formatted("--df %g is above 1/(5 T) = %g, so peaks between two frequencies may be missed",
-                                info.df, sampling.coarsest_df));
+    if ((fresh & TOLIMAN_PERIOD_COARSE) != 0) {
+        const Apart step = apart(info.df, sampling.coarsest_df, 6);
+        progress.warn("--df " + step.value + " is above 1/(5 T) = " + step.limit +
+                      ", so peaks between two frequencies may be missed");
+    }
     if ((fresh & TOLIMAN_PERIOD_INACCURATE) != 0)
         progress.warn(std::string("the power may be wrong by more than 0.001 at some frequencies, where the samples "
                                   "cover too small a part of a cycle: ") +

@@ -92,10 +92,10 @@ std::string PlanetReport::candidate_text() const {
     if (search.fitted() == search.candidates.size())
         return "";
     const toliman_planet &next = search.candidates.back();
-    return formatted("candidate   period %.6g d, log10 Bayes factor %.2f below the threshold %.4g: not a planet; log10 "
-                     "FAP %.2f\n",
-                     next.period[1], std::floor(100 * next.log10_bayes) / 100, search.options.threshold,
-                     next.log10_fap);
+    const Apart bayes = apart(next.log10_bayes, search.options.threshold, 3);
+    return formatted("candidate   period %.6g d, log10 Bayes factor %s below the threshold %s: not a planet; log10 FAP "
+                     "%.2f\n",
+                     next.period[1], bayes.value.c_str(), bayes.limit.c_str(), next.log10_fap);
 }
 
 std::string PlanetReport::axis_text() const {
@@ -193,33 +193,39 @@ void PlanetReport::print() const {
         map->print();
 }
 
+std::vector<double> PlanetReport::in_uas(const double (&points)[3]) const {
+    return {search.uas(points[0]), search.uas(points[1]), search.uas(points[2])};
+}
+
 Json PlanetReport::planet_json(size_t index) const {
     const toliman_planet &planet = search.candidates[index];
     std::vector<std::vector<double>> correlation;
     for (size_t i = 0; i < 5; i++)
         correlation.emplace_back(planet.correlation + 5 * i, planet.correlation + 5 * (i + 1));
-    const auto five = [](const double(&values)[5]) {
+    const auto five = [this](const double(&values)[5]) {
         return Json("period", values[0], "eccentricity", values[1], "periastron_deg", values[2], "epoch", values[3],
-                    "amplitude", values[4]);
+                    "amplitude", values[4], "amplitude_uas", uas(values[4]));
     };
-    const double factor = search.uas(1);
     return Json("verdict", planet.reasons == 0 ? "planet" : "candidate", "reasons", search.reasons(index),
                 "log10_bayes", planet.log10_bayes, "log10_fap", planet.log10_fap, "log10_fap_orbit",
                 planet.log10_fap_orbit, "period", listed(planet.period), "eccentricity", listed(planet.eccentricity),
                 "periastron_deg", listed(planet.periastron_deg), "epoch", listed(planet.epoch), "amplitude",
-                listed(planet.amplitude), "amplitude_uas",
-                if_known(search.unit.in_uas(), std::vector{planet.amplitude[0] * factor, planet.amplitude[1] * factor,
-                                                           planet.amplitude[2] * factor}),
+                listed(planet.amplitude), "amplitude_uas", if_known(search.unit.in_uas(), in_uas(planet.amplitude)),
                 "mass_a_earth", listed_if(search.knows_mass(0), planet.mass_a), "mass_b_earth",
                 listed_if(search.knows_mass(1), planet.mass_b), "best", five(planet.best), "best_error",
                 five(planet.best_error), "correlation", correlation, "power_left", planet.power_left, "at_edge",
                 (planet.flags & TOLIMAN_PLANET_AT_EDGE) != 0);
 }
 
+std::optional<double> PlanetReport::uas(double value) const {
+    return if_known(search.unit.in_uas(), search.uas(value));
+}
+
 Json PlanetReport::limit_json(const toliman_planet_limit &limit) const {
-    return Json("period", limit.period, "upper", limit.upper, "detectable", limit.detectable, "upper_mass_a",
-                limit.upper_mass_a, "upper_mass_b", limit.upper_mass_b, "detectable_mass_a", limit.detectable_mass_a,
-                "detectable_mass_b", limit.detectable_mass_b);
+    return Json("period", limit.period, "upper", limit.upper, "upper_uas", uas(limit.upper), "detectable",
+                limit.detectable, "detectable_uas", uas(limit.detectable), "upper_mass_a", limit.upper_mass_a,
+                "upper_mass_b", limit.upper_mass_b, "detectable_mass_a", limit.detectable_mass_a, "detectable_mass_b",
+                limit.detectable_mass_b);
 }
 
 Json PlanetReport::json() const {
@@ -236,13 +242,16 @@ Json PlanetReport::json() const {
         "star_masses", std::vector{positive(how.star_mass[0]), positive(how.star_mass[1])}, "functions", info.functions,
         "threshold", how.threshold, "prior",
         Json("period_min", info.period_min, "period_max", info.period_max, "amplitude_min", info.amplitude_min,
-             "amplitude_max", info.amplitude_max),
+             "amplitude_min_uas", uas(info.amplitude_min), "amplitude_max", info.amplitude_max, "amplitude_max_uas",
+             uas(info.amplitude_max)),
         "planets", info.planets, "candidates", array_of(indices, [this](size_t index) { return planet_json(index); }),
-        "time_reference", info.time_reference, "rms", info.rms, "chi_square", info.chi_square, "chi_square_sigma",
-        info.chi_square_sigma, "largest_residual", info.largest_residual, "goodness",
+        "time_reference", info.time_reference, "rms", info.rms, "rms_uas", uas(info.rms), "chi_square", info.chi_square,
+        "chi_square_sigma", info.chi_square_sigma, "largest_residual", info.largest_residual, "goodness",
         toliman_goodness_name(info.goodness), "chi_square_with_jitter", info.chi_square_with_jitter, "jitter",
-        listed_if(info.jitter[1] > 0, info.jitter), "frame_chi_square", positive(series.frame_chi_square), "outliers",
-        json_of_outliers(search.outliers, series), "clip", (how.flags & TOLIMAN_PLANET_CLIP) != 0, "axis",
+        listed_if(info.jitter[1] > 0, info.jitter), "jitter_uas",
+        if_known(info.jitter[1] > 0 && search.unit.in_uas(), in_uas(info.jitter)), "frame_chi_square",
+        positive(series.frame_chi_square), "outliers", json_of_outliers(search.outliers, series), "clip",
+        (how.flags & TOLIMAN_PLANET_CLIP) != 0, "axis",
         if_known(!std::isnan(info.axis_deg), Json("position_angle_deg", info.axis_deg, "turn_deg", info.axis_turn_deg)),
         "detection_fap", how.detection_fap);
     if (!limits.empty())

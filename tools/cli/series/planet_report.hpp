@@ -32,6 +32,8 @@ struct PlanetReport {
     std::string axis_text() const;
     std::string limits_text() const;
     std::string amplitude_text(double value) const; // with its unit
+    std::optional<double> uas(double value) const;  // nothing if it is not known
+    std::vector<double> in_uas(const double (&points)[3]) const;
     Json planet_json(size_t index) const;
     Json limit_json(const toliman_planet_limit &limit) const;
 };
