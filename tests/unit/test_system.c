@@ -1,5 +1,7 @@
 /* Tests failures of the system: existing names, folders that cannot be opened, threads that cannot be created. */
+#include <fcntl.h>
 #include <stdio.h>
+#include <sys/file.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
@@ -56,23 +58,38 @@ static void assert_holds(const toliman_period *period) {
     assert_memory_equal(found, expected, size);
 }
 
+/* Creates a temporary file as a writer that has not ended holds it; a writer that died holds no lock. */
+static int begin_writing(int number) {
+    write_file(temporary(number), "");
+    const int file = open(temporary(number), O_RDWR);
+    assert_int_equal(flock(file, LOCK_EX | LOCK_NB), 0);
+    return file;
+}
+
 static void existing_names(void **state) {
     (void)state;
-    const int self = (int)gettid(); /* thread ids are reused; in containers they are always the same */
-    write_file(temporary(self), "");
+    enum { NAMES = 100, DIED = 7 };
+    int writers[NAMES];
     for (int number = 0; number < 3; number++)
-        write_file(temporary(number), "left by a writer that died");
+        writers[number] = begin_writing(number);
+    write_file(temporary(3), "left by a writer that died");
+    write_file(temporary(DIED), "left by a writer that died");
     assert_ok(toliman_period_save_file(first, path));
-    assert_int_equal(self < 3 ? 0 : unlink(temporary(self)), 0);
     assert_holds(first);
-    assert_int_equal(access(temporary(2), F_OK), 0);
-    assert_int_not_equal(access(temporary(3), F_OK), 0);
-    for (int number = 3; number < 100; number++)
-        write_file(temporary(number), "");
-    assert_fails(toliman_period_save_file(second, path), TOLIMAN_E_WRITE, temporary(99));
+    for (int number = 0; number < NAMES; number++)
+        assert_int_equal(access(temporary(number), F_OK) == 0, number < 3);
+    for (int number = 3; number < NAMES; number++)
+        writers[number] = begin_writing(number);
+    assert_fails(toliman_period_save_file(second, path), TOLIMAN_E_WRITE, temporary(NAMES - 1));
     assert_holds(first);
-    for (int number = 0; number < 100; number++)
-        assert_int_equal(unlink(temporary(number)), 0);
+    close(writers[DIED]);
+    assert_ok(toliman_period_save_file(second, path));
+    assert_holds(second);
+    for (int number = 0; number < NAMES; number++) {
+        assert_int_equal(unlink(temporary(number)), number == DIED ? -1 : 0);
+        if (number != DIED)
+            close(writers[number]);
+    }
 }
 
 static mode_t mode_of(const char *name) {

@@ -97,6 +97,7 @@ Fitted fit(Options &options, Progress &progress) {
 void save(const toliman_sky *sky, const std::string &path) {
     OutputFile out(path);
     toliman::check(toliman_sky_save_file(sky, out.hand_over().c_str()));
+    out.take_back();
     out.commit();
 }
 
