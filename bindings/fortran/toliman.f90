@@ -305,7 +305,7 @@ module toliman
     ! cost of each choice. Unless noted otherwise, errors are relative: the largest error of any pixel of the expected
     ! image, divided by the peak of the image.
     type, bind(C), public :: toliman_sim_plan_info
-        integer(c_int32_t) :: struct_size = 192 ! in: sizeof(toliman_sim_plan_info)
+        integer(c_int32_t) :: struct_size = 216 ! in: sizeof(toliman_sim_plan_info)
         integer(c_int32_t) :: engine = 0 ! TOLIMAN_SIM_ENGINE_...
         integer(c_int32_t) :: scene_wavelengths = 0 ! wavelengths of the spectrum of the scene
         integer(c_int32_t) :: wavelengths = 0 ! wavelengths propagated: all, or fewer Chebyshev nodes in 1/lambda
@@ -344,6 +344,11 @@ module toliman
         ! upper limit of the motion of a star along its orbit from time 0 to any frame
         real(c_double) :: orbit_px = 0.0_c_double
         integer(c_int64_t) :: bad_pixels = 0 ! pixels of detector.bad_pixels, which no estimator uses
+        integer(c_int64_t) :: fft_side = 0 ! N_out: the padded FFT has N_out x N_out cells; 0 for the matrix DFT
+        ! N_E = N_out p D/lambda, rounded, cells across the aperture, with p in rad per pixel
+        integer(c_int64_t) :: fewest_fft_cells = 0
+        ! or sample: at the longest and the shortest wavelength; 0 for the matrix DFT
+        integer(c_int64_t) :: most_fft_cells = 0
     end type
 
     ! Images of a scene: expected images in the unit of the frame, and their derivatives. They include jitter and no

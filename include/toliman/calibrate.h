@@ -1,7 +1,8 @@
 /* libtoliman, calibrate: parameters of the telescope, learned from frames of the binary itself. The separation that a
  * fit (fit.h) measures is only as accurate as its model of the optics: with 20 nm of unknown aberrations it is wrong by
- * 1e-3 px, in a way that depends on the pointing. The pattern of a mask determines the optics from ten frames well
- * enough that their error costs the separation less than 1 % of its standard deviation.
+ * 1e-3 px, in a way that depends on the pointing. The pattern of a mask determines the optics well: after ten
+ * frames of 1e12 photons of the shipped mission, their error costs the separation less than 1 % of its standard
+ * deviation.
  *
  * Data flow (functions toliman_calibration_...)
  *

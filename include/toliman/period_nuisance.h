@@ -24,8 +24,8 @@
  *              retractions are exact. Merges of other digests return TOLIMAN_E_MISMATCH.
  * Accuracy     Of the power: 1e-12 if the samples cover the span of the trend and at least 0.3 cycles (K up to 8), or
  *              a tenth of the span (K up to 6); 1e-9 for 3 % of the span.
- * Functions    A function that the samples do not determine is left out until they do, the highest order of the trend
- *   in use     first: one of which the others leave less than 2^-40. See functions and free_functions of
+ * In use       A function that the samples do not determine is left out until they do, the highest order of the trend
+ *              first: one of which the others leave less than 2^-40. See functions and free_functions of
  *              toliman_period_info.
  * Source       Zechmeister and Kuerster (2009), A&A 496, 577; Baluev (2008), MNRAS 385, 1279, with general base models.
  *

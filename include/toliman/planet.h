@@ -22,28 +22,29 @@
  *              g, the sine of the angle between the axis and the pole of the planet's orbit.
  *              Of a velocity: amplitude (cos(nu + periastron) + e cos(periastron)); periastron is that of the star.
  * Axis         With position angles, the axis A -> B is that of the date. The signal then has two more amplitudes,
- * across the mean axis, with the same prior. They absorb the change of the period of a face-on orbit, so that its
- *              period has a larger error. Amplitude and periastron are those along the mean axis. Without position
- *              angles the axis is fixed: the period of a face-on orbit is then wrong by the angle through which the
- *              axis turns in one period, divided by 360 deg (alpha Centauri: 0.8 % at 479 d from 2027 to 2030).
+ *              across the mean axis, with the same prior. Amplitude and periastron are those along the mean axis. The
+ *              rotation of the axis adds to the frequency of a face-on orbit; the two amplitudes describe it, and the
+ *              error of the period is larger. Without position angles the axis is fixed: the period of a face-on orbit
+ *              is then wrong by the angle through which the axis turns in one period, divided by 360 deg (alpha
+ *              Centauri: 0.8 % at 479 d from 2027 to 2030).
  * Mass         One series measures mass times g, or mass times sin i of velocities; g is 0.985 to 0.997 for an orbit in
  *              the plane of alpha Centauri, 0.785 in the mean of all directions. Which star has the planet cannot be
- *              seen in a separation: the mass is stated for both. The mass of the planet in the total mass is also that
- *              times g or sin i.
+ *              seen in a separation: the mass is stated for both. The total mass of the orbit includes this mass times
+ *              g or sin i as that of the planet.
  * Priors       log period: uniform from period_min to period_max. Eccentricity: Beta(0.867, 3.03) up to
  *              eccentricity_max. Mean anomaly: uniform. Amplitudes: Gaussian with mean 0 and a standard deviation
  *              whose logarithm is uniform from amplitude_min to amplitude_max. Jitter s, added in quadrature to all
  *              sigmas: density proportional to 1/(s + s0) up to jitter_max, with s0 a tenth of the median sigma, or a
  *              thousandth of jitter_max without sigmas. The mean has no prior.
  * Method       Coefficients and amplitudes are marginalised analytically; frequency, eccentricity, mean anomaly, scale
- *              of the amplitudes and jitter by quadrature on a lattice. Cells are divided where the posterior is, until
- *              neighbouring nodes differ little. There are no chains and no random start; results have the same bits
- *              for any number of threads.
+ *              of the amplitudes and jitter by quadrature on a lattice. Cells are divided where the posterior is
+ *              concentrated, until neighbouring nodes differ little. There are no chains and no random start; results
+ *              have the same bits for any number of threads.
  * Jitter       Fitted if chi_square is poor without it, or if there are no sigmas. With right sigmas, odds and errors
  *              are those of exact ones.
  * Odds         log10_bayes: log10 of the Bayes factor of a model with one more planet against the model without it,
- *              with these priors. It does not contain the prior odds. None of 500 simulated series without a planet
- *              had a factor above 2.
+ *              with these priors. It does not contain the prior odds. The largest factor of 500 simulated series
+ *              without a planet was 2, log10 0.3: at most 0.6 % of such series (95 %) reach the threshold.
  * Candidates   One at a time: candidate k is searched in the residuals of candidates 1 ... k-1. The derivatives of
  *              their signals are fitted too, which marginalises their errors to first order. The search ends with the
  *              first whose log10_bayes is below `threshold`, or that has a reason other than SAMPLES and FRAMES. All

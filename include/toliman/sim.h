@@ -263,6 +263,9 @@ typedef struct toliman_sim_plan_info {
     int64_t atlas_oversampling; /* samples per pixel and axis that are interpolated; 0 = none */
     double orbit_px;            /* upper limit of the motion of a star along its orbit from time 0 to any frame */
     int64_t bad_pixels;         /* pixels of detector.bad_pixels, which no estimator uses */
+    int64_t fft_side;           /* N_out: the padded FFT has N_out x N_out cells; 0 for the matrix DFT */
+    int64_t fewest_fft_cells; /* N_E = N_out p D/lambda, rounded, cells across the aperture, with p in rad per pixel */
+    int64_t most_fft_cells;   /* or sample: at the longest and the shortest wavelength; 0 for the matrix DFT */
 } toliman_sim_plan_info;
 #define TOLIMAN_SIM_PLAN_INFO_INIT TOLIMAN_INIT(toliman_sim_plan_info)
 

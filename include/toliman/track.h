@@ -1,5 +1,5 @@
-/* libtoliman, tracking: turns downlinked frames into a period, one frame at a time, without losing or double-counting
- * any.
+/* libtoliman, tracking: turns downlinked frames into a period, one frame at a time. Each frame counts once, in whatever
+ * order, and however often, it arrives; one that was committed is not lost if the process is killed.
  *
  * Data flow (functions toliman_track_...)
  *

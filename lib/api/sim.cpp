@@ -192,6 +192,9 @@ toliman_sim_plan_info plan_of(const Scene &scene, const optics::Pupil &pupil, co
     info.pixel_error = plan.filter.error;
     for (const double error : plan.plate_scale_errors)
         info.plate_scale_error = std::max(info.plate_scale_error, std::fabs(error));
+    info.fft_side = static_cast<int64_t>(plan.fft_side);
+    info.fewest_fft_cells = static_cast<int64_t>(plan.fft_cells[0]);
+    info.most_fft_cells = static_cast<int64_t>(plan.fft_cells[1]);
     info.rounding_error = optics::kRounding;
     if (plan.frames == optics::Frames::atlas) {
         info.atlas_taps = static_cast<int64_t>(plan.atlas.blur.window.taps);

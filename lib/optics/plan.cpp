@@ -118,7 +118,10 @@ void check_padded_fft(const Scene &scene, const Light &light, Plan &plan) {
              "%s: {detector.pixel_scale_arcsec} = %g: must be smaller: the fft engine would need %zu pupil samples in "
              "an array of %zu",
              scene.source.c_str(), scene.detector.pixel_scale_arcsec, most, padded_side(grid));
-    plan.plate_scale_errors = plate_scale_errors(scene, sampling_grid(plan.pixels, plan.filter), light.wavelength_m);
+    plan.fft_side = padded_side(grid);
+    plan.fft_cells[0] = embedded_samples(scene, grid, 1 / light.wavelength_m.back());
+    plan.fft_cells[1] = most;
+    plan.plate_scale_errors = plate_scale_errors(scene, grid, light.wavelength_m);
 }
 
 void choose_wavelengths(const Scene &scene, const Pupil &pupil, const Light &light, double peak, unsigned workers,

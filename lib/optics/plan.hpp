@@ -32,6 +32,8 @@ struct AtlasPlan {
 struct Plan {
     EngineKind engine = EngineKind::matrix_dft;
     unsigned workers = 1;                   // threads of the simulation
+    size_t fft_side = 0;                    // N_out of the padded FFT; 0 = another engine
+    size_t fft_cells[2] = {};               // its N_E at the longest and the shortest wavelength
     std::vector<double> plate_scale_errors; // of the engine at each wavelength, relative; empty = none
     Grid pixels = {};
     size_t scene_wavelengths = 0; // samples of the scene's spectra

@@ -165,7 +165,7 @@ def calibration(folder: FOLDER, scene: dict[str, typing.Any], frames: int) -> No
 
 def sky(folder: FOLDER) -> None:
     """256 x 256 px, ten frames."""
-    for path in SCENES.glob("*.csv"):
+    for path in (*SCENES.glob("*.csv"), SCENES / "sky_mask.npy"):
         shutil.copy(path, folder)
     calibration(folder, json.loads((SCENES / "sky.json").read_text()), 10)
 

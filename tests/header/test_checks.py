@@ -231,6 +231,16 @@ class Headers(Tree):
                                ("#include <toliman/b.h>\n", "-std=c++17")):
             self.refuses("headers", "include/toliman/a.h", text, standard, self.top)
 
+    def test_columns(self):
+        """A line of an entry of a manual outside its column, as a formatter leaves it."""
+        head, end = "/* A manual.\n *\n", " */\n#define A 1\n"
+        self.accepts("headers", "include/toliman/a.h", head + " * Model        y = c +\n *              signal\n"
+                     " * Two words    text\n *\n * A paragraph\n * of its own.\n" + end, self.top)
+        for text, line in ((" * Axis         amplitudes,\n * across the axis\n", 4), (" * Odds         log10\n *   of it\n", 4),
+                           (" * Model        y\n *              = c\n * Noise      white\n", 5)):
+            self.refuses("headers", "include/toliman/a.h", head + text + end,
+                         f"include/toliman/a.h:{line}: a line of an entry outside the column of its text", self.top)
+
     def test_missing_compiler(self):
         """Reported, not skipped."""
         tools = os.path.join(self.top, "bin")

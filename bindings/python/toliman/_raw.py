@@ -376,7 +376,10 @@ class toliman_sim_plan_info(Sized):
         systematics of 4 sigma
     atlas_oversampling: samples per pixel and axis that are interpolated; 0 = none
     orbit_px: upper limit of the motion of a star along its orbit from time 0 to any frame
-    bad_pixels: pixels of detector.bad_pixels, which no estimator uses"""
+    bad_pixels: pixels of detector.bad_pixels, which no estimator uses
+    fft_side: N_out: the padded FFT has N_out x N_out cells; 0 for the matrix DFT
+    fewest_fft_cells: N_E = N_out p D/lambda, rounded, cells across the aperture, with p in rad per pixel
+    most_fft_cells: or sample: at the longest and the shortest wavelength; 0 for the matrix DFT"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -407,6 +410,9 @@ class toliman_sim_plan_info(Sized):
         ("atlas_oversampling", c_int64),
         ("orbit_px", c_double),
         ("bad_pixels", c_int64),
+        ("fft_side", c_int64),
+        ("fewest_fft_cells", c_int64),
+        ("most_fft_cells", c_int64),
     ]
 
 

@@ -120,6 +120,9 @@ class Plan(Result):
     atlas_oversampling: int = member("samples per pixel and axis that are interpolated; 0 = none")
     orbit_px: float = member("upper limit of the motion of a star along its orbit from time 0 to any frame")
     bad_pixels: int = member("pixels of detector.bad_pixels, which no estimator uses")
+    fft_side: int = member("N_out: the padded FFT has N_out x N_out cells; 0 for the matrix DFT")
+    fewest_fft_cells: int = member("N_E = N_out p D/lambda, rounded, cells across the aperture, with p in rad per pixel")
+    most_fft_cells: int = member("or sample: at the longest and the shortest wavelength; 0 for the matrix DFT")
 
 
 @result

@@ -34,6 +34,12 @@ const char *engine_name(const toliman_sim_plan_info &plan) noexcept {
     return plan.engine == TOLIMAN_SIM_ENGINE_PADDED_FFT ? "padded FFT" : "matrix DFT";
 }
 
+// N_E = N_out p D/lambda must be a whole number.
+std::string fft_cells(const toliman_sim_plan_info &plan) {
+    return formatted("N_E %lld to %lld, whole, of N_out %lld", static_cast<long long>(plan.fewest_fft_cells),
+                     static_cast<long long>(plan.most_fft_cells), static_cast<long long>(plan.fft_side));
+}
+
 constexpr char kAbove[] = "  > accuracy", kRounding[] = "  > accuracy: rounding of double precision";
 
 // States which results the pupil error affects.
@@ -113,7 +119,7 @@ void print_summary(const toliman_sim_plan_info &plan, const SetUp &found) {
     };
     line("engine", engine_name(plan), plan.rounding_error, "", kRounding);
     if (plan.plate_scale_error > 0)
-        line("plate scale", "whole numbers of cells", plan.plate_scale_error, " relative, different per wavelength");
+        line("plate scale", fft_cells(plan), plan.plate_scale_error, " relative, different per wavelength");
     const std::string samples = std::to_string(plan.pupil_samples);
     line("pupil", samples + " x " + samples + " cells", plan.pupil_error, "", "  > accuracy: see below");
     line("wavelengths",
@@ -168,6 +174,8 @@ std::string as_json(const toliman_sim_plan_info &plan, const SetUp &found, const
     json.set("exact_frames", plan.exact_frames, "orbit_px", plan.orbit_px);
     json.set("atlas_taps", plan.atlas_taps, "atlas_oversampling", plan.atlas_oversampling);
     json.set("oversampling", plan.oversampling, "filter_taps", plan.filter_taps);
+    json.set("fft_side", plan.fft_side, "fewest_fft_cells", plan.fewest_fft_cells, "most_fft_cells",
+             plan.most_fft_cells);
     json.set("pupil_samples", plan.pupil_samples, "stages", std::move(stages_there));
     json.set("errors", Json("rounding", plan.rounding_error, "pupil", plan.pupil_error, "spectrum", plan.spectrum_error,
                             "series", plan.series_error, "pixel", plan.pixel_error, "atlas", plan.atlas_error,
