@@ -281,8 +281,8 @@ module toliman
     end type
 
     ! Cramer-Rao bounds of a frame: the smallest standard deviation of the separation, in px, that an unbiased estimator
-    ! can reach from one frame. Infinite if the frame does not constrain the separation. Computed from images of accuracy
-    ! 1e-9 at least, whatever the scene's: with few wavelengths nuisances would seem less alike. Since 0.2.
+    ! can reach from a frame; infinite if the frame does not constrain it. Computed from images of accuracy 1e-9 at least,
+    ! as few wavelengths would underestimate the correlations of nuisances. Since 0.2.
     type, bind(C), public :: toliman_sim_bounds
         integer(c_int32_t) :: struct_size = 64 ! in: sizeof(toliman_sim_bounds)
         integer(c_int32_t) :: reserved = 0 ! 0
@@ -329,7 +329,7 @@ module toliman
         real(c_double) :: rounding_error = 0.0_c_double ! error of double precision
         real(c_double) :: setup_flops = 0.0_c_double ! floating-point operations of the setup (all images, once)
         real(c_double) :: frame_flops = 0.0_c_double ! floating-point operations of each expected frame, without noise
-        ! memory for frames, with one in work per worker thread; bounds may take half as much again
+        ! memory of frames, one in work per worker thread; bounds may take 1.5 times this
         real(c_double) :: bytes = 0.0_c_double
         ! expected seconds on one core of this machine, with noise; a rough guide
         real(c_double) :: setup_s = 0.0_c_double
@@ -345,10 +345,8 @@ module toliman
         real(c_double) :: orbit_px = 0.0_c_double
         integer(c_int64_t) :: bad_pixels = 0 ! pixels of detector.bad_pixels, which no estimator uses
         integer(c_int64_t) :: fft_side = 0 ! N_out: the padded FFT has N_out x N_out cells; 0 for the matrix DFT
-        ! N_E = N_out p D/lambda, rounded, cells across the aperture, with p in rad per pixel
-        integer(c_int64_t) :: fewest_fft_cells = 0
-        ! or sample: at the longest and the shortest wavelength; 0 for the matrix DFT
-        integer(c_int64_t) :: most_fft_cells = 0
+        ! N_E = N_out p D/lambda, rounded, at the longest and the shortest wavelength, p in rad
+        integer(c_int64_t) :: fft_cells(2) = 0
     end type
 
     ! Images of a scene: expected images in the unit of the frame, and their derivatives. They include jitter and no

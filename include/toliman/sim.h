@@ -59,12 +59,11 @@
  *
  *   Pixel        "point": intensity at the centre of the pixel. "integrated": mean intensity over the square pixel.
  *
- *   Time         The time of a frame is the middle of its exposure. Stars and signal are at their positions of that
- *                instant. binary.date is time 0. An orbit gives the positions of the stars at time 0, where they stay.
- *                Only with binary.moving do they follow the orbit. With binary.observer, they are at their apparent
- *                positions (sky.h), averaged over the exposure or over cadence.on_target_s, and binary.date is a
- *                Julian year of TT. Everything that describes the scene as a whole (get_image, bounds, propagate,
- *                expect, and estimators created from the scene) refers to time 0 on the orbit.
+ *   Time         The time of a frame is the middle of its exposure. binary.date is time 0: an orbit gives the positions
+ *                of the stars at that time, with binary.moving at that of each frame. With binary.observer, they are at
+ *                their apparent positions (sky.h), averaged over the exposure or over cadence.on_target_s, and
+ *                binary.date is a Julian year of TT. Everything that describes the scene as a whole (get_image, bounds,
+ *                propagate, expect, and estimators created from the scene) refers to time 0 on the orbit.
  *
  *   Planet       A planet displaces its star by alpha (r/a) sin(true anomaly + argument) along the axis of the
  *                binary, where alpha = a m/(M + m) is the semi-major axis of the star's orbit. Inclination and node
@@ -209,8 +208,8 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_info(const toliman
                                                                    toliman_sim_info *out) TOLIMAN_NOEXCEPT;
 
 /* Cramer-Rao bounds of a frame: the smallest standard deviation of the separation, in px, that an unbiased estimator
- * can reach from one frame. Infinite if the frame does not constrain the separation. Computed from images of accuracy
- * 1e-9 at least, whatever the scene's: with few wavelengths nuisances would seem less alike. Since 0.2. */
+ * can reach from a frame; infinite if the frame does not constrain it. Computed from images of accuracy 1e-9 at least,
+ * as few wavelengths would underestimate the correlations of nuisances. Since 0.2. */
 typedef struct toliman_sim_bounds {
     uint32_t struct_size;     /* in: sizeof(toliman_sim_bounds) */
     uint32_t reserved;        /* 0 */
@@ -253,8 +252,7 @@ typedef struct toliman_sim_plan_info {
     double rounding_error;      /* error of double precision */
     double setup_flops;         /* floating-point operations of the setup (all images, once) */
     double frame_flops;         /* floating-point operations of each expected frame, without noise */
-    double bytes;               /* memory for frames, with one in work per worker thread; bounds may take half as
-                                   much again */
+    double bytes;               /* memory of frames, one in work per worker thread; bounds may take 1.5 times this */
     double setup_s, frame_s;    /* expected seconds on one core of this machine, with noise; a rough guide */
     int64_t atlas_taps;         /* samples per axis that interpolate a pixel, in frames with moving stars; 0 = none */
     double atlas_error;         /* error of this interpolation; of slopes, divided by the largest slope */
@@ -264,14 +262,13 @@ typedef struct toliman_sim_plan_info {
     double orbit_px;            /* upper limit of the motion of a star along its orbit from time 0 to any frame */
     int64_t bad_pixels;         /* pixels of detector.bad_pixels, which no estimator uses */
     int64_t fft_side;           /* N_out: the padded FFT has N_out x N_out cells; 0 for the matrix DFT */
-    int64_t fewest_fft_cells; /* N_E = N_out p D/lambda, rounded, cells across the aperture, with p in rad per pixel */
-    int64_t most_fft_cells;   /* or sample: at the longest and the shortest wavelength; 0 for the matrix DFT */
+    int64_t fft_cells[2]; /* N_E = N_out p D/lambda, rounded, at the longest and the shortest wavelength, p in rad */
 } toliman_sim_plan_info;
 #define TOLIMAN_SIM_PLAN_INFO_INIT TOLIMAN_INIT(toliman_sim_plan_info)
 
 /* Writes the plan of the scene file at path to *out, whose struct_size must be set, without computing images.
- * Arguments, errors and log messages are those of toliman_sim_create_file. In the messages, the number of pixels that
- * reach the full well or exceed the bit depth is an estimate from a coarse image. */
+ * Arguments, errors and log messages are those of toliman_sim_create_file, with pixels above full well or bit depth
+ * counted in a coarse image. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_plan_file(const char *path,
                                                                     const toliman_sim_options *options,
                                                                     toliman_sim_plan_info *out) TOLIMAN_NOEXCEPT;

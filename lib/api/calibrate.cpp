@@ -14,6 +14,7 @@
 #include "api/goodness.hpp"
 #include "api/guard.hpp"
 #include "api/handles.hpp"
+#include "api/journal.hpp"
 #include "api/memory.hpp"
 #include "api/option.hpp"
 #include "api/parameters.hpp"
@@ -260,8 +261,7 @@ toliman_status toliman_calibrate(const toliman_sim *sim, const toliman_image *im
                  given.window_days, problem.windows.size(), problem.free.size(), kMostUnknowns);
         const calibrate::Point start = start_of(problem, outline, given.start);
         std::optional<Journal> journal;
-        if (given.journal != nullptr)
-            journal.emplace(given.journal, "CALI", calibrate::inputs_of(problem, outline, start));
+        open_journal(journal, given.journal, "CALI", calibrate::inputs_of(problem, outline, start));
         std::optional<calibrate::Memo> memo;
         if (journal)
             problem.memo = &memo.emplace(*journal);

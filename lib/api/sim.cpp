@@ -193,8 +193,8 @@ toliman_sim_plan_info plan_of(const Scene &scene, const optics::Pupil &pupil, co
     for (const double error : plan.plate_scale_errors)
         info.plate_scale_error = std::max(info.plate_scale_error, std::fabs(error));
     info.fft_side = static_cast<int64_t>(plan.fft_side);
-    info.fewest_fft_cells = static_cast<int64_t>(plan.fft_cells[0]);
-    info.most_fft_cells = static_cast<int64_t>(plan.fft_cells[1]);
+    for (int i = 0; i < 2; i++)
+        info.fft_cells[i] = static_cast<int64_t>(plan.fft_cells[i]);
     info.rounding_error = optics::kRounding;
     if (plan.frames == optics::Frames::atlas) {
         info.atlas_taps = static_cast<int64_t>(plan.atlas.blur.window.taps);

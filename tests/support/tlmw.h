@@ -3,6 +3,7 @@
 #define TOLIMAN_TESTS_TLMW_H
 
 #include "cae_scene.h"
+#include "crc32.h"
 
 enum { kHeader = 104, kParameters = 97858, kTensors = 20, kMaxPlanes = 36 };
 enum {
@@ -28,20 +29,6 @@ static inline uint64_t get(const uint8_t *at, int bytes) {
     for (int i = 0; i < bytes; i++)
         value |= (uint64_t)at[i] << (8 * i);
     return value;
-}
-
-/* CRC32 as in zlib and PNG. */
-static inline uint32_t crc32_of(const uint8_t *bytes, size_t size) {
-    static uint32_t table[256];
-    for (uint32_t i = 0; table[255] == 0; i++) {
-        table[i] = i;
-        for (int bit = 0; bit < 8; bit++)
-            table[i] = (table[i] >> 1) ^ (table[i] & 1 ? 0xedb88320u : 0);
-    }
-    uint32_t crc = 0xffffffffu;
-    for (size_t i = 0; i < size; i++)
-        crc = (crc >> 8) ^ table[(crc ^ bytes[i]) & 255];
-    return ~crc;
 }
 
 /* Writes the checksum. */

@@ -3,6 +3,7 @@
 #include <sys/stat.h>
 
 #include "calibrate_group.h"
+#include "crc32.h"
 
 static char path[400];
 
@@ -111,6 +112,33 @@ static int32_t call_again(const toliman_calibration *so_far, const toliman_calib
     return 1;
 }
 
+/* Writes another number of the version into the header, with its checksum. */
+static void change_version(void) {
+    enum { INPUTS = 6, AT = 16, HEADER = AT + 8 * INPUTS };
+    uint8_t header[HEADER + 4];
+    FILE *const file = fopen(path, "r+b");
+    assert_non_null(file);
+    assert_int_equal(fread(header, 1, sizeof header, file), sizeof header);
+    assert_int_equal(header[AT] | header[AT + 1] << 8, TOLIMAN_VERSION_NUMBER);
+    header[AT]++;
+    const uint32_t crc = crc32_of(header, HEADER);
+    for (int i = 0; i < 4; i++)
+        header[HEADER + i] = (uint8_t)(crc >> 8 * i);
+    rewind(file);
+    assert_int_equal(fwrite(header, 1, sizeof header, file), sizeof header);
+    fclose(file);
+}
+
+static void other_versions_are_refused(void **state) {
+    (void)state;
+    toliman_calibration *made = NULL;
+    steps all = {.cancel_at = 1};
+    begin();
+    assert_fails(run(&all, 0, &made), TOLIMAN_E_CANCELLED, "");
+    change_version();
+    assert_fails(run(&all, 0, &made), TOLIMAN_E_MISMATCH, "was written with another version of the library: ");
+}
+
 static void others_are_refused(void **state) {
     (void)state;
     static double changed[FRAMES * PIXELS];
@@ -161,7 +189,7 @@ static void others_are_refused(void **state) {
     }
     assert_true(size > 0 && size_of_journal() == size);
     FILE *const file = fopen(path, "wb");
-    fputs("something else that is longer than the header of a journal with five inputs", file);
+    fputs("something else that is longer than the header of a journal with six inputs, or so", file);
     fclose(file);
     assert_fails(run(&all, 0, &made), TOLIMAN_E_FORMAT, "is not a journal of this work and version");
     snprintf(path, sizeof path, "%s", folder);
@@ -172,9 +200,8 @@ static void others_are_refused(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(each_call_continues),
-        cmocka_unit_test(more_iterations_continue),
-        cmocka_unit_test(damage_costs_time_only),
+        cmocka_unit_test(each_call_continues),    cmocka_unit_test(more_iterations_continue),
+        cmocka_unit_test(damage_costs_time_only), cmocka_unit_test(other_versions_are_refused),
         cmocka_unit_test(others_are_refused),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);

@@ -317,8 +317,8 @@ class toliman_sim_info(Sized):
 
 class toliman_sim_bounds(Sized):
     """Cramer-Rao bounds of a frame: the smallest standard deviation of the separation, in px, that an unbiased estimator
-    can reach from one frame. Infinite if the frame does not constrain the separation. Computed from images of accuracy
-    1e-9 at least, whatever the scene's: with few wavelengths nuisances would seem less alike. Since 0.2.
+    can reach from a frame; infinite if the frame does not constrain it. Computed from images of accuracy 1e-9 at least,
+    as few wavelengths would underestimate the correlations of nuisances. Since 0.2.
     struct_size: in: sizeof(toliman_sim_bounds)
     reserved: 0
     crb_px: with all else known; finite if the scene has a signal
@@ -366,8 +366,7 @@ class toliman_sim_plan_info(Sized):
     rounding_error: error of double precision
     setup_flops: floating-point operations of the setup (all images, once)
     frame_flops: floating-point operations of each expected frame, without noise
-    bytes: memory for frames, with one in work per worker thread; bounds may take half as
-        much again
+    bytes: memory of frames, one in work per worker thread; bounds may take 1.5 times this
     setup_s: expected seconds on one core of this machine, with noise; a rough guide
     frame_s: expected seconds on one core of this machine, with noise; a rough guide
     atlas_taps: samples per axis that interpolate a pixel, in frames with moving stars; 0 = none
@@ -378,8 +377,7 @@ class toliman_sim_plan_info(Sized):
     orbit_px: upper limit of the motion of a star along its orbit from time 0 to any frame
     bad_pixels: pixels of detector.bad_pixels, which no estimator uses
     fft_side: N_out: the padded FFT has N_out x N_out cells; 0 for the matrix DFT
-    fewest_fft_cells: N_E = N_out p D/lambda, rounded, cells across the aperture, with p in rad per pixel
-    most_fft_cells: or sample: at the longest and the shortest wavelength; 0 for the matrix DFT"""
+    fft_cells: N_E = N_out p D/lambda, rounded, at the longest and the shortest wavelength, p in rad"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -411,8 +409,7 @@ class toliman_sim_plan_info(Sized):
         ("orbit_px", c_double),
         ("bad_pixels", c_int64),
         ("fft_side", c_int64),
-        ("fewest_fft_cells", c_int64),
-        ("most_fft_cells", c_int64),
+        ("fft_cells", c_int64 * 2),
     ]
 
 
@@ -3713,8 +3710,8 @@ takes a few times as long as toliman_sim_create_file. Since 0.2.""",
             ("out", POINTER(toliman_sim_plan_info)),
         ),
         """Writes the plan of the scene file at path to *out, whose struct_size must be set, without computing images.
-Arguments, errors and log messages are those of toliman_sim_create_file. In the messages, the number of pixels that
-reach the full well or exceed the bit depth is an estimate from a coarse image.""",
+Arguments, errors and log messages are those of toliman_sim_create_file, with pixels above full well or bit depth
+counted in a coarse image.""",
     ),
     "toliman_sim_plan_json": (
         c_int32, (

@@ -75,8 +75,8 @@ class SceneInfo(Result):
 @result
 class Bounds(Result):
     """Cramer-Rao bounds of a frame: the smallest standard deviation of the separation, in px, that an unbiased estimator
-    can reach from one frame. Infinite if the frame does not constrain the separation. Computed from images of accuracy
-    1e-9 at least, whatever the scene's: with few wavelengths nuisances would seem less alike."""
+    can reach from a frame; infinite if the frame does not constrain it. Computed from images of accuracy 1e-9 at least,
+    as few wavelengths would underestimate the correlations of nuisances."""
 
     crb_px: float = member("with all else known; finite if the scene has a signal")
     crb_flux_shift_px: float = member("with both fluxes and the common shift unknown")
@@ -111,7 +111,7 @@ class Plan(Result):
     rounding_error: float = member("error of double precision")
     setup_flops: float = member("floating-point operations of the setup (all images, once)")
     frame_flops: float = member("floating-point operations of each expected frame, without noise")
-    bytes: float = member("memory for frames, with one in work per worker thread; bounds may take half as much again")
+    bytes: float = member("memory of frames, one in work per worker thread; bounds may take 1.5 times this")
     setup_s: float = member("expected seconds on one core of this machine, with noise; a rough guide")
     frame_s: float = member("expected seconds on one core of this machine, with noise; a rough guide")
     atlas_taps: int = member("samples per axis that interpolate a pixel, in frames with moving stars; 0 = none")
@@ -121,8 +121,7 @@ class Plan(Result):
     orbit_px: float = member("upper limit of the motion of a star along its orbit from time 0 to any frame")
     bad_pixels: int = member("pixels of detector.bad_pixels, which no estimator uses")
     fft_side: int = member("N_out: the padded FFT has N_out x N_out cells; 0 for the matrix DFT")
-    fewest_fft_cells: int = member("N_E = N_out p D/lambda, rounded, cells across the aperture, with p in rad per pixel")
-    most_fft_cells: int = member("or sample: at the longest and the shortest wavelength; 0 for the matrix DFT")
+    fft_cells: tuple[int, ...] = member("N_E = N_out p D/lambda, rounded, at the longest and the shortest wavelength, p in rad")
 
 
 @result

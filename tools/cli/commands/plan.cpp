@@ -36,8 +36,8 @@ const char *engine_name(const toliman_sim_plan_info &plan) noexcept {
 
 // N_E = N_out p D/lambda must be a whole number.
 std::string fft_cells(const toliman_sim_plan_info &plan) {
-    return formatted("N_E %lld to %lld, whole, of N_out %lld", static_cast<long long>(plan.fewest_fft_cells),
-                     static_cast<long long>(plan.most_fft_cells), static_cast<long long>(plan.fft_side));
+    return formatted("N_E %lld to %lld, whole, of N_out %lld", static_cast<long long>(plan.fft_cells[0]),
+                     static_cast<long long>(plan.fft_cells[1]), static_cast<long long>(plan.fft_side));
 }
 
 constexpr char kAbove[] = "  > accuracy", kRounding[] = "  > accuracy: rounding of double precision";
@@ -174,8 +174,7 @@ std::string as_json(const toliman_sim_plan_info &plan, const SetUp &found, const
     json.set("exact_frames", plan.exact_frames, "orbit_px", plan.orbit_px);
     json.set("atlas_taps", plan.atlas_taps, "atlas_oversampling", plan.atlas_oversampling);
     json.set("oversampling", plan.oversampling, "filter_taps", plan.filter_taps);
-    json.set("fft_side", plan.fft_side, "fewest_fft_cells", plan.fewest_fft_cells, "most_fft_cells",
-             plan.most_fft_cells);
+    json.set("fft_side", plan.fft_side, "fewest_fft_cells", plan.fft_cells[0], "most_fft_cells", plan.fft_cells[1]);
     json.set("pupil_samples", plan.pupil_samples, "stages", std::move(stages_there));
     json.set("errors", Json("rounding", plan.rounding_error, "pupil", plan.pupil_error, "spectrum", plan.spectrum_error,
                             "series", plan.series_error, "pixel", plan.pixel_error, "atlas", plan.atlas_error,
