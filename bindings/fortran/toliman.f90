@@ -127,7 +127,7 @@ module toliman
         type(c_ptr) :: user_data = c_null_ptr ! passed to both functions; may be NULL
     end type
 
-    ! Options of the toliman_X_load functions. Since 0.2.
+    ! Options of the toliman_X_load functions.
     type, bind(C), public :: toliman_load_options
         integer(c_int32_t) :: struct_size = 16
         integer(c_int32_t) :: reserved = 0 ! 0
@@ -162,7 +162,7 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_GOODNESS_TOO_GOOD = 804
 
     ! Goodness of fit of one frame against the linear model of a template or network (linear.h, cae.h), without its bad
-    ! pixels. Since 0.2.
+    ! pixels.
     !
     ! Bad pixels are cosmic rays, hot and dead pixels. A pixel of V expected electrons, read noise included, is bad if its
     ! residual x after the fit, in standard deviations, has x^2 > 36 (1 + max(x, 0)/(3 sqrt(V))), times chi_square of the
@@ -194,7 +194,7 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_PIXEL_F32BE = 41
 
     ! View of one or more frames in memory, which the library only reads. Pixel (row, column) of frame k is pixels[k *
-    ! frame_stride + row * stride + column]. Since 0.2.
+    ! frame_stride + row * stride + column].
     type, bind(C), public :: toliman_image
         integer(c_int32_t) :: struct_size = 48 ! sizeof(toliman_image)
         integer(c_int32_t) :: pixel = 0 ! TOLIMAN_PIXEL_..., 0 = F64
@@ -224,8 +224,7 @@ module toliman
         integer(c_int32_t) :: engine = 0 ! TOLIMAN_SIM_ENGINE_..., 0 = MATRIX_DFT
         integer(c_int32_t) :: reserved = 0
         type(c_ptr) :: allocator = c_null_ptr ! for the large arrays of the object; NULL = malloc
-        ! file that replaces detector.bad_pixels of the scene; NULL: none does. Since 0.2
-        type(c_ptr) :: bad_pixels = c_null_ptr
+        type(c_ptr) :: bad_pixels = c_null_ptr ! file that replaces detector.bad_pixels of the scene; NULL: none does
     end type
 
     ! Units of frames and expected images. See Unit above.
@@ -268,21 +267,20 @@ module toliman
         real(c_double) :: peak_counts = 0.0_c_double ! brightest pixel of the expected frame, in its unit
         integer(c_int32_t) :: unit = 0 ! TOLIMAN_SIM_UNIT_..., of frames and expected images
         integer(c_int32_t) :: bit_depth = 0 ! bits per pixel of the detector; 0 = counts are not rounded
-        ! length of an exposure; 0 if the scene has peak_photons instead. Since 0.2
-        real(c_double) :: exposure_s = 0.0_c_double
-        ! TAI of binary.date of moving stars, ns since 1970-01-01T00:00:00 TAI; else 0. Since 0.2
+        real(c_double) :: exposure_s = 0.0_c_double ! length of an exposure; 0 if the scene has peak_photons instead
+        ! TAI of binary.date of moving stars, ns since 1970-01-01T00:00:00 TAI; else 0
         integer(c_int64_t) :: time_zero_ns = 0
-        integer(c_int32_t) :: calibration = 0 ! TOLIMAN_SIM_CALIBRATION_.... Since 0.2
-        ! TOLIMAN_GOODNESS_..., of its chi_square; UNKNOWN without a verdict. Since 0.2
+        integer(c_int32_t) :: calibration = 0 ! TOLIMAN_SIM_CALIBRATION_...
+        ! TOLIMAN_GOODNESS_..., of its chi_square; UNKNOWN without a verdict
         integer(c_int32_t) :: calibration_goodness = 0
-        real(c_double) :: calibration_chi_square = 0.0_c_double ! NaN without a verdict. Since 0.2
+        real(c_double) :: calibration_chi_square = 0.0_c_double ! NaN without a verdict
         real(c_double) :: calibration_chi_square_sigma = 0.0_c_double
-        integer(c_int64_t) :: bad_pixels = 0 ! pixels of detector.bad_pixels, which no estimator uses. Since 0.2
+        integer(c_int64_t) :: bad_pixels = 0 ! pixels of detector.bad_pixels, which no estimator uses
     end type
 
     ! Cramer-Rao bounds of a frame: the smallest standard deviation of the separation, in px, that an unbiased estimator
     ! can reach from a frame; infinite if the frame does not constrain it. Computed from images of accuracy 1e-9 at least,
-    ! as few wavelengths would underestimate the correlations of nuisances. Since 0.2.
+    ! as few wavelengths would underestimate the correlations of nuisances.
     type, bind(C), public :: toliman_sim_bounds
         integer(c_int32_t) :: struct_size = 64 ! in: sizeof(toliman_sim_bounds)
         integer(c_int32_t) :: reserved = 0 ! 0
@@ -411,7 +409,7 @@ module toliman
     ! Moved by whole pixels, within the frame, until the barycentre of its light is that of the reference image, to half a
     ! pixel. The light is what exceeds the scene's uniform background (dark current, bias). For frames whose pointing
     ! wanders by pixels. A fraction of a pixel remains: for the latent to measure the separation, project out the shift
-    ! (preprocess.project), or train the network on such frames. Since 0.2.
+    ! (preprocess.project), or train the network on such frames.
     integer(c_int32_t), parameter, public :: TOLIMAN_CAE_CENTRE_IMAGE = 242
 
     ! Network options.
@@ -421,9 +419,9 @@ module toliman
         integer(c_int32_t) :: input = 0 ! TOLIMAN_CAE_INPUT_..., 0 = WHITENED
         integer(c_int32_t) :: reserved = 0 ! 0
         type(c_ptr) :: allocator = c_null_ptr ! for the large arrays of the object; NULL = malloc
-        type(c_funptr) :: log = c_null_funptr ! receives warnings about preprocess.project; may be NULL. Since 0.2
+        type(c_funptr) :: log = c_null_funptr ! receives warnings about preprocess.project; may be NULL
         type(c_ptr) :: log_data = c_null_ptr
-        integer(c_int32_t) :: centre = 0 ! TOLIMAN_CAE_CENTRE_..., 0 = SCENE. Since 0.2
+        integer(c_int32_t) :: centre = 0 ! TOLIMAN_CAE_CENTRE_..., 0 = SCENE
         integer(c_int32_t) :: reserved_2 = 0 ! 0
     end type
 
@@ -479,7 +477,7 @@ module toliman
         ! encode frames and may be saved with its training state, and the training result so far. Both are valid during the
         ! callback. Return 0 to continue, any other value to stop: the training returns TOLIMAN_E_CANCELLED and can be resumed
         ! after this epoch. Runs on the thread of the call, with no lock held. A call on the network being trained returns
-        ! TOLIMAN_E_STATE. Since 0.2.
+        ! TOLIMAN_E_STATE.
         function toliman_epoch_fn(so_far, result, user_data) bind(C) result(answer)
             import
             type(c_ptr), value :: so_far, user_data
@@ -514,7 +512,7 @@ module toliman
         ! elements of losses. Losses of later steps, and of steps before a training was resumed, are not written
         integer(c_int64_t) :: loss_count = 0
         ! UNSUPERVISED: may be NULL. If given, the validation frames are requested and reconstructed again after each
-        ! epoch. Since 0.2
+        ! epoch
         type(c_funptr) :: epoch = c_null_funptr
         type(c_ptr) :: epoch_data = c_null_ptr
     end type
@@ -562,7 +560,7 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_SIM_SCOPE_FRAME = 341 ! in a frame; it varies from frame to frame
     integer(c_int32_t), parameter, public :: TOLIMAN_SIM_SCOPE_INSTRUMENT = 342 ! in all frames
 
-    ! A parameter of the forward model. Since 0.2.
+    ! A parameter of the forward model.
     type, bind(C), public :: toliman_sim_parameter
         integer(c_int32_t) :: struct_size = 24 ! in: sizeof(toliman_sim_parameter)
         integer(c_int32_t) :: scope = 0 ! TOLIMAN_SIM_SCOPE_...
@@ -698,7 +696,7 @@ module toliman
         type(c_funptr) :: progress = c_null_funptr ! may be NULL
         type(c_ptr) :: progress_data = c_null_ptr
         ! file to which each network is appended once it is trained; NULL: none. If the file exists, its networks are
-        ! not trained again. The caller removes it once the bank is saved. formats.md, "TLMJ". Since 0.2
+        ! not trained again. The caller removes it once the bank is saved. formats.md, "TLMJ"
         type(c_ptr) :: journal = c_null_ptr
     end type
 
@@ -766,7 +764,7 @@ module toliman
         integer(c_int32_t) :: reserved = 0
     end type
 
-    ! Options of a budget. Since 0.2.
+    ! Options of a budget.
     type, bind(C), public :: toliman_sim_budget_options
         integer(c_int32_t) :: struct_size = 32
         integer(c_int32_t) :: reserved = 0
@@ -776,7 +774,7 @@ module toliman
         real(c_double) :: earth_px = 0.0_c_double ! displacement due to an Earth, px; 0 = that of the scene
     end type
 
-    ! Summary of a budget. Since 0.2.
+    ! Summary of a budget.
     type, bind(C), public :: toliman_sim_budget
         integer(c_int32_t) :: struct_size = 72 ! in: sizeof(toliman_sim_budget)
         integer(c_int32_t) :: reserved = 0 ! 0
@@ -796,7 +794,7 @@ module toliman
         integer(c_size_t) :: rows = 0 ! rows of toliman_sim_get_budget_rows
     end type
 
-    ! Bounds with one set of free parameters. Since 0.2.
+    ! Bounds with one set of free parameters.
     type, bind(C), public :: toliman_sim_budget_step
         integer(c_int32_t) :: struct_size = 32 ! in, in the first element: sizeof(toliman_sim_budget_step)
         integer(c_int32_t) :: reserved = 0 ! 0
@@ -808,7 +806,7 @@ module toliman
     end type
 
     ! One parameter of a budget. Amounts are absolute values; NaN where they are not known and infinite where the parameter
-    ! has no effect. Since 0.2.
+    ! has no effect.
     type, bind(C), public :: toliman_sim_budget_row
         integer(c_int32_t) :: struct_size = 72 ! in, in the first element: sizeof(toliman_sim_budget_row)
         integer(c_int32_t) :: is_free = 0 ! 1 if the parameter is free, else 0
@@ -834,10 +832,10 @@ module toliman
     ! Flag of options: while the model is incomplete, calibrate again with the changes TOLIMAN_CALIBRATION_CHANGE_..., in
     ! their order, each from the last result. A change is kept if the sum of squared residuals falls by more than noise
     ! explains at 6 standard deviations. Stops at the first complete model. With _MAP, the map is fitted after the other
-    ! changes. The fitted scene contains the changes that were kept. Since 0.2.
+    ! changes. The fitted scene contains the changes that were kept.
     integer(c_int32_t), parameter, public :: TOLIMAN_CALIBRATION_IMPROVE = 2
 
-    ! Changes of a model, one bit each. Since 0.2.
+    ! Changes of a model, one bit each.
     !   EDGES     telescope.mask.edges = "area" instead of "cell", for a spiral mask
     !   SAMPLES   twice as many pupil cells per axis, as often as it helps, up to 1024: where the expected error of the
     !             cells (toliman_sim_plan_info.pupil_error) exceeds the photon noise. Not with files of the pupil, whose
@@ -860,9 +858,9 @@ module toliman
         ! of a parameter of the instrument, in its standard deviations; of the map: rms in nm
         real(c_double) :: largest_step = 0.0_c_double
         ! TOLIMAN_CALIBRATION_CHANGE_... that is tried, 0 for the model as given. The numbers of the iterations begin
-        ! with each change. Since 0.2
+        ! with each change
         integer(c_int32_t) :: change = 0
-        integer(c_int32_t) :: recalled = 0 ! 1: the iteration of an earlier call, from the journal. Since 0.2
+        integer(c_int32_t) :: recalled = 0 ! 1: the iteration of an earlier call, from the journal
     end type
 
     abstract interface
@@ -912,7 +910,7 @@ module toliman
         ! file to which the results of each iteration are appended; NULL: none. If the file exists, the call continues
         ! from it and gives the bits of a call that was not interrupted, also with more iterations. It needs 4 KiB per
         ! frame and iteration, with a map also 8 bytes per cell and step. The caller removes it once the result is
-        ! saved. formats.md, "TLMJ". Since 0.2
+        ! saved. formats.md, "TLMJ"
         type(c_ptr) :: journal = c_null_ptr
     end type
 
@@ -927,10 +925,10 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_CALIBRATION_NO_SIGN = 8
 
     ! Flag: chi_square, of all frames or of those of a window, is TOO_GOOD: the noise is smaller than that of the scene,
-    ! for instance with a wrong read noise, a bias that was not subtracted, or counts in another unit. Since 0.2.
+    ! for instance with a wrong read noise, a bias that was not subtracted, or counts in another unit.
     integer(c_int32_t), parameter, public :: TOLIMAN_CALIBRATION_TOO_GOOD = 16
 
-    ! Summary of a calibration. Members after map_rms_nm since 0.2.
+    ! Summary of a calibration.
     type, bind(C), public :: toliman_calibration_info
         integer(c_int32_t) :: struct_size = 168 ! in: sizeof(toliman_calibration_info)
         ! TOLIMAN_CALIBRATION_..., the verdict; 0: converged, and the model is complete
@@ -980,7 +978,7 @@ module toliman
         real(c_double) :: peak_noise = 0.0_c_double
     end type
 
-    ! A change of the model that was tried. Since 0.2.
+    ! A change of the model that was tried.
     type, bind(C), public :: toliman_calibration_attempt
         integer(c_int32_t) :: struct_size = 56 ! in: sizeof(toliman_calibration_attempt)
         integer(c_int32_t) :: change = 0 ! TOLIMAN_CALIBRATION_CHANGE_...
@@ -994,7 +992,7 @@ module toliman
         integer(c_int32_t) :: reserved = 0 ! 0
     end type
 
-    ! A default parameter that was not fitted, as the scene does not have it. Since 0.2.
+    ! A default parameter that was not fitted, as the scene does not have it.
     type, bind(C), public :: toliman_calibration_left_out
         integer(c_int32_t) :: struct_size = 24 ! in: sizeof(toliman_calibration_left_out)
         integer(c_int32_t) :: reserved = 0 ! 0
@@ -1038,7 +1036,7 @@ module toliman
         ! largest number of frames, 2 ... 16384; 0 = number of frames of the scene's cadence
         integer(c_int32_t) :: capacity = 0
         type(c_ptr) :: allocator = c_null_ptr ! for the large arrays of the object; NULL = malloc
-        type(c_funptr) :: log = c_null_funptr ! receives warnings about preprocess.project; may be NULL. Since 0.2
+        type(c_funptr) :: log = c_null_funptr ! receives warnings about preprocess.project; may be NULL
         type(c_ptr) :: log_data = c_null_ptr
     end type
 
@@ -1094,7 +1092,7 @@ module toliman
         real(c_double) :: threshold_px = 0.0_c_double
     end type
 
-    ! Point of the exposure to which the time stamps of a file refer. Since 0.2.
+    ! Point of the exposure to which the time stamps of a file refer.
     integer(c_int32_t), parameter, public :: TOLIMAN_FRAME_STAMP_START = 601
     integer(c_int32_t), parameter, public :: TOLIMAN_FRAME_STAMP_MIDDLE = 602
     integer(c_int32_t), parameter, public :: TOLIMAN_FRAME_STAMP_END = 603
@@ -1130,7 +1128,6 @@ module toliman
     end type
 
     ! Input of a user-supplied estimator: the image after cropping and binning, and what is known about the frame.
-    ! Since 0.2.
     type, bind(C), public :: toliman_estimate_input
         integer(c_int32_t) :: struct_size = 96 ! sizeof(toliman_estimate_input) of the library
         integer(c_int32_t) :: reserved = 0
@@ -1149,7 +1146,7 @@ module toliman
     end type
 
     ! Output of a user-supplied estimator. The library provides value_count and the memory of both arrays. It presets
-    ! their elements and chi_square to NaN, flags and sigma to 0. Since 0.2.
+    ! their elements and chi_square to NaN, flags and sigma to 0.
     type, bind(C), public :: toliman_estimate
         integer(c_int32_t) :: struct_size = 48 ! sizeof(toliman_estimate) of the library
         integer(c_int32_t) :: flags = 0 ! bits defined by the estimator, stored in the ledger column "flags"
@@ -1183,7 +1180,7 @@ module toliman
     ! the files may still grow; see toliman_ingest_next and toliman_ingest_finish
     integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_GROWING = 1
 
-    ! Options of a reader. Since 0.2.
+    ! Options of a reader.
     type, bind(C), public :: toliman_ingest_options
         integer(c_int32_t) :: struct_size = 72
         integer(c_int32_t) :: flags = 0 ! TOLIMAN_INGEST_GROWING
@@ -1247,7 +1244,7 @@ module toliman
         integer(c_int64_t) :: offset = 0
     end type
 
-    ! Properties and counts of a reader. Since 0.2.
+    ! Properties and counts of a reader.
     type, bind(C), public :: toliman_ingest_info
         integer(c_int32_t) :: struct_size = 80 ! in: sizeof(toliman_ingest_info)
         integer(c_int32_t) :: stamp = 0 ! TOLIMAN_FRAME_STAMP_...
@@ -1277,7 +1274,7 @@ module toliman
     ! Julian Day, a decimal number ("2461832.0")
     integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_FORMAT_JD = 643
 
-    ! Row of a table of leap seconds. Since 0.2.
+    ! Row of a table of leap seconds.
     type, bind(C), public :: toliman_leap_second
         integer(c_int32_t) :: struct_size = 16 ! sizeof(toliman_leap_second)
         integer(c_int32_t) :: tai_utc_s = 0 ! TAI - UTC in s, from `mjd` on
@@ -1285,7 +1282,7 @@ module toliman
     end type
 
     ! Keywords of a FITS header that give the time of its first frame. Each is the text of the header, strings with or
-    ! without their quotes; NULL = the keyword is missing or has no value. Since 0.2.
+    ! without their quotes; NULL = the keyword is missing or has no value.
     type, bind(C), public :: toliman_ingest_header
         integer(c_int32_t) :: struct_size = 176 ! sizeof(toliman_ingest_header)
         integer(c_int32_t) :: reserved = 0
@@ -1319,7 +1316,7 @@ module toliman
     ! UTC on the day `expires` or later, whose leap seconds may not be known
     integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_EXPIRED = 2
 
-    ! Time of a header. Since 0.2.
+    ! Time of a header.
     type, bind(C), public :: toliman_ingest_header_time
         integer(c_int32_t) :: struct_size = 144 ! in: sizeof(toliman_ingest_header_time)
         integer(c_int32_t) :: flags = 0 ! TOLIMAN_INGEST_ASSUMED, TOLIMAN_INGEST_EXPIRED
@@ -1329,7 +1326,7 @@ module toliman
         real(c_double) :: exposure_s = 0.0_c_double ! length of the exposure from start to end; 0 = unknown
     end type
 
-    ! Options of an estimator. Since 0.2.
+    ! Options of an estimator.
     type, bind(C), public :: toliman_linear_options
         integer(c_int32_t) :: struct_size = 32
         integer(c_int32_t) :: reserved = 0 ! 0
@@ -1338,13 +1335,13 @@ module toliman
         type(c_ptr) :: log_data = c_null_ptr
     end type
 
-    ! Symmetry of a designed mask under a rotation of the pupil by 180 degrees. Since 0.2.
+    ! Symmetry of a designed mask under a rotation of the pupil by 180 degrees.
     integer(c_int32_t), parameter, public :: TOLIMAN_MASK_SYMMETRY_NONE = 841
     integer(c_int32_t), parameter, public :: TOLIMAN_MASK_SYMMETRY_EVEN = 842 ! the mask is itself
     ! the mask is its complement, as spirals of odd m are
     integer(c_int32_t), parameter, public :: TOLIMAN_MASK_SYMMETRY_ODD = 843
 
-    ! Options of a design. Since 0.2.
+    ! Options of a design.
     type, bind(C), public :: toliman_mask_design_options
         integer(c_int32_t) :: struct_size = 104
         integer(c_int32_t) :: threads = 0 ! worker threads, 0 = one per processor
@@ -1377,7 +1374,7 @@ module toliman
     end type
 
     ! Scores of a designed mask and of the mask of the scene ("before") at one place of the stars. Bounds are those of one
-    ! frame, infinite where the frame does not constrain the separation. Since 0.2.
+    ! frame, infinite where the frame does not constrain the separation.
     type, bind(C), public :: toliman_mask_info
         integer(c_int32_t) :: struct_size = 176 ! in: sizeof(toliman_mask_info)
         integer(c_int32_t) :: improved = 0 ! 1 if the mask is better than that of the scene, else 0
@@ -1442,7 +1439,7 @@ module toliman
         ! nanoseconds per unit of t, in [1, 1e30]; 0 = 1e9, seconds; 86400e9 = days
         real(c_double) :: unit_ns = 0.0_c_double
         type(c_ptr) :: allocator = c_null_ptr ! for the large arrays of the object; NULL = malloc
-        integer(c_int32_t) :: trend = 0 ! nuisance functions, see period_nuisance.h. Since 0.2, as all that follow
+        integer(c_int32_t) :: trend = 0 ! nuisance functions, see period_nuisance.h
         integer(c_int32_t) :: columns = 0
         real(c_double) :: trend_start = 0.0_c_double
         real(c_double) :: trend_end = 0.0_c_double
@@ -1453,7 +1450,7 @@ module toliman
     ! Flag of toliman_period_sample: the time is t_ns.
     integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_TIME_NS = 256
 
-    ! Sample whose time has more digits than a double. Since 0.2.
+    ! Sample whose time has more digits than a double.
     type, bind(C), public :: toliman_period_sample
         integer(c_int32_t) :: struct_size = 48 ! sizeof(toliman_period_sample)
         integer(c_int32_t) :: flags = 0 ! 0: the time is t + t_low; TOLIMAN_PERIOD_TIME_NS: the time is t_ns
@@ -1483,7 +1480,7 @@ module toliman
         real(c_double) :: unit_ns = 0.0_c_double
         integer(c_int32_t) :: weighted = 0 ! 1: a sample has a sigma other than sigma_floor
         integer(c_int32_t) :: reserved = 0
-        integer(c_int32_t) :: trend = 0 ! nuisance functions, see period_nuisance.h. Since 0.2, as all that follow
+        integer(c_int32_t) :: trend = 0 ! nuisance functions, see period_nuisance.h
         integer(c_int32_t) :: columns = 0
         real(c_double) :: trend_start = 0.0_c_double
         real(c_double) :: trend_end = 0.0_c_double
@@ -1542,7 +1539,7 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_ABOVE_NYQUIST = 64
 
     ! Flags of a peak that something other than a planet often causes. query_peak and _peaks derive T from the variance of
-    ! the times, _fit from the times. Since 0.2.
+    ! the times, _fit from the times.
     !   LONG    its period exceeds T/2: a trend of the instrument or the error of an orbit may cause it
     !   ANNUAL  |frequency - 1/yr| < 1/T, with 1 yr = 365.25 d in units of unit_ns, for T above half a year: the motion
     !           of the Earth, seasons and observing windows may cause it
@@ -1600,7 +1597,7 @@ module toliman
         integer(c_int32_t) :: reserved = 0
         type(c_funptr) :: progress = c_null_funptr ! may be NULL
         type(c_ptr) :: progress_data = c_null_ptr
-        integer(c_int32_t) :: trend = 0 ! Nuisance functions, as in period_nuisance.h. Since 0.2.
+        integer(c_int32_t) :: trend = 0 ! Nuisance functions, as in period_nuisance.h.
         integer(c_int32_t) :: columns = 0
         real(c_double) :: trend_start = 0.0_c_double ! both 0: first and last time
         real(c_double) :: trend_end = 0.0_c_double
@@ -1636,14 +1633,14 @@ module toliman
         integer(c_int64_t) :: seed = 0 ! of the random resamplings
         type(c_funptr) :: progress = c_null_funptr ! may be NULL
         type(c_ptr) :: progress_data = c_null_ptr
-        ! [n][columns] of a periodogram with columns (period_nuisance.h), otherwise NULL. Since 0.2
+        ! [n][columns] of a periodogram with columns (period_nuisance.h), otherwise NULL
         type(c_ptr) :: rows = c_null_ptr
     end type
 
     ! Flag of toliman_period_noise_options: power and FAP for white noise, rho = 0. The whiteness test is unchanged.
     integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_WHITE_NOISE = 1024
 
-    ! Options of toliman_period_noise_search. Since 0.2.
+    ! Options of toliman_period_noise_search.
     type, bind(C), public :: toliman_period_noise_options
         integer(c_int32_t) :: struct_size = 24
         integer(c_int32_t) :: flags = 0 ! TOLIMAN_PERIOD_WHITE_NOISE
@@ -1652,7 +1649,7 @@ module toliman
     end type
 
     ! Fitted noise and highest peak of a series. Standard errors are scaled by the residual; +infinity if the samples do
-    ! not determine the parameter. Since 0.2.
+    ! not determine the parameter.
     type, bind(C), public :: toliman_period_noise
         integer(c_int32_t) :: struct_size = 176 ! in: sizeof(toliman_period_noise)
         integer(c_int32_t) :: flags = 0 ! TOLIMAN_PERIOD_AT_EDGE, _COARSE, _ABOVE_NYQUIST, _LONG
@@ -1684,7 +1681,7 @@ module toliman
         integer(c_int32_t) :: reserved = 0
     end type
 
-    ! Options of toliman_period_noise_bootstrap. Since 0.2.
+    ! Options of toliman_period_noise_bootstrap.
     type, bind(C), public :: toliman_period_noise_bootstrap_options
         integer(c_int32_t) :: struct_size = 40
         integer(c_int32_t) :: threads = 0 ! worker threads, 0 = one per processor; results do not depend on the number
@@ -1720,7 +1717,7 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_INTERVAL_SIDEREAL_DAY = 123
     integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_INTERVAL_YEAR = 124 ! 365.25 d
 
-    ! Alias of a peak of frequency f: samples with an interval 1/g repeat its power at |f - g| and f + g. Since 0.2.
+    ! Alias of a peak of frequency f: samples with an interval 1/g repeat its power at |f - g| and f + g.
     type, bind(C), public :: toliman_period_alias
         integer(c_int32_t) :: struct_size = 64 ! in: sizeof(toliman_period_alias)
         integer(c_int32_t) :: interval_kind = 0 ! TOLIMAN_PERIOD_INTERVAL_...
@@ -1753,7 +1750,7 @@ module toliman
     ! Number of columns of the samples of a posterior.
     integer(c_int32_t), parameter, public :: TOLIMAN_PLANET_COLUMNS = 8
 
-    ! A series of n measurements, in any order of time. Since 0.2.
+    ! A series of n measurements, in any order of time.
     type, bind(C), public :: toliman_planet_series
         integer(c_int32_t) :: struct_size = 160
         integer(c_int32_t) :: trend = 0 ! nuisance functions, as in period_nuisance.h; 0 = none
@@ -1776,7 +1773,7 @@ module toliman
         real(c_double) :: frame_chi_square = 0.0_c_double
     end type
 
-    ! Options of a search. Since 0.2.
+    ! Options of a search.
     type, bind(C), public :: toliman_planet_options
         integer(c_int32_t) :: struct_size = 152
         integer(c_int32_t) :: flags = 0 ! TOLIMAN_PLANET_VELOCITY, _NO_JITTER, _CLIP
@@ -1809,7 +1806,7 @@ module toliman
         type(c_ptr) :: progress_data = c_null_ptr
     end type
 
-    ! Properties of a result. Since 0.2.
+    ! Properties of a result.
     type, bind(C), public :: toliman_planet_info
         integer(c_int32_t) :: struct_size = 144 ! in: sizeof(toliman_planet_info)
         integer(c_int32_t) :: planets = 0 ! candidates without a reason against a planet
@@ -1870,7 +1867,7 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_PLANET_REASON_SAMPLES = 512
 
     ! A candidate. Three numbers are the 16, 50 and 84 % points of the samples of the posterior. Those of angles and epochs
-    ! are taken within half a turn or half a period of the best fit. Since 0.2.
+    ! are taken within half a turn or half a period of the best fit.
     type, bind(C), public :: toliman_planet
         integer(c_int32_t) :: struct_size = 496 ! in: sizeof(toliman_planet)
         integer(c_int32_t) :: flags = 0 ! TOLIMAN_PLANET_AT_EDGE
@@ -1900,7 +1897,7 @@ module toliman
         real(c_double) :: power_left = 0.0_c_double
     end type
 
-    ! Limits at one period, for circular orbits. Since 0.2.
+    ! Limits at one period, for circular orbits.
     type, bind(C), public :: toliman_planet_limit
         integer(c_int32_t) :: struct_size = 64 ! in: sizeof(toliman_planet_limit)
         integer(c_int32_t) :: reserved = 0
@@ -1917,7 +1914,7 @@ module toliman
         real(c_double) :: detectable_mass_b = 0.0_c_double
     end type
 
-    ! Planets that are injected. Since 0.2.
+    ! Planets that are injected.
     type, bind(C), public :: toliman_planet_cell
         integer(c_int32_t) :: struct_size = 56
         ! the star that has the planet, 0 = A, 1 = B; sizes are then Earth masses, times g or sin i. -1: sizes are
@@ -1939,7 +1936,7 @@ module toliman
     ! times are plain numbers, also in a column named mjd or jd
     integer(c_int32_t), parameter, public :: TOLIMAN_SERIES_PLAIN_TIMES = 2
 
-    ! Options of a parser. Since 0.2.
+    ! Options of a parser.
     type, bind(C), public :: toliman_series_options
         integer(c_int32_t) :: struct_size = 48
         integer(c_int32_t) :: flags = 0 ! TOLIMAN_SERIES_...
@@ -1956,7 +1953,7 @@ module toliman
         integer(c_size_t) :: leap_second_count = 0 ! 0 = the leap seconds of ERFA; leap_seconds may then be NULL
     end type
 
-    ! Result of a line. Since 0.2.
+    ! Result of a line.
     type, bind(C), public :: toliman_series_sample
         integer(c_int32_t) :: struct_size = 32 ! in: sizeof(toliman_series_sample)
         integer(c_int32_t) :: found = 0 ! 1: the line is a sample; 0: a comment, an empty line or the line of names
@@ -1965,7 +1962,7 @@ module toliman
         real(c_double) :: sigma = 0.0_c_double
     end type
 
-    ! Properties of the lines that were parsed. Since 0.2.
+    ! Properties of the lines that were parsed.
     type, bind(C), public :: toliman_series_info
         integer(c_int32_t) :: struct_size = 24 ! in: sizeof(toliman_series_info)
         ! TOLIMAN_INGEST_FORMAT_... of the times, 0 for plain numbers and before the first time. Until the first
@@ -1995,7 +1992,7 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_SKY_TRANSVERSE_MOTION = 64 ! of the barycentre: 77 uas, secular
     integer(c_int32_t), parameter, public :: TOLIMAN_SKY_DEFLECTION = 128 ! of light by the Sun: 0.8 uas, in November
 
-    ! Options of a predictor. Since 0.2.
+    ! Options of a predictor.
     type, bind(C), public :: toliman_sky_options
         integer(c_int32_t) :: struct_size = 64
         integer(c_int32_t) :: without = 0 ! effects that are left out: TOLIMAN_SKY_...; 0 = none
@@ -2012,7 +2009,7 @@ module toliman
         type(c_ptr) :: log_data = c_null_ptr
     end type
 
-    ! What an observer sees at a time, or in the mean of intervals. Since 0.2.
+    ! What an observer sees at a time, or in the mean of intervals.
     type, bind(C), public :: toliman_sky_prediction
         integer(c_int32_t) :: struct_size = 128 ! in: sizeof(toliman_sky_prediction)
         integer(c_int32_t) :: reserved = 0
@@ -2038,7 +2035,7 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_SKY_OBSERVER_CIRCULAR = 702 ! circular orbit
     integer(c_int32_t), parameter, public :: TOLIMAN_SKY_OBSERVER_FILE = 703 ! observer file
 
-    ! Properties of a predictor. Since 0.2.
+    ! Properties of a predictor.
     type, bind(C), public :: toliman_sky_info
         integer(c_int32_t) :: struct_size = 192 ! in: sizeof(toliman_sky_info)
         integer(c_int32_t) :: without = 0 ! effects that are left out
@@ -2065,7 +2062,7 @@ module toliman
     ! wrong, or the model of the frames lacks an effect. The new orbit must not be used.
     integer(c_int32_t), parameter, public :: TOLIMAN_SKY_UNUSABLE = 1
 
-    ! Result of a refit. Since 0.2.
+    ! Result of a refit.
     type, bind(C), public :: toliman_sky_refit_result
         integer(c_int32_t) :: struct_size = 472 ! in: sizeof(toliman_sky_refit_result)
         integer(c_int32_t) :: iterations = 0 ! number of Gauss-Newton steps
@@ -2110,7 +2107,7 @@ module toliman
 
     ! A hypothesis, fitted alone, with the errors of the orbital elements and, except for SCALE, a mean and two harmonics
     ! of a year: times wrong by a whole number of revolutions of the observer leave residuals of that period, and so may a
-    ! planet. Since 0.2.
+    ! planet.
     !
     ! Sign of times: value is the given time minus the true time. It is above 0 for times that are
     ! late, such as times in TAI that were read as UTC (+37 s), and below 0 for times that are early, such as starts of
@@ -2133,7 +2130,7 @@ module toliman
         character(kind=c_char) :: text(160) = c_null_char ! "times are late by 37.0 +- 0.2 s: TAI taken for UTC?"
     end type
 
-    ! Result of a diagnosis. Since 0.2.
+    ! Result of a diagnosis.
     type, bind(C), public :: toliman_sky_diagnosis
         integer(c_int32_t) :: struct_size = 48 ! in: sizeof(toliman_sky_diagnosis)
         ! the simplest of the decisive hypotheses that explain the residuals equally well
@@ -2155,10 +2152,10 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_VERDICT_REJECTED = 505
     ! never an outcome: a record of counts (repeats, merged ledger)
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_VERDICT_MERGED = 506
-    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_VERDICT_UNREDUCED = 507 ! since 0.2
-    ! never an outcome: on-target intervals of the next frame. Since 0.2
+    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_VERDICT_UNREDUCED = 507
+    ! never an outcome: on-target intervals of the next frame
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_VERDICT_INTERVALS = 508
-    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_VERDICT_MISFIT = 509 ! since 0.2
+    integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_VERDICT_MISFIT = 509
 
     ! Reasons for rejection, and why a frame is unreduced.
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_NONE = 511
@@ -2173,11 +2170,11 @@ module toliman
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_CLOCK = 516
     ! estimator failed, or gave a non-finite value or a sigma out of range
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_ESTIMATE = 517
-    ! unreduced: the observer file has no state at its time. Since 0.2
+    ! unreduced: the observer file has no state at its time
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_NO_ORBIT = 518
 
     ! Unreduced: the observer is in orbit, and the exposure is unknown, or longer than 600 s without a list of on-target
-    ! intervals; or an interval is shorter than 1 ns or longer than 400 days. Since 0.2.
+    ! intervals; or an interval is shorter than 1 ns or longer than 400 days.
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_REASON_NO_INTERVALS = 519
 
     ! Outcome of a pushed frame.
@@ -2193,21 +2190,20 @@ module toliman
         ! accepted, outlier, misfit: reduced if the folder has a system; unreduced: the estimate
         real(c_double) :: value = 0.0_c_double
         integer(c_int64_t) :: tai_ns = 0 ! these frames: time in TAI
-        ! These frames: goodness of fit (goodness.h); NaN and UNKNOWN without a model. Since 0.2.
+        ! These frames: goodness of fit (goodness.h); NaN and UNKNOWN without a model.
         real(c_double) :: chi_square = 0.0_c_double
         real(c_double) :: chi_square_sigma = 0.0_c_double
         real(c_double) :: largest_residual = 0.0_c_double
         integer(c_int32_t) :: goodness = 0 ! TOLIMAN_GOODNESS_...
         integer(c_int32_t) :: bad_pixels = 0 ! pixels that were found damaged and left out of the estimate
-        ! these frames: standard deviation of the value; 0 for others. Since 0.2
-        real(c_double) :: sigma = 0.0_c_double
+        real(c_double) :: sigma = 0.0_c_double ! these frames: standard deviation of the value; 0 for others
     end type
 
     abstract interface
         ! Called on the thread of toliman_track_push for a misfit, before it is recorded. *other is a copy of *frame: its
         ! pixels, rows, cols, stride and pixel may be changed, for example to those that toliman_ingest_find_frame finds; they
         ! must stay valid until the push returns. Returns 1 to try *other, which is recorded in place of the frame unless it is
-        ! a misfit, too; 0 to record the frame. An exception and other numbers count as 0. Since 0.2.
+        ! a misfit, too; 0 to record the frame. An exception and other numbers count as 0.
         function toliman_misfit_fn(frame, outcome, other, user_data) bind(C) result(answer)
             import
             type(c_ptr), value :: user_data
@@ -2234,7 +2230,7 @@ module toliman
     ! rejects no frame for a run of zero pixels
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_ALLOW_ZERO_RUNS = 8
 
-    ! In the column `flags` of a ledger, flags TOLIMAN_BANK_... are multiplied by this factor. Since 0.2.
+    ! In the column `flags` of a ledger, flags TOLIMAN_BANK_... are multiplied by this factor.
     integer(c_int32_t), parameter, public :: TOLIMAN_TRACK_BANK_FLAGS = 256
 
     ! Durability of ledger records. A record is committed, and its frame acknowledged, once it has been fsync'ed (with
@@ -2313,7 +2309,7 @@ module toliman
         type(c_funptr) :: log = c_null_funptr
         type(c_ptr) :: log_data = c_null_ptr
         ! Origin of the camera_ns of all frames: stamp and exposure_s of toliman_ingest_options. The tracker records
-        ! both in the setup file. In a reduction, exposure_s is the exposure of frames without their own. Since 0.2.
+        ! both in the setup file. In a reduction, exposure_s is the exposure of frames without their own.
         ! TOLIMAN_FRAME_STAMP_..., 0 = that of the folder; in a new folder MIDDLE
         integer(c_int32_t) :: stamp = 0
         integer(c_int32_t) :: trend = 0 ! order of a trend, see trend_start
@@ -2324,7 +2320,7 @@ module toliman
         ! displacement_px, its sigma separation_sigma_px; the columns are those of values = "separation_px,x_px,y_px".
         ! The sigma of a frame may be 0.5 to 16 times that of the scene's frame at time 0. A frame that does not
         ! converge is rejected with REASON_ESTIMATE. REBUILD with another time_offset_ns does not change values
-        ! recorded before. Since 0.2.
+        ! recorded before.
         type(c_ptr) :: fit = c_null_ptr
         ! NULL, or the networks that estimate the separation. Requires `fit`, for which the bank must have been made
         ! (otherwise TOLIMAN_E_MISMATCH). Each frame is encoded by toliman_bank_encode with the prediction described
@@ -2334,37 +2330,37 @@ module toliman
         ! the scene's centre, and the separation of the fit. The efficiency is
         ! sqrt(cov_fit_separation_px_fit_separation_px)/sigma. Each network must be trained to an efficiency of at
         ! least 0.5 at its place (otherwise TOLIMAN_E_ARGUMENT). A folder refuses another bank, as any other
-        ! estimator. The bank must outlive the tracker. Since 0.2.
+        ! estimator. The bank must outlive the tracker.
         type(c_ptr) :: bank = c_null_ptr
         ! System and observer of the reduction, with all effects, or NULL. The tracker must have a value
         ! separation_px: with `fit`, or with `estimate` and this name in `values`. To push frames to a folder with a
         ! system, give the same system, and an observer in orbit if it had one (TOLIMAN_E_ARGUMENT if NULL,
         ! TOLIMAN_E_MISMATCH for another). To read or merge, give NULL. Must outlive the tracker. With `sky`, the
-        ! default of value_limit is at least 0.25 px. Since 0.2.
+        ! default of value_limit is at least 0.25 px.
         type(c_ptr) :: sky = c_null_ptr
         ! arcsec per px, at most 1e6; 0 = that of the folder, or of the scene of `fit`. toliman_track_load_options: 0
-        ! = the folder has no system. Since 0.2
+        ! = the folder has no system
         real(c_double) :: plate_scale_arcsec = 0.0_c_double
         ! NULL, or an existing folder: a new folder takes its clock table, system and plate scale, with nf = 0 also
-        ! its grid, and with stamp = 0 its stamp and exposure_s. For a merge. Since 0.2.
+        ! its grid, and with stamp = 0 its stamp and exposure_s. For a merge.
         type(c_ptr) :: setup_folder = c_null_ptr
         ! Nuisance functions, fitted with the mean at each frequency (period_nuisance.h). With
-        ! TOLIMAN_PERIOD_FIXED_MEAN there are none. Since 0.2. trend 1 to 8: a trend of this order; -1: none, the mean
-        ! alone; 0 = those of the folder. In a new folder, and in a rebuild with sky, 0 = with sky the errors of its
-        ! orbit (toliman_sky_set_columns), otherwise none trend_start, _end span of the trend, in units of unit_ns
-        ! since time_offset_ns. A frame outside is rejected with REASON_CLOCK. Both 0 = from -0.05/df to 0.15/df,
-        ! twice the time span of the grid scale_sigma standard deviation of the relative error of the plate scale, in
-        ! [0, 1); 0 = that of the folder; in a new folder no error
+        ! TOLIMAN_PERIOD_FIXED_MEAN there are none. trend 1 to 8: a trend of this order; -1: none, the mean alone; 0 =
+        ! those of the folder. In a new folder, and in a rebuild with sky, 0 = with sky the errors of its orbit
+        ! (toliman_sky_set_columns), otherwise none trend_start, _end span of the trend, in units of unit_ns since
+        ! time_offset_ns. A frame outside is rejected with REASON_CLOCK. Both 0 = from -0.05/df to 0.15/df, twice the
+        ! time span of the grid scale_sigma standard deviation of the relative error of the plate scale, in [0, 1); 0
+        ! = that of the folder; in a new folder no error
         real(c_double) :: trend_start = 0.0_c_double
         real(c_double) :: trend_end = 0.0_c_double
         real(c_double) :: scale_sigma = 0.0_c_double
-        ! Limit of the chi-square of a frame; frames above it are misfits. Since 0.2. > 0 this number -1 4 times the
-        ! median of all valid frames of the folder, misfits included, at least 2 and at most 100, rounded by up to 0.4
-        ! %: a model that is wrong by a chi-square of 10 is usable, and one of 1000 is not. The verdict of earlier
-        ! frames changes with the median; it does not depend on the order of arrival 0 that of the folder; in a new
-        ! folder 2 if the scene of `fit` is that of a calibration, otherwise -1
+        ! Limit of the chi-square of a frame; frames above it are misfits. > 0 this number -1 4 times the median of
+        ! all valid frames of the folder, misfits included, at least 2 and at most 100, rounded by up to 0.4 %: a
+        ! model that is wrong by a chi-square of 10 is usable, and one of 1000 is not. The verdict of earlier frames
+        ! changes with the median; it does not depend on the order of arrival 0 that of the folder; in a new folder 2
+        ! if the scene of `fit` is that of a calibration, otherwise -1
         real(c_double) :: chi_limit = 0.0_c_double
-        type(c_funptr) :: misfit = c_null_funptr ! may be NULL. Since 0.2
+        type(c_funptr) :: misfit = c_null_funptr ! may be NULL
         type(c_ptr) :: misfit_data = c_null_ptr
     end type
 
@@ -2395,20 +2391,19 @@ module toliman
         ! that of the options: of values whose frame and estimator give none, and the least of others
         real(c_double) :: sigma = 0.0_c_double
         real(c_double) :: value_limit = 0.0_c_double
-        integer(c_int64_t) :: unreduced = 0 ! frames that are not reduced. Since 0.2
-        real(c_double) :: plate_scale_arcsec = 0.0_c_double ! of the reduction; 0 = frames are not reduced. Since 0.2
+        integer(c_int64_t) :: unreduced = 0 ! frames that are not reduced
+        real(c_double) :: plate_scale_arcsec = 0.0_c_double ! of the reduction; 0 = frames are not reduced
         ! of the reduction, JSON text that toliman_sky_create takes; NULL = frames are not reduced. Valid until the
-        ! tracker is destroyed. Since 0.2
+        ! tracker is destroyed
         type(c_ptr) :: system = c_null_ptr
-        ! bit j: the error of element j (sky.h) is a column of the periodogram. Since 0.2
-        integer(c_int32_t) :: elements = 0
+        integer(c_int32_t) :: elements = 0 ! bit j: the error of element j (sky.h) is a column of the periodogram
         integer(c_int32_t) :: reserved = 0
-        integer(c_int64_t) :: misfit = 0 ! frames whose chi-square exceeds chi_limit. Since 0.2, as all that follow
+        integer(c_int64_t) :: misfit = 0 ! frames whose chi-square exceeds chi_limit
         real(c_double) :: chi_limit = 0.0_c_double ! the limit in force
         real(c_double) :: chi_median = 0.0_c_double ! median chi-square of the valid frames, to 0.2 %; NaN without one
     end type
 
-    ! Goodness of fit (goodness.h) of the frames of a folder. Since 0.2.
+    ! Goodness of fit (goodness.h) of the frames of a folder.
     type, bind(C), public :: toliman_track_goodness
         integer(c_int32_t) :: struct_size = 144 ! in: sizeof(toliman_track_goodness)
         integer(c_int32_t) :: goodness = 0 ! verdict on chi_square, as for a single frame
@@ -2454,7 +2449,7 @@ module toliman
         ! as in the outcome; if the frame has no value: 0, and the sigma of the frame or tracker
         real(c_double) :: value = 0.0_c_double
         real(c_double) :: sigma = 0.0_c_double
-        real(c_double) :: chi_square = 0.0_c_double ! as in the outcome. Since 0.2, as all that follow
+        real(c_double) :: chi_square = 0.0_c_double ! as in the outcome
         real(c_double) :: chi_square_sigma = 0.0_c_double
         real(c_double) :: largest_residual = 0.0_c_double
         integer(c_int32_t) :: goodness = 0
@@ -2481,7 +2476,7 @@ module toliman
     !   d_period_years ... d_epoch  derivatives of the reduced separation by the seven elements of the orbit
     !                               (toliman_sky_element_name), in arcsec per unit of the element
     ! Then follow the names of toliman_track_options.values, and cov_A_B, the covariance of values A and B. The first value
-    ! is named "value"; cov_A_A is a variance. Since 0.2.
+    ! is named "value"; cov_A_A is a variance.
     type, bind(C), public :: toliman_track_column
         integer(c_int32_t) :: struct_size = 72 ! sizeof(toliman_track_column)
         integer(c_int32_t) :: type = 0 ! TOLIMAN_TRACK_COLUMN_...
@@ -5180,7 +5175,7 @@ module toliman
         final :: linear_estimator_final
     end type
 
-    ! A designed mask with its scores. Immutable: any number of threads may use one object. Since 0.2.
+    ! A designed mask with its scores. Immutable: any number of threads may use one object.
     type, public :: toliman_phase_mask
         type(c_ptr) :: handle = c_null_ptr
     contains

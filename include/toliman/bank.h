@@ -104,7 +104,7 @@ typedef struct toliman_bank_train_options {
     void *progress_data;
     const char *journal; /* file to which each network is appended once it is trained; NULL: none. If the file exists,
                             its networks are not trained again. The caller removes it once the bank is saved.
-                            formats.md, "TLMJ". Since 0.2 */
+                            formats.md, "TLMJ" */
 } toliman_bank_train_options;
 #define TOLIMAN_BANK_TRAIN_OPTIONS_INIT TOLIMAN_INIT(toliman_bank_train_options)
 

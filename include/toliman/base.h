@@ -58,7 +58,6 @@
  *     Astrometric Signal Recovery Through Convolutional Autoencoders, in Intelligent Astrophysics, Springer (2021).
  *   - Units are SI unless the name states another: _px, _days, _nm, _arcsec, _ns. Times and values of a periodogram
  *     or tracker have the unit of the caller or of the estimator (px for cae.h and linear.h).
- *   - Versions. A declaration without "Since" is part of the interface since 0.1.
  */
 #ifndef TOLIMAN_BASE_H
 #define TOLIMAN_BASE_H
@@ -111,7 +110,7 @@ TOLIMAN_API size_t toliman_last_error_copy(char *text, size_t size) TOLIMAN_NOEX
 /* Returns the name of the wrong argument, struct member, scene key or file of the last failed call on this thread, so
  * that programs need not parse the message: "sigma", "options->bin", "frames[3].sigma", "telescope.aperture_m", or
  * the path of a file. "" if no call has failed, and for failures without such a name (out of memory, cancelled, too
- * few samples). Never NULL. Valid until the next failed call on this thread. Since 0.2. */
+ * few samples). Never NULL. Valid until the next failed call on this thread. */
 TOLIMAN_API const char *toliman_last_error_field(void) TOLIMAN_NOEXCEPT;
 
 /* Callback that reports the progress of a long call. It runs on the thread of the call, with no lock held.
@@ -150,7 +149,7 @@ typedef struct toliman_allocator {
 } toliman_allocator;
 #define TOLIMAN_ALLOCATOR_INIT TOLIMAN_INIT(toliman_allocator)
 
-/* Options of the toliman_X_load functions. Since 0.2. */
+/* Options of the toliman_X_load functions. */
 typedef struct toliman_load_options {
     uint32_t struct_size;
     uint32_t reserved;                  /* 0 */
@@ -158,7 +157,7 @@ typedef struct toliman_load_options {
 } toliman_load_options;
 #define TOLIMAN_LOAD_OPTIONS_INIT TOLIMAN_INIT(toliman_load_options)
 
-/* Sets *options, a struct of `size` bytes, to the defaults. Since 0.2. */
+/* Sets *options, a struct of `size` bytes, to the defaults. */
 TOLIMAN_API void toliman_load_options_init(toliman_load_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
 /* Returns the version of the running library as text ("0.2.0"). */

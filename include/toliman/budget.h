@@ -27,7 +27,7 @@
 
 TOLIMAN_BEGIN_DECLS
 
-/* Options of a budget. Since 0.2. */
+/* Options of a budget. */
 typedef struct toliman_sim_budget_options {
     uint32_t struct_size;
     uint32_t reserved;
@@ -38,10 +38,10 @@ typedef struct toliman_sim_budget_options {
 } toliman_sim_budget_options;
 #define TOLIMAN_SIM_BUDGET_OPTIONS_INIT TOLIMAN_INIT(toliman_sim_budget_options)
 
-/* Sets *options, a struct of `size` bytes, to the defaults. Since 0.2. */
+/* Sets *options, a struct of `size` bytes, to the defaults. */
 TOLIMAN_API void toliman_sim_budget_options_init(toliman_sim_budget_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
-/* Summary of a budget. Since 0.2. */
+/* Summary of a budget. */
 typedef struct toliman_sim_budget {
     uint32_t struct_size;   /* in: sizeof(toliman_sim_budget) */
     uint32_t reserved;      /* 0 */
@@ -63,12 +63,12 @@ typedef struct toliman_sim_budget {
 /* Writes the summary of a budget to *out, whose struct_size must be set. options may be NULL. The first call for a
  * parameter computes its derivative. Errors: TOLIMAN_E_ARGUMENT for an unknown name or one that is given twice,
  * TOLIMAN_E_UNSUPPORTED if the scene has no derivative by a parameter (a single star, a spectrum of lines, the engine
- * PADDED_FFT), TOLIMAN_E_SCENE if the scene's signal changes no pixel. Since 0.2. */
+ * PADDED_FFT), TOLIMAN_E_SCENE if the scene's signal changes no pixel. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_budget(const toliman_sim *sim,
                                                                      const toliman_sim_budget_options *options,
                                                                      toliman_sim_budget *out) TOLIMAN_NOEXCEPT;
 
-/* Bounds with one set of free parameters. Since 0.2. */
+/* Bounds with one set of free parameters. */
 typedef struct toliman_sim_budget_step {
     uint32_t struct_size; /* in, in the first element: sizeof(toliman_sim_budget_step) */
     uint32_t reserved;    /* 0 */
@@ -82,7 +82,7 @@ typedef struct toliman_sim_budget_step {
 
 /* Writes the first `capacity` steps to steps[capacity] and their number to *count. Only the member `frames` of options,
  * which may be NULL, is used. A step omits parameters of which the scene has no derivative. TOLIMAN_E_ARGUMENT if
- * capacity is 0. Since 0.2. */
+ * capacity is 0. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_budget_steps(const toliman_sim *sim,
                                                                            const toliman_sim_budget_options *options,
                                                                            size_t capacity,
@@ -90,7 +90,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_budget_steps(const
                                                                            size_t *count) TOLIMAN_NOEXCEPT;
 
 /* One parameter of a budget. Amounts are absolute values; NaN where they are not known and infinite where the parameter
- * has no effect. Since 0.2. */
+ * has no effect. */
 typedef struct toliman_sim_budget_row {
     uint32_t struct_size;    /* in, in the first element: sizeof(toliman_sim_budget_row) */
     int32_t is_free;         /* 1 if the parameter is free, else 0 */
@@ -109,7 +109,7 @@ typedef struct toliman_sim_budget_row {
 /* Writes the first `capacity` rows to rows[capacity] and their number to *count: the free parameters in the order of
  * their names, then every other parameter of which the scene has a derivative. Arguments and errors as
  * toliman_sim_get_budget; TOLIMAN_E_ARGUMENT if capacity is 0. Propagates the frame twice for each free parameter that
- * is not linear. Since 0.2. */
+ * is not linear. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_budget_rows(const toliman_sim *sim,
                                                                           const toliman_sim_budget_options *options,
                                                                           size_t capacity, toliman_sim_budget_row *rows,
@@ -117,7 +117,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_budget_rows(const 
 
 /* Writes the correlations of the estimates to correlations[count][count]: the separation, then the free parameters in
  * the order of their names. NaN for a parameter that depends on those before it, and for all if they leave nothing of
- * the signal. TOLIMAN_E_ARGUMENT unless count is toliman_sim_budget.free_count + 1. Since 0.2. */
+ * the signal. TOLIMAN_E_ARGUMENT unless count is toliman_sim_budget.free_count + 1. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
 toliman_sim_get_budget_correlations(const toliman_sim *sim, const toliman_sim_budget_options *options, size_t count,
                                     double *correlations) TOLIMAN_NOEXCEPT;

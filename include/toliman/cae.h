@@ -52,7 +52,7 @@ typedef struct toliman_cae toliman_cae;
 /* Moved by whole pixels, within the frame, until the barycentre of its light is that of the reference image, to half a
  * pixel. The light is what exceeds the scene's uniform background (dark current, bias). For frames whose pointing
  * wanders by pixels. A fraction of a pixel remains: for the latent to measure the separation, project out the shift
- * (preprocess.project), or train the network on such frames. Since 0.2. */
+ * (preprocess.project), or train the network on such frames. */
 #define TOLIMAN_CAE_CENTRE_IMAGE 242
 
 /* Network options. */
@@ -62,9 +62,9 @@ typedef struct toliman_cae_options {
     int32_t input;                      /* TOLIMAN_CAE_INPUT_..., 0 = WHITENED */
     uint32_t reserved;                  /* 0 */
     const toliman_allocator *allocator; /* for the large arrays of the object; NULL = malloc */
-    toliman_log_fn log;                 /* receives warnings about preprocess.project; may be NULL. Since 0.2 */
+    toliman_log_fn log;                 /* receives warnings about preprocess.project; may be NULL */
     void *log_data;
-    int32_t centre;      /* TOLIMAN_CAE_CENTRE_..., 0 = SCENE. Since 0.2 */
+    int32_t centre;      /* TOLIMAN_CAE_CENTRE_..., 0 = SCENE */
     uint32_t reserved_2; /* 0 */
 } toliman_cae_options;
 #define TOLIMAN_CAE_OPTIONS_INIT TOLIMAN_INIT(toliman_cae_options)
@@ -132,7 +132,7 @@ typedef struct toliman_cae_training {
  * encode frames and may be saved with its training state, and the training result so far. Both are valid during the
  * callback. Return 0 to continue, any other value to stop: the training returns TOLIMAN_E_CANCELLED and can be resumed
  * after this epoch. Runs on the thread of the call, with no lock held. A call on the network being trained returns
- * TOLIMAN_E_STATE. Since 0.2. */
+ * TOLIMAN_E_STATE. */
 typedef int32_t (*toliman_epoch_fn)(const toliman_cae *so_far, const toliman_cae_training *result, void *user_data);
 
 /* Training options. */
@@ -156,7 +156,7 @@ typedef struct toliman_cae_train_options {
     uint64_t loss_count;  /* elements of losses. Losses of later steps, and of steps before a training was resumed, are
                              not written */
     toliman_epoch_fn epoch; /* UNSUPERVISED: may be NULL. If given, the validation frames are requested and
-                               reconstructed again after each epoch. Since 0.2 */
+                               reconstructed again after each epoch */
     void *epoch_data;
 } toliman_cae_train_options;
 #define TOLIMAN_CAE_TRAIN_OPTIONS_INIT TOLIMAN_INIT(toliman_cae_train_options)
@@ -241,7 +241,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_encode(const toliman_c
  *   latents_px  [count]
  *   goodness    [count], or NULL; struct_size of the first must be set
  * Errors: as toliman_cae_encode, naming the frame; TOLIMAN_E_ARGUMENT for another shape; TOLIMAN_E_RANGE for an image
- * larger than the address space. Since 0.2. */
+ * larger than the address space. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
 toliman_cae_encode_many(const toliman_cae *cae, const toliman_image *image, size_t count, uint32_t threads,
                         double *latents_px, toliman_frame_goodness *goodness) TOLIMAN_NOEXCEPT;

@@ -58,10 +58,10 @@ typedef struct toliman_calibration toliman_calibration;
 /* Flag of options: while the model is incomplete, calibrate again with the changes TOLIMAN_CALIBRATION_CHANGE_..., in
  * their order, each from the last result. A change is kept if the sum of squared residuals falls by more than noise
  * explains at 6 standard deviations. Stops at the first complete model. With _MAP, the map is fitted after the other
- * changes. The fitted scene contains the changes that were kept. Since 0.2. */
+ * changes. The fitted scene contains the changes that were kept. */
 #define TOLIMAN_CALIBRATION_IMPROVE 2u
 
-/* Changes of a model, one bit each. Since 0.2.
+/* Changes of a model, one bit each.
  *   EDGES     telescope.mask.edges = "area" instead of "cell", for a spiral mask
  *   SAMPLES   twice as many pupil cells per axis, as often as it helps, up to 1024: where the expected error of the
  *             cells (toliman_sim_plan_info.pupil_error) exceeds the photon noise. Not with files of the pupil, whose
@@ -74,7 +74,7 @@ typedef struct toliman_calibration toliman_calibration;
 #define TOLIMAN_CALIBRATION_CHANGE_OPD_MAP 8u
 
 /* Returns the name of a change: "mask edges", "pupil samples", "spectral modes", "map"; "?" for another number. Static
- * text. Since 0.2. */
+ * text. */
 TOLIMAN_API const char *toliman_calibration_change_name(uint32_t change) TOLIMAN_NOEXCEPT;
 
 /* An iteration of a calibration. */
@@ -86,8 +86,8 @@ typedef struct toliman_calibration_step {
     double chi_square;   /* sum of squared residuals over their variances, per degree of freedom */
     double largest_step; /* of a parameter of the instrument, in its standard deviations; of the map: rms in nm */
     uint32_t change;     /* TOLIMAN_CALIBRATION_CHANGE_... that is tried, 0 for the model as given. The numbers of the
-                            iterations begin with each change. Since 0.2 */
-    uint32_t recalled;   /* 1: the iteration of an earlier call, from the journal. Since 0.2 */
+                            iterations begin with each change */
+    uint32_t recalled;   /* 1: the iteration of an earlier call, from the journal */
 } toliman_calibration_step;
 #define TOLIMAN_CALIBRATION_STEP_INIT TOLIMAN_INIT(toliman_calibration_step)
 
@@ -128,7 +128,7 @@ typedef struct toliman_calibration_options {
         *journal; /* file to which the results of each iteration are appended; NULL: none. If the file exists, the
                             call continues from it and gives the bits of a call that was not interrupted, also with
                             more iterations. It needs 4 KiB per frame and iteration, with a map also 8 bytes per cell
-                            and step. The caller removes it once the result is saved. formats.md, "TLMJ". Since 0.2 */
+                            and step. The caller removes it once the result is saved. formats.md, "TLMJ" */
 } toliman_calibration_options;
 #define TOLIMAN_CALIBRATION_OPTIONS_INIT TOLIMAN_INIT(toliman_calibration_options)
 
@@ -177,10 +177,10 @@ TOLIMAN_API void toliman_calibration_destroy(toliman_calibration *calibration) T
 #define TOLIMAN_CALIBRATION_NO_SIGN 8u /* the sign of even aberrations is undetermined */
 
 /* Flag: chi_square, of all frames or of those of a window, is TOO_GOOD: the noise is smaller than that of the scene,
- * for instance with a wrong read noise, a bias that was not subtracted, or counts in another unit. Since 0.2. */
+ * for instance with a wrong read noise, a bias that was not subtracted, or counts in another unit. */
 #define TOLIMAN_CALIBRATION_TOO_GOOD 16u
 
-/* Summary of a calibration. Members after map_rms_nm since 0.2. */
+/* Summary of a calibration. */
 typedef struct toliman_calibration_info {
     uint32_t struct_size; /* in: sizeof(toliman_calibration_info) */
     uint32_t flags;       /* TOLIMAN_CALIBRATION_..., the verdict; 0: converged, and the model is complete */
@@ -224,7 +224,7 @@ typedef struct toliman_calibration_info {
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
 toliman_calibration_get_info(const toliman_calibration *calibration, toliman_calibration_info *out) TOLIMAN_NOEXCEPT;
 
-/* A change of the model that was tried. Since 0.2. */
+/* A change of the model that was tried. */
 typedef struct toliman_calibration_attempt {
     uint32_t struct_size; /* in: sizeof(toliman_calibration_attempt) */
     uint32_t change;      /* TOLIMAN_CALIBRATION_CHANGE_... */
@@ -238,12 +238,12 @@ typedef struct toliman_calibration_attempt {
 } toliman_calibration_attempt;
 #define TOLIMAN_CALIBRATION_ATTEMPT_INIT TOLIMAN_INIT(toliman_calibration_attempt)
 
-/* Writes attempt number `index` to *out, whose struct_size must be set. TOLIMAN_E_RANGE unless 0 <= index < attempts.
- * Since 0.2. */
+/* Writes attempt number `index` to *out, whose struct_size must be set. TOLIMAN_E_RANGE unless 0 <= index <
+ * attempts. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_attempt(
     const toliman_calibration *calibration, int32_t index, toliman_calibration_attempt *out) TOLIMAN_NOEXCEPT;
 
-/* A default parameter that was not fitted, as the scene does not have it. Since 0.2. */
+/* A default parameter that was not fitted, as the scene does not have it. */
 typedef struct toliman_calibration_left_out {
     uint32_t struct_size; /* in: sizeof(toliman_calibration_left_out) */
     uint32_t reserved;    /* 0 */
@@ -253,7 +253,7 @@ typedef struct toliman_calibration_left_out {
 #define TOLIMAN_CALIBRATION_LEFT_OUT_INIT TOLIMAN_INIT(toliman_calibration_left_out)
 
 /* Writes number `index` of the parameters that were left out to *out, whose struct_size must be set. TOLIMAN_E_RANGE
- * unless 0 <= index < left_out. Since 0.2. */
+ * unless 0 <= index < left_out. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibration_get_left_out(
     const toliman_calibration *calibration, int32_t index, toliman_calibration_left_out *out) TOLIMAN_NOEXCEPT;
 

@@ -31,7 +31,7 @@ typedef struct toliman_components_options {
                           = 1 */
     uint32_t capacity; /* largest number of frames, 2 ... 16384; 0 = number of frames of the scene's cadence */
     const toliman_allocator *allocator; /* for the large arrays of the object; NULL = malloc */
-    toliman_log_fn log;                 /* receives warnings about preprocess.project; may be NULL. Since 0.2 */
+    toliman_log_fn log;                 /* receives warnings about preprocess.project; may be NULL */
     void *log_data;
 } toliman_components_options;
 #define TOLIMAN_COMPONENTS_OPTIONS_INIT TOLIMAN_INIT(toliman_components_options)
@@ -58,7 +58,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_components_push(toliman_co
 
 /* Adds `count` frames of image in order, or none if one is refused. Otherwise as toliman_components_push.
  * Errors: as toliman_components_push, naming the frame; TOLIMAN_E_ARGUMENT for another shape; TOLIMAN_E_RANGE for an
- * image larger than the address space. Since 0.2. */
+ * image larger than the address space. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_components_push_many(toliman_components *components,
                                                                            const toliman_image *image,
                                                                            size_t count) TOLIMAN_NOEXCEPT;

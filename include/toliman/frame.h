@@ -12,7 +12,7 @@
 
 TOLIMAN_BEGIN_DECLS
 
-/* Point of the exposure to which the time stamps of a file refer. Since 0.2. */
+/* Point of the exposure to which the time stamps of a file refer. */
 #define TOLIMAN_FRAME_STAMP_START 601
 #define TOLIMAN_FRAME_STAMP_MIDDLE 602
 #define TOLIMAN_FRAME_STAMP_END 603
@@ -41,8 +41,7 @@ typedef struct toliman_frame {
 } toliman_frame;
 #define TOLIMAN_FRAME_INIT TOLIMAN_INIT(toliman_frame)
 
-/* Input of a user-supplied estimator: the image after cropping and binning, and what is known about the frame.
- * Since 0.2. */
+/* Input of a user-supplied estimator: the image after cropping and binning, and what is known about the frame. */
 typedef struct toliman_estimate_input {
     uint32_t struct_size; /* sizeof(toliman_estimate_input) of the library */
     uint32_t reserved;
@@ -58,7 +57,7 @@ typedef struct toliman_estimate_input {
 #define TOLIMAN_ESTIMATE_INPUT_INIT TOLIMAN_INIT(toliman_estimate_input)
 
 /* Output of a user-supplied estimator. The library provides value_count and the memory of both arrays. It presets
- * their elements and chi_square to NaN, flags and sigma to 0. Since 0.2. */
+ * their elements and chi_square to NaN, flags and sigma to 0. */
 typedef struct toliman_estimate {
     uint32_t struct_size; /* sizeof(toliman_estimate) of the library */
     uint32_t flags;       /* bits defined by the estimator, stored in the ledger column "flags" */

@@ -35,12 +35,12 @@ TOLIMAN_BEGIN_DECLS
 #define TOLIMAN_GOODNESS_POOR 803
 #define TOLIMAN_GOODNESS_TOO_GOOD 804
 
-/* Returns the name of a verdict: "unknown", "good", "poor", "too good"; "?" for another number. Static text. Since 0.2.
+/* Returns the name of a verdict: "unknown", "good", "poor", "too good"; "?" for another number. Static text.
  */
 TOLIMAN_API const char *toliman_goodness_name(int32_t goodness) TOLIMAN_NOEXCEPT;
 
 /* Goodness of fit of one frame against the linear model of a template or network (linear.h, cae.h), without its bad
- * pixels. Since 0.2.
+ * pixels.
  *
  * Bad pixels are cosmic rays, hot and dead pixels. A pixel of V expected electrons, read noise included, is bad if its
  * residual x after the fit, in standard deviations, has x^2 > 36 (1 + max(x, 0)/(3 sqrt(V))), times chi_square of the

@@ -27,7 +27,7 @@ TOLIMAN_BEGIN_DECLS
 #define TOLIMAN_PIXEL_F32BE 41
 
 /* View of one or more frames in memory, which the library only reads. Pixel (row, column) of frame k is pixels[k *
- * frame_stride + row * stride + column]. Since 0.2. */
+ * frame_stride + row * stride + column]. */
 typedef struct toliman_image {
     uint32_t struct_size; /* sizeof(toliman_image) */
     int32_t pixel;        /* TOLIMAN_PIXEL_..., 0 = F64 */

@@ -32,7 +32,7 @@ typedef struct toliman_ingest toliman_ingest;
 /* Flags of toliman_ingest_options. */
 #define TOLIMAN_INGEST_GROWING 1u /* the files may still grow; see toliman_ingest_next and toliman_ingest_finish */
 
-/* Options of a reader. Since 0.2. */
+/* Options of a reader. */
 typedef struct toliman_ingest_options {
     uint32_t struct_size;
     uint32_t flags;     /* TOLIMAN_INGEST_GROWING */
@@ -49,19 +49,19 @@ typedef struct toliman_ingest_options {
 } toliman_ingest_options;
 #define TOLIMAN_INGEST_OPTIONS_INIT TOLIMAN_INIT(toliman_ingest_options)
 
-/* Sets *options, a struct of `size` bytes, to the defaults. Since 0.2. */
+/* Sets *options, a struct of `size` bytes, to the defaults. */
 TOLIMAN_API void toliman_ingest_options_init(toliman_ingest_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
 /* Creates a reader of a pair. Both files must exist; toliman_ingest_next reads them.
  *   path     one of the two files, or X, the path without _frames.bin and _meta.jsonl
  *   options  must not be NULL, as the pixel type has no default
  * The caller destroys *out. Errors: TOLIMAN_E_NOT_FOUND if one of the files is missing, is not a regular file or cannot
- * be opened. Since 0.2. */
+ * be opened. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_create(const char *path,
                                                                     const toliman_ingest_options *options,
                                                                     toliman_ingest **out) TOLIMAN_NOEXCEPT;
 
-/* Destroys a reader and the memory of its frames, events and paths. NULL is allowed. Since 0.2. */
+/* Destroys a reader and the memory of its frames, events and paths. NULL is allowed. */
 TOLIMAN_API void toliman_ingest_destroy(toliman_ingest *ingest) TOLIMAN_NOEXCEPT;
 
 /* Events. */
@@ -82,7 +82,7 @@ TOLIMAN_API void toliman_ingest_destroy(toliman_ingest *ingest) TOLIMAN_NOEXCEPT
 #define TOLIMAN_INGEST_REASON_EXTRA_BYTES 627   /* WARNING: pixels without a line, after those of the last frame */
 #define TOLIMAN_INGEST_REASON_OVERLAP 628       /* WARNING: exposures of successive frames overlap; only once */
 
-/* Returns the name of a reason ("bad line"), "?" for an unknown one. Static text. Since 0.2. */
+/* Returns the name of a reason ("bad line"), "?" for an unknown one. Static text. */
 TOLIMAN_API const char *toliman_ingest_reason_name(int32_t reason) TOLIMAN_NOEXCEPT;
 
 /* Event of a reader. `file` is valid until the reader is destroyed, `text` as long as the memory of a frame. Since
@@ -129,7 +129,7 @@ typedef struct toliman_ingest_event {
  *   - TOLIMAN_E_NOT_FOUND if a file cannot be read, or is truncated while it is read;
  *   - TOLIMAN_E_FORMAT if the file of pixels has twice or half the size of the frames of all lines, as with the other
  *     pixel type, and no line has been reported yet; with GROWING, if two examinations in a row find this;
- *   - TOLIMAN_E_FORMAT if a side file of n bytes has more than 1024 + n/120 lines. Since 0.2. */
+ *   - TOLIMAN_E_FORMAT if a side file of n bytes has more than 1024 + n/120 lines. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_next(toliman_ingest *ingest, toliman_frame *frame,
                                                                   toliman_ingest_event *event) TOLIMAN_NOEXCEPT;
 
@@ -142,14 +142,14 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_next(toliman_ingest
  *   shift      receives the bytes from the frame's place to there; 0 if it is not found elsewhere: pixels is unchanged
  * The size of the file, compared with that of the frames of all lines, tells whether bytes were lost or gained; with
  * GROWING it does not, and no frame is found. The likeness is that of images: let the estimator confirm the frame.
- * Errors: TOLIMAN_E_CAPACITY if capacity is too small; TOLIMAN_E_NOT_FOUND if the file cannot be read. Since 0.2. */
+ * Errors: TOLIMAN_E_CAPACITY if capacity is too small; TOLIMAN_E_NOT_FOUND if the file cannot be read. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_find_frame(const toliman_ingest *ingest, int64_t offset,
                                                                         const toliman_frame *reference, void *pixels,
                                                                         size_t capacity,
                                                                         int64_t *shift) TOLIMAN_NOEXCEPT;
 
 /* Sets the shift, in bytes, at which frames that were not reported yet are read, 0 at the beginning. No effect on a
- * file that has exactly the size of the frames of all lines. Since 0.2. */
+ * file that has exactly the size of the frames of all lines. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_set_shift(toliman_ingest *ingest,
                                                                        int64_t shift) TOLIMAN_NOEXCEPT;
 
@@ -158,10 +158,10 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_set_shift(toliman_i
  * without line as EXTRA_BYTES, if the files did not change between their last two examinations and not since then;
  * otherwise they may still be growing, and neither is reported. Therefore call next until it has returned NOTHING
  * twice, with a pause between both calls, then finish. A last line without newline is not reported. Cannot be undone;
- * no effect without GROWING. Since 0.2. */
+ * no effect without GROWING. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_finish(toliman_ingest *ingest) TOLIMAN_NOEXCEPT;
 
-/* Properties and counts of a reader. Since 0.2. */
+/* Properties and counts of a reader. */
 typedef struct toliman_ingest_info {
     uint32_t struct_size;               /* in: sizeof(toliman_ingest_info) */
     int32_t stamp;                      /* TOLIMAN_FRAME_STAMP_... */
@@ -176,7 +176,7 @@ typedef struct toliman_ingest_info {
 } toliman_ingest_info;
 #define TOLIMAN_INGEST_INFO_INIT TOLIMAN_INIT(toliman_ingest_info)
 
-/* Writes the properties and counts to *out, whose struct_size must be set. Since 0.2. */
+/* Writes the properties and counts to *out, whose struct_size must be set. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_get_info(const toliman_ingest *ingest,
                                                                       toliman_ingest_info *out) TOLIMAN_NOEXCEPT;
 
@@ -186,7 +186,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_get_info(const toli
  *   log     receives one warning if a rate differs from 1 by more than 1 %, for instance for columns in other units or
  *           in the wrong order, also in a query; may be NULL. user_data is passed to it
  * Errors: TOLIMAN_E_NOT_FOUND; TOLIMAN_E_FORMAT, with file and line, if the file is malformed or has no pair;
- * TOLIMAN_E_CAPACITY if capacity is too small. Since 0.2. */
+ * TOLIMAN_E_CAPACITY if capacity is too small. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_read_clock(const char *path, int64_t *clock,
                                                                         size_t capacity, size_t *points,
                                                                         toliman_log_fn log,
@@ -204,7 +204,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_read_clock(const ch
 #define TOLIMAN_INGEST_FORMAT_MJD 642 /* Modified Julian Day, a decimal number ("61831.5") */
 #define TOLIMAN_INGEST_FORMAT_JD 643  /* Julian Day, a decimal number ("2461832.0") */
 
-/* Row of a table of leap seconds. Since 0.2. */
+/* Row of a table of leap seconds. */
 typedef struct toliman_leap_second {
     uint32_t struct_size; /* sizeof(toliman_leap_second) */
     int32_t tai_utc_s;    /* TAI - UTC in s, from `mjd` on */
@@ -221,8 +221,7 @@ typedef struct toliman_leap_second {
  * A list is refused, with TOLIMAN_E_FORMAT, if the SHA-1 in its line #h is not that of its numbers, if it has a date
  * (#$) but no #h (it is truncated), and if it differs from the table of ERFA up to the last row or the release of that
  * table.
- * Errors: TOLIMAN_E_NOT_FOUND, TOLIMAN_E_FORMAT with file and line, TOLIMAN_E_CAPACITY if capacity is too small.
- * Since 0.2. */
+ * Errors: TOLIMAN_E_NOT_FOUND, TOLIMAN_E_FORMAT with file and line, TOLIMAN_E_CAPACITY if capacity is too small. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_read_leap_seconds(const char *path,
                                                                                toliman_leap_second *table,
                                                                                size_t capacity, size_t *count,
@@ -230,7 +229,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_read_leap_seconds(c
 
 /* Returns the latest day (MJD) of UTC that any function has converted on this thread, 0 for none. From the day
  * `expires` of toliman_ingest_read_leap_seconds on, leap seconds may be missing: a program compares both at its end,
- * and warns. Since 0.2. */
+ * and warns. */
 TOLIMAN_API int64_t toliman_ingest_last_utc_day(void) TOLIMAN_NOEXCEPT;
 
 /* Converts text to TAI nanoseconds since 1970-01-01T00:00:00 TAI.
@@ -246,7 +245,7 @@ TOLIMAN_API int64_t toliman_ingest_last_utc_day(void) TOLIMAN_NOEXCEPT;
  * one. A UTC day that ends with a leap second has 86,401 s, and so has its Julian Day. After the last row of the table,
  * TAI - UTC remains constant.
  * Errors: TOLIMAN_E_FORMAT if the text is not such a time, TOLIMAN_E_RANGE outside these years, TOLIMAN_E_ARGUMENT for
- * a wrong table, also if the scale is not UTC. Since 0.2. */
+ * a wrong table, also if the scale is not UTC. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_parse_time(const char *text, int32_t format, int32_t scale,
                                                                         const toliman_leap_second *table, size_t count,
                                                                         int64_t *tai_ns) TOLIMAN_NOEXCEPT;
@@ -259,7 +258,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_parse_time(const ch
  *                 intervals NULL
  *   count         becomes the number of windows, at least 1
  * Errors: TOLIMAN_E_NOT_FOUND; TOLIMAN_E_FORMAT, with file and line, if the file is malformed or has no window;
- * TOLIMAN_E_CAPACITY if capacity is too small; TOLIMAN_E_ARGUMENT for a wrong table of leap seconds. Since 0.2. */
+ * TOLIMAN_E_CAPACITY if capacity is too small; TOLIMAN_E_ARGUMENT for a wrong table of leap seconds. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_read_on_target(const char *path,
                                                                             const toliman_leap_second *leap_seconds,
                                                                             size_t leap_second_count,
@@ -267,7 +266,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_read_on_target(cons
                                                                             size_t *count) TOLIMAN_NOEXCEPT;
 
 /* Keywords of a FITS header that give the time of its first frame. Each is the text of the header, strings with or
- * without their quotes; NULL = the keyword is missing or has no value. Since 0.2. */
+ * without their quotes; NULL = the keyword is missing or has no value. */
 typedef struct toliman_ingest_header {
     uint32_t struct_size; /* sizeof(toliman_ingest_header) */
     uint32_t reserved;
@@ -287,7 +286,7 @@ typedef struct toliman_ingest_header {
 #define TOLIMAN_INGEST_ASSUMED 1u /* TIMESYS or the length is missing: UTC or mid-exposure is assumed */
 #define TOLIMAN_INGEST_EXPIRED 2u /* UTC on the day `expires` or later, whose leap seconds may not be known */
 
-/* Time of a header. Since 0.2. */
+/* Time of a header. */
 typedef struct toliman_ingest_header_time {
     uint32_t struct_size; /* in: sizeof(toliman_ingest_header_time) */
     uint32_t flags;       /* TOLIMAN_INGEST_ASSUMED, TOLIMAN_INGEST_EXPIRED */
@@ -310,8 +309,7 @@ typedef struct toliman_ingest_header_time {
  *   time     becomes the time
  * Errors: TOLIMAN_E_NOT_FOUND if the header has none of these times; TOLIMAN_E_FORMAT and TOLIMAN_E_RANGE, with the
  * keyword, as toliman_ingest_parse_time, for keywords that contradict each other (both are named), for a date without
- * time, an unknown TIMESYS, a bad length, and a TREFPOS outside the Earth; TOLIMAN_E_ARGUMENT for a wrong table.
- * Since 0.2. */
+ * time, an unknown TIMESYS, a bad length, and a TREFPOS outside the Earth; TOLIMAN_E_ARGUMENT for a wrong table. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
 toliman_ingest_read_header(const toliman_ingest_header *header, const toliman_leap_second *table, size_t count,
                            int64_t expires, toliman_ingest_header_time *time) TOLIMAN_NOEXCEPT;
@@ -323,7 +321,7 @@ toliman_ingest_read_header(const toliman_ingest_header *header, const toliman_le
  *   table          [rows] leap seconds, as in toliman_ingest_parse_time
  *   tai_ns         [count]; may be `times`, must not overlap it otherwise
  * Errors: TOLIMAN_E_RANGE outside the years of toliman_ingest_parse_time, naming the element; TOLIMAN_E_ARGUMENT for a
- * wrong table. Since 0.2. */
+ * wrong table. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_ingest_convert_times(const int64_t *times, size_t count,
                                                                            int32_t scale,
                                                                            const toliman_leap_second *table,

@@ -23,7 +23,7 @@ TOLIMAN_BEGIN_DECLS
  * estimator may run on one estimator from several threads. */
 typedef struct toliman_linear toliman_linear;
 
-/* Options of an estimator. Since 0.2. */
+/* Options of an estimator. */
 typedef struct toliman_linear_options {
     uint32_t struct_size;
     uint32_t reserved;                  /* 0 */
@@ -33,7 +33,7 @@ typedef struct toliman_linear_options {
 } toliman_linear_options;
 #define TOLIMAN_LINEAR_OPTIONS_INIT TOLIMAN_INIT(toliman_linear_options)
 
-/* Sets *options, a struct of `size` bytes, to the defaults. Since 0.2. */
+/* Sets *options, a struct of `size` bytes, to the defaults. */
 TOLIMAN_API void toliman_linear_options_init(toliman_linear_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
 /* Creates the template estimator of a scene. The simulator is not needed afterwards. options may be NULL. The caller
@@ -64,7 +64,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_linear_encode(const tolima
  *   values_px  [count]
  *   goodness   [count], or NULL; struct_size of the first must be set
  * Errors: as toliman_linear_encode, naming the frame; TOLIMAN_E_ARGUMENT for another shape; TOLIMAN_E_RANGE for an
- * image larger than the address space. Since 0.2. */
+ * image larger than the address space. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
 toliman_linear_encode_many(const toliman_linear *linear, const toliman_image *image, size_t count, uint32_t threads,
                            double *values_px, toliman_frame_goodness *goodness) TOLIMAN_NOEXCEPT;

@@ -25,15 +25,15 @@
 
 TOLIMAN_BEGIN_DECLS
 
-/* A designed mask with its scores. Immutable: any number of threads may use one object. Since 0.2. */
+/* A designed mask with its scores. Immutable: any number of threads may use one object. */
 typedef struct toliman_mask toliman_mask;
 
-/* Symmetry of a designed mask under a rotation of the pupil by 180 degrees. Since 0.2. */
+/* Symmetry of a designed mask under a rotation of the pupil by 180 degrees. */
 #define TOLIMAN_MASK_SYMMETRY_NONE 841
 #define TOLIMAN_MASK_SYMMETRY_EVEN 842 /* the mask is itself */
 #define TOLIMAN_MASK_SYMMETRY_ODD 843  /* the mask is its complement, as spirals of odd m are */
 
-/* Options of a design. Since 0.2. */
+/* Options of a design. */
 typedef struct toliman_mask_design_options {
     uint32_t struct_size;
     uint32_t threads; /* worker threads, 0 = one per processor */
@@ -61,7 +61,7 @@ typedef struct toliman_mask_design_options {
 } toliman_mask_design_options;
 #define TOLIMAN_MASK_DESIGN_OPTIONS_INIT TOLIMAN_INIT(toliman_mask_design_options)
 
-/* Sets *options, a struct of `size` bytes, to the defaults. Since 0.2. */
+/* Sets *options, a struct of `size` bytes, to the defaults. */
 TOLIMAN_API void toliman_mask_design_options_init(toliman_mask_design_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
 /* Designs a mask of steps on the cells of the pupil (see Data flow above): from the best of iterations/2 random
@@ -75,16 +75,16 @@ TOLIMAN_API void toliman_mask_design_options_init(toliman_mask_design_options *o
  * is 0: try another seed.
  * Errors: TOLIMAN_E_ARGUMENT for another name in `free`, or one that is named twice; TOLIMAN_E_SCENE if the separation
  * has no bound with these parameters free, and for places that the scene cannot have; TOLIMAN_E_UNSUPPORTED for the
- * engine PADDED_FFT; those of toliman_sim_create_file for the files of the scene. Since 0.2. */
+ * engine PADDED_FFT; those of toliman_sim_create_file for the files of the scene. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_mask_design(const toliman_sim *sim,
                                                                   const toliman_mask_design_options *options,
                                                                   toliman_mask **out) TOLIMAN_NOEXCEPT;
 
-/* Destroys a mask. NULL is allowed. Since 0.2. */
+/* Destroys a mask. NULL is allowed. */
 TOLIMAN_API void toliman_mask_destroy(toliman_mask *mask) TOLIMAN_NOEXCEPT;
 
 /* Scores of a designed mask and of the mask of the scene ("before") at one place of the stars. Bounds are those of one
- * frame, infinite where the frame does not constrain the separation. Since 0.2. */
+ * frame, infinite where the frame does not constrain the separation. */
 typedef struct toliman_mask_info {
     uint32_t struct_size; /* in: sizeof(toliman_mask_info) */
     int32_t improved;     /* 1 if the mask is better than that of the scene, else 0 */
@@ -115,29 +115,29 @@ typedef struct toliman_mask_info {
 } toliman_mask_info;
 #define TOLIMAN_MASK_INFO_INIT TOLIMAN_INIT(toliman_mask_info)
 
-/* Writes the scores of a mask at its first place to *out, whose struct_size must be set. Since 0.2. */
+/* Writes the scores of a mask at its first place to *out, whose struct_size must be set. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_mask_get_info(const toliman_mask *mask,
                                                                     toliman_mask_info *out) TOLIMAN_NOEXCEPT;
 
 /* Writes the scores at place number `place` to *out, whose struct_size must be set; improved, stopped, iterations and
- * small_features are those of the whole. TOLIMAN_E_RANGE beyond the last place. Since 0.2. */
+ * small_features are those of the whole. TOLIMAN_E_RANGE beyond the last place. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_mask_get_place(const toliman_mask *mask, uint64_t place,
                                                                      toliman_mask_info *out) TOLIMAN_NOEXCEPT;
 
 /* Writes the cells of the mask to cells[side][side], 1 where it steps and 0 elsewhere, also in cells without light;
- * side must be telescope.pupil_samples of the scene. As .npy of uint8, they are the file of a scene's mask. Since 0.2.
+ * side must be telescope.pupil_samples of the scene. As .npy of uint8, they are the file of a scene's mask.
  */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_mask_get_cells(const toliman_mask *mask, size_t side,
                                                                      double *cells) TOLIMAN_NOEXCEPT;
 
 /* Writes the bound of the sketch with the free parameters in each iteration, px, to bounds_px[count]; count must be
- * toliman_mask_info.iterations. Since 0.2. */
+ * toliman_mask_info.iterations. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_mask_get_descent(const toliman_mask *mask, size_t count,
                                                                        double *bounds_px) TOLIMAN_NOEXCEPT;
 
 /* Returns the mask as JSON on one line, the value of telescope.mask of a scene: {"kind": "file", "file": "mask.npy",
  * "quantity": "binary", "opd_nm": ...}, whose file the caller writes from the cells. Every number is read again as the
- * same double. "" for NULL and after an error. Valid until the mask is destroyed. Since 0.2. */
+ * same double. "" for NULL and after an error. Valid until the mask is destroyed. */
 TOLIMAN_API const char *toliman_mask_get_json(const toliman_mask *mask) TOLIMAN_NOEXCEPT;
 
 TOLIMAN_END_DECLS

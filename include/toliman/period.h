@@ -84,7 +84,7 @@ typedef struct toliman_period_options {
                                time_offset_ns is the instant t = time_offset */
     double unit_ns;         /* nanoseconds per unit of t, in [1, 1e30]; 0 = 1e9, seconds; 86400e9 = days */
     const toliman_allocator *allocator; /* for the large arrays of the object; NULL = malloc */
-    int32_t trend, columns;             /* nuisance functions, see period_nuisance.h. Since 0.2, as all that follow */
+    int32_t trend, columns;             /* nuisance functions, see period_nuisance.h */
     double trend_start, trend_end;
     double column_bound[8];
     double prior_precision[9];
@@ -105,8 +105,7 @@ TOLIMAN_API void toliman_period_options_init(toliman_period_options *options, si
  *   mission_span  0: the samples are complete. > 0, in units of t: the samples grow until T = mission_span. The
  *                 bounds then accept values that spread 2^20 times as far and sigmas 8 times smaller to 4 times
  *                 larger. With n = 0 the step is 1
- * Errors: TOLIMAN_E_ARGUMENT if a number is not finite or sigma <= 0; TOLIMAN_E_STATE if all times are equal.
- * Since 0.2. */
+ * Errors: TOLIMAN_E_ARGUMENT if a number is not finite or sigma <= 0; TOLIMAN_E_STATE if all times are equal. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_suggest(const double *t, const double *y,
                                                                      const double *sigma, size_t n, double mission_span,
                                                                      double *f0, double *df, int64_t *nf,
@@ -148,7 +147,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_push_many(toliman_p
 /* Flag of toliman_period_sample: the time is t_ns. */
 #define TOLIMAN_PERIOD_TIME_NS 256u
 
-/* Sample whose time has more digits than a double. Since 0.2. */
+/* Sample whose time has more digits than a double. */
 typedef struct toliman_period_sample {
     uint32_t struct_size; /* sizeof(toliman_period_sample) */
     uint32_t flags;       /* 0: the time is t + t_low; TOLIMAN_PERIOD_TIME_NS: the time is t_ns */
@@ -183,7 +182,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_retract_many(tolima
                                                                           const double *y, const double *sigma,
                                                                           size_t n) TOLIMAN_NOEXCEPT;
 
-/* Removes n samples given as in toliman_period_push_samples. Otherwise as toliman_period_retract_many. Since 0.2. */
+/* Removes n samples given as in toliman_period_push_samples. Otherwise as toliman_period_retract_many. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_retract_samples(toliman_period *period,
                                                                              const toliman_period_sample *samples,
                                                                              size_t n) TOLIMAN_NOEXCEPT;
@@ -226,7 +225,7 @@ typedef struct toliman_period_info {
     double unit_ns;
     int32_t weighted; /* 1: a sample has a sigma other than sigma_floor */
     int32_t reserved;
-    int32_t trend, columns; /* nuisance functions, see period_nuisance.h. Since 0.2, as all that follow */
+    int32_t trend, columns; /* nuisance functions, see period_nuisance.h */
     double trend_start, trend_end;
     double column_bound[8];
     double prior_precision[9];
@@ -306,7 +305,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_model(const t
 #define TOLIMAN_PERIOD_ABOVE_NYQUIST 64u
 
 /* Flags of a peak that something other than a planet often causes. query_peak and _peaks derive T from the variance of
- * the times, _fit from the times. Since 0.2.
+ * the times, _fit from the times.
  *   LONG    its period exceeds T/2: a trend of the instrument or the error of an orbit may cause it
  *   ANNUAL  |frequency - 1/yr| < 1/T, with 1 yr = 365.25 d in units of unit_ns, for T above half a year: the motion
  *           of the Earth, seasons and observing windows may cause it */

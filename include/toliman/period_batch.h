@@ -24,7 +24,7 @@ typedef struct toliman_period_batch_options {
     uint32_t reserved;
     toliman_progress_fn progress; /* may be NULL */
     void *progress_data;
-    /* Nuisance functions, as in period_nuisance.h. Since 0.2. */
+    /* Nuisance functions, as in period_nuisance.h. */
     int32_t trend, columns;
     double trend_start, trend_end; /* both 0: first and last time */
     double prior_precision[9];     /* that of the mean is about 0 */

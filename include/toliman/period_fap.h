@@ -62,7 +62,7 @@ typedef struct toliman_period_bootstrap_options {
     uint64_t seed;                /* of the random resamplings */
     toliman_progress_fn progress; /* may be NULL */
     void *progress_data;
-    const double *rows; /* [n][columns] of a periodogram with columns (period_nuisance.h), otherwise NULL. Since 0.2 */
+    const double *rows; /* [n][columns] of a periodogram with columns (period_nuisance.h), otherwise NULL */
 } toliman_period_bootstrap_options;
 #define TOLIMAN_PERIOD_BOOTSTRAP_OPTIONS_INIT TOLIMAN_INIT(toliman_period_bootstrap_options)
 

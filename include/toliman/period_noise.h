@@ -47,7 +47,7 @@ TOLIMAN_BEGIN_DECLS
 /* Flag of toliman_period_noise_options: power and FAP for white noise, rho = 0. The whiteness test is unchanged. */
 #define TOLIMAN_PERIOD_WHITE_NOISE 1024u
 
-/* Options of toliman_period_noise_search. Since 0.2. */
+/* Options of toliman_period_noise_search. */
 typedef struct toliman_period_noise_options {
     uint32_t struct_size;
     uint32_t flags;               /* TOLIMAN_PERIOD_WHITE_NOISE */
@@ -56,11 +56,11 @@ typedef struct toliman_period_noise_options {
 } toliman_period_noise_options;
 #define TOLIMAN_PERIOD_NOISE_OPTIONS_INIT TOLIMAN_INIT(toliman_period_noise_options)
 
-/* Sets *options, a struct of `size` bytes, to the defaults. Since 0.2. */
+/* Sets *options, a struct of `size` bytes, to the defaults. */
 TOLIMAN_API void toliman_period_noise_options_init(toliman_period_noise_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
 /* Fitted noise and highest peak of a series. Standard errors are scaled by the residual; +infinity if the samples do
- * not determine the parameter. Since 0.2. */
+ * not determine the parameter. */
 typedef struct toliman_period_noise {
     uint32_t struct_size;  /* in: sizeof(toliman_period_noise) */
     uint32_t flags;        /* TOLIMAN_PERIOD_AT_EDGE, _COARSE, _ABOVE_NYQUIST, _LONG */
@@ -104,13 +104,13 @@ typedef struct toliman_period_noise {
  * Errors: TOLIMAN_E_ARGUMENT if a number is not finite, sigma <= 0, a precision < 0, two samples have the same time, a
  * function without a prior is a combination of the mean and the functions before it, or the grid is impossible;
  * TOLIMAN_E_STATE if n < k + 6, or if mean and functions describe all values; TOLIMAN_E_RANGE for |t| > 1e100, |y| >
- * 1e300 or phases of more than 2^50 cycles; TOLIMAN_E_CANCELLED. Since 0.2. */
+ * 1e300 or phases of more than 2^50 cycles; TOLIMAN_E_CANCELLED. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_noise_search(
     double f0, double df, int64_t nf, const double *t, const double *y, const double *sigma, size_t n,
     const double *functions, const double *precision, size_t k, const toliman_period_noise_options *options,
     double *power, double *coefficients, double *errors, toliman_period_noise *out) TOLIMAN_NOEXCEPT;
 
-/* Options of toliman_period_noise_bootstrap. Since 0.2. */
+/* Options of toliman_period_noise_bootstrap. */
 typedef struct toliman_period_noise_bootstrap_options {
     uint32_t struct_size;
     uint32_t threads;             /* worker threads, 0 = one per processor; results do not depend on the number */
@@ -121,7 +121,7 @@ typedef struct toliman_period_noise_bootstrap_options {
 } toliman_period_noise_bootstrap_options;
 #define TOLIMAN_PERIOD_NOISE_BOOTSTRAP_OPTIONS_INIT TOLIMAN_INIT(toliman_period_noise_bootstrap_options)
 
-/* Sets *options, a struct of `size` bytes, to the defaults. Since 0.2. */
+/* Sets *options, a struct of `size` bytes, to the defaults. */
 TOLIMAN_API void toliman_period_noise_bootstrap_options_init(toliman_period_noise_bootstrap_options *options,
                                                              size_t size) TOLIMAN_NOEXCEPT;
 
@@ -134,7 +134,7 @@ TOLIMAN_API void toliman_period_noise_bootstrap_options_init(toliman_period_nois
  * change. With rho = 0 the blocks must be longer than the correlation and the period. If m entries are at or below the
  * log10_residual of the highest peak, its FAP is (m + 1)/(count + 1). Each resampling takes the time of one
  * periodogram.
- * Errors: as toliman_period_noise_search; TOLIMAN_E_RANGE for rho or block out of range. Since 0.2. */
+ * Errors: as toliman_period_noise_search; TOLIMAN_E_RANGE for rho or block out of range. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_noise_bootstrap(
     double f0, double df, int64_t nf, const double *t, const double *y, const double *sigma, size_t n,
     const double *functions, const double *precision, size_t k, double rho,

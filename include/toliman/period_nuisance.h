@@ -50,12 +50,12 @@ TOLIMAN_BEGIN_DECLS
 /* Adds n samples with the values of their columns, or none if one is refused; the message names its index.
  *   rows  [n][columns of the options], values of the columns; may be NULL if there are no columns
  * Functions without this argument return TOLIMAN_E_ARGUMENT if the periodogram has columns.
- * Errors: as toliman_period_push_samples; TOLIMAN_E_RANGE if a value exceeds its column_bound. Since 0.2. */
+ * Errors: as toliman_period_push_samples; TOLIMAN_E_RANGE if a value exceeds its column_bound. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_push_rows(toliman_period *period,
                                                                        const toliman_period_sample *samples,
                                                                        const double *rows, size_t n) TOLIMAN_NOEXCEPT;
 
-/* Removes n samples given as in toliman_period_push_rows. Otherwise as toliman_period_retract_many. Since 0.2. */
+/* Removes n samples given as in toliman_period_push_rows. Otherwise as toliman_period_retract_many. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_retract_rows(toliman_period *period,
                                                                           const toliman_period_sample *samples,
                                                                           const double *rows,
@@ -68,7 +68,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_retract_rows(tolima
  * The mean is in units of y, all others in units of y per unit of the function. A function that is not in use has the
  * coefficient 0 and the error +infinity.
  * Errors: as toliman_period_query_model; TOLIMAN_E_ARGUMENT for another count; TOLIMAN_E_STATE if the options declare
- * no nuisance function and no prior. Since 0.2. */
+ * no nuisance function and no prior. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_coefficients(const toliman_period *period, int64_t k,
                                                                                 size_t count, double *coefficients,
                                                                                 double *errors) TOLIMAN_NOEXCEPT;
@@ -76,7 +76,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_coefficients(
 /* Refines the highest peak with the samples that were pushed, as toliman_period_query_fit, with their columns.
  *   rows  [n][columns of the options], values of the columns; may be NULL if there are no columns
  * The coefficients of the functions are fitted with frequency, amplitude, phase and offset, which is the coefficient of
- * the mean. Since 0.2. */
+ * the mean. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_fit_rows(const toliman_period *period,
                                                                             const double *t, const double *y,
                                                                             const double *sigma, const double *rows,

@@ -43,10 +43,10 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_sampling(
 #define TOLIMAN_PERIOD_INTERVAL_YEAR 124         /* 365.25 d */
 
 /* Returns the name of an interval: "sampling", "solar day", "sidereal day", "year"; "?" for another number. Static
- * text. Since 0.2. */
+ * text. */
 TOLIMAN_API const char *toliman_period_interval_name(int32_t interval_kind) TOLIMAN_NOEXCEPT;
 
-/* Alias of a peak of frequency f: samples with an interval 1/g repeat its power at |f - g| and f + g. Since 0.2. */
+/* Alias of a peak of frequency f: samples with an interval 1/g repeat its power at |f - g| and f + g. */
 typedef struct toliman_period_alias {
     uint32_t struct_size;  /* in: sizeof(toliman_period_alias) */
     int32_t interval_kind; /* TOLIMAN_PERIOD_INTERVAL_... */
@@ -66,7 +66,7 @@ typedef struct toliman_period_alias {
 /* Writes the aliases of a peak at `frequency` to aliases[capacity], those of the highest window function first; *count
  * becomes their number, at most capacity and at most 16. aliases[0].struct_size must be set. Days and years are those
  * of unit_ns. The window function is known from the accumulators, up to twice the last frequency of the grid. If the
- * highest peak of the grid is an alias of this one, it is among them. Since 0.2.
+ * highest peak of the grid is an alias of this one, it is among them.
  * Errors: as toliman_period_query_peak; TOLIMAN_E_ARGUMENT if frequency is outside the grid. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_query_aliases(const toliman_period *period,
                                                                            double frequency, size_t capacity,

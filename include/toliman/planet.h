@@ -82,7 +82,7 @@ typedef struct toliman_planets toliman_planets;
 /* Number of columns of the samples of a posterior. */
 #define TOLIMAN_PLANET_COLUMNS 8u
 
-/* A series of n measurements, in any order of time. Since 0.2. */
+/* A series of n measurements, in any order of time. */
 typedef struct toliman_planet_series {
     uint32_t struct_size;
     int32_t trend, columns; /* nuisance functions, as in period_nuisance.h; 0 = none */
@@ -101,10 +101,10 @@ typedef struct toliman_planet_series {
 } toliman_planet_series;
 #define TOLIMAN_PLANET_SERIES_INIT TOLIMAN_INIT(toliman_planet_series)
 
-/* Sets *series, a struct of `size` bytes, to zeros and its struct_size. Since 0.2. */
+/* Sets *series, a struct of `size` bytes, to zeros and its struct_size. */
 TOLIMAN_API void toliman_planet_series_init(toliman_planet_series *series, size_t size) TOLIMAN_NOEXCEPT;
 
-/* Options of a search. Since 0.2. */
+/* Options of a search. */
 typedef struct toliman_planet_options {
     uint32_t struct_size;
     uint32_t flags;         /* TOLIMAN_PLANET_VELOCITY, _NO_JITTER, _CLIP */
@@ -132,7 +132,7 @@ typedef struct toliman_planet_options {
 } toliman_planet_options;
 #define TOLIMAN_PLANET_OPTIONS_INIT TOLIMAN_INIT(toliman_planet_options)
 
-/* Sets *options, a struct of `size` bytes, to the defaults. Since 0.2. */
+/* Sets *options, a struct of `size` bytes, to the defaults. */
 TOLIMAN_API void toliman_planet_options_init(toliman_planet_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
 /* Searches a series for planets.
@@ -144,15 +144,15 @@ TOLIMAN_API void toliman_planet_options_init(toliman_planet_options *options, si
  * TOLIMAN_E_ARGUMENT, naming the member, if a number is not finite or outside its limits (|t|, |y| and sigma up to
  * 1e100), sigma <= 0 or missing, all times are equal, or a function without a prior is a combination of those before
  * it; TOLIMAN_E_STATE if n is below the number of functions + 6; TOLIMAN_E_RANGE if the first lattice would have more
- * than 2e7 nodes, because period_min is too short; TOLIMAN_E_CANCELLED. Since 0.2. */
+ * than 2e7 nodes, because period_min is too short; TOLIMAN_E_CANCELLED. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_search(const toliman_planet_series *series,
                                                                     const toliman_planet_options *options,
                                                                     toliman_planets **out) TOLIMAN_NOEXCEPT;
 
-/* Destroys a result. NULL is allowed. Since 0.2. */
+/* Destroys a result. NULL is allowed. */
 TOLIMAN_API void toliman_planet_destroy(toliman_planets *planets) TOLIMAN_NOEXCEPT;
 
-/* Properties of a result. Since 0.2. */
+/* Properties of a result. */
 typedef struct toliman_planet_info {
     uint32_t struct_size; /* in: sizeof(toliman_planet_info) */
     uint32_t planets;     /* candidates without a reason against a planet */
@@ -176,7 +176,7 @@ typedef struct toliman_planet_info {
 } toliman_planet_info;
 #define TOLIMAN_PLANET_INFO_INIT TOLIMAN_INIT(toliman_planet_info)
 
-/* Writes the properties to *out, whose struct_size must be set. Since 0.2. */
+/* Writes the properties to *out, whose struct_size must be set. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_info(const toliman_planets *planets,
                                                                       toliman_planet_info *out) TOLIMAN_NOEXCEPT;
 
@@ -208,11 +208,11 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_info(const toli
 #define TOLIMAN_PLANET_REASON_FRAMES 256u
 #define TOLIMAN_PLANET_REASON_SAMPLES 512u
 
-/* Returns the name of a reason of one bit; "?" for another number. Static text. Since 0.2. */
+/* Returns the name of a reason of one bit; "?" for another number. Static text. */
 TOLIMAN_API const char *toliman_planet_reason_name(uint32_t bit) TOLIMAN_NOEXCEPT;
 
 /* A candidate. Three numbers are the 16, 50 and 84 % points of the samples of the posterior. Those of angles and epochs
- * are taken within half a turn or half a period of the best fit. Since 0.2. */
+ * are taken within half a turn or half a period of the best fit. */
 typedef struct toliman_planet {
     uint32_t struct_size; /* in: sizeof(toliman_planet) */
     uint32_t flags;       /* TOLIMAN_PLANET_AT_EDGE */
@@ -240,7 +240,7 @@ typedef struct toliman_planet {
 #define TOLIMAN_PLANET_INIT TOLIMAN_INIT(toliman_planet)
 
 /* Writes candidate `index` to *out, whose struct_size must be set. Candidates are numbered as they were found. Errors:
- * TOLIMAN_E_ARGUMENT if index is not below info.candidates. Since 0.2. */
+ * TOLIMAN_E_ARGUMENT if index is not below info.candidates. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get(const toliman_planets *planets, uint32_t index,
                                                                  toliman_planet *out) TOLIMAN_NOEXCEPT;
 
@@ -248,7 +248,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get(const toliman_p
  *   count    number of samples, at most `samples` of the options
  *   samples  [count][TOLIMAN_PLANET_COLUMNS]: period, eccentricity, periastron_deg, epoch, amplitude, mass_a, mass_b,
  *            jitter
- * Errors: TOLIMAN_E_ARGUMENT for a bad index or count. Since 0.2. */
+ * Errors: TOLIMAN_E_ARGUMENT for a bad index or count. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_samples(const toliman_planets *planets, uint32_t index,
                                                                          size_t count,
                                                                          double *samples) TOLIMAN_NOEXCEPT;
@@ -264,16 +264,16 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_signal(const to
 
 /* Writes the residuals of the joint fit of nuisance functions and all candidates that reach the threshold to
  * residuals[n], in the order of the series. The signal of a candidate below the threshold remains in them. Errors:
- * TOLIMAN_E_ARGUMENT if n is not that of the series. Since 0.2. */
+ * TOLIMAN_E_ARGUMENT if n is not that of the series. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_residuals(const toliman_planets *planets, size_t n,
                                                                            double *residuals) TOLIMAN_NOEXCEPT;
 
 /* Writes the indices of the samples that do not belong, in the order of the series, to indices[count]. Errors:
- * TOLIMAN_E_ARGUMENT if count is not info.outliers. Since 0.2. */
+ * TOLIMAN_E_ARGUMENT if count is not info.outliers. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_outliers(const toliman_planets *planets, size_t count,
                                                                           int64_t *indices) TOLIMAN_NOEXCEPT;
 
-/* Limits at one period, for circular orbits. Since 0.2. */
+/* Limits at one period, for circular orbits. */
 typedef struct toliman_planet_limit {
     uint32_t struct_size; /* in: sizeof(toliman_planet_limit) */
     uint32_t reserved;
@@ -300,19 +300,19 @@ typedef struct toliman_planet_limit {
  * the prior of the amplitude. Amplitudes are along the mean axis. `detectable` is that of 400 simulated series, within
  * 5 % in amplitude, and agrees with toliman_planet_inject within 0.03 in probability. 0.02 to 0.1 s of processor time
  * per period with 200 to 1,100 samples; worker threads as for the search. Errors: TOLIMAN_E_ARGUMENT for bad numbers
- * and periods outside the prior. Since 0.2. */
+ * and periods outside the prior. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_limits(const toliman_planets *planets,
                                                                         const double *periods, size_t count,
                                                                         double probability,
                                                                         toliman_planet_limit *limits) TOLIMAN_NOEXCEPT;
 
 /* Writes the probability of detecting a circular orbit of this period and amplitude, in units of t and y, to
- * *efficiency. Errors: TOLIMAN_E_ARGUMENT for bad numbers. Since 0.2. */
+ * *efficiency. Errors: TOLIMAN_E_ARGUMENT for bad numbers. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_efficiency(const toliman_planets *planets,
                                                                             double period, double amplitude,
                                                                             double *efficiency) TOLIMAN_NOEXCEPT;
 
-/* Planets that are injected. Since 0.2. */
+/* Planets that are injected. */
 typedef struct toliman_planet_cell {
     uint32_t struct_size;
     int32_t star;                  /* the star that has the planet, 0 = A, 1 = B; sizes are then Earth masses, times g
@@ -333,7 +333,7 @@ typedef struct toliman_planet_cell {
  * injection with the default periods. The first call needs 16 n bytes per frequency, 32 n if the axis turns, of those
  * 1/(10 T) apart, for the lifetime of *planets; T is the last minus the first time. The same `planets` and `cell` give
  * the same number. Errors: TOLIMAN_E_ARGUMENT for bad numbers, and for masses if unit, parallax or the mass of the
- * star is unknown. Since 0.2. */
+ * star is unknown. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_inject(const toliman_planets *planets,
                                                                     const toliman_planet_cell *cell,
                                                                     uint32_t *detected) TOLIMAN_NOEXCEPT;

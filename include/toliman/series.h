@@ -34,7 +34,7 @@ typedef struct toliman_series toliman_series;
 #define TOLIMAN_SERIES_GROWING 1u     /* a line without newline at its end may be truncated and is malformed */
 #define TOLIMAN_SERIES_PLAIN_TIMES 2u /* times are plain numbers, also in a column named mjd or jd */
 
-/* Options of a parser. Since 0.2. */
+/* Options of a parser. */
 typedef struct toliman_series_options {
     uint32_t struct_size;
     uint32_t flags;      /* TOLIMAN_SERIES_... */
@@ -49,19 +49,19 @@ typedef struct toliman_series_options {
 } toliman_series_options;
 #define TOLIMAN_SERIES_OPTIONS_INIT TOLIMAN_INIT(toliman_series_options)
 
-/* Sets *options, a struct of `size` bytes, to the defaults. Since 0.2. */
+/* Sets *options, a struct of `size` bytes, to the defaults. */
 TOLIMAN_API void toliman_series_options_init(toliman_series_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
 /* Creates a parser.
  *   options  NULL = the defaults. Texts and leap seconds are copied
- * The caller destroys *out. Errors: TOLIMAN_E_ARGUMENT, naming the option. Since 0.2. */
+ * The caller destroys *out. Errors: TOLIMAN_E_ARGUMENT, naming the option. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_series_create(const toliman_series_options *options,
                                                                     toliman_series **out) TOLIMAN_NOEXCEPT;
 
-/* Destroys a parser. NULL is allowed. Since 0.2. */
+/* Destroys a parser. NULL is allowed. */
 TOLIMAN_API void toliman_series_destroy(toliman_series *series) TOLIMAN_NOEXCEPT;
 
-/* Result of a line. Since 0.2. */
+/* Result of a line. */
 typedef struct toliman_series_sample {
     uint32_t struct_size; /* in: sizeof(toliman_series_sample) */
     int32_t found;        /* 1: the line is a sample; 0: a comment, an empty line or the line of names */
@@ -74,12 +74,12 @@ typedef struct toliman_series_sample {
  *           whose lines are longer may pass 65,537 bytes of one. NULL if length is 0
  *   sample  its struct_size must be set
  * Errors: TOLIMAN_E_FORMAT for a malformed line; it counts as a line, and the next one can be parsed.
- * TOLIMAN_E_MISMATCH if the input has no such columns: no line of it can be used. Since 0.2. */
+ * TOLIMAN_E_MISMATCH if the input has no such columns: no line of it can be used. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_series_parse(toliman_series *series, const char *line,
                                                                    size_t length,
                                                                    toliman_series_sample *sample) TOLIMAN_NOEXCEPT;
 
-/* Properties of the lines that were parsed. Since 0.2. */
+/* Properties of the lines that were parsed. */
 typedef struct toliman_series_info {
     uint32_t struct_size; /* in: sizeof(toliman_series_info) */
     int32_t time_format; /* TOLIMAN_INGEST_FORMAT_... of the times, 0 for plain numbers and before the first time. Until
@@ -91,7 +91,7 @@ typedef struct toliman_series_info {
 } toliman_series_info;
 #define TOLIMAN_SERIES_INFO_INIT TOLIMAN_INIT(toliman_series_info)
 
-/* Writes the properties to *out, whose struct_size must be set. Since 0.2. */
+/* Writes the properties to *out, whose struct_size must be set. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_series_get_info(const toliman_series *series,
                                                                       toliman_series_info *out) TOLIMAN_NOEXCEPT;
 

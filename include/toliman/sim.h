@@ -137,7 +137,7 @@ typedef struct toliman_sim_options {
     int32_t engine; /* TOLIMAN_SIM_ENGINE_..., 0 = MATRIX_DFT */
     int32_t reserved;
     const toliman_allocator *allocator; /* for the large arrays of the object; NULL = malloc */
-    const char *bad_pixels; /* file that replaces detector.bad_pixels of the scene; NULL: none does. Since 0.2 */
+    const char *bad_pixels;             /* file that replaces detector.bad_pixels of the scene; NULL: none does */
 } toliman_sim_options;
 #define TOLIMAN_SIM_OPTIONS_INIT TOLIMAN_INIT(toliman_sim_options)
 
@@ -189,17 +189,17 @@ typedef struct toliman_sim_info {
     double amplitude_uas;                            /* amplitude of the signal on the sky, microarcseconds */
     double aperture_m;                               /* diameter of the aperture */
     double pixel_scale_arcsec;                       /* size of a detector pixel on the sky */
-    uint64_t scene_digest; /* FNV-1a hash of the scene text, also stored in weights trained on the scene */
-    int64_t whole_counts;  /* 1 if counts are integers (photon noise only, or a bit depth), else 0 */
-    double peak_counts;    /* brightest pixel of the expected frame, in its unit */
-    int32_t unit;          /* TOLIMAN_SIM_UNIT_..., of frames and expected images */
-    int32_t bit_depth;     /* bits per pixel of the detector; 0 = counts are not rounded */
-    double exposure_s;     /* length of an exposure; 0 if the scene has peak_photons instead. Since 0.2 */
-    int64_t time_zero_ns;  /* TAI of binary.date of moving stars, ns since 1970-01-01T00:00:00 TAI; else 0. Since 0.2 */
-    int32_t calibration;   /* TOLIMAN_SIM_CALIBRATION_.... Since 0.2 */
-    int32_t calibration_goodness; /* TOLIMAN_GOODNESS_..., of its chi_square; UNKNOWN without a verdict. Since 0.2 */
-    double calibration_chi_square, calibration_chi_square_sigma; /* NaN without a verdict. Since 0.2 */
-    int64_t bad_pixels; /* pixels of detector.bad_pixels, which no estimator uses. Since 0.2 */
+    uint64_t scene_digest;        /* FNV-1a hash of the scene text, also stored in weights trained on the scene */
+    int64_t whole_counts;         /* 1 if counts are integers (photon noise only, or a bit depth), else 0 */
+    double peak_counts;           /* brightest pixel of the expected frame, in its unit */
+    int32_t unit;                 /* TOLIMAN_SIM_UNIT_..., of frames and expected images */
+    int32_t bit_depth;            /* bits per pixel of the detector; 0 = counts are not rounded */
+    double exposure_s;            /* length of an exposure; 0 if the scene has peak_photons instead */
+    int64_t time_zero_ns;         /* TAI of binary.date of moving stars, ns since 1970-01-01T00:00:00 TAI; else 0 */
+    int32_t calibration;          /* TOLIMAN_SIM_CALIBRATION_... */
+    int32_t calibration_goodness; /* TOLIMAN_GOODNESS_..., of its chi_square; UNKNOWN without a verdict */
+    double calibration_chi_square, calibration_chi_square_sigma; /* NaN without a verdict */
+    int64_t bad_pixels; /* pixels of detector.bad_pixels, which no estimator uses */
 } toliman_sim_info;
 #define TOLIMAN_SIM_INFO_INIT TOLIMAN_INIT(toliman_sim_info)
 
@@ -209,7 +209,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_info(const toliman
 
 /* Cramer-Rao bounds of a frame: the smallest standard deviation of the separation, in px, that an unbiased estimator
  * can reach from a frame; infinite if the frame does not constrain it. Computed from images of accuracy 1e-9 at least,
- * as few wavelengths would underestimate the correlations of nuisances. Since 0.2. */
+ * as few wavelengths would underestimate the correlations of nuisances. */
 typedef struct toliman_sim_bounds {
     uint32_t struct_size;     /* in: sizeof(toliman_sim_bounds) */
     uint32_t reserved;        /* 0 */
@@ -225,7 +225,7 @@ typedef struct toliman_sim_bounds {
 #define TOLIMAN_SIM_BOUNDS_INIT TOLIMAN_INIT(toliman_sim_bounds)
 
 /* Writes the bounds of the scene to *out, whose struct_size must be set. The first call computes the derivatives, which
- * takes a few times as long as toliman_sim_create_file. Since 0.2. */
+ * takes a few times as long as toliman_sim_create_file. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_bounds(const toliman_sim *sim,
                                                                      toliman_sim_bounds *out) TOLIMAN_NOEXCEPT;
 
@@ -280,11 +280,11 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_plan_json(const char *
                                                                     toliman_sim_plan_info *out) TOLIMAN_NOEXCEPT;
 
 /* Returns the name of a stage, a physical effect that a scene may include: stage 0, 1, ... ("photon noise"), NULL
- * after the last one. Static text. Later versions may append stages. Since 0.2. */
+ * after the last one. Static text. Later versions may append stages. */
 TOLIMAN_API const char *toliman_sim_stage_name(int32_t stage) TOLIMAN_NOEXCEPT;
 
-/* Sets *modelled to 1 if the plan models the stage with this name, else to 0. TOLIMAN_E_ARGUMENT for an unknown name.
- * Since 0.2. */
+/* Sets *modelled to 1 if the plan models the stage with this name, else to 0. TOLIMAN_E_ARGUMENT for an unknown
+ * name. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_stage(const toliman_sim_plan_info *plan, const char *name,
                                                                     int32_t *modelled) TOLIMAN_NOEXCEPT;
 
@@ -319,8 +319,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_series(const tolim
 #define TOLIMAN_SIM_IMAGE_FOCUS 321      /* derivative by the defocus, per nm rms */
 #define TOLIMAN_SIM_IMAGE_BACKGROUND 322 /* derivative by light that falls equally on every pixel, per photon */
 
-/* Returns the name of an image ("shift_x" for TOLIMAN_SIM_IMAGE_SHIFT_X), "?" for an unknown one. Static text.
- * Since 0.2. */
+/* Returns the name of an image ("shift_x" for TOLIMAN_SIM_IMAGE_SHIFT_X), "?" for an unknown one. Static text. */
 TOLIMAN_API const char *toliman_sim_image_name(int32_t kind) TOLIMAN_NOEXCEPT;
 
 /* Copies the image TOLIMAN_SIM_IMAGE_... given by kind to image[rows][stride]; stride >= cols, in elements.
@@ -357,7 +356,7 @@ typedef struct toliman_sim_offsets {
 } toliman_sim_offsets;
 #define TOLIMAN_SIM_OFFSETS_INIT TOLIMAN_INIT(toliman_sim_offsets)
 
-/* Writes the positions of the stars to *out, whose struct_size must be set. Since 0.2. */
+/* Writes the positions of the stars to *out, whose struct_size must be set. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_offsets(const toliman_sim *sim,
                                                                       toliman_sim_offsets *out) TOLIMAN_NOEXCEPT;
 

@@ -45,7 +45,7 @@ TOLIMAN_BEGIN_DECLS
 #define TOLIMAN_SIM_SCOPE_FRAME 341      /* in a frame; it varies from frame to frame */
 #define TOLIMAN_SIM_SCOPE_INSTRUMENT 342 /* in all frames */
 
-/* A parameter of the forward model. Since 0.2. */
+/* A parameter of the forward model. */
 typedef struct toliman_sim_parameter {
     uint32_t struct_size; /* in: sizeof(toliman_sim_parameter) */
     int32_t scope;        /* TOLIMAN_SIM_SCOPE_... */
@@ -54,11 +54,11 @@ typedef struct toliman_sim_parameter {
 } toliman_sim_parameter;
 #define TOLIMAN_SIM_PARAMETER_INIT TOLIMAN_INIT(toliman_sim_parameter)
 
-/* Returns the number of parameters. Later versions may append parameters. Since 0.2. */
+/* Returns the number of parameters. Later versions may append parameters. */
 TOLIMAN_API int32_t toliman_sim_parameter_count(void) TOLIMAN_NOEXCEPT;
 
 /* Writes parameter number `index`, 0 <= index < toliman_sim_parameter_count(), to *out, whose struct_size must be set.
- * TOLIMAN_E_RANGE for any other index. Since 0.2. */
+ * TOLIMAN_E_RANGE for any other index. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_parameter(int32_t index,
                                                                         toliman_sim_parameter *out) TOLIMAN_NOEXCEPT;
 
@@ -68,8 +68,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_parameter(int32_t 
  * Errors: TOLIMAN_E_ARGUMENT for an unknown name or a smaller stride; TOLIMAN_E_UNSUPPORTED if the scene has no such
  * derivative: flux_b, temperature_b, spectrum_b_... and position_angle of a single star; mask_... unless the mask is a
  * spiral with edges "area"; temperature_... and spectrum_... of spectral lines or a single wavelength;
- * with PADDED_FFT all but separation, shift_x, shift_y, roll, flux_a, flux_b, background, scale and focus.
- * Since 0.2. */
+ * with PADDED_FFT all but separation, shift_x, shift_y, roll, flux_a, flux_b, background, scale and focus. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_derivative(const toliman_sim *sim, const char *name,
                                                                          double *image, size_t stride) TOLIMAN_NOEXCEPT;
 
@@ -79,7 +78,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_derivative(const t
  * over cells of mode times gradient equals the sum over pixels of weights times the derivative by this mode. The
  * gradient costs about as much as one such derivative. The photons of the stars remain as they are, as for derivatives.
  * Errors: TOLIMAN_E_ARGUMENT for a smaller stride or a weight that is not finite; TOLIMAN_E_UNSUPPORTED with
- * PADDED_FFT. Since 0.2. */
+ * PADDED_FFT. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_opd_gradient(const toliman_sim *sim,
                                                                            const double *weights, size_t stride,
                                                                            double *gradient) TOLIMAN_NOEXCEPT;

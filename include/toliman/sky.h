@@ -68,7 +68,7 @@ typedef struct toliman_sky toliman_sky;
 #define TOLIMAN_SKY_TRANSVERSE_MOTION 64u    /* of the barycentre: 77 uas, secular */
 #define TOLIMAN_SKY_DEFLECTION 128u          /* of light by the Sun: 0.8 uas, in November */
 
-/* Options of a predictor. Since 0.2. */
+/* Options of a predictor. */
 typedef struct toliman_sky_options {
     uint32_t struct_size;
     uint32_t without; /* effects that are left out: TOLIMAN_SKY_...; 0 = none */
@@ -83,7 +83,7 @@ typedef struct toliman_sky_options {
 } toliman_sky_options;
 #define TOLIMAN_SKY_OPTIONS_INIT TOLIMAN_INIT(toliman_sky_options)
 
-/* Sets *options, a struct of `size` bytes, to the defaults. Since 0.2. */
+/* Sets *options, a struct of `size` bytes, to the defaults. */
 TOLIMAN_API void toliman_sky_options_init(toliman_sky_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
 /* Creates the predictor of a system.
@@ -93,14 +93,14 @@ TOLIMAN_API void toliman_sky_options_init(toliman_sky_options *options, size_t s
  *            uas the velocity of a spacecraft in a low orbit changes the separation of this system
  * The caller destroys *out. Errors: TOLIMAN_E_NOT_FOUND; TOLIMAN_E_SCENE, with file and key, for a bad system;
  * TOLIMAN_E_FORMAT, with file, line and reason, for a bad observer file and a system that is not JSON;
- * TOLIMAN_E_ARGUMENT. Since 0.2. */
+ * TOLIMAN_E_ARGUMENT. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_create(const char *system, const toliman_sky_options *options,
                                                                  toliman_sky **out) TOLIMAN_NOEXCEPT;
 
-/* Destroys a predictor. NULL is allowed. Since 0.2. */
+/* Destroys a predictor. NULL is allowed. */
 TOLIMAN_API void toliman_sky_destroy(toliman_sky *sky) TOLIMAN_NOEXCEPT;
 
-/* What an observer sees at a time, or in the mean of intervals. Since 0.2. */
+/* What an observer sees at a time, or in the mean of intervals. */
 typedef struct toliman_sky_prediction {
     uint32_t struct_size; /* in: sizeof(toliman_sky_prediction) */
     uint32_t reserved;
@@ -125,7 +125,7 @@ typedef struct toliman_sky_prediction {
  * Errors: TOLIMAN_E_RANGE, naming the time and the covered times, if the observer file has no state for it, and outside
  * the years 1900 to 2100; TOLIMAN_E_ARGUMENT if all times are within 50 days after 1970-01-01 and one of them is not a
  * whole second: they are then in seconds, ms, us or Modified Julian Days. No prediction is then written. All functions
- * that take times check this. Since 0.2. */
+ * that take times check this. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_predict(const toliman_sky *sky, const int64_t *tai_ns,
                                                                   size_t count,
                                                                   toliman_sky_prediction *predictions) TOLIMAN_NOEXCEPT;
@@ -160,7 +160,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_predict_mean(const tol
  * The median of the measured separations must be within a factor of 2 of the predicted ones: values in mas, uas, rad,
  * deg or px are refused.
  * Errors: TOLIMAN_E_ARGUMENT, naming the measurement, for these and for bad numbers; otherwise as
- * toliman_sky_predict_mean. Nothing is then written. Since 0.2. */
+ * toliman_sky_predict_mean. Nothing is then written. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_reduce(
     const toliman_sky *sky, const int64_t *intervals, const size_t *interval_counts, const double *separations_arcsec,
     size_t count, double *reduced_arcsec, toliman_sky_prediction *predictions, size_t *unreduced) TOLIMAN_NOEXCEPT;
@@ -174,7 +174,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_reduce(
  * 0.2. */
 TOLIMAN_API const char *toliman_sky_observer_name(int32_t observer) TOLIMAN_NOEXCEPT;
 
-/* Properties of a predictor. Since 0.2. */
+/* Properties of a predictor. */
 typedef struct toliman_sky_info {
     uint32_t struct_size;      /* in: sizeof(toliman_sky_info) */
     uint32_t without;          /* effects that are left out */
@@ -195,17 +195,17 @@ typedef struct toliman_sky_info {
 } toliman_sky_info;
 #define TOLIMAN_SKY_INFO_INIT TOLIMAN_INIT(toliman_sky_info)
 
-/* Writes the properties to *out, whose struct_size must be set. Since 0.2. */
+/* Writes the properties to *out, whose struct_size must be set. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_get_info(const toliman_sky *sky,
                                                                    toliman_sky_info *out) TOLIMAN_NOEXCEPT;
 
 /* Returns the name of an orbital element, with its unit: 0 "period_years", 1 "semi_major_arcsec", 2 "eccentricity",
- * 3 "inclination_deg", 4 "node_deg", 5 "periastron_deg", 6 "epoch" (Julian year); "?" for other numbers. Static text.
- * Since 0.2. */
+ * 3 "inclination_deg", 4 "node_deg", 5 "periastron_deg", 6 "epoch" (Julian year); "?" for other numbers. Static
+ * text. */
 TOLIMAN_API const char *toliman_sky_element_name(int32_t element) TOLIMAN_NOEXCEPT;
 
 /* Writes the value of an orbital element and its standard deviation, 0 if unknown. value and sigma may be NULL. Errors:
- * TOLIMAN_E_ARGUMENT for an unknown element. Since 0.2. */
+ * TOLIMAN_E_ARGUMENT for an unknown element. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_get_element(const toliman_sky *sky, int32_t element,
                                                                       double *value, double *sigma) TOLIMAN_NOEXCEPT;
 
@@ -220,7 +220,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_get_element(const toli
  *                the mean and of its trend; its other members remain. Its struct_size must be set
  *   elements     [7], receives the element of each column; -1 after the last one
  * The sigmas of the samples must be absolute. Errors: TOLIMAN_E_ARGUMENT for a bad number, or if trend and columns
- * exceed 8 functions. Since 0.2. */
+ * exceed 8 functions. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_set_columns(const toliman_sky *sky, double unit_arcsec,
                                                                       double scale_sigma,
                                                                       toliman_period_options *options,
@@ -230,7 +230,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_set_columns(const toli
  * wrong, or the model of the frames lacks an effect. The new orbit must not be used. */
 #define TOLIMAN_SKY_UNUSABLE 1u
 
-/* Result of a refit. Since 0.2. */
+/* Result of a refit. */
 typedef struct toliman_sky_refit_result {
     uint32_t struct_size;  /* in: sizeof(toliman_sky_refit_result) */
     int32_t iterations;    /* number of Gauss-Newton steps */
@@ -272,7 +272,7 @@ typedef struct toliman_sky_refit_result {
  *     converge, if it moves an element by more than 10 of its standard deviations, and if the fitted orbit is outside
  *     the limits of a system file;
  *   - TOLIMAN_E_RANGE, naming the measurement, as toliman_sky_predict_mean: one that the observer file does not cover
- *     completely fails the call. Since 0.2. */
+ *     completely fails the call. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_refit(const toliman_sky *sky, const int64_t *intervals,
                                                                 const size_t *interval_counts,
                                                                 const double *separations_arcsec,
@@ -280,7 +280,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_refit(const toliman_sk
                                                                 double scale_sigma, toliman_sky_refit_result *result,
                                                                 toliman_sky **out) TOLIMAN_NOEXCEPT;
 
-/* Writes the system to a file (schema toliman-system/1), replacing it atomically. Errors: TOLIMAN_E_WRITE. Since 0.2.
+/* Writes the system to a file (schema toliman-system/1), replacing it atomically. Errors: TOLIMAN_E_WRITE.
  */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_save_file(const toliman_sky *sky,
                                                                     const char *path) TOLIMAN_NOEXCEPT;

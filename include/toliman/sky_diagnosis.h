@@ -39,12 +39,12 @@ TOLIMAN_BEGIN_DECLS
 #define TOLIMAN_SKY_HYPOTHESES 7u
 
 /* Returns the name of a cause ("none", "time", "axes", "rotation_x", "rotation_y", "rotation_z", "scale", "centre"),
- * "?" for an unknown one. Static text. Since 0.2. */
+ * "?" for an unknown one. Static text. */
 TOLIMAN_API const char *toliman_sky_cause_name(int32_t cause) TOLIMAN_NOEXCEPT;
 
 /* A hypothesis, fitted alone, with the errors of the orbital elements and, except for SCALE, a mean and two harmonics
  * of a year: times wrong by a whole number of revolutions of the observer leave residuals of that period, and so may a
- * planet. Since 0.2.
+ * planet.
  *
  * Sign of times: value is the given time minus the true time. It is above 0 for times that are
  * late, such as times in TAI that were read as UTC (+37 s), and below 0 for times that are early, such as starts of
@@ -64,7 +64,7 @@ typedef struct toliman_sky_hypothesis {
 } toliman_sky_hypothesis;
 #define TOLIMAN_SKY_HYPOTHESIS_INIT TOLIMAN_INIT(toliman_sky_hypothesis)
 
-/* Result of a diagnosis. Since 0.2. */
+/* Result of a diagnosis. */
 typedef struct toliman_sky_diagnosis {
     uint32_t struct_size;    /* in: sizeof(toliman_sky_diagnosis) */
     int32_t cause;           /* the simplest of the decisive hypotheses that explain the residuals equally well */
@@ -94,7 +94,7 @@ typedef struct toliman_sky_diagnosis {
  * out. With fewer than 20, no hypothesis is tested. Shifts of time are tested up to 25 h. Takes about 25 us per
  * measurement for the goodness, and 1 ms per measurement for all hypotheses.
  * Errors: TOLIMAN_E_ARGUMENT, naming the measurement, for those that toliman_sky_reduce refuses and for bad numbers;
- * otherwise as toliman_sky_predict_mean. Nothing is then written. Since 0.2. */
+ * otherwise as toliman_sky_predict_mean. Nothing is then written. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_diagnose(const toliman_sky *sky, const int64_t *intervals,
                                                                    const size_t *interval_counts,
                                                                    const double *separations_arcsec,

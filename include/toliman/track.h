@@ -79,11 +79,11 @@ typedef struct toliman_track toliman_track;
 #define TOLIMAN_TRACK_VERDICT_OUTLIER 504
 #define TOLIMAN_TRACK_VERDICT_REJECTED 505
 #define TOLIMAN_TRACK_VERDICT_MERGED 506    /* never an outcome: a record of counts (repeats, merged ledger) */
-#define TOLIMAN_TRACK_VERDICT_UNREDUCED 507 /* since 0.2 */
-#define TOLIMAN_TRACK_VERDICT_INTERVALS 508 /* never an outcome: on-target intervals of the next frame. Since 0.2 */
-#define TOLIMAN_TRACK_VERDICT_MISFIT 509    /* since 0.2 */
+#define TOLIMAN_TRACK_VERDICT_UNREDUCED 507 /* */
+#define TOLIMAN_TRACK_VERDICT_INTERVALS 508 /* never an outcome: on-target intervals of the next frame */
+#define TOLIMAN_TRACK_VERDICT_MISFIT 509    /* */
 
-/* Returns the name of a verdict ("accepted"), "?" for an unknown one. Static text. Since 0.2. */
+/* Returns the name of a verdict ("accepted"), "?" for an unknown one. Static text. */
 TOLIMAN_API const char *toliman_track_verdict_name(int32_t verdict) TOLIMAN_NOEXCEPT;
 
 /* Reasons for rejection, and why a frame is unreduced. */
@@ -96,9 +96,9 @@ TOLIMAN_API const char *toliman_track_verdict_name(int32_t verdict) TOLIMAN_NOEX
 #define TOLIMAN_TRACK_REASON_CLOCK 516
 #define TOLIMAN_TRACK_REASON_ESTIMATE 517 /* estimator failed, or gave a non-finite value or a sigma out of range */
 
-#define TOLIMAN_TRACK_REASON_NO_ORBIT 518 /* unreduced: the observer file has no state at its time. Since 0.2 */
+#define TOLIMAN_TRACK_REASON_NO_ORBIT 518 /* unreduced: the observer file has no state at its time */
 /* Unreduced: the observer is in orbit, and the exposure is unknown, or longer than 600 s without a list of on-target
- * intervals; or an interval is shorter than 1 ns or longer than 400 days. Since 0.2. */
+ * intervals; or an interval is shorter than 1 ns or longer than 400 days. */
 #define TOLIMAN_TRACK_REASON_NO_INTERVALS 519
 
 /* Returns the name of a reason ("zero run"), "?" for an unknown one. Static text. */
@@ -114,18 +114,18 @@ typedef struct toliman_track_outcome {
     double pixel;     /* value of that pixel */
     double value;     /* accepted, outlier, misfit: reduced if the folder has a system; unreduced: the estimate */
     int64_t tai_ns;   /* these frames: time in TAI */
-    /* These frames: goodness of fit (goodness.h); NaN and UNKNOWN without a model. Since 0.2. */
+    /* These frames: goodness of fit (goodness.h); NaN and UNKNOWN without a model. */
     double chi_square, chi_square_sigma, largest_residual;
     int32_t goodness;    /* TOLIMAN_GOODNESS_... */
     uint32_t bad_pixels; /* pixels that were found damaged and left out of the estimate */
-    double sigma;        /* these frames: standard deviation of the value; 0 for others. Since 0.2 */
+    double sigma;        /* these frames: standard deviation of the value; 0 for others */
 } toliman_track_outcome;
 #define TOLIMAN_TRACK_OUTCOME_INIT TOLIMAN_INIT(toliman_track_outcome)
 
 /* Called on the thread of toliman_track_push for a misfit, before it is recorded. *other is a copy of *frame: its
  * pixels, rows, cols, stride and pixel may be changed, for example to those that toliman_ingest_find_frame finds; they
  * must stay valid until the push returns. Returns 1 to try *other, which is recorded in place of the frame unless it is
- * a misfit, too; 0 to record the frame. An exception and other numbers count as 0. Since 0.2. */
+ * a misfit, too; 0 to record the frame. An exception and other numbers count as 0. */
 typedef int32_t (*toliman_misfit_fn)(const toliman_frame *frame, const toliman_track_outcome *outcome,
                                      toliman_frame *other, void *user_data);
 
@@ -140,7 +140,7 @@ typedef int32_t (*toliman_misfit_fn)(const toliman_frame *frame, const toliman_t
 #define TOLIMAN_TRACK_SALVAGE 4u         /* flag of toliman_track_merge only: skip damaged records */
 #define TOLIMAN_TRACK_ALLOW_ZERO_RUNS 8u /* rejects no frame for a run of zero pixels */
 
-/* In the column `flags` of a ledger, flags TOLIMAN_BANK_... are multiplied by this factor. Since 0.2. */
+/* In the column `flags` of a ledger, flags TOLIMAN_BANK_... are multiplied by this factor. */
 #define TOLIMAN_TRACK_BANK_FLAGS 256u
 
 /* Durability of ledger records. A record is committed, and its frame acknowledged, once it has been fsync'ed (with
@@ -202,7 +202,7 @@ typedef struct toliman_track_options {
     toliman_log_fn log;
     void *log_data;
     /* Origin of the camera_ns of all frames: stamp and exposure_s of toliman_ingest_options. The tracker records both
-     * in the setup file. In a reduction, exposure_s is the exposure of frames without their own. Since 0.2. */
+     * in the setup file. In a reduction, exposure_s is the exposure of frames without their own. */
     int32_t stamp;     /* TOLIMAN_FRAME_STAMP_..., 0 = that of the folder; in a new folder MIDDLE */
     int32_t trend;     /* order of a trend, see trend_start */
     double exposure_s; /* length of an exposure, at most 1e9 s; 0 = that of the folder; in a new folder unknown */
@@ -210,7 +210,7 @@ typedef struct toliman_track_options {
      * 86400e9 days, so that time 0 of the scene is TAI time_offset_ns. The value is displacement_px, its sigma
      * separation_sigma_px; the columns are those of values = "separation_px,x_px,y_px". The sigma of a frame may be 0.5
      * to 16 times that of the scene's frame at time 0. A frame that does not converge is rejected with REASON_ESTIMATE.
-     * REBUILD with another time_offset_ns does not change values recorded before. Since 0.2. */
+     * REBUILD with another time_offset_ns does not change values recorded before. */
     const toliman_fit *fit;
     /* NULL, or the networks that estimate the separation. Requires `fit`, for which the bank must have been made
      * (otherwise TOLIMAN_E_MISMATCH). Each frame is encoded by toliman_bank_encode with the prediction described at
@@ -219,21 +219,21 @@ typedef struct toliman_track_options {
      * values = "separation_px,x_px,y_px,fit_separation_px": the separation of the networks, the shift of the scene's
      * centre, and the separation of the fit. The efficiency is sqrt(cov_fit_separation_px_fit_separation_px)/sigma.
      * Each network must be trained to an efficiency of at least 0.5 at its place (otherwise TOLIMAN_E_ARGUMENT). A
-     * folder refuses another bank, as any other estimator. The bank must outlive the tracker. Since 0.2. */
+     * folder refuses another bank, as any other estimator. The bank must outlive the tracker. */
     const toliman_bank *bank;
     /* System and observer of the reduction, with all effects, or NULL. The tracker must have a value separation_px:
      * with `fit`, or with `estimate` and this name in `values`. To push frames to a folder with a system, give the same
      * system, and an observer in orbit if it had one (TOLIMAN_E_ARGUMENT if NULL, TOLIMAN_E_MISMATCH for another). To
-     * read or merge, give NULL. Must outlive the tracker. With `sky`, the default of value_limit is at least 0.25 px.
-     * Since 0.2. */
+     * read or merge, give NULL. Must outlive the tracker. With `sky`, the default of value_limit is at least 0.25
+     * px. */
     const toliman_sky *sky;
     double plate_scale_arcsec; /* arcsec per px, at most 1e6; 0 = that of the folder, or of the scene of `fit`.
-                                  toliman_track_load_options: 0 = the folder has no system. Since 0.2 */
+                                  toliman_track_load_options: 0 = the folder has no system */
     /* NULL, or an existing folder: a new folder takes its clock table, system and plate scale, with nf = 0 also its
-     * grid, and with stamp = 0 its stamp and exposure_s. For a merge. Since 0.2. */
+     * grid, and with stamp = 0 its stamp and exposure_s. For a merge. */
     const char *setup_folder;
     /* Nuisance functions, fitted with the mean at each frequency (period_nuisance.h). With TOLIMAN_PERIOD_FIXED_MEAN
-     * there are none. Since 0.2.
+     * there are none.
      *   trend              1 to 8: a trend of this order; -1: none, the mean alone; 0 = those of the folder. In a new
      *                      folder, and in a rebuild with sky, 0 = with sky the errors of its orbit
      *                      (toliman_sky_set_columns), otherwise none
@@ -243,14 +243,14 @@ typedef struct toliman_track_options {
      *                      folder; in a new folder no error */
     double trend_start, trend_end;
     double scale_sigma;
-    /* Limit of the chi-square of a frame; frames above it are misfits. Since 0.2.
+    /* Limit of the chi-square of a frame; frames above it are misfits.
      *   > 0      this number
      *   -1       4 times the median of all valid frames of the folder, misfits included, at least 2 and at most 100,
      *            rounded by up to 0.4 %: a model that is wrong by a chi-square of 10 is usable, and one of 1000 is not.
      *            The verdict of earlier frames changes with the median; it does not depend on the order of arrival
      *   0        that of the folder; in a new folder 2 if the scene of `fit` is that of a calibration, otherwise -1 */
     double chi_limit;
-    toliman_misfit_fn misfit; /* may be NULL. Since 0.2 */
+    toliman_misfit_fn misfit; /* may be NULL */
     void *misfit_data;
 } toliman_track_options;
 #define TOLIMAN_TRACK_OPTIONS_INIT TOLIMAN_INIT(toliman_track_options)
@@ -350,13 +350,13 @@ typedef struct toliman_track_info {
     uint64_t estimator_id;
     double sigma; /* that of the options: of values whose frame and estimator give none, and the least of others */
     double value_limit;
-    int64_t unreduced;         /* frames that are not reduced. Since 0.2 */
-    double plate_scale_arcsec; /* of the reduction; 0 = frames are not reduced. Since 0.2 */
+    int64_t unreduced;         /* frames that are not reduced */
+    double plate_scale_arcsec; /* of the reduction; 0 = frames are not reduced */
     const char *system; /* of the reduction, JSON text that toliman_sky_create takes; NULL = frames are not reduced.
-                           Valid until the tracker is destroyed. Since 0.2 */
-    uint32_t elements;  /* bit j: the error of element j (sky.h) is a column of the periodogram. Since 0.2 */
+                           Valid until the tracker is destroyed */
+    uint32_t elements;  /* bit j: the error of element j (sky.h) is a column of the periodogram */
     uint32_t reserved;
-    int64_t misfit;    /* frames whose chi-square exceeds chi_limit. Since 0.2, as all that follow */
+    int64_t misfit;    /* frames whose chi-square exceeds chi_limit */
     double chi_limit;  /* the limit in force */
     double chi_median; /* median chi-square of the valid frames, to 0.2 %; NaN without one */
 } toliman_track_info;
@@ -367,13 +367,13 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_info(const tolim
                                                                      toliman_track_info *out) TOLIMAN_NOEXCEPT;
 
 /* Writes the options in force to *options, whose struct_size must be set, with defaults resolved. folder and clock
- * point to memory of the tracker. cae, linear, fit, bank, estimate, sky, allocator, log and misfit are NULL. Since 0.2.
+ * point to memory of the tracker. cae, linear, fit, bank, estimate, sky, allocator, log and misfit are NULL.
  */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
 toliman_track_get_options(const toliman_track *track, toliman_track_options *options) TOLIMAN_NOEXCEPT;
 
 /* Writes the number of frames rejected for one reason, TOLIMAN_TRACK_REASON_SHAPE or later, to *frames.
- * TOLIMAN_E_ARGUMENT for an unknown reason. Since 0.2. */
+ * TOLIMAN_E_ARGUMENT for an unknown reason. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_rejected(const toliman_track *track, int32_t reason,
                                                                          int64_t *frames) TOLIMAN_NOEXCEPT;
 

@@ -11,7 +11,7 @@
 
 TOLIMAN_BEGIN_DECLS
 
-/* Goodness of fit (goodness.h) of the frames of a folder. Since 0.2. */
+/* Goodness of fit (goodness.h) of the frames of a folder. */
 typedef struct toliman_track_goodness {
     uint32_t struct_size;        /* in: sizeof(toliman_track_goodness) */
     int32_t goodness;            /* verdict on chi_square, as for a single frame */
@@ -37,7 +37,7 @@ typedef struct toliman_track_goodness {
 #define TOLIMAN_TRACK_GOODNESS_INIT TOLIMAN_INIT(toliman_track_goodness)
 
 /* Writes the goodness of fit of the folder's frames to *out, whose struct_size must be set. Reads all records. Errors:
- * TOLIMAN_E_FORMAT if the ledger has been damaged since it was opened. Since 0.2. */
+ * TOLIMAN_E_FORMAT if the ledger has been damaged since it was opened. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status
 toliman_track_query_goodness(const toliman_track *track, toliman_track_goodness *out) TOLIMAN_NOEXCEPT;
 

@@ -27,7 +27,7 @@ typedef struct toliman_track_record {
     int64_t camera_ns, tai_ns; /* camera time, and TAI from the tracker's clock table */
     int64_t dropped;
     double value, sigma; /* as in the outcome; if the frame has no value: 0, and the sigma of the frame or tracker */
-    double chi_square, chi_square_sigma, largest_residual; /* as in the outcome. Since 0.2, as all that follow */
+    double chi_square, chi_square_sigma, largest_residual; /* as in the outcome */
     int32_t goodness;
     uint32_t bad_pixels;
 } toliman_track_record;
@@ -61,7 +61,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_records(const to
  *   d_period_years ... d_epoch  derivatives of the reduced separation by the seven elements of the orbit
  *                               (toliman_sky_element_name), in arcsec per unit of the element
  * Then follow the names of toliman_track_options.values, and cov_A_B, the covariance of values A and B. The first value
- * is named "value"; cov_A_A is a variance. Since 0.2. */
+ * is named "value"; cov_A_A is a variance. */
 typedef struct toliman_track_column {
     uint32_t struct_size; /* sizeof(toliman_track_column) */
     int32_t type;         /* TOLIMAN_TRACK_COLUMN_... */
@@ -70,7 +70,7 @@ typedef struct toliman_track_column {
 #define TOLIMAN_TRACK_COLUMN_INIT TOLIMAN_INIT(toliman_track_column)
 
 /* Writes the columns, in the order of the ledger, to columns[capacity]; *count becomes their number. To query the
- * number, pass capacity 0 and columns NULL. TOLIMAN_E_CAPACITY if capacity is too small. Since 0.2. */
+ * number, pass capacity 0 and columns NULL. TOLIMAN_E_CAPACITY if capacity is too small. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_columns(const toliman_track *track,
                                                                         toliman_track_column *columns, size_t capacity,
                                                                         size_t *count) TOLIMAN_NOEXCEPT;
@@ -78,7 +78,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_columns(const to
 /* Writes the numbers of a column to values[count], for the records that toliman_track_get_records returns for the
  * same `first` and count. A record without a number gives NaN, or 0 in integer columns. Integers above 2^53 are
  * rounded.
- * Errors: as toliman_track_get_records; TOLIMAN_E_NOT_FOUND for an unknown column. Since 0.2. */
+ * Errors: as toliman_track_get_records; TOLIMAN_E_NOT_FOUND for an unknown column. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_column(const toliman_track *track, const char *name,
                                                                        int64_t first, size_t count, double *values,
                                                                        size_t *done) TOLIMAN_NOEXCEPT;
@@ -88,7 +88,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_column(const tol
  * capacity 0 and intervals NULL.
  *   record  number of the record, as for toliman_track_get_records
  * Errors: TOLIMAN_E_CAPACITY if capacity is too small; TOLIMAN_E_STATE in memory, where intervals are not kept;
- * TOLIMAN_E_LOST if damage to the ledger has lost them. Since 0.2. */
+ * TOLIMAN_E_LOST if damage to the ledger has lost them. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_intervals(const toliman_track *track, int64_t record,
                                                                           double *intervals, size_t capacity,
                                                                           size_t *count) TOLIMAN_NOEXCEPT;

@@ -175,7 +175,7 @@ def one_line(text):
 
 def dataclass(model, item):
     """Returns the class of one struct."""
-    doc = re.sub(r"\s*Since 0\.\d+\.", "", item.doc) or f"Members of {item.name}."
+    doc = item.doc or f"Members of {item.name}."
     text = f"\n\n@result\nclass {RESULTS[item.name]}(Result):\n    {quoted(doc, 4)}\n\n"
     for field in sorted(item.fields, key=lambda field: field.name == "flags"):  # these last
         for name, kind, comment, more in members(model, item, field):

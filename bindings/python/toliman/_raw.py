@@ -89,7 +89,7 @@ class toliman_allocator(Sized):
 
 
 class toliman_load_options(Sized):
-    """Options of the toliman_X_load functions. Since 0.2.
+    """Options of the toliman_X_load functions.
     reserved: 0
     allocator: for the large arrays of the object; NULL = malloc"""
 
@@ -140,7 +140,7 @@ TOLIMAN_GOODNESS_TOO_GOOD = 804
 
 class toliman_frame_goodness(Sized):
     """Goodness of fit of one frame against the linear model of a template or network (linear.h, cae.h), without its bad
-    pixels. Since 0.2.
+    pixels.
     
     Bad pixels are cosmic rays, hot and dead pixels. A pixel of V expected electrons, read noise included, is bad if its
     residual x after the fit, in standard deviations, has x^2 > 36 (1 + max(x, 0)/(3 sqrt(V))), times chi_square of the
@@ -182,7 +182,7 @@ TOLIMAN_PIXEL_F32BE = 41
 
 class toliman_image(Sized):
     """View of one or more frames in memory, which the library only reads. Pixel (row, column) of frame k is pixels[k *
-    frame_stride + row * stride + column]. Since 0.2.
+    frame_stride + row * stride + column].
     struct_size: sizeof(toliman_image)
     pixel: TOLIMAN_PIXEL_..., 0 = F64
     pixels: aligned to the size of a pixel
@@ -221,7 +221,7 @@ class toliman_sim_options(Sized):
     log: receives warnings about the scene; may be NULL
     engine: TOLIMAN_SIM_ENGINE_..., 0 = MATRIX_DFT
     allocator: for the large arrays of the object; NULL = malloc
-    bad_pixels: file that replaces detector.bad_pixels of the scene; NULL: none does. Since 0.2"""
+    bad_pixels: file that replaces detector.bad_pixels of the scene; NULL: none does"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -273,13 +273,13 @@ class toliman_sim_info(Sized):
     peak_counts: brightest pixel of the expected frame, in its unit
     unit: TOLIMAN_SIM_UNIT_..., of frames and expected images
     bit_depth: bits per pixel of the detector; 0 = counts are not rounded
-    exposure_s: length of an exposure; 0 if the scene has peak_photons instead. Since 0.2
-    time_zero_ns: TAI of binary.date of moving stars, ns since 1970-01-01T00:00:00 TAI; else 0. Since 0.2
-    calibration: TOLIMAN_SIM_CALIBRATION_.... Since 0.2
-    calibration_goodness: TOLIMAN_GOODNESS_..., of its chi_square; UNKNOWN without a verdict. Since 0.2
-    calibration_chi_square: NaN without a verdict. Since 0.2
-    calibration_chi_square_sigma: NaN without a verdict. Since 0.2
-    bad_pixels: pixels of detector.bad_pixels, which no estimator uses. Since 0.2"""
+    exposure_s: length of an exposure; 0 if the scene has peak_photons instead
+    time_zero_ns: TAI of binary.date of moving stars, ns since 1970-01-01T00:00:00 TAI; else 0
+    calibration: TOLIMAN_SIM_CALIBRATION_...
+    calibration_goodness: TOLIMAN_GOODNESS_..., of its chi_square; UNKNOWN without a verdict
+    calibration_chi_square: NaN without a verdict
+    calibration_chi_square_sigma: NaN without a verdict
+    bad_pixels: pixels of detector.bad_pixels, which no estimator uses"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -318,7 +318,7 @@ class toliman_sim_info(Sized):
 class toliman_sim_bounds(Sized):
     """Cramer-Rao bounds of a frame: the smallest standard deviation of the separation, in px, that an unbiased estimator
     can reach from a frame; infinite if the frame does not constrain it. Computed from images of accuracy 1e-9 at least,
-    as few wavelengths would underestimate the correlations of nuisances. Since 0.2.
+    as few wavelengths would underestimate the correlations of nuisances.
     struct_size: in: sizeof(toliman_sim_bounds)
     reserved: 0
     crb_px: with all else known; finite if the scene has a signal
@@ -474,7 +474,7 @@ TOLIMAN_CAE_CENTRE_SCENE = 241  # the same for all frames
 # Moved by whole pixels, within the frame, until the barycentre of its light is that of the reference image, to half a
 # pixel. The light is what exceeds the scene's uniform background (dark current, bias). For frames whose pointing
 # wanders by pixels. A fraction of a pixel remains: for the latent to measure the separation, project out the shift
-# (preprocess.project), or train the network on such frames. Since 0.2.
+# (preprocess.project), or train the network on such frames.
 TOLIMAN_CAE_CENTRE_IMAGE = 242
 
 
@@ -484,8 +484,8 @@ class toliman_cae_options(Sized):
     input: TOLIMAN_CAE_INPUT_..., 0 = WHITENED
     reserved: 0
     allocator: for the large arrays of the object; NULL = malloc
-    log: receives warnings about preprocess.project; may be NULL. Since 0.2
-    centre: TOLIMAN_CAE_CENTRE_..., 0 = SCENE. Since 0.2
+    log: receives warnings about preprocess.project; may be NULL
+    centre: TOLIMAN_CAE_CENTRE_..., 0 = SCENE
     reserved_2: 0"""
 
     _fields_ = [
@@ -555,7 +555,7 @@ class toliman_cae_training(Sized):
 # encode frames and may be saved with its training state, and the training result so far. Both are valid during the
 # callback. Return 0 to continue, any other value to stop: the training returns TOLIMAN_E_CANCELLED and can be resumed
 # after this epoch. Runs on the thread of the call, with no lock held. A call on the network being trained returns
-# TOLIMAN_E_STATE. Since 0.2.
+# TOLIMAN_E_STATE.
 # Arguments: so_far, result, user_data.
 toliman_epoch_fn = CFUNCTYPE(c_int32, POINTER(toliman_cae), POINTER(toliman_cae_training), c_void_p)
 
@@ -578,7 +578,7 @@ class toliman_cae_train_options(Sized):
     loss_count: elements of losses. Losses of later steps, and of steps before a training was resumed, are
         not written
     epoch: UNSUPERVISED: may be NULL. If given, the validation frames are requested and
-        reconstructed again after each epoch. Since 0.2"""
+        reconstructed again after each epoch"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -671,7 +671,7 @@ TOLIMAN_SIM_SCOPE_INSTRUMENT = 342  # in all frames
 
 
 class toliman_sim_parameter(Sized):
-    """A parameter of the forward model. Since 0.2.
+    """A parameter of the forward model.
     struct_size: in: sizeof(toliman_sim_parameter)
     scope: TOLIMAN_SIM_SCOPE_...
     name: such as "zernike_7"; static text
@@ -889,7 +889,7 @@ class toliman_bank_train_options(Sized):
     progress: may be NULL
     journal: file to which each network is appended once it is trained; NULL: none. If the file exists,
         its networks are not trained again. The caller removes it once the bank is saved.
-        formats.md, "TLMJ". Since 0.2"""
+        formats.md, "TLMJ" """
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -1006,7 +1006,7 @@ class toliman_bank_result(Sized):
 
 
 class toliman_sim_budget_options(Sized):
-    """Options of a budget. Since 0.2.
+    """Options of a budget.
     free_names: names of the free parameters, separated by spaces or commas; "" = none; NULL = those of
         preprocess.project
     frames: frames that share the parameters of the instrument, 0 = 1
@@ -1022,7 +1022,7 @@ class toliman_sim_budget_options(Sized):
 
 
 class toliman_sim_budget(Sized):
-    """Summary of a budget. Since 0.2.
+    """Summary of a budget.
     struct_size: in: sizeof(toliman_sim_budget)
     reserved: 0
     crb_px: standard deviation of the separation in one frame, px, all free parameters fitted to this
@@ -1053,7 +1053,7 @@ class toliman_sim_budget(Sized):
 
 
 class toliman_sim_budget_step(Sized):
-    """Bounds with one set of free parameters. Since 0.2.
+    """Bounds with one set of free parameters.
     struct_size: in, in the first element: sizeof(toliman_sim_budget_step)
     reserved: 0
     name: "alone", "fluxes, shift", "eight" (with roll, scale, focus and background), "eight +
@@ -1072,7 +1072,7 @@ class toliman_sim_budget_step(Sized):
 
 class toliman_sim_budget_row(Sized):
     """One parameter of a budget. Amounts are absolute values; NaN where they are not known and infinite where the parameter
-    has no effect. Since 0.2.
+    has no effect.
     struct_size: in, in the first element: sizeof(toliman_sim_budget_row)
     is_free: 1 if the parameter is free, else 0
     name: unit: "px", "nm", "K", ..., "" for a ratio. Static text
@@ -1110,10 +1110,10 @@ TOLIMAN_CALIBRATION_MAP = 1
 # Flag of options: while the model is incomplete, calibrate again with the changes TOLIMAN_CALIBRATION_CHANGE_..., in
 # their order, each from the last result. A change is kept if the sum of squared residuals falls by more than noise
 # explains at 6 standard deviations. Stops at the first complete model. With _MAP, the map is fitted after the other
-# changes. The fitted scene contains the changes that were kept. Since 0.2.
+# changes. The fitted scene contains the changes that were kept.
 TOLIMAN_CALIBRATION_IMPROVE = 2
 
-# Changes of a model, one bit each. Since 0.2.
+# Changes of a model, one bit each.
 #   EDGES     telescope.mask.edges = "area" instead of "cell", for a spiral mask
 #   SAMPLES   twice as many pupil cells per axis, as often as it helps, up to 1024: where the expected error of the
 #             cells (toliman_sim_plan_info.pupil_error) exceeds the photon noise. Not with files of the pupil, whose
@@ -1134,8 +1134,8 @@ class toliman_calibration_step(Sized):
     chi_square: sum of squared residuals over their variances, per degree of freedom
     largest_step: of a parameter of the instrument, in its standard deviations; of the map: rms in nm
     change: TOLIMAN_CALIBRATION_CHANGE_... that is tried, 0 for the model as given. The numbers of the
-        iterations begin with each change. Since 0.2
-    recalled: 1: the iteration of an earlier call, from the journal. Since 0.2"""
+        iterations begin with each change
+    recalled: 1: the iteration of an earlier call, from the journal"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -1184,7 +1184,7 @@ class toliman_calibration_options(Sized):
     journal: file to which the results of each iteration are appended; NULL: none. If the file exists, the
         call continues from it and gives the bits of a call that was not interrupted, also with
         more iterations. It needs 4 KiB per frame and iteration, with a map also 8 bytes per cell
-        and step. The caller removes it once the result is saved. formats.md, "TLMJ". Since 0.2"""
+        and step. The caller removes it once the result is saved. formats.md, "TLMJ" """
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -1214,12 +1214,12 @@ TOLIMAN_CALIBRATION_HELD = 4  # a parameter is known mostly by its prior
 TOLIMAN_CALIBRATION_NO_SIGN = 8  # the sign of even aberrations is undetermined
 
 # Flag: chi_square, of all frames or of those of a window, is TOO_GOOD: the noise is smaller than that of the scene,
-# for instance with a wrong read noise, a bias that was not subtracted, or counts in another unit. Since 0.2.
+# for instance with a wrong read noise, a bias that was not subtracted, or counts in another unit.
 TOLIMAN_CALIBRATION_TOO_GOOD = 16
 
 
 class toliman_calibration_info(Sized):
-    """Summary of a calibration. Members after map_rms_nm since 0.2.
+    """Summary of a calibration.
     struct_size: in: sizeof(toliman_calibration_info)
     flags: TOLIMAN_CALIBRATION_..., the verdict; 0: converged, and the model is complete
     frames: frames that were calibrated
@@ -1288,7 +1288,7 @@ class toliman_calibration_info(Sized):
 
 
 class toliman_calibration_attempt(Sized):
-    """A change of the model that was tried. Since 0.2.
+    """A change of the model that was tried.
     struct_size: in: sizeof(toliman_calibration_attempt)
     change: TOLIMAN_CALIBRATION_CHANGE_...
     kept: 1: the change was kept, and later ones build on it
@@ -1312,7 +1312,7 @@ class toliman_calibration_attempt(Sized):
 
 
 class toliman_calibration_left_out(Sized):
-    """A default parameter that was not fitted, as the scene does not have it. Since 0.2.
+    """A default parameter that was not fitted, as the scene does not have it.
     struct_size: in: sizeof(toliman_calibration_left_out)
     reserved: 0
     name: such as "mask_rotation"; static text
@@ -1385,7 +1385,7 @@ class toliman_components_options(Sized):
         = 1
     capacity: largest number of frames, 2 ... 16384; 0 = number of frames of the scene's cadence
     allocator: for the large arrays of the object; NULL = malloc
-    log: receives warnings about preprocess.project; may be NULL. Since 0.2"""
+    log: receives warnings about preprocess.project; may be NULL"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -1478,7 +1478,7 @@ class toliman_components_info(Sized):
     ]
 
 
-# Point of the exposure to which the time stamps of a file refer. Since 0.2.
+# Point of the exposure to which the time stamps of a file refer.
 TOLIMAN_FRAME_STAMP_START = 601
 TOLIMAN_FRAME_STAMP_MIDDLE = 602
 TOLIMAN_FRAME_STAMP_END = 603
@@ -1531,7 +1531,6 @@ class toliman_frame(Sized):
 
 class toliman_estimate_input(Sized):
     """Input of a user-supplied estimator: the image after cropping and binning, and what is known about the frame.
-    Since 0.2.
     struct_size: sizeof(toliman_estimate_input) of the library
     image: [rows][stride]
     tai_ns: time of the frame in TAI nanoseconds, from the tracker's clock table
@@ -1560,7 +1559,7 @@ class toliman_estimate_input(Sized):
 
 class toliman_estimate(Sized):
     """Output of a user-supplied estimator. The library provides value_count and the memory of both arrays. It presets
-    their elements and chi_square to NaN, flags and sigma to 0. Since 0.2.
+    their elements and chi_square to NaN, flags and sigma to 0.
     struct_size: sizeof(toliman_estimate) of the library
     flags: bits defined by the estimator, stored in the ledger column "flags"
     values: [value_count]: values[0] is the value of the frame, the others are stored in columns
@@ -1598,7 +1597,7 @@ TOLIMAN_INGEST_GROWING = 1  # the files may still grow; see toliman_ingest_next 
 
 
 class toliman_ingest_options(Sized):
-    """Options of a reader. Since 0.2.
+    """Options of a reader.
     flags: TOLIMAN_INGEST_GROWING
     pixel: type of the pixels: TOLIMAN_PIXEL_U16 or TOLIMAN_PIXEL_U32; there is no default
     stamp: meaning of timestamp_ns: TOLIMAN_FRAME_STAMP_..., 0 = START, as the mission writes it
@@ -1678,7 +1677,7 @@ class toliman_ingest_event(Sized):
 
 
 class toliman_ingest_info(Sized):
-    """Properties and counts of a reader. Since 0.2.
+    """Properties and counts of a reader.
     struct_size: in: sizeof(toliman_ingest_info)
     stamp: TOLIMAN_FRAME_STAMP_...
     exposure_s: as in the options
@@ -1720,7 +1719,7 @@ TOLIMAN_INGEST_FORMAT_JD = 643  # Julian Day, a decimal number ("2461832.0")
 
 
 class toliman_leap_second(Sized):
-    """Row of a table of leap seconds. Since 0.2.
+    """Row of a table of leap seconds.
     struct_size: sizeof(toliman_leap_second)
     tai_utc_s: TAI - UTC in s, from `mjd` on
     mjd: Modified Julian Day on which this difference begins, at 0 h UTC"""
@@ -1734,7 +1733,7 @@ class toliman_leap_second(Sized):
 
 class toliman_ingest_header(Sized):
     """Keywords of a FITS header that give the time of its first frame. Each is the text of the header, strings with or
-    without their quotes; NULL = the keyword is missing or has no value. Since 0.2.
+    without their quotes; NULL = the keyword is missing or has no value.
     struct_size: sizeof(toliman_ingest_header)
     timesys: UTC, TAI, TT, TDT, ET, IAT, TDB, GPS or GMT, also as UTC(NIST); NULL = UTC
     xposure: length of the exposure in s, 0 to 1e9
@@ -1783,7 +1782,7 @@ TOLIMAN_INGEST_EXPIRED = 2  # UTC on the day `expires` or later, whose leap seco
 
 
 class toliman_ingest_header_time(Sized):
-    """Time of a header. Since 0.2.
+    """Time of a header.
     struct_size: in: sizeof(toliman_ingest_header_time)
     flags: TOLIMAN_INGEST_ASSUMED, TOLIMAN_INGEST_EXPIRED
     tai_ns: middle of the first exposure, TAI nanoseconds since 1970-01-01T00:00:00 TAI
@@ -1807,7 +1806,7 @@ class toliman_linear(Structure):
 
 
 class toliman_linear_options(Sized):
-    """Options of an estimator. Since 0.2.
+    """Options of an estimator.
     reserved: 0
     allocator: for the large arrays of the object; NULL = malloc
     log: receives warnings about preprocess.project; may be NULL"""
@@ -1822,17 +1821,17 @@ class toliman_linear_options(Sized):
 
 
 class toliman_mask(Structure):
-    """A designed mask with its scores. Immutable: any number of threads may use one object. Since 0.2."""
+    """A designed mask with its scores. Immutable: any number of threads may use one object."""
 
 
-# Symmetry of a designed mask under a rotation of the pupil by 180 degrees. Since 0.2.
+# Symmetry of a designed mask under a rotation of the pupil by 180 degrees.
 TOLIMAN_MASK_SYMMETRY_NONE = 841
 TOLIMAN_MASK_SYMMETRY_EVEN = 842  # the mask is itself
 TOLIMAN_MASK_SYMMETRY_ODD = 843  # the mask is its complement, as spirals of odd m are
 
 
 class toliman_mask_design_options(Sized):
-    """Options of a design. Since 0.2.
+    """Options of a design.
     threads: worker threads, 0 = one per processor
     seed: seed of the random spirals that it starts from
     free: parameters that are fitted together with the separation, names separated by spaces or commas,
@@ -1877,7 +1876,7 @@ class toliman_mask_design_options(Sized):
 
 class toliman_mask_info(Sized):
     """Scores of a designed mask and of the mask of the scene ("before") at one place of the stars. Bounds are those of one
-    frame, infinite where the frame does not constrain the separation. Since 0.2.
+    frame, infinite where the frame does not constrain the separation.
     struct_size: in: sizeof(toliman_mask_info)
     improved: 1 if the mask is better than that of the scene, else 0
     stopped: 1 if the progress callback ended the design, else 0
@@ -1957,8 +1956,8 @@ class toliman_period_options(Sized):
         time_offset_ns is the instant t = time_offset
     unit_ns: nanoseconds per unit of t, in [1, 1e30]; 0 = 1e9, seconds; 86400e9 = days
     allocator: for the large arrays of the object; NULL = malloc
-    trend: nuisance functions, see period_nuisance.h. Since 0.2, as all that follow
-    columns: nuisance functions, see period_nuisance.h. Since 0.2, as all that follow"""
+    trend: nuisance functions, see period_nuisance.h
+    columns: nuisance functions, see period_nuisance.h"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -1985,7 +1984,7 @@ TOLIMAN_PERIOD_TIME_NS = 256
 
 
 class toliman_period_sample(Sized):
-    """Sample whose time has more digits than a double. Since 0.2.
+    """Sample whose time has more digits than a double.
     struct_size: sizeof(toliman_period_sample)
     flags: 0: the time is t + t_low; TOLIMAN_PERIOD_TIME_NS: the time is t_ns
     t: time as the sum of two doubles; t_low is the small one
@@ -2010,8 +2009,8 @@ class toliman_period_info(Sized):
     count: number of samples
     digest: hash of grid and options. Accumulators with equal digests can be compared bit by bit
     weighted: 1: a sample has a sigma other than sigma_floor
-    trend: nuisance functions, see period_nuisance.h. Since 0.2, as all that follow
-    columns: nuisance functions, see period_nuisance.h. Since 0.2, as all that follow
+    trend: nuisance functions, see period_nuisance.h
+    columns: nuisance functions, see period_nuisance.h
     functions: number of functions in use, with the mean
     free_functions: number of those without a prior"""
 
@@ -2104,7 +2103,7 @@ TOLIMAN_PERIOD_COARSE = 32
 TOLIMAN_PERIOD_ABOVE_NYQUIST = 64
 
 # Flags of a peak that something other than a planet often causes. query_peak and _peaks derive T from the variance of
-# the times, _fit from the times. Since 0.2.
+# the times, _fit from the times.
 #   LONG    its period exceeds T/2: a trend of the instrument or the error of an orbit may cause it
 #   ANNUAL  |frequency - 1/yr| < 1/T, with 1 yr = 365.25 d in units of unit_ns, for T above half a year: the motion
 #           of the Earth, seasons and observing windows may cause it
@@ -2177,8 +2176,8 @@ class toliman_period_batch_options(Sized):
     tolerance: largest error of a power, at most 0.01; 0 = 1e-9. Below 1e-13: as TOLIMAN_PERIOD_DIRECT
     threads: worker threads, 0 = one per processor; results do not depend on the number
     progress: may be NULL
-    trend: Nuisance functions, as in period_nuisance.h. Since 0.2.
-    columns: Nuisance functions, as in period_nuisance.h. Since 0.2.
+    trend: Nuisance functions, as in period_nuisance.h.
+    columns: Nuisance functions, as in period_nuisance.h.
     trend_start: both 0: first and last time
     trend_end: both 0: first and last time
     prior_precision: that of the mean is about 0
@@ -2228,7 +2227,7 @@ class toliman_period_bootstrap_options(Sized):
     threads: worker threads, 0 = one per processor; results do not depend on the number
     seed: of the random resamplings
     progress: may be NULL
-    rows: [n][columns] of a periodogram with columns (period_nuisance.h), otherwise NULL. Since 0.2"""
+    rows: [n][columns] of a periodogram with columns (period_nuisance.h), otherwise NULL"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -2245,7 +2244,7 @@ TOLIMAN_PERIOD_WHITE_NOISE = 1024
 
 
 class toliman_period_noise_options(Sized):
-    """Options of toliman_period_noise_search. Since 0.2.
+    """Options of toliman_period_noise_search.
     flags: TOLIMAN_PERIOD_WHITE_NOISE
     progress: may be NULL"""
 
@@ -2259,7 +2258,7 @@ class toliman_period_noise_options(Sized):
 
 class toliman_period_noise(Sized):
     """Fitted noise and highest peak of a series. Standard errors are scaled by the residual; +infinity if the samples do
-    not determine the parameter. Since 0.2.
+    not determine the parameter.
     struct_size: in: sizeof(toliman_period_noise)
     flags: TOLIMAN_PERIOD_AT_EDGE, _COARSE, _ABOVE_NYQUIST, _LONG
     rho: correlation over one step
@@ -2310,7 +2309,7 @@ class toliman_period_noise(Sized):
 
 
 class toliman_period_noise_bootstrap_options(Sized):
-    """Options of toliman_period_noise_bootstrap. Since 0.2.
+    """Options of toliman_period_noise_bootstrap.
     threads: worker threads, 0 = one per processor; results do not depend on the number
     seed: of the random resamplings
     block: consecutive samples per block, at most n; 0 = n^(1/3), rounded up
@@ -2360,7 +2359,7 @@ TOLIMAN_PERIOD_INTERVAL_YEAR = 124  # 365.25 d
 
 
 class toliman_period_alias(Sized):
-    """Alias of a peak of frequency f: samples with an interval 1/g repeat its power at |f - g| and f + g. Since 0.2.
+    """Alias of a peak of frequency f: samples with an interval 1/g repeat its power at |f - g| and f + g.
     struct_size: in: sizeof(toliman_period_alias)
     interval_kind: TOLIMAN_PERIOD_INTERVAL_...
     frequency: of the alias
@@ -2405,7 +2404,7 @@ TOLIMAN_PLANET_COLUMNS = 8
 
 
 class toliman_planet_series(Sized):
-    """A series of n measurements, in any order of time. Since 0.2.
+    """A series of n measurements, in any order of time.
     trend: nuisance functions, as in period_nuisance.h; 0 = none
     columns: nuisance functions, as in period_nuisance.h; 0 = none
     t: [n], times in units of time_unit_days
@@ -2439,7 +2438,7 @@ class toliman_planet_series(Sized):
 
 
 class toliman_planet_options(Sized):
-    """Options of a search. Since 0.2.
+    """Options of a search.
     flags: TOLIMAN_PLANET_VELOCITY, _NO_JITTER, _CLIP
     max_planets: 1 to TOLIMAN_PLANET_MOST; 0 = 1
     threads: worker threads, 0 = one per processor; results do not depend on the number
@@ -2492,7 +2491,7 @@ class toliman_planet_options(Sized):
 
 
 class toliman_planet_info(Sized):
-    """Properties of a result. Since 0.2.
+    """Properties of a result.
     struct_size: in: sizeof(toliman_planet_info)
     planets: candidates without a reason against a planet
     candidates: candidates with a posterior: those whose log10_bayes reaches the threshold, and at most one
@@ -2571,7 +2570,7 @@ TOLIMAN_PLANET_REASON_SAMPLES = 512
 
 class toliman_planet(Sized):
     """A candidate. Three numbers are the 16, 50 and 84 % points of the samples of the posterior. Those of angles and epochs
-    are taken within half a turn or half a period of the best fit. Since 0.2.
+    are taken within half a turn or half a period of the best fit.
     struct_size: in: sizeof(toliman_planet)
     flags: TOLIMAN_PLANET_AT_EDGE
     reasons: TOLIMAN_PLANET_REASON_...; 0: a planet
@@ -2616,7 +2615,7 @@ class toliman_planet(Sized):
 
 
 class toliman_planet_limit(Sized):
-    """Limits at one period, for circular orbits. Since 0.2.
+    """Limits at one period, for circular orbits.
     struct_size: in: sizeof(toliman_planet_limit)
     upper: amplitude that the residuals of the planets exclude; units of y. +infinity if the functions
         leave nothing of this period
@@ -2641,7 +2640,7 @@ class toliman_planet_limit(Sized):
 
 
 class toliman_planet_cell(Sized):
-    """Planets that are injected. Since 0.2.
+    """Planets that are injected.
     star: the star that has the planet, 0 = A, 1 = B; sizes are then Earth masses, times g
         or sin i. -1: sizes are amplitudes in units of y
     period_min: in units of t, within the prior; log period is uniform between them
@@ -2674,7 +2673,7 @@ TOLIMAN_SERIES_PLAIN_TIMES = 2  # times are plain numbers, also in a column name
 
 
 class toliman_series_options(Sized):
-    """Options of a parser. Since 0.2.
+    """Options of a parser.
     flags: TOLIMAN_SERIES_...
     time_format: TOLIMAN_INGEST_FORMAT_...; 0 = dates if the first time begins as YYYY-MM-DD; otherwise
         Modified or Julian Days if the column is named mjd, jd, MJD or JD; otherwise numbers
@@ -2698,7 +2697,7 @@ class toliman_series_options(Sized):
 
 
 class toliman_series_sample(Sized):
-    """Result of a line. Since 0.2.
+    """Result of a line.
     struct_size: in: sizeof(toliman_series_sample)
     found: 1: the line is a sample; 0: a comment, an empty line or the line of names
     t: sigma is 0 if the series has none; all are 0 unless found is 1
@@ -2715,7 +2714,7 @@ class toliman_series_sample(Sized):
 
 
 class toliman_series_info(Sized):
-    """Properties of the lines that were parsed. Since 0.2.
+    """Properties of the lines that were parsed.
     struct_size: in: sizeof(toliman_series_info)
     time_format: TOLIMAN_INGEST_FORMAT_... of the times, 0 for plain numbers and before the first time. Until
         the first sample, every line determines it again
@@ -2753,7 +2752,7 @@ TOLIMAN_SKY_DEFLECTION = 128  # of light by the Sun: 0.8 uas, in November
 
 
 class toliman_sky_options(Sized):
-    """Options of a predictor. Since 0.2.
+    """Options of a predictor.
     without: effects that are left out: TOLIMAN_SKY_...; 0 = none
     observer: Observer: one of observer and altitude_km, or none for the Earth's centre.
         path of an observer file, CCSDS OEM or CSV (formats.md, "Observer files"); may be NULL
@@ -2777,7 +2776,7 @@ class toliman_sky_options(Sized):
 
 
 class toliman_sky_prediction(Sized):
-    """What an observer sees at a time, or in the mean of intervals. Since 0.2.
+    """What an observer sees at a time, or in the mean of intervals.
     struct_size: in: sizeof(toliman_sky_prediction)
     separation_arcsec: apparent separation
     position_angle_deg: apparent position angle of B from A, north through east, -180 to 180, ICRS
@@ -2813,7 +2812,7 @@ TOLIMAN_SKY_OBSERVER_FILE = 703  # observer file
 
 
 class toliman_sky_info(Sized):
-    """Properties of a predictor. Since 0.2.
+    """Properties of a predictor.
     struct_size: in: sizeof(toliman_sky_info)
     without: effects that are left out
     observer: TOLIMAN_SKY_OBSERVER_...
@@ -2858,7 +2857,7 @@ TOLIMAN_SKY_UNUSABLE = 1
 
 
 class toliman_sky_refit_result(Sized):
-    """Result of a refit. Since 0.2.
+    """Result of a refit.
     struct_size: in: sizeof(toliman_sky_refit_result)
     iterations: number of Gauss-Newton steps
     chi_square: as in goodness.h, of the measurements and their sigmas without the jitter
@@ -2917,7 +2916,7 @@ TOLIMAN_SKY_HYPOTHESES = 7
 class toliman_sky_hypothesis(Sized):
     """A hypothesis, fitted alone, with the errors of the orbital elements and, except for SCALE, a mean and two harmonics
     of a year: times wrong by a whole number of revolutions of the observer leave residuals of that period, and so may a
-    planet. Since 0.2.
+    planet.
     
     Sign of times: value is the given time minus the true time. It is above 0 for times that are
     late, such as times in TAI that were read as UTC (+37 s), and below 0 for times that are early, such as starts of
@@ -2949,7 +2948,7 @@ class toliman_sky_hypothesis(Sized):
 
 
 class toliman_sky_diagnosis(Sized):
-    """Result of a diagnosis. Since 0.2.
+    """Result of a diagnosis.
     struct_size: in: sizeof(toliman_sky_diagnosis)
     cause: the simplest of the decisive hypotheses that explain the residuals equally well
     chi_square: per degree of freedom, of the residuals and priors without a hypothesis (goodness.h)
@@ -2983,9 +2982,9 @@ TOLIMAN_TRACK_VERDICT_QUARANTINED = 503
 TOLIMAN_TRACK_VERDICT_OUTLIER = 504
 TOLIMAN_TRACK_VERDICT_REJECTED = 505
 TOLIMAN_TRACK_VERDICT_MERGED = 506  # never an outcome: a record of counts (repeats, merged ledger)
-TOLIMAN_TRACK_VERDICT_UNREDUCED = 507  # since 0.2
-TOLIMAN_TRACK_VERDICT_INTERVALS = 508  # never an outcome: on-target intervals of the next frame. Since 0.2
-TOLIMAN_TRACK_VERDICT_MISFIT = 509  # since 0.2
+TOLIMAN_TRACK_VERDICT_UNREDUCED = 507
+TOLIMAN_TRACK_VERDICT_INTERVALS = 508  # never an outcome: on-target intervals of the next frame
+TOLIMAN_TRACK_VERDICT_MISFIT = 509
 
 # Reasons for rejection, and why a frame is unreduced.
 TOLIMAN_TRACK_REASON_NONE = 511
@@ -2997,10 +2996,10 @@ TOLIMAN_TRACK_REASON_NOT_FINITE = 515  # pixel that is NaN or infinite
 # Time that overflows in TAI, that the periodogram cannot represent, or outside the span of its trend.
 TOLIMAN_TRACK_REASON_CLOCK = 516
 TOLIMAN_TRACK_REASON_ESTIMATE = 517  # estimator failed, or gave a non-finite value or a sigma out of range
-TOLIMAN_TRACK_REASON_NO_ORBIT = 518  # unreduced: the observer file has no state at its time. Since 0.2
+TOLIMAN_TRACK_REASON_NO_ORBIT = 518  # unreduced: the observer file has no state at its time
 
 # Unreduced: the observer is in orbit, and the exposure is unknown, or longer than 600 s without a list of on-target
-# intervals; or an interval is shorter than 1 ns or longer than 400 days. Since 0.2.
+# intervals; or an interval is shorter than 1 ns or longer than 400 days.
 TOLIMAN_TRACK_REASON_NO_INTERVALS = 519
 
 
@@ -3014,12 +3013,12 @@ class toliman_track_outcome(Sized):
     pixel: value of that pixel
     value: accepted, outlier, misfit: reduced if the folder has a system; unreduced: the estimate
     tai_ns: these frames: time in TAI
-    chi_square: These frames: goodness of fit (goodness.h); NaN and UNKNOWN without a model. Since 0.2.
-    chi_square_sigma: These frames: goodness of fit (goodness.h); NaN and UNKNOWN without a model. Since 0.2.
-    largest_residual: These frames: goodness of fit (goodness.h); NaN and UNKNOWN without a model. Since 0.2.
+    chi_square: These frames: goodness of fit (goodness.h); NaN and UNKNOWN without a model.
+    chi_square_sigma: These frames: goodness of fit (goodness.h); NaN and UNKNOWN without a model.
+    largest_residual: These frames: goodness of fit (goodness.h); NaN and UNKNOWN without a model.
     goodness: TOLIMAN_GOODNESS_...
     bad_pixels: pixels that were found damaged and left out of the estimate
-    sigma: these frames: standard deviation of the value; 0 for others. Since 0.2"""
+    sigma: these frames: standard deviation of the value; 0 for others"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -3043,7 +3042,7 @@ class toliman_track_outcome(Sized):
 # Called on the thread of toliman_track_push for a misfit, before it is recorded. *other is a copy of *frame: its
 # pixels, rows, cols, stride and pixel may be changed, for example to those that toliman_ingest_find_frame finds; they
 # must stay valid until the push returns. Returns 1 to try *other, which is recorded in place of the frame unless it is
-# a misfit, too; 0 to record the frame. An exception and other numbers count as 0. Since 0.2.
+# a misfit, too; 0 to record the frame. An exception and other numbers count as 0.
 # Arguments: frame, outcome, other, user_data.
 toliman_misfit_fn = CFUNCTYPE(c_int32, POINTER(toliman_frame), POINTER(toliman_track_outcome), POINTER(toliman_frame), c_void_p)
 
@@ -3059,7 +3058,7 @@ TOLIMAN_TRACK_REBUILD = 2
 TOLIMAN_TRACK_SALVAGE = 4  # flag of toliman_track_merge only: skip damaged records
 TOLIMAN_TRACK_ALLOW_ZERO_RUNS = 8  # rejects no frame for a run of zero pixels
 
-# In the column `flags` of a ledger, flags TOLIMAN_BANK_... are multiplied by this factor. Since 0.2.
+# In the column `flags` of a ledger, flags TOLIMAN_BANK_... are multiplied by this factor.
 TOLIMAN_TRACK_BANK_FLAGS = 256
 
 # Durability of ledger records. A record is committed, and its frame acknowledged, once it has been fsync'ed (with
@@ -3135,7 +3134,7 @@ class toliman_track_options(Sized):
         a checkpoint that is damaged, missing or of another ledger; an incomplete record at the end of the ledger; lost
         session names. May be NULL.
     stamp: Origin of the camera_ns of all frames: stamp and exposure_s of toliman_ingest_options. The tracker records both
-        in the setup file. In a reduction, exposure_s is the exposure of frames without their own. Since 0.2.
+        in the setup file. In a reduction, exposure_s is the exposure of frames without their own.
         TOLIMAN_FRAME_STAMP_..., 0 = that of the folder; in a new folder MIDDLE
     trend: order of a trend, see trend_start
     exposure_s: length of an exposure, at most 1e9 s; 0 = that of the folder; in a new folder unknown
@@ -3143,7 +3142,7 @@ class toliman_track_options(Sized):
         86400e9 days, so that time 0 of the scene is TAI time_offset_ns. The value is displacement_px, its sigma
         separation_sigma_px; the columns are those of values = "separation_px,x_px,y_px". The sigma of a frame may be 0.5
         to 16 times that of the scene's frame at time 0. A frame that does not converge is rejected with REASON_ESTIMATE.
-        REBUILD with another time_offset_ns does not change values recorded before. Since 0.2.
+        REBUILD with another time_offset_ns does not change values recorded before.
     bank: NULL, or the networks that estimate the separation. Requires `fit`, for which the bank must have been made
         (otherwise TOLIMAN_E_MISMATCH). Each frame is encoded by toliman_bank_encode with the prediction described at
         `fit`. The value is displacement_px, and sigma is sigma_px of toliman_bank_result; chi_square is that of the fit.
@@ -3151,18 +3150,18 @@ class toliman_track_options(Sized):
         values = "separation_px,x_px,y_px,fit_separation_px": the separation of the networks, the shift of the scene's
         centre, and the separation of the fit. The efficiency is sqrt(cov_fit_separation_px_fit_separation_px)/sigma.
         Each network must be trained to an efficiency of at least 0.5 at its place (otherwise TOLIMAN_E_ARGUMENT). A
-        folder refuses another bank, as any other estimator. The bank must outlive the tracker. Since 0.2.
+        folder refuses another bank, as any other estimator. The bank must outlive the tracker.
     sky: System and observer of the reduction, with all effects, or NULL. The tracker must have a value separation_px:
         with `fit`, or with `estimate` and this name in `values`. To push frames to a folder with a system, give the same
         system, and an observer in orbit if it had one (TOLIMAN_E_ARGUMENT if NULL, TOLIMAN_E_MISMATCH for another). To
-        read or merge, give NULL. Must outlive the tracker. With `sky`, the default of value_limit is at least 0.25 px.
-        Since 0.2.
+        read or merge, give NULL. Must outlive the tracker. With `sky`, the default of value_limit is at least 0.25
+        px.
     plate_scale_arcsec: arcsec per px, at most 1e6; 0 = that of the folder, or of the scene of `fit`.
-        toliman_track_load_options: 0 = the folder has no system. Since 0.2
+        toliman_track_load_options: 0 = the folder has no system
     setup_folder: NULL, or an existing folder: a new folder takes its clock table, system and plate scale, with nf = 0 also its
-        grid, and with stamp = 0 its stamp and exposure_s. For a merge. Since 0.2.
+        grid, and with stamp = 0 its stamp and exposure_s. For a merge.
     trend_start: Nuisance functions, fitted with the mean at each frequency (period_nuisance.h). With TOLIMAN_PERIOD_FIXED_MEAN
-        there are none. Since 0.2.
+        there are none.
           trend              1 to 8: a trend of this order; -1: none, the mean alone; 0 = those of the folder. In a new
                              folder, and in a rebuild with sky, 0 = with sky the errors of its orbit
                              (toliman_sky_set_columns), otherwise none
@@ -3171,7 +3170,7 @@ class toliman_track_options(Sized):
           scale_sigma        standard deviation of the relative error of the plate scale, in [0, 1); 0 = that of the
                              folder; in a new folder no error
     trend_end: Nuisance functions, fitted with the mean at each frequency (period_nuisance.h). With TOLIMAN_PERIOD_FIXED_MEAN
-        there are none. Since 0.2.
+        there are none.
           trend              1 to 8: a trend of this order; -1: none, the mean alone; 0 = those of the folder. In a new
                              folder, and in a rebuild with sky, 0 = with sky the errors of its orbit
                              (toliman_sky_set_columns), otherwise none
@@ -3179,13 +3178,13 @@ class toliman_track_options(Sized):
                              with REASON_CLOCK. Both 0 = from -0.05/df to 0.15/df, twice the time span of the grid
           scale_sigma        standard deviation of the relative error of the plate scale, in [0, 1); 0 = that of the
                              folder; in a new folder no error
-    chi_limit: Limit of the chi-square of a frame; frames above it are misfits. Since 0.2.
+    chi_limit: Limit of the chi-square of a frame; frames above it are misfits.
           > 0      this number
           -1       4 times the median of all valid frames of the folder, misfits included, at least 2 and at most 100,
                    rounded by up to 0.4 %: a model that is wrong by a chi-square of 10 is usable, and one of 1000 is not.
                    The verdict of earlier frames changes with the median; it does not depend on the order of arrival
           0        that of the folder; in a new folder 2 if the scene of `fit` is that of a calibration, otherwise -1
-    misfit: may be NULL. Since 0.2"""
+    misfit: may be NULL"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -3258,12 +3257,12 @@ class toliman_track_info(Sized):
     records: records of the ledger; in memory, of accepted and unreduced frames and outliers
     committed: committed records; with READ_ONLY, records that the files show to be committed
     sigma: that of the options: of values whose frame and estimator give none, and the least of others
-    unreduced: frames that are not reduced. Since 0.2
-    plate_scale_arcsec: of the reduction; 0 = frames are not reduced. Since 0.2
+    unreduced: frames that are not reduced
+    plate_scale_arcsec: of the reduction; 0 = frames are not reduced
     system: of the reduction, JSON text that toliman_sky_create takes; NULL = frames are not reduced.
-        Valid until the tracker is destroyed. Since 0.2
-    elements: bit j: the error of element j (sky.h) is a column of the periodogram. Since 0.2
-    misfit: frames whose chi-square exceeds chi_limit. Since 0.2, as all that follow
+        Valid until the tracker is destroyed
+    elements: bit j: the error of element j (sky.h) is a column of the periodogram
+    misfit: frames whose chi-square exceeds chi_limit
     chi_limit: the limit in force
     chi_median: median chi-square of the valid frames, to 0.2 %; NaN without one"""
 
@@ -3298,7 +3297,7 @@ class toliman_track_info(Sized):
 
 
 class toliman_track_goodness(Sized):
-    """Goodness of fit (goodness.h) of the frames of a folder. Since 0.2.
+    """Goodness of fit (goodness.h) of the frames of a folder.
     struct_size: in: sizeof(toliman_track_goodness)
     goodness: verdict on chi_square, as for a single frame
     frames: accepted and unreduced frames with a chi-square
@@ -3359,9 +3358,9 @@ class toliman_track_record(Sized):
     tai_ns: camera time, and TAI from the tracker's clock table
     value: as in the outcome; if the frame has no value: 0, and the sigma of the frame or tracker
     sigma: as in the outcome; if the frame has no value: 0, and the sigma of the frame or tracker
-    chi_square: as in the outcome. Since 0.2, as all that follow
-    chi_square_sigma: as in the outcome. Since 0.2, as all that follow
-    largest_residual: as in the outcome. Since 0.2, as all that follow"""
+    chi_square: as in the outcome
+    chi_square_sigma: as in the outcome
+    largest_residual: as in the outcome"""
 
     _fields_ = [
         ("struct_size", c_uint32),
@@ -3405,7 +3404,7 @@ class toliman_track_column(Sized):
       d_period_years ... d_epoch  derivatives of the reduced separation by the seven elements of the orbit
                                   (toliman_sky_element_name), in arcsec per unit of the element
     Then follow the names of toliman_track_options.values, and cov_A_B, the covariance of values A and B. The first value
-    is named "value"; cov_A_A is a variance. Since 0.2.
+    is named "value"; cov_A_A is a variance.
     struct_size: sizeof(toliman_track_column)
     type: TOLIMAN_TRACK_COLUMN_..."""
 
@@ -3625,11 +3624,11 @@ if size is 0. Returns the length of the full message without the terminator.""",
         """Returns the name of the wrong argument, struct member, scene key or file of the last failed call on this thread, so
 that programs need not parse the message: "sigma", "options->bin", "frames[3].sigma", "telescope.aperture_m", or
 the path of a file. "" if no call has failed, and for failures without such a name (out of memory, cancelled, too
-few samples). Never NULL. Valid until the next failed call on this thread. Since 0.2.""",
+few samples). Never NULL. Valid until the next failed call on this thread.""",
     ),
     "toliman_load_options_init": (
         None, (("options", POINTER(toliman_load_options)), ("size", c_size_t)),
-        """Sets *options, a struct of `size` bytes, to the defaults. Since 0.2.""",
+        """Sets *options, a struct of `size` bytes, to the defaults.""",
     ),
     "toliman_version": (
         c_char_p, (),
@@ -3661,7 +3660,7 @@ language bindings: a binding whose struct is larger needs a newer library.""",
     ),
     "toliman_goodness_name": (
         c_char_p, (("goodness", c_int32),),
-        """Returns the name of a verdict: "unknown", "good", "poor", "too good"; "?" for another number. Static text. Since 0.2.""",
+        """Returns the name of a verdict: "unknown", "good", "poor", "too good"; "?" for another number. Static text.""",
     ),
     "toliman_sim_options_init": (
         None, (("options", POINTER(toliman_sim_options)), ("size", c_size_t)),
@@ -3701,7 +3700,7 @@ folder; NULL = the current directory. Otherwise as toliman_sim_create_file.""",
     "toliman_sim_get_bounds": (
         c_int32, (("sim", POINTER(toliman_sim)), ("out", POINTER(toliman_sim_bounds))),
         """Writes the bounds of the scene to *out, whose struct_size must be set. The first call computes the derivatives, which
-takes a few times as long as toliman_sim_create_file. Since 0.2.""",
+takes a few times as long as toliman_sim_create_file.""",
     ),
     "toliman_sim_plan_file": (
         c_int32, (
@@ -3727,7 +3726,7 @@ toliman_sim_plan_file.""",
     "toliman_sim_stage_name": (
         c_char_p, (("stage", c_int32),),
         """Returns the name of a stage, a physical effect that a scene may include: stage 0, 1, ... ("photon noise"), NULL
-after the last one. Static text. Later versions may append stages. Since 0.2.""",
+after the last one. Static text. Later versions may append stages.""",
     ),
     "toliman_sim_get_stage": (
         c_int32, (
@@ -3735,8 +3734,8 @@ after the last one. Static text. Later versions may append stages. Since 0.2."""
             ("name", c_char_p),
             ("modelled", POINTER(c_int32)),
         ),
-        """Sets *modelled to 1 if the plan models the stage with this name, else to 0. TOLIMAN_E_ARGUMENT for an unknown name.
-Since 0.2.""",
+        """Sets *modelled to 1 if the plan models the stage with this name, else to 0. TOLIMAN_E_ARGUMENT for an unknown
+name.""",
     ),
     "toliman_sim_get_plan": (
         c_int32, (("sim", POINTER(toliman_sim)), ("out", POINTER(toliman_sim_plan_info))),
@@ -3759,8 +3758,7 @@ elements. Either array may be NULL. TOLIMAN_E_RANGE if a frame is outside the ca
     ),
     "toliman_sim_image_name": (
         c_char_p, (("kind", c_int32),),
-        """Returns the name of an image ("shift_x" for TOLIMAN_SIM_IMAGE_SHIFT_X), "?" for an unknown one. Static text.
-Since 0.2.""",
+        """Returns the name of an image ("shift_x" for TOLIMAN_SIM_IMAGE_SHIFT_X), "?" for an unknown one. Static text.""",
     ),
     "toliman_sim_get_image": (
         c_int32, (
@@ -3802,7 +3800,7 @@ toliman_sim_get_spectrum.""",
     ),
     "toliman_sim_get_offsets": (
         c_int32, (("sim", POINTER(toliman_sim)), ("out", POINTER(toliman_sim_offsets))),
-        """Writes the positions of the stars to *out, whose struct_size must be set. Since 0.2.""",
+        """Writes the positions of the stars to *out, whose struct_size must be set.""",
     ),
     "toliman_sim_propagate": (
         c_int32, (
@@ -3968,7 +3966,7 @@ counts are so far from the scene that the latent overflows.""",
   latents_px  [count]
   goodness    [count], or NULL; struct_size of the first must be set
 Errors: as toliman_cae_encode, naming the frame; TOLIMAN_E_ARGUMENT for another shape; TOLIMAN_E_RANGE for an image
-larger than the address space. Since 0.2.""",
+larger than the address space.""",
     ),
     "toliman_cae_decode": (
         c_int32, (
@@ -4056,12 +4054,12 @@ checksum, and for numbers that are subnormal, above 2^100, infinite or NaN.""",
     ),
     "toliman_sim_parameter_count": (
         c_int32, (),
-        """Returns the number of parameters. Later versions may append parameters. Since 0.2.""",
+        """Returns the number of parameters. Later versions may append parameters.""",
     ),
     "toliman_sim_get_parameter": (
         c_int32, (("index", c_int32), ("out", POINTER(toliman_sim_parameter))),
         """Writes parameter number `index`, 0 <= index < toliman_sim_parameter_count(), to *out, whose struct_size must be set.
-TOLIMAN_E_RANGE for any other index. Since 0.2.""",
+TOLIMAN_E_RANGE for any other index.""",
     ),
     "toliman_sim_get_derivative": (
         c_int32, (
@@ -4076,8 +4074,7 @@ for a parameter computes it.
 Errors: TOLIMAN_E_ARGUMENT for an unknown name or a smaller stride; TOLIMAN_E_UNSUPPORTED if the scene has no such
 derivative: flux_b, temperature_b, spectrum_b_... and position_angle of a single star; mask_... unless the mask is a
 spiral with edges "area"; temperature_... and spectrum_... of spectral lines or a single wavelength;
-with PADDED_FFT all but separation, shift_x, shift_y, roll, flux_a, flux_b, background, scale and focus.
-Since 0.2.""",
+with PADDED_FFT all but separation, shift_x, shift_y, roll, flux_a, flux_b, background, scale and focus.""",
     ),
     "toliman_sim_get_opd_gradient": (
         c_int32, (
@@ -4092,7 +4089,7 @@ toliman_sim_get_pupil; 0 where the pupil is closed. stride >= cols, in elements.
 over cells of mode times gradient equals the sum over pixels of weights times the derivative by this mode. The
 gradient costs about as much as one such derivative. The photons of the stars remain as they are, as for derivatives.
 Errors: TOLIMAN_E_ARGUMENT for a smaller stride or a weight that is not finite; TOLIMAN_E_UNSUPPORTED with
-PADDED_FFT. Since 0.2.""",
+PADDED_FFT.""",
     ),
     "toliman_fit_options_init": (
         None, (("options", POINTER(toliman_fit_options)), ("size", c_size_t)),
@@ -4362,7 +4359,7 @@ the old file remains.""",
     ),
     "toliman_sim_budget_options_init": (
         None, (("options", POINTER(toliman_sim_budget_options)), ("size", c_size_t)),
-        """Sets *options, a struct of `size` bytes, to the defaults. Since 0.2.""",
+        """Sets *options, a struct of `size` bytes, to the defaults.""",
     ),
     "toliman_sim_get_budget": (
         c_int32, (
@@ -4373,7 +4370,7 @@ the old file remains.""",
         """Writes the summary of a budget to *out, whose struct_size must be set. options may be NULL. The first call for a
 parameter computes its derivative. Errors: TOLIMAN_E_ARGUMENT for an unknown name or one that is given twice,
 TOLIMAN_E_UNSUPPORTED if the scene has no derivative by a parameter (a single star, a spectrum of lines, the engine
-PADDED_FFT), TOLIMAN_E_SCENE if the scene's signal changes no pixel. Since 0.2.""",
+PADDED_FFT), TOLIMAN_E_SCENE if the scene's signal changes no pixel.""",
     ),
     "toliman_sim_get_budget_steps": (
         c_int32, (
@@ -4385,7 +4382,7 @@ PADDED_FFT), TOLIMAN_E_SCENE if the scene's signal changes no pixel. Since 0.2."
         ),
         """Writes the first `capacity` steps to steps[capacity] and their number to *count. Only the member `frames` of options,
 which may be NULL, is used. A step omits parameters of which the scene has no derivative. TOLIMAN_E_ARGUMENT if
-capacity is 0. Since 0.2.""",
+capacity is 0.""",
     ),
     "toliman_sim_get_budget_rows": (
         c_int32, (
@@ -4398,7 +4395,7 @@ capacity is 0. Since 0.2.""",
         """Writes the first `capacity` rows to rows[capacity] and their number to *count: the free parameters in the order of
 their names, then every other parameter of which the scene has a derivative. Arguments and errors as
 toliman_sim_get_budget; TOLIMAN_E_ARGUMENT if capacity is 0. Propagates the frame twice for each free parameter that
-is not linear. Since 0.2.""",
+is not linear.""",
     ),
     "toliman_sim_get_budget_correlations": (
         c_int32, (
@@ -4409,12 +4406,12 @@ is not linear. Since 0.2.""",
         ),
         """Writes the correlations of the estimates to correlations[count][count]: the separation, then the free parameters in
 the order of their names. NaN for a parameter that depends on those before it, and for all if they leave nothing of
-the signal. TOLIMAN_E_ARGUMENT unless count is toliman_sim_budget.free_count + 1. Since 0.2.""",
+the signal. TOLIMAN_E_ARGUMENT unless count is toliman_sim_budget.free_count + 1.""",
     ),
     "toliman_calibration_change_name": (
         c_char_p, (("change", c_uint32),),
         """Returns the name of a change: "mask edges", "pupil samples", "spectral modes", "map"; "?" for another number. Static
-text. Since 0.2.""",
+text.""",
     ),
     "toliman_calibration_options_init": (
         None, (("options", POINTER(toliman_calibration_options)), ("size", c_size_t)),
@@ -4466,8 +4463,8 @@ Errors:
             ("index", c_int32),
             ("out", POINTER(toliman_calibration_attempt)),
         ),
-        """Writes attempt number `index` to *out, whose struct_size must be set. TOLIMAN_E_RANGE unless 0 <= index < attempts.
-Since 0.2.""",
+        """Writes attempt number `index` to *out, whose struct_size must be set. TOLIMAN_E_RANGE unless 0 <= index <
+attempts.""",
     ),
     "toliman_calibration_get_left_out": (
         c_int32, (
@@ -4476,7 +4473,7 @@ Since 0.2.""",
             ("out", POINTER(toliman_calibration_left_out)),
         ),
         """Writes number `index` of the parameters that were left out to *out, whose struct_size must be set. TOLIMAN_E_RANGE
-unless 0 <= index < left_out. Since 0.2.""",
+unless 0 <= index < left_out.""",
     ),
     "toliman_calibration_get_value": (
         c_int32, (
@@ -4587,7 +4584,7 @@ the range of float32; TOLIMAN_E_CAPACITY if the collection is full.""",
         ),
         """Adds `count` frames of image in order, or none if one is refused. Otherwise as toliman_components_push.
 Errors: as toliman_components_push, naming the frame; TOLIMAN_E_ARGUMENT for another shape; TOLIMAN_E_RANGE for an
-image larger than the address space. Since 0.2.""",
+image larger than the address space.""",
     ),
     "toliman_components_reset": (
         c_int32, (("components", POINTER(toliman_components)),),
@@ -4638,7 +4635,7 @@ Errors: TOLIMAN_E_STATE before training; TOLIMAN_E_RANGE for a component that wa
     ),
     "toliman_ingest_options_init": (
         None, (("options", POINTER(toliman_ingest_options)), ("size", c_size_t)),
-        """Sets *options, a struct of `size` bytes, to the defaults. Since 0.2.""",
+        """Sets *options, a struct of `size` bytes, to the defaults.""",
     ),
     "toliman_ingest_create": (
         c_int32, (
@@ -4650,15 +4647,15 @@ Errors: TOLIMAN_E_STATE before training; TOLIMAN_E_RANGE for a component that wa
   path     one of the two files, or X, the path without _frames.bin and _meta.jsonl
   options  must not be NULL, as the pixel type has no default
 The caller destroys *out. Errors: TOLIMAN_E_NOT_FOUND if one of the files is missing, is not a regular file or cannot
-be opened. Since 0.2.""",
+be opened.""",
     ),
     "toliman_ingest_destroy": (
         None, (("ingest", POINTER(toliman_ingest)),),
-        """Destroys a reader and the memory of its frames, events and paths. NULL is allowed. Since 0.2.""",
+        """Destroys a reader and the memory of its frames, events and paths. NULL is allowed.""",
     ),
     "toliman_ingest_reason_name": (
         c_char_p, (("reason", c_int32),),
-        """Returns the name of a reason ("bad line"), "?" for an unknown one. Static text. Since 0.2.""",
+        """Returns the name of a reason ("bad line"), "?" for an unknown one. Static text.""",
     ),
     "toliman_ingest_next": (
         c_int32, (
@@ -4693,7 +4690,7 @@ frame if they have been replaced or truncated:
   - TOLIMAN_E_NOT_FOUND if a file cannot be read, or is truncated while it is read;
   - TOLIMAN_E_FORMAT if the file of pixels has twice or half the size of the frames of all lines, as with the other
     pixel type, and no line has been reported yet; with GROWING, if two examinations in a row find this;
-  - TOLIMAN_E_FORMAT if a side file of n bytes has more than 1024 + n/120 lines. Since 0.2.""",
+  - TOLIMAN_E_FORMAT if a side file of n bytes has more than 1024 + n/120 lines.""",
     ),
     "toliman_ingest_find_frame": (
         c_int32, (
@@ -4713,12 +4710,12 @@ frame without a line, or of a frame whose rest is lost. Such a frame is a misfit
   shift      receives the bytes from the frame's place to there; 0 if it is not found elsewhere: pixels is unchanged
 The size of the file, compared with that of the frames of all lines, tells whether bytes were lost or gained; with
 GROWING it does not, and no frame is found. The likeness is that of images: let the estimator confirm the frame.
-Errors: TOLIMAN_E_CAPACITY if capacity is too small; TOLIMAN_E_NOT_FOUND if the file cannot be read. Since 0.2.""",
+Errors: TOLIMAN_E_CAPACITY if capacity is too small; TOLIMAN_E_NOT_FOUND if the file cannot be read.""",
     ),
     "toliman_ingest_set_shift": (
         c_int32, (("ingest", POINTER(toliman_ingest)), ("shift", c_int64)),
         """Sets the shift, in bytes, at which frames that were not reported yet are read, 0 at the beginning. No effect on a
-file that has exactly the size of the frames of all lines. Since 0.2.""",
+file that has exactly the size of the frames of all lines.""",
     ),
     "toliman_ingest_finish": (
         c_int32, (("ingest", POINTER(toliman_ingest)),),
@@ -4727,11 +4724,11 @@ files again (only a first call does), and end with NOTHING. Lines without pixels
 without line as EXTRA_BYTES, if the files did not change between their last two examinations and not since then;
 otherwise they may still be growing, and neither is reported. Therefore call next until it has returned NOTHING
 twice, with a pause between both calls, then finish. A last line without newline is not reported. Cannot be undone;
-no effect without GROWING. Since 0.2.""",
+no effect without GROWING.""",
     ),
     "toliman_ingest_get_info": (
         c_int32, (("ingest", POINTER(toliman_ingest)), ("out", POINTER(toliman_ingest_info))),
-        """Writes the properties and counts to *out, whose struct_size must be set. Since 0.2.""",
+        """Writes the properties and counts to *out, whose struct_size must be set.""",
     ),
     "toliman_ingest_read_clock": (
         c_int32, (
@@ -4748,7 +4745,7 @@ no effect without GROWING. Since 0.2.""",
   log     receives one warning if a rate differs from 1 by more than 1 %, for instance for columns in other units or
           in the wrong order, also in a query; may be NULL. user_data is passed to it
 Errors: TOLIMAN_E_NOT_FOUND; TOLIMAN_E_FORMAT, with file and line, if the file is malformed or has no pair;
-TOLIMAN_E_CAPACITY if capacity is too small. Since 0.2.""",
+TOLIMAN_E_CAPACITY if capacity is too small.""",
     ),
     "toliman_ingest_read_leap_seconds": (
         c_int32, (
@@ -4767,14 +4764,13 @@ TOLIMAN_E_CAPACITY if capacity is too small. Since 0.2.""",
 A list is refused, with TOLIMAN_E_FORMAT, if the SHA-1 in its line #h is not that of its numbers, if it has a date
 (#$) but no #h (it is truncated), and if it differs from the table of ERFA up to the last row or the release of that
 table.
-Errors: TOLIMAN_E_NOT_FOUND, TOLIMAN_E_FORMAT with file and line, TOLIMAN_E_CAPACITY if capacity is too small.
-Since 0.2.""",
+Errors: TOLIMAN_E_NOT_FOUND, TOLIMAN_E_FORMAT with file and line, TOLIMAN_E_CAPACITY if capacity is too small.""",
     ),
     "toliman_ingest_last_utc_day": (
         c_int64, (),
         """Returns the latest day (MJD) of UTC that any function has converted on this thread, 0 for none. From the day
 `expires` of toliman_ingest_read_leap_seconds on, leap seconds may be missing: a program compares both at its end,
-and warns. Since 0.2.""",
+and warns.""",
     ),
     "toliman_ingest_parse_time": (
         c_int32, (
@@ -4798,7 +4794,7 @@ No floating-point number is involved: a date is truncated to the nanosecond, a d
 one. A UTC day that ends with a leap second has 86,401 s, and so has its Julian Day. After the last row of the table,
 TAI - UTC remains constant.
 Errors: TOLIMAN_E_FORMAT if the text is not such a time, TOLIMAN_E_RANGE outside these years, TOLIMAN_E_ARGUMENT for
-a wrong table, also if the scale is not UTC. Since 0.2.""",
+a wrong table, also if the scale is not UTC.""",
     ),
     "toliman_ingest_read_on_target": (
         c_int32, (
@@ -4817,7 +4813,7 @@ windows").
                 intervals NULL
   count         becomes the number of windows, at least 1
 Errors: TOLIMAN_E_NOT_FOUND; TOLIMAN_E_FORMAT, with file and line, if the file is malformed or has no window;
-TOLIMAN_E_CAPACITY if capacity is too small; TOLIMAN_E_ARGUMENT for a wrong table of leap seconds. Since 0.2.""",
+TOLIMAN_E_CAPACITY if capacity is too small; TOLIMAN_E_ARGUMENT for a wrong table of leap seconds.""",
     ),
     "toliman_ingest_read_header": (
         c_int32, (
@@ -4840,8 +4836,7 @@ lengths, by pauses.
   time     becomes the time
 Errors: TOLIMAN_E_NOT_FOUND if the header has none of these times; TOLIMAN_E_FORMAT and TOLIMAN_E_RANGE, with the
 keyword, as toliman_ingest_parse_time, for keywords that contradict each other (both are named), for a date without
-time, an unknown TIMESYS, a bad length, and a TREFPOS outside the Earth; TOLIMAN_E_ARGUMENT for a wrong table.
-Since 0.2.""",
+time, an unknown TIMESYS, a bad length, and a TREFPOS outside the Earth; TOLIMAN_E_ARGUMENT for a wrong table.""",
     ),
     "toliman_ingest_convert_times": (
         c_int32, (
@@ -4859,11 +4854,11 @@ counts 86,400 s, as in POSIX and in NumPy's datetime64: a time within a leap sec
   table          [rows] leap seconds, as in toliman_ingest_parse_time
   tai_ns         [count]; may be `times`, must not overlap it otherwise
 Errors: TOLIMAN_E_RANGE outside the years of toliman_ingest_parse_time, naming the element; TOLIMAN_E_ARGUMENT for a
-wrong table. Since 0.2.""",
+wrong table.""",
     ),
     "toliman_linear_options_init": (
         None, (("options", POINTER(toliman_linear_options)), ("size", c_size_t)),
-        """Sets *options, a struct of `size` bytes, to the defaults. Since 0.2.""",
+        """Sets *options, a struct of `size` bytes, to the defaults.""",
     ),
     "toliman_linear_create": (
         c_int32, (
@@ -4911,7 +4906,7 @@ toliman_linear_encode.
   values_px  [count]
   goodness   [count], or NULL; struct_size of the first must be set
 Errors: as toliman_linear_encode, naming the frame; TOLIMAN_E_ARGUMENT for another shape; TOLIMAN_E_RANGE for an
-image larger than the address space. Since 0.2.""",
+image larger than the address space.""",
     ),
     "toliman_linear_get_sigma": (
         c_int32, (("linear", POINTER(toliman_linear)), ("sigma_px", POINTER(c_double))),
@@ -4920,7 +4915,7 @@ preprocess.project unknown.""",
     ),
     "toliman_mask_design_options_init": (
         None, (("options", POINTER(toliman_mask_design_options)), ("size", c_size_t)),
-        """Sets *options, a struct of `size` bytes, to the defaults. Since 0.2.""",
+        """Sets *options, a struct of `size` bytes, to the defaults.""",
     ),
     "toliman_mask_design": (
         c_int32, (
@@ -4939,36 +4934,36 @@ If the mask is not better at all places, or exceeds the peak at one, the call su
 is 0: try another seed.
 Errors: TOLIMAN_E_ARGUMENT for another name in `free`, or one that is named twice; TOLIMAN_E_SCENE if the separation
 has no bound with these parameters free, and for places that the scene cannot have; TOLIMAN_E_UNSUPPORTED for the
-engine PADDED_FFT; those of toliman_sim_create_file for the files of the scene. Since 0.2.""",
+engine PADDED_FFT; those of toliman_sim_create_file for the files of the scene.""",
     ),
     "toliman_mask_destroy": (
         None, (("mask", POINTER(toliman_mask)),),
-        """Destroys a mask. NULL is allowed. Since 0.2.""",
+        """Destroys a mask. NULL is allowed.""",
     ),
     "toliman_mask_get_info": (
         c_int32, (("mask", POINTER(toliman_mask)), ("out", POINTER(toliman_mask_info))),
-        """Writes the scores of a mask at its first place to *out, whose struct_size must be set. Since 0.2.""",
+        """Writes the scores of a mask at its first place to *out, whose struct_size must be set.""",
     ),
     "toliman_mask_get_place": (
         c_int32, (("mask", POINTER(toliman_mask)), ("place", c_uint64), ("out", POINTER(toliman_mask_info))),
         """Writes the scores at place number `place` to *out, whose struct_size must be set; improved, stopped, iterations and
-small_features are those of the whole. TOLIMAN_E_RANGE beyond the last place. Since 0.2.""",
+small_features are those of the whole. TOLIMAN_E_RANGE beyond the last place.""",
     ),
     "toliman_mask_get_cells": (
         c_int32, (("mask", POINTER(toliman_mask)), ("side", c_size_t), ("cells", POINTER(c_double))),
         """Writes the cells of the mask to cells[side][side], 1 where it steps and 0 elsewhere, also in cells without light;
-side must be telescope.pupil_samples of the scene. As .npy of uint8, they are the file of a scene's mask. Since 0.2.""",
+side must be telescope.pupil_samples of the scene. As .npy of uint8, they are the file of a scene's mask.""",
     ),
     "toliman_mask_get_descent": (
         c_int32, (("mask", POINTER(toliman_mask)), ("count", c_size_t), ("bounds_px", POINTER(c_double))),
         """Writes the bound of the sketch with the free parameters in each iteration, px, to bounds_px[count]; count must be
-toliman_mask_info.iterations. Since 0.2.""",
+toliman_mask_info.iterations.""",
     ),
     "toliman_mask_get_json": (
         c_char_p, (("mask", POINTER(toliman_mask)),),
         """Returns the mask as JSON on one line, the value of telescope.mask of a scene: {"kind": "file", "file": "mask.npy",
 "quantity": "binary", "opd_nm": ...}, whose file the caller writes from the cells. Every number is read again as the
-same double. "" for NULL and after an error. Valid until the mask is destroyed. Since 0.2.""",
+same double. "" for NULL and after an error. Valid until the mask is destroyed.""",
     ),
     "toliman_period_options_init": (
         None, (("options", POINTER(toliman_period_options)), ("size", c_size_t)),
@@ -4997,8 +4992,7 @@ suffices.
   mission_span  0: the samples are complete. > 0, in units of t: the samples grow until T = mission_span. The
                 bounds then accept values that spread 2^20 times as far and sigmas 8 times smaller to 4 times
                 larger. With n = 0 the step is 1
-Errors: TOLIMAN_E_ARGUMENT if a number is not finite or sigma <= 0; TOLIMAN_E_STATE if all times are equal.
-Since 0.2.""",
+Errors: TOLIMAN_E_ARGUMENT if a number is not finite or sigma <= 0; TOLIMAN_E_STATE if all times are equal.""",
     ),
     "toliman_period_create": (
         c_int32, (
@@ -5082,7 +5076,7 @@ toliman_period_push_many.""",
             ("samples", POINTER(toliman_period_sample)),
             ("n", c_size_t),
         ),
-        """Removes n samples given as in toliman_period_push_samples. Otherwise as toliman_period_retract_many. Since 0.2.""",
+        """Removes n samples given as in toliman_period_push_samples. Otherwise as toliman_period_retract_many.""",
     ),
     "toliman_period_merge": (
         c_int32, (("period", POINTER(toliman_period)), ("other", POINTER(toliman_period))),
@@ -5306,7 +5300,7 @@ Errors: as toliman_period_query_fit; TOLIMAN_E_CANCELLED.""",
     ),
     "toliman_period_noise_options_init": (
         None, (("options", POINTER(toliman_period_noise_options)), ("size", c_size_t)),
-        """Sets *options, a struct of `size` bytes, to the defaults. Since 0.2.""",
+        """Sets *options, a struct of `size` bytes, to the defaults.""",
     ),
     "toliman_period_noise_search": (
         c_int32, (
@@ -5339,11 +5333,11 @@ nothing is written.
 Errors: TOLIMAN_E_ARGUMENT if a number is not finite, sigma <= 0, a precision < 0, two samples have the same time, a
 function without a prior is a combination of the mean and the functions before it, or the grid is impossible;
 TOLIMAN_E_STATE if n < k + 6, or if mean and functions describe all values; TOLIMAN_E_RANGE for |t| > 1e100, |y| >
-1e300 or phases of more than 2^50 cycles; TOLIMAN_E_CANCELLED. Since 0.2.""",
+1e300 or phases of more than 2^50 cycles; TOLIMAN_E_CANCELLED.""",
     ),
     "toliman_period_noise_bootstrap_options_init": (
         None, (("options", POINTER(toliman_period_noise_bootstrap_options)), ("size", c_size_t)),
-        """Sets *options, a struct of `size` bytes, to the defaults. Since 0.2.""",
+        """Sets *options, a struct of `size` bytes, to the defaults.""",
     ),
     "toliman_period_noise_bootstrap": (
         c_int32, (
@@ -5371,7 +5365,7 @@ correlations up to the length of a block remain, also those that rho does not de
 change. With rho = 0 the blocks must be longer than the correlation and the period. If m entries are at or below the
 log10_residual of the highest peak, its FAP is (m + 1)/(count + 1). Each resampling takes the time of one
 periodogram.
-Errors: as toliman_period_noise_search; TOLIMAN_E_RANGE for rho or block out of range. Since 0.2.""",
+Errors: as toliman_period_noise_search; TOLIMAN_E_RANGE for rho or block out of range.""",
     ),
     "toliman_period_push_rows": (
         c_int32, (
@@ -5383,7 +5377,7 @@ Errors: as toliman_period_noise_search; TOLIMAN_E_RANGE for rho or block out of 
         """Adds n samples with the values of their columns, or none if one is refused; the message names its index.
   rows  [n][columns of the options], values of the columns; may be NULL if there are no columns
 Functions without this argument return TOLIMAN_E_ARGUMENT if the periodogram has columns.
-Errors: as toliman_period_push_samples; TOLIMAN_E_RANGE if a value exceeds its column_bound. Since 0.2.""",
+Errors: as toliman_period_push_samples; TOLIMAN_E_RANGE if a value exceeds its column_bound.""",
     ),
     "toliman_period_retract_rows": (
         c_int32, (
@@ -5392,7 +5386,7 @@ Errors: as toliman_period_push_samples; TOLIMAN_E_RANGE if a value exceeds its c
             ("rows", POINTER(c_double)),
             ("n", c_size_t),
         ),
-        """Removes n samples given as in toliman_period_push_rows. Otherwise as toliman_period_retract_many. Since 0.2.""",
+        """Removes n samples given as in toliman_period_push_rows. Otherwise as toliman_period_retract_many.""",
     ),
     "toliman_period_query_coefficients": (
         c_int32, (
@@ -5409,7 +5403,7 @@ coefficients[count], and their standard errors, scaled by the residual, to error
 The mean is in units of y, all others in units of y per unit of the function. A function that is not in use has the
 coefficient 0 and the error +infinity.
 Errors: as toliman_period_query_model; TOLIMAN_E_ARGUMENT for another count; TOLIMAN_E_STATE if the options declare
-no nuisance function and no prior. Since 0.2.""",
+no nuisance function and no prior.""",
     ),
     "toliman_period_query_fit_rows": (
         c_int32, (
@@ -5424,7 +5418,7 @@ no nuisance function and no prior. Since 0.2.""",
         """Refines the highest peak with the samples that were pushed, as toliman_period_query_fit, with their columns.
   rows  [n][columns of the options], values of the columns; may be NULL if there are no columns
 The coefficients of the functions are fitted with frequency, amplitude, phase and offset, which is the coefficient of
-the mean. Since 0.2.""",
+the mean.""",
     ),
     "toliman_period_query_sampling": (
         c_int32, (
@@ -5440,7 +5434,7 @@ nyquist is then too low for grouped samples. Evaluates every frequency, as tolim
     "toliman_period_interval_name": (
         c_char_p, (("interval_kind", c_int32),),
         """Returns the name of an interval: "sampling", "solar day", "sidereal day", "year"; "?" for another number. Static
-text. Since 0.2.""",
+text.""",
     ),
     "toliman_period_query_aliases": (
         c_int32, (
@@ -5453,16 +5447,16 @@ text. Since 0.2.""",
         """Writes the aliases of a peak at `frequency` to aliases[capacity], those of the highest window function first; *count
 becomes their number, at most capacity and at most 16. aliases[0].struct_size must be set. Days and years are those
 of unit_ns. The window function is known from the accumulators, up to twice the last frequency of the grid. If the
-highest peak of the grid is an alias of this one, it is among them. Since 0.2.
+highest peak of the grid is an alias of this one, it is among them.
 Errors: as toliman_period_query_peak; TOLIMAN_E_ARGUMENT if frequency is outside the grid.""",
     ),
     "toliman_planet_series_init": (
         None, (("series", POINTER(toliman_planet_series)), ("size", c_size_t)),
-        """Sets *series, a struct of `size` bytes, to zeros and its struct_size. Since 0.2.""",
+        """Sets *series, a struct of `size` bytes, to zeros and its struct_size.""",
     ),
     "toliman_planet_options_init": (
         None, (("options", POINTER(toliman_planet_options)), ("size", c_size_t)),
-        """Sets *options, a struct of `size` bytes, to the defaults. Since 0.2.""",
+        """Sets *options, a struct of `size` bytes, to the defaults.""",
     ),
     "toliman_planet_search": (
         c_int32, (
@@ -5479,19 +5473,19 @@ each step 0.2/T of frequency, an eighth of them without jitter, where T is the l
 TOLIMAN_E_ARGUMENT, naming the member, if a number is not finite or outside its limits (|t|, |y| and sigma up to
 1e100), sigma <= 0 or missing, all times are equal, or a function without a prior is a combination of those before
 it; TOLIMAN_E_STATE if n is below the number of functions + 6; TOLIMAN_E_RANGE if the first lattice would have more
-than 2e7 nodes, because period_min is too short; TOLIMAN_E_CANCELLED. Since 0.2.""",
+than 2e7 nodes, because period_min is too short; TOLIMAN_E_CANCELLED.""",
     ),
     "toliman_planet_destroy": (
         None, (("planets", POINTER(toliman_planets)),),
-        """Destroys a result. NULL is allowed. Since 0.2.""",
+        """Destroys a result. NULL is allowed.""",
     ),
     "toliman_planet_get_info": (
         c_int32, (("planets", POINTER(toliman_planets)), ("out", POINTER(toliman_planet_info))),
-        """Writes the properties to *out, whose struct_size must be set. Since 0.2.""",
+        """Writes the properties to *out, whose struct_size must be set.""",
     ),
     "toliman_planet_reason_name": (
         c_char_p, (("bit", c_uint32),),
-        """Returns the name of a reason of one bit; "?" for another number. Static text. Since 0.2.""",
+        """Returns the name of a reason of one bit; "?" for another number. Static text.""",
     ),
     "toliman_planet_get": (
         c_int32, (
@@ -5500,7 +5494,7 @@ than 2e7 nodes, because period_min is too short; TOLIMAN_E_CANCELLED. Since 0.2.
             ("out", POINTER(toliman_planet)),
         ),
         """Writes candidate `index` to *out, whose struct_size must be set. Candidates are numbered as they were found. Errors:
-TOLIMAN_E_ARGUMENT if index is not below info.candidates. Since 0.2.""",
+TOLIMAN_E_ARGUMENT if index is not below info.candidates.""",
     ),
     "toliman_planet_get_samples": (
         c_int32, (
@@ -5513,7 +5507,7 @@ TOLIMAN_E_ARGUMENT if index is not below info.candidates. Since 0.2.""",
   count    number of samples, at most `samples` of the options
   samples  [count][TOLIMAN_PLANET_COLUMNS]: period, eccentricity, periastron_deg, epoch, amplitude, mass_a, mass_b,
            jitter
-Errors: TOLIMAN_E_ARGUMENT for a bad index or count. Since 0.2.""",
+Errors: TOLIMAN_E_ARGUMENT for a bad index or count.""",
     ),
     "toliman_planet_get_signal": (
         c_int32, (
@@ -5533,12 +5527,12 @@ Errors: TOLIMAN_E_ARGUMENT for a bad index, position angles of a fixed axis, or 
         c_int32, (("planets", POINTER(toliman_planets)), ("n", c_size_t), ("residuals", POINTER(c_double))),
         """Writes the residuals of the joint fit of nuisance functions and all candidates that reach the threshold to
 residuals[n], in the order of the series. The signal of a candidate below the threshold remains in them. Errors:
-TOLIMAN_E_ARGUMENT if n is not that of the series. Since 0.2.""",
+TOLIMAN_E_ARGUMENT if n is not that of the series.""",
     ),
     "toliman_planet_get_outliers": (
         c_int32, (("planets", POINTER(toliman_planets)), ("count", c_size_t), ("indices", POINTER(c_int64))),
         """Writes the indices of the samples that do not belong, in the order of the series, to indices[count]. Errors:
-TOLIMAN_E_ARGUMENT if count is not info.outliers. Since 0.2.""",
+TOLIMAN_E_ARGUMENT if count is not info.outliers.""",
     ),
     "toliman_planet_get_limits": (
         c_int32, (
@@ -5562,7 +5556,7 @@ for a planet. The period that is found may differ: that of a planet near period_
 the prior of the amplitude. Amplitudes are along the mean axis. `detectable` is that of 400 simulated series, within
 5 % in amplitude, and agrees with toliman_planet_inject within 0.03 in probability. 0.02 to 0.1 s of processor time
 per period with 200 to 1,100 samples; worker threads as for the search. Errors: TOLIMAN_E_ARGUMENT for bad numbers
-and periods outside the prior. Since 0.2.""",
+and periods outside the prior.""",
     ),
     "toliman_planet_get_efficiency": (
         c_int32, (
@@ -5572,7 +5566,7 @@ and periods outside the prior. Since 0.2.""",
             ("efficiency", POINTER(c_double)),
         ),
         """Writes the probability of detecting a circular orbit of this period and amplitude, in units of t and y, to
-*efficiency. Errors: TOLIMAN_E_ARGUMENT for bad numbers. Since 0.2.""",
+*efficiency. Errors: TOLIMAN_E_ARGUMENT for bad numbers.""",
     ),
     "toliman_planet_inject": (
         c_int32, (
@@ -5588,21 +5582,21 @@ them. Each search fits these functions as the search of the series does. Runs in
 injection with the default periods. The first call needs 16 n bytes per frequency, 32 n if the axis turns, of those
 1/(10 T) apart, for the lifetime of *planets; T is the last minus the first time. The same `planets` and `cell` give
 the same number. Errors: TOLIMAN_E_ARGUMENT for bad numbers, and for masses if unit, parallax or the mass of the
-star is unknown. Since 0.2.""",
+star is unknown.""",
     ),
     "toliman_series_options_init": (
         None, (("options", POINTER(toliman_series_options)), ("size", c_size_t)),
-        """Sets *options, a struct of `size` bytes, to the defaults. Since 0.2.""",
+        """Sets *options, a struct of `size` bytes, to the defaults.""",
     ),
     "toliman_series_create": (
         c_int32, (("options", POINTER(toliman_series_options)), ("out", POINTER(POINTER(toliman_series)))),
         """Creates a parser.
   options  NULL = the defaults. Texts and leap seconds are copied
-The caller destroys *out. Errors: TOLIMAN_E_ARGUMENT, naming the option. Since 0.2.""",
+The caller destroys *out. Errors: TOLIMAN_E_ARGUMENT, naming the option.""",
     ),
     "toliman_series_destroy": (
         None, (("series", POINTER(toliman_series)),),
-        """Destroys a parser. NULL is allowed. Since 0.2.""",
+        """Destroys a parser. NULL is allowed.""",
     ),
     "toliman_series_parse": (
         c_int32, (
@@ -5616,15 +5610,15 @@ The caller destroys *out. Errors: TOLIMAN_E_ARGUMENT, naming the option. Since 0
           whose lines are longer may pass 65,537 bytes of one. NULL if length is 0
   sample  its struct_size must be set
 Errors: TOLIMAN_E_FORMAT for a malformed line; it counts as a line, and the next one can be parsed.
-TOLIMAN_E_MISMATCH if the input has no such columns: no line of it can be used. Since 0.2.""",
+TOLIMAN_E_MISMATCH if the input has no such columns: no line of it can be used.""",
     ),
     "toliman_series_get_info": (
         c_int32, (("series", POINTER(toliman_series)), ("out", POINTER(toliman_series_info))),
-        """Writes the properties to *out, whose struct_size must be set. Since 0.2.""",
+        """Writes the properties to *out, whose struct_size must be set.""",
     ),
     "toliman_sky_options_init": (
         None, (("options", POINTER(toliman_sky_options)), ("size", c_size_t)),
-        """Sets *options, a struct of `size` bytes, to the defaults. Since 0.2.""",
+        """Sets *options, a struct of `size` bytes, to the defaults.""",
     ),
     "toliman_sky_create": (
         c_int32, (
@@ -5639,11 +5633,11 @@ TOLIMAN_E_MISMATCH if the input has no such columns: no line of it can be used. 
            uas the velocity of a spacecraft in a low orbit changes the separation of this system
 The caller destroys *out. Errors: TOLIMAN_E_NOT_FOUND; TOLIMAN_E_SCENE, with file and key, for a bad system;
 TOLIMAN_E_FORMAT, with file, line and reason, for a bad observer file and a system that is not JSON;
-TOLIMAN_E_ARGUMENT. Since 0.2.""",
+TOLIMAN_E_ARGUMENT.""",
     ),
     "toliman_sky_destroy": (
         None, (("sky", POINTER(toliman_sky)),),
-        """Destroys a predictor. NULL is allowed. Since 0.2.""",
+        """Destroys a predictor. NULL is allowed.""",
     ),
     "toliman_sky_predict": (
         c_int32, (
@@ -5659,7 +5653,7 @@ A prediction takes 5 to 9 us; the first one in a day up to 400 us. 100 bytes per
 Errors: TOLIMAN_E_RANGE, naming the time and the covered times, if the observer file has no state for it, and outside
 the years 1900 to 2100; TOLIMAN_E_ARGUMENT if all times are within 50 days after 1970-01-01 and one of them is not a
 whole second: they are then in seconds, ms, us or Modified Julian Days. No prediction is then written. All functions
-that take times check this. Since 0.2.""",
+that take times check this.""",
     ),
     "toliman_sky_predict_mean": (
         c_int32, (
@@ -5706,7 +5700,7 @@ Two kinds of measurements are refused if the observer is in orbit, circular or f
 The median of the measured separations must be within a factor of 2 of the predicted ones: values in mas, uas, rad,
 deg or px are refused.
 Errors: TOLIMAN_E_ARGUMENT, naming the measurement, for these and for bad numbers; otherwise as
-toliman_sky_predict_mean. Nothing is then written. Since 0.2.""",
+toliman_sky_predict_mean. Nothing is then written.""",
     ),
     "toliman_sky_observer_name": (
         c_char_p, (("observer", c_int32),),
@@ -5715,13 +5709,13 @@ toliman_sky_predict_mean. Nothing is then written. Since 0.2.""",
     ),
     "toliman_sky_get_info": (
         c_int32, (("sky", POINTER(toliman_sky)), ("out", POINTER(toliman_sky_info))),
-        """Writes the properties to *out, whose struct_size must be set. Since 0.2.""",
+        """Writes the properties to *out, whose struct_size must be set.""",
     ),
     "toliman_sky_element_name": (
         c_char_p, (("element", c_int32),),
         """Returns the name of an orbital element, with its unit: 0 "period_years", 1 "semi_major_arcsec", 2 "eccentricity",
-3 "inclination_deg", 4 "node_deg", 5 "periastron_deg", 6 "epoch" (Julian year); "?" for other numbers. Static text.
-Since 0.2.""",
+3 "inclination_deg", 4 "node_deg", 5 "periastron_deg", 6 "epoch" (Julian year); "?" for other numbers. Static
+text.""",
     ),
     "toliman_sky_get_element": (
         c_int32, (
@@ -5731,7 +5725,7 @@ Since 0.2.""",
             ("sigma", POINTER(c_double)),
         ),
         """Writes the value of an orbital element and its standard deviation, 0 if unknown. value and sigma may be NULL. Errors:
-TOLIMAN_E_ARGUMENT for an unknown element. Since 0.2.""",
+TOLIMAN_E_ARGUMENT for an unknown element.""",
     ),
     "toliman_sky_set_columns": (
         c_int32, (
@@ -5752,7 +5746,7 @@ is the standard deviation in the system file.
                the mean and of its trend; its other members remain. Its struct_size must be set
   elements     [7], receives the element of each column; -1 after the last one
 The sigmas of the samples must be absolute. Errors: TOLIMAN_E_ARGUMENT for a bad number, or if trend and columns
-exceed 8 functions. Since 0.2.""",
+exceed 8 functions.""",
     ),
     "toliman_sky_refit": (
         c_int32, (
@@ -5788,16 +5782,16 @@ Errors, after which neither result nor out is written:
     converge, if it moves an element by more than 10 of its standard deviations, and if the fitted orbit is outside
     the limits of a system file;
   - TOLIMAN_E_RANGE, naming the measurement, as toliman_sky_predict_mean: one that the observer file does not cover
-    completely fails the call. Since 0.2.""",
+    completely fails the call.""",
     ),
     "toliman_sky_save_file": (
         c_int32, (("sky", POINTER(toliman_sky)), ("path", c_char_p)),
-        """Writes the system to a file (schema toliman-system/1), replacing it atomically. Errors: TOLIMAN_E_WRITE. Since 0.2.""",
+        """Writes the system to a file (schema toliman-system/1), replacing it atomically. Errors: TOLIMAN_E_WRITE.""",
     ),
     "toliman_sky_cause_name": (
         c_char_p, (("cause", c_int32),),
         """Returns the name of a cause ("none", "time", "axes", "rotation_x", "rotation_y", "rotation_z", "scale", "centre"),
-"?" for an unknown one. Static text. Since 0.2.""",
+"?" for an unknown one. Static text.""",
     ),
     "toliman_sky_diagnose": (
         c_int32, (
@@ -5828,11 +5822,11 @@ At most 4096 measurements are used, evenly spread over more. Those that the obse
 out. With fewer than 20, no hypothesis is tested. Shifts of time are tested up to 25 h. Takes about 25 us per
 measurement for the goodness, and 1 ms per measurement for all hypotheses.
 Errors: TOLIMAN_E_ARGUMENT, naming the measurement, for those that toliman_sky_reduce refuses and for bad numbers;
-otherwise as toliman_sky_predict_mean. Nothing is then written. Since 0.2.""",
+otherwise as toliman_sky_predict_mean. Nothing is then written.""",
     ),
     "toliman_track_verdict_name": (
         c_char_p, (("verdict", c_int32),),
-        """Returns the name of a verdict ("accepted"), "?" for an unknown one. Static text. Since 0.2.""",
+        """Returns the name of a verdict ("accepted"), "?" for an unknown one. Static text.""",
     ),
     "toliman_track_reason_name": (
         c_char_p, (("reason", c_int32),),
@@ -5932,12 +5926,12 @@ If the merge is repeated, they count again as received and as repeated or reject
     "toliman_track_get_options": (
         c_int32, (("track", POINTER(toliman_track)), ("options", POINTER(toliman_track_options))),
         """Writes the options in force to *options, whose struct_size must be set, with defaults resolved. folder and clock
-point to memory of the tracker. cae, linear, fit, bank, estimate, sky, allocator, log and misfit are NULL. Since 0.2.""",
+point to memory of the tracker. cae, linear, fit, bank, estimate, sky, allocator, log and misfit are NULL.""",
     ),
     "toliman_track_get_rejected": (
         c_int32, (("track", POINTER(toliman_track)), ("reason", c_int32), ("frames", POINTER(c_int64))),
         """Writes the number of frames rejected for one reason, TOLIMAN_TRACK_REASON_SHAPE or later, to *frames.
-TOLIMAN_E_ARGUMENT for an unknown reason. Since 0.2.""",
+TOLIMAN_E_ARGUMENT for an unknown reason.""",
     ),
     "toliman_track_get_clock": (
         c_int32, (
@@ -5965,7 +5959,7 @@ damaged since it was opened.""",
     "toliman_track_query_goodness": (
         c_int32, (("track", POINTER(toliman_track)), ("out", POINTER(toliman_track_goodness))),
         """Writes the goodness of fit of the folder's frames to *out, whose struct_size must be set. Reads all records. Errors:
-TOLIMAN_E_FORMAT if the ledger has been damaged since it was opened. Since 0.2.""",
+TOLIMAN_E_FORMAT if the ledger has been damaged since it was opened.""",
     ),
     "toliman_track_get_records": (
         c_int32, (
@@ -5988,7 +5982,7 @@ written.""",
             ("count", POINTER(c_size_t)),
         ),
         """Writes the columns, in the order of the ledger, to columns[capacity]; *count becomes their number. To query the
-number, pass capacity 0 and columns NULL. TOLIMAN_E_CAPACITY if capacity is too small. Since 0.2.""",
+number, pass capacity 0 and columns NULL. TOLIMAN_E_CAPACITY if capacity is too small.""",
     ),
     "toliman_track_get_column": (
         c_int32, (
@@ -6002,7 +5996,7 @@ number, pass capacity 0 and columns NULL. TOLIMAN_E_CAPACITY if capacity is too 
         """Writes the numbers of a column to values[count], for the records that toliman_track_get_records returns for the
 same `first` and count. A record without a number gives NaN, or 0 in integer columns. Integers above 2^53 are
 rounded.
-Errors: as toliman_track_get_records; TOLIMAN_E_NOT_FOUND for an unknown column. Since 0.2.""",
+Errors: as toliman_track_get_records; TOLIMAN_E_NOT_FOUND for an unknown column.""",
     ),
     "toliman_track_get_intervals": (
         c_int32, (
@@ -6017,7 +6011,7 @@ exposure by the camera clock; *count becomes their number, 0 if the frame had no
 capacity 0 and intervals NULL.
   record  number of the record, as for toliman_track_get_records
 Errors: TOLIMAN_E_CAPACITY if capacity is too small; TOLIMAN_E_STATE in memory, where intervals are not kept;
-TOLIMAN_E_LOST if damage to the ledger has lost them. Since 0.2.""",
+TOLIMAN_E_LOST if damage to the ledger has lost them.""",
     ),
     "toliman_track_get_streams": (
         c_int32, (

@@ -63,13 +63,13 @@ class SceneInfo(Result):
     peak_counts: float = member("brightest pixel of the expected frame, in its unit")
     unit: str = member("... as a word, of frames and expected images", words="TOLIMAN_SIM_UNIT")
     bit_depth: int = member("bits per pixel of the detector; 0 = counts are not rounded")
-    exposure_s: float = member("length of an exposure; 0 if the scene has peak_photons instead. Since 0.2")
-    time_zero_ns: int = member("TAI of binary.date of moving stars, ns since 1970-01-01T00:00:00 TAI; else 0. Since 0.2")
-    calibration: str = member("... as a word. Since 0.2", words="TOLIMAN_SIM_CALIBRATION")
-    calibration_goodness: str = member("... as a word, of its chi_square; UNKNOWN without a verdict. Since 0.2", words="TOLIMAN_GOODNESS")
-    calibration_chi_square: float = member("NaN without a verdict. Since 0.2")
-    calibration_chi_square_sigma: float = member("NaN without a verdict. Since 0.2")
-    bad_pixels: int = member("pixels of detector.bad_pixels, which no estimator uses. Since 0.2")
+    exposure_s: float = member("length of an exposure; 0 if the scene has peak_photons instead")
+    time_zero_ns: int = member("TAI of binary.date of moving stars, ns since 1970-01-01T00:00:00 TAI; else 0")
+    calibration: str = member("... as a word", words="TOLIMAN_SIM_CALIBRATION")
+    calibration_goodness: str = member("... as a word, of its chi_square; UNKNOWN without a verdict", words="TOLIMAN_GOODNESS")
+    calibration_chi_square: float = member("NaN without a verdict")
+    calibration_chi_square_sigma: float = member("NaN without a verdict")
+    bad_pixels: int = member("pixels of detector.bad_pixels, which no estimator uses")
 
 
 @result
@@ -328,13 +328,13 @@ class CalibrationStep(Result):
     accepted: bool = member("0: the step was rejected")
     chi_square: float = member("sum of squared residuals over their variances, per degree of freedom")
     largest_step: float = member("of a parameter of the instrument, in its standard deviations; of the map: rms in nm")
-    change: int = member("change_... that is tried, 0 for the model as given. The numbers of the iterations begin with each change. Since 0.2")
-    recalled: bool = member("the iteration of an earlier call, from the journal. Since 0.2")
+    change: int = member("change_... that is tried, 0 for the model as given. The numbers of the iterations begin with each change")
+    recalled: bool = member("the iteration of an earlier call, from the journal")
 
 
 @result
 class CalibrationInfo(Result):
-    """Summary of a calibration. Members after map_rms_nm since 0.2."""
+    """Summary of a calibration."""
 
     frames: int = member("frames that were calibrated")
     rows: int = member("shape of the frames")
@@ -364,7 +364,7 @@ class CalibrationInfo(Result):
     incomplete: bool = member("Flag: the frames have an effect that the model lacks. chi_square, of all frames or of those of a window, is POOR (goodness.h), or structure is above structure_limit.", flag=2)
     held: bool = member("a parameter is known mostly by its prior", flag=4)
     no_sign: bool = member("the sign of even aberrations is undetermined", flag=8)
-    too_good: bool = member("Flag: chi_square, of all frames or of those of a window, is TOO_GOOD: the noise is smaller than that of the scene, for instance with a wrong read noise, a bias that was not subtracted, or counts in another unit. Since 0.2.", flag=16)
+    too_good: bool = member("Flag: chi_square, of all frames or of those of a window, is TOO_GOOD: the noise is smaller than that of the scene, for instance with a wrong read noise, a bias that was not subtracted, or counts in another unit.", flag=16)
 
 
 @result
@@ -380,7 +380,7 @@ class CalibrationAttempt(Result):
     goodness: str = member("", words="TOLIMAN_GOODNESS")
     not_converged: bool = member("a calibration: no maximum was found. Values, standard deviations and images of the fitted instrument are NaN.", flag=1)
     incomplete: bool = member("Flag: the frames have an effect that the model lacks. chi_square, of all frames or of those of a window, is POOR (goodness.h), or structure is above structure_limit.", flag=2)
-    too_good: bool = member("Flag: chi_square, of all frames or of those of a window, is TOO_GOOD: the noise is smaller than that of the scene, for instance with a wrong read noise, a bias that was not subtracted, or counts in another unit. Since 0.2.", flag=16)
+    too_good: bool = member("Flag: chi_square, of all frames or of those of a window, is TOO_GOOD: the noise is smaller than that of the scene, for instance with a wrong read noise, a bias that was not subtracted, or counts in another unit.", flag=16)
 
 
 @result
@@ -506,8 +506,8 @@ class PeriodogramInfo(Result):
     time_offset_ns: int
     unit_ns: float
     weighted: bool = member("a sample has a sigma other than sigma_floor")
-    trend: int = member("nuisance functions, see period_nuisance.h. Since 0.2, as all that follow")
-    columns: int = member("nuisance functions, see period_nuisance.h. Since 0.2, as all that follow")
+    trend: int = member("nuisance functions, see period_nuisance.h")
+    columns: int = member("nuisance functions, see period_nuisance.h")
     trend_start: float
     trend_end: float
     column_bound: tuple[float, ...]
@@ -563,7 +563,7 @@ class Peak(Result):
     inaccurate: bool = member("a result: the error bound of the power (see Accuracy above), computed from the accumulators, exceeds 1e-3. For a peak or a model, at its grid point. For toliman_period_sampling, at any frequency above 0 except multiples of 1/(2 step), where cosine and sine of regular samples always coincide. With double_limb it is rare.", flag=16)
     coarse: bool = member("Flag: df > 1/(5 T), so that peaks may fall between two grid frequencies. A common cause is a grid in another unit than the times. peak and _peaks derive T from the variance of the times, _fit from the times.", flag=32)
     above_nyquist: bool = member("Flag: the grid exceeds `nyquist` of toliman_period_sampling, where regular samples repeat the power at lower frequencies. peak and _peaks never set it, because the accumulators do not contain the step.", flag=64)
-    long: bool = member("Flags of a peak that something other than a planet often causes. peak and _peaks derive T from the variance of the times, _fit from the times. Since 0.2. LONG its period exceeds T/2: a trend of the instrument or the error of an orbit may cause it ANNUAL |frequency - 1/yr| < 1/T, with 1 yr = 365.25 d in units of unit_ns, for T above half a year: the motion of the Earth, seasons and observing windows may cause it", flag=2048)
+    long: bool = member("Flags of a peak that something other than a planet often causes. peak and _peaks derive T from the variance of the times, _fit from the times. LONG its period exceeds T/2: a trend of the instrument or the error of an orbit may cause it ANNUAL |frequency - 1/yr| < 1/T, with 1 yr = 365.25 d in units of unit_ns, for T above half a year: the motion of the Earth, seasons and observing windows may cause it", flag=2048)
     annual: bool = member("", flag=4096)
 
 
@@ -596,7 +596,7 @@ class NoisePeak(Result):
     at_edge: bool = member("a peak at the first or last frequency of the grid. Outside the grid the power may be higher.", flag=4)
     coarse: bool = member("Flag: df > 1/(5 T), so that peaks may fall between two grid frequencies. A common cause is a grid in another unit than the times. peak and _peaks derive T from the variance of the times, _fit from the times.", flag=32)
     above_nyquist: bool = member("Flag: the grid exceeds `nyquist` of toliman_period_sampling, where regular samples repeat the power at lower frequencies. peak and _peaks never set it, because the accumulators do not contain the step.", flag=64)
-    long: bool = member("Flags of a peak that something other than a planet often causes. peak and _peaks derive T from the variance of the times, _fit from the times. Since 0.2. LONG its period exceeds T/2: a trend of the instrument or the error of an orbit may cause it ANNUAL |frequency - 1/yr| < 1/T, with 1 yr = 365.25 d in units of unit_ns, for T above half a year: the motion of the Earth, seasons and observing windows may cause it", flag=2048)
+    long: bool = member("Flags of a peak that something other than a planet often causes. peak and _peaks derive T from the variance of the times, _fit from the times. LONG its period exceeds T/2: a trend of the instrument or the error of an orbit may cause it ANNUAL |frequency - 1/yr| < 1/T, with 1 yr = 365.25 d in units of unit_ns, for T above half a year: the motion of the Earth, seasons and observing windows may cause it", flag=2048)
 
 
 @result
@@ -786,12 +786,12 @@ class Outcome(Result):
     pixel: float = member("value of that pixel")
     value: float = member("accepted, outlier, misfit: reduced if the folder has a system; unreduced: the estimate")
     tai_ns: int = member("these frames: time in TAI")
-    chi_square: float = member("These frames: goodness of fit (goodness.h); NaN and UNKNOWN without a model. Since 0.2.")
-    chi_square_sigma: float = member("These frames: goodness of fit (goodness.h); NaN and UNKNOWN without a model. Since 0.2.")
-    largest_residual: float = member("These frames: goodness of fit (goodness.h); NaN and UNKNOWN without a model. Since 0.2.")
+    chi_square: float = member("These frames: goodness of fit (goodness.h); NaN and UNKNOWN without a model.")
+    chi_square_sigma: float = member("These frames: goodness of fit (goodness.h); NaN and UNKNOWN without a model.")
+    largest_residual: float = member("These frames: goodness of fit (goodness.h); NaN and UNKNOWN without a model.")
     goodness: str = member("... as a word", words="TOLIMAN_GOODNESS")
     bad_pixels: int = member("pixels that were found damaged and left out of the estimate")
-    sigma: float = member("these frames: standard deviation of the value; 0 for others. Since 0.2")
+    sigma: float = member("these frames: standard deviation of the value; 0 for others")
 
 
 @result
@@ -816,11 +816,11 @@ class TrackInfo(Result):
     estimator_id: int
     sigma: float = member("that of the options: of values whose frame and estimator give none, and the least of others")
     value_limit: float
-    unreduced: int = member("frames that are not reduced. Since 0.2")
-    plate_scale_arcsec: float = member("of the reduction; 0 = frames are not reduced. Since 0.2")
-    system: str = member("of the reduction, JSON text that toliman_sky_create takes; NULL = frames are not reduced. Valid until the tracker is destroyed. Since 0.2")
-    elements: int = member("bit j: the error of element j (sky.h) is a column of the periodogram. Since 0.2")
-    misfit: int = member("frames whose chi-square exceeds chi_limit. Since 0.2, as all that follow")
+    unreduced: int = member("frames that are not reduced")
+    plate_scale_arcsec: float = member("of the reduction; 0 = frames are not reduced")
+    system: str = member("of the reduction, JSON text that toliman_sky_create takes; NULL = frames are not reduced. Valid until the tracker is destroyed")
+    elements: int = member("bit j: the error of element j (sky.h) is a column of the periodogram")
+    misfit: int = member("frames whose chi-square exceeds chi_limit")
     chi_limit: float = member("the limit in force")
     chi_median: float = member("median chi-square of the valid frames, to 0.2 %; NaN without one")
 
