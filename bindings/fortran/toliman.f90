@@ -373,8 +373,7 @@ module toliman
     ! derivative by light that falls equally on every pixel, per photon
     integer(c_int32_t), parameter, public :: TOLIMAN_SIM_IMAGE_BACKGROUND = 322
 
-    ! Positions of the stars without displacement, in px from the centre of the frame. NaN for an absent star. Since
-    ! 0.2.
+    ! Positions of the stars without displacement, in px from the centre of the frame. NaN for an absent star.
     type, bind(C), public :: toliman_sim_offsets
         integer(c_int32_t) :: struct_size = 40 ! in: sizeof(toliman_sim_offsets)
         integer(c_int32_t) :: reserved = 0 ! 0
@@ -1164,8 +1163,7 @@ module toliman
 
     abstract interface
         ! User-supplied estimator. Its result must depend on *input only. A nonzero return value, an exception, a non-finite
-        ! values[0] or a sigma out of range rejects the frame. With several threads, all of them call it concurrently. Since
-        ! 0.2.
+        ! values[0] or a sigma out of range rejects the frame. With several threads, all of them call it concurrently.
         function toliman_estimate_fn(input, estimate, user_data) bind(C) result(answer)
             import
             type(c_ptr), value :: user_data
@@ -1227,8 +1225,7 @@ module toliman
     ! WARNING: exposures of successive frames overlap; only once
     integer(c_int32_t), parameter, public :: TOLIMAN_INGEST_REASON_OVERLAP = 628
 
-    ! Event of a reader. `file` is valid until the reader is destroyed, `text` as long as the memory of a frame. Since
-    ! 0.2.
+    ! Event of a reader. `file` is valid until the reader is destroyed, `text` as long as the memory of a frame.
     type, bind(C), public :: toliman_ingest_event
         integer(c_int32_t) :: struct_size = 64 ! in: sizeof(toliman_ingest_event)
         integer(c_int32_t) :: event = 0 ! TOLIMAN_INGEST_EVENT_...

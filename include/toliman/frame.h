@@ -72,8 +72,7 @@ typedef struct toliman_estimate {
 #define TOLIMAN_ESTIMATE_INIT TOLIMAN_INIT(toliman_estimate)
 
 /* User-supplied estimator. Its result must depend on *input only. A nonzero return value, an exception, a non-finite
- * values[0] or a sigma out of range rejects the frame. With several threads, all of them call it concurrently. Since
- * 0.2. */
+ * values[0] or a sigma out of range rejects the frame. With several threads, all of them call it concurrently. */
 typedef int32_t (*toliman_estimate_fn)(const toliman_estimate_input *input, toliman_estimate *estimate,
                                        void *user_data);
 

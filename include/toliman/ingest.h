@@ -85,8 +85,7 @@ TOLIMAN_API void toliman_ingest_destroy(toliman_ingest *ingest) TOLIMAN_NOEXCEPT
 /* Returns the name of a reason ("bad line"), "?" for an unknown one. Static text. */
 TOLIMAN_API const char *toliman_ingest_reason_name(int32_t reason) TOLIMAN_NOEXCEPT;
 
-/* Event of a reader. `file` is valid until the reader is destroyed, `text` as long as the memory of a frame. Since
- * 0.2. */
+/* Event of a reader. `file` is valid until the reader is destroyed, `text` as long as the memory of a frame. */
 typedef struct toliman_ingest_event {
     uint32_t struct_size; /* in: sizeof(toliman_ingest_event) */
     int32_t event;        /* TOLIMAN_INGEST_EVENT_... */

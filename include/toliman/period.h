@@ -159,8 +159,7 @@ typedef struct toliman_period_sample {
 #define TOLIMAN_PERIOD_SAMPLE_INIT TOLIMAN_INIT(toliman_period_sample)
 
 /* Adds n samples, whose kinds of time may differ.
- * Errors: as toliman_period_push_many; TOLIMAN_E_ARGUMENT if the member of the other kind of time is not 0. Since
- * 0.2. */
+ * Errors: as toliman_period_push_many; TOLIMAN_E_ARGUMENT if the member of the other kind of time is not 0. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_period_push_samples(toliman_period *period,
                                                                           const toliman_period_sample *samples,
                                                                           size_t n) TOLIMAN_NOEXCEPT;

@@ -255,8 +255,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_samples(const t
 
 /* Writes the signal of a candidate's joint fit at times t[n] to signal[n].
  *   position_angle_deg  [n], as in the series; NULL = the mean axis, also if the series has none
- * Errors: TOLIMAN_E_ARGUMENT for a bad index, position angles of a fixed axis, or numbers that are not finite. Since
- * 0.2. */
+ * Errors: TOLIMAN_E_ARGUMENT for a bad index, position angles of a fixed axis, or numbers that are not finite. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_planet_get_signal(const toliman_planets *planets, uint32_t index,
                                                                         const double *t,
                                                                         const double *position_angle_deg, size_t n,

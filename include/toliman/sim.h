@@ -30,11 +30,11 @@
  *                the number of pupil samples. Amplitude A = open fraction of the cell times the transmission t of the
  *                amplitude file (1 without a file), in 0..1. Optical path difference OPD = phase mask + Zernike
  *                polynomials + OPD file. The polynomials are in Noll's order, with coefficients in rms over the full
- *                circle; they apply where A > 0. A spiral mask gives each cell the step of its centre
- *                (telescope.mask.edges "cell", the default), or, with "area", the transmission averaged over the cell,
- *                1 - c + c exp(2 pi i s/lambda), where c is the covered fraction of the cell and s the step. Then the
- *                image is a smooth function of rotation and shift of the mask; with "cell" it is a staircase. The mask
- *                is rotated about its centre from +x towards +y, then shifted.
+ *                circle; they apply where A > 0. A spiral mask gives each cell the transmission averaged over it,
+ *                1 - c + c exp(2 pi i s/lambda), where c is the covered fraction of the cell and s the step
+ *                (telescope.mask.edges "area", the default), or, with "cell", the step of its centre. The image is a
+ *                smooth function of rotation and shift of the mask; with "cell" it is a staircase. The mask is rotated
+ *                about its centre from +x towards +y, then shifted.
  *
  *   Signs        Pupil field E = A exp(+2 pi i OPD/lambda); image field
  *                F(u,v) = sum E exp(-2 pi i (x u + y v)/lambda). A star at offset (+ox, +oy) px has OPD
@@ -346,8 +346,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_spectrum(const tol
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sim_get_plate_scale(const toliman_sim *sim, size_t count,
                                                                           double *relative_error) TOLIMAN_NOEXCEPT;
 
-/* Positions of the stars without displacement, in px from the centre of the frame. NaN for an absent star. Since
- * 0.2. */
+/* Positions of the stars without displacement, in px from the centre of the frame. NaN for an absent star. */
 typedef struct toliman_sim_offsets {
     uint32_t struct_size; /* in: sizeof(toliman_sim_offsets) */
     uint32_t reserved;    /* 0 */

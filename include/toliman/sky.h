@@ -136,8 +136,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_predict(const toliman_
  *   intervals   [count][2], start and end, in any order. A single interval may have zero length (an instant)
  *   prediction  means over the intervals, weighted with their lengths; factor is the ratio of the mean separations
  * Errors: TOLIMAN_E_ARGUMENT if count is 0, if an interval does not begin before it ends, overlaps another or exceeds
- * 400 days; TOLIMAN_E_RANGE as toliman_sky_predict, also if the observer file does not cover a whole interval. Since
- * 0.2. */
+ * 400 days; TOLIMAN_E_RANGE as toliman_sky_predict, also if the observer file does not cover a whole interval. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_predict_mean(const toliman_sky *sky, const int64_t *intervals,
                                                                        size_t count, toliman_sky_prediction *prediction)
     TOLIMAN_NOEXCEPT;
@@ -170,8 +169,7 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_sky_reduce(
 #define TOLIMAN_SKY_OBSERVER_CIRCULAR 702 /* circular orbit */
 #define TOLIMAN_SKY_OBSERVER_FILE 703     /* observer file */
 
-/* Returns the name of an observer ("Earth", "circular orbit", "file"), "?" for an unknown one. Static text. Since
- * 0.2. */
+/* Returns the name of an observer ("Earth", "circular orbit", "file"), "?" for an unknown one. Static text. */
 TOLIMAN_API const char *toliman_sky_observer_name(int32_t observer) TOLIMAN_NOEXCEPT;
 
 /* Properties of a predictor. */

@@ -91,7 +91,8 @@ constexpr Row kRows[] = {
         .as(Type::number)
         .when(kOfVerdict),
     optional<read_complete>("complete", "Whether the model explained the frames").as(Type::boolean).when(kOfVerdict),
-    optional<read_frames>("frames", within(1, 9e15), "Number of frames of the calibration")
+    optional<read_frames>("frames", within(0, 9e15),
+                          "Number of frames of the calibration, or from this start of a window to the next")
         .as(Type::integer)
         .when(kOfVerdict),
 };

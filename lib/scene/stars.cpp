@@ -106,9 +106,10 @@ constexpr Row kStarRows[] = {
                                    "Photons over the band, relative to the other star; 1 if not given")
         .either("photons_per_s")
         .when(without("magnitude", "not allowed with magnitude, which gives the flux")),
-    optional<&Star::photons_per_s>("photons_per_s", kFlux,
-                                   "Photons over the band at the detector, before its quantum efficiency; instead of "
-                                   "relative_flux")
+    optional<&Star::photons_per_s>(
+        "photons_per_s", kFlux,
+        "Photons over the band at the detector, before its quantum efficiency (detector.qe; 1 if "
+        "these are already electrons); instead of relative_flux")
         .either("magnitude"),
     optional<&Star::magnitude>("magnitude", within(-50, 50, "mag"),
                                "Magnitude; with zero_point_photons_per_s, instead of photons_per_s"),

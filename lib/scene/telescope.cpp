@@ -83,7 +83,8 @@ constexpr Group kMask = group_of("mask", "Phase mask", kMaskRows);
 constexpr Row kStrutRows[] = {
     required<&Struts::count>("count", within(0, 16, "struts"), "Number of struts"),
     required<read_width>("width_m", within(0, 100, "m"), "Width; at most aperture_m"),
-    optional<&Struts::angle_deg>("angle_deg", kTurn, "Angle of the first strut, from +x towards +y"),
+    optional<&Struts::angle_deg>("angle_deg", kTurn,
+                                 "Angle of the first strut, from +x (higher columns) towards +y (higher rows)"),
 };
 constexpr Group kStruts = group_of("struts", "Struts from the centre to the rim, at equal angles", kStrutRows);
 

@@ -95,7 +95,7 @@ class Headers(Tree):
                      "toliman_track_stream.session at ")
 
     def test_structs_that_may_not_grow(self):
-        last = "    const char *bad_pixels; /* file that replaces detector.bad_pixels of the scene; NULL: none does */\n"
+        last = "    const char *bad_pixels;             /* file that replaces detector.bad_pixels of the scene; NULL: none does */\n"
         self.change(SIM, "toliman_sim_options_init(toliman_sim_options *options, size_t size)",
                     "toliman_sim_options_init(toliman_sim_options *options)")
         self.write(RECORD, interface.describe(self.top))

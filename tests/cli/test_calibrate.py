@@ -325,6 +325,19 @@ class Windows(Calibrate):
         for k, scene in ((0, "fitted.1.json"), (5, "fitted.2.json")):  # at the starts
             self.assertEqual(text[1 + k], self.succeed("encode", "--fit", scene, "all.npy").splitlines()[1 + k])
 
+    def test_a_last_start_without_frames(self):
+        """The last window has a start alone; an incomplete calibration is told once, not for each window."""
+        self.calibrate("--windows", 40)
+        listed = json.loads((self.folder / "fitted.json").read_text())["windows"]
+        scenes = [json.loads((self.folder / one["scene"]).read_text()) for one in listed]
+        self.assertEqual(scenes[-1]["calibration"]["frames"], 0)
+        for one, scene in zip(listed, scenes):
+            scene["calibration"]["complete"] = False
+            self.write(one["scene"], scene)
+        done = self.run_program("track", "--fit", "fitted.json", "--state", "st", "--mission-days", 300, "f.fits")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(done.stderr.count("its calibration is incomplete"), 1, done.stderr)
+
     def test_a_tracker_refuses_a_new_calibration(self):
         self.calibrate("--windows", 100)
         track = ("track", "--state", "st", "--mission-days", 300)

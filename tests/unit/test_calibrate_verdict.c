@@ -141,7 +141,7 @@ static void damaged_verdicts_are_refused(void **state) {
         {"\"goodness\": \"good\", \"chi_square\": -1", "calibration.chi_square = -1: must be in [0"},
         {"\"goodness\": \"good\", \"chi_square_sigma\": \"x\"", "calibration.chi_square_sigma"},
         {"\"goodness\": \"good\", \"complete\": \"yes\"", "calibration.complete"},
-        {"\"goodness\": \"good\", \"frames\": 0", "calibration.frames = 0: must be in [1"},
+        {"\"goodness\": \"good\", \"frames\": -1", "calibration.frames = -1: must be in [0"},
         {"\"goodness\": \"good\", \"verdict\": 1", "calibration.verdict: unknown key"}};
     char *const text = calibrate_text(NULL);
     check_additions(text, "\"accuracy\": 1e-7", "\"accuracy\": 1e-7, \"calibration\": {%s}", cases,

@@ -434,8 +434,7 @@ TOLIMAN_SIM_IMAGE_BACKGROUND = 322  # derivative by light that falls equally on 
 
 
 class toliman_sim_offsets(Sized):
-    """Positions of the stars without displacement, in px from the centre of the frame. NaN for an absent star. Since
-    0.2.
+    """Positions of the stars without displacement, in px from the centre of the frame. NaN for an absent star.
     struct_size: in: sizeof(toliman_sim_offsets)
     reserved: 0"""
 
@@ -1582,8 +1581,7 @@ class toliman_estimate(Sized):
 
 
 # User-supplied estimator. Its result must depend on *input only. A nonzero return value, an exception, a non-finite
-# values[0] or a sigma out of range rejects the frame. With several threads, all of them call it concurrently. Since
-# 0.2.
+# values[0] or a sigma out of range rejects the frame. With several threads, all of them call it concurrently.
 # Arguments: input, estimate, user_data.
 toliman_estimate_fn = CFUNCTYPE(c_int32, POINTER(toliman_estimate_input), POINTER(toliman_estimate), c_void_p)
 
@@ -1648,8 +1646,7 @@ TOLIMAN_INGEST_REASON_OVERLAP = 628  # WARNING: exposures of successive frames o
 
 
 class toliman_ingest_event(Sized):
-    """Event of a reader. `file` is valid until the reader is destroyed, `text` as long as the memory of a frame. Since
-    0.2.
+    """Event of a reader. `file` is valid until the reader is destroyed, `text` as long as the memory of a frame.
     struct_size: in: sizeof(toliman_ingest_event)
     event: TOLIMAN_INGEST_EVENT_...
     reason: TOLIMAN_INGEST_REASON_...
@@ -5045,8 +5042,7 @@ sigma_floor. If all saved samples were unweighted, a periodogram loaded from the
             ("n", c_size_t),
         ),
         """Adds n samples, whose kinds of time may differ.
-Errors: as toliman_period_push_many; TOLIMAN_E_ARGUMENT if the member of the other kind of time is not 0. Since
-0.2.""",
+Errors: as toliman_period_push_many; TOLIMAN_E_ARGUMENT if the member of the other kind of time is not 0.""",
     ),
     "toliman_period_retract": (
         c_int32, (("period", POINTER(toliman_period)), ("t", c_double), ("y", c_double), ("sigma", c_double)),
@@ -5520,8 +5516,7 @@ Errors: TOLIMAN_E_ARGUMENT for a bad index or count.""",
         ),
         """Writes the signal of a candidate's joint fit at times t[n] to signal[n].
   position_angle_deg  [n], as in the series; NULL = the mean axis, also if the series has none
-Errors: TOLIMAN_E_ARGUMENT for a bad index, position angles of a fixed axis, or numbers that are not finite. Since
-0.2.""",
+Errors: TOLIMAN_E_ARGUMENT for a bad index, position angles of a fixed axis, or numbers that are not finite.""",
     ),
     "toliman_planet_get_residuals": (
         c_int32, (("planets", POINTER(toliman_planets)), ("n", c_size_t), ("residuals", POINTER(c_double))),
@@ -5668,8 +5663,7 @@ to 245 uas in a day.
   intervals   [count][2], start and end, in any order. A single interval may have zero length (an instant)
   prediction  means over the intervals, weighted with their lengths; factor is the ratio of the mean separations
 Errors: TOLIMAN_E_ARGUMENT if count is 0, if an interval does not begin before it ends, overlaps another or exceeds
-400 days; TOLIMAN_E_RANGE as toliman_sky_predict, also if the observer file does not cover a whole interval. Since
-0.2.""",
+400 days; TOLIMAN_E_RANGE as toliman_sky_predict, also if the observer file does not cover a whole interval.""",
     ),
     "toliman_sky_reduce": (
         c_int32, (
@@ -5704,8 +5698,7 @@ toliman_sky_predict_mean. Nothing is then written.""",
     ),
     "toliman_sky_observer_name": (
         c_char_p, (("observer", c_int32),),
-        """Returns the name of an observer ("Earth", "circular orbit", "file"), "?" for an unknown one. Static text. Since
-0.2.""",
+        """Returns the name of an observer ("Earth", "circular orbit", "file"), "?" for an unknown one. Static text.""",
     ),
     "toliman_sky_get_info": (
         c_int32, (("sky", POINTER(toliman_sky)), ("out", POINTER(toliman_sky_info))),

@@ -59,12 +59,12 @@ toliman::frame_fit make_fit(const std::string &list, const std::vector<const Sce
     return toliman::frame_fit(made);
 }
 
-// The scenes of all windows but the first.
+// The scenes of all windows but the first, without warnings: a calibration is incomplete in all of them.
 std::vector<Scene> further_scenes(const std::vector<WindowScene> &windows, const std::string &bad_pixels,
                                   Progress &progress) {
     std::vector<Scene> scenes;
     for (size_t i = 1; i < windows.size(); i++)
-        scenes.push_back(scene_to_fit(windows[i].scene, progress, bad_pixels));
+        scenes.push_back(scene_with(log_news, windows[i].scene, progress, bad_pixels));
     return scenes;
 }
 
