@@ -117,7 +117,7 @@ TOLIMAN_API void toliman_bank_train_options_init(toliman_bank_train_options *opt
  * thread. fit: as for toliman_bank_encode. options may be NULL.
  * Errors: TOLIMAN_E_CANCELLED; TOLIMAN_E_MISMATCH as toliman_bank_encode, and for the journal of another bank, whose
  * message names what differs; TOLIMAN_E_FORMAT for any other file; TOLIMAN_E_STATE if another process writes to the
- * journal; TOLIMAN_E_WRITE. */
+ * journal; TOLIMAN_E_WRITE if it cannot be written or read: what it holds remains. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_train(
     toliman_bank *bank, const toliman_fit *fit, const toliman_bank_train_options *options) TOLIMAN_NOEXCEPT;
 

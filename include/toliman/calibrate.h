@@ -154,8 +154,8 @@ TOLIMAN_API void toliman_calibration_options_init(toliman_calibration_options *o
  *     the frames than the nominal scene. Nothing else of it is compared;
  *   - TOLIMAN_E_MISMATCH for the journal of a calibration of another scene or other frames, with other free parameters,
  *     options or another start; the message names the first that differs;
- *   - TOLIMAN_E_FORMAT for any other file, TOLIMAN_E_STATE if another process writes to it,
- *     TOLIMAN_E_WRITE;
+ *   - TOLIMAN_E_FORMAT for any other file, TOLIMAN_E_STATE if another process writes to the journal, TOLIMAN_E_WRITE if
+ *     it cannot be written or read: what it holds remains;
  *   - TOLIMAN_E_CANCELLED if step returned a nonzero value. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_calibrate(const toliman_sim *sim, const toliman_image *image,
                                                                 size_t count, const toliman_fit_prediction *predictions,

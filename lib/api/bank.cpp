@@ -148,7 +148,7 @@ toliman_status toliman_bank_train(toliman_bank *handle, const toliman_fit *fit,
         check_fit(*handle, *fit, "bank");
         const toliman_bank_train_options known = accept(options, toliman_bank_train_options{}, "options");
         std::optional<Journal> journal;
-        open_journal(journal, known.journal, "BANK", use->bank.inputs());
+        open_journal(journal, known.journal, "BANK", [&] { return use->bank.inputs(); });
         use->bank.train(model->fit.first(), known.threads, {known.progress, known.progress_data},
                         journal ? &*journal : nullptr);
     });

@@ -261,7 +261,7 @@ toliman_status toliman_calibrate(const toliman_sim *sim, const toliman_image *im
                  given.window_days, problem.windows.size(), problem.free.size(), kMostUnknowns);
         const calibrate::Point start = start_of(problem, outline, given.start);
         std::optional<Journal> journal;
-        open_journal(journal, given.journal, "CALI", calibrate::inputs_of(problem, outline, start));
+        open_journal(journal, given.journal, "CALI", [&] { return calibrate::inputs_of(problem, outline, start); });
         std::optional<calibrate::Memo> memo;
         if (journal)
             problem.memo = &memo.emplace(*journal);

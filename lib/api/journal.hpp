@@ -10,13 +10,15 @@
 
 namespace toliman::api {
 
-// Opens the journal at path; none if path is NULL. Another version of the library may compute other bits.
-inline void open_journal(std::optional<Journal> &journal, const char *path, const char *work,
-                         std::vector<Journal::Input> inputs) {
+// Opens the journal at path; none if path is NULL. Another version of the library may compute other bits. inputs():
+// what the work depends on.
+template <class Inputs>
+void open_journal(std::optional<Journal> &journal, const char *path, const char *work, const Inputs &inputs) {
     if (path == nullptr)
         return;
-    inputs.insert(inputs.begin(), {"another version of the library", TOLIMAN_VERSION_NUMBER});
-    journal.emplace(path, work, std::move(inputs));
+    std::vector<Journal::Input> all = inputs();
+    all.insert(all.begin(), {"another version of the library", TOLIMAN_VERSION_NUMBER});
+    journal.emplace(path, work, std::move(all));
 }
 
 } // namespace toliman::api

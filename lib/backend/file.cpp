@@ -12,27 +12,13 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "backend/descriptor.hpp"
 #include "backend/temporary.hpp"
 #include "base/error.hpp"
 
 namespace toliman::file {
 
 namespace {
-
-class Descriptor {
-  public:
-    explicit Descriptor(int number) noexcept : number_(number) {}
-    ~Descriptor() {
-        if (number_ >= 0)
-            ::close(number_);
-    }
-    Descriptor(const Descriptor &) = delete;
-    Descriptor &operator=(const Descriptor &) = delete;
-    int get() const noexcept { return number_; }
-
-  private:
-    int number_;
-};
 
 // Returns the file to replace: the target of a symbolic link, so that the link is kept, else path itself. realpath() is
 // used for links only, since it needs search permission on all parent folders.

@@ -1,19 +1,20 @@
-// Method: records are appended, and fdatasync'ed at most once per second, since a sync may take longer than a small
-// result. A record that a kill left incomplete fails its checksum; it and all that follows are overwritten. The
-// checksum takes 8 bytes at a time: a CRC32 of the largest records, 100 MB of images, would take longer than their
-// write. flock keeps out a second process and is released by the kernel when the process dies.
+// Method: records are appended; fdatasync makes those durable that cost enough. A record that a kill left incomplete
+// fails its checksum; it and all that follows are overwritten. The checksum takes 8 bytes at a time: a CRC32 of the
+// largest records, 100 MB of images, would take longer than their write. After a write that failed nothing more is
+// written, since the file may then end within a record.
 #include "backend/journal.hpp"
 
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <fcntl.h>
-#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 #include <utility>
 
+#include "backend/descriptor.hpp"
 #include "backend/file.hpp"
+#include "backend/lock.hpp"
 #include "backend/zip.hpp"
 #include "base/bytes.hpp"
 #include "base/error.hpp"
@@ -26,7 +27,6 @@ constexpr char kMagic[] = "TLMJ";
 constexpr uint32_t kVersion = 1;
 constexpr size_t kPrefixSize = 24;  // of a record: key, size and checksum, before its bytes
 constexpr size_t kChecksumSize = 4; // of the header
-constexpr auto kSyncEvery = std::chrono::seconds(1);
 
 std::vector<uint8_t> with_crc(ByteWriter &writer) {
     writer.u32(zip::crc32(writer.bytes().data(), writer.bytes().size()));
@@ -69,21 +69,6 @@ uint64_t checksum_of(uint64_t key, const std::vector<uint8_t> &bytes) noexcept {
     return sum;
 }
 
-// Reads `size` bytes; false at the end of the file.
-bool read_all(int file, uint64_t at, uint8_t *data, size_t size) {
-    while (size > 0) {
-        const ssize_t got = ::pread(file, data, size, static_cast<off_t>(at));
-        if (got < 0 && errno == EINTR)
-            continue;
-        if (got <= 0)
-            return false;
-        data += got;
-        at += static_cast<uint64_t>(got);
-        size -= static_cast<size_t>(got);
-    }
-    return true;
-}
-
 bool write_all(int file, uint64_t at, const std::vector<uint8_t> &bytes) {
     for (size_t done = 0; done < bytes.size();) {
         const ssize_t put = ::pwrite(file, bytes.data() + done, bytes.size() - done, static_cast<off_t>(at + done));
@@ -97,14 +82,14 @@ bool write_all(int file, uint64_t at, const std::vector<uint8_t> &bytes) {
 } // namespace
 
 Journal::Journal(const std::string &path, const char *work, std::vector<Input> inputs)
-    : path_(path), work_(work), inputs_(std::move(inputs)),
+    : path_(path), inputs_(std::move(inputs)), header_(header_of(work, inputs_)),
       file_(::open(path.c_str(), O_RDWR | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC)) {
     if (file_ < 0 && errno == ENOENT)
         return;
     if (file_ < 0)
-        fail(Status::write, "{%s}: cannot be written: %s", path.c_str(), std::strerror(errno));
+        fail_to_write();
     try {
-        check_header();
+        open();
     } catch (...) {
         ::close(file_);
         throw;
@@ -116,28 +101,40 @@ Journal::~Journal() {
         ::close(file_);
 }
 
+void Journal::lock() {
+    const Lock lock = lock_file(file_);
+    const Named named = lock == Lock::failed ? Named::failed : has_name(file_, path_.c_str());
+    if (lock == Lock::busy || named == Named::no)
+        fail(Status::state, "{%s}: another process is writing to it", path_.c_str());
+    if (named == Named::failed)
+        fail_to_write();
+}
+
 // A file that ends within its header was never a journal with records.
+void Journal::open() {
+    struct stat status = {};
+    if (::fstat(file_, &status) != 0)
+        fail_to_write();
+    if (!S_ISREG(status.st_mode))
+        fail(Status::format, "{%s}: is not a regular file", path_.c_str());
+    lock();
+    if (::fstat(file_, &status) != 0) // the size, now that no other process changes it
+        fail_to_write();
+    size_ = static_cast<uint64_t>(status.st_size);
+    at_ = header_.size();
+    check_header();
+}
+
 void Journal::check_header() {
     const char *const path = path_.c_str();
-    struct stat status = {};
-    if (::fstat(file_, &status) != 0 || !S_ISREG(status.st_mode))
-        fail(Status::format, "{%s}: is not a regular file", path);
-    if (::flock(file_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
-        fail(Status::state, "{%s}: another process is writing to it", path);
-    const std::vector<uint8_t> wanted = header_of(work_, inputs_);
-    std::vector<uint8_t> found(wanted.size());
-    size_ = static_cast<uint64_t>(status.st_size);
-    at_ = wanted.size();
-    if (!read_all(file_, 0, found.data(), found.size())) {
-        found.resize(static_cast<size_t>(status.st_size));
-        if (found.empty() || std::equal(found.begin(), found.end(), wanted.begin()))
-            return create();
-        fail(Status::format, "{%s}: is not a journal", path);
-    }
-    if (found == wanted)
+    std::vector<uint8_t> found(header_.size());
+    found.resize(read(0, found.data(), found.size()));
+    if (found.size() < header_.size() && std::equal(found.begin(), found.end(), header_.begin()))
+        return create();
+    if (found == header_)
         return;
     const size_t known = 16; // magic, version, work, number of inputs
-    if (!std::equal(found.begin(), found.begin() + known, wanted.begin()) ||
+    if (found.size() < header_.size() || !std::equal(found.begin(), found.begin() + known, header_.begin()) ||
         zip::crc32(found.data(), found.size() - kChecksumSize) !=
             ByteReader(&found[found.size() - kChecksumSize], kChecksumSize, "journal").u32())
         fail(Status::format, "{%s}: is not a journal of this work and version", path);
@@ -148,27 +145,48 @@ void Journal::check_header() {
                  input.name);
 }
 
+// The file, if there was none, and its header. A new file that cannot get one is removed.
 void Journal::create() {
-    const std::vector<uint8_t> header = header_of(work_, inputs_);
-    if (file_ < 0)
+    const bool is_new = file_ < 0;
+    if (is_new)
         file_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, mode_t{0666});
     if (file_ < 0 && errno == EEXIST)
         fail(Status::state, "{%s}: another process is writing to it", path_.c_str());
-    const int folder = ::open(file::folder_of(path_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    const bool done = file_ >= 0 && (::flock(file_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) &&
-                      write_all(file_, 0, header) && folder >= 0 && ::fsync(folder) == 0;
-    const int reason = errno;
-    if (folder >= 0)
-        ::close(folder);
-    errno = reason;
-    if (!done)
+    if (file_ < 0)
         fail_to_write();
-    size_ = at_ = header.size();
+    try {
+        if (is_new)
+            lock();
+        const Descriptor folder(::open(file::folder_of(path_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+        if (folder.get() < 0 || !write_all(file_, 0, header_) || ::fsync(file_) != 0 || ::fsync(folder.get()) != 0)
+            fail_to_write();
+    } catch (const Error &error) {
+        if (is_new && error.status() == Status::write)
+            ::unlink(path_.c_str());
+        throw;
+    }
+    size_ = at_ = header_.size();
+}
+
+// Returns the number of bytes read: fewer than `size` only at the end of the file.
+size_t Journal::read(uint64_t at, uint8_t *data, size_t size) const {
+    size_t done = 0;
+    while (done < size) {
+        const ssize_t got = ::pread(file_, data + done, size - done, static_cast<off_t>(at + done));
+        if (got < 0 && errno == EINTR)
+            continue;
+        if (got < 0)
+            fail(Status::write, "{%s}: cannot be read: %s", path_.c_str(), std::strerror(errno));
+        if (got == 0)
+            break;
+        done += static_cast<size_t>(got);
+    }
+    return done;
 }
 
 bool Journal::read_record(Record &record) {
     uint8_t prefix[kPrefixSize];
-    if (size_ - at_ < kPrefixSize || !read_all(file_, at_, prefix, kPrefixSize))
+    if (size_ - at_ < kPrefixSize || read(at_, prefix, kPrefixSize) < kPrefixSize)
         return false;
     ByteReader reader(prefix, kPrefixSize, "journal");
     record.key = reader.u64();
@@ -176,7 +194,7 @@ bool Journal::read_record(Record &record) {
     if (size > size_ - at_ - kPrefixSize)
         return false;
     record.bytes.resize(static_cast<size_t>(size));
-    return read_all(file_, at_ + kPrefixSize, record.bytes.data(), record.bytes.size()) &&
+    return read(at_ + kPrefixSize, record.bytes.data(), record.bytes.size()) == record.bytes.size() &&
            checksum_of(record.key, record.bytes) == checksum;
 }
 
@@ -204,33 +222,31 @@ void Journal::return_to(uint64_t position) noexcept {
 
 void Journal::append(uint64_t key, const std::vector<uint8_t> &bytes, bool durable) {
     next_.reset();
+    if (failed_)
+        fail(Status::write, "{%s}: cannot be written: an earlier write failed", path_.c_str());
+    failed_ = true;
+    write(key, bytes, durable);
+    failed_ = false;
+}
+
+void Journal::write(uint64_t key, const std::vector<uint8_t> &bytes, bool durable) {
     if (file_ < 0)
         create();
-    at_ = std::max<uint64_t>(at_, header_of(work_, inputs_).size()); // of a position before the file existed
+    at_ = std::max<uint64_t>(at_, header_.size()); // of a position before the file existed
     if (size_ > at_ && ::ftruncate(file_, static_cast<off_t>(at_)) != 0)
         fail_to_write();
     size_ = at_;
     ByteWriter prefix;
     for (const uint64_t value : {key, uint64_t{bytes.size()}, checksum_of(key, bytes)})
         prefix.u64(value);
-    if (!write_all(file_, at_, prefix.bytes()) || !write_all(file_, at_ + kPrefixSize, bytes)) {
+    if (!write_all(file_, at_, prefix.bytes()) || !write_all(file_, at_ + kPrefixSize, bytes) ||
+        (durable && ::fdatasync(file_) != 0)) {
         const int reason = errno;
-        if (::ftruncate(file_, static_cast<off_t>(at_)) == 0) // otherwise its checksum ends the file
-            errno = reason;
+        [[maybe_unused]] const int cut = ::ftruncate(file_, static_cast<off_t>(at_)); // otherwise its checksum ends it
+        errno = reason;
         fail_to_write();
     }
     size_ = at_ += kPrefixSize + bytes.size();
-    if (durable)
-        sync();
-}
-
-void Journal::sync() {
-    const auto now = std::chrono::steady_clock::now();
-    if (now - synced_ < kSyncEvery)
-        return;
-    if (::fdatasync(file_) != 0)
-        fail_to_write();
-    synced_ = now;
 }
 
 void Journal::fail_to_write() const {

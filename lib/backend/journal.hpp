@@ -1,7 +1,6 @@
 // The journal of a long computation: results of its costly parts, from which the same computation continues after it
 // was killed. formats.md, "TLMJ".
 #pragma once
-#include <chrono>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -23,18 +22,20 @@ class Journal {
 
     // Opens an existing file and locks it; a new one is created with the first record. work: four letters.
     // Status::format for a file that is not a journal of this work, Status::mismatch for one with other inputs, of
-    // which the message names the first, Status::state if another process writes to it.
+    // which the message names the first, Status::state if another process writes to it, Status::write if it cannot be
+    // opened, read or locked.
     Journal(const std::string &path, const char *work, std::vector<Input> inputs);
     ~Journal();
     Journal(const Journal &) = delete;
     Journal &operator=(const Journal &) = delete;
 
     // The next record of an earlier process, NULL after the last one. One that is incomplete or damaged ends the file.
+    // Status::write if it cannot be read: nothing is then overwritten.
     const Record *next();
     void take(); // goes on to the record after it
-    // Appends a record after those that were taken; all others are dropped. It survives a crash of the process at once,
-    // and, if durable, a failure of the machine after at most a second. Status::write on failure: the records before
-    // remain.
+    // Appends a record after those that were taken; all others are dropped. It survives the end of the process, and, if
+    // durable, a failure of the machine; so do all before it. Status::write on failure, Status::state if another
+    // process has meanwhile created the file: the records before remain, and all further calls fail.
     void append(uint64_t key, const std::vector<uint8_t> &bytes, bool durable = true);
     // The end of the records that were taken or appended, and the return to an earlier one: the next append replaces
     // all records after it.
@@ -43,17 +44,21 @@ class Journal {
 
   private:
     [[noreturn]] void fail_to_write() const;
+    void lock();
+    void open();
     void check_header();
     void create();
-    void sync();
+    void write(uint64_t key, const std::vector<uint8_t> &bytes, bool durable);
+    size_t read(uint64_t at, uint8_t *data, size_t size) const;
     bool read_record(Record &record);
 
-    std::string path_, work_;
+    std::string path_;
     std::vector<Input> inputs_;
+    std::vector<uint8_t> header_;
     int file_ = -1;
     uint64_t size_ = 0, at_ = 0; // of the file; of the end of the records that were taken
+    bool failed_ = false;        // a write
     std::optional<Record> next_;
-    std::chrono::steady_clock::time_point synced_;
 };
 
 } // namespace toliman

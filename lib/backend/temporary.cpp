@@ -1,38 +1,43 @@
-// Method: a writer locks its temporary by flock, which the kernel releases when the process dies. Who is about to write
-// the same target removes all temporaries that it can lock. A temporary is removed only under its lock; one that is
-// locked and still has its name therefore remains until its writer renames or removes it.
+// Method: a writer locks its temporary; the lock ends with the process. Who is about to write the same target removes
+// all temporaries that it can lock. A temporary is removed only under its lock; one that is locked and still has its
+// name therefore remains until its writer renames or removes it.
 #include "backend/temporary.hpp"
 
 #include <cerrno>
 #include <fcntl.h>
 #include <filesystem>
-#include <sys/file.h>
 #include <sys/stat.h>
 #include <system_error>
 #include <unistd.h>
+
+#include "backend/lock.hpp"
 
 namespace toliman::temporary {
 
 namespace {
 
-bool has_name(int descriptor, const char *path) noexcept {
-    struct stat opened = {}, named = {};
-    return ::fstat(descriptor, &opened) == 0 && ::lstat(path, &named) == 0 && opened.st_dev == named.st_dev &&
-           opened.st_ino == named.st_ino;
-}
-
-bool try_lock(int descriptor) noexcept {
-    return ::flock(descriptor, LOCK_EX | LOCK_NB) == 0;
-}
-
-// Closes the descriptor and returns -1 with EEXIST if another process has locked the temporary, to remove it.
+// Closes the descriptor and returns -1: with EEXIST if another process has locked the temporary, to remove it.
 int locked(int descriptor, const char *path) noexcept {
-    const bool is_lost = descriptor >= 0 && !try_lock(descriptor) && errno == EWOULDBLOCK;
-    if (descriptor < 0 || (!is_lost && has_name(descriptor, path)))
+    if (descriptor < 0)
         return descriptor;
+    const Lock lock = lock_file(descriptor);
+    const Named named = lock == Lock::held || lock == Lock::none ? has_name(descriptor, path) : Named::failed;
+    if (named == Named::yes)
+        return descriptor;
+    const int reason = lock == Lock::busy || named == Named::no ? EEXIST : errno;
     ::close(descriptor);
-    errno = EEXIST;
+    errno = reason;
     return -1;
+}
+
+// Of a file or folder that was created under this name: if it cannot be locked, it is removed.
+template <class Remove> int locked_or_removed(int descriptor, const char *path, const Remove &remove) noexcept {
+    const int result = locked(descriptor, path);
+    const int reason = errno;
+    if (descriptor >= 0 && result < 0 && reason != EEXIST)
+        remove(path);
+    errno = reason;
+    return result;
 }
 
 // A regular file or a folder; never a link.
@@ -58,7 +63,7 @@ void remove_if_stale(const std::string &path, Kind kind) {
     struct stat status = {};
     const bool is_own = ::fstat(descriptor, &status) == 0 && status.st_uid == ::geteuid() &&
                         (kind == Kind::file ? S_ISREG(status.st_mode) : S_ISDIR(status.st_mode));
-    if (is_own && try_lock(descriptor) && has_name(descriptor, path.c_str()))
+    if (is_own && lock_file(descriptor) == Lock::held && has_name(descriptor, path.c_str()) == Named::yes)
         kind == Kind::file ? static_cast<void>(::unlink(path.c_str())) : remove_folder(path);
     ::close(descriptor);
 }
@@ -70,13 +75,21 @@ std::string name(const std::string &target, int number) {
 }
 
 int create_file(const std::string &path, mode_t mode) noexcept {
-    return locked(::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, mode), path.c_str());
+    const char *const name = path.c_str();
+    return locked_or_removed(::open(name, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, mode), name, ::unlink);
 }
 
 int create_folder(const std::string &path) noexcept {
-    if (::mkdir(path.c_str(), 0777) != 0)
+    const char *const name = path.c_str();
+    if (::mkdir(name, 0777) != 0)
         return -1;
-    return locked(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC), path.c_str());
+    const int folder = ::open(name, O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
+    if (folder >= 0)
+        return locked_or_removed(folder, name, ::rmdir);
+    const int reason = errno;
+    ::rmdir(name);
+    errno = reason;
+    return -1;
 }
 
 int lock(const std::string &path) noexcept {

@@ -11,7 +11,7 @@ constexpr int kMost = 100; // for one target
 std::string name(const std::string &target, int number);
 
 // Creates a file for writing, or a folder, of this name and locks it until the returned descriptor is closed. Negative
-// on failure: EEXIST if the name is in use.
+// on failure, and nothing is left: EEXIST if the name is in use.
 int create_file(const std::string &path, mode_t mode) noexcept;
 int create_folder(const std::string &path) noexcept;
 

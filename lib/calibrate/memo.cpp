@@ -21,6 +21,10 @@ namespace toliman::calibrate {
 
 namespace {
 
+// A failure of the machine costs the results of this time, and the one it interrupts: a sync may take longer than a
+// small result.
+constexpr auto kDurableEvery = std::chrono::seconds(1);
+
 uint64_t hash_of(double value, uint64_t hash) noexcept {
     return fnv1a(with_bits<uint64_t>(value), hash);
 }
@@ -52,7 +56,7 @@ uint64_t hash_of(const Scene &scene, const optics::Outline &nominal) noexcept {
     uint64_t hash = fnv1a(scene.digest, kFnvOffset);
     if (scene.binary.sky != nullptr)
         hash = fnv1a(scene.binary.sky->digest(), hash);
-    hash = fnv1a(scene.detector.bad_pixels, hash);
+    hash = fnv1a(scene.cadence.times_days, fnv1a(scene.detector.bad_pixels, hash));
     hash = fnv1a(nominal.pupil.opd_m, fnv1a(nominal.pupil.amplitude, hash));
     for (const std::vector<double> &photons : nominal.light.photons)
         hash = fnv1a(photons, hash);
@@ -263,7 +267,11 @@ template <class Result> bool Memo::take(uint64_t key, Result &result) {
 template <class Result> void Memo::append(uint64_t key, const Result &result) {
     Writer writer;
     pass(writer, const_cast<Result &>(result)); // only read
-    journal_.append(key, writer.bytes.take(), depth_ == 0);
+    const auto now = std::chrono::steady_clock::now();
+    const bool durable = depth_ == 0 && now - durable_ >= kDurableEvery;
+    journal_.append(key, writer.bytes.take(), durable);
+    if (durable)
+        durable_ = now;
 }
 
 #define TOLIMAN_MEMO(...)                                                                                              \

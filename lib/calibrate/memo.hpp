@@ -1,5 +1,6 @@
 // Results of the costly functions of a calibration, in the order of their calls, kept in a journal.
 #pragma once
+#include <chrono>
 #include <cstdint>
 #include <initializer_list>
 #include <vector>
@@ -58,6 +59,7 @@ class Memo {
     uint64_t model_ = 0; // hash
     int depth_ = 0;      // of calls of of()
     bool recalled_ = false;
+    std::chrono::steady_clock::time_point durable_; // the last result that survives a failure of the machine
 };
 
 // memo: NULL computes.

@@ -110,6 +110,27 @@ void must_be_old_or_new(const char *where, const char *name, const char *mark, t
     must(files_in(where) == 1 || status == TOLIMAN_E_WRITE, "another file is left");
 }
 
+static const saved_file *last_put;
+
+void keep_file(const char *name, saved_file *kept) {
+    kept->bytes = malloc(OUT_CAPACITY);
+    kept->size = read_file(name, kept->bytes, OUT_CAPACITY);
+    require(kept->size > 0 && kept->size < OUT_CAPACITY, "has an unexpected size", name);
+}
+
+void put_file_again(const char *name, const saved_file *kept) {
+    write_file(name, kept->bytes, kept->size);
+    last_put = kept;
+}
+
+void must_begin_as_put(const char *name) {
+    unsigned char *const found = malloc(OUT_CAPACITY);
+    const size_t size = read_file(name, found, OUT_CAPACITY);
+    must(size != SIZE_MAX && size >= last_put->size && memcmp(found, last_put->bytes, last_put->size) == 0,
+         "what the file had is lost");
+    free(found);
+}
+
 /* A call without failures, and its expected results. */
 typedef struct {
     uint64_t before, after, made;

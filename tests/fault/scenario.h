@@ -58,6 +58,15 @@ int files_in(const char *folder);
 void must_be_old_or_new(const char *where, const char *name, const char *mark, toliman_status status);
 void empty_folder(const char *name); /* creates the folder if necessary */
 
+/* The content of a file, to put it again before each call; a call may append to it, and must not change what it has. */
+typedef struct {
+    unsigned char *bytes;
+    size_t size;
+} saved_file;
+void keep_file(const char *name, saved_file *kept);
+void put_file_again(const char *name, const saved_file *kept);
+void must_begin_as_put(const char *name);
+
 static inline uint64_t fnv1a(uint64_t before, const void *data, size_t size) {
     for (size_t i = 0; i < size; i++)
         before = (before ^ ((const unsigned char *)data)[i]) * 0x100000001b3u;

@@ -123,6 +123,42 @@ static toliman_status train(attempt *a) {
     const toliman_bank_train_options options = {.struct_size = sizeof options, .threads = 2};
     return toliman_bank_train(a->object, fitter(), &options);
 }
+static const char kJournal[] = "banks/bank.part";
+static toliman_status train_with_journal(attempt *a) {
+    const toliman_bank_train_options options = {
+        .struct_size = sizeof options, .threads = 2, .journal = in_folder(kJournal)};
+    return toliman_bank_train(a->object, fitter(), &options);
+}
+
+static void no_journal(void) {
+    put_all();
+    empty_folder(kFolder);
+}
+
+/* The journal of a training that was stopped once a network was trained. */
+static int32_t stop(const char *what, double share, void *unused) {
+    (void)what, (void)unused;
+    return share >= 0.25; /* of four networks */
+}
+static void put_journal(void) {
+    static saved_file journal;
+    no_journal();
+    if (journal.size == 0) {
+        const toliman_bank_train_options options = {
+            .struct_size = sizeof options, .threads = 1, .progress = stop, .journal = in_folder(kJournal)};
+        void *const made = make();
+        must(toliman_bank_train(made, fitter(), &options) == TOLIMAN_E_CANCELLED, "a training is cancelled");
+        toliman_bank_destroy(made);
+        keep_file(kJournal, &journal);
+    }
+    put_file_again(kJournal, &journal);
+}
+
+static void check_journal(attempt *a, toliman_status status) {
+    (void)a, (void)status;
+    must_begin_as_put(kJournal);
+}
+
 static toliman_status get_info(attempt *a) {
     return toliman_bank_get_info(bank(), (void *)a->out);
 }
@@ -179,6 +215,23 @@ static const scenario all[] = {
      .make = make,
      .of = &banks,
      .stage = put_all,
+     .partial = PARTIAL,
+     .slow = 1},
+    {.function = "toliman_bank_train",
+     "new journal",
+     train_with_journal,
+     .make = make,
+     .of = &banks,
+     .stage = no_journal,
+     .partial = PARTIAL,
+     .slow = 1},
+    {.function = "toliman_bank_train",
+     "journal",
+     train_with_journal,
+     .make = make,
+     .of = &banks,
+     .stage = put_journal,
+     .check = check_journal,
      .partial = PARTIAL,
      .slow = 1},
     {.function = "toliman_bank_get_info", .call = get_info, .stage = put_all, .struct_size = sizeof(toliman_bank_info)},

@@ -7,17 +7,21 @@
 #include "images.h"
 #include "scenario.h"
 
-static const char kFolder[] = "calibration", kSaved[] = "calibration/fitted.json";
+static const char kFolder[] = "calibration", kSaved[] = "calibration/fitted.json", kJournal[] = "calibration/c.part";
 
-static toliman_status create_with(const char *names, void **out) {
-    const toliman_calibration_options options = {
-        .struct_size = sizeof options, .free = names, .threads = 2, .capture_px = 3, .most_iterations = 4};
+static toliman_status create_with(const char *names, const char *journal, void **out) {
+    const toliman_calibration_options options = {.struct_size = sizeof options,
+                                                 .free = names,
+                                                 .threads = 2,
+                                                 .capture_px = 3,
+                                                 .most_iterations = 4,
+                                                 .journal = journal};
     return toliman_calibrate(small_sim(), PLAIN_IMAGE(small_frames()), 2, NULL, &options, (toliman_calibration **)out);
 }
 
 static void *make(void) {
     void *made = NULL;
-    assert_ok(create_with("scale", &made));
+    assert_ok(create_with("scale", NULL, &made));
     return made;
 }
 
@@ -44,7 +48,10 @@ static uint64_t digest(const void *made) {
 static const object_kind calibrations = {end, digest};
 
 static toliman_status calibrate(attempt *a) {
-    return create_with("scale", &a->made);
+    return create_with("scale", NULL, &a->made);
+}
+static toliman_status calibrate_with_journal(attempt *a) {
+    return create_with("scale", in_folder(kJournal), &a->made);
 }
 static int32_t stop(const toliman_calibration *so_far, const toliman_calibration_step *step, void *unused) {
     (void)so_far, (void)step, (void)unused;
@@ -121,6 +128,34 @@ static void put_old(void) {
     write_file(kSaved, "old", 3);
 }
 
+static void no_journal(void) {
+    put_all();
+    empty_folder(kFolder);
+}
+
+/* The journal of a calibration with fewer iterations. */
+static void put_journal(void) {
+    static saved_file journal;
+    no_journal();
+    if (journal.size == 0) {
+        toliman_calibration *made = NULL;
+        const toliman_calibration_options options = {.struct_size = sizeof options,
+                                                     .free = "scale",
+                                                     .capture_px = 3,
+                                                     .most_iterations = 1,
+                                                     .journal = in_folder(kJournal)};
+        assert_ok(toliman_calibrate(small_sim(), PLAIN_IMAGE(small_frames()), 2, NULL, &options, &made));
+        toliman_calibration_destroy(made);
+        keep_file(kJournal, &journal);
+    }
+    put_file_again(kJournal, &journal);
+}
+
+static void check_journal(attempt *a, toliman_status status) {
+    (void)a, (void)status;
+    must_begin_as_put(kJournal);
+}
+
 static void check_saved(attempt *a, toliman_status status) {
     (void)a;
     must_be_old_or_new(kFolder, kSaved, "\"calibration\"", status);
@@ -128,6 +163,19 @@ static void check_saved(attempt *a, toliman_status status) {
 
 static const scenario all[] = {
     {.function = "toliman_calibrate", .call = calibrate, .made = &calibrations, .stage = put_all, .slow = 1},
+    {.function = "toliman_calibrate",
+     "new journal",
+     calibrate_with_journal,
+     .made = &calibrations,
+     .stage = no_journal,
+     .slow = 1},
+    {.function = "toliman_calibrate",
+     "journal",
+     calibrate_with_journal,
+     .made = &calibrations,
+     .stage = put_journal,
+     .check = check_journal,
+     .slow = 1},
     {.function = "toliman_calibrate",
      "cancelled",
      cancel,

@@ -198,11 +198,44 @@ static void others_are_refused(void **state) {
     assert_fails(run(&all, 0, &made), TOLIMAN_E_WRITE, path);
 }
 
+/* The list of times is a file that the scene names. */
+static toliman_sim *sim_at_times(const char *times) {
+    char *const text = calibrate_text(NULL), list[500];
+    FILE *const file = fopen(in_folder("times.csv"), "w");
+    assert_non_null(file);
+    assert_true(fputs(times, file) >= 0 && fclose(file) == 0);
+    snprintf(list, sizeof list, "\"times_days\": \"%s\"", in_folder("times.csv"));
+    char *const scene = replaced(text, "\"frames\": 8, \"interval_days\": 15", list);
+    toliman_sim *const sim = sim_of(scene);
+    free(scene);
+    free(text);
+    return sim;
+}
+
+static void other_times_are_refused(void **state) {
+    (void)state;
+    toliman_sim *const sims[] = {sim_at_times("0\n15\n30\n45\n"), sim_at_times("0\n15\n30\n46\n")};
+    toliman_fit_prediction predictions[FRAMES] = {{.struct_size = sizeof *predictions}};
+    toliman_calibration *made = NULL;
+    steps all = {.cancel_at = 1};
+    begin();
+    for (int k = 0; k < FRAMES; k++)
+        predictions[k] = (toliman_fit_prediction){.struct_size = sizeof *predictions, .time_days = 15.0 * k};
+    const toliman_calibration_options options = {
+        .struct_size = sizeof options, .free = kKnown, .journal = path, .step = watch, .step_data = &all};
+    assert_fails(toliman_calibrate(sims[0], PLAIN_IMAGE(frames), FRAMES, predictions, &options, &made),
+                 TOLIMAN_E_CANCELLED, "");
+    assert_fails(toliman_calibrate(sims[1], PLAIN_IMAGE(frames), FRAMES, predictions, &options, &made),
+                 TOLIMAN_E_MISMATCH, "with another scene: ");
+    for (int i = 0; i < 2; i++)
+        toliman_sim_destroy(sims[i]);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(each_call_continues),    cmocka_unit_test(more_iterations_continue),
         cmocka_unit_test(damage_costs_time_only), cmocka_unit_test(other_versions_are_refused),
-        cmocka_unit_test(others_are_refused),
+        cmocka_unit_test(others_are_refused),     cmocka_unit_test(other_times_are_refused),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);
 }

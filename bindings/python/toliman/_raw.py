@@ -4241,7 +4241,7 @@ The weights do not depend on threads or interruptions. With a journal, a killed 
 thread. fit: as for toliman_bank_encode. options may be NULL.
 Errors: TOLIMAN_E_CANCELLED; TOLIMAN_E_MISMATCH as toliman_bank_encode, and for the journal of another bank, whose
 message names what differs; TOLIMAN_E_FORMAT for any other file; TOLIMAN_E_STATE if another process writes to the
-journal; TOLIMAN_E_WRITE.""",
+journal; TOLIMAN_E_WRITE if it cannot be written or read: what it holds remains.""",
     ),
     "toliman_bank_get_info": (
         c_int32, (("bank", POINTER(toliman_bank)), ("out", POINTER(toliman_bank_info))),
@@ -4442,8 +4442,8 @@ Errors:
     the frames than the nominal scene. Nothing else of it is compared;
   - TOLIMAN_E_MISMATCH for the journal of a calibration of another scene or other frames, with other free parameters,
     options or another start; the message names the first that differs;
-  - TOLIMAN_E_FORMAT for any other file, TOLIMAN_E_STATE if another process writes to it,
-    TOLIMAN_E_WRITE;
+  - TOLIMAN_E_FORMAT for any other file, TOLIMAN_E_STATE if another process writes to the journal, TOLIMAN_E_WRITE if
+    it cannot be written or read: what it holds remains;
   - TOLIMAN_E_CANCELLED if step returned a nonzero value.""",
     ),
     "toliman_calibration_destroy": (

@@ -1,15 +1,14 @@
 // Method: lines are written by one write(2) with O_APPEND and fdatasync'ed at most once per second, since a sync takes
-// as long as many results. flock keeps out a second process.
+// as long as many results. A lock keeps out a second process.
 #include "common/journal_file.hpp"
 
 #include <cerrno>
 #include <cstring>
 #include <fcntl.h>
-#include <sys/file.h>
-#include <sys/stat.h>
 #include <unistd.h>
 #include <utility>
 
+#include "backend/lock.hpp"
 #include "common/failure.hpp"
 #include "common/input.hpp"
 #include "common/stop.hpp"
@@ -19,6 +18,9 @@ namespace cli {
 
 namespace {
 
+using toliman::Lock;
+using toliman::Named;
+
 [[noreturn]] void unwritable(const std::string &path) {
     throw Failure(kExitOutput, path + ": cannot be written: " + std::strerror(errno));
 }
@@ -27,10 +29,15 @@ int opened(const std::string &path) {
     const int file = ::open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_NOFOLLOW | O_CLOEXEC, 0666);
     if (file < 0)
         unwritable(path);
-    struct stat status = {};
-    if (::flock(file, LOCK_EX | LOCK_NB) == 0 && ::fstat(file, &status) == 0 && status.st_nlink > 0)
+    const Lock lock = toliman::lock_file(file);
+    const Named named = lock == Lock::failed ? Named::failed : toliman::has_name(file, path.c_str());
+    if (lock != Lock::busy && named == Named::yes)
         return file;
+    const int reason = errno;
     ::close(file);
+    errno = reason;
+    if (lock != Lock::busy && named == Named::failed)
+        unwritable(path);
     throw Failure(kExitOutput, path + ": another process is writing to it: wait until it ends, or give another --out");
 }
 
