@@ -41,7 +41,10 @@ class Left(ProgramTest):
         self.assertTrue((self.folder / "merged/ledger.tlml").exists())
         self.assertEqual([path.relative_to(self.folder).as_posix() for path in self.folder.glob("merged.*.tmp/*")],
                          ["merged.1.tmp/mine"])
-        self.refuse(6, "merged: exists: give a new folder", arguments=("merge", "state0", "state1", "--out", "merged"))
+        for name in ("merged", "merged/"):
+            self.refuse(6, "merged: exists: give a new folder", arguments=("merge", "state0", "state1", "--out", name))
+        self.run_program("merge", "state0/", "state1/", "--out", "other/")
+        self.assertTrue((self.folder / "other/ledger.tlml").exists())
 
     def test_temporaries_of_a_tracker(self):
         campaign.states(self.folder, 2)

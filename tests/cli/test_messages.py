@@ -182,14 +182,17 @@ class Stopped(ProgramTest):
         for number, code in ((signal.SIGINT, 130), (signal.SIGTERM, 143)):
             returned, lines = self.stop(number, "--steps", "100000", "--out", "w")
             self.assertEqual(returned, code)
-            self.assertEqual(lines[0], "toliman: resume with: toliman train s.json --resume w.part --out w")
+            self.assertEqual(lines[0], "toliman: the same command with --resume continues from w.part")
             self.assertEqual(sorted(os.listdir(self.folder)), ["other.json", "s.json", "w.part"])
             self.assertEqual(lines[1], "toliman: stopped by a signal")
 
     def test_a_stopped_training_goes_on(self):
         tied = ("--steps", "400")
-        self.stop(signal.SIGINT, *tied, "--seed", "5", "--payload", "bf16", "--out", "half")
+        how = (*tied, "--seed", "5", "--payload", "bf16", "--out", "half")
+        self.stop(signal.SIGINT, *how)
         self.succeed("train", "s.json", "--resume", "half.part", "--out", "resumed")
+        self.assertEqual(self.stop(signal.SIGINT, "--resume", "half.part", "--out", "half")[1][0],
+                         "toliman: the same command with --resume half.part continues from half.part")
         self.succeed("train", "s.json", *tied, "--seed", "5", "--out", "whole")
         whole = (self.folder / "whole").read_bytes()
         self.assertEqual((self.folder / "resumed").read_bytes(), whole)
@@ -199,6 +202,8 @@ class Stopped(ProgramTest):
         numpy.save(self.folder / "f.npy", numpy.zeros((256, 256)))
         self.refuse(3, "half.part: contains an interrupted training, not a trained network",
                     arguments=("encode", "--weights", "half.part", "f.npy"))
+        self.succeed("train", "s.json", *how, "--resume")
+        self.assertFalse((self.folder / "half.part").exists())
         # Such a dark frame is none of the scene's.
         done = self.run_program("encode", "--weights", "whole", "f.npy", "f.npy")
         self.assertEqual((done.returncode, done.stderr.count("is this frame of the network's scene")), (0, 1))

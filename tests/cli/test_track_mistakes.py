@@ -55,6 +55,16 @@ class Mistakes(Track):
         return lines
 
 
+def rest_of(master):
+    """What a terminal shows that all writers have closed; one read may return a part."""
+    shown = b""
+    with contextlib.suppress(OSError):
+        while True:
+            shown += os.read(master, 1 << 16)
+    os.close(master)
+    return shown.decode()
+
+
 class Options(Mistakes):
     def test_the_wrong_word_is_blamed(self):
         for estimator in (TEMPLATE, ("--weights", "w.tlmw")):
@@ -120,10 +130,7 @@ class Options(Mistakes):
                 run.send_signal(signal.SIGINT)
             self.assertEqual(run.wait(PATIENCE), code)
             os.close(terminal)
-            with contextlib.suppress(OSError):
-                while True:
-                    shown += os.read(master, 1 << 16).decode()
-            os.close(master)
+            shown += rest_of(master)
             self.assertRegex(shown[shown.rindex("}\r\n"):], rf"(?s)^\}}\r\n.*track +(no )?period .*{end}$")
 
     def test_a_summary_for_who_watches(self):
@@ -133,8 +140,7 @@ class Options(Mistakes):
         run.stdout.read()
         self.assertEqual(run.wait(60), 0)
         os.close(terminal)
-        shown = os.read(master, 1 << 16).decode()
-        os.close(master)
+        shown = rest_of(master)
         self.assertRegex(shown.split("\x1b[K")[-1], rf"^track +period .*, {FRAMES} frames\r?\n$")
         self.track("t", "all")
         self.assertEqual(self.errors, "")

@@ -11,6 +11,7 @@
 #include <string_view>
 #include <unistd.h>
 
+#include "backend/descriptor.hpp"
 #include "backend/temporary.hpp"
 #include "common/failure.hpp"
 #include "common/input.hpp"
@@ -18,6 +19,7 @@
 #include "downlink/setup_options.hpp"
 #include "downlink/state_folder.hpp"
 #include "options/command.hpp"
+#include "scenes/scene_json.hpp"
 #include "series/periodogram.hpp"
 
 namespace cli {
@@ -102,15 +104,13 @@ class NewFolder {
     NewFolder &operator=(const NewFolder &) = delete;
 
     const std::string &made() const noexcept { return temporary_; }
-    // Its files are on the disk; a folder that was meanwhile made under the name is kept.
+    // Its files are on the disk. rename replaces an empty folder only, in which nothing is lost.
     void commit() {
-        if (::rename(temporary_.c_str(), path_.c_str()) != 0)
+        const toliman::Descriptor above(::open(folder_of(path_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+        if (above.get() < 0 || ::rename(temporary_.c_str(), path_.c_str()) != 0)
             fail(std::string("cannot be created: ") + std::strerror(errno));
         temporary_.clear();
-        const int above = ::open((path_ + "/..").c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-        const bool is_synced = above >= 0 && ::fsync(above) == 0;
-        ::close(above);
-        if (!is_synced)
+        if (::fsync(above.get()) != 0)
             fail(std::string("was written, but fsync of its folder failed: ") + std::strerror(errno));
     }
 
@@ -137,7 +137,7 @@ void merge_folder(const toliman::tracker &tracker, const std::string &folder, bo
 
 // Into a folder that must not exist yet; nothing is left of it after an error, and after a kill nothing under its name.
 void merge_folders(Options &options, Progress &progress) {
-    const std::string &out = options.out;
+    const std::string out = plain(options.out);
     SetupOptions &setup = options.setup;
     std::vector<std::string> folders;
     std::transform(options.files.begin(), options.files.end(), std::back_inserter(folders), plain);
@@ -178,7 +178,7 @@ void merge_folders(Options &options, Progress &progress) {
     std::fprintf(stderr, "%s: %lld frames\n", out.c_str(), static_cast<long long>(info.accepted));
 }
 
-void merge(Options &options, Progress &progress) {
+void merge_states(Options &options, Progress &progress) {
     for (const std::string &file : options.files)
         if (!exists(file))
             malformed(file, std::strerror(errno));
@@ -221,7 +221,7 @@ void add_merge(CLI::App &app, Context &context) {
         ->required();
     command->add_flag("--salvage", options->salvage, "skip damaged records of a folder's ledger, and report them");
     options->setup.add_to(*command);
-    set_action(*command, context, options, merge);
+    set_action(*command, context, options, merge_states);
 }
 
 } // namespace cli

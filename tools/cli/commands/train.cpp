@@ -203,15 +203,14 @@ void report_result(const Options &options, const Scene &scene, bool tied, const 
                      result.photon_floor, result.mssim);
 }
 
-// A stopped training goes to OUT.part: --out may already contain a complete network, which must not be lost. `more`:
-// options of the command that resumes it.
-void save_interrupted(const Bytes &bytes, const Options &options, const std::string &more) {
-    const std::string part = options.out + kPart,
-                      payload = options.payload != "float32" ? " --payload " + options.payload : "";
+// A stopped training goes to OUT.part: --out may already contain a complete network, which must not be lost. A FILE of
+// --resume implies options of its training, which the same command without it would lack.
+void save_interrupted(const Bytes &bytes, const Options &options, Progress &progress) {
+    const std::string part = options.out + kPart;
     OutputFile out(part);
     write(bytes, out);
-    std::fprintf(stderr, "toliman: resume with: toliman train %s --resume %s --out %s%s%s\n", options.scene.c_str(),
-                 part.c_str(), options.out.c_str(), more.c_str(), payload.c_str());
+    progress.tell("the same command with --resume " + (options.resume.empty() ? "" : part + " ") + "continues from " +
+                  part);
 }
 
 // After each epoch: its line in the log and, with the false alarm probabilities, OUT.part, so that a power cut costs at
@@ -272,17 +271,15 @@ void train_network(const Options &options, OutputFile &out, Progress &progress) 
     progress.clear();
     if (status == TOLIMAN_E_CANCELLED) {
         if (get_training(cae.get(), how) && options.out != "-")
-            save_interrupted(bytes_of_network(cae.get(), "float32", true), options,
-                             (options.epochs != 0 ? " --epochs " + std::to_string(options.epochs) : "") +
-                                 (options.log.empty() ? "" : " --log " + options.log));
+            save_interrupted(bytes_of_network(cae.get(), "float32", true), options, progress);
         stop_if_asked();
         if (epochs && epochs->failure)
             std::rethrow_exception(epochs->failure);
     }
     toliman::check(status);
     write(bytes_of_network(cae.get(), options.payload, !tied && options.payload == "float32"), out);
-    if (epochs && !epochs->part.empty())
-        std::filesystem::remove(epochs->part);
+    if (options.out != "-")
+        std::filesystem::remove(options.out + kPart);
     report_result(options, scene, tied, result);
 }
 
