@@ -69,7 +69,8 @@ if(NOT TOLIMAN_SANITIZE)
   add_executable(faults fault/faults.c fault/failing.c fault/scenarios_base.c fault/scenarios_sim.c
                  fault/scenarios_cae.c fault/scenarios_linear.c fault/scenarios_fit.c fault/scenarios_bank.c
                  fault/scenarios_calibrate.c fault/scenarios_period.c fault/scenarios_track.c
-                 fault/scenarios_ingest.c fault/scenarios_ingest_time.c fault/scenarios_mask.c fault/scenarios_planet.c
+                 fault/scenarios_ingest.c fault/scenarios_ingest_time.c fault/scenarios_mask.c fault/scenarios_measure.c
+                 fault/scenarios_planet.c
                  fault/scenarios_series.c fault/scenarios_sky.c fault/scenarios_track_reduced.c)
   set_target_properties(faults PROPERTIES ENABLE_EXPORTS ON C_STANDARD 11)
   target_compile_options(faults PRIVATE -fno-builtin)

@@ -1408,6 +1408,137 @@ module toliman
         real(c_double) :: small_features = 0.0_c_double ! fraction of the open cells in features below feature_cells
     end type
 
+    ! Flags of toliman_series_options.
+    ! a line without newline at its end may be truncated and is malformed
+    integer(c_int32_t), parameter, public :: TOLIMAN_SERIES_GROWING = 1
+    ! times are plain numbers, also in a column named mjd or jd
+    integer(c_int32_t), parameter, public :: TOLIMAN_SERIES_PLAIN_TIMES = 2
+
+    ! Options of a parser.
+    type, bind(C), public :: toliman_series_options
+        integer(c_int32_t) :: struct_size = 48
+        integer(c_int32_t) :: flags = 0 ! TOLIMAN_SERIES_...
+        ! TOLIMAN_INGEST_FORMAT_...; 0 = dates if the first time begins as YYYY-MM-DD; otherwise Modified or Julian
+        ! Days if the column is named mjd, jd, MJD or JD; otherwise numbers
+        integer(c_int32_t) :: time_format = 0
+        ! TOLIMAN_INGEST_SCALE_... of dates and days; 0 = UTC; not used for plain numbers
+        integer(c_int32_t) :: time_scale = 0
+        type(c_ptr) :: name = c_null_ptr ! name of the input: messages begin with "name:line: "; NULL = without
+        ! names of two or three columns or keys, "t,latent" or "t,latent,sigma"; NULL = "t,y" and, if present, sigma.
+        ! Without t, the first of mjd, jd, MJD and JD is the time
+        type(c_ptr) :: columns = c_null_ptr
+        type(c_ptr) :: leap_seconds = c_null_ptr ! [leap_second_count], as in toliman_ingest_parse_time
+        integer(c_size_t) :: leap_second_count = 0 ! 0 = the leap seconds of ERFA; leap_seconds may then be NULL
+    end type
+
+    ! Result of a line.
+    type, bind(C), public :: toliman_series_sample
+        integer(c_int32_t) :: struct_size = 32 ! in: sizeof(toliman_series_sample)
+        integer(c_int32_t) :: found = 0 ! 1: the line is a sample; 0: a comment, an empty line or the line of names
+        real(c_double) :: t = 0.0_c_double ! sigma is 0 if the series has none; all are 0 unless found is 1
+        real(c_double) :: y = 0.0_c_double
+        real(c_double) :: sigma = 0.0_c_double
+    end type
+
+    ! Properties of the lines that were parsed.
+    type, bind(C), public :: toliman_series_info
+        integer(c_int32_t) :: struct_size = 24 ! in: sizeof(toliman_series_info)
+        ! TOLIMAN_INGEST_FORMAT_... of the times, 0 for plain numbers and before the first time. Until the first
+        ! sample, every line determines it again
+        integer(c_int32_t) :: time_format = 0
+        ! TOLIMAN_INGEST_SCALE_... of the samples' Modified Julian Days, never UTC; 0 if time_format is 0
+        integer(c_int32_t) :: time_scale = 0
+        ! 1 if the last sample is columns without newline: its last number may be truncated
+        integer(c_int32_t) :: truncated = 0
+        integer(c_int64_t) :: lines = 0 ! lines, including empty and malformed ones
+    end type
+
+    ! Kinds of values.
+    integer(c_int32_t), parameter, public :: TOLIMAN_MEASURE_VALUE = 901 ! any, such as latents
+    ! apparent separations, as they were measured
+    integer(c_int32_t), parameter, public :: TOLIMAN_MEASURE_SEPARATION = 902
+    ! separations reduced to the orbit of the binary
+    integer(c_int32_t), parameter, public :: TOLIMAN_MEASURE_REDUCED = 903
+    integer(c_int32_t), parameter, public :: TOLIMAN_MEASURE_VELOCITY = 904 ! radial velocities of a star
+
+    ! Measurements as arrays.
+    type, bind(C), public :: toliman_measure_data
+        integer(c_int32_t) :: struct_size = 88
+        integer(c_int32_t) :: kind = 0 ! TOLIMAN_MEASURE_...; 0 = TOLIMAN_MEASURE_VALUE
+        integer(c_size_t) :: n = 0
+        ! [n], times, in any order; NULL with intervals: Modified Julian Days of TAI of the middle between the first
+        ! start and the last end
+        type(c_ptr) :: t = c_null_ptr
+        type(c_ptr) :: y = c_null_ptr ! [n], values
+        type(c_ptr) :: sigma = c_null_ptr ! [n], absolute standard deviations; NULL: not known
+        ! [sum of interval_counts][2], on-target intervals, start and end, TAI ns; NULL: not known
+        type(c_ptr) :: intervals = c_null_ptr
+        ! [n], number of intervals of each; NULL: one for each, from the start to the end of an exposure whose on-
+        ! target intervals are not known
+        type(c_ptr) :: interval_counts = c_null_ptr
+        type(c_ptr) :: position_angle_deg = c_null_ptr ! [n], of B from A on the orbit, for planets; NULL: not known
+        ! arcsec (velocities: m/s) per unit of y; 0: not known, but 1 for separations
+        real(c_double) :: unit = 0.0_c_double
+        real(c_double) :: time_unit_days = 0.0_c_double ! days per unit of t; 0 = 1
+        ! median chi_square of the frames that were measured; 0: not known
+        real(c_double) :: frame_chi_square = 0.0_c_double
+    end type
+
+    ! How to read a file or a state folder.
+    type, bind(C), public :: toliman_measure_options
+        integer(c_int32_t) :: struct_size = 80
+        ! TOLIMAN_MEASURE_...; 0 = VALUE, of a state folder REDUCED where it is. SEPARATION of a state folder: the
+        ! measured separations
+        integer(c_int32_t) :: kind = 0
+        type(c_ptr) :: columns = c_null_ptr ! as toliman_series_options, likewise the next four; not for state folders
+        integer(c_int32_t) :: time_format = 0
+        integer(c_int32_t) :: time_scale = 0
+        type(c_ptr) :: leap_seconds = c_null_ptr
+        integer(c_size_t) :: leap_second_count = 0
+        integer(c_int32_t) :: flags = 0 ! TOLIMAN_SERIES_PLAIN_TIMES
+        integer(c_int32_t) :: reserved = 0
+        ! as toliman_measure_data; of a state folder: arcsec per px instead of its own plate scale
+        real(c_double) :: unit = 0.0_c_double
+        ! length of each exposure, whose middle is t, s; 0: not known. Times must be dates. Not for state folders
+        real(c_double) :: exposure_s = 0.0_c_double
+        type(c_funptr) :: log = c_null_funptr ! receives warnings; may be NULL
+        type(c_ptr) :: log_data = c_null_ptr
+    end type
+
+    ! Properties of a series.
+    type, bind(C), public :: toliman_measure_info
+        integer(c_int32_t) :: struct_size = 120 ! in: sizeof(toliman_measure_info)
+        integer(c_int32_t) :: kind = 0 ! TOLIMAN_MEASURE_...
+        integer(c_int64_t) :: n = 0 ! samples
+        integer(c_int64_t) :: left_out = 0 ! of the source, that could not be used
+        integer(c_int64_t) :: functions = 0 ! without the mean: trend + columns
+        integer(c_int32_t) :: trend = 0 ! highest order; number of columns
+        integer(c_int32_t) :: columns = 0
+        integer(c_int32_t) :: time_format = 0 ! TOLIMAN_INGEST_FORMAT_... in which dates were given; 0: plain numbers
+        integer(c_int32_t) :: time_scale = 0 ! TOLIMAN_INGEST_SCALE_... of t, Modified Julian Days; 0: plain numbers
+        integer(c_int32_t) :: is_weighted = 0 ! 1: has sigmas
+        integer(c_int32_t) :: has_exposures = 0 ! 1: exposures are known
+        real(c_double) :: trend_start = 0.0_c_double
+        real(c_double) :: trend_end = 0.0_c_double
+        real(c_double) :: unit = 0.0_c_double ! as in toliman_measure_data
+        real(c_double) :: time_unit_days = 0.0_c_double
+        real(c_double) :: frame_chi_square = 0.0_c_double
+        real(c_double) :: parallax_arcsec = 0.0_c_double ! of the system to which it is reduced; 0: not known
+        real(c_double) :: star_mass(2) = 0.0_c_double
+    end type
+
+    ! A function that is fitted with the mean.
+    type, bind(C), public :: toliman_measure_function
+        integer(c_int32_t) :: struct_size = 96 ! in: sizeof(toliman_measure_function)
+        integer(c_int32_t) :: reserved = 0
+        real(c_double) :: sigma = 0.0_c_double ! standard deviation of the prior of its coefficient; 0: no prior
+        ! factor from its coefficient to the number that it stands for: the error of an element, in the unit of its
+        ! name, or 1
+        real(c_double) :: unit = 0.0_c_double
+        real(c_double) :: bound = 0.0_c_double ! largest |value| of a column; 1 for a polynomial
+        character(kind=c_char) :: name(64) = c_null_char ! "T1" ..., or the name of the column
+    end type
+
     ! Flags of toliman_period_options.
     ! subtract the weighted mean once, instead of fitting it at each frequency
     integer(c_int32_t), parameter, public :: TOLIMAN_PERIOD_FIXED_MEAN = 1
@@ -1734,8 +1865,6 @@ module toliman
     end type
 
     ! Flags of toliman_planet_options.
-    ! the series has radial velocities, not separations
-    integer(c_int32_t), parameter, public :: TOLIMAN_PLANET_VELOCITY = 1
     ! the sigmas are exact: no jitter is fitted, however poor the fit
     integer(c_int32_t), parameter, public :: TOLIMAN_PLANET_NO_JITTER = 2
     ! leave out samples that do not belong: planets are those of the others
@@ -1747,41 +1876,17 @@ module toliman
     ! Number of columns of the samples of a posterior.
     integer(c_int32_t), parameter, public :: TOLIMAN_PLANET_COLUMNS = 8
 
-    ! A series of n measurements, in any order of time.
-    type, bind(C), public :: toliman_planet_series
-        integer(c_int32_t) :: struct_size = 160
-        integer(c_int32_t) :: trend = 0 ! nuisance functions, as in period_nuisance.h; 0 = none
-        integer(c_int32_t) :: columns = 0
-        integer(c_int32_t) :: reserved = 0
-        integer(c_size_t) :: n = 0
-        type(c_ptr) :: t = c_null_ptr ! [n], times in units of time_unit_days
-        type(c_ptr) :: y = c_null_ptr ! [n], values in units of `unit`
-        ! [n], absolute standard deviations; NULL: unknown, not with TOLIMAN_PLANET_NO_JITTER
-        type(c_ptr) :: sigma = c_null_ptr
-        type(c_ptr) :: rows = c_null_ptr ! [n][columns], values of the columns; NULL if there are none
-        ! [n], position angles of B from A (geometric_angle_deg of sky.h); NULL = the axis is fixed, as it must be for
-        ! velocities
-        type(c_ptr) :: position_angle_deg = c_null_ptr
-        real(c_double) :: trend_start = 0.0_c_double ! span of the trend; both 0: first and last time
-        real(c_double) :: trend_end = 0.0_c_double
-        ! 1/s_j^2 for the mean, T_1 ... T_trend and the columns; 0 = no prior. That of the mean must be 0
-        real(c_double) :: prior_precision(9) = 0.0_c_double
-        ! median chi_square of the frames that the series was measured from; 0 = unknown
-        real(c_double) :: frame_chi_square = 0.0_c_double
-    end type
-
     ! Options of a search.
     type, bind(C), public :: toliman_planet_options
-        integer(c_int32_t) :: struct_size = 152
-        integer(c_int32_t) :: flags = 0 ! TOLIMAN_PLANET_VELOCITY, _NO_JITTER, _CLIP
+        integer(c_int32_t) :: struct_size = 136
+        integer(c_int32_t) :: flags = 0 ! TOLIMAN_PLANET_NO_JITTER, _CLIP
         integer(c_int32_t) :: max_planets = 0 ! 1 to TOLIMAN_PLANET_MOST; 0 = 1
         integer(c_int32_t) :: threads = 0 ! worker threads, 0 = one per processor; results do not depend on the number
-        real(c_double) :: time_unit_days = 0.0_c_double ! days per unit of t; 0 = 1
-        ! arcsec (velocities: m/s) per unit of y; 0 = unknown, then masses are NaN
-        real(c_double) :: unit = 0.0_c_double
-        ! of the binary; 0 = unknown, then masses of a separation are NaN. 0 for velocities
+        ! of the binary; 0 = that of the series; if that is unknown, and if the unit is, masses of a separation are
+        ! NaN. 0 for velocities
         real(c_double) :: parallax_arcsec = 0.0_c_double
-        ! of A and B, solar masses; 0 = unknown, then the mass for it is NaN. Velocities: of A
+        ! of A and B, solar masses; 0 = that of the series; if that is unknown, the mass for it is NaN. Velocities: of
+        ! A
         real(c_double) :: star_mass(2) = 0.0_c_double
         real(c_double) :: period_min = 0.0_c_double ! in units of t; 0 = 60 d and 1000 d
         real(c_double) :: period_max = 0.0_c_double
@@ -1850,7 +1955,7 @@ module toliman
     !               time step to twice the time span
     !   MASS        the mass is not below that of the star, for each star of known mass
     !   CROSSING    the orbit crosses that of a planet with larger odds, if both orbit the same star
-    !   FRAMES      frame_chi_square is above 2
+    !   FRAMES      frame_chi_square of the series is above 2
     !   SAMPLES     there are outliers, and TOLIMAN_PLANET_CLIP is not set
     integer(c_int32_t), parameter, public :: TOLIMAN_PLANET_REASON_ODDS = 1
     integer(c_int32_t), parameter, public :: TOLIMAN_PLANET_REASON_CHI_SQUARE = 2
@@ -1922,54 +2027,9 @@ module toliman
         real(c_double) :: period_max = 0.0_c_double
         real(c_double) :: size_min = 0.0_c_double ! its logarithm is uniform between them
         real(c_double) :: size_max = 0.0_c_double
-        integer(c_int32_t) :: circular = 0 ! 1: eccentricity 0. 0: drawn from its prior
+        integer(c_int32_t) :: is_circular = 0 ! 1: eccentricity 0. 0: drawn from its prior
         integer(c_int32_t) :: count = 0 ! number of injections, at most 1,000,000
         integer(c_int64_t) :: seed = 0
-    end type
-
-    ! Flags of toliman_series_options.
-    ! a line without newline at its end may be truncated and is malformed
-    integer(c_int32_t), parameter, public :: TOLIMAN_SERIES_GROWING = 1
-    ! times are plain numbers, also in a column named mjd or jd
-    integer(c_int32_t), parameter, public :: TOLIMAN_SERIES_PLAIN_TIMES = 2
-
-    ! Options of a parser.
-    type, bind(C), public :: toliman_series_options
-        integer(c_int32_t) :: struct_size = 48
-        integer(c_int32_t) :: flags = 0 ! TOLIMAN_SERIES_...
-        ! TOLIMAN_INGEST_FORMAT_...; 0 = dates if the first time begins as YYYY-MM-DD; otherwise Modified or Julian
-        ! Days if the column is named mjd, jd, MJD or JD; otherwise numbers
-        integer(c_int32_t) :: time_format = 0
-        ! TOLIMAN_INGEST_SCALE_... of dates and days; 0 = UTC; not used for plain numbers
-        integer(c_int32_t) :: time_scale = 0
-        type(c_ptr) :: name = c_null_ptr ! name of the input: messages begin with "name:line: "; NULL = without
-        ! names of two or three columns or keys, "t,latent" or "t,latent,sigma"; NULL = "t,y" and, if present, sigma.
-        ! Without t, the first of mjd, jd, MJD and JD is the time
-        type(c_ptr) :: columns = c_null_ptr
-        type(c_ptr) :: leap_seconds = c_null_ptr ! [leap_second_count], as in toliman_ingest_parse_time
-        integer(c_size_t) :: leap_second_count = 0 ! 0 = the leap seconds of ERFA; leap_seconds may then be NULL
-    end type
-
-    ! Result of a line.
-    type, bind(C), public :: toliman_series_sample
-        integer(c_int32_t) :: struct_size = 32 ! in: sizeof(toliman_series_sample)
-        integer(c_int32_t) :: found = 0 ! 1: the line is a sample; 0: a comment, an empty line or the line of names
-        real(c_double) :: t = 0.0_c_double ! sigma is 0 if the series has none; all are 0 unless found is 1
-        real(c_double) :: y = 0.0_c_double
-        real(c_double) :: sigma = 0.0_c_double
-    end type
-
-    ! Properties of the lines that were parsed.
-    type, bind(C), public :: toliman_series_info
-        integer(c_int32_t) :: struct_size = 24 ! in: sizeof(toliman_series_info)
-        ! TOLIMAN_INGEST_FORMAT_... of the times, 0 for plain numbers and before the first time. Until the first
-        ! sample, every line determines it again
-        integer(c_int32_t) :: time_format = 0
-        ! TOLIMAN_INGEST_SCALE_... of the samples' Modified Julian Days, never UTC; 0 if time_format is 0
-        integer(c_int32_t) :: time_scale = 0
-        ! 1 if the last sample is columns without newline: its last number may be truncated
-        integer(c_int32_t) :: truncated = 0
-        integer(c_int64_t) :: lines = 0 ! lines, including empty and malformed ones
     end type
 
     ! Number of orbital elements.
@@ -2027,6 +2087,19 @@ module toliman
         real(c_double) :: partials(7) = 0.0_c_double
     end type
 
+    ! Flag of toliman_sky_reduce_options: no functions for the errors of the orbit.
+    integer(c_int32_t), parameter, public :: TOLIMAN_SKY_NO_FUNCTIONS = 1
+
+    ! Options of a reduction.
+    type, bind(C), public :: toliman_sky_reduce_options
+        integer(c_int32_t) :: struct_size = 32
+        integer(c_int32_t) :: flags = 0 ! TOLIMAN_SKY_NO_FUNCTIONS
+        ! standard deviation of the relative error of the plate scale, in [0, 1)
+        real(c_double) :: scale_sigma = 0.0_c_double
+        type(c_funptr) :: log = c_null_funptr ! receives warnings; may be NULL
+        type(c_ptr) :: log_data = c_null_ptr
+    end type
+
     ! Observers.
     integer(c_int32_t), parameter, public :: TOLIMAN_SKY_OBSERVER_EARTH = 701 ! centre of the Earth
     integer(c_int32_t), parameter, public :: TOLIMAN_SKY_OBSERVER_CIRCULAR = 702 ! circular orbit
@@ -2076,10 +2149,10 @@ module toliman
         real(c_double) :: jitter_arcsec = 0.0_c_double
         integer(c_int32_t) :: goodness = 0 ! TOLIMAN_GOODNESS_... of chi_square
         integer(c_int32_t) :: flags = 0 ! TOLIMAN_SKY_UNUSABLE
+        integer(c_int32_t) :: left_out = 0 ! measurements for which the observer file has no states
         ! measurements farther than 6 robust standard deviations, at least their sigmas, from the fit: they do not
         ! belong to the others
         integer(c_int32_t) :: outliers = 0
-        integer(c_int32_t) :: reserved = 0
     end type
 
     ! Causes of residuals. TIME to CENTRE are the hypotheses of toliman_sky_diagnose, in the order of its array. All but
@@ -3797,6 +3870,175 @@ module toliman
         end function
 
         ! Sets *options, a struct of `size` bytes, to the defaults.
+        subroutine toliman_series_options_init(options, size) bind(C)
+            import
+            integer(c_size_t), value :: size
+            type(toliman_series_options), intent(inout) :: options
+        end subroutine
+
+        ! Creates a parser. options NULL = the defaults.
+        function toliman_series_create(options, out) bind(C) result(answer)
+            import
+            type(toliman_series_options), intent(in), optional :: options
+            type(c_ptr), intent(out) :: out
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Destroys a parser.
+        subroutine toliman_series_destroy(series) bind(C)
+            import
+            type(c_ptr), value :: series
+        end subroutine
+
+        ! Parses the next line. line [length] bytes, with the newline at its end if the input has it; at most 65,536
+        ! bytes without it.
+        function toliman_series_parse(series, line, length, sample) bind(C) result(answer)
+            import
+            type(c_ptr), value :: series
+            integer(c_size_t), value :: length
+            character(kind=c_char), intent(in) :: line(*)
+            type(toliman_series_sample), intent(inout) :: sample
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Writes the properties to *out, whose struct_size must be set.
+        function toliman_series_get_info(series, out) bind(C) result(answer)
+            import
+            type(c_ptr), value :: series
+            type(toliman_series_info), intent(inout) :: out
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Returns the name of a kind ("value", "separation", "reduced", "velocity"), "?" for an unknown one.
+        function toliman_measure_kind_name(kind) bind(C) result(answer)
+            import
+            integer(c_int32_t), value :: kind
+            type(c_ptr) :: answer
+        end function
+
+        ! Sets *data, a struct of `size` bytes, to zeros and its struct_size.
+        subroutine toliman_measure_data_init(data, size) bind(C)
+            import
+            integer(c_size_t), value :: size
+            type(toliman_measure_data), intent(inout) :: data
+        end subroutine
+
+        ! Creates a series from arrays, which are copied.
+        function toliman_measure_create(data, out) bind(C) result(answer)
+            import
+            type(toliman_measure_data), intent(in) :: data
+            type(c_ptr), intent(out) :: out
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Sets *options, a struct of `size` bytes, to the defaults.
+        subroutine toliman_measure_options_init(options, size) bind(C)
+            import
+            integer(c_size_t), value :: size
+            type(toliman_measure_options), intent(inout) :: options
+        end subroutine
+
+        ! Reads a series from a file, or from a state folder of a tracker. path text or JSON Lines as in series.h, a
+        ! .npy table (float64 [n][2 or 3]: t, y, sigma), or a folder options may be NULL A file whose last line has no
+        ! newline is read, with a warning: its last number may be truncated.
+        function toliman_measure_load_file(path, options, out) bind(C) result(answer)
+            import
+            character(kind=c_char), intent(in) :: path(*)
+            type(toliman_measure_options), intent(in), optional :: options
+            type(c_ptr), intent(out) :: out
+            integer(c_int32_t) :: answer
+        end function
+
+        ! The same from the `size` bytes of such a file. name of the input in messages; NULL: none
+        function toliman_measure_load(bytes, size, name, options, out) bind(C) result(answer)
+            import
+            integer(c_size_t), value :: size
+            integer(c_int8_t), intent(in) :: bytes(*)
+            character(kind=c_char), intent(in), optional :: name(*)
+            type(toliman_measure_options), intent(in), optional :: options
+            type(c_ptr), intent(out) :: out
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Destroys a series.
+        subroutine toliman_measure_destroy(measure) bind(C)
+            import
+            type(c_ptr), value :: measure
+        end subroutine
+
+        ! Fits the Chebyshev polynomials T_1 ...
+        function toliman_measure_set_trend(measure, order, start, end) bind(C) result(answer)
+            import
+            type(c_ptr), value :: measure
+            integer(c_int32_t), value :: order
+            real(c_double), value :: start, end
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Fits the values of a column, one for each sample, with the mean. name up to 63 characters values [n], copied
+        ! n number of samples sigma standard deviation of the prior of its coefficient, in units of y per unit of the
+        ! column; 0: no prior Errors: TOLIMAN_E_ARGUMENT for bad numbers, a name that is used, or more than 8
+        ! functions.
+        function toliman_measure_add_column(measure, name, values, n, sigma) bind(C) result(answer)
+            import
+            type(c_ptr), value :: measure
+            integer(c_size_t), value :: n
+            real(c_double), value :: sigma
+            character(kind=c_char), intent(in) :: name(*)
+            real(c_double), intent(in) :: values(*)
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Sets the standard deviation of the prior of a function's coefficient, in units of y per unit of the
+        ! function; 0: no prior.
+        function toliman_measure_set_prior(measure, function, sigma) bind(C) result(answer)
+            import
+            type(c_ptr), value :: measure
+            integer(c_int64_t), value :: function
+            real(c_double), value :: sigma
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Writes the properties to *out, whose struct_size must be set.
+        function toliman_measure_get_info(measure, out) bind(C) result(answer)
+            import
+            type(c_ptr), value :: measure
+            type(toliman_measure_info), intent(inout) :: out
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Writes function `index` to *out, whose struct_size must be set.
+        function toliman_measure_get_function(measure, index, out) bind(C) result(answer)
+            import
+            type(c_ptr), value :: measure
+            integer(c_int64_t), value :: index
+            type(toliman_measure_function), intent(inout) :: out
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Writes one number for each sample. name "t", "y", "sigma", "position_angle_deg", the name of a function; of
+        ! reduced series also "separation_arcsec" as it was measured, "factor" and "geometric_arcsec" of sky.h values
+        ! [n] n number of samples Errors: TOLIMAN_E_NOT_FOUND for a name that the series does not have;
+        ! TOLIMAN_E_ARGUMENT for another n.
+        function toliman_measure_get_values(measure, name, values, n) bind(C) result(answer)
+            import
+            type(c_ptr), value :: measure
+            integer(c_size_t), value :: n
+            character(kind=c_char), intent(in) :: name(*)
+            real(c_double), intent(out) :: values(*)
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Writes the times in TAI, ns since 1970-01-01T00:00:00 TAI, to tai_ns[n].
+        function toliman_measure_get_times(measure, tai_ns, n) bind(C) result(answer)
+            import
+            type(c_ptr), value :: measure
+            integer(c_size_t), value :: n
+            integer(c_int64_t), intent(out) :: tai_ns(*)
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Sets *options, a struct of `size` bytes, to the defaults.
         subroutine toliman_period_options_init(options, size) bind(C)
             import
             integer(c_size_t), value :: size
@@ -4088,16 +4330,14 @@ module toliman
             type(toliman_period_noise_options), intent(inout) :: options
         end subroutine
 
-        ! Computes the power of n samples at frequencies f0 + k df, k < nf, in the metric of the noise, which is
-        ! fitted first. sigma may be NULL functions [n][k]; may be NULL if k is 0.
-        function toliman_period_noise_search(f0, df, nf, t, y, sigma, n, functions, precision, k, options, power, &
-            coefficients, errors, out) bind(C) result(answer)
+        ! Computes the power of a series at frequencies f0 + i df, i < nf, in the metric of the noise, which is fitted
+        ! first.
+        function toliman_period_noise_search(series, f0, df, nf, options, power, coefficients, errors, &
+            out) bind(C) result(answer)
             import
+            type(c_ptr), value :: series
             real(c_double), value :: f0, df
             integer(c_int64_t), value :: nf
-            integer(c_size_t), value :: n, k
-            real(c_double), intent(in) :: t(*), y(*)
-            real(c_double), intent(in), optional :: sigma(*), functions(*), precision(*)
             type(toliman_period_noise_options), intent(in), optional :: options
             real(c_double), intent(out), optional :: power(*), coefficients(*), errors(*)
             type(toliman_period_noise), intent(inout) :: out
@@ -4113,14 +4353,13 @@ module toliman
 
         ! Moving-block bootstrap: writes log10(1 - P) of the highest power of each of `count` resamplings to
         ! log10_residuals[count], sorted, strongest peak first.
-        function toliman_period_noise_bootstrap(f0, df, nf, t, y, sigma, n, functions, precision, k, rho, &
-            options, count, log10_residuals) bind(C) result(answer)
+        function toliman_period_noise_bootstrap(series, f0, df, nf, rho, options, count, &
+            log10_residuals) bind(C) result(answer)
             import
+            type(c_ptr), value :: series
             real(c_double), value :: f0, df, rho
             integer(c_int64_t), value :: nf
-            integer(c_size_t), value :: n, k, count
-            real(c_double), intent(in) :: t(*), y(*)
-            real(c_double), intent(in), optional :: sigma(*), functions(*), precision(*)
+            integer(c_size_t), value :: count
             type(toliman_period_noise_bootstrap_options), intent(in), optional :: options
             real(c_double), intent(out) :: log10_residuals(*)
             integer(c_int32_t) :: answer
@@ -4205,13 +4444,6 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Sets *series, a struct of `size` bytes, to zeros and its struct_size.
-        subroutine toliman_planet_series_init(series, size) bind(C)
-            import
-            integer(c_size_t), value :: size
-            type(toliman_planet_series), intent(inout) :: series
-        end subroutine
-
         ! Sets *options, a struct of `size` bytes, to the defaults.
         subroutine toliman_planet_options_init(options, size) bind(C)
             import
@@ -4219,10 +4451,10 @@ module toliman
             type(toliman_planet_options), intent(inout) :: options
         end subroutine
 
-        ! Searches a series for planets. options may be NULL The series is copied.
+        ! Searches a series for planets.
         function toliman_planet_search(series, options, out) bind(C) result(answer)
             import
-            type(toliman_planet_series), intent(in) :: series
+            type(c_ptr), value :: series
             type(toliman_planet_options), intent(in), optional :: options
             type(c_ptr), intent(out) :: out
             integer(c_int32_t) :: answer
@@ -4253,31 +4485,31 @@ module toliman
         function toliman_planet_get(planets, index, out) bind(C) result(answer)
             import
             type(c_ptr), value :: planets
-            integer(c_int32_t), value :: index
+            integer(c_int64_t), value :: index
             type(toliman_planet), intent(inout) :: out
             integer(c_int32_t) :: answer
         end function
 
         ! Writes the first `count` samples of the posterior of a candidate, of equal weight and in random order. count
         ! number of samples, at most `samples` of the options samples [count][TOLIMAN_PLANET_COLUMNS]: period,
-        ! eccentricity, periastron_deg, epoch, amplitude, mass_a, mass_b, jitter Errors: TOLIMAN_E_ARGUMENT for a bad
-        ! index or count.
+        ! eccentricity, periastron_deg, epoch, amplitude, mass_a, mass_b, jitter Errors: TOLIMAN_E_RANGE as
+        ! toliman_planet_get; TOLIMAN_E_ARGUMENT for a bad count.
         function toliman_planet_get_samples(planets, index, count, samples) bind(C) result(answer)
             import
             type(c_ptr), value :: planets
-            integer(c_int32_t), value :: index
+            integer(c_int64_t), value :: index
             integer(c_size_t), value :: count
             real(c_double), intent(out) :: samples(*)
             integer(c_int32_t) :: answer
         end function
 
         ! Writes the signal of a candidate's joint fit at times t[n] to signal[n]. position_angle_deg [n], as in the
-        ! series; NULL = the mean axis, also if the series has none Errors: TOLIMAN_E_ARGUMENT for a bad index,
-        ! position angles of a fixed axis, or numbers that are not finite.
+        ! series; NULL = the mean axis, also if the series has none Errors: TOLIMAN_E_RANGE as toliman_planet_get;
+        ! TOLIMAN_E_ARGUMENT for position angles of a fixed axis, or numbers that are not finite.
         function toliman_planet_get_signal(planets, index, t, position_angle_deg, n, signal) bind(C) result(answer)
             import
             type(c_ptr), value :: planets
-            integer(c_int32_t), value :: index
+            integer(c_int64_t), value :: index
             integer(c_size_t), value :: n
             real(c_double), intent(in) :: t(*)
             real(c_double), intent(in), optional :: position_angle_deg(*)
@@ -4341,46 +4573,6 @@ module toliman
         end function
 
         ! Sets *options, a struct of `size` bytes, to the defaults.
-        subroutine toliman_series_options_init(options, size) bind(C)
-            import
-            integer(c_size_t), value :: size
-            type(toliman_series_options), intent(inout) :: options
-        end subroutine
-
-        ! Creates a parser. options NULL = the defaults.
-        function toliman_series_create(options, out) bind(C) result(answer)
-            import
-            type(toliman_series_options), intent(in), optional :: options
-            type(c_ptr), intent(out) :: out
-            integer(c_int32_t) :: answer
-        end function
-
-        ! Destroys a parser.
-        subroutine toliman_series_destroy(series) bind(C)
-            import
-            type(c_ptr), value :: series
-        end subroutine
-
-        ! Parses the next line. line [length] bytes, with the newline at its end if the input has it; at most 65,536
-        ! bytes without it.
-        function toliman_series_parse(series, line, length, sample) bind(C) result(answer)
-            import
-            type(c_ptr), value :: series
-            integer(c_size_t), value :: length
-            character(kind=c_char), intent(in) :: line(*)
-            type(toliman_series_sample), intent(inout) :: sample
-            integer(c_int32_t) :: answer
-        end function
-
-        ! Writes the properties to *out, whose struct_size must be set.
-        function toliman_series_get_info(series, out) bind(C) result(answer)
-            import
-            type(c_ptr), value :: series
-            type(toliman_series_info), intent(inout) :: out
-            integer(c_int32_t) :: answer
-        end function
-
-        ! Sets *options, a struct of `size` bytes, to the defaults.
         subroutine toliman_sky_options_init(options, size) bind(C)
             import
             integer(c_size_t), value :: size
@@ -4424,21 +4616,39 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Reduces measured separations to the orbit: reduced = measured/factor - geometric_arcsec, of
-        ! toliman_sky_predict_mean over the exposure. intervals [sum of interval_counts][2], on-target intervals of
-        ! the measurements, start and end in TAI nanoseconds interval_counts [count], number of intervals of each
-        ! measurement.
-        function toliman_sky_reduce(sky, intervals, interval_counts, separations_arcsec, count, reduced_arcsec, &
-            predictions, unreduced) bind(C) result(answer)
+        ! Predicts the means over many exposures, as toliman_sky_predict_mean. intervals [sum of interval_counts][2],
+        ! on-target intervals of the exposures, start and end, TAI ns interval_counts [count], number of intervals of
+        ! each; NULL: one for each, from the start to the end of an exposure whose on-target intervals are not known
+        ! predictions [count], with the struct_size of predictions[0] set.
+        function toliman_sky_predict_mean_many(sky, intervals, interval_counts, count, &
+            predictions) bind(C) result(answer)
             import
             type(c_ptr), value :: sky
             integer(c_size_t), value :: count
             integer(c_int64_t), intent(in) :: intervals(*)
             integer(c_size_t), intent(in), optional :: interval_counts(*)
-            real(c_double), intent(in) :: separations_arcsec(*)
-            real(c_double), intent(out) :: reduced_arcsec(*)
-            type(toliman_sky_prediction), intent(inout), optional :: predictions(*)
-            integer(c_size_t), intent(out) :: unreduced
+            type(toliman_sky_prediction), intent(inout) :: predictions(*)
+            integer(c_int32_t) :: answer
+        end function
+
+        ! Sets *options, a struct of `size` bytes, to the defaults.
+        subroutine toliman_sky_reduce_options_init(options, size) bind(C)
+            import
+            integer(c_size_t), value :: size
+            type(toliman_sky_reduce_options), intent(inout) :: options
+        end subroutine
+
+        ! Reduces measured separations to the orbit: reduced = measured/factor - geometric_arcsec, of
+        ! toliman_sky_predict_mean over the exposure, in the unit of the series. measured of kind
+        ! TOLIMAN_MEASURE_SEPARATION, with exposures; the unit of separations in px is the plate scale options may be
+        ! NULL out receives the reduced series, of kind TOLIMAN_MEASURE_REDUCED, with position angles; the caller
+        ! destroys it Measurements whose exposure the observer file does not cover completely are left out: left_out
+        ! of toliman_measure_info.
+        function toliman_sky_reduce(sky, measured, options, out) bind(C) result(answer)
+            import
+            type(c_ptr), value :: sky, measured
+            type(toliman_sky_reduce_options), intent(in), optional :: options
+            type(c_ptr), intent(out) :: out
             integer(c_int32_t) :: answer
         end function
 
@@ -4462,7 +4672,7 @@ module toliman
         ! other numbers.
         function toliman_sky_element_name(element) bind(C) result(answer)
             import
-            integer(c_int32_t), value :: element
+            integer(c_int64_t), value :: element
             type(c_ptr) :: answer
         end function
 
@@ -4471,7 +4681,7 @@ module toliman
         function toliman_sky_get_element(sky, element, value, sigma) bind(C) result(answer)
             import
             type(c_ptr), value :: sky
-            integer(c_int32_t), value :: element
+            integer(c_int64_t), value :: element
             real(c_double), intent(out), optional :: value, sigma
             integer(c_int32_t) :: answer
         end function
@@ -4488,15 +4698,10 @@ module toliman
         end function
 
         ! Refits the orbital elements to measured separations.
-        function toliman_sky_refit(sky, intervals, interval_counts, separations_arcsec, sigmas_arcsec, count, &
-            scale_sigma, result, out) bind(C) result(answer)
+        function toliman_sky_refit(sky, measured, scale_sigma, result, out) bind(C) result(answer)
             import
-            type(c_ptr), value :: sky
-            integer(c_size_t), value :: count
+            type(c_ptr), value :: sky, measured
             real(c_double), value :: scale_sigma
-            integer(c_int64_t), intent(in) :: intervals(*)
-            integer(c_size_t), intent(in), optional :: interval_counts(*)
-            real(c_double), intent(in) :: separations_arcsec(*), sigmas_arcsec(*)
             type(toliman_sky_refit_result), intent(inout) :: result
             type(c_ptr), intent(out) :: out
             integer(c_int32_t) :: answer
@@ -4519,15 +4724,10 @@ module toliman
         end function
 
         ! Finds the mistake that explains the residuals of measured separations about their predictions.
-        function toliman_sky_diagnose(sky, intervals, interval_counts, separations_arcsec, sigmas_arcsec, count, &
-            scale_sigma, result, hypotheses) bind(C) result(answer)
+        function toliman_sky_diagnose(sky, measured, scale_sigma, result, hypotheses) bind(C) result(answer)
             import
-            type(c_ptr), value :: sky
-            integer(c_size_t), value :: count
+            type(c_ptr), value :: sky, measured
             real(c_double), value :: scale_sigma
-            integer(c_int64_t), intent(in) :: intervals(*)
-            integer(c_size_t), intent(in), optional :: interval_counts(*)
-            real(c_double), intent(in) :: separations_arcsec(*), sigmas_arcsec(*)
             type(toliman_sky_diagnosis), intent(inout) :: result
             type(toliman_sky_hypothesis), intent(inout), optional :: hypotheses(*)
             integer(c_int32_t) :: answer
@@ -4733,6 +4933,16 @@ module toliman
             integer(c_size_t), intent(out) :: count
             integer(c_int32_t) :: answer
         end function
+
+        ! Creates the series of the frames, as toliman_measure_load_file does for the tracker's state folder. options
+        ! kind, unit and log; may be NULL The caller destroys *out.
+        function toliman_track_get_measure(track, options, out) bind(C) result(answer)
+            import
+            type(c_ptr), value :: track
+            type(toliman_measure_options), intent(in), optional :: options
+            type(c_ptr), intent(out) :: out
+            integer(c_int32_t) :: answer
+        end function
     end interface
 
     public :: toliman_status_name
@@ -4877,6 +5087,25 @@ module toliman
     public :: toliman_mask_get_cells
     public :: toliman_mask_get_descent
     public :: toliman_mask_get_json
+    public :: toliman_series_options_init
+    public :: toliman_series_create
+    public :: toliman_series_destroy
+    public :: toliman_series_parse
+    public :: toliman_series_get_info
+    public :: toliman_measure_kind_name
+    public :: toliman_measure_data_init
+    public :: toliman_measure_create
+    public :: toliman_measure_options_init
+    public :: toliman_measure_load_file
+    public :: toliman_measure_load
+    public :: toliman_measure_destroy
+    public :: toliman_measure_set_trend
+    public :: toliman_measure_add_column
+    public :: toliman_measure_set_prior
+    public :: toliman_measure_get_info
+    public :: toliman_measure_get_function
+    public :: toliman_measure_get_values
+    public :: toliman_measure_get_times
     public :: toliman_period_options_init
     public :: toliman_period_suggest
     public :: toliman_period_create
@@ -4918,7 +5147,6 @@ module toliman
     public :: toliman_period_query_sampling
     public :: toliman_period_interval_name
     public :: toliman_period_query_aliases
-    public :: toliman_planet_series_init
     public :: toliman_planet_options_init
     public :: toliman_planet_search
     public :: toliman_planet_destroy
@@ -4932,16 +5160,13 @@ module toliman
     public :: toliman_planet_get_limits
     public :: toliman_planet_get_efficiency
     public :: toliman_planet_inject
-    public :: toliman_series_options_init
-    public :: toliman_series_create
-    public :: toliman_series_destroy
-    public :: toliman_series_parse
-    public :: toliman_series_get_info
     public :: toliman_sky_options_init
     public :: toliman_sky_create
     public :: toliman_sky_destroy
     public :: toliman_sky_predict
     public :: toliman_sky_predict_mean
+    public :: toliman_sky_predict_mean_many
+    public :: toliman_sky_reduce_options_init
     public :: toliman_sky_reduce
     public :: toliman_sky_observer_name
     public :: toliman_sky_get_info
@@ -4974,6 +5199,7 @@ module toliman
     public :: toliman_track_get_column
     public :: toliman_track_get_intervals
     public :: toliman_track_get_streams
+    public :: toliman_track_get_measure
 
     ! Simulator: a prepared scene. Each image is computed once, and only if it is needed: the images of the stars when
     ! the simulator is created, derivatives and Cramer-Rao bounds by the first call that uses them; TOLIMAN_E_SCENE
@@ -5188,6 +5414,44 @@ module toliman
         final :: phase_mask_final
     end type
 
+    ! Parser of the lines of one series.
+    type, public :: toliman_series_parser
+        type(c_ptr) :: handle = c_null_ptr
+    contains
+        procedure :: create => series_parser_create
+        procedure :: parse => series_parser_parse
+        procedure :: get_info => series_parser_get_info
+        procedure :: destroy => series_parser_destroy
+        procedure, private :: series_parser_assign
+        generic :: assignment(=) => series_parser_assign
+        final :: series_parser_final
+    end type
+
+    ! A series of measurements. Functions that take a const series may run on one object from several threads.
+    type, public :: toliman_measurements
+        type(c_ptr) :: handle = c_null_ptr
+    contains
+        procedure, nopass :: kind_name => measurements_kind_name
+        procedure :: create => measurements_create
+        procedure :: load_file => measurements_load_file
+        procedure :: load => measurements_load
+        procedure :: set_trend => measurements_set_trend
+        procedure :: add_column => measurements_add_column
+        procedure :: set_prior => measurements_set_prior
+        procedure :: get_info => measurements_get_info
+        procedure :: get_function => measurements_get_function
+        procedure :: get_values => measurements_get_values
+        procedure :: get_times => measurements_get_times
+        procedure :: period_noise_search => measurements_period_noise_search
+        procedure :: period_noise_bootstrap => measurements_period_noise_bootstrap
+        procedure :: sky_reduce => measurements_sky_reduce
+        procedure :: track_get_measure => measurements_track_get_measure
+        procedure :: destroy => measurements_destroy
+        procedure, private :: measurements_assign
+        generic :: assignment(=) => measurements_assign
+        final :: measurements_final
+    end type
+
     ! Streaming periodogram. Functions that take a const periodogram may run on one object from several threads.
     type, public :: toliman_periodogram
         type(c_ptr) :: handle = c_null_ptr
@@ -5218,8 +5482,6 @@ module toliman
         procedure :: query_fap => periodogram_query_fap
         procedure :: query_threshold => periodogram_query_threshold
         procedure :: query_bootstrap => periodogram_query_bootstrap
-        procedure, nopass :: noise_search => periodogram_noise_search
-        procedure, nopass :: noise_bootstrap => periodogram_noise_bootstrap
         procedure :: push_rows => periodogram_push_rows
         procedure :: retract_rows => periodogram_retract_rows
         procedure :: query_coefficients => periodogram_query_coefficients
@@ -5254,19 +5516,6 @@ module toliman
         final :: planet_set_final
     end type
 
-    ! Parser of the lines of one series.
-    type, public :: toliman_series_parser
-        type(c_ptr) :: handle = c_null_ptr
-    contains
-        procedure :: create => series_parser_create
-        procedure :: parse => series_parser_parse
-        procedure :: get_info => series_parser_get_info
-        procedure :: destroy => series_parser_destroy
-        procedure, private :: series_parser_assign
-        generic :: assignment(=) => series_parser_assign
-        final :: series_parser_final
-    end type
-
     ! Predictor for a binary and an observer. Several threads may use it at the same time.
     type, public :: toliman_sky_predictor
         type(c_ptr) :: handle = c_null_ptr
@@ -5274,7 +5523,7 @@ module toliman
         procedure :: create => sky_predictor_create
         procedure :: predict => sky_predictor_predict
         procedure :: predict_mean => sky_predictor_predict_mean
-        procedure :: reduce => sky_predictor_reduce
+        procedure :: predict_mean_many => sky_predictor_predict_mean_many
         procedure, nopass :: observer_name => sky_predictor_observer_name
         procedure :: get_info => sky_predictor_get_info
         procedure, nopass :: element_name => sky_predictor_element_name
@@ -7164,6 +7413,198 @@ contains
         answer = toliman_text(toliman_mask_get_json(self%handle))
     end function
 
+    ! Creates a parser. options NULL = the defaults.
+    subroutine series_parser_create(self, options, stat, errmsg)
+        class(toliman_series_parser), intent(inout) :: self
+        type(toliman_series_options), intent(in), optional :: options
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        type(c_ptr) :: made
+        integer(c_int32_t) :: status
+        status = toliman_series_create(options, made)
+        if (status == TOLIMAN_OK) then
+            call self%destroy()
+            self%handle = made
+        end if
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Parses the next line. line [length] bytes, with the newline at its end if the input has it; at most 65,536 bytes
+    ! without it.
+    subroutine series_parser_parse(self, line, sample, stat, errmsg)
+        class(toliman_series_parser), intent(inout) :: self
+        character(len=*), intent(in) :: line
+        type(toliman_series_sample), intent(inout) :: sample
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_length
+        integer(c_int32_t) :: status
+        of_length = len(line, c_size_t)
+        status = toliman_series_parse(self%handle, line, of_length, sample)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Writes the properties to *out, whose struct_size must be set.
+    subroutine series_parser_get_info(self, out, stat, errmsg)
+        class(toliman_series_parser), intent(in) :: self
+        type(toliman_series_info), intent(inout) :: out
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        call conclude(toliman_series_get_info(self%handle, out), stat, errmsg)
+    end subroutine
+
+    ! Returns the name of a kind ("value", "separation", "reduced", "velocity"), "?" for an unknown one.
+    function measurements_kind_name(kind) result(answer)
+        integer(c_int32_t), intent(in) :: kind
+        character(len=:), allocatable :: answer
+        answer = toliman_text(toliman_measure_kind_name(kind))
+    end function
+
+    ! Creates a series from arrays, which are copied.
+    subroutine measurements_create(self, data, stat, errmsg)
+        class(toliman_measurements), intent(inout) :: self
+        type(toliman_measure_data), intent(in) :: data
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        type(c_ptr) :: made
+        integer(c_int32_t) :: status
+        status = toliman_measure_create(data, made)
+        if (status == TOLIMAN_OK) then
+            call self%destroy()
+            self%handle = made
+        end if
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Reads a series from a file, or from a state folder of a tracker. path text or JSON Lines as in series.h, a .npy
+    ! table (float64 [n][2 or 3]: t, y, sigma), or a folder options may be NULL A file whose last line has no newline
+    ! is read, with a warning: its last number may be truncated.
+    subroutine measurements_load_file(self, path, options, stat, errmsg)
+        class(toliman_measurements), intent(inout) :: self
+        character(len=*), intent(in) :: path
+        type(toliman_measure_options), intent(in), optional :: options
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        type(c_ptr) :: made
+        integer(c_int32_t) :: status
+        status = toliman_measure_load_file(c_string(path), options, made)
+        if (status == TOLIMAN_OK) then
+            call self%destroy()
+            self%handle = made
+        end if
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! The same from the `size` bytes of such a file. name of the input in messages; NULL: none bytes(size).
+    subroutine measurements_load(self, bytes, name, options, stat, errmsg)
+        class(toliman_measurements), intent(inout) :: self
+        integer(c_int8_t), intent(in), contiguous :: bytes(:)
+        character(len=*), intent(in), optional :: name
+        type(toliman_measure_options), intent(in), optional :: options
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_size
+        character(kind=c_char), allocatable :: name_of_c(:)
+        type(c_ptr) :: made
+        integer(c_int32_t) :: status
+        if (present(name)) allocate (name_of_c, source=c_string(name))
+        of_size = size(bytes, 1, c_size_t)
+        status = toliman_measure_load(bytes, of_size, name_of_c, options, made)
+        if (status == TOLIMAN_OK) then
+            call self%destroy()
+            self%handle = made
+        end if
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Fits the Chebyshev polynomials T_1 ...
+    subroutine measurements_set_trend(self, order, start, end, stat, errmsg)
+        class(toliman_measurements), intent(inout) :: self
+        integer(c_int32_t), intent(in) :: order
+        real(c_double), intent(in) :: start, end
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        call conclude(toliman_measure_set_trend(self%handle, order, start, end), stat, errmsg)
+    end subroutine
+
+    ! Fits the values of a column, one for each sample, with the mean. name up to 63 characters values [n], copied n
+    ! number of samples sigma standard deviation of the prior of its coefficient, in units of y per unit of the
+    ! column; 0: no prior Errors: TOLIMAN_E_ARGUMENT for bad numbers, a name that is used, or more than 8 functions.
+    ! values(n).
+    subroutine measurements_add_column(self, name, values, sigma, stat, errmsg)
+        class(toliman_measurements), intent(inout) :: self
+        character(len=*), intent(in) :: name
+        real(c_double), intent(in), contiguous :: values(:)
+        real(c_double), intent(in) :: sigma
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_n
+        integer(c_int32_t) :: status
+        of_n = size(values, 1, c_size_t)
+        status = toliman_measure_add_column(self%handle, c_string(name), values, of_n, sigma)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Sets the standard deviation of the prior of a function's coefficient, in units of y per unit of the function; 0:
+    ! no prior.
+    subroutine measurements_set_prior(self, function, sigma, stat, errmsg)
+        class(toliman_measurements), intent(inout) :: self
+        integer(c_int64_t), intent(in) :: function
+        real(c_double), intent(in) :: sigma
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        call conclude(toliman_measure_set_prior(self%handle, function, sigma), stat, errmsg)
+    end subroutine
+
+    ! Writes the properties to *out, whose struct_size must be set.
+    subroutine measurements_get_info(self, out, stat, errmsg)
+        class(toliman_measurements), intent(in) :: self
+        type(toliman_measure_info), intent(inout) :: out
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        call conclude(toliman_measure_get_info(self%handle, out), stat, errmsg)
+    end subroutine
+
+    ! Writes function `index` to *out, whose struct_size must be set.
+    subroutine measurements_get_function(self, index, out, stat, errmsg)
+        class(toliman_measurements), intent(in) :: self
+        integer(c_int64_t), intent(in) :: index
+        type(toliman_measure_function), intent(inout) :: out
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        call conclude(toliman_measure_get_function(self%handle, index, out), stat, errmsg)
+    end subroutine
+
+    ! Writes one number for each sample. name "t", "y", "sigma", "position_angle_deg", the name of a function; of
+    ! reduced series also "separation_arcsec" as it was measured, "factor" and "geometric_arcsec" of sky.h values [n]
+    ! n number of samples Errors: TOLIMAN_E_NOT_FOUND for a name that the series does not have; TOLIMAN_E_ARGUMENT for
+    ! another n. values(n).
+    subroutine measurements_get_values(self, name, values, stat, errmsg)
+        class(toliman_measurements), intent(in) :: self
+        character(len=*), intent(in) :: name
+        real(c_double), intent(out), contiguous :: values(:)
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_n
+        integer(c_int32_t) :: status
+        of_n = size(values, 1, c_size_t)
+        status = toliman_measure_get_values(self%handle, c_string(name), values, of_n)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Writes the times in TAI, ns since 1970-01-01T00:00:00 TAI, to tai_ns[n]. tai_ns(n).
+    subroutine measurements_get_times(self, tai_ns, stat, errmsg)
+        class(toliman_measurements), intent(in) :: self
+        integer(c_int64_t), intent(out), contiguous :: tai_ns(:)
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        integer(c_size_t) :: of_n
+        integer(c_int32_t) :: status
+        of_n = size(tai_ns, 1, c_size_t)
+        status = toliman_measure_get_times(self%handle, tai_ns, of_n)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
     ! Suggests a frequency grid and options for samples t[n], y[n], sigma[n]. y, sigma and options may be NULL;
     ! options->struct_size must be set. t(n), y(n), sigma(n).
     subroutine periodogram_suggest(t, y, sigma, mission_span, f0, df, nf, options, stat, errmsg)
@@ -7530,85 +7971,53 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Computes the power of n samples at frequencies f0 + k df, k < nf, in the metric of the noise, which is fitted
-    ! first. sigma may be NULL functions [n][k]; may be NULL if k is 0. t(n), y(n), sigma(n), functions(k, n),
-    ! precision(k), power(nf), coefficients(k), errors(k).
-    subroutine periodogram_noise_search(f0, df, t, y, sigma, out, functions, precision, options, power, &
-        coefficients, errors, stat, errmsg)
+    ! Computes the power of a series at frequencies f0 + i df, i < nf, in the metric of the noise, which is fitted
+    ! first. power(nf), coefficients(functions), errors(functions).
+    subroutine measurements_period_noise_search(self, f0, df, out, options, power, coefficients, errors, stat, &
+        errmsg)
+        class(toliman_measurements), intent(in) :: self
         real(c_double), intent(in) :: f0, df
-        real(c_double), intent(in), contiguous :: t(:), y(:)
-        real(c_double), intent(in), optional, contiguous :: sigma(:), functions(:, :), precision(:)
         type(toliman_period_noise_options), intent(in), optional :: options
         real(c_double), intent(out), optional, contiguous :: power(:), coefficients(:), errors(:)
         type(toliman_period_noise), intent(inout) :: out
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
         integer(c_int64_t) :: of_nf
-        integer(c_size_t) :: of_n, of_k
+        type(toliman_measure_info) :: info
         integer(c_int32_t) :: status
         of_nf = 0
         if (present(power)) of_nf = int(size(power, 1, c_size_t), c_int64_t)
-        of_n = size(t, 1, c_size_t)
-        of_k = 0
-        if (present(errors)) of_k = size(errors, 1, c_size_t)
-        if (present(coefficients)) of_k = size(coefficients, 1, c_size_t)
-        if (present(precision)) of_k = size(precision, 1, c_size_t)
-        if (present(functions)) of_k = size(functions, 1, c_size_t)
-        if (.not. fits(size(y, 1, c_size_t), of_n, 'y', 1, stat, errmsg)) return
-        if (present(sigma)) then
-            if (.not. fits(size(sigma, 1, c_size_t), of_n, 'sigma', 1, stat, errmsg)) return
-        end if
-        if (present(functions)) then
-            if (.not. fits(size(functions, 1, c_size_t), of_k, 'functions', 1, stat, errmsg)) return
-            if (.not. fits(size(functions, 2, c_size_t), of_n, 'functions', 2, stat, errmsg)) return
-        end if
-        if (present(precision)) then
-            if (.not. fits(size(precision, 1, c_size_t), of_k, 'precision', 1, stat, errmsg)) return
+        status = toliman_measure_get_info(self%handle, info)
+        if (status /= TOLIMAN_OK) then
+            call conclude(status, stat, errmsg)
+            return
         end if
         if (present(coefficients)) then
-            if (.not. fits(size(coefficients, 1, c_size_t), of_k, 'coefficients', 1, stat, errmsg)) return
+            if (.not. fits(size(coefficients, 1, c_size_t), int(info%functions, c_size_t), 'coefficients', 1, &
+            stat, errmsg)) return
         end if
         if (present(errors)) then
-            if (.not. fits(size(errors, 1, c_size_t), of_k, 'errors', 1, stat, errmsg)) return
+            if (.not. fits(size(errors, 1, c_size_t), int(info%functions, c_size_t), 'errors', 1, stat, &
+            errmsg)) return
         end if
-        status = toliman_period_noise_search(f0, df, of_nf, t, y, sigma, of_n, functions, precision, of_k, &
-            options, power, coefficients, errors, out)
+        status = toliman_period_noise_search(self%handle, f0, df, of_nf, options, power, coefficients, errors, out)
         call conclude(status, stat, errmsg)
     end subroutine
 
     ! Moving-block bootstrap: writes log10(1 - P) of the highest power of each of `count` resamplings to
-    ! log10_residuals[count], sorted, strongest peak first. t(n), y(n), sigma(n), functions(k, n), precision(k),
-    ! log10_residuals(count).
-    subroutine periodogram_noise_bootstrap(f0, df, nf, t, y, sigma, rho, log10_residuals, functions, precision, &
-        options, stat, errmsg)
+    ! log10_residuals[count], sorted, strongest peak first. log10_residuals(count).
+    subroutine measurements_period_noise_bootstrap(self, f0, df, nf, rho, log10_residuals, options, stat, errmsg)
+        class(toliman_measurements), intent(in) :: self
         real(c_double), intent(in) :: f0, df, rho
         integer(c_int64_t), intent(in) :: nf
-        real(c_double), intent(in), contiguous :: t(:), y(:)
-        real(c_double), intent(in), optional, contiguous :: sigma(:), functions(:, :), precision(:)
         type(toliman_period_noise_bootstrap_options), intent(in), optional :: options
         real(c_double), intent(out), contiguous :: log10_residuals(:)
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
-        integer(c_size_t) :: of_n, of_k, of_count
+        integer(c_size_t) :: of_count
         integer(c_int32_t) :: status
-        of_n = size(t, 1, c_size_t)
-        of_k = 0
-        if (present(precision)) of_k = size(precision, 1, c_size_t)
-        if (present(functions)) of_k = size(functions, 1, c_size_t)
         of_count = size(log10_residuals, 1, c_size_t)
-        if (.not. fits(size(y, 1, c_size_t), of_n, 'y', 1, stat, errmsg)) return
-        if (present(sigma)) then
-            if (.not. fits(size(sigma, 1, c_size_t), of_n, 'sigma', 1, stat, errmsg)) return
-        end if
-        if (present(functions)) then
-            if (.not. fits(size(functions, 1, c_size_t), of_k, 'functions', 1, stat, errmsg)) return
-            if (.not. fits(size(functions, 2, c_size_t), of_n, 'functions', 2, stat, errmsg)) return
-        end if
-        if (present(precision)) then
-            if (.not. fits(size(precision, 1, c_size_t), of_k, 'precision', 1, stat, errmsg)) return
-        end if
-        status = toliman_period_noise_bootstrap(f0, df, nf, t, y, sigma, of_n, functions, precision, of_k, rho, &
-            options, of_count, log10_residuals)
+        status = toliman_period_noise_bootstrap(self%handle, f0, df, nf, rho, options, of_count, log10_residuals)
         call conclude(status, stat, errmsg)
     end subroutine
 
@@ -7755,16 +8164,16 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Searches a series for planets. options may be NULL The series is copied.
+    ! Searches a series for planets.
     subroutine planet_set_search(self, series, options, stat, errmsg)
         class(toliman_planet_set), intent(inout) :: self
-        type(toliman_planet_series), intent(in) :: series
+        type(toliman_measurements), intent(in) :: series
         type(toliman_planet_options), intent(in), optional :: options
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
         type(c_ptr) :: made
         integer(c_int32_t) :: status
-        status = toliman_planet_search(series, options, made)
+        status = toliman_planet_search(series%handle, options, made)
         if (status == TOLIMAN_OK) then
             call self%destroy()
             self%handle = made
@@ -7791,7 +8200,7 @@ contains
     ! Writes candidate `index` to *out, whose struct_size must be set.
     subroutine planet_set_get(self, index, out, stat, errmsg)
         class(toliman_planet_set), intent(in) :: self
-        integer(c_int32_t), intent(in) :: index
+        integer(c_int64_t), intent(in) :: index
         type(toliman_planet), intent(inout) :: out
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
@@ -7800,11 +8209,11 @@ contains
 
     ! Writes the first `count` samples of the posterior of a candidate, of equal weight and in random order. count
     ! number of samples, at most `samples` of the options samples [count][TOLIMAN_PLANET_COLUMNS]: period,
-    ! eccentricity, periastron_deg, epoch, amplitude, mass_a, mass_b, jitter Errors: TOLIMAN_E_ARGUMENT for a bad
-    ! index or count. samples(8, count).
+    ! eccentricity, periastron_deg, epoch, amplitude, mass_a, mass_b, jitter Errors: TOLIMAN_E_RANGE as
+    ! toliman_planet_get; TOLIMAN_E_ARGUMENT for a bad count. samples(8, count).
     subroutine planet_set_get_samples(self, index, samples, stat, errmsg)
         class(toliman_planet_set), intent(in) :: self
-        integer(c_int32_t), intent(in) :: index
+        integer(c_int64_t), intent(in) :: index
         real(c_double), intent(out), contiguous :: samples(:, :)
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
@@ -7817,11 +8226,12 @@ contains
     end subroutine
 
     ! Writes the signal of a candidate's joint fit at times t[n] to signal[n]. position_angle_deg [n], as in the
-    ! series; NULL = the mean axis, also if the series has none Errors: TOLIMAN_E_ARGUMENT for a bad index, position
-    ! angles of a fixed axis, or numbers that are not finite. t(n), position_angle_deg(n), signal(n).
+    ! series; NULL = the mean axis, also if the series has none Errors: TOLIMAN_E_RANGE as toliman_planet_get;
+    ! TOLIMAN_E_ARGUMENT for position angles of a fixed axis, or numbers that are not finite. t(n),
+    ! position_angle_deg(n), signal(n).
     subroutine planet_set_get_signal(self, index, t, position_angle_deg, signal, stat, errmsg)
         class(toliman_planet_set), intent(in) :: self
-        integer(c_int32_t), intent(in) :: index
+        integer(c_int64_t), intent(in) :: index
         real(c_double), intent(in), contiguous :: t(:)
         real(c_double), intent(in), optional, contiguous :: position_angle_deg(:)
         real(c_double), intent(out), contiguous :: signal(:)
@@ -7910,46 +8320,6 @@ contains
         call conclude(toliman_planet_inject(self%handle, cell, detected), stat, errmsg)
     end subroutine
 
-    ! Creates a parser. options NULL = the defaults.
-    subroutine series_parser_create(self, options, stat, errmsg)
-        class(toliman_series_parser), intent(inout) :: self
-        type(toliman_series_options), intent(in), optional :: options
-        integer, intent(out), optional :: stat
-        character(len=*), intent(inout), optional :: errmsg
-        type(c_ptr) :: made
-        integer(c_int32_t) :: status
-        status = toliman_series_create(options, made)
-        if (status == TOLIMAN_OK) then
-            call self%destroy()
-            self%handle = made
-        end if
-        call conclude(status, stat, errmsg)
-    end subroutine
-
-    ! Parses the next line. line [length] bytes, with the newline at its end if the input has it; at most 65,536 bytes
-    ! without it.
-    subroutine series_parser_parse(self, line, sample, stat, errmsg)
-        class(toliman_series_parser), intent(inout) :: self
-        character(len=*), intent(in) :: line
-        type(toliman_series_sample), intent(inout) :: sample
-        integer, intent(out), optional :: stat
-        character(len=*), intent(inout), optional :: errmsg
-        integer(c_size_t) :: of_length
-        integer(c_int32_t) :: status
-        of_length = len(line, c_size_t)
-        status = toliman_series_parse(self%handle, line, of_length, sample)
-        call conclude(status, stat, errmsg)
-    end subroutine
-
-    ! Writes the properties to *out, whose struct_size must be set.
-    subroutine series_parser_get_info(self, out, stat, errmsg)
-        class(toliman_series_parser), intent(in) :: self
-        type(toliman_series_info), intent(inout) :: out
-        integer, intent(out), optional :: stat
-        character(len=*), intent(inout), optional :: errmsg
-        call conclude(toliman_series_get_info(self%handle, out), stat, errmsg)
-    end subroutine
-
     ! Creates the predictor of a system. system "alpha-cen" (Akeson et al. 2021), the path of a system file (schema
     ! toliman-system/1), or the JSON text of a system.
     subroutine sky_predictor_create(self, system, options, stat, errmsg)
@@ -8000,20 +8370,16 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Reduces measured separations to the orbit: reduced = measured/factor - geometric_arcsec, of
-    ! toliman_sky_predict_mean over the exposure. intervals [sum of interval_counts][2], on-target intervals of the
-    ! measurements, start and end in TAI nanoseconds interval_counts [count], number of intervals of each measurement.
-    ! intervals(2, count), interval_counts(count), separations_arcsec(count), reduced_arcsec(count),
+    ! Predicts the means over many exposures, as toliman_sky_predict_mean. intervals [sum of interval_counts][2], on-
+    ! target intervals of the exposures, start and end, TAI ns interval_counts [count], number of intervals of each;
+    ! NULL: one for each, from the start to the end of an exposure whose on-target intervals are not known predictions
+    ! [count], with the struct_size of predictions[0] set. intervals(2, count), interval_counts(count),
     ! predictions(count).
-    subroutine sky_predictor_reduce(self, intervals, interval_counts, separations_arcsec, reduced_arcsec, &
-        unreduced, predictions, stat, errmsg)
+    subroutine sky_predictor_predict_mean_many(self, intervals, predictions, interval_counts, stat, errmsg)
         class(toliman_sky_predictor), intent(in) :: self
         integer(c_int64_t), intent(in), contiguous :: intervals(:, :)
         integer(c_size_t), intent(in), optional, contiguous :: interval_counts(:)
-        real(c_double), intent(in), contiguous :: separations_arcsec(:)
-        real(c_double), intent(out), contiguous :: reduced_arcsec(:)
-        type(toliman_sky_prediction), intent(inout), optional, contiguous :: predictions(:)
-        integer(c_size_t), intent(out) :: unreduced
+        type(toliman_sky_prediction), intent(inout), contiguous :: predictions(:)
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
         integer(c_size_t) :: of_count
@@ -8023,14 +8389,31 @@ contains
         if (present(interval_counts)) then
             if (.not. fits(size(interval_counts, 1, c_size_t), of_count, 'interval_counts', 1, stat, errmsg)) return
         end if
-        if (.not. fits(size(separations_arcsec, 1, c_size_t), of_count, 'separations_arcsec', 1, stat, &
-            errmsg)) return
-        if (.not. fits(size(reduced_arcsec, 1, c_size_t), of_count, 'reduced_arcsec', 1, stat, errmsg)) return
-        if (present(predictions)) then
-            if (.not. fits(size(predictions, 1, c_size_t), of_count, 'predictions', 1, stat, errmsg)) return
+        if (.not. fits(size(predictions, 1, c_size_t), of_count, 'predictions', 1, stat, errmsg)) return
+        status = toliman_sky_predict_mean_many(self%handle, intervals, interval_counts, of_count, predictions)
+        call conclude(status, stat, errmsg)
+    end subroutine
+
+    ! Reduces measured separations to the orbit: reduced = measured/factor - geometric_arcsec, of
+    ! toliman_sky_predict_mean over the exposure, in the unit of the series. measured of kind
+    ! TOLIMAN_MEASURE_SEPARATION, with exposures; the unit of separations in px is the plate scale options may be NULL
+    ! out receives the reduced series, of kind TOLIMAN_MEASURE_REDUCED, with position angles; the caller destroys it
+    ! Measurements whose exposure the observer file does not cover completely are left out: left_out of
+    ! toliman_measure_info.
+    subroutine measurements_sky_reduce(self, sky, measured, options, stat, errmsg)
+        class(toliman_measurements), intent(inout) :: self
+        type(toliman_sky_predictor), intent(in) :: sky
+        type(toliman_measurements), intent(in) :: measured
+        type(toliman_sky_reduce_options), intent(in), optional :: options
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        type(c_ptr) :: made
+        integer(c_int32_t) :: status
+        status = toliman_sky_reduce(sky%handle, measured%handle, options, made)
+        if (status == TOLIMAN_OK) then
+            call self%destroy()
+            self%handle = made
         end if
-        status = toliman_sky_reduce(self%handle, intervals, interval_counts, separations_arcsec, of_count, &
-            reduced_arcsec, predictions, unreduced)
         call conclude(status, stat, errmsg)
     end subroutine
 
@@ -8054,7 +8437,7 @@ contains
     ! "eccentricity", 3 "inclination_deg", 4 "node_deg", 5 "periastron_deg", 6 "epoch" (Julian year); "?" for other
     ! numbers.
     function sky_predictor_element_name(element) result(answer)
-        integer(c_int32_t), intent(in) :: element
+        integer(c_int64_t), intent(in) :: element
         character(len=:), allocatable :: answer
         answer = toliman_text(toliman_sky_element_name(element))
     end function
@@ -8062,7 +8445,7 @@ contains
     ! Writes the value of an orbital element and its standard deviation, 0 if unknown. value and sigma may be NULL.
     subroutine sky_predictor_get_element(self, element, value, sigma, stat, errmsg)
         class(toliman_sky_predictor), intent(in) :: self
-        integer(c_int32_t), intent(in) :: element
+        integer(c_int64_t), intent(in) :: element
         real(c_double), intent(out), optional :: value, sigma
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
@@ -8084,32 +8467,18 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Refits the orbital elements to measured separations. intervals(2, count), interval_counts(count),
-    ! separations_arcsec(count), sigmas_arcsec(count).
-    subroutine sky_predictor_refit(self, intervals, interval_counts, separations_arcsec, sigmas_arcsec, &
-        scale_sigma, result, out, stat, errmsg)
+    ! Refits the orbital elements to measured separations.
+    subroutine sky_predictor_refit(self, measured, scale_sigma, result, out, stat, errmsg)
         class(toliman_sky_predictor), intent(in) :: self
-        integer(c_int64_t), intent(in), contiguous :: intervals(:, :)
-        integer(c_size_t), intent(in), optional, contiguous :: interval_counts(:)
-        real(c_double), intent(in), contiguous :: separations_arcsec(:), sigmas_arcsec(:)
+        type(toliman_measurements), intent(in) :: measured
         real(c_double), intent(in) :: scale_sigma
         type(toliman_sky_refit_result), intent(inout) :: result
         type(toliman_sky_predictor), intent(inout) :: out
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
-        integer(c_size_t) :: of_count
         type(c_ptr) :: made
         integer(c_int32_t) :: status
-        of_count = size(intervals, 2, c_size_t)
-        if (.not. fits(size(intervals, 1, c_size_t), 2_c_size_t, 'intervals', 1, stat, errmsg)) return
-        if (present(interval_counts)) then
-            if (.not. fits(size(interval_counts, 1, c_size_t), of_count, 'interval_counts', 1, stat, errmsg)) return
-        end if
-        if (.not. fits(size(separations_arcsec, 1, c_size_t), of_count, 'separations_arcsec', 1, stat, &
-            errmsg)) return
-        if (.not. fits(size(sigmas_arcsec, 1, c_size_t), of_count, 'sigmas_arcsec', 1, stat, errmsg)) return
-        status = toliman_sky_refit(self%handle, intervals, interval_counts, separations_arcsec, sigmas_arcsec, &
-            of_count, scale_sigma, result, made)
+        status = toliman_sky_refit(self%handle, measured%handle, scale_sigma, result, made)
         if (status == TOLIMAN_OK) then
             call out%destroy()
             out%handle = made
@@ -8134,34 +8503,20 @@ contains
         answer = toliman_text(toliman_sky_cause_name(cause))
     end function
 
-    ! Finds the mistake that explains the residuals of measured separations about their predictions. intervals(2,
-    ! count), interval_counts(count), separations_arcsec(count), sigmas_arcsec(count), hypotheses(7).
-    subroutine sky_predictor_diagnose(self, intervals, interval_counts, separations_arcsec, sigmas_arcsec, &
-        scale_sigma, result, hypotheses, stat, errmsg)
+    ! Finds the mistake that explains the residuals of measured separations about their predictions. hypotheses(7).
+    subroutine sky_predictor_diagnose(self, measured, scale_sigma, result, hypotheses, stat, errmsg)
         class(toliman_sky_predictor), intent(in) :: self
-        integer(c_int64_t), intent(in), contiguous :: intervals(:, :)
-        integer(c_size_t), intent(in), optional, contiguous :: interval_counts(:)
-        real(c_double), intent(in), contiguous :: separations_arcsec(:), sigmas_arcsec(:)
+        type(toliman_measurements), intent(in) :: measured
         real(c_double), intent(in) :: scale_sigma
         type(toliman_sky_diagnosis), intent(inout) :: result
         type(toliman_sky_hypothesis), intent(inout), optional, contiguous :: hypotheses(:)
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
-        integer(c_size_t) :: of_count
         integer(c_int32_t) :: status
-        of_count = size(intervals, 2, c_size_t)
-        if (.not. fits(size(intervals, 1, c_size_t), 2_c_size_t, 'intervals', 1, stat, errmsg)) return
-        if (present(interval_counts)) then
-            if (.not. fits(size(interval_counts, 1, c_size_t), of_count, 'interval_counts', 1, stat, errmsg)) return
-        end if
-        if (.not. fits(size(separations_arcsec, 1, c_size_t), of_count, 'separations_arcsec', 1, stat, &
-            errmsg)) return
-        if (.not. fits(size(sigmas_arcsec, 1, c_size_t), of_count, 'sigmas_arcsec', 1, stat, errmsg)) return
         if (present(hypotheses)) then
             if (.not. fits(size(hypotheses, 1, c_size_t), 7_c_size_t, 'hypotheses', 1, stat, errmsg)) return
         end if
-        status = toliman_sky_diagnose(self%handle, intervals, interval_counts, separations_arcsec, sigmas_arcsec, &
-            of_count, scale_sigma, result, hypotheses)
+        status = toliman_sky_diagnose(self%handle, measured%handle, scale_sigma, result, hypotheses)
         call conclude(status, stat, errmsg)
     end subroutine
 
@@ -8374,6 +8729,24 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
+    ! Creates the series of the frames, as toliman_measure_load_file does for the tracker's state folder. options
+    ! kind, unit and log; may be NULL The caller destroys *out.
+    subroutine measurements_track_get_measure(self, track, options, stat, errmsg)
+        class(toliman_measurements), intent(inout) :: self
+        type(toliman_tracker), intent(in) :: track
+        type(toliman_measure_options), intent(in), optional :: options
+        integer, intent(out), optional :: stat
+        character(len=*), intent(inout), optional :: errmsg
+        type(c_ptr) :: made
+        integer(c_int32_t) :: status
+        status = toliman_track_get_measure(track%handle, options, made)
+        if (status == TOLIMAN_OK) then
+            call self%destroy()
+            self%handle = made
+        end if
+        call conclude(status, stat, errmsg)
+    end subroutine
+
     ! Destroys the object; create may be called again.
     impure elemental subroutine simulator_destroy(self)
         class(toliman_simulator), intent(inout) :: self
@@ -8560,6 +8933,44 @@ contains
     end subroutine
 
     ! Destroys the object; create may be called again.
+    impure elemental subroutine series_parser_destroy(self)
+        class(toliman_series_parser), intent(inout) :: self
+        call toliman_series_destroy(self%handle)
+        self%handle = c_null_ptr
+    end subroutine
+
+    impure elemental subroutine series_parser_final(self)
+        type(toliman_series_parser), intent(inout) :: self
+        call self%destroy()
+    end subroutine
+
+    subroutine series_parser_assign(self, other)
+        class(toliman_series_parser), intent(inout) :: self
+        class(toliman_series_parser), intent(in) :: other
+        if (c_associated(self%handle) .or. c_associated(other%handle)) &
+            error stop 'libtoliman: a toliman_series_parser cannot be assigned'
+    end subroutine
+
+    ! Destroys the object; create may be called again.
+    impure elemental subroutine measurements_destroy(self)
+        class(toliman_measurements), intent(inout) :: self
+        call toliman_measure_destroy(self%handle)
+        self%handle = c_null_ptr
+    end subroutine
+
+    impure elemental subroutine measurements_final(self)
+        type(toliman_measurements), intent(inout) :: self
+        call self%destroy()
+    end subroutine
+
+    subroutine measurements_assign(self, other)
+        class(toliman_measurements), intent(inout) :: self
+        class(toliman_measurements), intent(in) :: other
+        if (c_associated(self%handle) .or. c_associated(other%handle)) &
+            error stop 'libtoliman: a toliman_measurements cannot be assigned'
+    end subroutine
+
+    ! Destroys the object; create may be called again.
     impure elemental subroutine periodogram_destroy(self)
         class(toliman_periodogram), intent(inout) :: self
         call toliman_period_destroy(self%handle)
@@ -8595,25 +9006,6 @@ contains
         class(toliman_planet_set), intent(in) :: other
         if (c_associated(self%handle) .or. c_associated(other%handle)) &
             error stop 'libtoliman: a toliman_planet_set cannot be assigned'
-    end subroutine
-
-    ! Destroys the object; create may be called again.
-    impure elemental subroutine series_parser_destroy(self)
-        class(toliman_series_parser), intent(inout) :: self
-        call toliman_series_destroy(self%handle)
-        self%handle = c_null_ptr
-    end subroutine
-
-    impure elemental subroutine series_parser_final(self)
-        type(toliman_series_parser), intent(inout) :: self
-        call self%destroy()
-    end subroutine
-
-    subroutine series_parser_assign(self, other)
-        class(toliman_series_parser), intent(inout) :: self
-        class(toliman_series_parser), intent(in) :: other
-        if (c_associated(self%handle) .or. c_associated(other%handle)) &
-            error stop 'libtoliman: a toliman_series_parser cannot be assigned'
     end subroutine
 
     ! Destroys the object; create may be called again.

@@ -361,7 +361,7 @@ class Refusals(unittest.TestCase):
         self.refused("sigma", sigma=None, jitter=False)
         self.refused("frame_chi_square", frame_chi_square=-1)
         self.refused("sigma", sigma=-1)
-        self.refused(r"rows", rows=wrong[:, None])
+        self.refused(r"values\[5\]", rows=wrong[:, None])
         self.refused(r"position_angle_deg\[5\]", position_angle_deg=wrong)
         self.refused("have the shapes", y=self.t[1:], kind=ValueError)
         self.refused(r"rows has the shape \(40,\)", rows=self.t, kind=ValueError)

@@ -1928,6 +1928,206 @@ class toliman_mask_info(Sized):
     ]
 
 
+class toliman_series(Structure):
+    """Parser of the lines of one series."""
+
+
+# Flags of toliman_series_options.
+TOLIMAN_SERIES_GROWING = 1  # a line without newline at its end may be truncated and is malformed
+TOLIMAN_SERIES_PLAIN_TIMES = 2  # times are plain numbers, also in a column named mjd or jd
+
+
+class toliman_series_options(Sized):
+    """Options of a parser.
+    flags: TOLIMAN_SERIES_...
+    time_format: TOLIMAN_INGEST_FORMAT_...; 0 = dates if the first time begins as YYYY-MM-DD; otherwise
+        Modified or Julian Days if the column is named mjd, jd, MJD or JD; otherwise numbers
+    time_scale: TOLIMAN_INGEST_SCALE_... of dates and days; 0 = UTC; not used for plain numbers
+    name: name of the input: messages begin with "name:line: "; NULL = without
+    columns: names of two or three columns or keys, "t,latent" or "t,latent,sigma"; NULL = "t,y" and, if
+        present, sigma. Without t, the first of mjd, jd, MJD and JD is the time
+    leap_seconds: [leap_second_count], as in toliman_ingest_parse_time
+    leap_second_count: 0 = the leap seconds of ERFA; leap_seconds may then be NULL"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("flags", c_uint32),
+        ("time_format", c_int32),
+        ("time_scale", c_int32),
+        ("name", c_char_p),
+        ("columns", c_char_p),
+        ("leap_seconds", POINTER(toliman_leap_second)),
+        ("leap_second_count", c_size_t),
+    ]
+
+
+class toliman_series_sample(Sized):
+    """Result of a line.
+    struct_size: in: sizeof(toliman_series_sample)
+    found: 1: the line is a sample; 0: a comment, an empty line or the line of names
+    t: sigma is 0 if the series has none; all are 0 unless found is 1
+    y: sigma is 0 if the series has none; all are 0 unless found is 1
+    sigma: sigma is 0 if the series has none; all are 0 unless found is 1"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("found", c_int32),
+        ("t", c_double),
+        ("y", c_double),
+        ("sigma", c_double),
+    ]
+
+
+class toliman_series_info(Sized):
+    """Properties of the lines that were parsed.
+    struct_size: in: sizeof(toliman_series_info)
+    time_format: TOLIMAN_INGEST_FORMAT_... of the times, 0 for plain numbers and before the first time. Until
+        the first sample, every line determines it again
+    time_scale: TOLIMAN_INGEST_SCALE_... of the samples' Modified Julian Days, never UTC; 0 if time_format
+        is 0
+    truncated: 1 if the last sample is columns without newline: its last number may be truncated
+    lines: lines, including empty and malformed ones"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("time_format", c_int32),
+        ("time_scale", c_int32),
+        ("truncated", c_int32),
+        ("lines", c_int64),
+    ]
+
+
+class toliman_measure(Structure):
+    """A series of measurements. Functions that take a const series may run on one object from several threads."""
+
+
+# Kinds of values.
+TOLIMAN_MEASURE_VALUE = 901  # any, such as latents
+TOLIMAN_MEASURE_SEPARATION = 902  # apparent separations, as they were measured
+TOLIMAN_MEASURE_REDUCED = 903  # separations reduced to the orbit of the binary
+TOLIMAN_MEASURE_VELOCITY = 904  # radial velocities of a star
+
+
+class toliman_measure_data(Sized):
+    """Measurements as arrays.
+    kind: TOLIMAN_MEASURE_...; 0 = TOLIMAN_MEASURE_VALUE
+    t: [n], times, in any order; NULL with intervals: Modified Julian Days of TAI of the
+        middle between the first start and the last end
+    y: [n], values
+    sigma: [n], absolute standard deviations; NULL: not known
+    intervals: [sum of interval_counts][2], on-target intervals, start and end, TAI ns; NULL:
+        not known
+    interval_counts: [n], number of intervals of each; NULL: one for each, from the start to the end
+        of an exposure whose on-target intervals are not known
+    position_angle_deg: [n], of B from A on the orbit, for planets; NULL: not known
+    unit: arcsec (velocities: m/s) per unit of y; 0: not known, but 1 for separations
+    time_unit_days: days per unit of t; 0 = 1
+    frame_chi_square: median chi_square of the frames that were measured; 0: not known"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("kind", c_int32),
+        ("n", c_size_t),
+        ("t", POINTER(c_double)),
+        ("y", POINTER(c_double)),
+        ("sigma", POINTER(c_double)),
+        ("intervals", POINTER(c_int64)),
+        ("interval_counts", POINTER(c_size_t)),
+        ("position_angle_deg", POINTER(c_double)),
+        ("unit", c_double),
+        ("time_unit_days", c_double),
+        ("frame_chi_square", c_double),
+    ]
+
+
+class toliman_measure_options(Sized):
+    """How to read a file or a state folder.
+    kind: TOLIMAN_MEASURE_...; 0 = VALUE, of a state folder REDUCED where it is. SEPARATION of a
+        state folder: the measured separations
+    columns: as toliman_series_options, likewise the next four; not for state folders
+    flags: TOLIMAN_SERIES_PLAIN_TIMES
+    unit: as toliman_measure_data; of a state folder: arcsec per px instead of its own plate scale
+    exposure_s: length of each exposure, whose middle is t, s; 0: not known. Times must be dates. Not for
+        state folders
+    log: receives warnings; may be NULL"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("kind", c_int32),
+        ("columns", c_char_p),
+        ("time_format", c_int32),
+        ("time_scale", c_int32),
+        ("leap_seconds", POINTER(toliman_leap_second)),
+        ("leap_second_count", c_size_t),
+        ("flags", c_uint32),
+        ("reserved", c_uint32),
+        ("unit", c_double),
+        ("exposure_s", c_double),
+        ("log", toliman_log_fn),
+        ("log_data", c_void_p),
+    ]
+
+
+class toliman_measure_info(Sized):
+    """Properties of a series.
+    struct_size: in: sizeof(toliman_measure_info)
+    kind: TOLIMAN_MEASURE_...
+    n: samples
+    left_out: of the source, that could not be used
+    functions: without the mean: trend + columns
+    trend: highest order; number of columns
+    columns: highest order; number of columns
+    time_format: TOLIMAN_INGEST_FORMAT_... in which dates were given; 0: plain numbers
+    time_scale: TOLIMAN_INGEST_SCALE_... of t, Modified Julian Days; 0: plain numbers
+    is_weighted: 1: has sigmas
+    has_exposures: 1: exposures are known
+    unit: as in toliman_measure_data
+    time_unit_days: as in toliman_measure_data
+    frame_chi_square: as in toliman_measure_data
+    parallax_arcsec: of the system to which it is reduced; 0: not known
+    star_mass: of the system to which it is reduced; 0: not known"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("kind", c_int32),
+        ("n", c_int64),
+        ("left_out", c_int64),
+        ("functions", c_int64),
+        ("trend", c_int32),
+        ("columns", c_int32),
+        ("time_format", c_int32),
+        ("time_scale", c_int32),
+        ("is_weighted", c_int32),
+        ("has_exposures", c_int32),
+        ("trend_start", c_double),
+        ("trend_end", c_double),
+        ("unit", c_double),
+        ("time_unit_days", c_double),
+        ("frame_chi_square", c_double),
+        ("parallax_arcsec", c_double),
+        ("star_mass", c_double * 2),
+    ]
+
+
+class toliman_measure_function(Sized):
+    """A function that is fitted with the mean.
+    struct_size: in: sizeof(toliman_measure_function)
+    sigma: standard deviation of the prior of its coefficient; 0: no prior
+    unit: factor from its coefficient to the number that it stands for: the error of an element, in the unit
+        of its name, or 1
+    bound: largest |value| of a column; 1 for a polynomial
+    name: "T1" ..., or the name of the column"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("sigma", c_double),
+        ("unit", c_double),
+        ("bound", c_double),
+        ("name", c_char * 64),
+    ]
+
+
 class toliman_period(Structure):
     """Streaming periodogram. Functions that take a const periodogram may run on one object from several threads."""
 
@@ -2389,7 +2589,6 @@ class toliman_planets(Structure):
 
 
 # Flags of toliman_planet_options.
-TOLIMAN_PLANET_VELOCITY = 1  # the series has radial velocities, not separations
 TOLIMAN_PLANET_NO_JITTER = 2  # the sigmas are exact: no jitter is fitted, however poor the fit
 TOLIMAN_PLANET_CLIP = 4  # leave out samples that do not belong: planets are those of the others
 
@@ -2400,49 +2599,15 @@ TOLIMAN_PLANET_MOST = 4
 TOLIMAN_PLANET_COLUMNS = 8
 
 
-class toliman_planet_series(Sized):
-    """A series of n measurements, in any order of time.
-    trend: nuisance functions, as in period_nuisance.h; 0 = none
-    columns: nuisance functions, as in period_nuisance.h; 0 = none
-    t: [n], times in units of time_unit_days
-    y: [n], values in units of `unit`
-    sigma: [n], absolute standard deviations; NULL: unknown, not with TOLIMAN_PLANET_NO_JITTER
-    rows: [n][columns], values of the columns; NULL if there are none
-    position_angle_deg: [n], position angles of B from A (geometric_angle_deg of sky.h); NULL = the
-        axis is fixed, as it must be for velocities
-    trend_start: span of the trend; both 0: first and last time
-    trend_end: span of the trend; both 0: first and last time
-    prior_precision: 1/s_j^2 for the mean, T_1 ... T_trend and the columns; 0 = no prior. That of
-        the mean must be 0
-    frame_chi_square: median chi_square of the frames that the series was measured from; 0 = unknown"""
-
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("trend", c_int32),
-        ("columns", c_int32),
-        ("reserved", c_uint32),
-        ("n", c_size_t),
-        ("t", POINTER(c_double)),
-        ("y", POINTER(c_double)),
-        ("sigma", POINTER(c_double)),
-        ("rows", POINTER(c_double)),
-        ("position_angle_deg", POINTER(c_double)),
-        ("trend_start", c_double),
-        ("trend_end", c_double),
-        ("prior_precision", c_double * 9),
-        ("frame_chi_square", c_double),
-    ]
-
-
 class toliman_planet_options(Sized):
     """Options of a search.
-    flags: TOLIMAN_PLANET_VELOCITY, _NO_JITTER, _CLIP
+    flags: TOLIMAN_PLANET_NO_JITTER, _CLIP
     max_planets: 1 to TOLIMAN_PLANET_MOST; 0 = 1
     threads: worker threads, 0 = one per processor; results do not depend on the number
-    time_unit_days: days per unit of t; 0 = 1
-    unit: arcsec (velocities: m/s) per unit of y; 0 = unknown, then masses are NaN
-    parallax_arcsec: of the binary; 0 = unknown, then masses of a separation are NaN. 0 for velocities
-    star_mass: of A and B, solar masses; 0 = unknown, then the mass for it is NaN. Velocities: of A
+    parallax_arcsec: of the binary; 0 = that of the series; if that is unknown, and if the unit is, masses
+        of a separation are NaN. 0 for velocities
+    star_mass: of A and B, solar masses; 0 = that of the series; if that is unknown, the mass for it is
+        NaN. Velocities: of A
     period_min: in units of t; 0 = 60 d and 1000 d
     period_max: in units of t; 0 = 60 d and 1000 d
     eccentricity_max: in [0.001, 0.95]; 0 = 0.95
@@ -2467,8 +2632,6 @@ class toliman_planet_options(Sized):
         ("flags", c_uint32),
         ("max_planets", c_uint32),
         ("threads", c_uint32),
-        ("time_unit_days", c_double),
-        ("unit", c_double),
         ("parallax_arcsec", c_double),
         ("star_mass", c_double * 2),
         ("period_min", c_double),
@@ -2551,7 +2714,7 @@ TOLIMAN_PLANET_AT_EDGE = 1
 #               time step to twice the time span
 #   MASS        the mass is not below that of the star, for each star of known mass
 #   CROSSING    the orbit crosses that of a planet with larger odds, if both orbit the same star
-#   FRAMES      frame_chi_square is above 2
+#   FRAMES      frame_chi_square of the series is above 2
 #   SAMPLES     there are outliers, and TOLIMAN_PLANET_CLIP is not set
 TOLIMAN_PLANET_REASON_ODDS = 1
 TOLIMAN_PLANET_REASON_CHI_SQUARE = 2
@@ -2644,7 +2807,7 @@ class toliman_planet_cell(Sized):
     period_max: in units of t, within the prior; log period is uniform between them
     size_min: its logarithm is uniform between them
     size_max: its logarithm is uniform between them
-    circular: 1: eccentricity 0. 0: drawn from its prior
+    is_circular: 1: eccentricity 0. 0: drawn from its prior
     count: number of injections, at most 1,000,000"""
 
     _fields_ = [
@@ -2654,78 +2817,9 @@ class toliman_planet_cell(Sized):
         ("period_max", c_double),
         ("size_min", c_double),
         ("size_max", c_double),
-        ("circular", c_uint32),
+        ("is_circular", c_int32),
         ("count", c_uint32),
         ("seed", c_uint64),
-    ]
-
-
-class toliman_series(Structure):
-    """Parser of the lines of one series."""
-
-
-# Flags of toliman_series_options.
-TOLIMAN_SERIES_GROWING = 1  # a line without newline at its end may be truncated and is malformed
-TOLIMAN_SERIES_PLAIN_TIMES = 2  # times are plain numbers, also in a column named mjd or jd
-
-
-class toliman_series_options(Sized):
-    """Options of a parser.
-    flags: TOLIMAN_SERIES_...
-    time_format: TOLIMAN_INGEST_FORMAT_...; 0 = dates if the first time begins as YYYY-MM-DD; otherwise
-        Modified or Julian Days if the column is named mjd, jd, MJD or JD; otherwise numbers
-    time_scale: TOLIMAN_INGEST_SCALE_... of dates and days; 0 = UTC; not used for plain numbers
-    name: name of the input: messages begin with "name:line: "; NULL = without
-    columns: names of two or three columns or keys, "t,latent" or "t,latent,sigma"; NULL = "t,y" and, if
-        present, sigma. Without t, the first of mjd, jd, MJD and JD is the time
-    leap_seconds: [leap_second_count], as in toliman_ingest_parse_time
-    leap_second_count: 0 = the leap seconds of ERFA; leap_seconds may then be NULL"""
-
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("flags", c_uint32),
-        ("time_format", c_int32),
-        ("time_scale", c_int32),
-        ("name", c_char_p),
-        ("columns", c_char_p),
-        ("leap_seconds", POINTER(toliman_leap_second)),
-        ("leap_second_count", c_size_t),
-    ]
-
-
-class toliman_series_sample(Sized):
-    """Result of a line.
-    struct_size: in: sizeof(toliman_series_sample)
-    found: 1: the line is a sample; 0: a comment, an empty line or the line of names
-    t: sigma is 0 if the series has none; all are 0 unless found is 1
-    y: sigma is 0 if the series has none; all are 0 unless found is 1
-    sigma: sigma is 0 if the series has none; all are 0 unless found is 1"""
-
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("found", c_int32),
-        ("t", c_double),
-        ("y", c_double),
-        ("sigma", c_double),
-    ]
-
-
-class toliman_series_info(Sized):
-    """Properties of the lines that were parsed.
-    struct_size: in: sizeof(toliman_series_info)
-    time_format: TOLIMAN_INGEST_FORMAT_... of the times, 0 for plain numbers and before the first time. Until
-        the first sample, every line determines it again
-    time_scale: TOLIMAN_INGEST_SCALE_... of the samples' Modified Julian Days, never UTC; 0 if time_format
-        is 0
-    truncated: 1 if the last sample is columns without newline: its last number may be truncated
-    lines: lines, including empty and malformed ones"""
-
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("time_format", c_int32),
-        ("time_scale", c_int32),
-        ("truncated", c_int32),
-        ("lines", c_int64),
     ]
 
 
@@ -2802,6 +2896,25 @@ class toliman_sky_prediction(Sized):
     ]
 
 
+# Flag of toliman_sky_reduce_options: no functions for the errors of the orbit.
+TOLIMAN_SKY_NO_FUNCTIONS = 1
+
+
+class toliman_sky_reduce_options(Sized):
+    """Options of a reduction.
+    flags: TOLIMAN_SKY_NO_FUNCTIONS
+    scale_sigma: standard deviation of the relative error of the plate scale, in [0, 1)
+    log: receives warnings; may be NULL"""
+
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("flags", c_uint32),
+        ("scale_sigma", c_double),
+        ("log", toliman_log_fn),
+        ("log_data", c_void_p),
+    ]
+
+
 # Observers.
 TOLIMAN_SKY_OBSERVER_EARTH = 701  # centre of the Earth
 TOLIMAN_SKY_OBSERVER_CIRCULAR = 702  # circular orbit
@@ -2868,6 +2981,7 @@ class toliman_sky_refit_result(Sized):
         of the residuals; otherwise 0
     goodness: TOLIMAN_GOODNESS_... of chi_square
     flags: TOLIMAN_SKY_UNUSABLE
+    left_out: measurements for which the observer file has no states
     outliers: measurements farther than 6 robust standard deviations, at least their sigmas, from the fit:
         they do not belong to the others"""
 
@@ -2884,8 +2998,8 @@ class toliman_sky_refit_result(Sized):
         ("jitter_arcsec", c_double),
         ("goodness", c_int32),
         ("flags", c_uint32),
+        ("left_out", c_uint32),
         ("outliers", c_uint32),
-        ("reserved", c_uint32),
     ]
 
 
@@ -3529,6 +3643,17 @@ OF_OBJECTS = {
     "toliman_mask_get_cells": False,
     "toliman_mask_get_descent": False,
     "toliman_mask_get_json": False,
+    "toliman_series_destroy": True,
+    "toliman_series_parse": True,
+    "toliman_series_get_info": False,
+    "toliman_measure_destroy": True,
+    "toliman_measure_set_trend": True,
+    "toliman_measure_add_column": True,
+    "toliman_measure_set_prior": True,
+    "toliman_measure_get_info": False,
+    "toliman_measure_get_function": False,
+    "toliman_measure_get_values": False,
+    "toliman_measure_get_times": False,
     "toliman_period_destroy": True,
     "toliman_period_push": True,
     "toliman_period_push_many": True,
@@ -3551,12 +3676,15 @@ OF_OBJECTS = {
     "toliman_period_query_fap": False,
     "toliman_period_query_threshold": False,
     "toliman_period_query_bootstrap": False,
+    "toliman_period_noise_search": False,
+    "toliman_period_noise_bootstrap": False,
     "toliman_period_push_rows": True,
     "toliman_period_retract_rows": True,
     "toliman_period_query_coefficients": False,
     "toliman_period_query_fit_rows": False,
     "toliman_period_query_sampling": False,
     "toliman_period_query_aliases": False,
+    "toliman_planet_search": False,
     "toliman_planet_destroy": True,
     "toliman_planet_get_info": False,
     "toliman_planet_get": False,
@@ -3567,12 +3695,10 @@ OF_OBJECTS = {
     "toliman_planet_get_limits": False,
     "toliman_planet_get_efficiency": False,
     "toliman_planet_inject": False,
-    "toliman_series_destroy": True,
-    "toliman_series_parse": True,
-    "toliman_series_get_info": False,
     "toliman_sky_destroy": True,
     "toliman_sky_predict": False,
     "toliman_sky_predict_mean": False,
+    "toliman_sky_predict_mean_many": False,
     "toliman_sky_reduce": False,
     "toliman_sky_get_info": False,
     "toliman_sky_get_element": False,
@@ -3597,6 +3723,7 @@ OF_OBJECTS = {
     "toliman_track_get_column": False,
     "toliman_track_get_intervals": False,
     "toliman_track_get_streams": False,
+    "toliman_track_get_measure": False,
 }
 
 # name: (type of the result, ((argument, its type), ...), comment)
@@ -4962,6 +5089,151 @@ toliman_mask_info.iterations.""",
 "quantity": "binary", "opd_nm": ...}, whose file the caller writes from the cells. Every number is read again as the
 same double. "" for NULL and after an error. Valid until the mask is destroyed.""",
     ),
+    "toliman_series_options_init": (
+        None, (("options", POINTER(toliman_series_options)), ("size", c_size_t)),
+        """Sets *options, a struct of `size` bytes, to the defaults.""",
+    ),
+    "toliman_series_create": (
+        c_int32, (("options", POINTER(toliman_series_options)), ("out", POINTER(POINTER(toliman_series)))),
+        """Creates a parser.
+  options  NULL = the defaults. Texts and leap seconds are copied
+The caller destroys *out. Errors: TOLIMAN_E_ARGUMENT, naming the option.""",
+    ),
+    "toliman_series_destroy": (
+        None, (("series", POINTER(toliman_series)),),
+        """Destroys a parser. NULL is allowed.""",
+    ),
+    "toliman_series_parse": (
+        c_int32, (
+            ("series", POINTER(toliman_series)),
+            ("line", c_char_p),
+            ("length", c_size_t),
+            ("sample", POINTER(toliman_series_sample)),
+        ),
+        """Parses the next line.
+  line    [length] bytes, with the newline at its end if the input has it; at most 65,536 bytes without it. A caller
+          whose lines are longer may pass 65,537 bytes of one. NULL if length is 0
+  sample  its struct_size must be set
+Errors: TOLIMAN_E_FORMAT for a malformed line; it counts as a line, and the next one can be parsed.
+TOLIMAN_E_MISMATCH if the input has no such columns: no line of it can be used.""",
+    ),
+    "toliman_series_get_info": (
+        c_int32, (("series", POINTER(toliman_series)), ("out", POINTER(toliman_series_info))),
+        """Writes the properties to *out, whose struct_size must be set.""",
+    ),
+    "toliman_measure_kind_name": (
+        c_char_p, (("kind", c_int32),),
+        """Returns the name of a kind ("value", "separation", "reduced", "velocity"), "?" for an unknown one. Static text.""",
+    ),
+    "toliman_measure_data_init": (
+        None, (("data", POINTER(toliman_measure_data)), ("size", c_size_t)),
+        """Sets *data, a struct of `size` bytes, to zeros and its struct_size.""",
+    ),
+    "toliman_measure_create": (
+        c_int32, (("data", POINTER(toliman_measure_data)), ("out", POINTER(POINTER(toliman_measure)))),
+        """Creates a series from arrays, which are copied. The caller destroys *out.
+Errors: TOLIMAN_E_ARGUMENT, naming the array and the sample, if a number is not finite or above 1e100, for a sigma
+or a measured separation that is not above 0, and if all intervals are near 1970-01-01, so that they are not in
+nanoseconds.""",
+    ),
+    "toliman_measure_options_init": (
+        None, (("options", POINTER(toliman_measure_options)), ("size", c_size_t)),
+        """Sets *options, a struct of `size` bytes, to the defaults.""",
+    ),
+    "toliman_measure_load_file": (
+        c_int32, (
+            ("path", c_char_p),
+            ("options", POINTER(toliman_measure_options)),
+            ("out", POINTER(POINTER(toliman_measure))),
+        ),
+        """Reads a series from a file, or from a state folder of a tracker.
+  path     text or JSON Lines as in series.h, a .npy table (float64 [n][2 or 3]: t, y, sigma), or a folder
+  options  may be NULL
+A file whose last line has no newline is read, with a warning: its last number may be truncated. The caller destroys
+*out. Errors: TOLIMAN_E_NOT_FOUND if there is no such file, and for a folder without such frames; TOLIMAN_E_FORMAT,
+with file and line, for a malformed line, and for a file without samples; TOLIMAN_E_MISMATCH if the file has no such
+columns; TOLIMAN_E_ARGUMENT for bad options, and as toliman_measure_create; of a folder as toliman_track_create.""",
+    ),
+    "toliman_measure_load": (
+        c_int32, (
+            ("bytes", c_void_p),
+            ("size", c_size_t),
+            ("name", c_char_p),
+            ("options", POINTER(toliman_measure_options)),
+            ("out", POINTER(POINTER(toliman_measure))),
+        ),
+        """The same from the `size` bytes of such a file.
+  name     of the input in messages; NULL: none""",
+    ),
+    "toliman_measure_destroy": (
+        None, (("measure", POINTER(toliman_measure)),),
+        """Destroys a series. NULL is allowed.""",
+    ),
+    "toliman_measure_set_trend": (
+        c_int32, (
+            ("measure", POINTER(toliman_measure)),
+            ("order", c_int32),
+            ("start", c_double),
+            ("end", c_double),
+        ),
+        """Fits the Chebyshev polynomials T_1 ... T_order of the time with the mean, in place of an earlier trend and its
+priors.
+  order       0 to 8; 0 removes the trend
+  start, end  the span, in units of t; both 0: from the first to the last time
+Errors: TOLIMAN_E_ARGUMENT for a bad order or span, or more than 8 functions.""",
+    ),
+    "toliman_measure_add_column": (
+        c_int32, (
+            ("measure", POINTER(toliman_measure)),
+            ("name", c_char_p),
+            ("values", POINTER(c_double)),
+            ("n", c_size_t),
+            ("sigma", c_double),
+        ),
+        """Fits the values of a column, one for each sample, with the mean.
+  name    up to 63 characters
+  values  [n], copied
+  n       number of samples
+  sigma   standard deviation of the prior of its coefficient, in units of y per unit of the column; 0: no prior
+Errors: TOLIMAN_E_ARGUMENT for bad numbers, a name that is used, or more than 8 functions.""",
+    ),
+    "toliman_measure_set_prior": (
+        c_int32, (("measure", POINTER(toliman_measure)), ("function", c_int64), ("sigma", c_double)),
+        """Sets the standard deviation of the prior of a function's coefficient, in units of y per unit of the function; 0: no
+prior. Errors: TOLIMAN_E_RANGE if `function` is not in [0, functions).""",
+    ),
+    "toliman_measure_get_info": (
+        c_int32, (("measure", POINTER(toliman_measure)), ("out", POINTER(toliman_measure_info))),
+        """Writes the properties to *out, whose struct_size must be set.""",
+    ),
+    "toliman_measure_get_function": (
+        c_int32, (
+            ("measure", POINTER(toliman_measure)),
+            ("index", c_int64),
+            ("out", POINTER(toliman_measure_function)),
+        ),
+        """Writes function `index` to *out, whose struct_size must be set. Errors: TOLIMAN_E_RANGE if index is not in
+[0, functions).""",
+    ),
+    "toliman_measure_get_values": (
+        c_int32, (
+            ("measure", POINTER(toliman_measure)),
+            ("name", c_char_p),
+            ("values", POINTER(c_double)),
+            ("n", c_size_t),
+        ),
+        """Writes one number for each sample.
+  name      "t", "y", "sigma", "position_angle_deg", the name of a function; of reduced series also
+            "separation_arcsec" as it was measured, "factor" and "geometric_arcsec" of sky.h
+  values    [n]
+  n         number of samples
+Errors: TOLIMAN_E_NOT_FOUND for a name that the series does not have; TOLIMAN_E_ARGUMENT for another n.""",
+    ),
+    "toliman_measure_get_times": (
+        c_int32, (("measure", POINTER(toliman_measure)), ("tai_ns", POINTER(c_int64)), ("n", c_size_t)),
+        """Writes the times in TAI, ns since 1970-01-01T00:00:00 TAI, to tai_ns[n]. Errors: TOLIMAN_E_ARGUMENT for plain
+numbers, and for another n.""",
+    ),
     "toliman_period_options_init": (
         None, (("options", POINTER(toliman_period_options)), ("size", c_size_t)),
         """Sets *options, a struct of `size` bytes, to the defaults.""",
@@ -5300,26 +5572,18 @@ Errors: as toliman_period_query_fit; TOLIMAN_E_CANCELLED.""",
     ),
     "toliman_period_noise_search": (
         c_int32, (
+            ("series", POINTER(toliman_measure)),
             ("f0", c_double),
             ("df", c_double),
             ("nf", c_int64),
-            ("t", POINTER(c_double)),
-            ("y", POINTER(c_double)),
-            ("sigma", POINTER(c_double)),
-            ("n", c_size_t),
-            ("functions", POINTER(c_double)),
-            ("precision", POINTER(c_double)),
-            ("k", c_size_t),
             ("options", POINTER(toliman_period_noise_options)),
             ("power", POINTER(c_double)),
             ("coefficients", POINTER(c_double)),
             ("errors", POINTER(c_double)),
             ("out", POINTER(toliman_period_noise)),
         ),
-        """Computes the power of n samples at frequencies f0 + k df, k < nf, in the metric of the noise, which is fitted first.
-  sigma         may be NULL
-  functions     [n][k]; may be NULL if k is 0. The mean is always fitted and must not be one of them
-  precision     [k], 1/s_j^2 of the priors, 0 for none; may be NULL
+        """Computes the power of a series at frequencies f0 + i df, i < nf, in the metric of the noise, which is fitted first.
+With the mean its k functions are fitted, and their priors.
   options       may be NULL
   power         [nf]; may be NULL
   coefficients  [k], c_1 ... c_k at out->frequency, in units of y per unit of the function; may be NULL
@@ -5337,16 +5601,10 @@ TOLIMAN_E_STATE if n < k + 6, or if mean and functions describe all values; TOLI
     ),
     "toliman_period_noise_bootstrap": (
         c_int32, (
+            ("series", POINTER(toliman_measure)),
             ("f0", c_double),
             ("df", c_double),
             ("nf", c_int64),
-            ("t", POINTER(c_double)),
-            ("y", POINTER(c_double)),
-            ("sigma", POINTER(c_double)),
-            ("n", c_size_t),
-            ("functions", POINTER(c_double)),
-            ("precision", POINTER(c_double)),
-            ("k", c_size_t),
             ("rho", c_double),
             ("options", POINTER(toliman_period_noise_bootstrap_options)),
             ("count", c_size_t),
@@ -5355,7 +5613,7 @@ TOLIMAN_E_STATE if n < k + 6, or if mean and functions describe all values; TOLI
         """Moving-block bootstrap: writes log10(1 - P) of the highest power of each of `count` resamplings to
 log10_residuals[count], sorted, strongest peak first. It assumes no distribution of the noise.
   rho  correlation over one step, in [0, 0.999]; out->rho of toliman_period_noise_search
-Samples, functions and precision as in toliman_period_noise_search. The residuals about mean and functions are
+The residuals about mean and functions are
 whitened with rho. A resampling strings blocks of consecutive residuals together, each from a random place, so that
 correlations up to the length of a block remain, also those that rho does not describe. Times and sigmas do not
 change. With rho = 0 the blocks must be longer than the correlation and the period. If m entries are at or below the
@@ -5446,30 +5704,26 @@ of unit_ns. The window function is known from the accumulators, up to twice the 
 highest peak of the grid is an alias of this one, it is among them.
 Errors: as toliman_period_query_peak; TOLIMAN_E_ARGUMENT if frequency is outside the grid.""",
     ),
-    "toliman_planet_series_init": (
-        None, (("series", POINTER(toliman_planet_series)), ("size", c_size_t)),
-        """Sets *series, a struct of `size` bytes, to zeros and its struct_size.""",
-    ),
     "toliman_planet_options_init": (
         None, (("options", POINTER(toliman_planet_options)), ("size", c_size_t)),
         """Sets *options, a struct of `size` bytes, to the defaults.""",
     ),
     "toliman_planet_search": (
         c_int32, (
-            ("series", POINTER(toliman_planet_series)),
+            ("series", POINTER(toliman_measure)),
             ("options", POINTER(toliman_planet_options)),
             ("out", POINTER(POINTER(toliman_planets))),
         ),
-        """Searches a series for planets.
+        """Searches a series for planets. Its functions and their priors are fitted, too.
   options  may be NULL
 The series is copied. The caller destroys *out. Processor time of 836 samples with 5 nuisance functions, per planet:
 0.2 to 0.6 s for a signal of up to 100 standard deviations, 1 to 5 s for one of 20,000; 2 to 4 s where a jitter is
 fitted; at most about 10 s, and 200 MB, for a series that no orbit describes. The first lattice has 1024 nodes for
 each step 0.2/T of frequency, an eighth of them without jitter, where T is the last minus the first time. Errors:
-TOLIMAN_E_ARGUMENT, naming the member, if a number is not finite or outside its limits (|t|, |y| and sigma up to
-1e100), sigma <= 0 or missing, all times are equal, or a function without a prior is a combination of those before
-it; TOLIMAN_E_STATE if n is below the number of functions + 6; TOLIMAN_E_RANGE if the first lattice would have more
-than 2e7 nodes, because period_min is too short; TOLIMAN_E_CANCELLED.""",
+TOLIMAN_E_ARGUMENT, naming the member, if a number is outside its limits, for separations that are not reduced, if
+all times are equal, or a function without a prior is a combination of those before it; TOLIMAN_E_STATE if n is below
+the number of functions + 6; TOLIMAN_E_RANGE if the first lattice would have more than 2e7 nodes, because period_min
+is too short; TOLIMAN_E_CANCELLED.""",
     ),
     "toliman_planet_destroy": (
         None, (("planets", POINTER(toliman_planets)),),
@@ -5486,16 +5740,16 @@ than 2e7 nodes, because period_min is too short; TOLIMAN_E_CANCELLED.""",
     "toliman_planet_get": (
         c_int32, (
             ("planets", POINTER(toliman_planets)),
-            ("index", c_uint32),
+            ("index", c_int64),
             ("out", POINTER(toliman_planet)),
         ),
         """Writes candidate `index` to *out, whose struct_size must be set. Candidates are numbered as they were found. Errors:
-TOLIMAN_E_ARGUMENT if index is not below info.candidates.""",
+TOLIMAN_E_RANGE if index is not in [0, info.candidates).""",
     ),
     "toliman_planet_get_samples": (
         c_int32, (
             ("planets", POINTER(toliman_planets)),
-            ("index", c_uint32),
+            ("index", c_int64),
             ("count", c_size_t),
             ("samples", POINTER(c_double)),
         ),
@@ -5503,12 +5757,12 @@ TOLIMAN_E_ARGUMENT if index is not below info.candidates.""",
   count    number of samples, at most `samples` of the options
   samples  [count][TOLIMAN_PLANET_COLUMNS]: period, eccentricity, periastron_deg, epoch, amplitude, mass_a, mass_b,
            jitter
-Errors: TOLIMAN_E_ARGUMENT for a bad index or count.""",
+Errors: TOLIMAN_E_RANGE as toliman_planet_get; TOLIMAN_E_ARGUMENT for a bad count.""",
     ),
     "toliman_planet_get_signal": (
         c_int32, (
             ("planets", POINTER(toliman_planets)),
-            ("index", c_uint32),
+            ("index", c_int64),
             ("t", POINTER(c_double)),
             ("position_angle_deg", POINTER(c_double)),
             ("n", c_size_t),
@@ -5516,7 +5770,8 @@ Errors: TOLIMAN_E_ARGUMENT for a bad index or count.""",
         ),
         """Writes the signal of a candidate's joint fit at times t[n] to signal[n].
   position_angle_deg  [n], as in the series; NULL = the mean axis, also if the series has none
-Errors: TOLIMAN_E_ARGUMENT for a bad index, position angles of a fixed axis, or numbers that are not finite.""",
+Errors: TOLIMAN_E_RANGE as toliman_planet_get; TOLIMAN_E_ARGUMENT for position angles of a fixed axis, or numbers
+that are not finite.""",
     ),
     "toliman_planet_get_residuals": (
         c_int32, (("planets", POINTER(toliman_planets)), ("n", c_size_t), ("residuals", POINTER(c_double))),
@@ -5579,38 +5834,6 @@ injection with the default periods. The first call needs 16 n bytes per frequenc
 the same number. Errors: TOLIMAN_E_ARGUMENT for bad numbers, and for masses if unit, parallax or the mass of the
 star is unknown.""",
     ),
-    "toliman_series_options_init": (
-        None, (("options", POINTER(toliman_series_options)), ("size", c_size_t)),
-        """Sets *options, a struct of `size` bytes, to the defaults.""",
-    ),
-    "toliman_series_create": (
-        c_int32, (("options", POINTER(toliman_series_options)), ("out", POINTER(POINTER(toliman_series)))),
-        """Creates a parser.
-  options  NULL = the defaults. Texts and leap seconds are copied
-The caller destroys *out. Errors: TOLIMAN_E_ARGUMENT, naming the option.""",
-    ),
-    "toliman_series_destroy": (
-        None, (("series", POINTER(toliman_series)),),
-        """Destroys a parser. NULL is allowed.""",
-    ),
-    "toliman_series_parse": (
-        c_int32, (
-            ("series", POINTER(toliman_series)),
-            ("line", c_char_p),
-            ("length", c_size_t),
-            ("sample", POINTER(toliman_series_sample)),
-        ),
-        """Parses the next line.
-  line    [length] bytes, with the newline at its end if the input has it; at most 65,536 bytes without it. A caller
-          whose lines are longer may pass 65,537 bytes of one. NULL if length is 0
-  sample  its struct_size must be set
-Errors: TOLIMAN_E_FORMAT for a malformed line; it counts as a line, and the next one can be parsed.
-TOLIMAN_E_MISMATCH if the input has no such columns: no line of it can be used.""",
-    ),
-    "toliman_series_get_info": (
-        c_int32, (("series", POINTER(toliman_series)), ("out", POINTER(toliman_series_info))),
-        """Writes the properties to *out, whose struct_size must be set.""",
-    ),
     "toliman_sky_options_init": (
         None, (("options", POINTER(toliman_sky_options)), ("size", c_size_t)),
         """Sets *options, a struct of `size` bytes, to the defaults.""",
@@ -5665,36 +5888,52 @@ to 245 uas in a day.
 Errors: TOLIMAN_E_ARGUMENT if count is 0, if an interval does not begin before it ends, overlaps another or exceeds
 400 days; TOLIMAN_E_RANGE as toliman_sky_predict, also if the observer file does not cover a whole interval.""",
     ),
-    "toliman_sky_reduce": (
+    "toliman_sky_predict_mean_many": (
         c_int32, (
             ("sky", POINTER(toliman_sky)),
             ("intervals", POINTER(c_int64)),
             ("interval_counts", POINTER(c_size_t)),
-            ("separations_arcsec", POINTER(c_double)),
             ("count", c_size_t),
-            ("reduced_arcsec", POINTER(c_double)),
             ("predictions", POINTER(toliman_sky_prediction)),
-            ("unreduced", POINTER(c_size_t)),
+        ),
+        """Predicts the means over many exposures, as toliman_sky_predict_mean.
+  intervals        [sum of interval_counts][2], on-target intervals of the exposures, start and end, TAI ns
+  interval_counts  [count], number of intervals of each; NULL: one for each, from the start to the end of an exposure
+                   whose on-target intervals are not known
+  predictions      [count], with the struct_size of predictions[0] set. All numbers are NaN for an exposure that the
+                   observer file does not cover completely
+Errors: TOLIMAN_E_ARGUMENT, naming the exposure, for those that toliman_sky_reduce refuses; otherwise as
+toliman_sky_predict_mean. Nothing is then written.""",
+    ),
+    "toliman_sky_reduce_options_init": (
+        None, (("options", POINTER(toliman_sky_reduce_options)), ("size", c_size_t)),
+        """Sets *options, a struct of `size` bytes, to the defaults.""",
+    ),
+    "toliman_sky_reduce": (
+        c_int32, (
+            ("sky", POINTER(toliman_sky)),
+            ("measured", POINTER(toliman_measure)),
+            ("options", POINTER(toliman_sky_reduce_options)),
+            ("out", POINTER(POINTER(toliman_measure))),
         ),
         """Reduces measured separations to the orbit: reduced = measured/factor - geometric_arcsec, of toliman_sky_predict_mean
-over the exposure.
-  intervals           [sum of interval_counts][2], on-target intervals of the measurements, start and end in TAI
-                      nanoseconds
-  interval_counts     [count], number of intervals of each measurement. NULL: one for each, from the start to the end
-                      of an exposure whose on-target intervals are not known
-  separations_arcsec  [count], measured apparent separations. NaN (no measurement) remains NaN
-  reduced_arcsec      [count], receives the reduced separations
-  predictions         [count], receives the predictions, with the struct_size of predictions[0] set; may be NULL
-  unreduced           receives the number of measurements whose exposure the observer file does not cover
-                      completely. Their reduced separation and all numbers of their prediction are NaN
-Two kinds of measurements are refused if the observer is in orbit, circular or from a file:
+over the exposure, in the unit of the series.
+  measured  of kind TOLIMAN_MEASURE_SEPARATION, with exposures; the unit of separations in px is the plate scale
+  options   may be NULL
+  out       receives the reduced series, of kind TOLIMAN_MEASURE_REDUCED, with position angles; the caller destroys
+            it
+Measurements whose exposure the observer file does not cover completely are left out: left_out of
+toliman_measure_info. A series without functions gets those of the errors of the orbit: the derivative by each
+element with a standard deviation, which is its prior, increased by scale_sigma for the semi-major axis. Without such
+standard deviations, or without sigmas, it gets a trend of order 4, with a warning.
+Two kinds of exposures are refused if the observer is in orbit, circular or from a file:
   - a single interval of zero length. The prediction for an instant is wrong by up to 245 uas;
-  - with interval_counts NULL, an interval longer than 600 s. The telescope points elsewhere during a part of it, and
-    the mean from its start to its end is wrong by up to 245 uas.
+  - one whose on-target intervals are not known, longer than 600 s. The telescope points elsewhere during a part of
+    it, and the mean from its start to its end is wrong by up to 245 uas.
 The median of the measured separations must be within a factor of 2 of the predicted ones: values in mas, uas, rad,
-deg or px are refused.
-Errors: TOLIMAN_E_ARGUMENT, naming the measurement, for these and for bad numbers; otherwise as
-toliman_sky_predict_mean. Nothing is then written.""",
+deg, or px without their unit are refused.
+Errors: TOLIMAN_E_ARGUMENT, naming the measurement, for these; otherwise as toliman_sky_predict_mean;
+TOLIMAN_E_RANGE if no measurement is left.""",
     ),
     "toliman_sky_observer_name": (
         c_char_p, (("observer", c_int32),),
@@ -5705,7 +5944,7 @@ toliman_sky_predict_mean. Nothing is then written.""",
         """Writes the properties to *out, whose struct_size must be set.""",
     ),
     "toliman_sky_element_name": (
-        c_char_p, (("element", c_int32),),
+        c_char_p, (("element", c_int64),),
         """Returns the name of an orbital element, with its unit: 0 "period_years", 1 "semi_major_arcsec", 2 "eccentricity",
 3 "inclination_deg", 4 "node_deg", 5 "periastron_deg", 6 "epoch" (Julian year); "?" for other numbers. Static
 text.""",
@@ -5713,12 +5952,12 @@ text.""",
     "toliman_sky_get_element": (
         c_int32, (
             ("sky", POINTER(toliman_sky)),
-            ("element", c_int32),
+            ("element", c_int64),
             ("value", POINTER(c_double)),
             ("sigma", POINTER(c_double)),
         ),
         """Writes the value of an orbital element and its standard deviation, 0 if unknown. value and sigma may be NULL. Errors:
-TOLIMAN_E_ARGUMENT for an unknown element.""",
+TOLIMAN_E_RANGE for an unknown element.""",
     ),
     "toliman_sky_set_columns": (
         c_int32, (
@@ -5744,11 +5983,7 @@ exceed 8 functions.""",
     "toliman_sky_refit": (
         c_int32, (
             ("sky", POINTER(toliman_sky)),
-            ("intervals", POINTER(c_int64)),
-            ("interval_counts", POINTER(c_size_t)),
-            ("separations_arcsec", POINTER(c_double)),
-            ("sigmas_arcsec", POINTER(c_double)),
-            ("count", c_size_t),
+            ("measured", POINTER(toliman_measure)),
             ("scale_sigma", c_double),
             ("result", POINTER(toliman_sky_refit_result)),
             ("out", POINTER(POINTER(toliman_sky))),
@@ -5757,25 +5992,19 @@ exceed 8 functions.""",
 Gaussian priors (maximum a posteriori). Elements without one keep their
 values; parallax, motion and masses are not fitted. Only the priors distinguish an error of the plate scale from one
 of the semi-major axis.
-  sky                 system and observer
-  intervals           [sum of interval_counts][2], on-target intervals of the measurements, start and end in TAI
-                      nanoseconds
-  interval_counts     [count], number of intervals of each measurement. NULL: one for each, from the start to the end
-                      of an exposure whose on-target intervals are not known
-  separations_arcsec  [count], measured apparent separations
-  sigmas_arcsec       [count], their standard deviations
-  scale_sigma         standard deviation of the relative error of the plate scale, in [0, 1); 0 = no error
-  result              receives errors and residuals, with its struct_size set; must not be NULL
-  out                 receives the predictor of the new orbit, with the errors after the fit; the caller destroys it
+  sky          system and observer
+  measured     as for toliman_sky_reduce, with sigmas
+  scale_sigma  standard deviation of the relative error of the plate scale, in [0, 1); 0 = no error
+  result       receives errors and residuals, with its struct_size set; must not be NULL
+  out          receives the predictor of the new orbit, with the errors after the fit; the caller destroys it
 A saved file has the standard deviations of the elements, but not their correlations. To add measurements, refit the
 original system to all of them.
 Errors, after which neither result nor out is written:
-  - TOLIMAN_E_ARGUMENT, naming the measurement, for those that toliman_sky_reduce refuses and for bad numbers;
-  - TOLIMAN_E_ARGUMENT if count is 0, if no element has a standard deviation, if the fit is singular or does not
+  - TOLIMAN_E_ARGUMENT, naming the measurement, for those that toliman_sky_reduce refuses, and without sigmas;
+  - TOLIMAN_E_ARGUMENT if no element has a standard deviation, if the fit is singular or does not
     converge, if it moves an element by more than 10 of its standard deviations, and if the fitted orbit is outside
     the limits of a system file;
-  - TOLIMAN_E_RANGE, naming the measurement, as toliman_sky_predict_mean: one that the observer file does not cover
-    completely fails the call.""",
+  - TOLIMAN_E_RANGE if no measurement is left: those that the observer file does not cover are left out.""",
     ),
     "toliman_sky_save_file": (
         c_int32, (("sky", POINTER(toliman_sky)), ("path", c_char_p)),
@@ -5789,23 +6018,14 @@ Errors, after which neither result nor out is written:
     "toliman_sky_diagnose": (
         c_int32, (
             ("sky", POINTER(toliman_sky)),
-            ("intervals", POINTER(c_int64)),
-            ("interval_counts", POINTER(c_size_t)),
-            ("separations_arcsec", POINTER(c_double)),
-            ("sigmas_arcsec", POINTER(c_double)),
-            ("count", c_size_t),
+            ("measured", POINTER(toliman_measure)),
             ("scale_sigma", c_double),
             ("result", POINTER(toliman_sky_diagnosis)),
             ("hypotheses", POINTER(toliman_sky_hypothesis)),
         ),
         """Finds the mistake that explains the residuals of measured separations about their predictions. The arguments are
 those of toliman_sky_refit.
-  intervals           [sum of interval_counts][2], on-target intervals of the measurements, start and end in TAI
-                      nanoseconds
-  interval_counts     [count], number of intervals of each measurement. NULL: one for each, from the start to the end
-                      of an exposure
-  separations_arcsec  [count], measured apparent separations
-  sigmas_arcsec       [count], their standard deviations
+  measured            as for toliman_sky_reduce, with sigmas
   scale_sigma         standard deviation of the relative error of the plate scale, in [0, 1); 0 = no error. The
                       hypothesis SCALE tests a larger error
   result              receives the cause and the goodness of fit
@@ -5814,7 +6034,7 @@ those of toliman_sky_refit.
 At most 4096 measurements are used, evenly spread over more. Those that the observer file does not cover are left
 out. With fewer than 20, no hypothesis is tested. Shifts of time are tested up to 25 h. Takes about 25 us per
 measurement for the goodness, and 1 ms per measurement for all hypotheses.
-Errors: TOLIMAN_E_ARGUMENT, naming the measurement, for those that toliman_sky_reduce refuses and for bad numbers;
+Errors: TOLIMAN_E_ARGUMENT, naming the measurement, for those that toliman_sky_reduce refuses, and without sigmas;
 otherwise as toliman_sky_predict_mean. Nothing is then written.""",
     ),
     "toliman_track_verdict_name": (
@@ -6015,6 +6235,16 @@ TOLIMAN_E_LOST if damage to the ledger has lost them.""",
         ),
         """Writes the sessions and regions, sorted by name, to streams[capacity]; *count becomes their number. To query the
 number, pass capacity 0 and streams NULL. TOLIMAN_E_CAPACITY if capacity is too small.""",
+    ),
+    "toliman_track_get_measure": (
+        c_int32, (
+            ("track", POINTER(toliman_track)),
+            ("options", POINTER(toliman_measure_options)),
+            ("out", POINTER(POINTER(toliman_measure))),
+        ),
+        """Creates the series of the frames, as toliman_measure_load_file does for the tracker's state folder.
+  options  kind, unit and log; may be NULL
+The caller destroys *out. Errors: TOLIMAN_E_NOT_FOUND if there is no such frame, or no measured separation.""",
     ),
 }
 

@@ -490,6 +490,39 @@ class MaskInfo(Result):
 
 
 @result
+class MeasureInfo(Result):
+    """Properties of a series."""
+
+    kind: int = member("...")
+    n: int = member("samples")
+    left_out: int = member("of the source, that could not be used")
+    functions: int = member("without the mean: trend + columns")
+    trend: int = member("highest order; number of columns")
+    columns: int = member("highest order; number of columns")
+    time_format: int = member("format_... in which dates were given; 0: plain numbers")
+    time_scale: int = member("scale_... of t, Modified Julian Days; 0: plain numbers")
+    is_weighted: bool = member("has sigmas")
+    has_exposures: bool = member("exposures are known")
+    trend_start: float
+    trend_end: float
+    unit: str = member("as in toliman_measure_data", words="TOLIMAN_SIM_UNIT")
+    time_unit_days: float = member("as in toliman_measure_data")
+    frame_chi_square: float = member("as in toliman_measure_data")
+    parallax_arcsec: float = member("of the system to which it is reduced; 0: not known")
+    star_mass: tuple[float, ...] = member("of the system to which it is reduced; 0: not known")
+
+
+@result
+class MeasureFunction(Result):
+    """A function that is fitted with the mean."""
+
+    sigma: float = member("standard deviation of the prior of its coefficient; 0: no prior")
+    unit: str = member("factor from its coefficient to the number that it stands for: the error of an element, in the unit of its name, or 1", words="TOLIMAN_SIM_UNIT")
+    bound: float = member("largest |value| of a column; 1 for a polynomial")
+    name: str = member("\"T1\" ..., or the name of the column")
+
+
+@result
 class PeriodogramInfo(Result):
     """Properties of a periodogram. Members with names of toliman_period_options hold the options in force."""
 
@@ -738,6 +771,7 @@ class Refit(Result):
     largest_residual: float = member("as in goodness.h")
     jitter_arcsec: float = member("white noise that is added to the sigmas if chi_square is poor, so that the errors are those of the residuals; otherwise 0")
     goodness: str = member("... as a word of chi_square", words="TOLIMAN_GOODNESS")
+    left_out: int = member("measurements for which the observer file has no states")
     outliers: int = member("measurements farther than 6 robust standard deviations, at least their sigmas, from the fit: they do not belong to the others")
     unusable: bool = member("chi_square is poor and above 3. No jitter excuses it: times, unit or sigmas are wrong, or the model of the frames lacks an effect. The new orbit must not be used.", flag=1)
 
