@@ -1,4 +1,4 @@
-// Linear model of the frames: the only data that lib/optics passes to the estimators of lib/cae and lib/linear.
+// Linear model of the frames: the only data that lib/information passes to the estimators of lib/cae and lib/linear.
 #pragma once
 #include <string>
 #include <vector>

@@ -127,7 +127,7 @@ class Layers(Tree):
         self.accepts("layers", "lib/base/a.cpp", "/*\n#include <zlib.h>\n*/\n")
 
     def test_modules_of_the_library(self):
-        for module, header in (("optics", "cae/a.hpp"), ("cae", "linear/a.hpp"), ("linear", "period/a.hpp"),
+        for module, header in (("optics", "cae/a.hpp"), ("optics", "information/a.hpp"), ("cae", "linear/a.hpp"), ("linear", "period/a.hpp"),
                              ("period", "track/a.hpp"), ("track", "cae/a.hpp"), ("backend", "kernels/a.hpp"),
                              ("base", "backend/a.hpp"), ("kernels", "base/error.hpp"), ("api", "kernels/a.hpp"),
                              ("optics", "api/a.hpp"), ("scene", "optics/a.hpp"), ("cae", "scene/a.hpp"),

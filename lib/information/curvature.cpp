@@ -3,7 +3,7 @@
 // Each h changes the image by 1e-5 to 1e-3 of its peak, so that h^2 is far above the rounding of the images, 1e-15, and
 // the fourth derivative that the difference contains is below 1e-4 of the second. Pupil, light and detector are changed
 // after the scene has been read, so that fluxes stay and nothing is scaled to the peak again.
-#include "optics/curvature.hpp"
+#include "information/curvature.hpp"
 
 #include <cmath>
 
@@ -11,10 +11,11 @@
 #include "scene/geometry.hpp"
 #include "scene/instrument.hpp"
 
-namespace toliman::optics {
+namespace toliman::information {
 
 namespace {
 
+using namespace optics;
 using Kind = Parameter::Kind;
 
 // What an image depends on.
@@ -147,7 +148,7 @@ void add_frame(const Model &model, const DetectorStages &detector, double weight
 
 } // namespace
 
-std::optional<Buffer<double>> half_curvature(const Simulator &simulator, Parameter parameter) {
+std::optional<Buffer<double>> half_curvature(const optics::Simulator &simulator, Parameter parameter) {
     if (is_linear(parameter.kind))
         return Buffer<double>();
     const double step = step_of(parameter.kind);
@@ -166,4 +167,4 @@ std::optional<Buffer<double>> half_curvature(const Simulator &simulator, Paramet
     return sum;
 }
 
-} // namespace toliman::optics
+} // namespace toliman::information

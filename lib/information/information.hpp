@@ -1,8 +1,11 @@
 // Cramer-Rao bounds of the separation measured in one frame.
 #pragma once
-#include "optics/images.hpp"
+#include <mutex>
+#include <optional>
 
-namespace toliman::optics {
+#include "optics/simulator.hpp"
+
+namespace toliman::information {
 
 // Standard deviations in px; infinity where the separation is degenerate with the free nuisances.
 struct Bounds {
@@ -17,15 +20,22 @@ std::vector<Parameter> fluxes_and_shift(const Scene &scene);
 std::vector<Parameter> eight_nuisances(const Scene &scene);
 
 // The bound (px) with these nuisances free; infinity if nothing of the signal is left.
-double bound_with(const Images &images, const std::vector<Parameter> &free);
+double bound_with(const optics::Images &images, const std::vector<Parameter> &free);
 
 // Mean |gradient|^2 of the stars' light over the square of its mean, px^-2, from the exact derivatives by a shift.
-double gradient_energy(const Images &images);
+double gradient_energy(const optics::Images &images);
 
 // The bounds of all four sets of free nuisances.
-Bounds bound(const Scene &scene, const Images &images);
+Bounds bound(const Scene &scene, const optics::Images &images);
 
-// The derivative image of a parameter.
-const Buffer<double> &image_of(const Images &images, Parameter parameter);
+// The bounds of one simulator, computed by the first call. Calls may run on several threads.
+class KnownBounds {
+  public:
+    const Bounds &of(const optics::Simulator &simulator) const;
 
-} // namespace toliman::optics
+  private:
+    mutable std::mutex mutex_;
+    mutable std::optional<Bounds> bounds_;
+};
+
+} // namespace toliman::information

@@ -5,7 +5,7 @@
 #include "optics/simulator.hpp"
 #include "scene/parameter.hpp"
 
-namespace toliman::optics {
+namespace toliman::information {
 
 // The displacement due to an Earth, the yardstick of a budget.
 struct Earth {
@@ -25,14 +25,14 @@ struct BoundOfFrames {
     double shared = 0; // of each of K frames that share the instrument's parameters
 };
 // With these parameters free.
-BoundOfFrames bound_of_frames(const Simulator &simulator, const std::vector<Parameter> &free, double frames);
+BoundOfFrames bound_of_frames(const optics::Simulator &simulator, const std::vector<Parameter> &free, double frames);
 
 // A named set of free parameters.
 struct BudgetStep {
     const char *name;
     std::vector<Parameter> free; // those of which the scene has a derivative
 };
-std::vector<BudgetStep> budget_steps(const Simulator &simulator);
+std::vector<BudgetStep> budget_steps(const optics::Simulator &simulator);
 
 // The weighted least-squares fit of the separation together with free parameters.
 struct BudgetFit {
@@ -40,7 +40,7 @@ struct BudgetFit {
     std::vector<double> deviation;    // of each free parameter; NaN if it depends on those before it
     std::vector<double> correlations; // [free + 1][free + 1] of the separation, then the free parameters; NaN likewise
 };
-BudgetFit fit_of(const Images &images, const std::vector<Parameter> &free);
+BudgetFit fit_of(const optics::Images &images, const std::vector<Parameter> &free);
 
 struct BudgetRow {
     Parameter parameter;
@@ -49,10 +49,10 @@ struct BudgetRow {
     double curvature_px = 0; // free: error per unit^2 that the fit leaves; NaN if not known
 };
 // The free parameters in the order given, then all others of the table.
-std::vector<BudgetRow> budget_rows(const Simulator &simulator, const std::vector<Parameter> &free,
+std::vector<BudgetRow> budget_rows(const optics::Simulator &simulator, const std::vector<Parameter> &free,
                                    const BudgetFit &fit);
 
 // The parameters other than the separation and these of which the scene has a derivative.
-std::vector<Parameter> others_than(const Simulator &simulator, const std::vector<Parameter> &free);
+std::vector<Parameter> others_than(const optics::Simulator &simulator, const std::vector<Parameter> &free);
 
-} // namespace toliman::optics
+} // namespace toliman::information

@@ -6,17 +6,17 @@
 // degenerate. Linearly dependent nuisances are dropped.
 // Exact for photon noise, V = I; with read noise, V = I + sigma_read^2, the usual Gaussian approximation.
 // Reference: Kay 1993, Fundamentals of Statistical Signal Processing: Estimation Theory, chapter 3.
-#include "optics/information.hpp"
+#include "information/information.hpp"
 
 #include <limits>
 
 #include "kernels/project.hpp"
 
-namespace toliman::optics {
+namespace toliman::information {
 
 using Kind = Parameter::Kind;
 
-double bound_with(const Images &images, const std::vector<Parameter> &free) {
+double bound_with(const optics::Images &images, const std::vector<Parameter> &free) {
     images.prepare(free);
     const size_t n = images.both().size();
     Buffer<double> nuisances(free.size() * n), signal(n);
@@ -28,8 +28,8 @@ double bound_with(const Images &images, const std::vector<Parameter> &free) {
     return remaining > 0 ? 1 / remaining : std::numeric_limits<double>::infinity();
 }
 
-double gradient_energy(const Images &images) {
-    const Disturbed &slopes = images.disturbed();
+double gradient_energy(const optics::Images &images) {
+    const optics::Disturbed &slopes = images.disturbed();
     const size_t n = images.both().size();
     double square = 0, light = 0;
     for (size_t i = 0; i < n; i++) {
@@ -37,31 +37,6 @@ double gradient_energy(const Images &images) {
         light += images.star(0)[i] + (images.star(1).empty() ? 0 : images.star(1)[i]);
     }
     return square / light / light * static_cast<double>(n);
-}
-
-const Buffer<double> &image_of(const Images &images, Parameter parameter) {
-    switch (parameter.kind) {
-    case Kind::separation:
-        return images.motion()[0];
-    case Kind::flux_a:
-        return images.star(0);
-    case Kind::flux_b:
-        return images.star(1);
-    case Kind::shift_x:
-        return images.disturbed().shift_x;
-    case Kind::shift_y:
-        return images.disturbed().shift_y;
-    case Kind::roll:
-        return images.disturbed().roll;
-    case Kind::scale:
-        return images.disturbed().scale;
-    case Kind::focus:
-        return images.disturbed().focus;
-    case Kind::background:
-        return images.disturbed().background;
-    default:
-        return images.derivative(parameter);
-    }
 }
 
 std::vector<Parameter> fluxes_and_shift(const Scene &scene) {
@@ -78,7 +53,7 @@ std::vector<Parameter> eight_nuisances(const Scene &scene) {
     return free;
 }
 
-Bounds bound(const Scene &scene, const Images &images) {
+Bounds bound(const Scene &scene, const optics::Images &images) {
     Bounds bounds;
     bounds.alone = bound_with(images, {});
     bounds.flux_shift = bound_with(images, fluxes_and_shift(scene));
@@ -87,4 +62,12 @@ Bounds bound(const Scene &scene, const Images &images) {
     return bounds;
 }
 
-} // namespace toliman::optics
+const Bounds &KnownBounds::of(const optics::Simulator &simulator) const {
+    const optics::Images &images = simulator.bound_images();
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (!bounds_)
+        bounds_ = bound(simulator.scene(), images);
+    return *bounds_;
+}
+
+} // namespace toliman::information

@@ -10,18 +10,19 @@
 //     variance = f^2 + (a^2 - f^2)/K,
 // with the bounds f, only the frame's parameters free, and a, all free. The second term is common to all frames.
 // Reference: Kay 1993, Fundamentals of Statistical Signal Processing: Estimation Theory, chapter 3.
-#include "optics/budget.hpp"
+#include "information/budget.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "information/curvature.hpp"
+#include "information/information.hpp"
 #include "kernels/project.hpp"
-#include "optics/curvature.hpp"
 #include "scene/geometry.hpp"
 #include "scene/wobble.hpp"
 
-namespace toliman::optics {
+namespace toliman::information {
 
 namespace {
 
@@ -30,7 +31,7 @@ using Kind = Parameter::Kind;
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 constexpr double kEarthAu[2] = {1.23, 0.71};
 
-Buffer<double> whitened(const Images &images, const Buffer<double> &image) {
+Buffer<double> whitened(const optics::Images &images, const Buffer<double> &image) {
     Buffer<double> result(image.size());
     kernels::whiten(image.data(), images.variance().data(), image.size(), result.data());
     return result;
@@ -118,7 +119,7 @@ double uas_per_px(const Scene &scene) noexcept {
     return scene.detector.pixel_scale_arcsec * 1e6 / pixels_along_axis(scene);
 }
 
-BoundOfFrames bound_of_frames(const Simulator &simulator, const std::vector<Parameter> &free, double frames) {
+BoundOfFrames bound_of_frames(const optics::Simulator &simulator, const std::vector<Parameter> &free, double frames) {
     std::vector<Parameter> of_frame;
     for (const Parameter parameter : free)
         if (scope_of(parameter) == Scope::frame)
@@ -128,7 +129,7 @@ BoundOfFrames bound_of_frames(const Simulator &simulator, const std::vector<Para
     return {all, std::isinf(all) ? all : std::sqrt(alone * alone + (all * all - alone * alone) / frames)};
 }
 
-std::vector<BudgetStep> budget_steps(const Simulator &simulator) {
+std::vector<BudgetStep> budget_steps(const optics::Simulator &simulator) {
     const std::vector<Parameter> flux_shift = {{Kind::flux_a}, {Kind::flux_b}, {Kind::shift_x}, {Kind::shift_y}},
                                  others = {{Kind::roll}, {Kind::scale}, {Kind::focus}, {Kind::background}},
                                  jitter = {{Kind::jitter_xx}, {Kind::jitter_yy}, {Kind::jitter_xy}},
@@ -160,7 +161,7 @@ std::vector<BudgetStep> budget_steps(const Simulator &simulator) {
     return steps;
 }
 
-BudgetFit fit_of(const Images &images, const std::vector<Parameter> &free) {
+BudgetFit fit_of(const optics::Images &images, const std::vector<Parameter> &free) {
     images.prepare(free);
     Decomposition decomposition(images.both().size());
     std::vector<size_t> entries; // in the matrix of correlations, of each image that does not depend on those before
@@ -192,7 +193,7 @@ BudgetFit fit_of(const Images &images, const std::vector<Parameter> &free) {
     return fit;
 }
 
-std::vector<Parameter> others_than(const Simulator &simulator, const std::vector<Parameter> &free) {
+std::vector<Parameter> others_than(const optics::Simulator &simulator, const std::vector<Parameter> &free) {
     std::vector<Parameter> others;
     for (const Parameter parameter : all_parameters())
         if (parameter.kind != Kind::separation && std::find(free.begin(), free.end(), parameter) == free.end() &&
@@ -201,9 +202,9 @@ std::vector<Parameter> others_than(const Simulator &simulator, const std::vector
     return others;
 }
 
-std::vector<BudgetRow> budget_rows(const Simulator &simulator, const std::vector<Parameter> &free,
+std::vector<BudgetRow> budget_rows(const optics::Simulator &simulator, const std::vector<Parameter> &free,
                                    const BudgetFit &fit) {
-    const Images &images = simulator.images();
+    const optics::Images &images = simulator.images();
     const std::vector<Parameter> others = others_than(simulator, free);
     images.prepare(others);
     const auto bias = [&](const Buffer<double> &image) { return bias_of(fit, whitened(images, image)); };
@@ -217,4 +218,4 @@ std::vector<BudgetRow> budget_rows(const Simulator &simulator, const std::vector
     return rows;
 }
 
-} // namespace toliman::optics
+} // namespace toliman::information

@@ -6,7 +6,7 @@
 // reported and left out until no |d_k| is below kNearlyDependent: one message per dependence, not one for each image in
 // it. Projections, because |d_k| = 1/sqrt((G^-1)_kk) by the inverse of the matrix G of inner products would lose half
 // of the digits.
-#include "optics/dependence.hpp"
+#include "information/dependence.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -16,7 +16,7 @@
 #include "base/text.hpp"
 #include "kernels/project.hpp"
 
-namespace toliman::optics {
+namespace toliman::information {
 
 namespace {
 
@@ -167,4 +167,4 @@ void warn_of_dependence(const FrameModel &model, const Log &log) {
         Dependence(model).warn(log);
 }
 
-} // namespace toliman::optics
+} // namespace toliman::information

@@ -3,10 +3,10 @@
 #include "base/frame_model.hpp"
 #include "base/progress.hpp"
 
-namespace toliman::optics {
+namespace toliman::information {
 
 // Logs each projected image that the projection drops, and each of which less than 1e-2 of the norm remains after the
 // projection of the others. Computes nothing without a log.
 void warn_of_dependence(const FrameModel &model, const Log &log);
 
-} // namespace toliman::optics
+} // namespace toliman::information
