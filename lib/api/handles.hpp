@@ -13,7 +13,7 @@
 #include "information/information.hpp"
 #include "linear/template.hpp"
 #include "optics/simulator.hpp"
-#include "period/stream.hpp"
+#include "period/stream/stream.hpp"
 
 namespace toliman::api {
 struct Source; // api/track_estimators.hpp

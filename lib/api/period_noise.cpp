@@ -7,8 +7,8 @@
 
 #include "api/guard.hpp"
 #include "api/peak.hpp"
-#include "period/noise_bootstrap.hpp"
-#include "period/noise_search.hpp"
+#include "period/noise/noise_bootstrap.hpp"
+#include "period/noise/noise_search.hpp"
 
 using namespace toliman;
 using namespace toliman::api;

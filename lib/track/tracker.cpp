@@ -1,7 +1,7 @@
 // Method: event sourcing. The ledger holds one record per decision about a frame and is the truth; index, counts and
 // sums are derived from it.
-// Order independence: the sums are exact (period/stream.cpp), and the verdict of a frame depends on its bytes and on
-// those of frames with the same key only. Two payloads of one key quarantine the key, and the accepted sample is
+// Order independence: the sums are exact (period/stream/stream.cpp), and the verdict of a frame depends on its bytes
+// and on those of frames with the same key only. Two payloads of one key quarantine the key, and the accepted sample is
 // retracted exactly, so that it does not matter which payload came first.
 // Atomicity: a record is appended before index, counts and sums change; a failure before that leaves them unchanged.
 // Threads: workers validate and estimate frames in parallel. Registration is sequential, so that threads change no bit.

@@ -13,7 +13,7 @@
 
 #include "base/buffer.hpp"
 #include "base/progress.hpp"
-#include "period/stream.hpp"
+#include "period/stream/stream.hpp"
 #include "track/checkpoint.hpp"
 #include "track/clock.hpp"
 #include "track/frame.hpp"

@@ -135,6 +135,15 @@ class Layers(Tree):
             name = "lib/%s/a.cpp" % module
             self.refuses("layers", name, '\n#include "%s"\n' % header, name + ":2: " + header)
 
+    def test_folders_of_a_module(self):
+        self.accepts("layers", "lib/period/noise/a.cpp", '#include "period/noise/b.hpp"\n#include "period/batch/c.hpp"\n#include "period/d.hpp"\n')
+        self.accepts("layers", "lib/period/batch/a.cpp", '#include "period/stream/b.hpp"\n#include "kernels/c.hpp"\n')
+        for name, header, why in (("period/stream/a.cpp", "period/b.hpp", "lib/period/stream must not include lib/period"),
+                                  ("period/batch/a.cpp", "period/noise/b.hpp", "lib/period/batch must not include lib/period/noise"),
+                                  ("period/a.cpp", "period/batch/b.hpp", "lib/period must not include lib/period/batch"),
+                                  ("optics/deep/a.cpp", "optics/b.hpp", "lib/optics/deep is not a known folder")):
+            self.refuses("layers", "lib/" + name, '#include "%s"\n' % header, "lib/%s:1: %s: %s" % (name, header, why))
+
     def test_modules_of_the_program(self):
         self.accepts("layers", "tools/cli/commands/a.cpp", '#include "frames/b.hpp"\n#include "commands/c.hpp"\n')
         for module, header in (("common", "frames/a.hpp"), ("series", "downlink/a.hpp"), ("experiment", "commands/a.hpp")):

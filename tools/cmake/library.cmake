@@ -1,7 +1,7 @@
 # libtoliman.so and libtoliman.a from the same objects; hot kernels are compiled once per instruction set.
 configure_file(include/toliman/version.h.in ${PROJECT_BINARY_DIR}/include/toliman/version.h @ONLY)
 
-file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/lib/*/*.cpp)
+file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/lib/*/*.cpp ${PROJECT_SOURCE_DIR}/lib/*/*/*.cpp)
 # Compiled once per instruction set, inside a namespace of that name; kernels/isa.cpp selects one at run time.
 file(GLOB isa_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/lib/kernels/*.isa.cpp)
 list(REMOVE_ITEM sources ${isa_sources})

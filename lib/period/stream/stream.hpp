@@ -6,8 +6,8 @@
 #include "base/buffer.hpp"
 #include "base/quad.hpp"
 #include "kernels/push_rows.hpp"
-#include "period/basis.hpp"
-#include "period/exact_sum.hpp"
+#include "period/stream/basis.hpp"
+#include "period/stream/exact_sum.hpp"
 
 namespace toliman::period {
 

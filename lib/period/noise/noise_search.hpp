@@ -1,7 +1,7 @@
 // Period search in a series with correlated noise, whose correlation is fitted.
 #pragma once
 #include "base/progress.hpp"
-#include "period/noise_model.hpp"
+#include "period/noise/noise_model.hpp"
 
 namespace toliman::period {
 

@@ -11,7 +11,7 @@
 #include <cmath>
 
 #include "base/error.hpp"
-#include "period/stream.hpp"
+#include "period/stream/stream.hpp"
 
 namespace toliman::period {
 

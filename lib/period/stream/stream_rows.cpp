@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "base/error.hpp"
-#include "period/stream.hpp"
+#include "period/stream/stream.hpp"
 
 namespace toliman::period {
 

@@ -8,7 +8,7 @@
 #include "base/buffer.hpp"
 #include "base/bytes.hpp"
 #include "base/quad.hpp"
-#include "period/exact_sum.hpp"
+#include "period/stream/exact_sum.hpp"
 
 namespace toliman::period {
 

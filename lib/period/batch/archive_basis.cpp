@@ -3,7 +3,7 @@
 // fit, this must not take longer than the FFT of the functions: Chebyshev polynomials in double on the span of the
 // samples, where their condition is small. What is lost to a larger condition enters the error bound, and exact sums
 // take over.
-#include "period/archive_basis.hpp"
+#include "period/batch/archive_basis.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -3,7 +3,7 @@
 #include <cstddef>
 
 #include "base/progress.hpp"
-#include "period/stream.hpp"
+#include "period/stream/stream.hpp"
 
 namespace toliman::period {
 

@@ -10,7 +10,7 @@
 // Rejected: the FAP of the likelihood ratio itself (0.9, 1.6, 1.6 % for rho = 0, 0.5, 0.9); Student's distribution with
 // the error of the noise spectrum at the frequency of the peak (0.7 to 1.7 %): both would cost a strong slow signal in
 // white noise about 10 % of its log10 FAP (estimated).
-#include "period/noise_search.hpp"
+#include "period/noise/noise_search.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 // Moving-block bootstrap of a series with correlated noise.
 #pragma once
-#include "period/noise_search.hpp"
+#include "period/noise/noise_search.hpp"
 
 namespace toliman::period {
 

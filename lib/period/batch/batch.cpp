@@ -7,7 +7,7 @@
 // most 2 |a^T d| + |a^T D a|. The bound holds for the worst times and values, so that typical errors are far smaller.
 // Measured (10^3 samples, 10^4 frequencies, one AVX-512 core): FFT at 1e-9 0.001 s, direct sums 0.029 s, exact sums
 // 0.02 s. The FFT is the fastest from about 100 samples and frequencies. Larger sizes: tools/docs/benchmarks.md.
-#include "period/batch.hpp"
+#include "period/batch/batch.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -17,9 +17,9 @@
 #include "base/error.hpp"
 #include "base/workers.hpp"
 #include "kernels/direct.hpp"
-#include "period/archive_basis.hpp"
-#include "period/nufft.hpp"
-#include "period/power.hpp"
+#include "period/batch/archive_basis.hpp"
+#include "period/batch/nufft.hpp"
+#include "period/stream/power.hpp"
 
 namespace toliman::period {
 

@@ -3,7 +3,7 @@
 // section 8.2.3). The colouring is implicit: powers are computed from whitened values.
 // Why: blocks keep the correlation only within their length. Without whitening, n^(1/3) samples are too short for noise
 // with rho = 0.9, and for periods longer than a block.
-#include "period/noise_bootstrap.hpp"
+#include "period/noise/noise_bootstrap.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -7,7 +7,7 @@
 // Rejected: counting cosine and sine as coincident below 1e-17 of the trace also with double-limb accumulators. Powers
 // were wrong by 7e-4 where 5e-10 was promised; the limit there is 1e-25.
 // Error bound: include/toliman/period.h, Accuracy; from the rounding of terms, of phases and of the mean.
-#include "period/power.hpp"
+#include "period/stream/power.hpp"
 
 #include <algorithm>
 #include <cmath>

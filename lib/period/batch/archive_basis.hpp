@@ -2,7 +2,7 @@
 #pragma once
 #include <vector>
 
-#include "period/archive.hpp"
+#include "period/batch/archive.hpp"
 
 namespace toliman::period {
 

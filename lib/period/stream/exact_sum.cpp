@@ -3,7 +3,7 @@
 // reading. The digits are then canonical: equal sums have equal digits in whatever order they were added. Used for the
 // few sums without a frequency; products enter by error-free transformations (TwoProd by FMA). Compensated sums would
 // depend on the order.
-#include "period/exact_sum.hpp"
+#include "period/stream/exact_sum.hpp"
 
 #include <cmath>
 #include <cstring>

@@ -1,7 +1,7 @@
 // Series with correlated noise: whitening, and least squares of mean, nuisance functions and sinusoid in that metric.
 #pragma once
 #include "base/buffer.hpp"
-#include "period/archive.hpp"
+#include "period/batch/archive.hpp"
 
 namespace toliman::period {
 

@@ -7,7 +7,7 @@
 
 #include "backend/zip.hpp"
 #include "base/bytes.hpp"
-#include "period/stream.hpp"
+#include "period/stream/stream.hpp"
 
 namespace toliman::period {
 

@@ -4,7 +4,7 @@
 // 18, in days all digits from K = 6).
 // Pairs, because samples that cover 3 % of the span see only 1e-8 of T_5 that the lower orders do not describe: rounded
 // to double, that would have 8 digits.
-#include "period/basis.hpp"
+#include "period/stream/basis.hpp"
 
 #include <algorithm>
 #include <cmath>

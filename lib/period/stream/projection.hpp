@@ -1,8 +1,8 @@
 // Projects the nuisance functions of a Stream out of cosine, sine and values, from the sums.
 #pragma once
 #include "kernels/power_rows.hpp"
-#include "period/moments.hpp"
-#include "period/stream.hpp"
+#include "period/stream/moments.hpp"
+#include "period/stream/stream.hpp"
 
 namespace toliman::period {
 

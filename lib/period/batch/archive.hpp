@@ -1,7 +1,7 @@
 // Samples prepared for sums in double: centred and scaled, so that every sum is a mean of numbers of order 1.
 #pragma once
 #include "base/buffer.hpp"
-#include "period/batch.hpp"
+#include "period/batch/batch.hpp"
 
 namespace toliman::period {
 

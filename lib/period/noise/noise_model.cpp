@@ -12,7 +12,7 @@
 // underestimates the correlation, with the mean alone by (1 + 3 rho)/N (Marriott and Pope 1954, Biometrika 41, 390).
 // Not modelled: a white component in addition to the exponential one, which needs a state-space recursion per
 // frequency.
-#include "period/noise_model.hpp"
+#include "period/noise/noise_model.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -15,7 +15,7 @@
 // keeps: log10 FAP -5.9, -3.1, -0.1 instead of -7.9, -5.8, -2.9 for periods of 0.27, 0.39, 0.44 of the time span.
 //
 // Reference: Golub and Van Loan, Matrix Computations, section 4.2 (Cholesky).
-#include "period/projection.hpp"
+#include "period/stream/projection.hpp"
 
 #include <cmath>
 #include <iterator>

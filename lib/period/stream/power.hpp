@@ -2,7 +2,7 @@
 #pragma once
 #include <optional>
 
-#include "period/projection.hpp"
+#include "period/stream/projection.hpp"
 
 namespace toliman::period {
 

@@ -1,7 +1,7 @@
 // Method: one compensated pass each for the mean time, the mean value and the variance. Times are differences from a
 // sample's time and values differences from the first value, as error-free pairs, so that large offsets (a Julian date,
 // a mean of 1e9) lose no digits and equal values give exactly 0. Scaling by powers of two is exact and avoids overflow.
-#include "period/archive.hpp"
+#include "period/batch/archive.hpp"
 
 #include <algorithm>
 #include <cmath>
