@@ -1,7 +1,7 @@
 // Warnings about images of preprocess.project that are combinations of each other.
 #pragma once
-#include "base/frame_model.hpp"
 #include "base/progress.hpp"
+#include "frame/frame_model.hpp"
 
 namespace toliman::information {
 

@@ -1,6 +1,6 @@
 // What the estimators of lib/cae and lib/linear need to know of a scene's frames.
 #pragma once
-#include "base/frame_model.hpp"
+#include "frame/frame_model.hpp"
 #include "optics/simulator.hpp"
 
 namespace toliman::information {

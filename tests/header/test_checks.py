@@ -131,6 +131,7 @@ class Layers(Tree):
                              ("period", "track/a.hpp"), ("track", "cae/a.hpp"), ("backend", "kernels/a.hpp"),
                              ("base", "backend/a.hpp"), ("kernels", "base/error.hpp"), ("api", "kernels/a.hpp"),
                              ("optics", "api/a.hpp"), ("scene", "optics/a.hpp"), ("cae", "scene/a.hpp"),
+                             ("base", "frame/a.hpp"), ("frame", "backend/a.hpp"),
                              ("base", "error.hpp"), ("attic", "base/error.hpp")):
             name = "lib/%s/a.cpp" % module
             self.refuses("layers", name, '\n#include "%s"\n' % header, name + ":2: " + header)

@@ -1,6 +1,6 @@
 // Method: counts and variances are linear in the expected electrons m: counts = m/g + bias, variance = (m + added)/g^2.
 // The ratio of their ranges is the gain g.
-#include "base/bad_pixels.hpp"
+#include "frame/bad_pixels.hpp"
 
 namespace toliman {
 

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <vector>
 
-#include "base/bad_pixels.hpp"
 #include "base/buffer.hpp"
 #include "base/error.hpp"
-#include "base/pixel.hpp"
 #include "base/workers.hpp"
+#include "frame/bad_pixels.hpp"
+#include "frame/pixel.hpp"
 
 namespace toliman {
 

@@ -1,4 +1,4 @@
-#include "base/pixel.hpp"
+#include "frame/pixel.hpp"
 
 namespace toliman {
 

@@ -2,10 +2,10 @@
 // residual. Eliminating the model's own parameters leaves (1 - U U^T) d = e for these. The matrix is positive definite
 // unless the other pixels leave a parameter undetermined.
 // Reference: Cook and Weisberg 1982, Residuals and Influence in Regression, appendix A.2.
-#include "base/deleted_residuals.hpp"
+#include "frame/deleted_residuals.hpp"
 
-#include "base/bad_pixels.hpp"
 #include "base/symmetric.hpp"
+#include "frame/bad_pixels.hpp"
 
 namespace toliman {
 

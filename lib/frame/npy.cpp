@@ -2,7 +2,7 @@
 // descr, fortran_order and shape), then the raw data. The header is searched for its three keys rather than parsed as
 // Python. Format: NumPy documentation, numpy.lib.format. The file is input of a user, so every length is checked
 // before it is used.
-#include "base/npy.hpp"
+#include "frame/npy.hpp"
 
 #include <cstdint>
 #include <cstdlib>

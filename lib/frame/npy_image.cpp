@@ -1,11 +1,11 @@
-#include "base/npy_image.hpp"
+#include "frame/npy_image.hpp"
 
 #include <algorithm>
 #include <cstring>
 
 #include "base/buffer.hpp"
 #include "base/error.hpp"
-#include "base/npy.hpp"
+#include "frame/npy.hpp"
 
 namespace toliman {
 
