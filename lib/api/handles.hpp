@@ -10,9 +10,10 @@
 #include "cae/training.hpp"
 #include "cae/workspace.hpp"
 #include "fit/windows.hpp"
+#include "information/information.hpp"
 #include "linear/template.hpp"
 #include "optics/simulator.hpp"
-#include "period/stream.hpp"
+#include "period/stream/stream.hpp"
 
 namespace toliman::api {
 struct Source; // api/track_estimators.hpp
@@ -21,6 +22,7 @@ struct Source; // api/track_estimators.hpp
 struct toliman_sim : toliman::api::Handle<toliman_sim> {
     static constexpr char kType[] = "toliman_sim";
     toliman::optics::Simulator simulator;
+    toliman::information::KnownBounds bounds{};
 };
 
 struct toliman_cae : toliman::api::Handle<toliman_cae> {

@@ -8,8 +8,8 @@
 #include "api/guard.hpp"
 #include "api/measure_handle.hpp"
 #include "api/peak.hpp"
-#include "period/noise_bootstrap.hpp"
-#include "period/noise_search.hpp"
+#include "period/noise/noise_bootstrap.hpp"
+#include "period/noise/noise_search.hpp"
 
 using namespace toliman;
 using namespace toliman::api;

@@ -9,8 +9,8 @@
 #include "api/peak.hpp"
 #include "api/struct_array.hpp"
 #include "period/alias.hpp"
-#include "period/power.hpp"
 #include "period/sampling.hpp"
+#include "period/stream/power.hpp"
 
 using namespace toliman;
 using namespace toliman::api;

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "base/error.hpp"
-#include "base/npy.hpp"
+#include "frame/npy.hpp"
 
 namespace toliman::measure {
 

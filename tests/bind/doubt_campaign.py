@@ -23,7 +23,7 @@ import time
 import numpy
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(ROOT / "bindings" / "python"), str(ROOT / "tests" / "support")]
+sys.path += [str(ROOT / "build" / "python"), str(ROOT / "tests" / "support")]
 import campaign  # noqa: E402
 import doubt_frames  # noqa: E402
 import planet_model as model  # noqa: E402

@@ -31,7 +31,7 @@ import time
 import numpy
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "bindings" / "python"))
+sys.path.append(str(ROOT / "build" / "python"))
 import toliman  # noqa: E402
 
 SECOND, DAY, DAYS, SAMPLES = 10**9, 86400 * 10**9, 1095, 836

@@ -11,7 +11,7 @@ import unittest
 import numpy
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(ROOT / "bindings" / "python")]
+sys.path.append(str(ROOT / "build" / "python"))
 import toliman  # noqa: E402
 
 DAY, SECOND, SCALE = 86400 * 10**9, 10**9, 0.75

@@ -1,4 +1,4 @@
-"""Writes the structs that C functions fill as dataclasses: bindings/python/toliman/_results.py."""
+"""Writes the structs that C functions fill as dataclasses: _results.py of the Python package."""
 import json
 import re
 
