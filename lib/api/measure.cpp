@@ -233,7 +233,8 @@ toliman_status toliman_measure_set_trend(toliman_measure *measure, int32_t order
         measure::Series &series = use->series;
         const auto most = static_cast<int64_t>(measure::kMostFunctions - series.columns.size());
         if (order < 0 || order > most)
-            fail(Status::argument, "{order} = %d: must be in [0, %lld]", order, static_cast<long long>(most));
+            fail(Status::argument, "{order} = %d: must be in [0, %lld], as there are at most %zu functions", order,
+                 static_cast<long long>(most), measure::kMostFunctions);
         if (!std::isfinite(start) || !std::isfinite(end))
             fail(Status::argument, "{start} = %g, end = %g: must be finite", start, end);
         series.set_trend(order, start, end);

@@ -84,6 +84,9 @@ std::string add_functions(const std::vector<sky::Prediction> &seen, const sky::P
         add_columns(seen, sky::error_columns(predictor.system(), scale_sigma), series);
         return "";
     }
+    const auto [first, last] = std::minmax_element(series.t.begin(), series.t.end());
+    if (!(*first < *last))
+        return why + ": nothing is fitted in place of the errors of the orbit, as all times are equal";
     series.set_trend(kOrbitTrend, 0, 0);
     return why + ": a trend of order " + std::to_string(kOrbitTrend) + " is fitted in place of the errors of the orbit";
 }

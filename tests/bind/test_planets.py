@@ -367,7 +367,7 @@ class Refusals(unittest.TestCase):
         self.refused(r"rows has the shape \(40,\)", rows=self.t, kind=ValueError)
         self.refused(r"position_angle_deg has the shape \(3,\): must be \(40\)", position_angle_deg=[1, 2, 3], kind=ValueError)
         self.refused(r"priors has the shape \(1,\): must be \(2\)", priors=[1], trend=1, kind=ValueError)
-        self.refused("prior_precision", priors=[1, 1], trend=1)
+        self.refused(r"priors\[0\] = 1", priors=[1, 1], trend=1, kind=ValueError)
         self.refused("trend|functions", trend=9)
         self.refused("rows|column|function", rows=numpy.ones((40, 1)))
         with self.assertRaises(toliman.StateError):

@@ -82,7 +82,7 @@ static void times_are_those_of_the_exposures(void **state) {
     toliman_measure *made = NULL, *same = NULL;
     assert_ok(load(text, sizeof text - 1, &options, &made));
     int64_t times[2], again[2];
-    const int64_t noon = INT64_C(61041 - 40587) * 86400 + 43200 + 37;
+    const int64_t noon = INT64_C(86400) * (61041 - 40587) + 43200 + 37;
     assert_ok(toliman_measure_get_times(made, times, 2));
     for (int i = 0; i < 2; i++) /* a Modified Julian Day resolves 0.6 us */
         assert_true(llabs(times[i] - (noon + i * 86400) * 1000000000) < 1000);

@@ -299,7 +299,8 @@ static void bootstrap_agrees_with_the_formula(void **unused) {
     assert_close(one[DRAWS / 2], -0.09, 0, 0.04);
     assert_ok(draw(found.rho, N, 1, 3, three));
     assert_fails(draw(1, 0, 1, DRAWS, one), TOLIMAN_E_RANGE, "rho = 1: must be in [0, 0.999]");
-    assert_fails(draw(0, N + 1, 1, DRAWS, one), TOLIMAN_E_RANGE, "options->block = 61: must be at most n, 60");
+    assert_fails(draw(0, N + 1, 1, DRAWS, one), TOLIMAN_E_RANGE,
+                 "options->block = 61: must be at most 60, the number of samples");
 }
 
 static void bad_input_is_refused(void **unused) {
@@ -315,14 +316,14 @@ static void bad_input_is_refused(void **unused) {
         assert_fails(search(plain, 0, power, NULL, NULL, &found), status, text);                                       \
         (place) = kept;                                                                                                \
     } while (0)
-    REFUSED(times[7], NAN, TOLIMAN_E_ARGUMENT, "sample 7: t = nan: must be finite");
-    REFUSED(values[7], INFINITY, TOLIMAN_E_ARGUMENT, "sample 7: y = inf: must be finite");
-    REFUSED(sigmas[7], 0, TOLIMAN_E_ARGUMENT, "sample 7: sigma = 0: must be finite and above 0");
-    REFUSED(functions[7 * MOST_FUNCTIONS + 1], NAN, TOLIMAN_E_ARGUMENT, "sample 7: functions[1] = nan: must be finite");
+    REFUSED(times[7], NAN, TOLIMAN_E_ARGUMENT, "t[7] = nan: must be finite");
+    REFUSED(values[7], INFINITY, TOLIMAN_E_ARGUMENT, "y[7] = inf: must be finite");
+    REFUSED(sigmas[7], 0, TOLIMAN_E_ARGUMENT, "sigma[7] = 0: must be above 0");
+    REFUSED(functions[7 * MOST_FUNCTIONS + 1], NAN, TOLIMAN_E_ARGUMENT, "values[7] = nan: must be in");
     REFUSED(times[8], times[7], TOLIMAN_E_ARGUMENT, "must differ from that of sample 7");
     double negative[2] = {0, -1};
     assert_fails(search((series){sigmas, negative, 2}, 0, power, NULL, NULL, &found), TOLIMAN_E_ARGUMENT,
-                 "precision[1] = -1: must be finite and at least 0");
+                 ": must be in [1e-98, 1e98], or 0 for no prior");
     for (int i = 0; i < N; i++)
         functions[i * MOST_FUNCTIONS + 1] = 3 - 2 * functions[i * MOST_FUNCTIONS];
     assert_fails(search(plain, 0, power, NULL, NULL, &found), TOLIMAN_E_ARGUMENT,

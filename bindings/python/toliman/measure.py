@@ -69,7 +69,7 @@ class Measurements(Handle):
         better, fit = Sky("alpha-cen", "spacecraft.oem").refit(measured)
         found = planets(Measurements("state"))                  # its reduced separations, with the errors of the orbit
 
-    source: text or JSON Lines, a .npy table, or a state folder.
+    source: path of a file, text or JSON Lines or a .npy table, or of a state folder; bytes: the content of such a file.
     kind: "value", "separation" (as they were measured), "reduced" (to the orbit) or "velocity"; "": of a state folder,
         "reduced" where its frames are; otherwise "value".
     columns: names of two or three columns of a file; time_format: "iso", "mjd", "jd" or "days"; time_scale: "utc", "tai",
@@ -81,7 +81,7 @@ class Measurements(Handle):
 
     _kind, _destroy = _raw.toliman_measure, "toliman_measure_destroy"
 
-    def __init__(self, source: str | os.PathLike[str], *, kind: str = "", columns: str = "", time_format: str = "",
+    def __init__(self, source: str | os.PathLike[str] | bytes, *, kind: str = "", columns: str = "", time_format: str = "",
                  time_scale: str = "", unit: float = 0, exposure_s: float = 0):
         options = options_of(
             _raw.toliman_measure_options, library.toliman_measure_options_init, kind=_number_of(kind),
@@ -90,7 +90,16 @@ class Measurements(Handle):
             time_scale=_SCALES[_word("time_scale", time_scale, _SCALES)],
             flags=_raw.TOLIMAN_SERIES_PLAIN_TIMES if time_format == "days" else 0, unit=real("unit", unit),
             exposure_s=real("exposure_s", exposure_s), log=log)
-        super().__init__(self._create(library.toliman_measure_load_file, file_name(source), ctypes.byref(options)))
+        if isinstance(source, bytes):
+            super().__init__(self._create(library.toliman_measure_load, source, len(source), None, ctypes.byref(options)))
+        else:
+            super().__init__(self._create(library.toliman_measure_load_file, file_name(source), ctypes.byref(options)))
+
+    @classmethod
+    def _of_tracker(cls, tracker: typing.Any, kind: str, unit: float) -> Measurements:
+        options = options_of(_raw.toliman_measure_options, library.toliman_measure_options_init, kind=_number_of(kind),
+                             unit=real("unit", unit), log=log)
+        return cls._adopt(cls._create(library.toliman_track_get_measure, tracker, ctypes.byref(options)))
 
     @classmethod
     def of(cls, t: ArrayLike | None, y: ArrayLike, sigma: ArrayLike | None = None, *, kind: str = "value",
@@ -129,6 +138,7 @@ class Measurements(Handle):
 
     @property
     def kind(self) -> str:
+        """What the values are: "value", "separation", "reduced" or "velocity"."""
         return library.toliman_measure_kind_name(self.info.kind).decode()
 
     def __len__(self) -> int:
@@ -153,14 +163,17 @@ class Measurements(Handle):
 
     @property
     def t(self) -> Doubles:
+        """Times: plain numbers, or Modified Julian Days."""
         return self.values("t")
 
     @property
     def y(self) -> Doubles:
+        """Values."""
         return self.values("y")
 
     @property
     def sigma(self) -> Doubles | None:
+        """Standard deviations; None: not known."""
         return self.values("sigma") if self.info.is_weighted else None
 
     @property

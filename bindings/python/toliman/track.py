@@ -26,6 +26,7 @@ from .bank import Bank
 from .cae import CAE
 from .fit import Fit
 from .linear import Template
+from .measure import Measurements
 from .periodogram import Peak, View, warn_if_inaccurate
 from .sky import Sky
 
@@ -326,6 +327,12 @@ class Tracker(Handle):
         peak = self._read(library.toliman_track_query_fit, _raw.toliman_period_peak, Peak)
         warn_if_inaccurate(peak.inaccurate)
         return peak
+
+    def measurements(self, kind: str = "", unit: float = 0) -> Measurements:
+        """The frames as a series for the search for planets, or with kind="separation" for a refit of the orbit.
+
+        unit: arcsec per px; 0: that of the reduction."""
+        return Measurements._of_tracker(self._c, kind, unit)
 
     def records(self, first: int = 0, count: int | None = None) -> NDArray:
         """Returns ledger records in the order of arrival, by default all from index `first`.
