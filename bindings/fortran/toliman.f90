@@ -2783,9 +2783,7 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Simulates frames first ... first + count - 1 to images[count][rows][cols]. displacements_px [count], or
-        ! NULL: frames of the cadence with the scene's own signal (TOLIMAN_E_RANGE outside it) threads worker threads,
-        ! 0 = one per processor Errors as toliman_sim_frame.
+        ! Simulates frames first ... first + count - 1 to images[count][rows][cols].
         function toliman_sim_frame_many(sim, displacements_px, seed, first, count, threads, &
             images) bind(C) result(answer)
             import
@@ -3012,9 +3010,7 @@ module toliman
         end function
 
         ! Creates a fit whose optics change with time, as those of a calibration with windows (calibrate.h) do: model
-        ! images and predicted places are linear in time between the starts of two windows. sims [count], the scenes
-        ! at these starts, not needed afterwards first_days [count], the starts of the windows, increasing, days of
-        ! scene time.
+        ! images and predicted places are linear in time between the starts of two windows.
         function toliman_fit_create_windows(sims, first_days, count, options, out) bind(C) result(answer)
             import
             integer(c_size_t), value :: count
@@ -3257,25 +3253,25 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Writes the first `capacity` steps to steps[capacity] and their number to *count.
-        function toliman_sim_get_budget_steps(sim, options, capacity, steps, count) bind(C) result(answer)
+        ! Writes the steps to steps[capacity] and their number to *count.
+        function toliman_sim_get_budget_steps(sim, options, steps, capacity, count) bind(C) result(answer)
             import
             type(c_ptr), value :: sim
             integer(c_size_t), value :: capacity
             type(toliman_sim_budget_options), intent(in), optional :: options
-            type(toliman_sim_budget_step), intent(inout) :: steps(*)
+            type(toliman_sim_budget_step), intent(inout), optional :: steps(*)
             integer(c_size_t), intent(out) :: count
             integer(c_int32_t) :: answer
         end function
 
-        ! Writes the first `capacity` rows to rows[capacity] and their number to *count: the free parameters in the
-        ! order of their names, then every other parameter of which the scene has a derivative.
-        function toliman_sim_get_budget_rows(sim, options, capacity, rows, count) bind(C) result(answer)
+        ! Writes the rows to rows[capacity] and their number to *count: the free parameters in the order of their
+        ! names, then every other parameter of which the scene has a derivative.
+        function toliman_sim_get_budget_rows(sim, options, rows, capacity, count) bind(C) result(answer)
             import
             type(c_ptr), value :: sim
             integer(c_size_t), value :: capacity
             type(toliman_sim_budget_options), intent(in), optional :: options
-            type(toliman_sim_budget_row), intent(inout) :: rows(*)
+            type(toliman_sim_budget_row), intent(inout), optional :: rows(*)
             integer(c_size_t), intent(out) :: count
             integer(c_int32_t) :: answer
         end function
@@ -3307,10 +3303,6 @@ module toliman
         end subroutine
 
         ! Calibrates a scene with `count` frames of image, and writes the result to *out, which the caller destroys.
-        ! sim nominal scene, not needed afterwards image frames in the unit of the scene's frames (photons, electrons
-        ! or DN); variances are those of the scene's detector and noise predictions [count], times and expected places
-        ! of the stars; NULL: times of the scene's frames 0 to count - 1, no shift options may be NULL Memory: the
-        ! frames, plus an amount almost independent of their number.
         function toliman_calibrate(sim, image, count, predictions, options, out) bind(C) result(answer)
             import
             type(c_ptr), value :: sim
@@ -3499,8 +3491,7 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Writes the series of a component, counted from 0. values [frames], in units of the (binned) residuals; for
-        ! PCA the mean square is the eigenvalue of the covariance matrix sum x x^T/frames.
+        ! Writes the series of a component, counted from 0.
         function toliman_components_get_series(components, component, values, share) bind(C) result(answer)
             import
             type(c_ptr), value :: components
@@ -3557,12 +3548,11 @@ module toliman
 
         ! Finds a frame that is not at its place, because the file of pixels has lost or gained bytes before it: a
         ! part of a frame without a line, or of a frame whose rest is lost.
-        function toliman_ingest_find_frame(ingest, offset, reference, pixels, capacity, &
-            shift) bind(C) result(answer)
+        function toliman_ingest_find_frame(ingest, offset, reference, pixels, size, shift) bind(C) result(answer)
             import
             type(c_ptr), value :: ingest
             integer(c_int64_t), value :: offset
-            integer(c_size_t), value :: capacity
+            integer(c_size_t), value :: size
             type(toliman_frame), intent(in) :: reference
             integer(c_int8_t), intent(out) :: pixels(*)
             integer(c_int64_t), intent(out) :: shift
@@ -3592,21 +3582,19 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Reads a clock table: lines camera_ns,tai_ns (formats.md, "Clock table"). clock [capacity][2], pairs for
-        ! toliman_track_options.clock.
-        function toliman_ingest_read_clock(path, clock, capacity, points, log, user_data) bind(C) result(answer)
+        ! Reads a clock table: lines camera_ns,tai_ns (formats.md, "Clock table").
+        function toliman_ingest_read_clock(path, clock, capacity, count, log, user_data) bind(C) result(answer)
             import
             integer(c_size_t), value :: capacity
             type(c_funptr), value :: log
             type(c_ptr), value :: user_data
             character(kind=c_char), intent(in) :: path(*)
             integer(c_int64_t), intent(out), optional :: clock(*)
-            integer(c_size_t), intent(out) :: points
+            integer(c_size_t), intent(out) :: count
             integer(c_int32_t) :: answer
         end function
 
-        ! Reads a table of leap seconds. path a leap-seconds.list of the IERS; NULL = the table of the ERFA library
-        ! table [capacity], with the struct_size of table[0] set.
+        ! Reads a table of leap seconds.
         function toliman_ingest_read_leap_seconds(path, table, capacity, count, expires) bind(C) result(answer)
             import
             integer(c_size_t), value :: capacity
@@ -3623,8 +3611,7 @@ module toliman
             integer(c_int64_t) :: answer
         end function
 
-        ! Converts text to TAI nanoseconds since 1970-01-01T00:00:00 TAI. text a time from 1958-01-01 to 2099-12-31 of
-        ! its scale, in UTC from 1972-01-01 on.
+        ! Converts text to TAI nanoseconds since 1970-01-01T00:00:00 TAI.
         function toliman_ingest_parse_time(text, format, scale, table, count, tai_ns) bind(C) result(answer)
             import
             integer(c_int32_t), value :: format, scale
@@ -3636,8 +3623,7 @@ module toliman
         end function
 
         ! Reads a table of on-target windows: times in which the telescope points at the stars (formats.md, "On-target
-        ! windows"). leap_seconds [leap_second_count] leap seconds for UTC, as in toliman_ingest_parse_time intervals
-        ! [capacity][2], start and end of each window in TAI nanoseconds since 1970-01-01T00:00:00 TAI, increasing.
+        ! windows").
         function toliman_ingest_read_on_target(path, leap_seconds, leap_second_count, intervals, capacity, &
             count) bind(C) result(answer)
             import
@@ -3956,8 +3942,8 @@ module toliman
         end function
 
         ! Writes the peak of toliman_period_query_peak, then the highest other local maxima, refined likewise, to
-        ! peaks[capacity]; *count becomes their number. capacity is 1 to 64; peaks[0].struct_size must be set.
-        function toliman_period_query_peaks(period, capacity, peaks, count) bind(C) result(answer)
+        ! peaks[capacity], and their number to *count.
+        function toliman_period_query_peaks(period, peaks, capacity, count) bind(C) result(answer)
             import
             type(c_ptr), value :: period
             integer(c_size_t), value :: capacity
@@ -3978,7 +3964,7 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Saves a periodogram as state bytes (formats.md, "TLMP").
+        ! Saves a periodogram as state bytes (formats.md, "TLMP"): bytes[capacity], whose number becomes *needed.
         function toliman_period_save(period, bytes, capacity, needed) bind(C) result(answer)
             import
             type(c_ptr), value :: period
@@ -4037,8 +4023,6 @@ module toliman
         end function
 
         ! Writes log10 of the FAP of a power P to *log10_fap, for the pushed samples. method is TOLIMAN_PERIOD_FAP_...
-        ! log10_residual log10(1 - P), in [-4900, 0]; 0 gives log10 FAP 0 for any samples The result is never NaN or
-        ! infinite.
         function toliman_period_query_fap(period, method, log10_residual, log10_fap) bind(C) result(answer)
             import
             type(c_ptr), value :: period
@@ -4089,7 +4073,7 @@ module toliman
         end subroutine
 
         ! Computes the power of n samples at frequencies f0 + k df, k < nf, in the metric of the noise, which is
-        ! fitted first. sigma may be NULL functions [n][k]; may be NULL if k is 0.
+        ! fitted first.
         function toliman_period_noise_search(f0, df, nf, t, y, sigma, n, functions, precision, k, options, power, &
             coefficients, errors, out) bind(C) result(answer)
             import
@@ -4127,8 +4111,6 @@ module toliman
         end function
 
         ! Adds n samples with the values of their columns, or none if one is refused; the message names its index.
-        ! rows [n][columns of the options], values of the columns; may be NULL if there are no columns Functions
-        ! without this argument return TOLIMAN_E_ARGUMENT if the periodogram has columns.
         function toliman_period_push_rows(period, samples, rows, n) bind(C) result(answer)
             import
             type(c_ptr), value :: period
@@ -4149,8 +4131,7 @@ module toliman
         end function
 
         ! Writes the coefficients of mean and nuisance functions fitted with the sinusoid at grid frequency k to
-        ! coefficients[count], and their standard errors, scaled by the residual, to errors[count]. count 1 + trend +
-        ! columns errors may be NULL The mean is in units of y, all others in units of y per unit of the function.
+        ! coefficients[count], and their standard errors, scaled by the residual, to errors[count].
         function toliman_period_query_coefficients(period, k, count, coefficients, errors) bind(C) result(answer)
             import
             type(c_ptr), value :: period
@@ -4162,9 +4143,6 @@ module toliman
         end function
 
         ! Refines the highest peak with the samples that were pushed, as toliman_period_query_fit, with their columns.
-        ! rows [n][columns of the options], values of the columns; may be NULL if there are no columns The
-        ! coefficients of the functions are fitted with frequency, amplitude, phase and offset, which is the
-        ! coefficient of the mean.
         function toliman_period_query_fit_rows(period, t, y, sigma, rows, n, out) bind(C) result(answer)
             import
             type(c_ptr), value :: period
@@ -4194,13 +4172,13 @@ module toliman
         end function
 
         ! Writes the aliases of a peak at `frequency` to aliases[capacity], those of the highest window function
-        ! first; *count becomes their number, at most capacity and at most 16. aliases[0].struct_size must be set.
-        function toliman_period_query_aliases(period, frequency, capacity, aliases, count) bind(C) result(answer)
+        ! first; *count becomes their number, at most 16. aliases[0].struct_size must be set.
+        function toliman_period_query_aliases(period, frequency, aliases, capacity, count) bind(C) result(answer)
             import
             type(c_ptr), value :: period
             real(c_double), value :: frequency
             integer(c_size_t), value :: capacity
-            type(toliman_period_alias), intent(inout) :: aliases(*)
+            type(toliman_period_alias), intent(inout), optional :: aliases(*)
             integer(c_size_t), intent(out) :: count
             integer(c_int32_t) :: answer
         end function
@@ -4219,7 +4197,7 @@ module toliman
             type(toliman_planet_options), intent(inout) :: options
         end subroutine
 
-        ! Searches a series for planets. options may be NULL The series is copied.
+        ! Searches a series for planets.
         function toliman_planet_search(series, options, out) bind(C) result(answer)
             import
             type(toliman_planet_series), intent(in) :: series
@@ -4258,10 +4236,7 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Writes the first `count` samples of the posterior of a candidate, of equal weight and in random order. count
-        ! number of samples, at most `samples` of the options samples [count][TOLIMAN_PLANET_COLUMNS]: period,
-        ! eccentricity, periastron_deg, epoch, amplitude, mass_a, mass_b, jitter Errors: TOLIMAN_E_ARGUMENT for a bad
-        ! index or count.
+        ! Writes the first `count` samples of the posterior of a candidate, of equal weight and in random order.
         function toliman_planet_get_samples(planets, index, count, samples) bind(C) result(answer)
             import
             type(c_ptr), value :: planets
@@ -4271,9 +4246,7 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Writes the signal of a candidate's joint fit at times t[n] to signal[n]. position_angle_deg [n], as in the
-        ! series; NULL = the mean axis, also if the series has none Errors: TOLIMAN_E_ARGUMENT for a bad index,
-        ! position angles of a fixed axis, or numbers that are not finite.
+        ! Writes the signal of a candidate's joint fit at times t[n] to signal[n].
         function toliman_planet_get_signal(planets, index, t, position_angle_deg, n, signal) bind(C) result(answer)
             import
             type(c_ptr), value :: planets
@@ -4304,10 +4277,7 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Computes limits of one planet more. periods [count], in units of t, within the prior probability in (0, 1),
-        ! for example 0.95 limits [count], with the struct_size of limits[0] set Excluded: of planets of this
-        ! amplitude, with a random phase, noise gives to the share `probability` a larger gain (reduction of chi-
-        ! square by a sinusoid of this period) than that of the series.
+        ! Computes limits of one planet more.
         function toliman_planet_get_limits(planets, periods, count, probability, limits) bind(C) result(answer)
             import
             type(c_ptr), value :: planets
@@ -4329,9 +4299,7 @@ module toliman
         end function
 
         ! Counts the detections among planets that are injected into white noise of the sigmas and the jitter of the
-        ! series. cell the planets; periastron and epoch are uniform, the amplitude across the mean axis is 0 detected
-        ! receives the number of detections, as defined in toliman_planet_get_limits The series also have errors of
-        ! the functions with a prior, drawn from it, those of the planets that were found among them.
+        ! series.
         function toliman_planet_inject(planets, cell, detected) bind(C) result(answer)
             import
             type(c_ptr), value :: planets
@@ -4347,7 +4315,7 @@ module toliman
             type(toliman_series_options), intent(inout) :: options
         end subroutine
 
-        ! Creates a parser. options NULL = the defaults.
+        ! Creates a parser.
         function toliman_series_create(options, out) bind(C) result(answer)
             import
             type(toliman_series_options), intent(in), optional :: options
@@ -4361,8 +4329,7 @@ module toliman
             type(c_ptr), value :: series
         end subroutine
 
-        ! Parses the next line. line [length] bytes, with the newline at its end if the input has it; at most 65,536
-        ! bytes without it.
+        ! Parses the next line.
         function toliman_series_parse(series, line, length, sample) bind(C) result(answer)
             import
             type(c_ptr), value :: series
@@ -4387,8 +4354,7 @@ module toliman
             type(toliman_sky_options), intent(inout) :: options
         end subroutine
 
-        ! Creates the predictor of a system. system "alpha-cen" (Akeson et al. 2021), the path of a system file
-        ! (schema toliman-system/1), or the JSON text of a system.
+        ! Creates the predictor of a system.
         function toliman_sky_create(system, options, out) bind(C) result(answer)
             import
             character(kind=c_char), intent(in) :: system(*)
@@ -4403,8 +4369,7 @@ module toliman
             type(c_ptr), value :: sky
         end subroutine
 
-        ! Predicts the separation at times. tai_ns [count] predictions [count], with the struct_size of predictions[0]
-        ! set A prediction takes 5 to 9 us; the first one in a day up to 400 us. 100 bytes per day are kept.
+        ! Predicts the separation at times.
         function toliman_sky_predict(sky, tai_ns, count, predictions) bind(C) result(answer)
             import
             type(c_ptr), value :: sky
@@ -4425,9 +4390,7 @@ module toliman
         end function
 
         ! Reduces measured separations to the orbit: reduced = measured/factor - geometric_arcsec, of
-        ! toliman_sky_predict_mean over the exposure. intervals [sum of interval_counts][2], on-target intervals of
-        ! the measurements, start and end in TAI nanoseconds interval_counts [count], number of intervals of each
-        ! measurement.
+        ! toliman_sky_predict_mean over the exposure.
         function toliman_sky_reduce(sky, intervals, interval_counts, separations_arcsec, count, reduced_arcsec, &
             predictions, unreduced) bind(C) result(answer)
             import
@@ -4642,14 +4605,14 @@ module toliman
             integer(c_int32_t) :: answer
         end function
 
-        ! Writes the clock table, pairs as in toliman_track_options, to clock[capacity][2]; *points becomes their
+        ! Writes the clock table, pairs as in toliman_track_options, to clock[capacity][2]; *count becomes their
         ! number, 0 if camera time is TAI.
-        function toliman_track_get_clock(track, clock, capacity, points) bind(C) result(answer)
+        function toliman_track_get_clock(track, clock, capacity, count) bind(C) result(answer)
             import
             type(c_ptr), value :: track
             integer(c_size_t), value :: capacity
             integer(c_int64_t), intent(out), optional :: clock(*)
-            integer(c_size_t), intent(out) :: points
+            integer(c_size_t), intent(out) :: count
             integer(c_int32_t) :: answer
         end function
 
@@ -5427,7 +5390,7 @@ contains
         integer(c_size_t) :: needed
         integer(c_int32_t) :: status
         status = toliman_cae_save(self%handle, options, capacity=0_c_size_t, needed=needed)
-        if (status == TOLIMAN_OK) then
+        if (status == TOLIMAN_E_CAPACITY) then
             allocate (made(needed))
             status = toliman_cae_save(self%handle, options, made, size(made, kind=c_size_t), needed)
         end if
@@ -5448,7 +5411,7 @@ contains
         given = 0
         if (present(encoding)) given = encoding
         status = toliman_bank_save(self%handle, given, capacity=0_c_size_t, needed=needed)
-        if (status == TOLIMAN_OK) then
+        if (status == TOLIMAN_E_CAPACITY) then
             allocate (made(needed))
             status = toliman_bank_save(self%handle, given, made, size(made, kind=c_size_t), needed)
         end if
@@ -5517,7 +5480,7 @@ contains
         integer(c_size_t) :: needed
         integer(c_int32_t) :: status
         status = toliman_period_save(self%handle, capacity=0_c_size_t, needed=needed)
-        if (status == TOLIMAN_OK) then
+        if (status == TOLIMAN_E_CAPACITY) then
             allocate (made(needed))
             status = toliman_period_save(self%handle, made, size(made, kind=c_size_t), needed)
         end if
@@ -5929,9 +5892,8 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Simulates frames first ... first + count - 1 to images[count][rows][cols]. displacements_px [count], or NULL:
-    ! frames of the cadence with the scene's own signal (TOLIMAN_E_RANGE outside it) threads worker threads, 0 = one
-    ! per processor Errors as toliman_sim_frame. displacements_px(count), images(cols, rows, count).
+    ! Simulates frames first ... first + count - 1 to images[count][rows][cols]. displacements_px(count), images(cols,
+    ! rows, count).
     subroutine simulator_frame_many(self, seed, first, threads, images, displacements_px, stat, errmsg)
         class(toliman_simulator), intent(in) :: self
         real(c_double), intent(in), optional, contiguous :: displacements_px(:)
@@ -6528,34 +6490,36 @@ contains
         call conclude(toliman_sim_get_budget(self%handle, options, out), stat, errmsg)
     end subroutine
 
-    ! Writes the first `capacity` steps to steps[capacity] and their number to *count. steps(capacity).
-    subroutine simulator_get_budget_steps(self, steps, count, options, stat, errmsg)
+    ! Writes the steps to steps[capacity] and their number to *count. steps(capacity).
+    subroutine simulator_get_budget_steps(self, count, options, steps, stat, errmsg)
         class(toliman_simulator), intent(in) :: self
         type(toliman_sim_budget_options), intent(in), optional :: options
-        type(toliman_sim_budget_step), intent(inout), contiguous :: steps(:)
+        type(toliman_sim_budget_step), intent(inout), optional, contiguous :: steps(:)
         integer(c_size_t), intent(out) :: count
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
         integer(c_size_t) :: of_capacity
         integer(c_int32_t) :: status
-        of_capacity = size(steps, 1, c_size_t)
-        status = toliman_sim_get_budget_steps(self%handle, options, of_capacity, steps, count)
+        of_capacity = 0
+        if (present(steps)) of_capacity = size(steps, 1, c_size_t)
+        status = toliman_sim_get_budget_steps(self%handle, options, steps, of_capacity, count)
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Writes the first `capacity` rows to rows[capacity] and their number to *count: the free parameters in the order
-    ! of their names, then every other parameter of which the scene has a derivative. rows(capacity).
-    subroutine simulator_get_budget_rows(self, rows, count, options, stat, errmsg)
+    ! Writes the rows to rows[capacity] and their number to *count: the free parameters in the order of their names,
+    ! then every other parameter of which the scene has a derivative. rows(capacity).
+    subroutine simulator_get_budget_rows(self, count, options, rows, stat, errmsg)
         class(toliman_simulator), intent(in) :: self
         type(toliman_sim_budget_options), intent(in), optional :: options
-        type(toliman_sim_budget_row), intent(inout), contiguous :: rows(:)
+        type(toliman_sim_budget_row), intent(inout), optional, contiguous :: rows(:)
         integer(c_size_t), intent(out) :: count
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
         integer(c_size_t) :: of_capacity
         integer(c_int32_t) :: status
-        of_capacity = size(rows, 1, c_size_t)
-        status = toliman_sim_get_budget_rows(self%handle, options, of_capacity, rows, count)
+        of_capacity = 0
+        if (present(rows)) of_capacity = size(rows, 1, c_size_t)
+        status = toliman_sim_get_budget_rows(self%handle, options, rows, of_capacity, count)
         call conclude(status, stat, errmsg)
     end subroutine
 
@@ -6791,8 +6755,7 @@ contains
         call conclude(toliman_components_train(self%handle, options, report), stat, errmsg)
     end subroutine
 
-    ! Writes the series of a component, counted from 0. values [frames], in units of the (binned) residuals; for PCA
-    ! the mean square is the eigenvalue of the covariance matrix sum x x^T/frames. values(frames).
+    ! Writes the series of a component, counted from 0. values(frames).
     subroutine component_set_get_series(self, component, values, share, stat, errmsg)
         class(toliman_component_set), intent(in) :: self
         integer(c_int32_t), intent(in) :: component
@@ -6858,7 +6821,7 @@ contains
     end subroutine
 
     ! Finds a frame that is not at its place, because the file of pixels has lost or gained bytes before it: a part of
-    ! a frame without a line, or of a frame whose rest is lost. pixels(capacity).
+    ! a frame without a line, or of a frame whose rest is lost. pixels(size).
     subroutine pair_reader_find_frame(self, offset, reference, pixels, shift, stat, errmsg)
         class(toliman_pair_reader), intent(in) :: self
         integer(c_int64_t), intent(in) :: offset
@@ -6867,10 +6830,10 @@ contains
         integer(c_int64_t), intent(out) :: shift
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
-        integer(c_size_t) :: of_capacity
+        integer(c_size_t) :: of_size
         integer(c_int32_t) :: status
-        of_capacity = size(pixels, 1, c_size_t)
-        status = toliman_ingest_find_frame(self%handle, offset, reference, pixels, of_capacity, shift)
+        of_size = size(pixels, 1, c_size_t)
+        status = toliman_ingest_find_frame(self%handle, offset, reference, pixels, of_size, shift)
         call conclude(status, stat, errmsg)
     end subroutine
 
@@ -6900,12 +6863,11 @@ contains
         call conclude(toliman_ingest_get_info(self%handle, out), stat, errmsg)
     end subroutine
 
-    ! Reads a clock table: lines camera_ns,tai_ns (formats.md, "Clock table"). clock [capacity][2], pairs for
-    ! toliman_track_options.clock. clock(2, capacity).
-    subroutine pair_reader_read_clock(path, points, log, user_data, clock, stat, errmsg)
+    ! Reads a clock table: lines camera_ns,tai_ns (formats.md, "Clock table"). clock(2, capacity).
+    subroutine pair_reader_read_clock(path, count, log, user_data, clock, stat, errmsg)
         character(len=*), intent(in) :: path
         integer(c_int64_t), intent(out), optional, contiguous :: clock(:, :)
-        integer(c_size_t), intent(out) :: points
+        integer(c_size_t), intent(out) :: count
         type(c_funptr), intent(in) :: log
         type(c_ptr), intent(in) :: user_data
         integer, intent(out), optional :: stat
@@ -6917,12 +6879,11 @@ contains
         if (present(clock)) then
             if (.not. fits(size(clock, 1, c_size_t), 2_c_size_t, 'clock', 1, stat, errmsg)) return
         end if
-        status = toliman_ingest_read_clock(c_string(path), clock, of_capacity, points, log, user_data)
+        status = toliman_ingest_read_clock(c_string(path), clock, of_capacity, count, log, user_data)
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Reads a table of leap seconds. path a leap-seconds.list of the IERS; NULL = the table of the ERFA library table
-    ! [capacity], with the struct_size of table[0] set. table(capacity).
+    ! Reads a table of leap seconds. table(capacity).
     subroutine pair_reader_read_leap_seconds(count, path, table, expires, stat, errmsg)
         character(len=*), intent(in), optional :: path
         type(toliman_leap_second), intent(inout), optional, contiguous :: table(:)
@@ -6946,8 +6907,7 @@ contains
         answer = toliman_ingest_last_utc_day()
     end function
 
-    ! Converts text to TAI nanoseconds since 1970-01-01T00:00:00 TAI. text a time from 1958-01-01 to 2099-12-31 of its
-    ! scale, in UTC from 1972-01-01 on. table(count).
+    ! Converts text to TAI nanoseconds since 1970-01-01T00:00:00 TAI. table(count).
     subroutine pair_reader_parse_time(text, format, scale, tai_ns, table, stat, errmsg)
         character(len=*), intent(in) :: text
         integer(c_int32_t), intent(in) :: format, scale
@@ -6964,9 +6924,7 @@ contains
     end subroutine
 
     ! Reads a table of on-target windows: times in which the telescope points at the stars (formats.md, "On-target
-    ! windows"). leap_seconds [leap_second_count] leap seconds for UTC, as in toliman_ingest_parse_time intervals
-    ! [capacity][2], start and end of each window in TAI nanoseconds since 1970-01-01T00:00:00 TAI, increasing.
-    ! leap_seconds(leap_second_count), intervals(2, capacity).
+    ! windows"). leap_seconds(leap_second_count), intervals(2, capacity).
     subroutine pair_reader_read_on_target(path, count, leap_seconds, intervals, stat, errmsg)
         character(len=*), intent(in) :: path
         type(toliman_leap_second), intent(in), optional, contiguous :: leap_seconds(:)
@@ -7379,8 +7337,7 @@ contains
     end subroutine
 
     ! Writes the peak of toliman_period_query_peak, then the highest other local maxima, refined likewise, to
-    ! peaks[capacity]; *count becomes their number. capacity is 1 to 64; peaks[0].struct_size must be set.
-    ! peaks(capacity).
+    ! peaks[capacity], and their number to *count. peaks(capacity).
     subroutine periodogram_query_peaks(self, peaks, count, stat, errmsg)
         class(toliman_periodogram), intent(in) :: self
         type(toliman_period_peak), intent(inout), contiguous :: peaks(:)
@@ -7390,7 +7347,7 @@ contains
         integer(c_size_t) :: of_capacity
         integer(c_int32_t) :: status
         of_capacity = size(peaks, 1, c_size_t)
-        status = toliman_period_query_peaks(self%handle, of_capacity, peaks, count)
+        status = toliman_period_query_peaks(self%handle, peaks, of_capacity, count)
         call conclude(status, stat, errmsg)
     end subroutine
 
@@ -7483,8 +7440,6 @@ contains
     end subroutine
 
     ! Writes log10 of the FAP of a power P to *log10_fap, for the pushed samples. method is TOLIMAN_PERIOD_FAP_...
-    ! log10_residual log10(1 - P), in [-4900, 0]; 0 gives log10 FAP 0 for any samples The result is never NaN or
-    ! infinite.
     subroutine periodogram_query_fap(self, method, log10_residual, log10_fap, stat, errmsg)
         class(toliman_periodogram), intent(in) :: self
         integer(c_int32_t), intent(in) :: method
@@ -7531,8 +7486,7 @@ contains
     end subroutine
 
     ! Computes the power of n samples at frequencies f0 + k df, k < nf, in the metric of the noise, which is fitted
-    ! first. sigma may be NULL functions [n][k]; may be NULL if k is 0. t(n), y(n), sigma(n), functions(k, n),
-    ! precision(k), power(nf), coefficients(k), errors(k).
+    ! first. t(n), y(n), sigma(n), functions(k, n), precision(k), power(nf), coefficients(k), errors(k).
     subroutine periodogram_noise_search(f0, df, t, y, sigma, out, functions, precision, options, power, &
         coefficients, errors, stat, errmsg)
         real(c_double), intent(in) :: f0, df
@@ -7612,9 +7566,8 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Adds n samples with the values of their columns, or none if one is refused; the message names its index. rows
-    ! [n][columns of the options], values of the columns; may be NULL if there are no columns Functions without this
-    ! argument return TOLIMAN_E_ARGUMENT if the periodogram has columns. samples(n), rows(columns, n).
+    ! Adds n samples with the values of their columns, or none if one is refused; the message names its index.
+    ! samples(n), rows(columns, n).
     subroutine periodogram_push_rows(self, samples, rows, stat, errmsg)
         class(toliman_periodogram), intent(inout) :: self
         type(toliman_period_sample), intent(in), contiguous :: samples(:)
@@ -7663,9 +7616,8 @@ contains
     end subroutine
 
     ! Writes the coefficients of mean and nuisance functions fitted with the sinusoid at grid frequency k to
-    ! coefficients[count], and their standard errors, scaled by the residual, to errors[count]. count 1 + trend +
-    ! columns errors may be NULL The mean is in units of y, all others in units of y per unit of the function.
-    ! coefficients(count), errors(count).
+    ! coefficients[count], and their standard errors, scaled by the residual, to errors[count]. coefficients(count),
+    ! errors(count).
     subroutine periodogram_query_coefficients(self, k, coefficients, errors, stat, errmsg)
         class(toliman_periodogram), intent(in) :: self
         integer(c_int64_t), intent(in) :: k
@@ -7684,8 +7636,6 @@ contains
     end subroutine
 
     ! Refines the highest peak with the samples that were pushed, as toliman_period_query_fit, with their columns.
-    ! rows [n][columns of the options], values of the columns; may be NULL if there are no columns The coefficients of
-    ! the functions are fitted with frequency, amplitude, phase and offset, which is the coefficient of the mean.
     ! t(n), y(n), sigma(n), rows(columns, n).
     subroutine periodogram_query_fit_rows(self, t, y, sigma, out, rows, stat, errmsg)
         class(toliman_periodogram), intent(in) :: self
@@ -7739,23 +7689,23 @@ contains
     end function
 
     ! Writes the aliases of a peak at `frequency` to aliases[capacity], those of the highest window function first;
-    ! *count becomes their number, at most capacity and at most 16. aliases[0].struct_size must be set.
-    ! aliases(capacity).
-    subroutine periodogram_query_aliases(self, frequency, aliases, count, stat, errmsg)
+    ! *count becomes their number, at most 16. aliases[0].struct_size must be set. aliases(capacity).
+    subroutine periodogram_query_aliases(self, frequency, count, aliases, stat, errmsg)
         class(toliman_periodogram), intent(in) :: self
         real(c_double), intent(in) :: frequency
-        type(toliman_period_alias), intent(inout), contiguous :: aliases(:)
+        type(toliman_period_alias), intent(inout), optional, contiguous :: aliases(:)
         integer(c_size_t), intent(out) :: count
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
         integer(c_size_t) :: of_capacity
         integer(c_int32_t) :: status
-        of_capacity = size(aliases, 1, c_size_t)
-        status = toliman_period_query_aliases(self%handle, frequency, of_capacity, aliases, count)
+        of_capacity = 0
+        if (present(aliases)) of_capacity = size(aliases, 1, c_size_t)
+        status = toliman_period_query_aliases(self%handle, frequency, aliases, of_capacity, count)
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Searches a series for planets. options may be NULL The series is copied.
+    ! Searches a series for planets.
     subroutine planet_set_search(self, series, options, stat, errmsg)
         class(toliman_planet_set), intent(inout) :: self
         type(toliman_planet_series), intent(in) :: series
@@ -7798,10 +7748,8 @@ contains
         call conclude(toliman_planet_get(self%handle, index, out), stat, errmsg)
     end subroutine
 
-    ! Writes the first `count` samples of the posterior of a candidate, of equal weight and in random order. count
-    ! number of samples, at most `samples` of the options samples [count][TOLIMAN_PLANET_COLUMNS]: period,
-    ! eccentricity, periastron_deg, epoch, amplitude, mass_a, mass_b, jitter Errors: TOLIMAN_E_ARGUMENT for a bad
-    ! index or count. samples(8, count).
+    ! Writes the first `count` samples of the posterior of a candidate, of equal weight and in random order.
+    ! samples(8, count).
     subroutine planet_set_get_samples(self, index, samples, stat, errmsg)
         class(toliman_planet_set), intent(in) :: self
         integer(c_int32_t), intent(in) :: index
@@ -7816,9 +7764,7 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Writes the signal of a candidate's joint fit at times t[n] to signal[n]. position_angle_deg [n], as in the
-    ! series; NULL = the mean axis, also if the series has none Errors: TOLIMAN_E_ARGUMENT for a bad index, position
-    ! angles of a fixed axis, or numbers that are not finite. t(n), position_angle_deg(n), signal(n).
+    ! Writes the signal of a candidate's joint fit at times t[n] to signal[n]. t(n), position_angle_deg(n), signal(n).
     subroutine planet_set_get_signal(self, index, t, position_angle_deg, signal, stat, errmsg)
         class(toliman_planet_set), intent(in) :: self
         integer(c_int32_t), intent(in) :: index
@@ -7867,10 +7813,7 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Computes limits of one planet more. periods [count], in units of t, within the prior probability in (0, 1), for
-    ! example 0.95 limits [count], with the struct_size of limits[0] set Excluded: of planets of this amplitude, with
-    ! a random phase, noise gives to the share `probability` a larger gain (reduction of chi-square by a sinusoid of
-    ! this period) than that of the series. periods(count), limits(count).
+    ! Computes limits of one planet more. periods(count), limits(count).
     subroutine planet_set_get_limits(self, periods, probability, limits, stat, errmsg)
         class(toliman_planet_set), intent(in) :: self
         real(c_double), intent(in), contiguous :: periods(:)
@@ -7898,9 +7841,7 @@ contains
     end subroutine
 
     ! Counts the detections among planets that are injected into white noise of the sigmas and the jitter of the
-    ! series. cell the planets; periastron and epoch are uniform, the amplitude across the mean axis is 0 detected
-    ! receives the number of detections, as defined in toliman_planet_get_limits The series also have errors of the
-    ! functions with a prior, drawn from it, those of the planets that were found among them.
+    ! series.
     subroutine planet_set_inject(self, cell, detected, stat, errmsg)
         class(toliman_planet_set), intent(in) :: self
         type(toliman_planet_cell), intent(in) :: cell
@@ -7910,7 +7851,7 @@ contains
         call conclude(toliman_planet_inject(self%handle, cell, detected), stat, errmsg)
     end subroutine
 
-    ! Creates a parser. options NULL = the defaults.
+    ! Creates a parser.
     subroutine series_parser_create(self, options, stat, errmsg)
         class(toliman_series_parser), intent(inout) :: self
         type(toliman_series_options), intent(in), optional :: options
@@ -7926,8 +7867,7 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Parses the next line. line [length] bytes, with the newline at its end if the input has it; at most 65,536 bytes
-    ! without it.
+    ! Parses the next line.
     subroutine series_parser_parse(self, line, sample, stat, errmsg)
         class(toliman_series_parser), intent(inout) :: self
         character(len=*), intent(in) :: line
@@ -7950,8 +7890,7 @@ contains
         call conclude(toliman_series_get_info(self%handle, out), stat, errmsg)
     end subroutine
 
-    ! Creates the predictor of a system. system "alpha-cen" (Akeson et al. 2021), the path of a system file (schema
-    ! toliman-system/1), or the JSON text of a system.
+    ! Creates the predictor of a system.
     subroutine sky_predictor_create(self, system, options, stat, errmsg)
         class(toliman_sky_predictor), intent(inout) :: self
         character(len=*), intent(in) :: system
@@ -7968,9 +7907,7 @@ contains
         call conclude(status, stat, errmsg)
     end subroutine
 
-    ! Predicts the separation at times. tai_ns [count] predictions [count], with the struct_size of predictions[0] set
-    ! A prediction takes 5 to 9 us; the first one in a day up to 400 us. 100 bytes per day are kept. tai_ns(count),
-    ! predictions(count).
+    ! Predicts the separation at times. tai_ns(count), predictions(count).
     subroutine sky_predictor_predict(self, tai_ns, predictions, stat, errmsg)
         class(toliman_sky_predictor), intent(in) :: self
         integer(c_int64_t), intent(in), contiguous :: tai_ns(:)
@@ -8001,10 +7938,8 @@ contains
     end subroutine
 
     ! Reduces measured separations to the orbit: reduced = measured/factor - geometric_arcsec, of
-    ! toliman_sky_predict_mean over the exposure. intervals [sum of interval_counts][2], on-target intervals of the
-    ! measurements, start and end in TAI nanoseconds interval_counts [count], number of intervals of each measurement.
-    ! intervals(2, count), interval_counts(count), separations_arcsec(count), reduced_arcsec(count),
-    ! predictions(count).
+    ! toliman_sky_predict_mean over the exposure. intervals(2, count), interval_counts(count),
+    ! separations_arcsec(count), reduced_arcsec(count), predictions(count).
     subroutine sky_predictor_reduce(self, intervals, interval_counts, separations_arcsec, reduced_arcsec, &
         unreduced, predictions, stat, errmsg)
         class(toliman_sky_predictor), intent(in) :: self
@@ -8251,12 +8186,12 @@ contains
         call conclude(toliman_track_get_rejected(self%handle, reason, frames), stat, errmsg)
     end subroutine
 
-    ! Writes the clock table, pairs as in toliman_track_options, to clock[capacity][2]; *points becomes their number,
-    ! 0 if camera time is TAI. clock(2, capacity).
-    subroutine tracker_get_clock(self, points, clock, stat, errmsg)
+    ! Writes the clock table, pairs as in toliman_track_options, to clock[capacity][2]; *count becomes their number, 0
+    ! if camera time is TAI. clock(2, capacity).
+    subroutine tracker_get_clock(self, count, clock, stat, errmsg)
         class(toliman_tracker), intent(in) :: self
         integer(c_int64_t), intent(out), optional, contiguous :: clock(:, :)
-        integer(c_size_t), intent(out) :: points
+        integer(c_size_t), intent(out) :: count
         integer, intent(out), optional :: stat
         character(len=*), intent(inout), optional :: errmsg
         integer(c_size_t) :: of_capacity
@@ -8266,7 +8201,7 @@ contains
         if (present(clock)) then
             if (.not. fits(size(clock, 1, c_size_t), 2_c_size_t, 'clock', 1, stat, errmsg)) return
         end if
-        status = toliman_track_get_clock(self%handle, clock, of_capacity, points)
+        status = toliman_track_get_clock(self%handle, clock, of_capacity, count)
         call conclude(status, stat, errmsg)
     end subroutine
 

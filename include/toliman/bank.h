@@ -228,9 +228,9 @@ TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_get_renewal(const tol
                                                                        double least_efficiency,
                                                                        double *days) TOLIMAN_NOEXCEPT;
 
-/* Saves a bank. encoding of the weights: TOLIMAN_CAE_ENCODING_..., 0 = FLOAT32. If bytes is NULL, only *needed is set,
- * to the size; otherwise capacity must be at least that size (TOLIMAN_E_CAPACITY). The same bank always gives the same
- * bytes, also after loading them. Untrained networks are saved, too. TOLIMAN_E_ARGUMENT for an unknown encoding. */
+/* Saves a bank. encoding of the weights: TOLIMAN_CAE_ENCODING_..., 0 = FLOAT32. *needed becomes
+ * the number of bytes. The same bank always gives the same bytes, also after loading them. Untrained networks are
+ * saved, too. TOLIMAN_E_CAPACITY if capacity is too small; TOLIMAN_E_ARGUMENT for an unknown encoding. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_bank_save(const toliman_bank *bank, int32_t encoding, void *bytes,
                                                                 size_t capacity, size_t *needed) TOLIMAN_NOEXCEPT;
 

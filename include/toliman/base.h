@@ -33,6 +33,10 @@
  *     TOLIMAN_E_ARGUMENT. If the library is newer than your headers, a result may hold a constant that they do not
  *     define. Flags are uint32_t, one bit each.
  *   - Arrays belong to the caller and are in C order. Images are [row][column] with a row stride in elements.
+ *   - Results of unknown number are written to the arguments (..., array, capacity, count), files in memory to
+ *     (..., bytes, capacity, needed). *count becomes the number of results. If capacity is smaller, the function
+ *     returns TOLIMAN_E_CAPACITY and writes nothing else. To ask for the number, pass array NULL and capacity 0: the
+ *     result is TOLIMAN_E_CAPACITY, or TOLIMAN_OK if there is none. Call again if the number may have grown since.
  *   - Threads. Different objects may be used by different threads at the same time. Functions that take a const
  *     object may run on one object from several threads. Other functions need exclusive use: while one runs, every
  *     other call on the same object, const or not, returns TOLIMAN_E_STATE at once and changes nothing. This includes

@@ -293,9 +293,9 @@ typedef struct toliman_cae_save_options {
 /* Sets *options, a struct of `size` bytes, to the defaults. */
 TOLIMAN_API void toliman_cae_save_options_init(toliman_cae_save_options *options, size_t size) TOLIMAN_NOEXCEPT;
 
-/* Saves a network as a weights blob. options may be NULL. If bytes is NULL, only *needed is set, to the size of the
- * blob; otherwise capacity must be at least that size (TOLIMAN_E_CAPACITY). The same network always gives the same
- * bytes, also after loading them. TOLIMAN_E_RANGE for numbers above 2^100, which the format excludes. */
+/* Saves a network as a weights blob. options may be NULL. *needed becomes the size of the blob. The same network
+ * always gives the same bytes, also after loading them. TOLIMAN_E_CAPACITY if capacity is too small; TOLIMAN_E_RANGE
+ * for numbers above 2^100, which the format excludes. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_cae_save(const toliman_cae *cae,
                                                                const toliman_cae_save_options *options, void *bytes,
                                                                size_t capacity, size_t *needed) TOLIMAN_NOEXCEPT;

@@ -377,11 +377,10 @@ toliman_track_get_options(const toliman_track *track, toliman_track_options *opt
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_rejected(const toliman_track *track, int32_t reason,
                                                                          int64_t *frames) TOLIMAN_NOEXCEPT;
 
-/* Writes the clock table, pairs as in toliman_track_options, to clock[capacity][2]; *points becomes their number, 0
- * if camera time is TAI. To query the number, pass capacity 0 and clock NULL. TOLIMAN_E_CAPACITY if capacity is too
- * small. */
+/* Writes the clock table, pairs as in toliman_track_options, to clock[capacity][2]; *count becomes their number, 0
+ * if camera time is TAI. TOLIMAN_E_CAPACITY if capacity is too small. */
 TOLIMAN_API TOLIMAN_MUST_CHECK toliman_status toliman_track_get_clock(const toliman_track *track, int64_t *clock,
-                                                                      size_t capacity, size_t *points) TOLIMAN_NOEXCEPT;
+                                                                      size_t capacity, size_t *count) TOLIMAN_NOEXCEPT;
 
 /* Returns the tracker's periodogram in *out, for all queries of period.h. It is updated by every push and belongs to
  * the tracker, which destroys it. Queries during a push return TOLIMAN_E_STATE. */

@@ -5,7 +5,6 @@
 #include <optional>
 #include <vector>
 
-#include "api/bytes_out.hpp"
 #include "api/cae_choices.hpp"
 #include "api/fit_values.hpp"
 #include "api/goodness.hpp"
@@ -14,6 +13,7 @@
 #include "api/journal.hpp"
 #include "api/memory.hpp"
 #include "api/option.hpp"
+#include "api/output.hpp"
 #include "api/pixel_frames.hpp"
 #include "api/struct_array.hpp"
 #include "api/track_estimators.hpp"

@@ -8,12 +8,12 @@
 
 #include <toliman/cae.h>
 
-#include "api/bytes_out.hpp"
 #include "api/cae_choices.hpp"
 #include "api/frames_goodness.hpp"
 #include "api/guard.hpp"
 #include "api/handles.hpp"
 #include "api/memory.hpp"
+#include "api/output.hpp"
 #include "api/pixel_frames.hpp"
 #include "backend/file.hpp"
 #include "cae/network.hpp"

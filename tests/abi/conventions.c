@@ -263,7 +263,7 @@ static void search(const char *folder) {
     assert_ok(toliman_period_query_peak(period, peaks));
     assert_ok(toliman_period_query_fit(period, t, y, NULL, SAMPLES, peaks));
     assert_close(peaks->period, PERIOD_DAYS, 0.01, 0);
-    assert_ok(toliman_period_query_peaks(period, 3, peaks, &count));
+    assert_ok(toliman_period_query_peaks(period, peaks, 3, &count));
     result("peaks", peaks, count * sizeof *peaks);
     assert_ok(toliman_period_query_power(period, TOLIMAN_PERIOD_POWER_STANDARD, 0, 3 * SAMPLES, power));
     result("power", power, sizeof power);

@@ -157,7 +157,8 @@ struct Scene {
         const std::vector<double> still(kFrames, 0.0);
         check(toliman_sim_frame_many(sim, still.data(), 1, 0, kFrames, 1, frames.data()));
         size_t size;
-        check(toliman_cae_save(cae, nullptr, nullptr, 0, &size));
+        check(toliman_cae_save(cae, nullptr, nullptr, 0, &size) == TOLIMAN_E_CAPACITY ? TOLIMAN_OK
+                                                                                      : TOLIMAN_E_INTERNAL);
         blob.resize(size);
         check(toliman_cae_save(cae, nullptr, blob.data(), size, &size));
     }

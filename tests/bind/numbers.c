@@ -17,6 +17,7 @@ static void must(toliman_status status, int line) {
     }
 }
 #define MUST(call) must(call, __LINE__)
+#define ASKS(call) must((call) == TOLIMAN_E_CAPACITY ? TOLIMAN_OK : TOLIMAN_E_INTERNAL, __LINE__)
 
 static void show(const char *name, double value) {
     uint64_t bits;
@@ -76,7 +77,7 @@ static void encode(const toliman_sim *sim, const double *frame, int64_t cols) {
     MUST(toliman_cae_train(made, &options, &report));
     show("loss", report.loss);
     show("calls", calls);
-    MUST(toliman_cae_save(made, NULL, NULL, 0, &size));
+    ASKS(toliman_cae_save(made, NULL, NULL, 0, &size));
     void *bytes = malloc(size);
     MUST(toliman_cae_save(made, NULL, bytes, size, &size));
     show("bytes", (double)size);
@@ -116,7 +117,7 @@ static void follow(const toliman_sim *sim, const double *frame, int64_t cols) {
     show("networks", plan.networks);
     MUST(toliman_bank_create(fit, &options, &made));
     MUST(toliman_bank_train(made, fit, NULL));
-    MUST(toliman_bank_save(made, 0, NULL, 0, &size));
+    ASKS(toliman_bank_save(made, 0, NULL, 0, &size));
     void *bytes = malloc(size);
     MUST(toliman_bank_save(made, 0, bytes, size, &size));
     show("bank_bytes", (double)size);
@@ -200,9 +201,9 @@ static void search(void) {
     show("amplitude", model.amplitude);
     for (int k = 0; k < 3; k++)
         peaks[k].struct_size = sizeof *peaks;
-    MUST(toliman_period_query_peaks(period, 3, peaks, &count));
+    MUST(toliman_period_query_peaks(period, peaks, 3, &count));
     show("second_peak", peaks[1].frequency);
-    MUST(toliman_period_save(period, NULL, 0, &size));
+    ASKS(toliman_period_save(period, NULL, 0, &size));
     void *bytes = malloc(size);
     MUST(toliman_period_save(period, bytes, size, &size));
     MUST(toliman_period_load(bytes, size, NULL, &loaded));

@@ -272,11 +272,11 @@ static toliman_status get_budget(attempt *a) {
 }
 static toliman_status get_budget_steps(attempt *a) {
     size_t count = 0;
-    return toliman_sim_get_budget_steps(small_sim(), NULL, 3, (void *)a->out, &count);
+    return toliman_sim_get_budget_steps(small_sim(), NULL, (void *)a->out, 16, &count);
 }
 static toliman_status get_budget_rows(attempt *a) {
     size_t count = 0;
-    return toliman_sim_get_budget_rows(small_sim(), &kBudget, 3, (void *)a->out, &count);
+    return toliman_sim_get_budget_rows(small_sim(), &kBudget, (void *)a->out, 128, &count);
 }
 static toliman_status get_budget_correlations(attempt *a) {
     return toliman_sim_get_budget_correlations(small_sim(), &kBudget, 3, (double *)a->out);

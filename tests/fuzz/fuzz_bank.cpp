@@ -28,7 +28,7 @@ toliman_bank *load(const Bytes &bytes) {
 Bytes save(const toliman_bank *bank, const Bytes &like) {
     const int32_t encoding = TOLIMAN_CAE_ENCODING_FLOAT32 + like[kAtEncoding];
     size_t size = 0;
-    require(toliman_bank_save(bank, encoding, nullptr, 0, &size) == TOLIMAN_OK, toliman_last_error());
+    require(toliman_bank_save(bank, encoding, nullptr, 0, &size) == TOLIMAN_E_CAPACITY, toliman_last_error());
     Bytes bytes(size);
     require(toliman_bank_save(bank, encoding, bytes.data(), size, &size) == TOLIMAN_OK, toliman_last_error());
     return bytes;

@@ -233,8 +233,8 @@ static int set_up(void **unused) {
     fit = made[4];
     assert_ok(bank_in(NULL, &made[5]));
     estimator = made[2];
-    assert_ok(toliman_cae_save(made[1], NULL, NULL, 0, &weights_size));
-    assert_ok(toliman_period_save(made[3], NULL, 0, &state_size));
+    assert_asks(toliman_cae_save(made[1], NULL, NULL, 0, &weights_size));
+    assert_asks(toliman_period_save(made[3], NULL, 0, &state_size));
     weights = malloc(weights_size);
     state = malloc(state_size);
     assert_ok(toliman_cae_save(made[1], NULL, weights, weights_size, &weights_size));
@@ -243,7 +243,7 @@ static int set_up(void **unused) {
     snprintf(state_file, sizeof state_file, "%s.tlmp", folder);
     assert_ok(toliman_cae_save_file(made[1], NULL, weights_file));
     assert_ok(toliman_period_save_file(made[3], state_file));
-    assert_ok(toliman_bank_save(made[5], 0, NULL, 0, &bank_size));
+    assert_asks(toliman_bank_save(made[5], 0, NULL, 0, &bank_size));
     bank_bytes = malloc(bank_size);
     assert_ok(toliman_bank_save(made[5], 0, bank_bytes, bank_size, &bank_size));
     snprintf(bank_file, sizeof bank_file, "%s.tlmb", folder);

@@ -12,7 +12,7 @@ import typing
 import numpy
 from numpy.typing import ArrayLike, NDArray
 
-from ._library import check
+from ._library import check, check_asked
 
 Doubles = NDArray[numpy.float64]
 doubles = ctypes.POINTER(ctypes.c_double)
@@ -148,7 +148,7 @@ def options_of(kind: type, initialise: typing.Any, **members: typing.Any) -> typ
 def saved(save: typing.Any) -> bytes:
     """Returns the bytes written by a save function with the arguments (bytes, capacity, needed)."""
     needed = ctypes.c_size_t()
-    check(save(None, 0, ctypes.byref(needed)))
+    check_asked(save(None, 0, ctypes.byref(needed)))
     content = ctypes.create_string_buffer(needed.value)
     check(save(content, needed, ctypes.byref(needed)))
     return content.raw

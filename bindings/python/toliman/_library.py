@@ -131,6 +131,12 @@ def check(status: int) -> None:
                                         os.fsdecode(library.toliman_last_error_field()))
 
 
+def check_asked(status: int) -> None:
+    """The same for a call that asks for the number of results: TOLIMAN_E_CAPACITY is the answer that there are some."""
+    if status != _raw.TOLIMAN_E_CAPACITY:
+        check(status)
+
+
 def above(levels: int) -> pathlib.Path:
     """Returns the folder `levels` above this package's folder, or the root."""
     parents = pathlib.Path(__file__).resolve().parents

@@ -4018,9 +4018,9 @@ TOLIMAN_E_RANGE if the latent exceeds 1e6 px or a result overflows.""",
             ("capacity", c_size_t),
             ("needed", POINTER(c_size_t)),
         ),
-        """Saves a network as a weights blob. options may be NULL. If bytes is NULL, only *needed is set, to the size of the
-blob; otherwise capacity must be at least that size (TOLIMAN_E_CAPACITY). The same network always gives the same
-bytes, also after loading them. TOLIMAN_E_RANGE for numbers above 2^100, which the format excludes.""",
+        """Saves a network as a weights blob. options may be NULL. *needed becomes the size of the blob. The same network
+always gives the same bytes, also after loading them. TOLIMAN_E_CAPACITY if capacity is too small; TOLIMAN_E_RANGE
+for numbers above 2^100, which the format excludes.""",
     ),
     "toliman_cae_load": (
         c_int32, (
@@ -4326,9 +4326,9 @@ others as toliman_bank_predict.""",
             ("capacity", c_size_t),
             ("needed", POINTER(c_size_t)),
         ),
-        """Saves a bank. encoding of the weights: TOLIMAN_CAE_ENCODING_..., 0 = FLOAT32. If bytes is NULL, only *needed is set,
-to the size; otherwise capacity must be at least that size (TOLIMAN_E_CAPACITY). The same bank always gives the same
-bytes, also after loading them. Untrained networks are saved, too. TOLIMAN_E_ARGUMENT for an unknown encoding.""",
+        """Saves a bank. encoding of the weights: TOLIMAN_CAE_ENCODING_..., 0 = FLOAT32. *needed becomes
+the number of bytes. The same bank always gives the same bytes, also after loading them. Untrained networks are
+saved, too. TOLIMAN_E_CAPACITY if capacity is too small; TOLIMAN_E_ARGUMENT for an unknown encoding.""",
     ),
     "toliman_bank_load": (
         c_int32, (
@@ -4373,26 +4373,25 @@ PADDED_FFT), TOLIMAN_E_SCENE if the scene's signal changes no pixel.""",
         c_int32, (
             ("sim", POINTER(toliman_sim)),
             ("options", POINTER(toliman_sim_budget_options)),
-            ("capacity", c_size_t),
             ("steps", POINTER(toliman_sim_budget_step)),
+            ("capacity", c_size_t),
             ("count", POINTER(c_size_t)),
         ),
-        """Writes the first `capacity` steps to steps[capacity] and their number to *count. Only the member `frames` of options,
-which may be NULL, is used. A step omits parameters of which the scene has no derivative. TOLIMAN_E_ARGUMENT if
-capacity is 0.""",
+        """Writes the steps to steps[capacity] and their number to *count. Only the member `frames` of options, which may be
+NULL, is used. A step omits parameters of which the scene has no derivative. TOLIMAN_E_CAPACITY if capacity is too
+small.""",
     ),
     "toliman_sim_get_budget_rows": (
         c_int32, (
             ("sim", POINTER(toliman_sim)),
             ("options", POINTER(toliman_sim_budget_options)),
-            ("capacity", c_size_t),
             ("rows", POINTER(toliman_sim_budget_row)),
+            ("capacity", c_size_t),
             ("count", POINTER(c_size_t)),
         ),
-        """Writes the first `capacity` rows to rows[capacity] and their number to *count: the free parameters in the order of
-their names, then every other parameter of which the scene has a derivative. Arguments and errors as
-toliman_sim_get_budget; TOLIMAN_E_ARGUMENT if capacity is 0. Propagates the frame twice for each free parameter that
-is not linear.""",
+        """Writes the rows to rows[capacity] and their number to *count: the free parameters in the order of their names, then
+every other parameter of which the scene has a derivative. Arguments and errors as toliman_sim_get_budget;
+TOLIMAN_E_CAPACITY if capacity is too small. Propagates the frame twice for each free parameter that is not linear.""",
     ),
     "toliman_sim_get_budget_correlations": (
         c_int32, (
@@ -4695,7 +4694,7 @@ frame if they have been replaced or truncated:
             ("offset", c_int64),
             ("reference", POINTER(toliman_frame)),
             ("pixels", c_void_p),
-            ("capacity", c_size_t),
+            ("size", c_size_t),
             ("shift", POINTER(c_int64)),
         ),
         """Finds a frame that is not at its place, because the file of pixels has lost or gained bytes before it: a part of a
@@ -4703,11 +4702,11 @@ frame without a line, or of a frame whose rest is lost. Such a frame is a misfit
   offset     of the frame's pixels in the file: that of its FRAME event
   reference  an undamaged frame of the same scene, shape and pixel type
   pixels     [rows][cols], receives the frame from where it looks most like the reference
-  capacity   of pixels, in bytes
+  size       of pixels, in bytes
   shift      receives the bytes from the frame's place to there; 0 if it is not found elsewhere: pixels is unchanged
 The size of the file, compared with that of the frames of all lines, tells whether bytes were lost or gained; with
 GROWING it does not, and no frame is found. The likeness is that of images: let the estimator confirm the frame.
-Errors: TOLIMAN_E_CAPACITY if capacity is too small; TOLIMAN_E_NOT_FOUND if the file cannot be read.""",
+Errors: TOLIMAN_E_CAPACITY if size is too small; TOLIMAN_E_NOT_FOUND if the file cannot be read.""",
     ),
     "toliman_ingest_set_shift": (
         c_int32, (("ingest", POINTER(toliman_ingest)), ("shift", c_int64)),
@@ -4732,15 +4731,15 @@ no effect without GROWING.""",
             ("path", c_char_p),
             ("clock", POINTER(c_int64)),
             ("capacity", c_size_t),
-            ("points", POINTER(c_size_t)),
+            ("count", POINTER(c_size_t)),
             ("log", toliman_log_fn),
             ("user_data", c_void_p),
         ),
         """Reads a clock table: lines camera_ns,tai_ns (formats.md, "Clock table").
-  clock   [capacity][2], pairs for toliman_track_options.clock. To query the number, pass capacity 0 and clock NULL
-  points  becomes the number of pairs
-  log     receives one warning if a rate differs from 1 by more than 1 %, for instance for columns in other units or
-          in the wrong order, also in a query; may be NULL. user_data is passed to it
+  clock  [capacity][2], pairs for toliman_track_options.clock
+  count  becomes the number of pairs
+  log    receives one warning if a rate differs from 1 by more than 1 %, for instance for columns in other units or
+         in the wrong order, also if capacity is too small; may be NULL. user_data is passed to it
 Errors: TOLIMAN_E_NOT_FOUND; TOLIMAN_E_FORMAT, with file and line, if the file is malformed or has no pair;
 TOLIMAN_E_CAPACITY if capacity is too small.""",
     ),
@@ -4754,7 +4753,7 @@ TOLIMAN_E_CAPACITY if capacity is too small.""",
         ),
         """Reads a table of leap seconds.
   path     a leap-seconds.list of the IERS; NULL = the table of the ERFA library
-  table    [capacity], with the struct_size of table[0] set. To query the number, pass capacity 0 and table NULL
+  table    [capacity], with the struct_size of table[0] set
   count    becomes the number of rows
   expires  becomes the day (MJD) from which on leap seconds may be missing: the expiry of the file, or 1 January of
            the first year that ERFA calls dubious; may be NULL
@@ -4806,8 +4805,7 @@ a wrong table, also if the scale is not UTC.""",
 windows").
   leap_seconds  [leap_second_count] leap seconds for UTC, as in toliman_ingest_parse_time
   intervals     [capacity][2], start and end of each window in TAI nanoseconds since 1970-01-01T00:00:00 TAI,
-                increasing. A window may begin where the one before it ends. To query the number, pass capacity 0 and
-                intervals NULL
+                increasing. A window may begin where the one before it ends
   count         becomes the number of windows, at least 1
 Errors: TOLIMAN_E_NOT_FOUND; TOLIMAN_E_FORMAT, with file and line, if the file is malformed or has no window;
 TOLIMAN_E_CAPACITY if capacity is too small; TOLIMAN_E_ARGUMENT for a wrong table of leap seconds.""",
@@ -5145,13 +5143,14 @@ Errors: as toliman_period_query_power; TOLIMAN_E_STATE for fewer than five sampl
     "toliman_period_query_peaks": (
         c_int32, (
             ("period", POINTER(toliman_period)),
-            ("capacity", c_size_t),
             ("peaks", POINTER(toliman_period_peak)),
+            ("capacity", c_size_t),
             ("count", POINTER(c_size_t)),
         ),
         """Writes the peak of toliman_period_query_peak, then the highest other local maxima, refined likewise, to
-peaks[capacity]; *count becomes their number. capacity is 1 to 64; peaks[0].struct_size must be set. Each peak is
-judged alone: power and FAP of a lower peak contain the scatter of higher ones. Errors as query_peak.""",
+peaks[capacity], and their number to *count. The number is a choice of the caller: capacity is 1 to 64, and lower
+peaks are omitted. peaks[0].struct_size must be set. Each peak is judged alone: power and FAP of a lower peak contain
+the scatter of higher ones. Errors as query_peak.""",
     ),
     "toliman_period_query_fit": (
         c_int32, (
@@ -5180,11 +5179,11 @@ bounds.""",
             ("capacity", c_size_t),
             ("needed", POINTER(c_size_t)),
         ),
-        """Saves a periodogram as state bytes (formats.md, "TLMP"). If bytes is NULL, only *needed is set, to their number;
-otherwise capacity must be at least that number (TOLIMAN_E_CAPACITY). The same samples give the same bytes in any
-order. TOLIMAN_E_STATE if no set of samples can have these accumulators, so that the state could not be loaded.
-This happens after retracting a sample that was never pushed, or one that was added by a merge between different
-offsets (such a merge is not exact).""",
+        """Saves a periodogram as state bytes (formats.md, "TLMP"): bytes[capacity], whose number becomes *needed.
+TOLIMAN_E_CAPACITY if capacity is too small. The same samples give the same bytes in any order. TOLIMAN_E_STATE if
+no set of samples can have these accumulators, so that the state could not be loaded. This happens after retracting
+a sample that was never pushed, or one that was added by a merge between different offsets (such a merge is not
+exact).""",
     ),
     "toliman_period_load": (
         c_int32, (
@@ -5436,15 +5435,16 @@ text.""",
         c_int32, (
             ("period", POINTER(toliman_period)),
             ("frequency", c_double),
-            ("capacity", c_size_t),
             ("aliases", POINTER(toliman_period_alias)),
+            ("capacity", c_size_t),
             ("count", POINTER(c_size_t)),
         ),
         """Writes the aliases of a peak at `frequency` to aliases[capacity], those of the highest window function first; *count
-becomes their number, at most capacity and at most 16. aliases[0].struct_size must be set. Days and years are those
-of unit_ns. The window function is known from the accumulators, up to twice the last frequency of the grid. If the
-highest peak of the grid is an alias of this one, it is among them.
-Errors: as toliman_period_query_peak; TOLIMAN_E_ARGUMENT if frequency is outside the grid.""",
+becomes their number, at most 16. aliases[0].struct_size must be set. Days and years are those of unit_ns. The
+window function is known from the accumulators, up to twice the last frequency of the grid. If the highest peak of
+the grid is an alias of this one, it is among them.
+Errors: as toliman_period_query_peak; TOLIMAN_E_ARGUMENT if frequency is outside the grid; TOLIMAN_E_CAPACITY if
+capacity is too small.""",
     ),
     "toliman_planet_series_init": (
         None, (("series", POINTER(toliman_planet_series)), ("size", c_size_t)),
@@ -5931,11 +5931,10 @@ TOLIMAN_E_ARGUMENT for an unknown reason.""",
             ("track", POINTER(toliman_track)),
             ("clock", POINTER(c_int64)),
             ("capacity", c_size_t),
-            ("points", POINTER(c_size_t)),
+            ("count", POINTER(c_size_t)),
         ),
-        """Writes the clock table, pairs as in toliman_track_options, to clock[capacity][2]; *points becomes their number, 0
-if camera time is TAI. To query the number, pass capacity 0 and clock NULL. TOLIMAN_E_CAPACITY if capacity is too
-small.""",
+        """Writes the clock table, pairs as in toliman_track_options, to clock[capacity][2]; *count becomes their number, 0
+if camera time is TAI. TOLIMAN_E_CAPACITY if capacity is too small.""",
     ),
     "toliman_track_get_period": (
         c_int32, (("track", POINTER(toliman_track)), ("out", POINTER(POINTER(toliman_period)))),
@@ -5964,8 +5963,8 @@ TOLIMAN_E_FORMAT if the ledger has been damaged since it was opened.""",
         ),
         """Reads up to `count` records from number `first` on, in order of arrival; *done becomes their number. The newest
 start at toliman_track_info.records - count. Duplicates have no record. In memory, only valid frames have records,
-one each. TOLIMAN_E_FORMAT if the ledger has been damaged since it was opened; some records may then have been
-written.""",
+one each. TOLIMAN_E_RANGE if first < 0; TOLIMAN_E_FORMAT if the ledger has been damaged since it was opened; some
+records may then have been written.""",
     ),
     "toliman_track_get_columns": (
         c_int32, (
@@ -5974,8 +5973,8 @@ written.""",
             ("capacity", c_size_t),
             ("count", POINTER(c_size_t)),
         ),
-        """Writes the columns, in the order of the ledger, to columns[capacity]; *count becomes their number. To query the
-number, pass capacity 0 and columns NULL. TOLIMAN_E_CAPACITY if capacity is too small.""",
+        """Writes the columns, in the order of the ledger, to columns[capacity]; *count becomes their number.
+TOLIMAN_E_CAPACITY if capacity is too small.""",
     ),
     "toliman_track_get_column": (
         c_int32, (
@@ -6000,11 +5999,10 @@ Errors: as toliman_track_get_records; TOLIMAN_E_NOT_FOUND for an unknown column.
             ("count", POINTER(c_size_t)),
         ),
         """Writes the on-target intervals of a frame to intervals[capacity][2], start and end in s from the start of the
-exposure by the camera clock; *count becomes their number, 0 if the frame had no list. To query the number, pass
-capacity 0 and intervals NULL.
+exposure by the camera clock; *count becomes their number, 0 if the frame had no list.
   record  number of the record, as for toliman_track_get_records
-Errors: TOLIMAN_E_CAPACITY if capacity is too small; TOLIMAN_E_STATE in memory, where intervals are not kept;
-TOLIMAN_E_LOST if damage to the ledger has lost them.""",
+Errors: TOLIMAN_E_CAPACITY if capacity is too small; TOLIMAN_E_RANGE for another record; TOLIMAN_E_STATE in memory,
+where intervals are not kept; TOLIMAN_E_LOST if damage to the ledger has lost them.""",
     ),
     "toliman_track_get_streams": (
         c_int32, (
@@ -6013,8 +6011,8 @@ TOLIMAN_E_LOST if damage to the ledger has lost them.""",
             ("capacity", c_size_t),
             ("count", POINTER(c_size_t)),
         ),
-        """Writes the sessions and regions, sorted by name, to streams[capacity]; *count becomes their number. To query the
-number, pass capacity 0 and streams NULL. TOLIMAN_E_CAPACITY if capacity is too small.""",
+        """Writes the sessions and regions, sorted by name, to streams[capacity]; *count becomes their number.
+TOLIMAN_E_CAPACITY if capacity is too small.""",
     ),
 }
 

@@ -13,7 +13,7 @@ import numpy
 from numpy.typing import ArrayLike, NDArray
 
 from . import _raw
-from ._library import check, library
+from ._library import check, check_asked, library
 from ._arguments import (INT64, array_of, file_name, of_kind, options_of, pointer, real, refuse_lost, shaped, text,
                          whole, whole_float, within)
 from ._handle import Handle
@@ -355,7 +355,7 @@ class Tracker(Handle):
         """Returns the on-target intervals with which the frame of a record came, [n][2] in s from the start of the exposure by
         the camera clock; empty without a list. record: index in records()."""
         record, count = within("record", record, 0, INT64), ctypes.c_size_t()
-        check(library.toliman_track_get_intervals(self._c, record, None, 0, ctypes.byref(count)))
+        check_asked(library.toliman_track_get_intervals(self._c, record, None, 0, ctypes.byref(count)))
         found = numpy.empty((count.value, 2))
         if count.value > 0:
             check(library.toliman_track_get_intervals(self._c, record, pointer(found), count, ctypes.byref(count)))
@@ -364,7 +364,7 @@ class Tracker(Handle):
     def _columns(self) -> list[tuple[str, type]]:
         """Returns names and types of the ledger's columns."""
         count = ctypes.c_size_t()
-        check(library.toliman_track_get_columns(self._c, None, 0, ctypes.byref(count)))
+        check_asked(library.toliman_track_get_columns(self._c, None, 0, ctypes.byref(count)))
         found = array_of(_raw.toliman_track_column, count.value)
         check(library.toliman_track_get_columns(self._c, found, count, ctypes.byref(count)))
         return [(column.name.decode(), numpy.int64 if column.type == _raw.TOLIMAN_TRACK_COLUMN_I64 else numpy.float64)
@@ -373,7 +373,7 @@ class Tracker(Handle):
     def streams(self) -> list[Stream]:
         """Returns the sessions and regions, sorted by name, each with its range of frame ids and the number missing."""
         count = ctypes.c_size_t()
-        check(library.toliman_track_get_streams(self._c, None, 0, ctypes.byref(count)))
+        check_asked(library.toliman_track_get_streams(self._c, None, 0, ctypes.byref(count)))
         found = array_of(_raw.toliman_track_stream, count.value)
         check(library.toliman_track_get_streams(self._c, found, count, ctypes.byref(count)))
         return [Stream._of(stream) for stream in found[:count.value]]
@@ -381,7 +381,7 @@ class Tracker(Handle):
     def clock(self) -> NDArray[numpy.int64]:
         """Returns the clock pairs [n][2] of camera and TAI nanoseconds; empty if camera times are TAI."""
         points = ctypes.c_size_t()
-        check(library.toliman_track_get_clock(self._c, None, 0, ctypes.byref(points)))
+        check_asked(library.toliman_track_get_clock(self._c, None, 0, ctypes.byref(points)))
         pairs = numpy.empty((points.value, 2), numpy.int64)
         if len(pairs) > 0:
             check(library.toliman_track_get_clock(self._c, pairs.ctypes.data_as(ctypes.POINTER(ctypes.c_int64)),
